@@ -1,0 +1,1 @@
+"""Conical PVC-gel actuators: from energy to motion."""
