@@ -16,3 +16,7 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
     return InputError(f"{name!r} is not a {kind}; {remedy}")
+
+
+class MissingDependency(ImportError):
+    """A library that an answer needs is not installed; the message says how to get it."""

@@ -132,7 +132,10 @@ class NeoHookean(StrainEnergyLaw):
 
 
 class Yeoh(StrainEnergyLaw):
-    """W = (e + c2 e^2 + c3 e^3)/2, e = I1-3, with c2 = C20/C10 and c3 = C30/C10. Yeoh, Rubber Chem. Technol. 66 (1993) 754."""
+    """W = (e + c2 e^2 + c3 e^3)/2, e = I1-3, with c2 = C20/C10 and c3 = C30/C10.
+
+    Yeoh, Rubber Chem. Technol. 66 (1993) 754.
+    """
 
     name = "yeoh"
     parameters = {

@@ -172,9 +172,8 @@ class ConeModel:
             del given["stretch_limit"]
         for name in given:
             if name not in law.parameters:
-                raise InputError(
-                    f"{name}: the {law.name} law does not take it; it takes {', '.join(law.parameters) or 'no parameters'}"
-                )
+                takes = ", ".join(law.parameters) or "no parameters"
+                raise InputError(f"{name}: the {law.name} law does not take it; it takes {takes}")
         checked = {name: q.check(name, given.get(name, q.default)) for name, q in law.parameters.items()}
         return {"stretch_limit": checked.pop("stretch_limit", np.inf), "law_parameters": checked}
 
@@ -210,9 +209,8 @@ class ConeModel:
             changes.setdefault("prestretch", None)
         elif changes.get("prestretch") is not None:
             changes |= {"meridional_prestretch": None, "hoop_prestretch": None}
-        return dataclasses.replace(
-            self, **changes, **({"law_parameters": {**self.law_parameters, **own}} if own else {})
-        )
+        fields: dict[str, Any] = {"law_parameters": {**self.law_parameters, **own}, **changes}
+        return dataclasses.replace(self, **fields)
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -1,0 +1,156 @@
+"""Labelled results: every analysis returns an `xarray.Dataset` that says what it holds and how to run it again.
+
+Each variable carries ``long_name``, ``units`` (``1``: dimensionless) and ``quantity`` - which SI scale of a device
+turns it into millimetres, volts or newtons (see `gelcone.si.to_si`). The attributes hold the model's scalar
+parameters, the options and gelcone's version; parameters that are arrays stand beside the results as coordinates.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone._version import __version__
+from gelcone.errors import InputError
+from gelcone.model import ConeModel, parameter_quantity
+from gelcone.motion.flow import Outcome
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Variable = tuple[tuple[str, ...], Any, str, str]
+"""Dims behind the member dims, values, long name, and the quantity it is scaled with."""
+
+
+def member_dims(model: ConeModel) -> tuple[str, ...]:
+    """Names of the ensemble's dims: none, ``member``, or ``member_0``, ``member_1``, ..."""
+    rank = len(model.shape)
+    return ("member",)[:rank] if rank < 2 else tuple(f"member_{i}" for i in range(rank))
+
+
+def label(
+    model: ConeModel,
+    variables: Mapping[str, Variable],
+    *,
+    coords: Mapping[str, Variable] | None = None,
+    outcome: Any = None,
+    options: Mapping[str, Any],
+    title: str,
+) -> xr.Dataset:
+    """A Dataset of results of ``model``.
+
+    A variable whose values have the dims (members, ...) is reshaped to the ensemble; one given with exactly its own
+    dims (shared by all members) is kept as it is.
+    """
+    import xarray as xr
+
+    members = member_dims(model)
+
+    def array(spec: Variable) -> xr.DataArray:
+        dims, values, long_name, quantity = spec
+        values = np.asarray(values)
+        if values.ndim == len(dims) + 1:
+            values = values.reshape(model.shape + values.shape[1:])
+            dims = members + dims
+        attrs = {"long_name": long_name, "units": "1", "quantity": quantity}
+        return xr.DataArray(values, dims=dims, attrs=attrs)
+
+    scalars: dict[str, Any] = {}
+    parameter_coords = {}
+    for name, value in model.parameters().items():
+        if np.ndim(value) == 0:
+            scalars[name] = "inf" if value == np.inf else value
+        else:
+            spread = np.broadcast_to(value, model.shape)
+            attrs = {"long_name": parameter_quantity(name).meaning, "units": "1", "quantity": "parameter"}
+            parameter_coords[name] = xr.DataArray(spread.copy(), dims=members, attrs=attrs)
+    data = {name: array(spec) for name, spec in variables.items()}
+    if outcome is not None:
+        data["outcome"] = outcome_array(np.asarray(outcome).reshape(model.shape), members)
+    return xr.Dataset(
+        data,
+        coords=parameter_coords | {name: array(spec) for name, spec in (coords or {}).items()},
+        attrs={
+            "title": title,
+            "model": json.dumps(scalars),
+            "options": json.dumps(dict(options)),
+            "gelcone_version": __version__,
+        },
+    )
+
+
+def outcome_array(values: Any, dims: tuple[str, ...]) -> xr.DataArray:
+    """Outcome codes as a CF flag variable."""
+    import xarray as xr
+
+    return xr.DataArray(
+        np.asarray(values, dtype=np.int8),
+        dims=dims,
+        attrs={
+            "long_name": "how the run of the member ended",
+            "units": "1",
+            "flag_values": np.array([o.value for o in Outcome], dtype=np.int8),
+            "flag_meanings": " ".join(o.name.lower() for o in Outcome),
+        },
+    )
+
+
+def model_of(dataset: xr.Dataset) -> ConeModel:
+    """The model that a Dataset was computed from."""
+    parameters = {k: np.inf if v == "inf" else v for k, v in json.loads(dataset.attrs["model"]).items()}
+    for name, coord in dataset.coords.items():
+        if coord.attrs.get("quantity") == "parameter":
+            parameters[str(name)] = coord.values
+    return ConeModel.from_parameters(parameters)
+
+
+def write_whole(path: Path, write: Callable[[Path], None], *, force: bool = False) -> None:
+    """Writes a file that appears whole or not at all; an existing one is kept unless ``force``.
+
+    Raises `InputError` for an existing file or a folder that cannot be written.
+    """
+    if path.exists() and not force:
+        raise InputError(f"{path}: exists already; choose another folder or give --force to overwrite it")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+    except OSError as error:
+        raise InputError(f"{path.parent}: cannot be written ({error.strerror}); choose another folder") from None
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        write(temporary)
+        temporary.chmod(0o666 & ~_umask())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def save(dataset: xr.Dataset, path: str | Path, *, force: bool = False) -> None:
+    """Writes a Dataset as netCDF-4; see `write_whole` for what is refused."""
+    write_whole(Path(path), lambda to: dataset.to_netcdf(to, engine="h5netcdf"), force=force)
+
+
+def load(path: str | Path) -> xr.Dataset:
+    """Reads a Dataset that `save` wrote, equal to what it was; `InputError` for a file that is not one."""
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as dataset:
+            return dataset.load()
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: is not a readable netCDF-4 file ({error})") from None

@@ -1,0 +1,442 @@
+"""Compiled ensembles of trajectories: the only file that knows the integrator.
+
+The equation of motion is compiled by heyoka into a Taylor integrator over batches of `LANES` members. A member's
+numbers do not depend on its neighbours in a batch, on the number of threads or on the order of the work, so that an
+ensemble equals its members one by one to the last bit.
+"""
+
+from __future__ import annotations
+
+import copy
+import os
+import queue
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cache
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import drive
+from gelcone.errors import InputError, MissingDependency
+from gelcone.laws import StrainEnergyLaw
+from gelcone.model import Coefficients, ConeModel, acceleration
+from gelcone.quantity import Array
+
+LANES = 8
+DEFAULT_TOLERANCE = 1e-15
+DISK_CACHE_BYTES = 512 * 2**20
+CALL_SPAN = 500.0
+"""Longest stretch of motion handed to the integrator at once, in units of the fastest linear time scale: between such
+calls an interrupt is heard and a failing member is told apart from its neighbours."""
+STEPS_PER_CALL = 200_000
+SMALLEST_STEP = 1e-8
+"""A shorter step means that the film came so close to its stretch limit that the distance, and with it the force, is
+lost to rounding (measured by ``benchmarks/robustness.py``)."""
+
+Keep = Literal["states", "tangents", "work"]
+
+
+class Outcome(IntEnum):
+    """How the run of one member ended; everything but ``OK`` leaves NaN from where it happened."""
+
+    OK = 0
+    OUTSIDE = 1
+    STRETCH_LIMIT = 2
+    STEP_LIMIT = 3
+    NOT_FINITE = 4
+
+    @property
+    def meaning(self) -> str:
+        """One line: what happened, and what to do."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    Outcome.OK: "ok",
+    Outcome.OUTSIDE: "starts beyond the stretch limit; start lower or raise stretch_limit",
+    Outcome.STRETCH_LIMIT: "came closer to the stretch limit than double precision resolves; raise stretch_limit, "
+    "lower the voltage or start with less energy",
+    Outcome.STEP_LIMIT: f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too stiff",
+    Outcome.NOT_FINITE: "became infinite; the energy has no bound there (a voltage above a film without stretch limit)",
+}
+
+
+@dataclass(frozen=True)
+class Trajectories:
+    """Samples of every member; NaN from where a member failed.
+
+    ``times`` (members, samples); ``states`` (members, samples, 2) with displacement and velocity; ``tangents``
+    (members, samples, 2, 2), each the linear map of a small deviation from the previous sample (the first from the
+    start) to this one; ``work`` (members, samples, 2) with the electric energy put in and the energy dissipated since
+    the start; ``outcome`` and ``steps`` (members,).
+    """
+
+    times: Array
+    states: Array
+    tangents: Array | None
+    work: Array | None
+    outcome: npt.NDArray[np.int8]
+    steps: npt.NDArray[np.int64]
+
+
+def integrate(
+    model: ConeModel,
+    initial: npt.ArrayLike,
+    times: npt.ArrayLike,
+    *,
+    start: npt.ArrayLike = 0.0,
+    keep: Keep = "states",
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Trajectories:
+    """Trajectories of all members of a flattened ensemble, sampled at given times.
+
+    Parameters
+    ----------
+    model : the ensemble, flattened in C order to its members.
+    initial : displacement and velocity at ``start``, shape (2,) or (members, 2).
+    times : increasing sample times from ``start`` on, shape (samples,) or (members, samples).
+    start : time at the initial state (sets the phase of the drive), scalar or (members,). Default 0.
+    keep : ``"states"``; ``"tangents"`` adds the tangent maps, ``"work"`` the energies put in and dissipated.
+    tolerance : relative error of one step. Default 1e-15.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Raises
+    ------
+    InputError : for times that do not increase, or shapes that do not fit.
+    MissingDependency : when heyoka is not installed.
+    """
+    count = model.size
+    states0 = np.broadcast_to(np.asarray(initial, dtype=float), (count, 2))
+    t0 = np.broadcast_to(np.asarray(start, dtype=float), (count,))
+    sample_times = np.atleast_1d(np.asarray(times, dtype=float))
+    sample_times = np.broadcast_to(sample_times, (count, sample_times.shape[-1]))
+    gaps = np.diff(sample_times, axis=1, prepend=t0[:, None])
+    if not ((gaps[:, :1] >= 0.0).all() and (gaps[:, 1:] > 0.0).all() and np.isfinite(sample_times).all()):
+        raise InputError("times: must be finite, increasing and not before the start; sort them and leave out doubles")
+
+    parameters = _runtime_parameters(model)
+    outcome = np.zeros(count, dtype=np.int8)
+    limit = np.broadcast_to(model.strain_limit(), model.shape).ravel()
+    with np.errstate(over="ignore", invalid="ignore"):
+        inside = model.take(slice(None)).strain(states0[:, 0]) < limit
+    outcome[~inside] = Outcome.OUTSIDE
+    job = _Job(
+        parameters=parameters,
+        states0=states0,
+        start=t0,
+        times=sample_times,
+        keep=keep,
+        limit=limit,
+        integrators=_Integrators(model.law, keep, tolerance, len(parameters)),
+        result=Trajectories(
+            times=sample_times,
+            states=np.full((count, sample_times.shape[1], 2), np.nan),
+            tangents=np.full((count, sample_times.shape[1], 2, 2), np.nan) if keep == "tangents" else None,
+            work=np.full((count, sample_times.shape[1], 2), np.nan) if keep == "work" else None,
+            outcome=outcome,
+            steps=np.zeros(count, dtype=np.int64),
+        ),
+    )
+    _store_start(job, inside & (gaps[:, 0] == 0.0))
+    batches = list(_batches(job, gaps, np.flatnonzero(inside)))
+    _run(job, batches, threads or available_threads(), progress)
+    return job.result
+
+
+def available_threads() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+# --- the compiled programs ---------------------------------------------------------------------------------------
+
+
+def import_heyoka() -> Any:
+    """The heyoka module; `MissingDependency` with the way to get it when it is absent."""
+    try:
+        import heyoka
+    except ImportError:
+        raise MissingDependency(
+            "heyoka is not installed: on Linux `pip install heyoka`; on macOS and Windows its builds are on "
+            "conda-forge: `conda install -c conda-forge heyoka.py`"
+        ) from None
+    heyoka.llvm_state.set_diskcache_limit(DISK_CACHE_BYTES)
+    return heyoka
+
+
+def equations(law: StrainEnergyLaw, keep: Keep, law_size: int) -> list[tuple[Any, Any]]:
+    """The system that is compiled, as heyoka (variable, derivative) pairs.
+
+    ``"tangents"`` adds two deviations (the columns of the tangent map), which share the film's division with the
+    motion and so cost half of what a general variational system does; ``"work"`` adds the quadratures of the electric
+    power v d(v q)/dtau and of the dissipated power 2 zeta x'^2.
+    """
+    hk = import_heyoka()
+    par = hk.par
+    zeta, kappa, rest, A, B, G, amplitude, bias, frequency = (par[i] for i in range(9))
+    c = Coefficients(zeta, kappa, rest, A, B, G, tuple(par[9 + i] for i in range(law_size)))
+    x, u = hk.make_vars("x", "u")
+    voltage = drive.voltage(hk.time, amplitude, bias, frequency, hk)
+    rate, slope = acceleration(x, u, voltage, c, law)
+    system = [(x, u), (u, rate)]
+    if keep == "tangents":
+        for column in "12":
+            dx, du = hk.make_vars(f"x{column}", f"u{column}")
+            system += [(dx, du), (du, slope * dx - 2.0 * c.zeta * du)]
+    elif keep == "work":
+        supplied, dissipated = hk.make_vars("supplied", "dissipated")
+        change = drive.voltage_rate(hk.time, amplitude, frequency, hk)
+        power = voltage * (change * (1.0 + x * x) + 2.0 * voltage * x * u)
+        system += [(supplied, power), (dissipated, 2.0 * c.zeta * u * u)]
+    return system
+
+
+def _runtime_parameters(model: ConeModel) -> Array:
+    """The numbers of all members in the order in which `equations` reads them, shape (parameters, members)."""
+    c = model.coefficients()
+    rows = [*c[:-1], model.voltage, model.voltage_bias, model.drive_frequency, *c.law]
+    return np.stack([np.broadcast_to(row, model.shape).ravel() for row in rows])
+
+
+_BENIGN = np.array([0.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0])
+"""A member at rest that takes the lane of one that failed."""
+
+
+@cache
+def _template(law: StrainEnergyLaw, keep: Keep, tolerance: float, law_size: int) -> Any:
+    hk = import_heyoka()
+    system = equations(law, keep, law_size)
+    return hk.taylor_adaptive_batch(system, np.zeros((len(system), LANES)), tol=tolerance)
+
+
+class _Integrators:
+    """Integrators of one program, each lent to one thread at a time (two threads on one give wrong numbers)."""
+
+    _lock = threading.Lock()
+    _idle: dict[Any, queue.SimpleQueue[Any]] = {}
+
+    def __init__(self, law: StrainEnergyLaw, keep: Keep, tolerance: float, parameters: int):
+        self._key = (law, keep, tolerance, parameters - len(_BENIGN))
+        with self._lock:
+            self._queue = self._idle.setdefault(self._key, queue.SimpleQueue())
+
+    def borrow(self) -> Any:
+        try:
+            return self._queue.get_nowait()
+        except queue.Empty:
+            with self._lock:
+                return copy.deepcopy(_template(*self._key))
+
+    def give_back(self, integrator: Any) -> None:
+        self._queue.put(integrator)
+
+
+# --- batches over threads ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Job:
+    parameters: Array
+    states0: Array
+    start: Array
+    times: Array
+    keep: Keep
+    limit: Array
+    integrators: _Integrators
+    result: Trajectories
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """Up to `LANES` members that are advanced alike.
+
+    ``pieces`` (samples,) says into how many stretches each gap between samples is cut (none for a first sample at the
+    start); ``call`` how many stretches go into one call.
+    """
+
+    members: npt.NDArray[np.intp]
+    pieces: npt.NDArray[np.int64]
+    call: int
+
+
+def _store_start(job: _Job, members: npt.NDArray[np.bool_]) -> None:
+    """The first sample of members that are sampled at their start."""
+    job.result.states[members, 0] = job.states0[members]
+    if job.result.tangents is not None:
+        job.result.tangents[members, 0] = np.eye(2)
+    if job.result.work is not None:
+        job.result.work[members, 0] = 0.0
+
+
+def _batches(job: _Job, gaps: Array, members: npt.NDArray[np.intp]) -> Iterator[_Batch]:
+    """Batches of members with the same plan of calls: a plan depends on the member alone, so its numbers do too."""
+    stiffness = job.parameters[1] + job.parameters[3] + (job.parameters[6] + np.abs(job.parameters[7])) ** 2
+    span = CALL_SPAN / np.sqrt(1.0 + stiffness)
+    widest = np.maximum(gaps.max(axis=1), 1e-12)
+    call = 2 ** np.floor(np.log2(np.clip(span / widest, 1.0, 4096.0))).astype(int)
+    plans: dict[tuple[int, bytes], list[int]] = {}
+    for member in members[np.argsort((gaps.sum(axis=1) / span)[members], kind="stable")]:
+        pieces = np.ceil(gaps[member] / span[member]).astype(np.int64)
+        plans.setdefault((int(call[member]), pieces.tobytes()), []).append(int(member))
+    for (call_size, pieces_bytes), plan in plans.items():
+        for first in range(0, len(plan), LANES):
+            yield _Batch(np.array(plan[first : first + LANES]), np.frombuffer(pieces_bytes, dtype=np.int64), call_size)
+
+
+def _run(job: _Job, batches: list[_Batch], threads: int, progress: Callable[[float], None] | None) -> None:
+    stop = threading.Event()
+    lock = threading.Lock()
+
+    def report(share: float) -> None:
+        if progress is not None:
+            with lock:
+                progress(share / len(batches))
+
+    def work(batch: _Batch) -> None:
+        if stop.is_set():
+            return
+        integrator = job.integrators.borrow()
+        for share in _advance(job, batch, integrator):
+            if stop.is_set():
+                return
+            report(share)
+        job.integrators.give_back(integrator)
+
+    if threads == 1 or len(batches) == 1:
+        for batch in batches:
+            work(batch)
+        return
+    with ThreadPoolExecutor(threads) as executor:
+        futures = [executor.submit(work, batch) for batch in batches]
+        try:
+            for future in as_completed(futures):
+                future.result()
+        except BaseException:
+            stop.set()
+            executor.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def _advance(job: _Job, batch: _Batch, integrator: Any) -> Iterator[float]:
+    """Runs one batch to the end, yielding the share done after each call."""
+    lanes = _Lanes(job, batch.members, integrator)
+    times, samples = _stretches(job, lanes.padded, batch.pieces)
+    for first in range(0, len(samples), batch.call):
+        part = slice(first, min(first + batch.call, len(samples)))
+        values = lanes.propagate(times[part.start : part.stop + 1], samples[part])
+        kept = samples[part] >= 0
+        lanes.store(samples[part][kept], values[kept])
+        yield (part.stop - part.start) / len(samples)
+
+
+def _stretches(
+    job: _Job, members: npt.NDArray[np.intp], pieces: npt.NDArray[np.int64]
+) -> tuple[Array, npt.NDArray[np.int64]]:
+    """Ends of all stretches, shape (1 + stretches, lanes) from the start on; and the sample each gives, or -1."""
+    ends = job.times[members].T
+    begins = np.concatenate([job.start[members][None], ends[:-1]])
+    samples = np.full(int(pieces.sum()), -1)
+    reached = np.flatnonzero(pieces)
+    samples[np.cumsum(pieces)[reached] - 1] = reached
+    share = np.concatenate([np.arange(1, n + 1) / n for n in pieces])[:, None]
+    piece_begins, piece_ends = np.repeat(begins, pieces, axis=0), np.repeat(ends, pieces, axis=0)
+    piece_ends = np.where(share == 1.0, piece_ends, piece_begins + (piece_ends - piece_begins) * share)
+    return np.concatenate([begins[:1], piece_ends]), samples
+
+
+_IDENTITY = np.array([[1.0], [0.0], [0.0], [1.0]])
+
+
+class _Lanes:
+    """The members of one batch in the lanes of one integrator, with what becomes of each."""
+
+    def __init__(self, job: _Job, members: npt.NDArray[np.intp], integrator: Any):
+        self.job, self.members, self.integrator = job, members, integrator
+        self.padded = np.concatenate([members, np.full(LANES - members.size, members[-1])])
+        self.alive = np.ones(members.size, dtype=bool)
+        self.outcomes = import_heyoka().taylor_outcome
+        integrator.set_time(job.start[self.padded])
+        integrator.pars[:] = job.parameters[:, self.padded]
+        integrator.state[:] = 0.0
+        integrator.state[:2] = job.states0[self.padded].T
+        if job.keep == "tangents":
+            integrator.state[2:] = _IDENTITY
+
+    def propagate(self, times: Array, samples: npt.NDArray[np.int64]) -> Array:
+        """States at ``times[1:]``, shape (stretches, variables, lanes), starting from ``times[0]``.
+
+        A lane that becomes infinite stops its neighbours, too; it is put to rest and the stretch gone through again.
+        """
+        advance = self._stop_at_each if self.job.keep == "tangents" else self._read_grid
+        while True:
+            state = self.integrator.state.copy()
+            clock = [part.copy() for part in self.integrator.dtime]
+            values, reports = advance(times, samples)
+            infinite = {i for r in reports for i, lane in enumerate(r) if lane[0] == self.outcomes.err_nf_state}
+            if not infinite:
+                self._retire_lost(reports)
+                return values
+            for lane in infinite:
+                self._retire(lane, Outcome.NOT_FINITE)
+                state[:, lane] = self.integrator.state[:, lane]
+            self.integrator.state[:] = state
+            self.integrator.set_dtime(*clock)
+
+    def _read_grid(self, times: Array, samples: npt.NDArray[np.int64]) -> tuple[Array, list[Any]]:
+        values = self.integrator.propagate_grid(times, max_steps=STEPS_PER_CALL)[-1][1:]
+        return values, [self.integrator.propagate_res]
+
+    def _stop_at_each(self, times: Array, samples: npt.NDArray[np.int64]) -> tuple[Array, list[Any]]:
+        integrator, reports = self.integrator, []
+        values = np.empty((len(samples), *integrator.state.shape))
+        for k, sample in enumerate(samples):
+            integrator.propagate_until(times[k + 1], max_steps=STEPS_PER_CALL)
+            values[k] = integrator.state
+            reports.append(integrator.propagate_res)
+            if any(lane[0] == self.outcomes.err_nf_state for lane in reports[-1]):
+                break
+            if sample >= 0:
+                integrator.state[2:] = _IDENTITY
+        return values, reports
+
+    def _retire_lost(self, reports: list[Any]) -> None:
+        for report in reports:
+            for lane, (end, smallest, _, steps) in enumerate(report[: self.members.size]):
+                self.job.result.steps[self.members[lane]] += steps if self.alive[lane] else 0
+                if end == self.outcomes.step_limit:
+                    self._retire(lane, Outcome.STEP_LIMIT)
+                elif smallest < SMALLEST_STEP and np.isfinite(self.job.limit[self.members[lane]]):
+                    self._retire(lane, Outcome.STRETCH_LIMIT)
+
+    def _retire(self, lane: int, outcome: Outcome) -> None:
+        self.integrator.pars[:, lane] = 0.0
+        self.integrator.pars[: _BENIGN.size, lane] = _BENIGN
+        self.integrator.state[:, lane] = 0.0
+        if lane < self.members.size and self.alive[lane]:
+            self.alive[lane] = False
+            self.job.result.outcome[self.members[lane]] = outcome
+
+    def store(self, samples: npt.NDArray[np.int64], values: Array) -> None:
+        """Keeps the samples of the members that are alive and inside; ``values`` (samples, variables, lanes)."""
+        values = np.moveaxis(values, 2, 0)[: self.members.size]
+        A, B, G = self.job.parameters[3:6, self.members, None]
+        q = 1.0 + values[:, :, 0] ** 2
+        beyond = self.alive & (A * q + B + G / q - 3.0 >= self.job.limit[self.members, None]).any(axis=1)
+        for lane in np.flatnonzero(beyond):
+            self._retire(int(lane), Outcome.STRETCH_LIMIT)
+        result = self.job.result
+        for lane in np.flatnonzero(self.alive):
+            member = self.members[lane]
+            result.states[member, samples] = values[lane, :, :2]
+            if result.tangents is not None:
+                result.tangents[member, samples] = values[lane, :, 2:].reshape(-1, 2, 2).swapaxes(-1, -2)
+            if result.work is not None:
+                result.work[member, samples] = values[lane, :, 2:]

@@ -1,0 +1,58 @@
+"""Look shared by all figures: print size, a palette that colour-blind readers can tell apart, saving whole files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gelcone.dataset import write_whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's palette (2008), which stays distinct for all common kinds of colour blindness.
+BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+PURPLE, SKY, YELLOW, BLACK, GREY = "#CC79A7", "#56B4E9", "#F0E442", "#000000", "#888888"
+CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+
+STYLE: Any = {
+    "font.size": 9.0,
+    "axes.titlesize": 9.0,
+    "axes.labelsize": 9.0,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "lines.linewidth": 1.0,
+    "svg.hashsalt": "gelcone",
+    "savefig.dpi": 200.0,
+    "figure.constrained_layout.use": True,
+}
+
+
+def styled(width: float, height: float, draw: Callable[[Figure], None]) -> Figure:
+    """A figure of the given size in inches, drawn in gelcone's style and without pyplot's global state."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        draw(figure)
+    return figure
+
+
+def save_figure(figure: Figure, path: str | Path, *, force: bool = False) -> None:
+    """Writes a figure (PNG, SVG or PDF by its suffix), the same bytes for the same figure, whole or not at all."""
+    import matplotlib as mpl
+
+    metadata = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(Path(path).suffix)
+    with mpl.rc_context(STYLE):
+        write_whole(Path(path), lambda to: figure.savefig(to, metadata=metadata), force=force)
+
+
+def axis_label(variable: xr.DataArray, name: str) -> str:
+    """``name`` with the unit of the variable, if it has one."""
+    units = variable.attrs.get("units", "1")
+    return name if units == "1" else f"{name} ({units})"
