@@ -1,0 +1,125 @@
+"""Quantity: which values pass, unchanged, and which are refused in one line that names the value and the bound."""
+
+from decimal import Decimal
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gelcone.errors import InputError, unknown_name
+from gelcone.quantity import Quantity
+
+ANY = Quantity("a", "anything finite", 0.25)
+POSITIVE = Quantity("p", "positive", 1.0, positive=True)
+FROM_ZERO = Quantity("z", "zero or more", 0.5, lower=0.0)
+LIMIT = Quantity("J", "positive or infinite", 50.0, positive=True, infinite=True)
+finite = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@settings(deadline=None)
+@given(finite)
+def test_every_finite_number_passes_exactly_where_the_bounds_allow_it(value):
+    for quantity, allowed in ((ANY, True), (POSITIVE, value > 0.0), (FROM_ZERO, value >= 0.0), (LIMIT, value > 0.0)):
+        if allowed:
+            checked = quantity.check("x", value)
+            assert type(checked) is float
+            assert checked == value
+        else:
+            with pytest.raises(InputError, match=r"^x = .*: must be "):
+                quantity.check("x", value)
+
+
+@settings(deadline=None)
+@given(st.lists(finite, min_size=1, max_size=5))
+def test_an_array_passes_exactly_when_its_smallest_entry_does(values):
+    if min(values) >= 0.0:
+        np.testing.assert_array_equal(FROM_ZERO.check("x", values), values)
+    else:
+        with pytest.raises(InputError) as error:
+            FROM_ZERO.check("x", values)
+        assert str(error.value).startswith(f"x = {min(values):g}: must be at least 0")
+
+
+@pytest.mark.parametrize("value", [2, 2.0, np.float32(2.0), np.int8(2), np.uint64(2), np.array(2.0), np.array(2)])
+def test_a_scalar_of_any_number_type_becomes_a_float(value):
+    checked = ANY.check("x", value)
+    assert type(checked) is float
+    assert checked == 2.0
+
+
+@pytest.mark.parametrize("value", [[1, 2], (1, 2), np.array([1, 2]), np.array([1.0, 2.0], dtype=np.float32)])
+def test_a_sequence_of_any_number_type_becomes_a_float_array(value):
+    checked = ANY.check("x", value)
+    assert checked.dtype == np.float64
+    np.testing.assert_array_equal(checked, [1.0, 2.0])
+
+
+@pytest.mark.parametrize("source", [np.arange(4.0), np.arange(8.0)[::2]])
+def test_the_checked_array_is_a_copy(source):
+    checked = ANY.check("x", source)
+    assert not np.shares_memory(checked, source)
+    source[1] = 99.0
+    assert checked[1] != 99.0
+
+
+def test_the_shape_is_kept():
+    assert ANY.check("x", np.zeros((2, 1, 3))).shape == (2, 1, 3)
+    assert ANY.check("x", [4.0]).shape == (1,)
+
+
+def test_the_bounds_themselves():
+    assert FROM_ZERO.check("x", 0.0) == 0.0
+    assert Quantity("y", "at least one", 2.0, lower=1.0).check("x", 1.0) == 1.0
+    assert POSITIVE.check("x", 5e-324) == 5e-324
+    assert LIMIT.check("x", np.inf) == np.inf
+    np.testing.assert_array_equal(LIMIT.check("x", [3.0, np.inf]), [3.0, np.inf])
+
+
+@pytest.mark.parametrize(
+    ("quantity", "value", "message"),
+    [
+        (POSITIVE, 0, "x = 0: must be greater than 0"),
+        (POSITIVE, -0.0, "must be greater than 0"),
+        (POSITIVE, [3.0, -1.5, 2.0], "x = -1.5: must be greater than 0"),
+        (FROM_ZERO, -1e-300, "x = -1e-300: must be at least 0"),
+        (Quantity("y", "at least one", 2.0, lower=1.0), 0.5, "x = 0.5: must be at least 1"),
+        (ANY, np.inf, "x = inf: must be finite"),
+        (ANY, [0.0, -np.inf], "x = -inf: must be finite"),
+        (LIMIT, -np.inf, "x = -inf: must be greater than 0"),
+        (ANY, np.nan, "x = nan: must be a number; leave the parameter out to take its default 0.25"),
+        (LIMIT, [1.0, np.nan], "x = nan: must be a number; leave the parameter out to take its default 50"),
+        (ANY, [], "x = []: is empty; give at least one value"),
+        (ANY, np.zeros((2, 0)), "is empty; give at least one value"),
+        (ANY, "2", "x = '2': must be a number or an array of numbers"),
+        (ANY, b"2", "must be a number or an array of numbers"),
+        (ANY, ["1", "2"], "must be a number or an array of numbers"),
+        (ANY, None, "x = None: must be a number or an array of numbers"),
+        (ANY, True, "x = True: must be a number or an array of numbers"),
+        (ANY, np.True_, "must be a number or an array of numbers"),
+        (ANY, [True, False], "must be a number or an array of numbers"),
+        (ANY, 1j, "x = 1j: must be a number or an array of numbers"),
+        (ANY, np.array([1.0 + 1.0j]), "must be a number or an array of numbers"),
+        (ANY, {"a": 1}, "must be a number or an array of numbers"),
+        (ANY, [[1.0], [1.0, 2.0]], "must be a number or an array of numbers"),
+        (ANY, Decimal(2), "must be a number or an array of numbers"),
+        (ANY, SimpleNamespace(), "must be a number or an array of numbers"),
+        (ANY, np.array(["2026-01-01"], dtype="datetime64[D]"), "must be a number or an array of numbers"),
+    ],
+)
+def test_refused_values(quantity, value, message):
+    with pytest.raises(InputError) as error:
+        quantity.check("x", value)
+    assert message in str(error.value)
+    assert str(error.value).startswith("x = ")
+    assert "\n" not in str(error.value)
+
+
+def test_an_input_error_is_a_value_error():
+    assert issubclass(InputError, ValueError)
+
+
+def test_an_unknown_name_suggests_the_nearest_one_or_lists_them_all():
+    assert str(unknown_name("fruit", "aple", iter(["apple", "pear"]))) == "'aple' is not a fruit; did you mean 'apple'?"
+    assert str(unknown_name("fruit", "zzz", ["apple", "pear"])) == "'zzz' is not a fruit; known: apple, pear"
