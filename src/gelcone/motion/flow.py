@@ -16,13 +16,13 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone import drive
-from gelcone.errors import InputError, MissingDependency
+from gelcone.errors import InputError, MissingDependency, unknown_name
 from gelcone.laws import StrainEnergyLaw
 from gelcone.model import Coefficients, ConeModel, acceleration
 from gelcone.quantity import Array
@@ -34,11 +34,12 @@ CALL_SPAN = 500.0
 """Longest stretch of motion handed to the integrator at once, in units of the fastest linear time scale: between such
 calls an interrupt is heard and a failing member is told apart from its neighbours."""
 STEPS_PER_CALL = 200_000
-SMALLEST_STEP = 1e-8
+SMALLEST_STEP = 2e-8
 """A shorter step means that the film came so close to its stretch limit that the distance, and with it the force, is
-lost to rounding (measured by ``benchmarks/robustness.py``)."""
+lost to rounding (measured by ``benchmarks/robustness.py``). It shrinks with the time scale of very stiff members."""
 
 Keep = Literal["states", "tangents", "work"]
+KEEPS: tuple[Keep, ...] = get_args(Keep)
 
 
 class Outcome(IntEnum):
@@ -62,7 +63,8 @@ _MEANINGS = {
     Outcome.STRETCH_LIMIT: "came closer to the stretch limit than double precision resolves; raise stretch_limit, "
     "lower the voltage or start with less energy",
     Outcome.STEP_LIMIT: f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too stiff",
-    Outcome.NOT_FINITE: "became infinite; the energy has no bound there (a voltage above a film without stretch limit)",
+    Outcome.NOT_FINITE: "became infinite, because the energy has no bound there (a film without stretch limit, or "
+    "deviations sampled too rarely), or did not start from finite numbers",
 }
 
 
@@ -110,24 +112,27 @@ def integrate(
 
     Raises
     ------
-    InputError : for times that do not increase, or shapes that do not fit.
+    InputError : for times that do not increase, shapes that do not fit, or options that cannot be used.
     MissingDependency : when heyoka is not installed.
     """
     count = model.size
-    states0 = np.broadcast_to(np.asarray(initial, dtype=float), (count, 2))
-    t0 = np.broadcast_to(np.asarray(start, dtype=float), (count,))
-    sample_times = np.atleast_1d(np.asarray(times, dtype=float))
-    sample_times = np.broadcast_to(sample_times, (count, sample_times.shape[-1]))
+    _check_options(keep, tolerance, threads)
+    states0 = _fit("initial", initial, (count, 2))
+    t0 = _fit("start", start, (count,))
+    sample_times = _fit("times", times, (count, np.size(times) if np.ndim(times) < 2 else np.shape(times)[-1]))
+    if not (sample_times.size and np.isfinite(sample_times).all() and np.isfinite(t0).all()):
+        raise InputError("times: must be at least one and, like the start, finite")
     gaps = np.diff(sample_times, axis=1, prepend=t0[:, None])
-    if not ((gaps[:, :1] >= 0.0).all() and (gaps[:, 1:] > 0.0).all() and np.isfinite(sample_times).all()):
-        raise InputError("times: must be finite, increasing and not before the start; sort them and leave out doubles")
+    if not ((gaps[:, :1] >= 0.0).all() and (gaps[:, 1:] > 0.0).all()):
+        raise InputError("times: must increase and not be before the start; sort them and leave out doubles")
 
     parameters = _runtime_parameters(model)
-    outcome = np.zeros(count, dtype=np.int8)
     limit = np.broadcast_to(model.strain_limit(), model.shape).ravel()
     with np.errstate(over="ignore", invalid="ignore"):
-        inside = model.take(slice(None)).strain(states0[:, 0]) < limit
-    outcome[~inside] = Outcome.OUTSIDE
+        outside = ~(model.take(slice(None)).strain(states0[:, 0]) < limit)
+    outcome = np.where(outside, Outcome.OUTSIDE, Outcome.OK).astype(np.int8)
+    outcome[np.isnan(states0).any(axis=1) | np.isinf(states0[:, 1])] = Outcome.NOT_FINITE
+    runs = outcome == Outcome.OK
     job = _Job(
         parameters=parameters,
         states0=states0,
@@ -135,6 +140,7 @@ def integrate(
         times=sample_times,
         keep=keep,
         limit=limit,
+        time_scale=1.0 / np.sqrt(1.0 + _stiffness(parameters)),
         integrators=_Integrators(model.law, keep, tolerance, len(parameters)),
         result=Trajectories(
             times=sample_times,
@@ -145,10 +151,28 @@ def integrate(
             steps=np.zeros(count, dtype=np.int64),
         ),
     )
-    _store_start(job, inside & (gaps[:, 0] == 0.0))
-    batches = list(_batches(job, gaps, np.flatnonzero(inside)))
+    _store_start(job, runs & (gaps[:, 0] == 0.0))
+    batches = list(_batches(job, gaps, np.flatnonzero(runs)))
     _run(job, batches, threads or available_threads(), progress)
     return job.result
+
+
+def _check_options(keep: str, tolerance: float, threads: int | None) -> None:
+    if keep not in KEEPS:
+        raise unknown_name("thing to keep", str(keep), KEEPS)
+    if not (isinstance(tolerance, float | int) and 0.0 < tolerance < 1.0):
+        raise InputError(f"tolerance = {tolerance!r}: must be between 0 and 1, for example {DEFAULT_TOLERANCE:g}")
+    if threads is not None and not (isinstance(threads, int) and threads >= 1):
+        raise InputError(f"threads = {threads!r}: must be at least 1; leave it out to use all cores")
+
+
+def _fit(name: str, value: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
+    """``value`` spread to ``shape``; `InputError` when it does not fit."""
+    try:
+        return np.broadcast_to(np.asarray(value, dtype=float), shape)
+    except (TypeError, ValueError):
+        wanted = " or ".join(dict.fromkeys(str(s) for s in (shape[1:], shape)))
+        raise InputError(f"{name}: must be numbers of shape {wanted}, not {np.shape(value)}") from None
 
 
 def available_threads() -> int:
@@ -250,6 +274,7 @@ class _Job:
     times: Array
     keep: Keep
     limit: Array
+    time_scale: Array
     integrators: _Integrators
     result: Trajectories
 
@@ -276,10 +301,14 @@ def _store_start(job: _Job, members: npt.NDArray[np.bool_]) -> None:
         job.result.work[members, 0] = 0.0
 
 
+def _stiffness(parameters: Array) -> Array:
+    """A bound of the stiffness of spring, film at rest and field: how fast the members move."""
+    return parameters[1] + parameters[3] + (parameters[6] + np.abs(parameters[7])) ** 2
+
+
 def _batches(job: _Job, gaps: Array, members: npt.NDArray[np.intp]) -> Iterator[_Batch]:
     """Batches of members with the same plan of calls: a plan depends on the member alone, so its numbers do too."""
-    stiffness = job.parameters[1] + job.parameters[3] + (job.parameters[6] + np.abs(job.parameters[7])) ** 2
-    span = CALL_SPAN / np.sqrt(1.0 + stiffness)
+    span = CALL_SPAN * job.time_scale
     widest = np.maximum(gaps.max(axis=1), 1e-12)
     call = 2 ** np.floor(np.log2(np.clip(span / widest, 1.0, 4096.0))).astype(int)
     plans: dict[tuple[int, bytes], list[int]] = {}
@@ -328,28 +357,36 @@ def _run(job: _Job, batches: list[_Batch], threads: int, progress: Callable[[flo
 def _advance(job: _Job, batch: _Batch, integrator: Any) -> Iterator[float]:
     """Runs one batch to the end, yielding the share done after each call."""
     lanes = _Lanes(job, batch.members, integrator)
-    times, samples = _stretches(job, lanes.padded, batch.pieces)
-    for first in range(0, len(samples), batch.call):
-        part = slice(first, min(first + batch.call, len(samples)))
-        values = lanes.propagate(times[part.start : part.stop + 1], samples[part])
-        kept = samples[part] >= 0
-        lanes.store(samples[part][kept], values[kept])
-        yield (part.stop - part.start) / len(samples)
+    reached = job.start[lanes.padded]
+    last = np.cumsum(batch.pieces)
+    total = int(last[-1])
+    for first in range(0, total, batch.call):
+        stretches = np.arange(first, min(first + batch.call, total))
+        times, samples = _stretches(job, lanes.padded, batch.pieces, last, stretches)
+        values = lanes.propagate(np.concatenate([reached[None], times]), samples)
+        kept = samples >= 0
+        lanes.store(samples[kept], values[kept])
+        reached = times[-1]
+        yield stretches.size / total
 
 
 def _stretches(
-    job: _Job, members: npt.NDArray[np.intp], pieces: npt.NDArray[np.int64]
+    job: _Job,
+    members: npt.NDArray[np.intp],
+    pieces: npt.NDArray[np.int64],
+    last: npt.NDArray[np.int64],
+    stretches: npt.NDArray[np.int64],
 ) -> tuple[Array, npt.NDArray[np.int64]]:
-    """Ends of all stretches, shape (1 + stretches, lanes) from the start on; and the sample each gives, or -1."""
-    ends = job.times[members].T
-    begins = np.concatenate([job.start[members][None], ends[:-1]])
-    samples = np.full(int(pieces.sum()), -1)
-    reached = np.flatnonzero(pieces)
-    samples[np.cumsum(pieces)[reached] - 1] = reached
-    share = np.concatenate([np.arange(1, n + 1) / n for n in pieces])[:, None]
-    piece_begins, piece_ends = np.repeat(begins, pieces, axis=0), np.repeat(ends, pieces, axis=0)
-    piece_ends = np.where(share == 1.0, piece_ends, piece_begins + (piece_ends - piece_begins) * share)
-    return np.concatenate([begins[:1], piece_ends]), samples
+    """Where each of the ``stretches`` ends, shape (stretches, members), and the sample that it gives, or -1.
+
+    ``last`` says how many stretches there are up to the end of each sample's gap.
+    """
+    samples = np.searchsorted(last, stretches, side="right")
+    share = ((stretches + 1 - last[samples]) / pieces[samples] + 1.0)[:, None]
+    ends = job.times[members[None, :], samples[:, None]]
+    begins = np.where(samples[:, None] > 0, job.times[members[None, :], samples[:, None] - 1], job.start[members])
+    times = np.where(share == 1.0, ends, begins + (ends - begins) * share)
+    return times, np.where(share[:, 0] == 1.0, samples, -1)
 
 
 _IDENTITY = np.array([[1.0], [0.0], [0.0], [1.0]])
@@ -362,6 +399,8 @@ class _Lanes:
         self.job, self.members, self.integrator = job, members, integrator
         self.padded = np.concatenate([members, np.full(LANES - members.size, members[-1])])
         self.alive = np.ones(members.size, dtype=bool)
+        self.smallest_step = SMALLEST_STEP * np.minimum(1.0, 10.0 * job.time_scale[members])
+        self.smallest_step[np.isinf(job.limit[members])] = 0.0
         self.outcomes = import_heyoka().taylor_outcome
         integrator.set_time(job.start[self.padded])
         integrator.pars[:] = job.parameters[:, self.padded]
@@ -373,22 +412,32 @@ class _Lanes:
     def propagate(self, times: Array, samples: npt.NDArray[np.int64]) -> Array:
         """States at ``times[1:]``, shape (stretches, variables, lanes), starting from ``times[0]``.
 
-        A lane that becomes infinite stops its neighbours, too; it is put to rest and the stretch gone through again.
+        A lane that does not arrive stops its neighbours, too; it is put to rest and the call is made again.
         """
         advance = self._stop_at_each if self.job.keep == "tangents" else self._read_grid
         while True:
             state = self.integrator.state.copy()
             clock = [part.copy() for part in self.integrator.dtime]
             values, reports = advance(times, samples)
-            infinite = {i for r in reports for i, lane in enumerate(r) if lane[0] == self.outcomes.err_nf_state}
-            if not infinite:
+            failed = {lane: self._failure(lane, report) for lane, report in enumerate(reports[-1])}
+            failed = {lane: outcome for lane, outcome in failed.items() if outcome}
+            if not failed:
                 self._retire_lost(reports)
                 return values
-            for lane in infinite:
-                self._retire(lane, Outcome.NOT_FINITE)
+            for lane, outcome in failed.items():
+                self._retire(lane, outcome)
                 state[:, lane] = self.integrator.state[:, lane]
             self.integrator.state[:] = state
             self.integrator.set_dtime(*clock)
+
+    def _failure(self, lane: int, report: Any) -> Outcome:
+        """Why a lane did not arrive; judged by the lane alone, since one lane's failure is reported for all."""
+        end, _, _, steps = report
+        if end == self.outcomes.err_nf_state:
+            overflow = np.isfinite(self.integrator.state[:2, lane]).all()
+            walled = np.isfinite(self.job.limit[self.padded[lane]]) and not overflow
+            return Outcome.STRETCH_LIMIT if walled else Outcome.NOT_FINITE
+        return Outcome.STEP_LIMIT if steps >= STEPS_PER_CALL else Outcome.OK
 
     def _read_grid(self, times: Array, samples: npt.NDArray[np.int64]) -> tuple[Array, list[Any]]:
         values = self.integrator.propagate_grid(times, max_steps=STEPS_PER_CALL)[-1][1:]
@@ -401,7 +450,7 @@ class _Lanes:
             integrator.propagate_until(times[k + 1], max_steps=STEPS_PER_CALL)
             values[k] = integrator.state
             reports.append(integrator.propagate_res)
-            if any(lane[0] == self.outcomes.err_nf_state for lane in reports[-1]):
+            if any(self._failure(lane, report) for lane, report in enumerate(reports[-1])):
                 break
             if sample >= 0:
                 integrator.state[2:] = _IDENTITY
@@ -409,11 +458,10 @@ class _Lanes:
 
     def _retire_lost(self, reports: list[Any]) -> None:
         for report in reports:
-            for lane, (end, smallest, _, steps) in enumerate(report[: self.members.size]):
-                self.job.result.steps[self.members[lane]] += steps if self.alive[lane] else 0
-                if end == self.outcomes.step_limit:
-                    self._retire(lane, Outcome.STEP_LIMIT)
-                elif smallest < SMALLEST_STEP and np.isfinite(self.job.limit[self.members[lane]]):
+            for lane, (_, smallest, _, steps) in enumerate(report[: self.members.size]):
+                member = self.members[lane]
+                self.job.result.steps[member] += steps if self.alive[lane] else 0
+                if smallest < self.smallest_step[lane]:
                     self._retire(lane, Outcome.STRETCH_LIMIT)
 
     def _retire(self, lane: int, outcome: Outcome) -> None:
