@@ -1,0 +1,213 @@
+"""Strict SI units: read a number or a string such as "50 mm", write a number with a fitting unit.
+
+A string is one decimal number and one unit of the right dimension, adjacent or with one space between. Everything
+else is refused, since lenient readers go wrong silently ("1,2 kV" read as 12 kV, "50 MM" as megamolar).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from gelcone.errors import InputError
+from gelcone.quantity import Array
+
+
+class FieldError(InputError):
+    """An `InputError` about one field; ``message`` starts with the field's name."""
+
+    def __init__(self, field: str, message: str) -> None:
+        super().__init__(field, message)
+        self.field = field
+        self.message = message
+
+    def __str__(self) -> str:
+        return self.message
+
+    def within(self, parent: str) -> FieldError:
+        """The same error, told about a field that lies inside ``parent``."""
+        join = "." if self.message.startswith(self.field) else ": "
+        return FieldError(f"{parent}.{self.field}", f"{parent}{join}{self.message}")
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A dimension: its name, its units as powers of ten of the SI unit, and an example of a value."""
+
+    name: str
+    powers: Mapping[str, int]
+    example: str
+    shown: tuple[str, ...]
+
+    def accepted(self, unit: str) -> str:
+        """What a value may look like, for messages."""
+        if unit == "1":
+            return f"give a plain number such as {self.example}"
+        units = ", ".join(u for u in self.powers if u.isascii())
+        return f"give a number in {unit} or a string such as '{self.example}' (units {units})"
+
+
+def _dimension(name: str, example: str, powers: Mapping[str, int], shown: tuple[str, ...] = ()) -> Dimension:
+    # "um" is also read with the micro sign (U+00B5) and with the Greek letter that looks the same (U+03BC)
+    spelt = {re.sub("u(?=[msJW])", mu, unit): power for unit, power in powers.items() for mu in "u\u00b5\u03bc"}
+    return Dimension(name, spelt, example, shown or tuple(powers))
+
+
+# SI unit -> dimension. ``shown`` lists the units that `format_si` chooses from, where that is not all of them.
+DIMENSIONS: dict[str, Dimension] = {
+    "1": _dimension("pure number", "1.2", {"": 0}),
+    "m": _dimension("length", "50 mm", {"m": 0, "cm": -2, "mm": -3, "um": -6, "nm": -9}, ("m", "mm", "um", "nm")),
+    "kg": _dimension("mass", "20 g", {"kg": 0, "g": -3, "mg": -6}),
+    "s": _dimension("time", "5 ms", {"s": 0, "ms": -3, "us": -6}),
+    "Hz": _dimension("frequency", "8 Hz", {"Hz": 0, "kHz": 3, "mHz": -3}),
+    "V": _dimension("voltage", "1.2 kV", {"V": 0, "kV": 3, "mV": -3, "MV": 6}),
+    "Pa": _dimension("pressure", "20 kPa", {"Pa": 0, "kPa": 3, "MPa": 6}),
+    "N": _dimension("force", "0.5 N", {"N": 0, "mN": -3}),
+    "m/s": _dimension("velocity", "10 mm/s", {"m/s": 0, "mm/s": -3}),
+    "N/m": _dimension(
+        "stiffness",
+        "60 N/m",
+        {"N/m": 0, "kN/m": 3, "N/cm": 2, "N/mm": 3, "mN/mm": 0, "mN/m": -3},
+        ("kN/m", "N/m", "mN/m"),
+    ),
+    "N s/m": _dimension(
+        "damping", "0.04 N s/m", {"N s/m": 0, "N*s/m": 0, "kg/s": 0, "mN s/m": -3, "g/s": -3}, ("N s/m", "mN s/m")
+    ),
+    "V/m": _dimension(
+        "electric field",
+        "20 kV/mm",
+        {"V/m": 0, "kV/m": 3, "V/mm": 3, "MV/m": 6, "kV/mm": 6, "V/um": 6},
+        ("V/m", "kV/m", "MV/m"),
+    ),
+    "J": _dimension("energy", "2 mJ", {"J": 0, "mJ": -3, "uJ": -6}),
+    "W": _dimension("power", "3 mW", {"W": 0, "mW": -3, "uW": -6}),
+}
+
+# Three digits of exponent are enough for a double and keep int() cheap.
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[eE]([+-]?\d{1,3}))?(?: ?([^\s\d].*))?", re.ASCII)
+
+
+def _shown(value: Any) -> str:
+    text = repr(value) if isinstance(value, str) else " ".join(repr(value).split())
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _parse_text(text: str, unit: str, dimension: Dimension) -> float | str:
+    """The number in SI, or the reason why the text is refused."""
+    match = _NUMBER.fullmatch(text)
+    if re.search(r"\d,\d", text):
+        return "holds a comma; write decimals with a point"
+    if match is None:
+        return "is not one decimal number" + ("" if unit == "1" else " and one unit")
+    digits, exponent, given = match.group(1), int(match.group(2) or 0), match.group(3) or ""
+    if given in dimension.powers:
+        # moving the decimal exponent rounds once: "0.3 mm" is exactly the double nearest to 0.0003
+        return float(f"{digits}e{exponent + dimension.powers[given]}")
+    if not given:
+        return "has no unit"
+    for other in DIMENSIONS.values():
+        if given in other.powers:
+            return f"{given} is a unit of {other.name}, not of {dimension.name}"
+    return f"{given!r} is not a unit of {dimension.name}"
+
+
+def parse(
+    name: str,
+    value: Any,
+    unit: str,
+    *,
+    above: float | None = None,
+    least: float | None = None,
+    infinite: bool = False,
+) -> float:
+    """``value`` in the SI unit ``unit``, as a float.
+
+    Parameters
+    ----------
+    name : the field's name, for messages.
+    value : a number, which is in SI; or a string of one number and one unit, such as ``"50 mm"`` or ``"1.2kV"``.
+    unit : a key of `DIMENSIONS`; ``"1"`` for a pure number.
+    above, least : bounds in SI, exclusive and inclusive. Default none.
+    infinite : whether plus infinity, as a number, is allowed. Default no.
+
+    Raises
+    ------
+    FieldError : for what is not exact, of another dimension, not finite or out of bounds; an `InputError`.
+
+    >>> parse("film_radius", "50 mm", "m")
+    0.05
+    """
+    dimension = DIMENSIONS[unit]
+    reason = ""
+    number = math.nan
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value.item()
+    if isinstance(value, str):
+        parsed = _parse_text(value, unit, dimension)
+        number, reason = (number, parsed) if isinstance(parsed, str) else (parsed, "")
+    elif isinstance(value, Real) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+    elif isinstance(value, list | tuple | np.ndarray):
+        reason = "must be one value, not several"
+    else:
+        reason = f"must be a number or a string, not {type(value).__name__}"
+    allowed = math.isfinite(number) or (infinite and number == math.inf)
+    if not reason and not allowed:
+        reason = "must be finite"
+    if reason:
+        raise FieldError(name, f"{name} = {_shown(value)}: {reason}; {dimension.accepted(unit)}")
+    in_unit = "" if unit == "1" else f" {unit}"
+    if above is not None and not number > above:
+        reason = f"must be greater than {above:g}{in_unit}"
+    if least is not None and not number >= least:
+        reason = f"must be at least {least:g}{in_unit}"
+    if reason:
+        raise FieldError(name, f"{name} = {_shown(value)}: {reason}; give a larger one, such as {dimension.example}")
+    return number
+
+
+def parse_many(
+    name: str, value: Any, unit: str, *, above: float | None = None, least: float | None = None
+) -> float | Array:
+    """Like `parse`, but a list or one-dimensional array of values gives a read-only float array of its shape (n,)."""
+    if hasattr(value, "__array__"):
+        value = np.asarray(value)
+    if isinstance(value, np.ndarray):
+        if value.ndim > 1:
+            raise FieldError(name, f"{name} has the shape {value.shape}: must be a number or one-dimensional; ravel it")
+        value = value.tolist()
+    if not isinstance(value, list | tuple):
+        return parse(name, value, unit, above=above, least=least)
+    if not value:
+        raise FieldError(name, f"{name} = []: is empty; give at least one value")
+    array = np.array([parse(f"{name}[{i}]", v, unit, above=above, least=least) for i, v in enumerate(value)])
+    array.flags.writeable = False
+    return array
+
+
+def format_si(value: float, unit: str, digits: int = 4) -> str:
+    """``value`` (SI) rounded to ``digits`` significant digits, with a unit that leaves 1 to 1000 before the point.
+
+    `parse` reads the text back. Raises KeyError for a unit that is not in `DIMENSIONS`.
+
+    >>> format_si(0.0005, "m"), format_si(8.4e3, "V"), format_si(1.25, "1")
+    ('500 um', '8.4 kV', '1.25')
+    """
+    dimension = DIMENSIONS[unit]
+    rounded = float(f"{value:.{digits}g}")
+    # choosing after rounding keeps 999.96 mm from being written as "1000 mm"
+    scales = sorted((float(f"1e{dimension.powers[symbol]}"), symbol) for symbol in dimension.shown)
+    fitting = [s for s in scales if abs(rounded) >= s[0]] or scales[:1]
+    scale, symbol = fitting[-1]
+    if rounded == 0.0 or not math.isfinite(rounded):
+        scale, symbol = 1.0, "" if unit == "1" else unit
+    return f"{rounded / scale:.{digits}g} {symbol}".rstrip()
