@@ -35,6 +35,7 @@ PARAMETERS: dict[str, Quantity] = {
     "meridional_prestretch": Quantity("lm", "meridional pre-stretch, given directly", 1.0, positive=True),
     "hoop_prestretch": Quantity("lh", "hoop pre-stretch, given directly", 1.0, positive=True),
 }
+_PRESTRETCHES = ("prestretch", "meridional_prestretch", "hoop_prestretch")
 PRESTRETCH_MODES = ("radial", "equibiaxial")
 
 ArrayLike = npt.ArrayLike
@@ -146,6 +147,8 @@ class ConeModel:
 
     def __post_init__(self) -> None:
         law = find_law(self.law) if isinstance(self.law, str) else self.law
+        if not isinstance(law, StrainEnergyLaw):
+            raise InputError(f"law = {law!r}: must be a strain-energy law or the name of one: {', '.join(LAWS)}")
         direct = self.meridional_prestretch is not None or self.hoop_prestretch is not None
         if direct and self.prestretch is not None:
             raise InputError(
@@ -156,9 +159,11 @@ class ConeModel:
         values: dict[str, Any] = {"law": law}
         for name, quantity in PARAMETERS.items():
             value = getattr(self, name)
-            if value is None and (name == "prestretch") != direct:
-                value = quantity.default
-            values[name] = None if value is None else quantity.check(name, value)
+            if value is None and name in _PRESTRETCHES:
+                value = quantity.default if (name == "prestretch") != direct else None
+                values[name] = value
+            else:
+                values[name] = quantity.check(name, value)
         values |= self._checked_law_parameters(law)
         for name, value in values.items():
             object.__setattr__(self, name, value)
@@ -166,10 +171,11 @@ class ConeModel:
 
     def _checked_law_parameters(self, law: StrainEnergyLaw) -> dict[str, Any]:
         given = dict(self.law_parameters)
-        if self.stretch_limit is not None:
+        if "stretch_limit" in given and self.stretch_limit is not None:
+            raise InputError("stretch_limit is given twice, also in law_parameters; give it once")
+        unlimited = "stretch_limit" not in law.parameters
+        if self.stretch_limit is not None and not (unlimited and _infinite(self.stretch_limit)):
             given["stretch_limit"] = self.stretch_limit
-        if "stretch_limit" not in law.parameters and given.get("stretch_limit") == np.inf:
-            del given["stretch_limit"]
         for name in given:
             if name not in law.parameters:
                 takes = ", ".join(law.parameters) or "no parameters"
@@ -200,17 +206,23 @@ class ConeModel:
         return values | {"prestretch_mode": self.prestretch_mode, "law": self.law.name}
 
     def replace(self, **changes: Any) -> ConeModel:
-        """A copy with some parameters changed, by their flat names."""
-        own = {k: changes.pop(k) for k in list(changes) if k in self.law_parameters}
+        """A copy with some parameters changed, by their flat names; a new law starts from its own defaults."""
+        law = changes.get("law", self.law)
+        law = find_law(law) if isinstance(law, str) else law
+        fields = {f.name for f in dataclasses.fields(self)}
+        known = [*parameter_names(), *getattr(law, "parameters", ())]
         for name in changes:
-            if name not in {f.name for f in dataclasses.fields(self)}:
-                raise unknown_name("model parameter", name, parameter_names())
+            if name not in known and name != "law_parameters":
+                raise unknown_name("model parameter", name, known)
+        own = dict(self.law_parameters) if law is self.law else {}
+        own |= {k: changes.pop(k) for k in list(changes) if k not in fields}
+        if law is not self.law:
+            changes.setdefault("stretch_limit", None)
         if changes.keys() & {"meridional_prestretch", "hoop_prestretch"}:
             changes.setdefault("prestretch", None)
         elif changes.get("prestretch") is not None:
             changes |= {"meridional_prestretch": None, "hoop_prestretch": None}
-        fields: dict[str, Any] = {"law_parameters": {**self.law_parameters, **own}, **changes}
-        return dataclasses.replace(self, **fields)
+        return dataclasses.replace(self, **({"law_parameters": own} | changes))
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -290,14 +302,27 @@ class ConeModel:
         return self.law.energy(strain(x, c), c.law) + spring_energy(x, c)
 
     def force(self, x: ArrayLike, voltage: Any = 0.0) -> Any:
-        """Static force that holds the disc at x against film, spring and a constant voltage, per mu Vol/(b-a)."""
+        """Static force that holds the disc at x against film, spring and a constant voltage, per mu Vol/(b-a).
+
+        NaN at and beyond the stretch limit.
+        """
         x, c = self._at(x)
-        return -acceleration(x, 0.0, voltage, c, self.law)[0]
+        return self._within(x, c, -acceleration(x, 0.0, voltage, c, self.law)[0])
 
     def stiffness(self, x: ArrayLike, voltage: Any = 0.0) -> Any:
-        """Slope of `force`: positive where an equilibrium is stable."""
+        """Slope of `force`: positive where an equilibrium is stable; NaN at and beyond the stretch limit."""
         x, c = self._at(x)
-        return -acceleration(x, 0.0, voltage, c, self.law)[1]
+        return self._within(x, c, -acceleration(x, 0.0, voltage, c, self.law)[1])
+
+    def _within(self, x: Array, c: Coefficients, values: Any) -> Any:
+        return np.where(strain(x, c) < self.law.strain_limit(c.law), values, np.nan)[()]
+
+
+def _infinite(value: Any) -> bool:
+    try:
+        return bool(np.isinf(np.asarray(value, dtype=float)).all())
+    except (TypeError, ValueError):
+        return False
 
 
 def parameter_names() -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,20 +33,23 @@ class Quantity:
         try:
             if isinstance(value, str | bytes | bool) or np.asarray(value).dtype.kind not in "iuf":
                 raise TypeError
-            array = np.asarray(value, dtype=float)
+            array = np.array(value, dtype=float)
         except (TypeError, ValueError):
-            raise InputError(f"{name} = {value!r}: must be a number or an array of numbers") from None
+            shown = " ".join(reprlib.repr(value).split())
+            raise InputError(
+                f"{name} = {shown}: must be a number or an array of numbers; write it without units"
+            ) from None
+        bound = "greater than 0" if self.positive else f"at least {self.lower:g}"
         if array.size == 0:
             raise InputError(f"{name} = []: is empty; give at least one value")
         if np.isnan(array).any():
-            raise InputError(
-                f"{name} = nan: must be a number; leave the parameter out to take its default {self.default:g}"
-            )
+            raise InputError(f"{name} = nan: must be a number; leave it out to take its default {self.default:g}")
         if not self.infinite and np.isinf(array).any():
-            raise InputError(f"{name} = {array[np.isinf(array)][0]:g}: must be finite")
+            raise InputError(
+                f"{name} = {array[np.isinf(array)].flat[0]:g}: must be finite; its default is {self.default:g}"
+            )
         smallest = float(array.min())
-        if self.positive and smallest <= 0.0:
-            raise InputError(f"{name} = {smallest:g}: must be greater than 0")
-        if smallest < self.lower:
-            raise InputError(f"{name} = {smallest:g}: must be at least {self.lower:g}")
-        return float(array) if array.ndim == 0 else array.copy()
+        if (self.positive and smallest <= 0.0) or smallest < self.lower:
+            raise InputError(f"{name} = {smallest:g}: must be {bound}; its default is {self.default:g}")
+        array.setflags(write=False)
+        return float(array) if array.ndim == 0 else array
