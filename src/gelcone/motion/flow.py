@@ -399,8 +399,8 @@ class _Lanes:
         self.job, self.members, self.integrator = job, members, integrator
         self.padded = np.concatenate([members, np.full(LANES - members.size, members[-1])])
         self.alive = np.ones(members.size, dtype=bool)
-        self.smallest_step = SMALLEST_STEP * np.minimum(1.0, 10.0 * job.time_scale[members])
-        self.smallest_step[np.isinf(job.limit[members])] = 0.0
+        self.smallest_step = SMALLEST_STEP * np.minimum(1.0, 10.0 * job.time_scale[self.padded])
+        self.smallest_step[np.isinf(job.limit[self.padded])] = 0.0
         self.outcomes = import_heyoka().taylor_outcome
         integrator.set_time(job.start[self.padded])
         integrator.pars[:] = job.parameters[:, self.padded]
@@ -432,11 +432,11 @@ class _Lanes:
 
     def _failure(self, lane: int, report: Any) -> Outcome:
         """Why a lane did not arrive; judged by the lane alone, since one lane's failure is reported for all."""
-        end, _, _, steps = report
+        end, smallest, _, steps = report
         if end == self.outcomes.err_nf_state:
-            overflow = np.isfinite(self.integrator.state[:2, lane]).all()
-            walled = np.isfinite(self.job.limit[self.padded[lane]]) and not overflow
-            return Outcome.STRETCH_LIMIT if walled else Outcome.NOT_FINITE
+            # only a bounded motion's deviations can overflow away from the wall
+            far = self.job.keep == "tangents" and smallest >= self.smallest_step[lane]
+            return Outcome.NOT_FINITE if far or self.smallest_step[lane] == 0.0 else Outcome.STRETCH_LIMIT
         return Outcome.STEP_LIMIT if steps >= STEPS_PER_CALL else Outcome.OK
 
     def _read_grid(self, times: Array, samples: npt.NDArray[np.int64]) -> tuple[Array, list[Any]]:
