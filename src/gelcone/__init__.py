@@ -20,60 +20,63 @@ from typing import TYPE_CHECKING, Any
 from gelcone._version import __version__
 
 if TYPE_CHECKING:
-    from gelcone.dataset import load, model_of, save
-    from gelcone.device import Device, find_device
-    from gelcone.errors import InputError, MissingDependency
-    from gelcone.laws import LAWS, Gent, NeoHookean, StrainEnergyLaw, Yeoh
-    from gelcone.materials import Material, load_materials
-    from gelcone.model import ConeModel
-    from gelcone.motion.flow import Outcome, integrate
-    from gelcone.motion.response import simulate
-    from gelcone.si import to_si
+    from gelcone.atlas.bifurcation import bifurcation as bifurcation
+    from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
+    from gelcone.atlas.grid import basin as basin
+    from gelcone.atlas.grid import parameter_map as parameter_map
+    from gelcone.dataset import load as load
+    from gelcone.dataset import model_of as model_of
+    from gelcone.dataset import save as save
+    from gelcone.device import Device as Device
+    from gelcone.device import find_device as find_device
+    from gelcone.errors import InputError as InputError
+    from gelcone.errors import MissingDependency as MissingDependency
+    from gelcone.laws import LAWS as LAWS
+    from gelcone.laws import Gent as Gent
+    from gelcone.laws import NeoHookean as NeoHookean
+    from gelcone.laws import StrainEnergyLaw as StrainEnergyLaw
+    from gelcone.laws import Yeoh as Yeoh
+    from gelcone.materials import Material as Material
+    from gelcone.materials import load_materials as load_materials
+    from gelcone.model import ConeModel as ConeModel
+    from gelcone.motion.flow import Outcome as Outcome
+    from gelcone.motion.flow import integrate as integrate
+    from gelcone.motion.lyapunov import lyapunov as lyapunov
+    from gelcone.motion.regime import Regime as Regime
+    from gelcone.motion.regime import regime as regime
+    from gelcone.motion.response import simulate as simulate
+    from gelcone.si import to_si as to_si
 
 _HOME = {
-    "LAWS": "laws",
+    "basin": "atlas.grid",
+    "bifurcation": "atlas.bifurcation",
     "ConeModel": "model",
     "Device": "device",
+    "find_device": "device",
     "Gent": "laws",
     "InputError": "errors",
-    "Material": "materials",
-    "MissingDependency": "errors",
-    "NeoHookean": "laws",
-    "Outcome": "motion.flow",
-    "StrainEnergyLaw": "laws",
-    "Yeoh": "laws",
-    "find_device": "device",
     "integrate": "motion.flow",
+    "LAWS": "laws",
     "load": "dataset",
     "load_materials": "materials",
+    "lyapunov": "motion.lyapunov",
+    "Material": "materials",
+    "MissingDependency": "errors",
     "model_of": "dataset",
+    "NeoHookean": "laws",
+    "Outcome": "motion.flow",
+    "parameter_map": "atlas.grid",
+    "Regime": "motion.regime",
+    "regime": "motion.regime",
     "save": "dataset",
     "simulate": "motion.response",
+    "StrainEnergyLaw": "laws",
+    "thresholds_of": "atlas.bifurcation",
     "to_si": "si",
+    "Yeoh": "laws",
 }
 
-__all__ = [
-    "LAWS",
-    "ConeModel",
-    "Device",
-    "Gent",
-    "InputError",
-    "Material",
-    "MissingDependency",
-    "NeoHookean",
-    "Outcome",
-    "StrainEnergyLaw",
-    "Yeoh",
-    "__version__",
-    "find_device",
-    "integrate",
-    "load",
-    "load_materials",
-    "model_of",
-    "save",
-    "simulate",
-    "to_si",
-]
+__all__ = ["__version__", *_HOME]
 
 
 def __getattr__(name: str) -> Any:

@@ -15,12 +15,12 @@ def command(as_json: bool) -> None:
 
     materials = load_materials()
     if as_json:
-        print_json({name: material.model_dump() for name, material in materials.items()})
+        print_json({name: material.parameters() for name, material in materials.items()})
         return
     for name, material in materials.items():
         click.echo(
             f"{name}: shear modulus {material.shear_modulus / 1e3:.4g} kPa, "
             f"relative permittivity {material.relative_permittivity:.3g}"
         )
-    sources = sorted({source for material in materials.values() for source in material.sources})
+    sources = sorted({source for material in materials.values() for source in material.sources.values()})
     click.echo("\n".join(["sources:", *(f"  {source}" for source in sources)]))

@@ -1,0 +1,1 @@
+"""Parameter space: bifurcation diagrams, two-parameter maps and basins, all made of independent cells."""

@@ -1,0 +1,156 @@
+"""The cells of a sweep: which model and initial state belong to each, and what is computed there.
+
+A cell's numbers depend on the plan and its own index alone, so that cells can be computed in any order, in any
+grouping and by any worker, with the same result to the last bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.errors import InputError, unknown_name
+from gelcone.model import PARAMETERS, ConeModel, parameter_quantity
+from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.lyapunov import check_budgets
+from gelcone.motion.regime import Evidence, classify
+from gelcone.motion.response import start_states
+from gelcone.quantity import Array, Quantity
+
+CHUNK = 256
+"""Cells computed together: large enough to fill lanes and threads, small enough for progress and interrupts."""
+STATES = {
+    "displacement": Quantity("x(0)", "initial displacement", 1.0),
+    "velocity": Quantity("x'(0)", "initial velocity", 0.0),
+}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A grid of cells: a model with one or more parameters, or components of the initial state, swept over values.
+
+    Attributes
+    ----------
+    model : a single model; the swept parameters replace its own.
+    over : swept name -> values, the first varying slowest. Names are the model's parameters, ``displacement`` and
+        ``velocity``.
+    initial : displacement and velocity at time 0 where they are not swept.
+    transient, budget, tolerance : as in `gelcone.motion.regime.regime`.
+
+    Raises
+    ------
+    InputError : for an unknown name, fewer than two values, values that do not increase or are out of bounds, an
+        ensemble as model, or budgets that are not positive.
+    """
+
+    model: ConeModel
+    over: Mapping[str, Any]
+    initial: tuple[float, float] = (1.0, 0.0)
+    transient: float | None = None
+    budget: float = 20_000.0
+    tolerance: float = DEFAULT_TOLERANCE
+
+    def __post_init__(self) -> None:
+        if self.model.shape:
+            raise InputError(f"a sweep starts from a single model, not from an ensemble of shape {self.model.shape}")
+        check_budgets(transient=self.transient, budget=self.budget)
+        object.__setattr__(self, "over", {name: swept_values(self.model, name, v) for name, v in self.over.items()})
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return tuple(len(values) for values in self.over.values())
+
+    @property
+    def size(self) -> int:
+        return int(np.prod(self.shape))
+
+    @cached_property
+    def grid(self) -> dict[str, Array]:
+        """Value of every swept name at every cell, flattened."""
+        meshes = np.meshgrid(*self.over.values(), indexing="ij")
+        return {name: mesh.ravel() for name, mesh in zip(self.over, meshes, strict=True)}
+
+    def at(self, values: Mapping[str, Array]) -> tuple[ConeModel, Array]:
+        """Models and initial states, shape (cells, 2), at given values of the swept names."""
+        count = len(next(iter(values.values())))
+        states = np.tile(np.asarray(self.initial, dtype=float), (count, 1))
+        for column, name in enumerate(STATES):
+            if name in values:
+                states[:, column] = values[name]
+        parameters = {name: v for name, v in values.items() if name not in STATES}
+        model = self.model.replace(**parameters) if parameters else self.model
+        if not model.shape:
+            model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
+        return model, states
+
+    def compute(self, cells: npt.NDArray[np.intp], threads: int | None = None) -> Evidence:
+        """The evidence of some cells of the flattened grid."""
+        return self.compute_at({name: values[cells] for name, values in self.grid.items()}, threads)
+
+    def compute_at(self, values: Mapping[str, Array], threads: int | None = None) -> Evidence:
+        """The evidence at any values of the swept names, on the grid or between."""
+        model, states = self.at(values)
+        return self.classify(model, states, threads)
+
+    def classify(self, model: ConeModel, states: Array, threads: int | None = None) -> Evidence:
+        """`classify` with the plan's options."""
+        return classify(
+            model, states, transient=self.transient, budget=self.budget, tolerance=self.tolerance, threads=threads
+        )
+
+    def run(self, *, threads: int | None = None, progress: Callable[[float], None] | None = None) -> Evidence:
+        """The evidence of all cells, chunk by chunk."""
+        model, states = self.at(self.grid)
+        start_states(model, states)
+        parts = []
+        for first in range(0, self.size, CHUNK):
+            cells = np.arange(first, min(first + CHUNK, self.size))
+            parts.append(self.compute(cells, threads))
+            if progress is not None:
+                progress(len(cells) / self.size)
+        return join(parts)
+
+    def options(self) -> dict[str, Any]:
+        """The options as attributes of a result."""
+        return {
+            "initial": list(self.initial),
+            "transient": self.transient,
+            "budget": self.budget,
+            "tolerance": self.tolerance,
+        }
+
+
+def join(parts: list[Evidence]) -> Evidence:
+    """Evidence of several groups of cells, one after the other."""
+    return Evidence(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Evidence)})
+
+
+def swept_values(model: ConeModel, name: str, values: npt.ArrayLike) -> Array:
+    """The checked values of a swept parameter or component of the initial state."""
+    known = [*PARAMETERS, *model.law.parameters, *STATES]
+    if name not in known:
+        raise unknown_name("parameter that can be swept", name, known)
+    quantity = STATES[name] if name in STATES else parameter_quantity(name)
+    array = np.atleast_1d(np.asarray(quantity.check(name, values), dtype=float))
+    if array.ndim != 1 or array.size < 2:
+        raise InputError(f"{name}: a sweep needs at least 2 values in one dimension, not shape {array.shape}")
+    if not (np.diff(array) > 0.0).all():
+        raise InputError(f"{name}: the values of a sweep must increase; sort them and leave out doubles")
+    if name not in STATES:
+        model.replace(**{name: array})
+    return array
+
+
+def quantity_of(name: str) -> str:
+    """How a swept coordinate turns into SI units: the initial state has a scale, a parameter stays dimensionless."""
+    return {"displacement": "length", "velocity": "velocity"}.get(name, "parameter")
+
+
+def meaning_of(name: str) -> str:
+    """Long name of a swept coordinate."""
+    return STATES[name].meaning if name in STATES else parameter_quantity(name).meaning

@@ -1,0 +1,322 @@
+"""What kind of motion it is - rest, periodic, quasi-periodic, chaotic, not settled, left the domain - with evidence.
+
+The motion is let settle, then looked at three ways: do its section points return (`periods_of`), does the largest
+Lyapunov exponent have a certain sign, and what does the 0-1 test say. A motion that neither returns nor is certainly
+chaotic is given more time, up to a budget. With damping, a quasi-periodic motion is impossible: its section points
+would lie on a closed curve, and the map that carries the curve onto itself shrinks the area inside by exp(-2 zeta T).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import dataset
+from gelcone.model import ConeModel
+from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome, integrate
+from gelcone.motion.lyapunov import average, check_budgets, default_transient, settle
+from gelcone.motion.response import start_states
+from gelcone.motion.zero_one import zero_one
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+RETURNS = 64
+"""Section points that are looked at; motions with up to a quarter of this as period are recognised."""
+LONGEST_PERIOD = RETURNS // 4
+PHASES = 8
+"""Samples within each repeat, for the amplitude and to tell rest from motion."""
+RETURN_TOLERANCE = 1e-6
+REST_TOLERANCE = 1e-6
+ROUNDS = 5
+"""Settling is tried this many times, each as long as all before together."""
+TEST_POINTS = 400
+CHAOTIC_K = 0.8
+REGULAR_K = 0.2
+
+
+class Regime(IntEnum):
+    """Kinds of motion."""
+
+    REST = 0
+    PERIODIC = 1
+    QUASI_PERIODIC = 2
+    CHAOTIC = 3
+    TRANSIENT = 4
+    LEFT_THE_DOMAIN = 5
+
+    @property
+    def label(self) -> str:
+        """The name in words, as printed and in JSON."""
+        return "quasi-periodic" if self is Regime.QUASI_PERIODIC else self.name.lower().replace("_", " ")
+
+
+@dataclass
+class Evidence:
+    """All that is known of each member; arrays (members, ...). Codes of `Regime` in ``regime``."""
+
+    regime: npt.NDArray[np.int8]
+    period: npt.NDArray[np.int64]
+    symmetric: npt.NDArray[np.bool_]
+    return_distance: Array
+    exponents: Array
+    standard_error: Array
+    averaged_time: Array
+    sign: npt.NDArray[np.int8]
+    zero_one: Array
+    lowest: Array
+    highest: Array
+    section: Array
+    settled_time: Array
+    outcome: npt.NDArray[np.int8]
+    final: Array
+    flag: npt.NDArray[np.bool_]
+
+    @classmethod
+    def blank(cls, count: int) -> Evidence:
+        def nan(*shape: int) -> Array:
+            return np.full((count, *shape), np.nan)
+
+        return cls(
+            regime=np.full(count, Regime.TRANSIENT, dtype=np.int8),
+            period=np.zeros(count, dtype=np.int64),
+            symmetric=np.zeros(count, dtype=bool),
+            return_distance=nan(),
+            exponents=nan(2),
+            standard_error=nan(2),
+            averaged_time=np.zeros(count),
+            sign=np.zeros(count, dtype=np.int8),
+            zero_one=nan(),
+            lowest=nan(),
+            highest=nan(),
+            section=nan(RETURNS, 2),
+            settled_time=np.zeros(count),
+            outcome=np.zeros(count, dtype=np.int8),
+            final=nan(2),
+            flag=np.zeros(count, dtype=bool),
+        )
+
+
+def classify(
+    model: ConeModel, states: Array, *, transient: float | None = None, budget: float = 20_000.0, **flow_options: Any
+) -> Evidence:
+    """The regime of every member of a flattened ensemble from its initial state (members, 2), with the evidence.
+
+    The workhorse behind `regime`, bifurcation diagrams and maps: a member's result depends on nothing but itself.
+    """
+    evidence = Evidence.blank(model.size)
+    evidence.final[:] = states
+    duration = default_transient(model) if transient is None else np.full(model.size, float(transient))
+    open_members = np.arange(model.size)
+    for trial in range(ROUNDS):
+        part, span = model.take(open_members), duration[open_members] * 2 ** max(trial - 1, 0)
+        _settle(part, open_members, span, evidence, flow_options)
+        open_members = _alive(open_members, evidence)
+        if not open_members.size:
+            break
+        for examine in (_look, _measure, _second_opinion):
+            examine(model.take(open_members), open_members, evidence, budget, flow_options)
+            open_members = _alive(open_members, evidence)
+            if not open_members.size:
+                break
+        open_members = open_members[_unsettled(model, open_members, evidence)]
+        if not open_members.size:
+            break
+    _judge(model, evidence)
+    return evidence
+
+
+def _alive(members: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np.intp]:
+    return members[evidence.outcome[members] == Outcome.OK]
+
+
+def _settle(
+    model: ConeModel, members: npt.NDArray[np.intp], span: Array, evidence: Evidence, options: dict[str, Any]
+) -> None:
+    evidence.final[members], evidence.outcome[members] = settle(model, evidence.final[members], span, **options)
+    evidence.settled_time[members] += span
+
+
+def _look(
+    model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, budget: float, options: dict[str, Any]
+) -> None:
+    """Follows `RETURNS` repeats: section points, amplitude, returns, rest."""
+    repeat = np.broadcast_to(model.drive_repeat, model.shape)
+    times = repeat[:, None] * (np.arange(1, RETURNS * PHASES + 1) / PHASES)
+    flow = integrate(model, evidence.final[members], times, **options)
+    evidence.outcome[members] = flow.outcome
+    x, u = flow.states[..., 0], flow.states[..., 1]
+    evidence.lowest[members], evidence.highest[members] = x.min(axis=1), x.max(axis=1)
+    points = flow.states[:, PHASES - 1 :: PHASES]
+    evidence.section[members], evidence.final[members] = points, points[:, -1]
+    period, distance = periods_of(points)
+    still = (np.ptp(x, axis=1) < REST_TOLERANCE) & (np.abs(u).max(axis=1) < REST_TOLERANCE)
+    evidence.period[members] = np.where(still, 0, period)
+    evidence.return_distance[members] = distance
+    evidence.symmetric[members] = symmetric(points, period) & (np.asarray(model.rest_height) == 0.0)
+    evidence.regime[members] = np.select([still, period > 0], [Regime.REST, Regime.PERIODIC], Regime.TRANSIENT)
+
+
+def periods_of(points: Array) -> tuple[npt.NDArray[np.int64], Array]:
+    """Smallest number of repeats after which all points return, (members,), 0 if none; and the smallest distance.
+
+    ``points`` (members, points, 2). A return is closer than `RETURN_TOLERANCE` times the size of the motion (at
+    least 1e-3 of a length), for every point.
+    """
+    scale = np.maximum(np.abs(points).max(axis=(1, 2)), 1e-3)
+    period = np.zeros(len(points), dtype=np.int64)
+    nearest = np.full(len(points), np.inf)
+    for candidate in range(LONGEST_PERIOD, 0, -1):
+        distance = np.abs(points[:, candidate:] - points[:, :-candidate]).max(axis=(1, 2)) / scale
+        returns = distance < RETURN_TOLERANCE
+        period[returns] = candidate
+        nearest = np.where(returns, distance, np.where(period > 0, nearest, np.fmin(nearest, distance)))
+    return period, nearest
+
+
+def symmetric(points: Array, period: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    """Whether a periodic motion maps onto itself under x -> -x: minus the first point is a point of its cycle."""
+    scale = np.maximum(np.abs(points).max(axis=(1, 2)), 1e-3)
+    gaps = np.abs(points[:, :LONGEST_PERIOD] + points[:, :1]).max(axis=2)
+    within = np.arange(LONGEST_PERIOD) < np.maximum(period, 1)[:, None]
+    return np.where(within, gaps, np.inf).min(axis=1) < 10 * RETURN_TOLERANCE * scale
+
+
+def _measure(
+    model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, budget: float, options: dict[str, Any]
+) -> None:
+    result = average(model, evidence.final[members], budget=budget, **options)
+    evidence.exponents[members], evidence.standard_error[members] = result.values, result.standard_error
+    evidence.averaged_time[members], evidence.sign[members] = result.time, result.sign
+    evidence.outcome[members] = result.outcome
+    ok = result.outcome == Outcome.OK
+    evidence.final[members[ok]] = result.states[ok]
+
+
+def _second_opinion(
+    model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, budget: float, options: dict[str, Any]
+) -> None:
+    """The 0-1 test of the members that do not return and may not be slow: chaotic ones, and all without damping."""
+    damped = np.broadcast_to(model.damping_ratio, model.shape) > 0.0
+    wandering = (evidence.regime[members] == Regime.TRANSIENT) & ((evidence.sign[members] > 0) | ~damped)
+    if not wandering.any():
+        return
+    model, members = model.take(wandering), members[wandering]
+    repeat = np.broadcast_to(model.drive_repeat, model.shape)
+    flow = integrate(model, evidence.final[members], repeat[:, None] * np.arange(1, TEST_POINTS + 1), **options)
+    evidence.outcome[members] = flow.outcome
+    evidence.zero_one[members] = zero_one(flow.states[..., 0])
+    evidence.final[members] = flow.states[:, -1]
+
+
+def _unsettled(model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np.bool_]:
+    """Damped members that neither return nor are chaotic in both opinions: slow, long, or done with chaos."""
+    damped = np.broadcast_to(model.damping_ratio, model.shape).ravel()[members] > 0.0
+    chaotic = (evidence.sign[members] > 0) & (evidence.zero_one[members] > CHAOTIC_K)
+    return (evidence.regime[members] == Regime.TRANSIENT) & damped & ~chaotic
+
+
+def _judge(model: ConeModel, evidence: Evidence) -> None:
+    """Names those that do not return, and flags every verdict that its evidence does not bear out."""
+    damped = np.broadcast_to(model.damping_ratio, model.shape).ravel() > 0.0
+    ran = evidence.outcome == Outcome.OK
+    wandering = (evidence.regime == Regime.TRANSIENT) & ran
+    # Without damping a regular motion's tangents grow like time, so that its exponent looks like log(t)/t.
+    shear = np.log(np.maximum(evidence.averaged_time, 10.0)) / np.maximum(evidence.averaged_time, 10.0)
+    chaotic = wandering & (evidence.sign > 0) & (damped | (evidence.exponents[:, 0] > 5.0 * shear))
+    quasi_periodic = wandering & ~damped & ~chaotic
+    evidence.regime[chaotic] = Regime.CHAOTIC
+    evidence.regime[quasi_periodic] = Regime.QUASI_PERIODIC
+    evidence.regime[~ran] = Regime.LEFT_THE_DOMAIN
+    evidence.regime[evidence.outcome == Outcome.STEP_LIMIT] = Regime.TRANSIENT
+    evidence.flag = chaotic & ~(evidence.zero_one > CHAOTIC_K)
+    evidence.flag |= quasi_periodic & ~(evidence.zero_one < REGULAR_K)
+    # A cycle or a rest that attracts has a negative exponent; without damping it is neutral at best.
+    returns = (evidence.regime == Regime.REST) | (evidence.regime == Regime.PERIODIC)
+    evidence.flag |= returns & np.where(damped, evidence.sign >= 0, evidence.sign > 0)
+    evidence.flag |= evidence.regime == Regime.TRANSIENT
+
+
+def regime(
+    model: ConeModel,
+    initial: npt.ArrayLike = (1.0, 0.0),
+    *,
+    transient: float | None = None,
+    budget: float = 20_000.0,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Names the motion of every member after a transient, with the evidence.
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble.
+    initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
+    transient : time after which the motion is first looked at; default `default_transient`. A motion that has not
+        settled is given more, up to 16 times as long.
+    budget : longest averaging time of the exponents in each look. Default 20,000.
+    tolerance : relative error of one integration step. Default 1e-15.
+
+    Returns
+    -------
+    Dataset with ``regime`` (codes of `Regime`, as CF flags), ``period`` in drive repeats (0: none), ``symmetric``
+    (maps onto itself under x -> -x), and the evidence: ``lyapunov`` and ``standard_error`` (..., exponent) per unit
+    time, ``averaged_time``, ``return_distance`` (of the section points, over the size of the motion), ``zero_one``
+    (only where points do not return), ``section`` (..., point, state), ``lowest`` and ``highest`` displacement,
+    ``settled_time``, ``flag`` (1 where the evidence does not agree: read it before you believe the name), ``outcome``.
+
+    Raises
+    ------
+    InputError : for a transient or budget that is not positive, or when no member can start.
+    """
+    check_budgets(transient=transient, budget=budget)
+    states = start_states(model, initial)
+    flat = model.take(slice(None))
+    evidence = classify(flat, states, transient=transient, budget=budget, tolerance=tolerance, threads=threads)
+    if progress is not None:
+        progress(1.0)
+    options = {"transient": transient, "budget": budget, "tolerance": tolerance}
+    return label_evidence(model, evidence, options, "regime of motion")
+
+
+def label_evidence(model: ConeModel, evidence: Evidence, options: dict[str, Any], title: str) -> xr.Dataset:
+    """Evidence of all members as a Dataset over the ensemble's dims."""
+    result = dataset.label(
+        model,
+        {
+            "regime": ((), evidence.regime, "kind of motion", "code"),
+            "period": ((), evidence.period, "period in drive repeats, 0 if none", "count"),
+            "symmetric": ((), evidence.symmetric.astype(np.int8), "1 if the motion equals its mirror image", "code"),
+            "flag": ((), evidence.flag.astype(np.int8), "1 if the evidence does not agree", "code"),
+            "lyapunov": (("exponent",), evidence.exponents, "Lyapunov exponents per unit time", "rate"),
+            "standard_error": (("exponent",), evidence.standard_error, "standard error of the exponents", "rate"),
+            "sign": ((), evidence.sign, "sign of the largest exponent, 0 if uncertain", "code"),
+            "averaged_time": ((), evidence.averaged_time, "averaging time behind the exponents", "time"),
+            "return_distance": (
+                (),
+                evidence.return_distance,
+                "distance of returning section points over size",
+                "share",
+            ),
+            "zero_one": ((), evidence.zero_one, "0-1 test, 1 for chaos", "share"),
+            "lowest": ((), evidence.lowest, "lowest displacement", "length"),
+            "highest": ((), evidence.highest, "highest displacement", "length"),
+            "section": (("point", "state"), evidence.section, "displacement and velocity at drive repeats", "state"),
+            "settled_time": ((), evidence.settled_time, "time before the motion was looked at", "time"),
+        },
+        outcome=evidence.outcome,
+        options=options,
+        title=title,
+    )
+    result["regime"].attrs |= {
+        "flag_values": np.array([r.value for r in Regime], dtype=np.int8),
+        "flag_meanings": " ".join(r.name.lower() for r in Regime),
+    }
+    return result
