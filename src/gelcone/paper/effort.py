@@ -1,0 +1,24 @@
+"""How finely the paper's figures are computed: in full, or quickly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Effort:
+    """Sizes of the paper's studies."""
+
+    name: str
+    diagram_values: int
+    sweeps: tuple[str, ...]
+    map_shape: tuple[int, int]
+    section_points: int
+    frequencies: int
+    spectrum_periods: int
+    limit_map: tuple[int, int]
+    window: float = 500.0
+
+
+FULL = Effort("full", 201, ("up", "down"), (101, 81), 1500, 160, 400, (25, 60))
+QUICK = Effort("quick", 81, (), (31, 25), 400, 48, 100, (7, 24))

@@ -1,0 +1,59 @@
+"""The paper's own method, under examination: Runge-Kutta 4 with a fixed step and no guard at the stretch limit.
+
+Beyond the limit the closed form of the film's force goes on with the wrong sign, and so does this integrator. Nothing
+outside this folder uses it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gelcone import drive
+from gelcone.model import Coefficients, ConeModel, acceleration, strain
+from gelcone.quantity import Array
+
+
+@dataclass(frozen=True)
+class FixedStepRun:
+    """Times (steps + 1,), states (members, steps + 1, 2), largest exponent over the run (members,) from the tangent of
+    the same steps, and the share of the steps spent beyond the stretch limit (members,)."""
+
+    times: Array
+    states: Array
+    exponent: Array
+    beyond: Array
+
+
+def fixed_step(model: ConeModel, initial: tuple[float, float], step: float, steps: int) -> FixedStepRun:
+    """Runs every member of a flattened ensemble with a fixed step; non-finite states stay as they come out."""
+    members = model.take(slice(None))
+    c = members.coefficients()
+    state = np.tile([initial[0], initial[1], 1.0, 0.0], (members.size, 1)).T
+    states = np.empty((members.size, steps + 1, 2))
+    states[:, 0] = state[:2].T
+    grown, beyond = np.zeros(members.size), np.zeros(members.size)
+    limit = members.strain_limit()
+    with np.errstate(all="ignore"):
+        for k in range(steps):
+            state = _step(members, c, k * step, state, step)
+            length = np.hypot(state[2], state[3])
+            grown += np.log(length)
+            state[2:] /= length
+            states[:, k + 1] = state[:2].T
+            beyond += ~(strain(state[0], c) < limit)
+    return FixedStepRun(step * np.arange(steps + 1, dtype=float), states, grown / (steps * step), beyond / steps)
+
+
+def _step(members: ConeModel, c: Coefficients, time: float, state: Array, step: float) -> Array:
+    def rate(at: float, y: Array) -> Array:
+        voltage = drive.voltage(at, members.voltage, members.voltage_bias, members.drive_frequency)
+        force, slope = acceleration(y[0], y[1], voltage, c, members.law)
+        return np.stack([y[1], force, y[3], slope * y[2] - 2.0 * c.zeta * y[3]])
+
+    k1 = rate(time, state)
+    k2 = rate(time + step / 2, state + step / 2 * k1)
+    k3 = rate(time + step / 2, state + step / 2 * k2)
+    k4 = rate(time + step, state + step * k3)
+    return state + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
