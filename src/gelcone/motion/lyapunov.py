@@ -263,7 +263,7 @@ def lyapunov(
     flat = model.take(slice(None))
     options: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     report = progress or (lambda share: None)
-    finite, finite_running = _finite(flat, states, window, options)
+    finite, finite_running = finite_exponents(flat, states, window, options)
     report(0.2)
     duration = default_transient(flat) if transient is None else np.full(flat.size, transient)
     settled, outcome = settle(flat, states, duration, **options)
@@ -309,7 +309,7 @@ def check_budgets(**budgets: float | None) -> None:
             raise InputError(f"{name} = {value:g}: must be a positive dimensionless time")
 
 
-def _finite(model: ConeModel, states: Array, window: float, options: dict[str, Any]) -> tuple[Array, Array]:
+def finite_exponents(model: ConeModel, states: Array, window: float, options: dict[str, Any]) -> tuple[Array, Array]:
     """Exponents over the window from the start (members, 2), and the running estimate of the largest."""
     values = np.full((model.size, 2), np.nan)
     running = np.full((model.size, RUNNING_POINTS, 2), np.nan)
