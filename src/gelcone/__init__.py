@@ -45,6 +45,9 @@ if TYPE_CHECKING:
     from gelcone.motion.regime import Regime as Regime
     from gelcone.motion.regime import regime as regime
     from gelcone.motion.response import simulate as simulate
+    from gelcone.motion.section import extrema as extrema
+    from gelcone.motion.section import section as section
+    from gelcone.motion.spectrum import spectrum as spectrum
     from gelcone.si import to_si as to_si
 
 _HOME = {
@@ -52,6 +55,7 @@ _HOME = {
     "bifurcation": "atlas.bifurcation",
     "ConeModel": "model",
     "Device": "device",
+    "extrema": "motion.section",
     "find_device": "device",
     "Gent": "laws",
     "InputError": "errors",
@@ -69,7 +73,9 @@ _HOME = {
     "Regime": "motion.regime",
     "regime": "motion.regime",
     "save": "dataset",
+    "section": "motion.section",
     "simulate": "motion.response",
+    "spectrum": "motion.spectrum",
     "StrainEnergyLaw": "laws",
     "thresholds_of": "atlas.bifurcation",
     "to_si": "si",

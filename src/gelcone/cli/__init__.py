@@ -11,6 +11,8 @@ from gelcone._version import __version__
 
 COMMANDS = {
     "simulate": "How it moves: time response, stresses, energies, validity.",
+    "section": "Poincare section: once a drive repeat, or at the turning points.",
+    "spectrum": "Amplitude spectrum, its lines and its flatness.",
     "devices": "List the device files that ship.",
     "materials": "List the measured gels that ship.",
 }

@@ -1,0 +1,341 @@
+"""Amplitude spectrum of the displacement, its lines, and how much of the motion they are.
+
+The window is cos^4 (the square of Hann's; Rife and Vincent's class I of order 2, Bell Syst. Tech. J. 49 (1970) 197):
+its sidelobes fall by 30 dB an octave, so that weak lines and the floor between lines show beside strong ones, and its
+transform has a closed form, from which a line between two bins gets its frequency and amplitude exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import dataset
+from gelcone.errors import InputError
+from gelcone.model import ConeModel
+from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.response import start_states
+from gelcone.motion.section import (
+    MOST_PER_REPEAT,
+    STILL,
+    Progress,
+    blocks,
+    check_count,
+    fastest,
+    next_power_of_two,
+    pieces,
+    repeat_of,
+    samples_per_repeat,
+    settle,
+    split_progress,
+    weighted,
+    with_initial,
+)
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LOBE = 3
+"""Half the width of the window's main lobe, in bins: lines closer together than this are not told apart."""
+STANDS_OUT = 14.0
+"""A line stands this many dB above the running median around it: in Gaussian noise, which is what chaos without any
+line looks like, one bin in 3e7 does."""
+FEWEST_PERIODS = 16
+MOST_LINES = 64
+BAND = 2.5
+SMALLEST_BAND = 8.0
+SAMPLES_PER_OSCILLATION = 16
+OVERSAMPLING = 4
+"""Fewest samples a period of the highest frequency kept."""
+FOLDED = 1e-5
+"""Sampling is refined until the amplitude at the end of the sampled band is below this share of the largest."""
+REFINEMENT = 4
+MOST_SAMPLES = 2**21
+"""A record is not refined beyond this."""
+
+
+def spectrum(
+    model: ConeModel,
+    initial: npt.ArrayLike = (1.0, 0.0),
+    *,
+    periods: int = 256,
+    discard: int = 200,
+    highest: float | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Amplitude spectrum of the displacement: a sine of amplitude a shows as a line of height a.
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble.
+    initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
+    periods : length of the record in periods 2 pi/omega of the voltage, at least 16; bins are 1/periods of the drive
+        frequency apart, and lines less than 3 bins apart are not told apart. Default 256.
+    discard : drive repeats (see `section`) to let pass before, until the motion has settled; what is left of a
+        transient shows as broad feet or faint lines beside the others. Default 200.
+    highest : upper end of the band that is kept, in units of the drive frequency, at least 1; default a power of two,
+        at least 8, that holds 2.5 times the fastest frequency of film and spring (each member its own; NaN beyond).
+    tolerance : relative error of one step. Default 1e-15.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Returns
+    -------
+    Dataset over the ensemble's dims, and for some variables one of these dims:
+
+    * ``frequency_ratio``: frequency over that of the voltage (the force of a pure sine lies at 2), beside
+      ``frequency``, the same as a dimensionless angular frequency (hertz in SI units). ``amplitude`` is one-sided; at 0
+      it is the mean displacement without its sign. Noise shows with the window's bandwidth of 1.94 bins.
+    * ``line``: the strongest first, at most 64, padded with NaN. ``line_ratio``, ``line_frequency`` and
+      ``line_amplitude`` are interpolated between bins; ``line_prominence`` is in dB above the higher of the gaps that
+      part it from stronger lines. A peak counts as a line when it stands 14 dB above those gaps and above the running
+      median over one drive frequency, and above ``folded``.
+
+    ``power_in_lines`` is the share of the displacement's variance that lies in the main lobes of lines. ``flatness`` is
+    the geometric over the arithmetic mean of the power in all bins above 0 up to ``highest``, amplitudes below 1e-12
+    counted as 1e-12 (near 0: lines only; 0.56: white noise). ``mean_displacement`` and ``rms`` (about the mean) are of
+    the record. A motion of rms below 1e-12 stands still: it has no lines, and shares are NaN.
+    ``folded`` bounds what sampling adds to any amplitude: the largest one in the last eighth of the sampled band,
+    from where on spectra fall. Records are sampled anew, finer, until it is below 1e-5 of the largest amplitude or a
+    record has 2,097,152 samples.
+
+    Raises
+    ------
+    InputError : for too few periods, a negative discard, a band out of range, or an initial state of which no member
+        lies inside its stretch limit.
+    """
+    check_count("periods", periods, FEWEST_PERIODS)
+    check_count("discard", discard, 0)
+    bands = _bands(model, highest)
+    states0 = start_states(model, initial)
+    flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
+    settling, left = split_progress(progress, discard, 2 * periods)
+    states, outcome = settle(model, states0, discard, progress=settling, **flow)
+    samples, most = _sampling(model, bands, periods)
+    spectra = [NOTHING] * model.size
+    coarse = np.arange(model.size)
+    while coarse.size:
+        # How many must be sampled anew is not known beforehand, so that each round takes half of the bar that is left.
+        now, left = split_progress(left, 1.0, 1.0)
+        part = (model.take(coarse), states[coarse], outcome[coarse], periods, samples[coarse])
+        for i, record, end in _records(*part, progress=now, **flow):
+            spectra[coarse[i]] = analyse(record, periods, bands[coarse[i]])
+            outcome[coarse[i]] = end
+        folds = np.array([spectra[member].folds for member in coarse])
+        coarse = coarse[folds & (REFINEMENT * samples[coarse] <= most[coarse])]
+        samples[coarse] *= REFINEMENT
+    if left is not None:
+        left(1.0)
+    options = {"periods": periods, "discard": discard, "highest": highest, "tolerance": tolerance}
+    return with_initial(_labelled(model, spectra, periods, outcome, options), model, states0)
+
+
+def _bands(model: ConeModel, highest: float | None) -> Array:
+    """Upper end of every member's band in units of its drive frequency, (members,)."""
+    most = MOST_PER_REPEAT // OVERSAMPLING
+    if highest is None:
+        omega = np.broadcast_to(model.drive_frequency, model.shape).ravel()
+        wanted = next_power_of_two(np.maximum(BAND * fastest(model) / omega, SMALLEST_BAND))
+        return np.minimum(wanted, most).astype(float)
+    try:
+        value = float(highest)
+    except (TypeError, ValueError):
+        raise InputError(f"highest = {highest!r}: must be a number, in units of the drive frequency") from None
+    if not 1.0 <= value <= most:
+        raise InputError(f"highest = {value:g}: must be from 1 to {most} times the drive frequency")
+    return np.full(model.size, value)
+
+
+def _sampling(model: ConeModel, bands: Array, periods: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Samples a drive repeat to begin with, and the most that refining may lead to, (members,) each."""
+    per_period = _repeats_per_period(model)
+    least = next_power_of_two(OVERSAMPLING * bands / per_period)
+    first = np.maximum(samples_per_repeat(model, SAMPLES_PER_OSCILLATION), least)
+    return first, np.minimum(MOST_PER_REPEAT, MOST_SAMPLES // (periods * per_period))
+
+
+def _repeats_per_period(model: ConeModel) -> npt.NDArray[np.int64]:
+    """Drive repeats in a period of the voltage, (members,): 2 for a pure sine, 1 with a bias."""
+    periods = np.broadcast_to(model.drive_period, model.shape).ravel()
+    return np.rint(periods / repeat_of(model)).astype(np.int64)
+
+
+def _records(
+    model: ConeModel,
+    states: Array,
+    outcome: npt.NDArray[np.int8],
+    periods: int,
+    samples: npt.NDArray[np.int64],
+    progress: Progress,
+    **flow: Any,
+) -> Iterator[tuple[int, Array, int]]:
+    """Member, its displacement sampled evenly over whole drive periods, and its outcome, for one member after another.
+
+    ``samples`` (members,) a drive repeat; ``states`` (members, 2) at phase 0 of the drive, ``outcome`` until then.
+    """
+    repeats = periods * _repeats_per_period(model)
+    for (size, each), members in blocks(repeats * samples, samples):
+        part, share = model.take(members), weighted(progress, members.size / model.size)
+        ends = outcome[members]
+        record = np.empty((members.size, size))
+        shares = np.arange(each) / each
+        for piece in pieces(part, states[members], size // each, shares, outcome=ends, progress=share, **flow):
+            begin = piece.first * each
+            record[:, begin : begin + piece.repeats * each] = piece.states[:, :-1, 0]
+            ends = piece.outcome
+        yield from zip(members.tolist(), record, ends.tolist(), strict=True)
+
+
+# --- one record -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Spectrum of one record; frequencies in units of the drive frequency.
+
+    ``amplitude`` (bins,); ``lines`` (lines, 3) with frequency, amplitude and prominence in dB, the strongest first; the
+    rest as in `spectrum`.
+    """
+
+    amplitude: Array
+    lines: Array
+    power_in_lines: float
+    flatness: float
+    folded: float
+    mean: float
+    rms: float
+
+    @property
+    def folds(self) -> bool:
+        """Whether finer sampling would change it."""
+        return bool(self.folded > FOLDED * self.amplitude[1:].max(initial=0.0))
+
+
+NOTHING = Spectrum(np.empty(0), np.empty((0, 3)), np.nan, np.nan, np.nan, np.nan, np.nan)
+
+
+def analyse(record: Array, periods: int, highest: float) -> Spectrum:
+    """The `Spectrum` of an even record over whole drive periods, up to ``highest``; `NOTHING` where it holds NaN."""
+    if not np.isfinite(record).all():
+        return NOTHING
+    window = np.sin(np.pi * np.arange(record.size) / record.size) ** 4
+    total = window.sum()
+    mean = float((window * record).sum() / total)
+    swing = record - mean
+    rms = float(np.sqrt((window * swing * swing).sum() / total))
+    sampled = 2.0 * np.abs(np.fft.rfft(window * swing)) / total
+    sampled[0] = abs(mean)
+    # The small addition keeps a band such as 0.1 * 30 whole.
+    amplitude = sampled[: int(highest * periods + 1e-6) + 1]
+    if rms < STILL:
+        return replace(NOTHING, amplitude=amplitude, mean=mean, rms=rms)
+    folded = float(sampled[-(sampled.size // 8) :].max())
+    # A lobe more than is kept, so that a line at the very end of the band is seen as one.
+    peaks, prominences = _peaks(sampled[: amplitude.size + LOBE], periods, folded)
+    kept = peaks < amplitude.size
+    peaks, prominences = peaks[kept], prominences[kept]
+    ratios, heights = _interpolated(sampled, peaks)
+    lines = np.column_stack([ratios / periods, heights, prominences])
+    power = np.maximum(amplitude[1:], STILL) ** 2
+    return Spectrum(
+        amplitude=amplitude,
+        lines=lines[np.argsort(-heights, kind="stable")][:MOST_LINES],
+        power_in_lines=float(power[_in_lobes(peaks, power.size)].sum() / power.sum()),
+        flatness=float(np.exp(np.log(power).mean()) / power.mean()),
+        folded=folded,
+        mean=mean,
+        rms=rms,
+    )
+
+
+def _peaks(amplitude: Array, periods: int, least: float) -> tuple[npt.NDArray[np.intp], Array]:
+    """Bins of the lines and how many dB each stands above the higher of the gaps beside it."""
+    from scipy.ndimage import median_filter
+    from scipy.signal import find_peaks
+
+    level = _decibels(amplitude)
+    # A slow drift leaves a slope beside the mean, which would pass for a line there.
+    level[:LOBE] = level[LOBE]
+    lowest = np.maximum(median_filter(level, size=periods | 1, mode="reflect") + STANDS_OUT, _decibels(least))
+    peaks, found = find_peaks(level, height=lowest, prominence=STANDS_OUT, distance=LOBE)
+    return peaks, found["prominences"]
+
+
+def _decibels(amplitude: Any) -> Any:
+    return 20.0 * np.log10(np.maximum(amplitude, STILL))
+
+
+def _interpolated(amplitude: Array, peaks: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+    """Frequencies in bins and amplitudes of lines between the bins.
+
+    A line d bins above a bin shows there as W(d) = sin(pi d)/(pi d) / ((1 - d^2)(1 - d^2/4)) of its amplitude, so that
+    the ratio r of the next bin to this one is (2 + d)/(3 - d).
+    """
+    below, here, above = amplitude[peaks - 1], amplitude[peaks], amplitude[peaks + 1]
+    r = np.maximum(below, above) / here
+    d = np.clip((3.0 * r - 2.0) / (1.0 + r), 0.0, 0.5)
+    seen = np.sinc(d) / ((1.0 - d * d) * (1.0 - 0.25 * d * d))
+    return peaks.astype(float) + np.where(above > below, d, -d), here / seen
+
+
+def _in_lobes(peaks: npt.NDArray[np.intp], bins: int) -> npt.NDArray[np.bool_]:
+    """Which of the bins above 0 lie in the main lobe of a line."""
+    inside = np.zeros(bins, dtype=bool)
+    for offset in range(-LOBE, LOBE + 1):
+        inside[np.clip(peaks - 1 + offset, 0, bins - 1)] = True
+    return inside
+
+
+# --- all members ------------------------------------------------------------------------------------------------------
+
+_RATIO = "frequency over the frequency of the voltage"
+_NUMBERS = {
+    "power_in_lines": ("share of the displacement's variance that lies in lines", "share"),
+    "flatness": ("spectral flatness: geometric over arithmetic mean of the power in the band", "share"),
+    "folded": ("bound of what sampling adds to an amplitude", "length"),
+    "mean": ("mean displacement", "length"),
+    "rms": ("root mean square of the displacement about its mean", "length"),
+}
+
+
+def _labelled(
+    model: ConeModel, spectra: list[Spectrum], periods: int, outcome: npt.NDArray[np.int8], options: dict[str, Any]
+) -> xr.Dataset:
+    amplitude = _padded([s.amplitude[:, None] for s in spectra])[..., 0]
+    lines = _padded([s.lines for s in spectra])
+    ratio = np.arange(amplitude.shape[1]) / periods
+    omega = np.broadcast_to(model.drive_frequency, model.shape).ravel()[:, None]
+    shared = bool((omega == omega[0]).all())
+    frequency = ratio * omega[0] if shared else ratio * omega
+    variables: dict[str, dataset.Variable] = {
+        "amplitude": (("frequency_ratio",), amplitude, "amplitude of the displacement", "length"),
+        "line_ratio": (("line",), lines[..., 0], f"{_RATIO}, of a line", "ratio"),
+        "line_frequency": (("line",), lines[..., 0] * omega, "angular frequency of a line", "frequency"),
+        "line_amplitude": (("line",), lines[..., 1], "amplitude of a line", "length"),
+        "line_prominence": (("line",), lines[..., 2], "height of a line above the gaps beside it", "level"),
+    }
+    for name, meaning in _NUMBERS.items():
+        values = np.array([getattr(s, name) for s in spectra])
+        variables["mean_displacement" if name == "mean" else name] = ((), values, *meaning)
+    coords: dict[str, dataset.Variable] = {
+        "frequency_ratio": (("frequency_ratio",), ratio, _RATIO, "ratio"),
+        "frequency": (("frequency_ratio",), frequency, "angular frequency", "frequency"),
+    }
+    result = dataset.label(model, variables, coords=coords, outcome=outcome, options=options, title="spectrum")
+    result["line_prominence"].attrs["units"] = "dB"
+    return result
+
+
+def _padded(rows: list[Array]) -> Array:
+    """Arrays (rows, columns) of several members as one of at least one row, NaN beyond each member's own rows."""
+    table = np.full((len(rows), max(1, *(len(r) for r in rows)), rows[0].shape[1]), np.nan)
+    for row, own in zip(table, rows, strict=True):
+        row[: len(own)] = own
+    return table

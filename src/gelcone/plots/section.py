@@ -1,0 +1,112 @@
+"""Pictures of Poincare sections: the stroboscopic one in the phase plane, extrema over the phase of the drive."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.motion.flow import Outcome
+from gelcone.plots.response import members
+from gelcone.plots.style import CYCLE, axis_label, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+CELLS = 400
+"""Points in the same cell of a grid this fine across the picture print as one."""
+MARKERS = ("o", "s", "^", "D", "v", "P")
+
+
+def section_figure(section: xr.Dataset) -> Figure:
+    """A stroboscopic section or extrema, whichever ``section`` holds; up to six members of an ensemble."""
+    draw_points = section_points if "repeat" in section.dims else extremum_points
+
+    def draw(figure: Figure) -> None:
+        from matplotlib.collections import PathCollection
+
+        axes = figure.add_subplot()
+        draw_points(section, axes)
+        if axes.get_legend_handles_labels()[1]:
+            legend = axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+            for points in legend.findobj(PathCollection):
+                points.set(sizes=[14.0])
+        figure.suptitle(section.attrs.get("device", ""), fontsize=9.0)
+
+    longest = max(len(_label(name, member)) for name, member in members(section))
+    return styled(3.5 if not longest and "repeat" in section.dims else 4.1 + 0.065 * longest, 3.3, draw)
+
+
+def section_points(section: xr.Dataset, axes: Axes) -> None:
+    """Velocity over displacement, one point a drive repeat."""
+    x, u = section["displacement"].values, section["velocity"].values
+    set_room(axes, x, u)
+    for i, (name, member) in enumerate(members(section)):
+        scatter(axes, member["displacement"].values, member["velocity"].values, i, _label(name, member))
+    axes.set_xlabel(axis_label(section["displacement"], "displacement"))
+    axes.set_ylabel(axis_label(section["velocity"], "velocity"))
+
+
+def extremum_points(extrema: xr.Dataset, axes: Axes) -> None:
+    """Displacement at the turning points over the phase of the drive; maxima and minima told apart."""
+    set_room(axes, np.array([0.0, 1.0]), extrema["displacement"].values)
+    shown = members(extrema)
+    for i, (name, member) in enumerate(shown):
+        for kind, word in ((1, "maxima"), (-1, "minima")):
+            at = member["maximum"].values == kind
+            phase, x = member["phase"].values[at], member["displacement"].values[at]
+            if len(shown) == 1:
+                scatter(axes, phase, x, int(kind < 0), failure(member) or word)
+            else:
+                scatter(axes, phase, x, i, _label(name, member) if kind == 1 else "", filled=kind == 1)
+    if len(shown) > 1:
+        axes.set_title("filled: maxima, open: minima", loc="right", fontsize=8.0)
+    axes.set_xlabel("phase within the drive repeat")
+    axes.set_ylabel(axis_label(extrema["displacement"], "displacement"))
+
+
+def _label(name: str, member: xr.Dataset) -> str:
+    return ", ".join(filter(None, [name, failure(member)]))
+
+
+def failure(member: xr.Dataset) -> str:
+    """How a member's run ended when it did not end well, for a label."""
+    code = int(member["outcome"])
+    return f"failed: {Outcome(code).name.lower().replace('_', ' ')}" if code else ""
+
+
+def scatter(
+    axes: Axes, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], i: int, label: str, filled: bool = True
+) -> None:
+    """Points of member ``i``, the larger the fewer of them can be told apart."""
+    inside = np.isfinite(x) & np.isfinite(y)
+    x, y = x[inside], y[inside]
+    left, right = axes.get_xlim()
+    low, high = axes.get_ylim()
+    cells = np.rint(CELLS * np.stack([(x - left) / (right - left), (y - low) / (high - low)]))
+    size = float(np.clip(300.0 / max(1, np.unique(cells, axis=1).shape[1]), 1.5, 18.0))
+    colour = CYCLE[i % len(CYCLE)]
+    axes.scatter(
+        x,
+        y,
+        s=size,
+        marker=MARKERS[i % len(MARKERS)] if size > 4.0 else "o",
+        facecolors=colour if filled else "none",
+        edgecolors="none" if filled else colour,
+        linewidths=0.0 if filled else 0.6,
+        label=label or None,
+        rasterized=True,
+    )
+
+
+def set_room(axes: Axes, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> None:
+    """Limits that hold all points, and do not magnify rounding where there is in truth one."""
+    for values, set_limits in ((x, axes.set_xlim), (y, axes.set_ylim)):
+        finite = values[np.isfinite(values)]
+        low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+        largest = max(abs(low), abs(high))
+        half = max(0.54 * (high - low), 0.1 * largest if high - low < 1e-3 * largest else 0.0) or 1.0
+        set_limits(0.5 * (low + high) - half, 0.5 * (low + high) + half)

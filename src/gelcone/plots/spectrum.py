@@ -1,0 +1,97 @@
+"""Pictures of a spectrum: amplitude over frequency, with its lines marked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone.plots.response import members
+from gelcone.plots.section import failure
+from gelcone.plots.style import BLUE, GREY, VERMILION, axis_label, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_LABELS = 8
+"""Most lines of a panel that bear their frequency, the strongest first."""
+LABEL_WIDTH = 0.045
+"""Share of the picture's width that a label takes."""
+DEEPEST = 1e-9
+"""What lies below this share of the largest amplitude is left out of the picture."""
+
+
+def spectrum_figure(spectrum: xr.Dataset) -> Figure:
+    """Amplitude over frequency, one panel a member; up to six members of an ensemble."""
+    shown = members(spectrum)
+
+    def draw(figure: Figure) -> None:
+        panels = figure.subplots(len(shown), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+        for axes, (name, member) in zip(panels, shown, strict=True):
+            amplitude_spectrum(member, axes, room_for=spectrum)
+            axes.set_title(name, loc="left", fontsize=8.0)
+            if axes is not panels[-1]:
+                axes.set_xlabel("")
+        figure.suptitle(spectrum.attrs.get("device", ""), fontsize=9.0)
+
+    return styled(7.2, 2.8 if len(shown) == 1 else 0.4 + 1.7 * len(shown), draw)
+
+
+def amplitude_spectrum(member: xr.Dataset, axes: Axes, room_for: xr.Dataset | None = None) -> None:
+    """Amplitude over frequency of one member, over the drive's frequency or, where the result is in SI units, in hertz.
+
+    ``room_for`` is the ensemble whose members share the axes' limits; default the member alone.
+    """
+    in_si = member["frequency"].attrs["units"] != "1"
+    frequency = member["frequency" if in_si else "frequency_ratio"]
+    axes.plot(frequency, _of_motion(member), color=BLUE, lw=0.7)
+    set_limits(member if room_for is None else room_for, axes)
+    at, height = member["line_frequency" if in_si else "line_ratio"].values, member["line_amplitude"].values
+    axes.plot(at, height, "o", ms=3.5, mfc="none", mec=VERMILION, mew=0.8)
+    label_lines(axes, at, height)
+    axes.set_title(verdict(member), loc="right", fontsize=8.0, color=GREY)
+    axes.set_xlabel(axis_label(frequency, "frequency") if in_si else "frequency / drive frequency")
+    axes.set_ylabel(axis_label(member["amplitude"], "amplitude"))
+
+
+def set_limits(spectrum: xr.Dataset, axes: Axes) -> None:
+    """A log axis over what is larger than `DEEPEST` of the largest amplitude, and room for labels above it."""
+    in_si = spectrum["frequency"].attrs["units"] != "1"
+    frequency, moving = spectrum["frequency" if in_si else "frequency_ratio"], _of_motion(spectrum)
+    largest = float(moving.max())
+    axes.set_yscale("log")
+    if largest > 0.0:
+        seen = moving > DEEPEST * largest
+        axes.set_xlim(0.0, 1.02 * float(frequency.where(seen).max()))
+        axes.set_ylim(max(0.5 * float(moving.where(seen).min()), DEEPEST * largest), 20.0 * largest)
+
+
+def _of_motion(spectrum: xr.Dataset) -> xr.DataArray:
+    """The amplitude without the mean displacement in the first bin, and without what stands still but for rounding."""
+    amplitude, moves = spectrum["amplitude"], spectrum["power_in_lines"].notnull()
+    return amplitude.where((spectrum["frequency_ratio"] > 0.0) & (amplitude > 0.0) & moves)
+
+
+def label_lines(axes: Axes, at: np.ndarray, height: np.ndarray) -> None:
+    """The frequencies of the strongest lines above them, as far as they do not run into each other."""
+    left, right = axes.get_xlim()
+    taken: list[float] = []
+    for x, y in zip(at, height, strict=True):
+        apart = all(abs(x - other) > LABEL_WIDTH * (right - left) for other in taken)
+        if np.isfinite(x) and left <= x <= right and apart and len(taken) < MOST_LABELS:
+            taken.append(float(x))
+            axes.annotate(
+                f"{x:.4g}", (x, y), (0.0, 3.0), textcoords="offset points", ha="center", va="bottom", fontsize=7.0
+            )
+
+
+def verdict(member: xr.Dataset) -> str:
+    """How the member fared, in a few words."""
+    share, flatness = float(member["power_in_lines"]), float(member["flatness"])
+    if failure(member):
+        return failure(member)
+    if np.isnan(share):
+        return "stands still"
+    return f"{100.0 * share:.4g} % of the variance in lines, flatness {flatness:.1e}"
