@@ -1,0 +1,500 @@
+"""Stability of rest under the drive: Floquet multipliers of x = 0, the onset voltage and the instability tongues.
+
+Small motions about the flat film obey a damped Hill equation, x'' + 2 zeta x' + (k - v(tau)^2) x = 0 with the
+small-signal stiffness k. Over one repeat T of the drive a deviation is mapped linearly; the eigenvalues of the map are
+the Floquet multipliers, and rest is stable while both lie inside the unit circle. Their product is exp(-2 zeta T), so
+that they leave it along the real axis: at +1 where the trace of the map passes 1 + exp(-2 zeta T) (a motion with the
+period of the repeat grows), at -1 where it passes the negative of that (a motion with twice that period). Magnus and
+Winkler, Hill's Equation (1966); Nayfeh and Mook, Nonlinear Oscillations (1979), chapter 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import dataset
+from gelcone.errors import InputError
+from gelcone.model import PARAMETERS, ConeModel
+from gelcone.motion.equilibrium import pitchfork_voltage
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
+from gelcone.motion.response import start_states
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PIECE = 4.0
+"""Length of the pieces into which a repeat is cut, in units of the fastest linear time scale: so short that the
+determinant of a piece is sharp, and that no deviation overflows in a long repeat."""
+MOST_PIECES_AT_ONCE = 1_000_000
+FEWEST_STEPS, MOST_STEPS = 256, 4096
+STEPS_PER_LOBE = 12
+NEAR_ONSET = -0.2
+"""A peak of the margin below this is not followed up: 5 points a lobe come closer to its true height."""
+SECTIONS = 8
+"""Points inside a bracket that the root finder computes at once, one a lane of the integrator."""
+ROUNDS = 6
+PEAK_ROUNDS = 4
+STILL_STABLE = 1e-12
+"""A margin below this without voltage is rounding."""
+
+Progress = Callable[[float], None]
+
+
+class Onset(IntEnum):
+    """Which multiplier leaves the unit circle where rest loses its stability."""
+
+    NONE = 0
+    PLUS_ONE = 1
+    MINUS_ONE = 2
+    AT_START = 3
+
+    @property
+    def meaning(self) -> str:
+        """One line: what grows there."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    Onset.NONE: "rest stays stable in the searched interval",
+    Onset.PLUS_ONE: "multiplier +1: a motion with the period of one drive repeat grows",
+    Onset.MINUS_ONE: "multiplier -1: a motion with the period of two drive repeats grows (period doubling)",
+    Onset.AT_START: "rest is unstable without voltage already",
+}
+
+
+def floquet_multipliers(
+    model: ConeModel,
+    *,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Floquet multipliers of rest over one repeat of the drive.
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble, with ``rest_height`` 0 (or no spring).
+    tolerance : relative error of one step. Default 1e-15.
+
+    Returns
+    -------
+    Dataset over the ensemble's dims: ``multiplier_real`` and ``multiplier_imag`` over ``multiplier`` (2), the larger
+    modulus first, infinite where they overflow; ``log_modulus`` of each, which does not; ``growth_rate``, that of the
+    first per unit time (positive: rest is unstable); ``spectral_radius``, the larger modulus; ``margin`` =
+    (|trace| - 1 - p)/(|trace| + 1 + p) with the product p of the multipliers, which passes 0 where the stability
+    changes; ``drive_repeat`` T; ``product_error``, how far the determinant of the computed map departs from
+    exp(-2 zeta T), relatively. The multipliers use this exact product.
+
+    Raises
+    ------
+    InputError : when x = 0 is no solution, or lies beyond the stretch limit for all members.
+    """
+    _check_rest(model)
+    maps = _maps(model.take(slice(None)), _Options(tolerance, threads), progress)
+    real, imag, log_modulus = maps.multipliers()
+    with np.errstate(over="ignore"):
+        radius = np.exp(log_modulus[:, 0])
+    pair = ("multiplier",)
+    return dataset.label(
+        model,
+        {
+            "multiplier_real": (pair, real, "real part of the Floquet multiplier of rest", "multiplier"),
+            "multiplier_imag": (pair, imag, "imaginary part of the Floquet multiplier of rest", "multiplier"),
+            "log_modulus": (pair, log_modulus, "natural logarithm of the multiplier's modulus", "multiplier"),
+            "growth_rate": ((), log_modulus[:, 0] / maps.repeat, *_GROWTH),
+            "spectral_radius": ((), radius, *_RADIUS),
+            "margin": ((), maps.margin(), *_MARGIN),
+            "drive_repeat": ((), maps.repeat, "repeat of the drive", "time"),
+            "product_error": ((), maps.product_error, "relative error of the product of the multipliers", "error"),
+        },
+        outcome=maps.outcome,
+        options={"tolerance": tolerance},
+        title="Floquet multipliers of rest",
+    )
+
+
+_GROWTH = ("growth rate of deviations from rest", "rate")
+_RADIUS = ("larger modulus of the Floquet multipliers of rest", "multiplier")
+_MARGIN = ("instability margin of rest, positive where it is unstable", "margin")
+
+
+def onset_voltage(
+    model: ConeModel,
+    *,
+    highest: npt.ArrayLike | None = None,
+    steps: int | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Smallest voltage amplitude at which rest loses its stability under the drive.
+
+    The amplitudes are scanned in even steps, peaks of the margin between them are followed up, and the first crossing
+    is narrowed down. A tongue that is narrower than about a hundredth of a step can be missed; without
+    damping there are tongues of any narrowness.
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble, with ``rest_height`` 0 (or no spring); its own ``voltage`` plays no part.
+    highest : amplitudes from 0 to this one are searched; a number or one a member. Default three times the static
+        pitchfork voltage of each member (3 where it has none).
+    steps : of the scan, at least 2. Default 12 for each half oscillation of the free disc in a repeat, from 256 to 4096
+        and a power of 2.
+    tolerance : relative error of one step of the integrator. Default 1e-15.
+
+    Returns
+    -------
+    Dataset over the ensemble's dims: ``onset_voltage``, NaN where rest stays stable; ``onset_kind``, an `Onset`;
+    ``onset_error``, the width of the last bracket (the onset is interpolated inside it, to about 1e-12); ``searched``,
+    the interval of amplitudes (``bound``, 2).
+
+    Raises
+    ------
+    InputError : when x = 0 is no solution, or lies beyond the stretch limit for all members; for a ``highest`` that is
+        not positive, or fewer than 2 steps.
+    """
+    _check_rest(model)
+    members = model.take(slice(None))
+    ends = _search_ends(model, highest)
+    counts = _scan_steps(members, steps)
+    options = _Options(tolerance, threads)
+    found = np.full((3, model.size), np.nan)
+    outcome = np.zeros(model.size, dtype=np.int8)
+    for count in np.unique(counts):
+        rows = np.flatnonzero(counts == count)
+        part = _part(progress, rows.size * int(count) / float(counts.sum()))
+        found[:, rows], outcome[rows] = _onsets(members.take(rows), ends[rows], int(count), options, part)
+    result = dataset.label(
+        model,
+        {
+            "onset_voltage": ((), found[0], "voltage amplitude at which rest loses stability", "voltage"),
+            "onset_kind": ((), found[1].astype(np.int8), "how rest loses stability", "flag"),
+            "onset_error": ((), found[2], "width to which the onset is known", "voltage"),
+            "searched": (("bound",), np.stack([0.0 * ends, ends], axis=1), "voltage amplitudes searched", "voltage"),
+        },
+        outcome=outcome,
+        options={"steps": steps, "tolerance": tolerance},
+        title="onset voltage of rest",
+    )
+    result["onset_kind"].attrs |= {
+        "flag_values": np.array([kind.value for kind in Onset], dtype=np.int8),
+        "flag_meanings": " ".join(kind.name.lower() for kind in Onset),
+    }
+    return result
+
+
+def tongues(
+    model: ConeModel,
+    frequencies: npt.ArrayLike,
+    voltages: npt.ArrayLike,
+    *,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Where rest is unstable over drive frequency and voltage amplitude: the instability tongues.
+
+    Parameters
+    ----------
+    model : one actuator, with ``rest_height`` 0 (or no spring); its own drive plays no part, except for the bias.
+    frequencies, voltages : increasing, at least two each.
+    tolerance : relative error of one step. Default 1e-15.
+
+    Returns
+    -------
+    Dataset over ``drive_frequency`` and ``voltage``: ``growth_rate``, ``spectral_radius`` and ``margin`` as in
+    `floquet_multipliers`; over the frequency, ``onset_voltage`` and ``onset_kind`` up to the highest voltage, and
+    ``boundary_voltage`` (``boundary``, NaN-padded): all voltages at which the stability changes, each between two
+    neighbours of the grid and narrowed down. ``pitchfork_voltage`` is the static one.
+
+    Raises
+    ------
+    InputError : as `onset_voltage`; for an ensemble; for frequencies or voltages that do not increase.
+    """
+    if model.shape:
+        raise InputError(f"tongues takes one actuator, not an ensemble of shape {model.shape}; take one member")
+    omega, volts = (_axis(n, v) for n, v in (("drive_frequency", frequencies), ("voltage", voltages)))
+    _check_rest(model)
+    options = _Options(tolerance, threads)
+    rows = model.replace(drive_frequency=omega)
+    grid = model.replace(drive_frequency=omega[:, None], voltage=volts).take(slice(None))
+    maps = _maps(grid, options, _part(progress, 0.4))
+    shape = (omega.size, volts.size)
+    margin, log_modulus = maps.margin().reshape(shape), maps.multipliers()[2][:, 0].reshape(shape)
+    boundary = _boundaries(rows, volts, margin, options, _part(progress, 0.2))
+    onset = onset_voltage(rows, highest=volts[-1], tolerance=tolerance, threads=threads, progress=_part(progress, 0.4))
+    plane, line = ("drive_frequency", "voltage"), ("drive_frequency",)
+    with np.errstate(over="ignore"):
+        radius = np.exp(log_modulus)
+    result = dataset.label(
+        model,
+        {
+            "growth_rate": (plane, log_modulus / maps.repeat.reshape(shape), *_GROWTH),
+            "spectral_radius": (plane, radius, *_RADIUS),
+            "margin": (plane, margin, *_MARGIN),
+            "boundary_voltage": ((*line, "boundary"), boundary, "voltages at which the stability changes", "voltage"),
+            "pitchfork_voltage": ((), pitchfork_voltage(model), "static pitchfork voltage", "voltage"),
+        },
+        coords={
+            "drive_frequency": (line, omega, "drive frequency", "frequency"),
+            "voltage": (("voltage",), volts, "voltage amplitude", "voltage"),
+        },
+        options={"tolerance": tolerance},
+        title="instability tongues of rest",
+    )
+    for name in ("onset_voltage", "onset_kind"):
+        result[name] = (line, onset[name].values, onset[name].attrs)
+    result["outcome"] = dataset.outcome_array(maps.outcome.reshape(shape), plane)
+    return result
+
+
+# --- maps over one repeat -------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Options:
+    tolerance: float
+    threads: int | None
+
+
+@dataclass(frozen=True)
+class _Maps:
+    """The linear map over one repeat for every member: its trace is ``trace`` exp(``log_scale``), with |trace| <= 2.
+
+    ``log_product`` is the logarithm of the product of the multipliers, -2 zeta T.
+    """
+
+    trace: Array
+    log_scale: Array
+    log_product: Array
+    product_error: Array
+    repeat: Array
+    outcome: npt.NDArray[np.int8]
+
+    def margin(self) -> Array:
+        """(|trace| - 1 - p)/(|trace| + 1 + p), p the product, from logarithms."""
+        with np.errstate(divide="ignore"):
+            log_trace = np.log(np.abs(self.trace)) + self.log_scale
+        return np.tanh(0.5 * (log_trace - np.log1p(np.exp(self.log_product))))
+
+    def multipliers(self) -> tuple[Array, Array, Array]:
+        """Real part, imaginary part and logarithm of the modulus, each (members, 2), the larger modulus first."""
+        half = 0.5 * np.abs(self.trace)
+        product = np.exp(self.log_product - 2.0 * self.log_scale)
+        square = half * half - product
+        apart = np.sqrt(np.abs(square))
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            larger = np.where(square >= 0.0, self.log_scale + np.log(half + apart), 0.5 * self.log_product)
+            log_modulus = np.stack([larger, self.log_product - larger], axis=1)
+            sign = np.where(self.trace < 0.0, -1.0, 1.0)[:, None]
+            scale = np.exp(self.log_scale)
+            pair = (square < 0.0)[:, None]
+            real = sign * np.where(pair, (half * scale)[:, None], np.exp(log_modulus))
+            imag = np.where(pair, (apart * scale)[:, None] * np.array([1.0, -1.0]), 0.0)
+        return real, np.where(np.isnan(real), np.nan, imag), log_modulus
+
+
+def _check_rest(model: ConeModel) -> None:
+    start_states(model, (0.0, 0.0))
+    lifted = np.asarray(model.rest_height * np.asarray(model.spring_stiffness) != 0.0)
+    if lifted.any():
+        height = np.broadcast_to(model.rest_height, model.shape)[np.broadcast_to(lifted, model.shape)]
+        raise InputError(
+            f"rest_height = {float(height.ravel()[0]):g}: must be 0, or the disc does not rest at x = 0 and has no "
+            "Floquet multipliers there; set it to 0"
+        )
+
+
+def _maps(members: ConeModel, options: _Options, progress: Progress | None = None) -> _Maps:
+    """The maps of a one-dimensional ensemble. Members with the same number of pieces go through one call, so that the
+    numbers of a member do not depend on the others."""
+    repeat = np.broadcast_to(members.drive_repeat, members.shape).astype(float)
+    zeta = np.broadcast_to(members.damping_ratio, members.shape)
+    stiffness = np.abs(np.broadcast_to(members.stiffness(np.zeros(members.shape)), members.shape))
+    peak = np.asarray(members.voltage) + np.abs(members.voltage_bias)
+    rate = 2.0 * zeta + np.sqrt(1.0 + np.where(np.isfinite(stiffness), stiffness, 0.0) + peak * peak)
+    pieces = 2 ** np.ceil(np.log2(np.maximum(repeat * rate / PIECE, 1.0))).astype(int)
+    result = np.full((3, members.size), np.nan)
+    outcome = np.zeros(members.size, dtype=np.int8)
+    for count in np.unique(pieces):
+        same = np.flatnonzero(pieces == count)
+        for rows in np.array_split(same, int(np.ceil(same.size * count / MOST_PIECES_AT_ONCE))):
+            times = repeat[rows, None] * (np.arange(1, count + 1) / count)
+            part = _part(progress, float(rows.size * count) / float(pieces.sum()))
+            run = integrate(
+                members.take(rows),
+                (0.0, 0.0),
+                times,
+                keep="tangents",
+                tolerance=options.tolerance,
+                threads=options.threads,
+                progress=part,
+            )
+            assert run.tangents is not None
+            result[:, rows], outcome[rows] = _chained(run.tangents), run.outcome
+    log_product = -2.0 * zeta * repeat
+    return _Maps(result[0], result[1], log_product, np.expm1(result[2] - log_product), repeat, outcome)
+
+
+def _chained(tangents: Array) -> tuple[Array, Array, Array]:
+    """Trace over a scale, the scale's logarithm, and the logarithm of the determinant, of the product of all pieces."""
+    product = np.broadcast_to(np.eye(2), (len(tangents), 2, 2))
+    log_scale, log_determinant = np.zeros((2, len(tangents)))
+    for k in range(tangents.shape[1]):
+        piece = tangents[:, k]
+        product = piece @ product
+        scale = np.abs(product).max(axis=(1, 2))
+        product = product / scale[:, None, None]
+        log_scale += np.log(scale)
+        with np.errstate(invalid="ignore"):
+            log_determinant += np.log(piece[:, 0, 0] * piece[:, 1, 1] - piece[:, 0, 1] * piece[:, 1, 0])
+    return np.trace(product, axis1=1, axis2=2), log_scale, log_determinant
+
+
+# --- searching over the voltage -------------------------------------------------------------------------------------
+
+
+def _onsets(
+    members: ConeModel, ends: Array, steps: int, options: _Options, progress: Progress | None
+) -> tuple[Array, npt.NDArray[np.int8]]:
+    """Onset, kind and error (3, members), and the outcomes."""
+    scan = ends[:, None] * (np.arange(steps + 1) / steps)
+    whole = steps + 2 * SECTIONS * PEAK_ROUNDS + SECTIONS * ROUNDS
+    maps = _at_voltages(members, scan, options, _part(progress, steps / whole))
+    margin = maps.margin().reshape(scan.shape)
+    rows, low, high = _first_brackets(scan, margin)
+    early, early_low, early_high = _hidden_brackets(members, scan, margin, options)
+    rows, low, high = np.append(early, rows), np.append(early_low, low), np.append(early_high, high)
+    rows, first = np.unique(rows, return_index=True)
+    low, high = low[first], high[first]
+    _report(progress, 2 * SECTIONS * PEAK_ROUNDS / whole)
+    voltage, width = _refine(members.take(rows), low, high, np.ones(rows.size), options)
+    found = np.full((3, members.size), np.nan)
+    found[1] = Onset.NONE
+    found[:, rows] = voltage, np.full(rows.size, Onset.PLUS_ONE), width
+    if rows.size:
+        trace = _at_voltages(members.take(rows), voltage[:, None], options).trace
+        found[1, rows[trace < 0.0]] = Onset.MINUS_ONE
+    found[:, margin[:, 0] > STILL_STABLE] = np.array([[0.0], [Onset.AT_START], [0.0]])
+    _report(progress, SECTIONS * ROUNDS / whole)
+    return found, maps.outcome.reshape(scan.shape).max(axis=1)
+
+
+def _at_voltages(members: ConeModel, voltages: Array, options: _Options, progress: Progress | None = None) -> _Maps:
+    """The maps of every member at its voltages, shape (members, voltages), flattened."""
+    rows = np.repeat(np.arange(len(voltages)), voltages.shape[1])
+    return _maps(members.take(rows).replace(voltage=voltages.ravel()), options, progress)
+
+
+def _first_brackets(scan: Array, margin: Array) -> tuple[npt.NDArray[np.intp], Array, Array]:
+    """Members that become unstable on the scan, and the step in which they first do."""
+    unstable = margin[:, 1:] > 0.0
+    rows = np.flatnonzero(unstable.any(axis=1))
+    step = unstable[rows].argmax(axis=1)
+    return rows, scan[rows, step], scan[rows, step + 1]
+
+
+def _hidden_brackets(
+    members: ConeModel, scan: Array, margin: Array, options: _Options
+) -> tuple[npt.NDArray[np.intp], Array, Array]:
+    """The same for tongues that lie between two points of the scan, found where the margin peaks; lowest first."""
+    stable_so_far = np.logical_and.accumulate(~(margin > 0.0), axis=1)
+    peak = (margin[:, 1:-1] >= margin[:, :-2]) & (margin[:, 1:-1] >= margin[:, 2:]) & stable_so_far[:, 1:-1]
+    rows, at = np.nonzero(peak & (margin[:, 1:-1] > NEAR_ONSET))
+    low, high = scan[rows, at], scan[rows, at + 2]
+    begin, best, value = low, scan[rows, at + 1], margin[rows, at + 1]
+    for _ in range(PEAK_ROUNDS if rows.size else 0):
+        points = low[:, None] + (high - low)[:, None] * (np.arange(SECTIONS + 2) / (SECTIONS + 1))
+        inner = _at_voltages(members.take(rows), points[:, 1:-1], options).margin().reshape(-1, SECTIONS)
+        top = inner.argmax(axis=1) + 1
+        each = np.arange(rows.size)
+        best, value = points[each, top], inner[each, top - 1]
+        low, high = points[each, top - 1], points[each, top + 1]
+    hidden = value > 0.0
+    return rows[hidden], begin[hidden], best[hidden]
+
+
+def _boundaries(rows: ConeModel, volts: Array, margin: Array, options: _Options, progress: Progress | None) -> Array:
+    """All voltages at which the stability of each row changes on the grid, shape (rows, most changes), NaN-padded."""
+    row, step = np.nonzero((margin[:, 1:] > 0.0) != (margin[:, :-1] > 0.0))
+    rising = np.where(margin[row, step + 1] > 0.0, 1.0, -1.0)
+    voltage, _ = _refine(rows.take(row), volts[step], volts[step + 1], rising, options)
+    _report(progress, 1.0)
+    count = np.bincount(row, minlength=len(margin))
+    boundary = np.full((len(margin), count.max()), np.nan)
+    boundary[row, np.arange(row.size) - np.repeat(np.cumsum(count) - count, count)] = voltage
+    return boundary
+
+
+def _refine(members: ConeModel, low: Array, high: Array, rising: Array, options: _Options) -> tuple[Array, Array]:
+    """Roots of the margin in brackets, one a member, where it rises (1) or falls (-1) through 0; and their widths.
+
+    A bracket is cut into sections until it is so narrow that interpolation leaves no more than rounding.
+    """
+    if not low.size:
+        return low, low
+    each = np.arange(low.size)
+    ends = rising[:, None] * _at_voltages(members, np.stack([low, high], axis=1), options).margin().reshape(-1, 2)
+    for _ in range(ROUNDS):
+        points = low[:, None] + (high - low)[:, None] * (np.arange(SECTIONS + 2) / (SECTIONS + 1))
+        inner = rising[:, None] * _at_voltages(members, points[:, 1:-1], options).margin().reshape(-1, SECTIONS)
+        values = np.concatenate([ends[:, :1], inner, ends[:, 1:]], axis=1)
+        passed = values > 0.0
+        passed[:, -1] = True
+        step = np.maximum(passed.argmax(axis=1), 1)
+        low, high = points[each, step - 1], points[each, step]
+        ends = np.stack([values[each, step - 1], values[each, step]], axis=1)
+    before, past = np.minimum(ends[:, 0], 0.0), np.maximum(ends[:, 1], 0.0)
+    share = before / np.where(before == past, 1.0, before - past)
+    return low + (high - low) * share, high - low
+
+
+def _search_ends(model: ConeModel, highest: npt.ArrayLike | None) -> Array:
+    if highest is None:
+        pitchfork = pitchfork_voltage(model).ravel()
+        return np.where(pitchfork > 0.0, 3.0 * pitchfork, 3.0)
+    ends = np.asarray(PARAMETERS["voltage"].check("highest", highest))
+    if not (ends > 0.0).all():
+        raise InputError("highest = 0: must be greater than 0, or there is no interval to search")
+    try:
+        return np.broadcast_to(ends, model.shape).ravel()
+    except ValueError:
+        raise InputError(
+            f"highest has the shape {ends.shape}: must be a number or one a member {model.shape}"
+        ) from None
+
+
+def _scan_steps(members: ConeModel, steps: int | None) -> npt.NDArray[np.int64]:
+    """Steps of the scan for each member: the trace swings about once for each half oscillation in a repeat."""
+    if steps is not None:
+        if steps < 2:
+            raise InputError(f"steps = {steps}: must be at least 2")
+        return np.full(members.size, steps)
+    stiffness = np.nan_to_num(members.stiffness(np.zeros(members.shape)), nan=0.0, posinf=0.0, neginf=0.0)
+    lobes = np.asarray(members.drive_repeat) * np.sqrt(np.maximum(stiffness, 0.0)) / np.pi
+    wanted = np.clip(STEPS_PER_LOBE * lobes, FEWEST_STEPS, MOST_STEPS)
+    return 2 ** np.ceil(np.log2(np.broadcast_to(wanted, members.shape))).astype(np.int64)
+
+
+def _axis(name: str, values: npt.ArrayLike) -> Array:
+    axis = np.atleast_1d(np.asarray(PARAMETERS[name].check(name, values), dtype=float))
+    if axis.ndim > 1 or axis.size < 2 or not (np.diff(axis) > 0.0).all():
+        raise InputError(f"{name}: must be at least two increasing values; sort them and leave out doubles")
+    return axis
+
+
+def _part(progress: Progress | None, share: float) -> Progress | None:
+    """Reports ``share`` of the work as a whole."""
+    return None if progress is None else lambda done: progress(share * done)
+
+
+def _report(progress: Progress | None, share: float) -> None:
+    if progress is not None:
+        progress(share)
