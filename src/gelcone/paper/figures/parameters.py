@@ -1,0 +1,197 @@
+"""Figures 13 and 14: bifurcation diagrams with exponents, stacked sections, maps over voltage and pre-stretch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.motion.regime import Regime
+from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.studies.diagrams import PANELS, diagram_name
+from gelcone.paper.studies.maps import MODES
+from gelcone.plots.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILION, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LABELS = {
+    "damping_ratio": r"damping ratio $\zeta$",
+    "voltage": r"voltage $v$",
+    "prestretch": r"pre-stretch $\lambda_p$",
+    "stretch_limit": r"stretch limit $J$",
+}
+SETS = ("base", "fast")
+
+
+def diagrams_figure(studies: Mapping[str, xr.Dataset]) -> Figure:
+    """Sections over each parameter, above the largest exponent in the long run and over the window; both sets."""
+
+    def draw(figure: Figure) -> None:
+        axes = figure.subplots(4, 4, sharex="col", gridspec_kw={"height_ratios": [1.5, 1, 1.5, 1]})
+        for row, preset in enumerate(SETS):
+            for column, parameter in enumerate(LABELS):
+                study = studies[diagram_name(preset, parameter)]
+                top, bottom = axes[2 * row, column], axes[2 * row + 1, column]
+                _sections(study, parameter, top)
+                _exponents(study, parameter, bottom)
+                voltage = PANELS[preset, parameter]
+                at = "" if parameter == "voltage" else f", v = {voltage:g}"
+                top.set_title(f"set {preset}{at}", fontsize=8)
+                if parameter == "stretch_limit":
+                    bottom.set_xscale("log")
+                if row == 1:
+                    bottom.set_xlabel(LABELS[parameter])
+                if column == 0:
+                    top.set_ylabel("section $x$")
+                    bottom.set_ylabel("largest\nexponent")
+        handles, labels = axes[1, 0].get_legend_handles_labels()
+        extra, names = axes[0, 0].get_legend_handles_labels()
+        figure.legend(handles + extra, labels + names, loc="outside lower center", ncols=2, markerscale=8)
+
+    return styled(7.6, 8.4, draw)
+
+
+def _branch(study: xr.Dataset, start: str) -> xr.Dataset | None:
+    names = [b for b in study["branch"].values if str(b).startswith(start)]
+    return study.sel(branch=names[0]) if names else None
+
+
+def _sections(study: xr.Dataset, parameter: str, axes: Axes) -> None:
+    values = study[parameter].values
+    unstable = study["rest_growth"].values > 0.0
+    _shade(axes, values, unstable, SKY, 0.25, "rest unstable under the drive (Floquet)")
+    _shade(
+        axes,
+        values,
+        study["static_stiffness"].values < 0.0,
+        GREY,
+        0.25,
+        "rest unstable at the constant peak voltage (static pitchfork)",
+    )
+    looks = (
+        ("from", BLACK, 0.5, "from the fixed state"),
+        ("up", BLUE, 0.4, "swept up"),
+        ("down", VERMILION, 0.4, "down"),
+    )
+    for start, colour, size, label in looks:
+        branch = _branch(study, start)
+        if branch is not None:
+            points = branch["section"].values[:, -32:, 0]
+            at = np.broadcast_to(values[:, None], points.shape)
+            axes.plot(at.ravel(), points.ravel(), ".", ms=size, color=colour, mec="none", rasterized=True, label=label)
+
+
+def _exponents(study: xr.Dataset, parameter: str, axes: Axes) -> None:
+    branch = _branch(study, "from")
+    assert branch is not None
+    values, exponent = study[parameter].values, branch["lyapunov"].values[:, 0]
+    error = branch["standard_error"].values[:, 0]
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    axes.plot(values, study["finite"].values[:, 0], color=ORANGE, lw=0.7, label="over the window from the start")
+    axes.plot(values, exponent, color=BLACK, lw=0.8, label="in the long run, with 3 standard errors")
+    axes.fill_between(values, exponent - 3 * error, exponent + 3 * error, color=BLUE, alpha=0.35, lw=0)
+    lowest = max(float(np.nanmin(exponent)), -0.12)
+    axes.set_ylim(1.15 * min(lowest, -0.02), 1.25 * max(float(np.nanmax(exponent + 3 * error)), 0.02))
+
+
+def _shade(axes: Axes, values: Any, mask: Any, colour: str, alpha: float, label: str) -> None:
+    axes.fill_between(
+        values, 0, 1, where=mask, transform=axes.get_xaxis_transform(), color=colour, alpha=alpha, lw=0, label=label
+    )
+
+
+def maps_figure(studies: Mapping[str, xr.Dataset]) -> Figure:
+    """Stacked sections, largest exponent in the long run and over the window, for both meanings of pre-stretch."""
+
+    def draw(figure: Figure) -> None:
+        axes = figure.subplots(3, 2, sharex=True, gridspec_kw={"height_ratios": [1.1, 1, 1]})
+        bound = 0.12
+        for column, mode in enumerate(MODES):
+            plane = studies[f"map-{mode}"].transpose("prestretch", "voltage", ...)
+            _stack(studies[f"sections-{mode}"], axes[0, column])
+            axes[0, column].set_title(f"{mode.replace('equib', 'equi-b')} pre-stretch", fontsize=9)
+            shown = (
+                ("lyapunov", "in the long run"),
+                ("finite", f"over the first {plane.attrs['window']:g} time units"),
+            )
+            for row, (name, label) in enumerate(shown, start=1):
+                image = _exponent_map(plane, name, bound, axes[row, column])
+                axes[row, column].set_title(f"largest exponent {label}", fontsize=8)
+            axes[2, column].set_xlabel(LABELS["voltage"])
+        for row in (1, 2):
+            axes[row, 0].set_ylabel(LABELS["prestretch"])
+        axes[0, 0].set_ylabel(r"section $x$, offset by $\lambda_p$")
+        figure.colorbar(
+            image, ax=axes[1:, :], label="largest Lyapunov exponent per unit time", extend="both", shrink=0.8
+        )
+        handles, labels = axes[1, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+
+    return styled(7.2, 8.2, draw)
+
+
+def _stack(study: xr.Dataset, axes: Axes) -> None:
+    spacing = 10.0
+    voltage = study["voltage"].values
+    for k, stretch in enumerate(study["prestretch"].values):
+        points = study["section"].sel(prestretch=stretch).transpose("voltage", ...).values[:, -32:, 0]
+        at = np.broadcast_to(voltage[:, None], points.shape)
+        axes.plot(at.ravel(), (points + k * spacing).ravel(), ".", ms=1.2, color=BLACK, mec="none", rasterized=True)
+        axes.axhline(k * spacing, color=GREY, lw=0.3, zorder=0)
+    axes.set_yticks(spacing * np.arange(study.sizes["prestretch"]), [f"{s:g}" for s in study["prestretch"].values])
+
+
+def _exponent_map(plane: xr.Dataset, name: str, bound: float, axes: Axes) -> Any:
+    voltage, stretch = plane["voltage"].values, plane["prestretch"].values
+    values = plane[name].values[..., 0]
+    image = axes.pcolormesh(voltage, stretch, values, cmap="RdBu_r", vmin=-bound, vmax=bound, rasterized=True)
+    failed = plane["regime"].values == Regime.LEFT_THE_DOMAIN
+    if failed.any():
+        axes.contourf(voltage, stretch, failed, levels=[0.5, 1.5], colors="none", hatches=["////"])
+    for variable, style, label in (
+        ("rest_growth", "-", "rest loses stability under the drive (Floquet)"),
+        ("static_stiffness", "--", "static pitchfork at the peak voltage"),
+    ):
+        values = plane[variable].values
+        if np.nanmin(values) < 0.0 < np.nanmax(values):
+            axes.contour(voltage, stretch, values, levels=[0.0], colors=BLACK, linestyles=style, linewidths=1.0)
+        axes.plot([], [], color=BLACK, ls=style, lw=1.0, label=label)
+    return image
+
+
+FIGURES = (
+    PaperFigure(
+        13,
+        "Bifurcation diagrams and the largest Lyapunov exponent",
+        SETS,
+        "Damping ratio 0 to 2 and voltage 0 to 2 are from the text; the ranges of pre-stretch and stretch "
+        "limit and the "
+        "voltage of each panel are reconstructed.",
+        "Section points of the settled motion over each parameter, above the largest Lyapunov exponent: in "
+        "the long run "
+        "with its error, and over the window from the start that a paper would show. Where both differ in sign, what "
+        "looks chaotic is a transient, or what looks regular has not yet shown itself. Shaded is where "
+        "theory says that "
+        "rest is unstable: a necessary condition for lasting motion, not a sign of chaos.",
+        tuple(diagram_name(*panel) for panel in PANELS),
+        diagrams_figure,
+    ),
+    PaperFigure(
+        14,
+        "Stacked sections and maps over voltage and pre-stretch",
+        ("base",),
+        "All ranges are reconstructed. What the paper means by pre-stretch is not certain: its wording fits the radial "
+        "reading, shown beside the equi-biaxial one.",
+        "The largest exponent over voltage and pre-stretch, for both meanings of pre-stretch, in the long run and over "
+        "the window from the start, with the lines where rest loses its stability. Above them, sections over "
+        "voltage at "
+        "a few pre-stretches. Radial pre-stretch tightens the hoops alone and moves the chaotic domain little; "
+        "equi-biaxial pre-stretch stiffens the cone itself and pushes the domain to higher voltages.",
+        tuple(f"{kind}-{mode}" for mode in MODES for kind in ("map", "sections")),
+        maps_figure,
+    ),
+)

@@ -1,0 +1,90 @@
+"""Studies behind figure 13: bifurcation diagrams with exponents, for the long run and for a finite window."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.atlas.bifurcation import bifurcation
+from gelcone.atlas.cells import Plan
+from gelcone.model import ConeModel
+from gelcone.motion.floquet import floquet_multipliers
+from gelcone.motion.lyapunov import finite_exponents
+from gelcone.paper.effort import FULL, Effort
+from gelcone.paper.presets import find_preset
+from gelcone.paper.studies.study import Progress, Study
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PANELS: dict[tuple[str, str], float] = {
+    ("base", "damping_ratio"): 0.5,
+    ("base", "voltage"): 0.5,
+    ("base", "prestretch"): 1.0,
+    ("base", "stretch_limit"): 1.04,
+    ("fast", "damping_ratio"): 1.005,
+    ("fast", "voltage"): 1.005,
+    ("fast", "prestretch"): 1.005,
+    ("fast", "stretch_limit"): 1.005,
+}
+"""Parameter set and swept parameter -> voltage of the panel (reconstructed; no effect where it is itself swept)."""
+
+
+def values_of(parameter: str, effort: Effort) -> Array:
+    """Values of a swept parameter: the paper's ranges for damping and voltage (text), reconstructed for the rest."""
+    count = effort.diagram_values
+    if parameter == "stretch_limit":
+        # Below 0.5 the initial state (1, 0) lies beyond the stretch limit.
+        return np.geomspace(0.52, 100.0, count)
+    begin, end = {"damping_ratio": (0.0, 2.0), "voltage": (0.0, 2.0), "prestretch": (0.4, 2.0)}[parameter]
+    return np.linspace(begin, end, count)
+
+
+def diagram_name(preset: str, parameter: str) -> str:
+    return f"diagram-{preset}-{parameter.replace('_', '-')}"
+
+
+def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress) -> xr.Dataset:
+    """The diagram of one panel, with ``finite`` (parameter, exponent): the exponents over the window from the start."""
+    preset = find_preset(preset_name)
+    model = preset.model.replace(voltage=PANELS[preset_name, parameter])
+    values = values_of(parameter, effort)
+    result = bifurcation(
+        model,
+        parameter,
+        values,
+        initial=(preset.initial,),
+        sweeps=effort.sweeps,
+        bisections=8 if effort is FULL else 5,
+        progress=progress,
+    )
+    ensemble, states = Plan(model, {parameter: values}, preset.initial).at({parameter: values})
+    finite, _ = finite_exponents(ensemble.take(slice(None)), states, effort.window, {})
+    result["finite"] = (
+        (parameter, "exponent"),
+        finite,
+        {"long_name": "Lyapunov exponents over the window from the start", "units": "1", "quantity": "rate"},
+    )
+    return result.assign(rest_stability(ensemble, (parameter,))).assign_attrs(preset=preset_name, window=effort.window)
+
+
+def rest_stability(ensemble: ConeModel, dims: tuple[str, ...]) -> dict[str, Any]:
+    """What theory says of rest at every value: growth rate under the drive, stiffness at full voltage."""
+    shape = ensemble.shape
+    flat = ensemble.take(slice(None))
+    growth = floquet_multipliers(flat)["growth_rate"].values.reshape(shape)
+    static = np.asarray(flat.stiffness(np.zeros(flat.size), flat.voltage)).reshape(shape)
+
+    def variable(values: Array, long_name: str, quantity: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
+        return dims, values, {"long_name": long_name, "units": "1", "quantity": quantity}
+
+    return {
+        "rest_growth": variable(growth, "growth rate of deviations from rest under the drive", "rate"),
+        "static_stiffness": variable(static, "small-signal stiffness of rest at the peak voltage", "stiffness"),
+    }
+
+
+STUDIES = tuple(Study(diagram_name(*panel), partial(diagram, *panel)) for panel in PANELS)

@@ -1,0 +1,68 @@
+"""Studies behind figure 14: sections stacked over pre-stretch, and maps of the largest exponent."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone.atlas.cells import Plan
+from gelcone.atlas.grid import label_cells
+from gelcone.motion.lyapunov import finite_exponents
+from gelcone.paper.effort import Effort
+from gelcone.paper.presets import find_preset
+from gelcone.paper.studies.diagrams import rest_stability
+from gelcone.paper.studies.study import Progress, Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MODES = ("radial", "equibiaxial")
+STACKED = (0.6, 0.8, 1.0, 1.25, 1.5)
+
+
+def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
+    """Regime, exponents and finite exponents over voltage and pre-stretch, at the base set."""
+    voltages, stretches = effort.map_shape
+    over = {"voltage": np.linspace(0.0, 2.0, voltages), "prestretch": np.linspace(0.4, 2.0, stretches)}
+    return _cells(mode, over, effort, progress).drop_vars("section")
+
+
+def stacked(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
+    """Section points over voltage at a few pre-stretches, at the base set."""
+    over = {"prestretch": np.array(STACKED), "voltage": np.linspace(0.0, 2.0, effort.map_shape[0])}
+    return _cells(mode, over, effort, progress)
+
+
+def _cells(mode: str, over: dict[str, np.ndarray], effort: Effort, progress: Progress) -> xr.Dataset:
+    preset = find_preset("base")
+    plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial)
+    result = label_cells(plan, plan.run(progress=lambda share: progress(0.9 * share)), "parameter map")
+    model, states = plan.at(plan.grid)
+    finite, _ = finite_exponents(model.take(slice(None)), states, effort.window, {})
+    progress(0.1)
+    result["finite"] = (
+        (*plan.over, "exponent"),
+        finite.reshape((*plan.shape, 2)),
+        {"long_name": "Lyapunov exponents over the window from the start", "units": "1", "quantity": "rate"},
+    )
+    theory = (
+        {}
+        if "point" in result.dims
+        else {
+            name: (dims, values.reshape(plan.shape), attrs)
+            for name, (dims, values, attrs) in rest_stability(model, tuple(plan.over)).items()
+        }
+    )
+    return result.assign(theory).assign_attrs(preset="base", prestretch_mode=mode, window=effort.window)
+
+
+STUDIES = tuple(
+    study
+    for mode in MODES
+    for study in (
+        Study(f"map-{mode}", partial(plane, mode)),
+        Study(f"sections-{mode}", partial(stacked, mode)),
+    )
+)
