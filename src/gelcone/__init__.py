@@ -39,6 +39,16 @@ if TYPE_CHECKING:
     from gelcone.materials import Material as Material
     from gelcone.materials import load_materials as load_materials
     from gelcone.model import ConeModel as ConeModel
+    from gelcone.motion.equilibrium import PullIn as PullIn
+    from gelcone.motion.equilibrium import fold_voltages as fold_voltages
+    from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
+    from gelcone.motion.equilibrium import pull_in_voltage as pull_in_voltage
+    from gelcone.motion.equilibrium import static as static
+    from gelcone.motion.equilibrium import stroke_and_blocked_force as stroke_and_blocked_force
+    from gelcone.motion.floquet import Onset as Onset
+    from gelcone.motion.floquet import floquet_multipliers as floquet_multipliers
+    from gelcone.motion.floquet import onset_voltage as onset_voltage
+    from gelcone.motion.floquet import tongues as tongues
     from gelcone.motion.flow import Outcome as Outcome
     from gelcone.motion.flow import integrate as integrate
     from gelcone.motion.lyapunov import lyapunov as lyapunov
@@ -57,6 +67,8 @@ _HOME = {
     "Device": "device",
     "extrema": "motion.section",
     "find_device": "device",
+    "floquet_multipliers": "motion.floquet",
+    "fold_voltages": "motion.equilibrium",
     "Gent": "laws",
     "InputError": "errors",
     "integrate": "motion.flow",
@@ -68,17 +80,25 @@ _HOME = {
     "MissingDependency": "errors",
     "model_of": "dataset",
     "NeoHookean": "laws",
+    "Onset": "motion.floquet",
+    "onset_voltage": "motion.floquet",
     "Outcome": "motion.flow",
     "parameter_map": "atlas.grid",
+    "pitchfork_voltage": "motion.equilibrium",
+    "pull_in_voltage": "motion.equilibrium",
+    "PullIn": "motion.equilibrium",
     "Regime": "motion.regime",
     "regime": "motion.regime",
     "save": "dataset",
     "section": "motion.section",
     "simulate": "motion.response",
     "spectrum": "motion.spectrum",
+    "static": "motion.equilibrium",
     "StrainEnergyLaw": "laws",
+    "stroke_and_blocked_force": "motion.equilibrium",
     "thresholds_of": "atlas.bifurcation",
     "to_si": "si",
+    "tongues": "motion.floquet",
     "Yeoh": "laws",
 }
 
