@@ -386,8 +386,7 @@ def test_work_is_the_integral_of_the_powers():
         parameter[:, None] for parameter in (model.voltage, model.voltage_bias, model.drive_frequency)
     )
     v = drive.voltage(times, amplitude, bias, omega)
-    rate = drive.voltage_rate(times, amplitude, omega)
-    powers = v * (rate * (1.0 + x * x) + 2.0 * v * x * u), 2.0 * model.damping_ratio[:, None] * u * u
+    powers = v * v * x * u, 2.0 * model.damping_ratio[:, None] * u * u
     for column, power in enumerate(powers):
         simpson = (power[:, :-1:2] + 4.0 * power[:, 1::2] + power[:, 2::2]).sum(axis=1) * (times[1] / 3.0)
         np.testing.assert_allclose(run.work[:, -1, column], simpson, rtol=1e-9, atol=1e-10)
@@ -446,6 +445,8 @@ def test_an_interrupt_ends_the_run_and_leaves_the_next_one_right(threads):
         ({"times": np.arange(1.0, 9.0).reshape(2, 4)}, "times: must be numbers of shape (4,) or (3, 4), not (2, 4)"),
         ({"times": ["soon"]}, "times: must be numbers of shape (1,) or (3, 1), not (1,)"),
         ({"initial": (1.0, 0.0, 0.0)}, "initial: must be numbers of shape (2,) or (3, 2), not (3,)"),
+        ({"initial": (1.0,)}, "initial: must be numbers of shape (2,) or (3, 2), not (1,)"),
+        ({"initial": 1.0}, "initial: must be numbers of shape (2,) or (3, 2), not ()"),
         ({"initial": "up"}, "initial: must be numbers of shape (2,) or (3, 2), not ()"),
         ({"start": [0.0, 0.0]}, "start: must be numbers of shape () or (3,), not (2,)"),
         ({"keep": "tangent"}, "'tangent' is not a thing to keep; did you mean 'tangents'?"),

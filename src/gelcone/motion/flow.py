@@ -74,8 +74,8 @@ class Trajectories:
 
     ``times`` (members, samples); ``states`` (members, samples, 2) with displacement and velocity; ``tangents``
     (members, samples, 2, 2), each the linear map of a small deviation from the previous sample (the first from the
-    start) to this one; ``work`` (members, samples, 2) with the electric energy put in and the energy dissipated since
-    the start; ``outcome`` and ``steps`` (members,).
+    start) to this one; ``work`` (members, samples, 2) with the work of the electric force and the energy dissipated
+    since the start; ``outcome`` and ``steps`` (members,).
     """
 
     times: Array
@@ -105,7 +105,7 @@ def integrate(
     initial : displacement and velocity at ``start``, shape (2,) or (members, 2).
     times : increasing sample times from ``start`` on, shape (samples,) or (members, samples).
     start : time at the initial state (sets the phase of the drive), scalar or (members,). Default 0.
-    keep : ``"states"``; ``"tangents"`` adds the tangent maps, ``"work"`` the energies put in and dissipated.
+    keep : ``"states"``; ``"tangents"`` adds the tangent maps, ``"work"`` electric work and dissipation.
     tolerance : relative error of one step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -167,9 +167,12 @@ def _check_options(keep: str, tolerance: float, threads: int | None) -> None:
 
 
 def _fit(name: str, value: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
-    """``value`` spread to ``shape``; `InputError` when it does not fit."""
+    """``value`` spread to ``shape``, of which the last axis is not spread; `InputError` when it does not fit."""
     try:
-        return np.broadcast_to(np.asarray(value, dtype=float), shape)
+        array = np.asarray(value, dtype=float)
+        if len(shape) > 1 and np.atleast_1d(array).shape[-1] != shape[-1]:
+            raise ValueError
+        return np.broadcast_to(array, shape)
     except (TypeError, ValueError):
         wanted = " or ".join(dict.fromkeys(str(s) for s in (shape[1:], shape)))
         raise InputError(f"{name}: must be numbers of shape {wanted}, not {np.shape(value)}") from None
@@ -200,8 +203,8 @@ def equations(law: StrainEnergyLaw, keep: Keep, law_size: int) -> list[tuple[Any
     """The system that is compiled, as heyoka (variable, derivative) pairs.
 
     ``"tangents"`` adds two deviations (the columns of the tangent map), which share the film's division with the
-    motion and so cost half of what a general variational system does; ``"work"`` adds the quadratures of the electric
-    power v d(v q)/dtau and of the dissipated power 2 zeta x'^2.
+    motion and so cost half of what a general variational system does; ``"work"`` adds the quadratures of the power
+    v^2 x x' of the electric force and of the dissipated power 2 zeta x'^2.
     """
     hk = import_heyoka()
     par = hk.par
@@ -216,10 +219,8 @@ def equations(law: StrainEnergyLaw, keep: Keep, law_size: int) -> list[tuple[Any
             dx, du = hk.make_vars(f"x{column}", f"u{column}")
             system += [(dx, du), (du, slope * dx - 2.0 * c.zeta * du)]
     elif keep == "work":
-        supplied, dissipated = hk.make_vars("supplied", "dissipated")
-        change = drive.voltage_rate(hk.time, amplitude, frequency, hk)
-        power = voltage * (change * (1.0 + x * x) + 2.0 * voltage * x * u)
-        system += [(supplied, power), (dissipated, 2.0 * c.zeta * u * u)]
+        worked, dissipated = hk.make_vars("worked", "dissipated")
+        system += [(worked, voltage * voltage * x * u), (dissipated, 2.0 * c.zeta * u * u)]
     return system
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import reprlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -56,31 +58,42 @@ def simulate(
 
     Raises
     ------
-    InputError : for a run of no length, times that do not increase, or an initial state of which no member lies inside
-        its stretch limit.
+    InputError : for a run of no length or more than the memory holds, times that do not increase, or an initial state
+        of which no member lies inside its stretch limit.
     """
-    if not (np.isfinite(periods) and periods > 0.0):
-        raise InputError(f"periods = {periods:g}: must be a positive number of drive periods")
+    _check_positive("periods", periods, "a positive number of drive periods")
+    if field_limit is not None:
+        _check_positive("field_limit", field_limit, "positive; leave it out when it is unknown")
     states0 = start_states(model, initial)
-    even = _even_times(model, periods, times)
-    wanted = even if times is None else _wanted_times(times, model.size)
-    both = [np.union1d(e, w) for e, w in zip(even, wanted, strict=True)]
-    longest = max(len(t) for t in both)
-    padded = np.stack([np.concatenate([t, t[-1] + np.arange(1, longest - len(t) + 1)]) for t in both])
-    run = integrate(model, states0, padded, keep="work", tolerance=tolerance, threads=threads, progress=progress)
-    variables = _variables(model.take(slice(None)), run)
-    kept = np.stack([np.searchsorted(b, w) for b, w in zip(both, wanted, strict=True)])
-    checked = np.stack([np.searchsorted(b, e) for b, e in zip(both, even, strict=True)])
-    shares = _validity(model.take(slice(None)), variables, checked, field_limit)
-    shared_times = (wanted == wanted[0]).all()
+    if times is None:
+        sampled = _even_times(model, periods * model.drive_period)
+        kept = checked = np.arange(sampled.shape[1])
+    else:
+        wanted = _wanted_times(times)
+        even = _even_times(model, wanted[-1])[0]
+        sampled = np.union1d(even, wanted)[None]
+        kept, checked = (np.searchsorted(sampled[0], some) for some in (wanted, even))
+    sampled = np.broadcast_to(sampled, (model.size, sampled.shape[1]))
+    _check_memory(*sampled.shape)
+    run = integrate(model, states0, sampled, keep="work", tolerance=tolerance, threads=threads, progress=progress)
+    members = model.take(slice(None))
+    with np.errstate(over="ignore", invalid="ignore"):
+        variables = _variables(members, run)
+        shares = _validity(members, variables, checked, field_limit)
+    shared_times = (sampled == sampled[0]).all()
     dim = "time" if shared_times else "sample"
     result = dataset.label(
         model,
-        {n: ((dim,), np.take_along_axis(v, kept, axis=1), *_MEANINGS[n]) for n, v in variables.items()}
+        {n: ((dim,), v[:, kept], *_MEANINGS[n]) for n, v in variables.items()}
         | {f"validity_{n}": ((), v, _VALIDITY[n], "share") for n, v in shares.items()},
-        coords={"time": ((dim,), wanted[0] if shared_times else wanted, "time", "time")},
+        coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
-        options={"periods": periods, "tolerance": tolerance, "field_limit": field_limit},
+        # times that were asked for stand in the result as its coordinate
+        options={
+            "periods": periods if times is None else None,
+            "tolerance": tolerance,
+            "field_limit": field_limit,
+        },
         title="time response",
     )
     result["initial"] = (
@@ -94,16 +107,21 @@ def simulate(
 def start_states(model: ConeModel, initial: npt.ArrayLike) -> Array:
     """Initial states of all members, shape (members, 2); `InputError` when none can start."""
     try:
+        if np.shape(initial)[-1:] != (2,):
+            raise ValueError
         states = np.broadcast_to(np.asarray(initial, dtype=float), (*model.shape, 2)).reshape(model.size, 2)
     except (TypeError, ValueError):
-        raise InputError(
-            f"initial = {initial!r}: must be a displacement and a velocity (shape (2,) or {(*model.shape, 2)})"
-        ) from None
+        wanted = " or ".join(dict.fromkeys(("shape (2,)", f"shape {(*model.shape, 2)}")))
+        shown = " ".join(reprlib.repr(initial).split())
+        raise InputError(f"initial = {shown}: must be a displacement and a velocity, {wanted}") from None
     if not np.isfinite(states).all():
         raise InputError(f"initial = {states[~np.isfinite(states).all(axis=1)][0].tolist()}: must be finite")
     members = model.take(slice(None))
-    strains, limits = members.strain(states[:, 0]), np.broadcast_to(members.strain_limit(), members.shape)
+    with np.errstate(over="ignore"):
+        strains, limits = members.strain(states[:, 0]), np.broadcast_to(members.strain_limit(), members.shape)
     if (strains >= limits).all():
+        if np.isinf(limits[0]):
+            raise InputError(f"initial = {states[0].tolist()}: its strain is beyond what doubles hold; start lower")
         raise InputError(
             f"stretch_limit = {limits[0]:g}: must exceed I1 - 3 = {strains[0]:.4g} at the initial displacement "
             f"{states[0, 0]:g}; start lower or raise it"
@@ -111,27 +129,57 @@ def start_states(model: ConeModel, initial: npt.ArrayLike) -> Array:
     return states
 
 
-def _even_times(model: ConeModel, periods: float, times: npt.ArrayLike | None) -> Array:
-    """Even times for every member, shape (members, samples), from 0 to the end of the run."""
+def _check_positive(name: str, value: Any, bound: str) -> None:
+    if not (isinstance(value, float | int | np.number) and np.isfinite(value) and value > 0.0):
+        shown = f"{value:g}" if isinstance(value, float) else repr(value)
+        raise InputError(f"{name} = {shown}: must be {bound}")
+
+
+def _check_memory(members: int, samples: int) -> None:
+    """Refuses what does not fit: the machine would stall before it fails."""
+    needed = 16 * len(_MEANINGS) * members * samples
+    here = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else np.inf
+    if needed > here:
+        raise InputError(
+            f"{members} members of {samples} samples need about {needed / 1e9:.3g} GB of memory, this machine has "
+            f"{here / 1e9:.3g}; take fewer members or samples"
+        )
+
+
+def _even_times(model: ConeModel, spans: npt.ArrayLike) -> Array:
+    """Even times from 0 to each of the spans, shape (spans, samples), equally many for all members."""
     members = model.take(slice(None))
+    span = np.broadcast_to(spans, model.shape).ravel() if np.ndim(spans) else np.full(1, spans)
     period = np.broadcast_to(members.drive_period, members.shape)
-    span = periods * period if times is None else np.full(model.size, np.max(_wanted_times(times, model.size)))
     stiffness = np.broadcast_to(np.asarray(members.spring_stiffness) + members.coefficients().A, members.shape)
     spacing = min(
         float((period / SAMPLES_PER_PERIOD / span).min()),
         float((2.0 * np.pi / np.sqrt(stiffness) / SAMPLES_PER_OSCILLATION / span).min()),
     )
     count = int(np.clip(np.ceil(1.0 / spacing), 2, MOST_SAMPLES))
+    _check_memory(model.size, count)
     return span[:, None] * np.linspace(0.0, 1.0, count + 1)
 
 
-def _wanted_times(times: npt.ArrayLike, count: int) -> Array:
-    wanted = np.atleast_1d(np.asarray(times, dtype=float))
-    if wanted.size == 0 or not np.isfinite(wanted).all() or (wanted < 0).any() or (np.diff(wanted) <= 0).any():
-        raise InputError(f"times = {np.asarray(times).tolist()}: must be finite, increasing and not negative")
+def _wanted_times(times: npt.ArrayLike) -> Array:
+    """The sample times; `InputError` for what cannot be sampled."""
+    try:
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+    except (TypeError, ValueError):
+        raise InputError(f"times = {' '.join(reprlib.repr(times).split())}: must be numbers") from None
+    if wanted.ndim > 1 or wanted.size == 0:
+        raise InputError(f"times: must be a list of at least one number, not of shape {wanted.shape}")
+    if not np.isfinite(wanted).all() or wanted[0] < 0.0:
+        wrong = wanted[~np.isfinite(wanted) | (wanted < 0.0)][0]
+        raise InputError(f"times: {wrong:g} is among them; they must be finite and not before 0")
+    falls = np.flatnonzero(np.diff(wanted) <= 0.0)
+    if falls.size:
+        raise InputError(
+            f"times: {wanted[falls[0] + 1]:g} comes after {wanted[falls[0]]:g}; they must increase, sort them"
+        )
     if wanted[-1] == 0.0:
         raise InputError("times = 0: the run has no length; give at least one later time")
-    return np.broadcast_to(wanted, (count, wanted.shape[-1]))
+    return wanted
 
 
 _MEANINGS = {
@@ -166,7 +214,7 @@ def _variables(members: ConeModel, run: Trajectories) -> dict[str, Array]:
     """All time series, each (members, samples)."""
     x, u = run.states[..., 0], run.states[..., 1]
     assert run.work is not None
-    supplied, dissipated = run.work[..., 0], run.work[..., 1]
+    electric_work, dissipated = run.work[..., 0], run.work[..., 1]
     c = members.coefficients(trailing=1)
     lm, lh = (np.broadcast_to(stretch, members.shape)[:, None] for stretch in members.stretches)
     amplitude, bias, omega = (
@@ -182,8 +230,7 @@ def _variables(members: ConeModel, run: Trajectories) -> dict[str, Array]:
     film = members.law.energy(e, c.law)
     spring = spring_energy(x, c) + 0.0 * x
     field = -electric_energy(x, v)
-    stored = 0.5 * u * u + film + spring + field
-    first = np.concatenate([stored[:, :1], supplied[:, :1], dissipated[:, :1]], axis=1)[..., None]
+    mechanical = 0.5 * u * u + film + spring
     change = drive.voltage_rate(run.times, amplitude, omega)
     return {
         "displacement": x,
@@ -199,11 +246,11 @@ def _variables(members: ConeModel, run: Trajectories) -> dict[str, Array]:
         "film_energy": film,
         "spring_energy": spring,
         "field_energy": field,
-        "supplied_energy": supplied,
+        "supplied_energy": electric_work + field - field[:, :1],
         "dissipated_energy": dissipated,
         "input_power": v * (change * q + 2.0 * v * x * u),
         "dissipated_power": 2.0 * c.zeta * u * u,
-        "energy_residual": (supplied - first[:, 1]) - (dissipated - first[:, 2]) - (stored - first[:, 0]),
+        "energy_residual": electric_work - dissipated - (mechanical - mechanical[:, :1]),
     }
 
 
@@ -215,8 +262,8 @@ def _validity(
     limit = np.asarray(members.law.strain_limit(c.law))
 
     def share(fails: Any) -> Array:
-        ran = np.take_along_axis(~np.isnan(series["displacement"]), checked, axis=1)
-        failed = np.take_along_axis(np.broadcast_to(fails, series["displacement"].shape), checked, axis=1)
+        ran = ~np.isnan(series["displacement"])[:, checked]
+        failed = np.broadcast_to(fails, series["displacement"].shape)[:, checked]
         with np.errstate(invalid="ignore", divide="ignore"):
             return (failed & ran).sum(axis=1) / ran.sum(axis=1)
 
