@@ -37,6 +37,8 @@ BLOCK_SAMPLES = 2**22
 STILL = 1e-12
 """Motion smaller than this (in units of b-a and 1/Omega0) is rounding, not motion."""
 VELOCITY_LEFT = 1e-11
+SMALL_STEP = 1e-3
+"""A last step up to this share of the samples' spacing is taken by the Taylor expansion of the flow."""
 MOST_POLISHINGS = 60
 
 
@@ -305,8 +307,12 @@ def _turning_points(members: ConeModel, piece: Piece, flow: dict[str, Any]) -> t
         return which, np.empty((0, 4))
     begin, end = piece.times[which, sample], piece.times[which, sample + 1]
     gap = end - begin
-    guess = begin + gap * _zero_of_cubic(
-        u[which, sample], u[which, sample + 1], gap * a[which, sample], gap * a[which, sample + 1]
+    guess = begin + gap * _zero_of_quartic(
+        u[which, sample],
+        u[which, sample + 1],
+        gap * a[which, sample],
+        gap * a[which, sample + 1],
+        (x[which, sample + 1] - x[which, sample]) / gap,
     )
     kind = np.where(rising[which, sample], 1.0, -1.0)
     turning = members.take(which)
@@ -317,22 +323,36 @@ def _turning_points(members: ConeModel, piece: Piece, flow: dict[str, Any]) -> t
 def _acceleration(members: ConeModel, times: Array, x: Array, u: Array) -> Array:
     """x'' at (members, samples)."""
     c = members.coefficients(trailing=1)
-    amplitude, bias, omega = (
-        np.broadcast_to(v, members.shape)[:, None]
-        for v in (members.voltage, members.voltage_bias, members.drive_frequency)
-    )
+    amplitude, bias, omega = _drive_of(members)
     return acceleration(x, u, drive.voltage(times, amplitude, bias, omega), c, members.law)[0]
 
 
-def _zero_of_cubic(u0: Array, u1: Array, slope0: Array, slope1: Array) -> Array:
-    """Zero in (0, 1) of the cubics with these values and slopes at 0 and 1, which change sign there; by halving."""
+def _jerk(members: ConeModel, times: Array, x: Array, u: Array, a: Array) -> Array:
+    """x''' at (members, samples): the slope in x times x', less 2 zeta x'', and the change of v^2 times x."""
+    c = members.coefficients(trailing=1)
+    amplitude, bias, omega = _drive_of(members)
+    voltage, rate = drive.voltage(times, amplitude, bias, omega), drive.voltage_rate(times, amplitude, omega)
+    slope = acceleration(x, u, voltage, c, members.law)[1]
+    return slope * u - 2.0 * c.zeta * a + 2.0 * voltage * rate * x
+
+
+def _drive_of(members: ConeModel) -> tuple[Array, ...]:
+    """Amplitude, bias and frequency, (members, 1) each."""
+    values = (members.voltage, members.voltage_bias, members.drive_frequency)
+    return tuple(np.broadcast_to(v, members.shape)[:, None] for v in values)
+
+
+def _zero_of_quartic(u0: Array, u1: Array, slope0: Array, slope1: Array, mean: Array) -> Array:
+    """Zero in (0, 1) of the quartics with these values and slopes at 0 and 1 and this mean, which change sign there."""
     low, high = np.zeros_like(u0), np.ones_like(u0)
     # A value of exactly 0 at the left end has the sign with which it is left.
     sign = np.sign(np.where(u0 == 0.0, slope0, u0))
+    # The cubic of the values and slopes has the mean (u0 + u1)/2 + (slope0 - slope1)/12; s^2 (1 - s)^2 has 1/30.
+    bump = 30.0 * (mean - 0.5 * (u0 + u1) - (slope0 - slope1) / 12.0)
     for _ in range(40):
         s = 0.5 * (low + high)
         r = 1.0 - s
-        value = r * r * ((1.0 + 2.0 * s) * u0 + s * slope0) + s * s * ((1.0 + 2.0 * r) * u1 - r * slope1)
+        value = r * r * ((1.0 + 2.0 * s) * u0 + s * slope0) + s * s * ((1.0 + 2.0 * r) * u1 - r * slope1 + r * r * bump)
         before = value * sign > 0.0
         low, high = np.where(before, s, low), np.where(before, high, s)
     return 0.5 * (low + high)
@@ -343,22 +363,29 @@ def _polish(
 ) -> tuple[Array, Array]:
     """Times (points,) and states (points, 2) where the velocity vanishes, by Newton's method on the flow itself.
 
-    ``starts`` are the states at ``begin``, ``kind`` the sign of the velocity on the way to the turning point. The
-    bracket is halved where Newton's step leaves it, as it does where the film turns the motion round like a wall.
+    ``starts`` are the states at ``begin``, ``kind`` the sign of the velocity on the way to the turning point. The last
+    step, once it is small enough, is the flow's Taylor expansion. The bracket is halved where Newton's step leaves it,
+    as it does where the film turns the motion round like a wall.
     """
     low, high, times, states = begin.copy(), end.copy(), guess.copy(), np.empty((guess.size, 2))
     left = np.arange(guess.size)
     for _ in range(MOST_POLISHINGS):
-        at = times[left]
-        states[left] = integrate(turning.take(left), starts[left], at[:, None], start=begin[left], **flow).states[:, 0]
-        x, u = states[left].T
-        a = _acceleration(turning.take(left), at[:, None], x[:, None], u[:, None])[:, 0]
-        before = u * kind[left] > 0.0
+        part, at = turning.take(left), times[left]
+        states[left] = integrate(part, starts[left], at[:, None], start=begin[left], **flow).states[:, 0]
+        x, u = states[left].T[:, :, None]
+        a = _acceleration(part, at[:, None], x, u)
+        step = -u / np.where(a == 0.0, 1.0, a)
+        remains = u + a * step + 0.5 * _jerk(part, at[:, None], x, u, a) * step * step
+        final = np.column_stack([x + (u + 0.5 * a * step) * step, remains])
+        before = u[:, 0] * kind[left] > 0.0
         low[left], high[left] = np.where(before, at, low[left]), np.where(before, high[left], at)
-        newton = at - u / np.where(a == 0.0, 1.0, a)
-        inside = (low[left] < newton) & (newton < high[left])
-        better = np.where(inside, newton, 0.5 * (low[left] + high[left]))
-        unfinished = (np.abs(u) > VELOCITY_LEFT) & (low[left] < better) & (better < high[left])
+        newton = at + step[:, 0]
+        inside = (low[left] <= newton) & (newton <= high[left])
+        small = np.abs(step[:, 0]) <= SMALL_STEP * (end - begin)[left]
+        done = inside & small & (np.abs(remains[:, 0]) <= VELOCITY_LEFT)
+        states[left[done]], times[left[done]] = final[done], newton[done]
+        better = np.where(inside & (newton != at), newton, 0.5 * (low[left] + high[left]))
+        unfinished = ~done & (low[left] < better) & (better < high[left])
         left = left[unfinished]
         if not left.size:
             break
