@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -484,3 +485,259 @@ def _pockets(plane: xr.Dataset) -> list[int]:
         if number not in edge and cells.sum() >= 2 and not (cells & grown).any():
             pockets.append(int(cells.sum()))
     return pockets
+
+
+@claim(
+    "static-bistable",
+    "At the highest of three voltages the static curve meets zero force three times, with slopes +, -, +.",
+    3,
+    "static",
+)
+def static_bistable(studies: Studies) -> Finding:
+    study = studies["static"]
+    counts = study["equilibria"].values.ravel()
+    highest = study.isel(constant_voltage=-1)
+    slopes = highest["slope"].values.ravel()
+    slopes = slopes[np.isfinite(slopes)]
+    places = highest["equilibrium_displacement"].values.ravel()
+    pitchfork = float(study["pitchfork_voltage"])
+    return Finding(
+        holds=bool(counts[-1] == 3 and (np.sign(slopes) == [1, -1, 1]).all()),
+        numbers=(
+            Number("equilibria at the highest voltage", float(counts[-1]), error=0.0),
+            *(Number(f"slope at x = {x:.4g}", float(s), error=1e-9) for x, s in zip(places, slopes, strict=False)),
+            Number("pitchfork voltage, the square root of the small-signal stiffness", pitchfork, error=1e-9),
+        ),
+        why="Above the pitchfork voltage the flat state is unstable between two buckled ones; this follows from the "
+        "energy alone.",
+        unseen="The flat film is slack at these voltages: with pre-stretch 1 the hoop stress is compressive.",
+    )
+
+
+@claim(
+    "energy-steepening",
+    "The energy curves steepen as the stretch limit falls; for J = 1 the energy rises sharply near the limit.",
+    6,
+    "energy",
+)
+def energy_steepening(studies: Studies) -> Finding:
+    study = studies["energy"]
+    limits, x = study["stretch_limit"].values, study["displacement"].values
+    force = study["film_force"].values[:, x > 0.0]
+    steeper = [bool((a[np.isfinite(a)] > b[np.isfinite(a)]).all()) for a, b in pairwise(force)]
+    one = int(np.flatnonzero(limits == 1.0)[0])
+    reach = float(study["reach"].values[one])
+    near = int(np.argmin(np.abs(x[x > 0.0] - 0.95 * reach)))
+    sharp = float(force[one, near] / force[-1, near])
+    return Finding(
+        holds=all(steeper) and sharp > 2.0,
+        numbers=(
+            share_number("share of neighbouring stretch limits of which the smaller is steeper everywhere", steeper),
+            Number("displacement at which the film with J = 1 ends", reach, error=1e-9),
+            Number("slope for J = 1 over that for J = 100, at 95 % of that displacement", sharp, error=1e-6),
+        ),
+        why="The film's force is x (A - G/q^2) over 1 - (I1 - 3)/J, which grows as J falls at every displacement.",
+        unseen="The energy grows only like a logarithm at the limit: an integrator without a guard can step across.",
+    )
+
+
+@claim(
+    "voltage-spectra",
+    "At low voltage one line at the excitation frequency dominates; it splits at the threshold; above, the spectrum is "
+    "broadband.",
+    8,
+    "spectra",
+)
+def voltage_spectra(studies: Studies) -> Finding:
+    study = studies["spectra"]
+    late, early = _spectral_order(study, ""), _spectral_order(study, "early_")
+    base = list(study["set"].values).index("base")
+    low, middle, high = (study.isel(set=base, voltage=i) for i in range(3))
+    return Finding(
+        holds=late[base],
+        holds_finite=early[base],
+        share=share(late),
+        neighbourhood="the two parameter sets",
+        numbers=(
+            Number("strongest line at low voltage from the start, over the drive's", _strongest(low, "early_")),
+            Number("swing left at low voltage in the long run (rms)", float(low["rms"]), error=1e-12),
+            Number("share of power in lines at the threshold, long run", float(middle["power_in_lines"])),
+            Number("spectral flatness at high voltage, long run", float(high["flatness"])),
+        ),
+        why="Needed: a strongest line at the frequency of the voltage or of its force (twice that) with most of the "
+        "power at low voltage, several lines at the threshold, and a flatness above 0.01 at high voltage.",
+        unseen="At low voltage the device comes to rest: what its spectrum shows is the free vibration from the start, "
+        "at its natural frequency and not at that of the drive.",
+    )
+
+
+def _strongest(spectrum: xr.Dataset, prefix: str) -> float:
+    """Frequency of the strongest line over that of the voltage."""
+    lines, amplitudes = spectrum[f"{prefix}line_ratio"].values, spectrum[f"{prefix}line_amplitude"].values
+    return float(lines[np.nanargmax(amplitudes)]) if np.isfinite(amplitudes).any() else float("nan")
+
+
+def _spectral_order(study: xr.Dataset, prefix: str) -> list[bool]:
+    """Whether the spectra at three voltages go from a driven line over split lines to broadband, for each set."""
+    verdicts = []
+    for k in range(study.sizes["set"]):
+        low, middle, high = (study.isel(set=k, voltage=i) for i in range(3))
+        strongest = _strongest(low, prefix)
+        driven = min(abs(strongest - 1.0), abs(strongest - 2.0)) < 0.1
+        dominant = float(low[f"{prefix}power_in_lines"]) > 0.5
+        split = int(np.isfinite(middle[f"{prefix}line_amplitude"].values).sum()) > 1
+        verdicts.append(bool(driven and dominant and split and float(high[f"{prefix}flatness"]) > 0.01))
+    return verdicts
+
+
+@claim(
+    "practical-voltage",
+    "From 10 to 50 V the amplitude is nearly constant; these voltages lie orders of magnitude below any threshold.",
+    9,
+    "practical",
+)
+def practical_voltage(studies: Studies) -> Finding:
+    study = studies["practical"]
+    amplitude = study["window_amplitude"].values
+    spread = np.ptp(amplitude, axis=1) / amplitude.mean(axis=1)
+    highest = float(study["voltage_amplitude"].values.max())
+    onset = float(np.nanmin(study["onset_voltage"].values))
+    lowest = min(onset, float(np.nanmin(study["pitchfork_voltage"].values)))
+    late = study["late_amplitude"].values[:, -1]
+    return Finding(
+        holds=bool((spread < SAME).all() and lowest > 100.0 * highest),
+        numbers=(
+            Number("lowest threshold (loss of stability of rest) over 50 V", lowest / highest, error=1e-3),
+            Number("largest relative change of the amplitude over 10 to 50 V", float(spread.max()), error=1e-6),
+            *(
+                Number(f"amplitude left in the long run at 50 V, initial height {h:g}", float(a), unit="mm")
+                for h, a in zip(study["initial_height"].values, late, strict=True)
+            ),
+        ),
+        why="The electric force goes with the square of the voltage: at 50 V it is smaller than at the threshold "
+        "by the "
+        "square of the ratio.",
+        unseen="The amplitude is that of the release, not of the drive: in the long run the drive moves the disc "
+        "hardly.",
+    )
+
+
+@claim(
+    "prestretch-order",
+    "A small pre-stretch gives chaos, a moderate one a small limit cycle, a larger one decays to rest.",
+    10,
+    "prestretch",
+    "diagram-fast-prestretch",
+)
+def prestretch_order(studies: Studies) -> Finding:
+    study = studies["prestretch"]
+    kinds = study["regime"].values
+    finite = study["finite"].values[:, 0]
+    expected = [Regime.CHAOTIC, Regime.PERIODIC, Regime.REST]
+    other = fixed_branch(studies["diagram-fast-prestretch"])
+    at = [int(np.argmin(np.abs(other["prestretch"].values - lp))) for lp in study["prestretch"].values]
+    second = bool((other["regime"].values[at] == expected).all())
+    own = bool((kinds == expected).all())
+    return Finding(
+        holds=own,
+        holds_finite=bool(finite[0] > 0.0 and finite[2] < 0.0),
+        share=share([own, second]),
+        neighbourhood="the two parameter sets",
+        numbers=tuple(
+            Number(
+                f"largest exponent at pre-stretch {lp:g} ({Regime(int(k)).label})",
+                float(study["lyapunov"].values[i, 0]),
+                error=float(study["standard_error"].values[i, 0]),
+            )
+            for i, (lp, k) in enumerate(zip(study["prestretch"].values, kinds, strict=True))
+        ),
+        why="Pre-stretch raises the small-signal stiffness of the flat film and with it the voltage at which "
+        "rest is lost.",
+        unseen="Which of the thresholds does it: rest at the largest pre-stretch is stable by Floquet theory.",
+    )
+
+
+@claim(
+    "spring-frequency",
+    "Raising the spring stiffness from 0.1 to 20 moves the resonance up.",
+    12,
+    "frequency",
+)
+def spring_frequency(studies: Studies) -> Finding:
+    study = studies["frequency"].sel(sweep="up")
+    stiffness = study["spring_stiffness"].values
+    low, high = study["peak_low"].values, study["peak_high"].values
+    peaks = study["peak_frequency"].values
+    rises = low[1:] > high[:-1]
+    return Finding(
+        holds=bool(rises.all()),
+        share=share(rises),
+        neighbourhood="neighbouring pairs of spring stiffnesses",
+        numbers=tuple(
+            Number(f"resonance at spring stiffness {k:g}", float(f), low=float(a), high=float(b))
+            for k, f, a, b in zip(stiffness, peaks, low, high, strict=True)
+        ),
+        why="The intervals of neighbouring peaks do not overlap and rise with the stiffness.",
+        unseen="The force goes with the square of the voltage: the peak lies near half the natural frequency, "
+        "except where "
+        "a soft spring lets a large, strongly nonlinear motion take over.",
+    )
+
+
+@claim(
+    "spring-amplitude",
+    "The peak amplitude falls monotonically with the spring stiffness (figure 12) although the amplitude "
+    "is not affected "
+    "by it (figure 11).",
+    12,
+    "frequency",
+    "spring",
+)
+def spring_amplitude(studies: Studies) -> Finding:
+    study = studies["frequency"].sel(sweep="up")
+    peaks, error = study["peak_amplitude"].values, study["peak_amplitude_error"].values
+    falls = peaks[1:] + error[1:] < peaks[:-1] - error[:-1]
+    spring = studies["spring"]
+    late = 0.5 * (spring["late_highest"].values - spring["late_lowest"].values)
+    start = 0.5 * (spring["window_highest"].values - spring["window_lowest"].values)
+    unaffected = bool(np.ptp(start) / start.mean() < SAME)
+    return Finding(
+        holds=bool(falls.all()),
+        share=share(falls),
+        neighbourhood="neighbouring pairs of spring stiffnesses",
+        numbers=(
+            *(
+                Number(f"peak amplitude at spring stiffness {k:g}", float(a), error=float(e))
+                for k, a, e in zip(study["spring_stiffness"].values, peaks, error, strict=True)
+            ),
+            Number("amplitude from the start at stiffness 10 over that at 1 (figure 11)", float(start[-1] / start[0])),
+            Number("the same in the long run", float(late[-1] / late[0])),
+        ),
+        why="The two statements contradict each other for the driven motion. "
+        + (
+            "Over the window from the start the amplitude is indeed not affected: it is that of the release."
+            if unaffected
+            else "Over the window from the start the amplitude changes as well."
+        ),
+        unseen="Figure 11 shows the free decay from the initial state, figure 12 the driven motion.",
+    )
+
+
+@claim("spring-no-jump", "There is no jump or hysteresis over the whole range of drive frequency.", 12, "frequency")
+def spring_no_jump(studies: Studies) -> Finding:
+    study = studies["frequency"]
+    up, down = (study["amplitude"].sel(sweep=s).values for s in ("up", "down"))
+    size = np.fmax(np.fmax(up, down).max(axis=1), 1e-9)
+    gap = np.nanmax(np.abs(up - down), axis=1) / size
+    smooth = gap < SAME
+    return Finding(
+        holds=bool(smooth.all()),
+        share=share(smooth),
+        neighbourhood="the six spring stiffnesses",
+        numbers=tuple(
+            Number(f"largest difference of the sweeps over the peak, spring stiffness {k:g}", float(g), error=1e-3)
+            for k, g in zip(study["spring_stiffness"].values, gap, strict=True)
+        ),
+        why="The sweeps up and down count as one while they differ by less than 5 % of the peak.",
+        unseen="Two sweeps are needed to see hysteresis at all.",
+    )
