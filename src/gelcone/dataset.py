@@ -7,10 +7,11 @@ parameters, the options and gelcone's version; parameters that are arrays stand 
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -102,7 +103,9 @@ def outcome_array(values: Any, dims: tuple[str, ...]) -> xr.DataArray:
 
 
 def model_of(dataset: xr.Dataset) -> ConeModel:
-    """The model that a Dataset was computed from."""
+    """The model that a Dataset was computed from; `InputError` when it does not say."""
+    if "model" not in dataset.attrs:
+        raise InputError("the Dataset does not say which model it was computed from; give a result of gelcone")
     parameters = {k: np.inf if v == "inf" else v for k, v in json.loads(dataset.attrs["model"]).items()}
     for name, coord in dataset.coords.items():
         if coord.attrs.get("quantity") == "parameter":
@@ -115,21 +118,64 @@ def write_whole(path: Path, write: Callable[[Path], None], *, force: bool = Fals
 
     Raises `InputError` for an existing file or a folder that cannot be written.
     """
-    if path.exists() and not force:
-        raise InputError(f"{path}: exists already; choose another folder or give --force to overwrite it")
+    write_together({path: write}, force=force)
+
+
+def write_together(writers: Mapping[Path, Callable[[Path], None]], *, force: bool = False) -> None:
+    """Writes several files that appear whole and only when all are written; see `write_whole`."""
+    check_writable(writers, force=force)
+    temporaries: dict[Path, Path] = {}
+    try:
+        for path, write in writers.items():
+            temporaries[path] = temporary = _temporary(path)
+            write(temporary)
+            temporary.chmod(0o666 & ~_umask())
+        for path, temporary in temporaries.items():
+            temporary.replace(path)
+    finally:
+        for temporary in temporaries.values():
+            temporary.unlink(missing_ok=True)
+
+
+def check_writable(paths: Iterable[Path], *, force: bool = False) -> None:
+    """Refuses, without touching anything, files that exist (unless ``force``) or that could not be written."""
+    for path in paths:
+        try:
+            there = _is_there(path)
+            nearest = next(parent for parent in path.absolute().parents if _is_there(parent))
+        except (OSError, ValueError) as error:
+            raise _unwritable(path, error) from None
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; choose another one to write to")
+        if there and not force:
+            raise InputError(f"{path}: exists already; choose another folder or give --force to overwrite it")
+        if not nearest.is_dir():
+            raise _unwritable(path, NotADirectoryError(errno.ENOTDIR, f"{nearest} is a file"))
+        if not os.access(nearest, os.W_OK | os.X_OK):
+            raise _unwritable(path, PermissionError(errno.EACCES, "no permission"))
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return True
+
+
+def _unwritable(path: Path, error: Exception) -> InputError:
+    reason = getattr(error, "strerror", None) or error
+    return InputError(f"{path.parent}: cannot be written ({reason}); choose another folder")
+
+
+def _temporary(path: Path) -> Path:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
     except OSError as error:
-        raise InputError(f"{path.parent}: cannot be written ({error.strerror}); choose another folder") from None
+        raise _unwritable(path, error) from None
     os.close(handle)
-    temporary = Path(name)
-    try:
-        write(temporary)
-        temporary.chmod(0o666 & ~_umask())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    return Path(name)
 
 
 def _umask() -> int:
@@ -153,4 +199,5 @@ def load(path: str | Path) -> xr.Dataset:
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except OSError as error:
-        raise InputError(f"{path}: is not a readable netCDF-4 file ({error})") from None
+        reason = " ".join(str(error).split())
+        raise InputError(f"{path}: is not a readable netCDF-4 file ({reason}); give one that gelcone wrote") from None
