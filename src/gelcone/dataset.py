@@ -186,7 +186,12 @@ def _umask() -> int:
 
 def save(dataset: xr.Dataset, path: str | Path, *, force: bool = False) -> None:
     """Writes a Dataset as netCDF-4; see `write_whole` for what is refused."""
-    write_whole(Path(path), lambda to: dataset.to_netcdf(to, engine="h5netcdf"), force=force)
+    write_whole(Path(path), lambda to: write_netcdf(dataset, to), force=force)
+
+
+def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
+    """What `save` writes, straight to ``path``."""
+    dataset.to_netcdf(path, engine="h5netcdf")
 
 
 def load(path: str | Path) -> xr.Dataset:

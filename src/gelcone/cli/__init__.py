@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from typing import NoReturn
 
 import click
 
@@ -44,14 +45,17 @@ class LazyGroup(click.Group):
             formatter.write_dl(list(COMMANDS.items()))
 
 
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=LazyGroup, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="gelcone")
-def group() -> None:
+@click.pass_context
+def group(context: click.Context) -> None:
     """Conical PVC-gel actuators, from energy to motion.
 
     Parameters are set with --set name=value; a value may be a number, a list 0.5,1,1.5 or a range 0:2:5 (from, to,
     how many), which makes an ensemble. A command without a device starts from a dimensionless default.
     """
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
 
 
 def main() -> None:
@@ -60,19 +64,20 @@ def main() -> None:
 
     try:
         code = group.main(standalone_mode=False)
-    except click.ClickException as error:
-        error.show()
-        sys.exit(error.exit_code)
+    except click.UsageError as error:
+        help_of = error.ctx.command_path if error.ctx else "gelcone"
+        _fail(f"{error.format_message().rstrip('.')}; see {help_of} --help", 2)
     except (click.Abort, KeyboardInterrupt):
-        print("interrupted; nothing was written", file=sys.stderr)
-        sys.exit(130)
+        _fail("interrupted; nothing was written", 130)
     except InputError as error:
-        print(f"Error: {error}", file=sys.stderr)
-        sys.exit(2)
-    except MissingDependency as error:
-        print(f"Error: {error}", file=sys.stderr)
-        sys.exit(1)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(141)
+        _fail(str(error), 2)
+    except (click.ClickException, MissingDependency, OSError) as error:
+        _fail(str(error), 1)
+    except MemoryError:
+        _fail("out of memory; take fewer members or samples", 1)
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _fail(message: str, code: int) -> NoReturn:
+    print(f"Error: {' '.join(message.split())}", file=sys.stderr)
+    sys.exit(code)

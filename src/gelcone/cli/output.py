@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from gelcone.errors import InputError
-
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
@@ -20,26 +18,28 @@ if TYPE_CHECKING:
 
 def check_folder(out: Path | None, name: str, force: bool) -> None:
     """Refuses a result that exists or a folder that cannot be written, before any work is done."""
-    if out is None:
-        return
-    for path in (out / f"{name}.nc", out / f"{name}.png"):
-        if path.exists() and not force:
-            raise InputError(f"{path}: exists already; choose another folder or give --force to overwrite it")
-    from gelcone.dataset import write_whole
+    if out is not None:
+        from gelcone.dataset import check_writable
 
-    write_whole(out / f".{name}-probe", lambda _: None, force=True)
-    (out / f".{name}-probe").unlink()
+        check_writable(result_paths(out, name), force=force)
 
 
-def write_results(out: Path, name: str, result: xr.Dataset, figure: Figure, force: bool) -> list[Path]:
-    """Writes NAME.nc and NAME.png; both appear whole or not at all."""
-    from gelcone.dataset import save
-    from gelcone.plots.style import save_figure
+def result_paths(out: Path, name: str) -> tuple[Path, Path]:
+    """The files NAME.nc and NAME.png in the folder ``out``."""
+    return out / f"{name}.nc", out / f"{name}.png"
 
-    paths = [out / f"{name}.nc", out / f"{name}.png"]
-    save(result, paths[0], force=force)
-    save_figure(figure, paths[1], force=force)
-    return paths
+
+def write_results(out: Path, name: str, result: xr.Dataset, figure: Figure, force: bool) -> tuple[Path, Path]:
+    """Writes NAME.nc and NAME.png; both appear whole or none does."""
+    from gelcone.dataset import write_netcdf, write_together
+    from gelcone.plots.style import draw_file
+
+    data, picture = result_paths(out, name)
+    write_together(
+        {data: lambda to: write_netcdf(result, to), picture: lambda to: draw_file(figure, to)},
+        force=force,
+    )
+    return data, picture
 
 
 def print_json(content: dict[str, Any]) -> None:

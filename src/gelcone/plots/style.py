@@ -45,11 +45,16 @@ def styled(width: float, height: float, draw: Callable[[Figure], None]) -> Figur
 
 def save_figure(figure: Figure, path: str | Path, *, force: bool = False) -> None:
     """Writes a figure (PNG, SVG or PDF by its suffix), the same bytes for the same figure, whole or not at all."""
+    write_whole(Path(path), lambda to: draw_file(figure, to), force=force)
+
+
+def draw_file(figure: Figure, path: Path) -> None:
+    """What `save_figure` writes, straight to ``path``."""
     import matplotlib as mpl
 
-    metadata = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(Path(path).suffix)
+    metadata = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix)
     with mpl.rc_context(STYLE):
-        write_whole(Path(path), lambda to: figure.savefig(to, metadata=metadata), force=force)
+        figure.savefig(path, metadata=metadata)
 
 
 def axis_label(variable: xr.DataArray, name: str) -> str:
