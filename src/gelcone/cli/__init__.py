@@ -68,7 +68,8 @@ def main() -> None:
         help_of = error.ctx.command_path if error.ctx else "gelcone"
         _fail(f"{error.format_message().rstrip('.')}; see {help_of} --help", 2)
     except (click.Abort, KeyboardInterrupt):
-        _fail("interrupted; nothing was written", 130)
+        print("interrupted", file=sys.stderr)
+        sys.exit(130)
     except InputError as error:
         _fail(str(error), 2)
     except (click.ClickException, MissingDependency, OSError) as error:
