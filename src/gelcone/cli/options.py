@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 MOST_POINTS = 10_000_000
+_PRESET = "gelcone.preset"
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Subject:
 
 
 def subject_options(function: F) -> F:
-    """DEVICE, --set and --initial."""
+    """DEVICE, --preset, --set and --initial; the preset waits in the context for `read_subject`."""
     for decorate in (
         click.option(
             "--initial", metavar="X,U", help="Initial displacement and velocity (with a device also '5 mm,0 m/s')."
@@ -38,10 +39,22 @@ def subject_options(function: F) -> F:
         click.option(
             "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set a parameter; may be repeated."
         ),
+        click.option(
+            "--preset",
+            metavar="NAME",
+            expose_value=False,
+            callback=_keep_preset,
+            help="Start from a parameter set of the source paper: table1, base, fast or spring.",
+        ),
         click.argument("device", required=False, metavar="[DEVICE]"),
     ):
         function = decorate(function)
     return function
+
+
+def _keep_preset(context: click.Context, _: click.Parameter, name: str | None) -> None:
+    if name is not None:
+        context.meta[_PRESET] = name
 
 
 def output_options(function: F) -> F:
@@ -56,12 +69,21 @@ def output_options(function: F) -> F:
 
 
 def read_subject(device: str | None, settings: tuple[str, ...], initial: str | None) -> Subject:
-    """The model that DEVICE, --set and --initial describe.
+    """The model that DEVICE or --preset, --set and --initial describe.
 
     With a device, a name of the device (``film_radius``, ``material.shear_modulus``) changes the device, and a name of
-    the model (``voltage``) replaces what the device gives.
+    the model (``voltage``) replaces what the device gives. With a preset, a name of the model replaces its value.
     """
     given = read_settings(settings)
+    context = click.get_current_context(silent=True)
+    preset = context.meta.get(_PRESET) if context else None
+    if preset is not None:
+        if device is not None:
+            raise InputError(f"--preset {preset} and the device {device!r} are both given; give one or the other")
+        from gelcone.paper.presets import find_preset
+
+        start = find_preset(preset)
+        return Subject(start.model.replace(**given), None, _initial(initial, None) or start.initial)
     if device is None:
         return Subject(ConeModel.from_parameters(given), None, _initial(initial, None) or (1.0, 0.0))
     from gelcone.device import Device, find_device
