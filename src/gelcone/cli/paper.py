@@ -1,0 +1,122 @@
+"""`gelcone paper`."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from gelcone.cli.output import print_json
+
+if TYPE_CHECKING:
+    from gelcone.paper.report import JudgedClaim
+    from gelcone.paper.run import PaperRun
+
+NAME = "paper"
+
+
+@click.command(NAME)
+@click.argument("names", nargs=-1, metavar="[FIGURE|CLAIM]...")
+@click.option("--quick", is_flag=True, help="Coarser and shorter: about a minute instead of ten.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder for report, figures and data.  [default: paper-results, with --quick paper-results-quick]",
+)
+@click.option("--force", is_flag=True, help="Compute again what is there already.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def command(names: tuple[str, ...], quick: bool, out: Path | None, force: bool, as_json: bool) -> None:
+    """Redraw the source paper's figures and check its claims; all of them, or those named.
+
+    Writes one self-contained report.html, the figures as PNG and SVG, and their data as netCDF. A run that was stopped
+    continues with what is missing.
+
+    \b
+    gelcone paper --quick
+    gelcone paper 7 voltage-threshold --out results
+    """
+    from gelcone.paper.run import run
+
+    try:
+        with progress_bar(hidden=as_json) as progress:
+            result = run(names, quick=quick, out=out, force=force, progress=progress)
+    except KeyboardInterrupt:
+        print("interrupted; what is complete is kept, the same command continues from there", file=sys.stderr)
+        sys.exit(130)
+    if as_json:
+        print_json(report(result))
+    else:
+        click.echo(summary(result))
+
+
+@contextmanager
+def progress_bar(hidden: bool) -> Iterator[Callable[[str, float], None]]:
+    """A bar on a terminal that names what is being worked on and takes shares of the work; nothing when piped."""
+    from tqdm import tqdm
+
+    disable = True if hidden or not sys.stderr.isatty() else None
+    form = "{bar:24}| {percentage:3.0f} % {elapsed} {desc}"
+    with tqdm(total=1.0, disable=disable, leave=False, bar_format=form) as bar:
+
+        def progress(label: str, share: float) -> None:
+            bar.set_description_str(label, refresh=share == 0.0)
+            bar.update(share)
+
+        yield progress
+
+
+def report(result: PaperRun) -> dict[str, Any]:
+    """The JSON object."""
+    from gelcone.paper.run import claim_record
+
+    return {
+        "claims": [claim_record(judged) for judged in result.claims],
+        "figures": [
+            {
+                "number": drawn.figure.number,
+                "png": str(drawn.png),
+                "svg": str(drawn.svg),
+                "data": [str(path) for path in drawn.data],
+            }
+            for drawn in result.figures
+        ],
+        "report": str(result.report),
+        "version": result.version,
+        "effort": result.effort,
+    }
+
+
+def summary(result: PaperRun) -> str:
+    """What a person reads on the terminal: the table of claims, and where everything is."""
+    lines = claim_table(result.claims) if result.claims else []
+    numbers = ", ".join(str(drawn.figure.number) for drawn in result.figures)
+    lines.append(f"figures {numbers} in {result.report.parent}")
+    lines.append(f"wrote {result.report}")
+    return "\n".join(lines)
+
+
+def claim_table(claims: Sequence[JudgedClaim]) -> list[str]:
+    """Claim, verdict and key number with what it is: a line a claim, cut to the width of a terminal."""
+    rows = [("claim", "verdict", "key number", "which is")]
+    rows += [(judged.claim.name, judged.verdict.value, *_key(judged)) for judged in claims]
+    widths = [max(len(row[column]) for row in rows) for column in range(3)]
+    lines = [
+        "  ".join([f"{cell:{width}}" for cell, width in zip(row, widths, strict=False)] + [row[3]]) for row in rows
+    ]
+    return [_cut(line.rstrip()) for line in lines]
+
+
+def _key(judged: JudgedClaim) -> tuple[str, str]:
+    numbers = judged.finding.numbers
+    return (str(numbers[0]), numbers[0].meaning) if numbers else ("", "")
+
+
+def _cut(line: str) -> str:
+    width = shutil.get_terminal_size().columns
+    return line if len(line) <= width or not sys.stdout.isatty() else f"{line[: width - 1]}…"

@@ -1,0 +1,312 @@
+"""One self-contained HTML page of the paper's figures and claims: nothing is loaded from elsewhere, nothing runs."""
+
+from __future__ import annotations
+
+import base64
+import inspect
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import date
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+
+from gelcone.model import parameter_quantity
+from gelcone.paper.claims import Claim
+from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.presets import Preset, load_presets
+from gelcone.paper.verdicts import Finding, Number, Verdict, judge
+
+DOI = "10.1177/10775463261460015"
+LARGEST_SVG = 400_000
+"""Bytes of an SVG beyond which the page carries the PNG instead: scatter plots of many points draw slowly."""
+
+BADGES = {
+    Verdict.REPRODUCED: "reproduced",
+    Verdict.TRANSIENT: "transient",
+    Verdict.CHOSEN: "chosen",
+    Verdict.NOT_REPRODUCED: "refuted",
+    Verdict.ARTEFACT: "artefact",
+    Verdict.UNDECIDABLE: "undecidable",
+}
+"""The style sheet's class for each verdict's badge; the badge carries the verdict in words as well."""
+
+SYMBOLS = {"zeta": "ζ", "kappa": "κ", "omega": "ω", "x0": "x₀", "v0": "v₀", "lp": "λₚ"}
+
+
+@dataclass(frozen=True)
+class DrawnFigure:
+    """A figure that was drawn: its pictures, and the files of the studies it shows."""
+
+    figure: PaperFigure
+    png: Path
+    svg: Path
+    data: tuple[Path, ...]
+
+
+@dataclass(frozen=True)
+class JudgedClaim:
+    """A claim with what its check found, and the verdict that follows."""
+
+    claim: Claim
+    finding: Finding
+    verdict: Verdict
+
+
+def report_html(
+    figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim], *, effort: str, version: str, day: date
+) -> str:
+    """The whole page, from figures that were drawn and claims that were judged."""
+    style = files("gelcone.paper").joinpath("report.css").read_text(encoding="utf-8")
+    title = "The source paper, figure by figure and claim by claim"
+    body = (
+        _header(title, claims, effort, version, day),
+        _contents(figures, claims),
+        _overview(figures, claims),
+        *(_figure_section(drawn, claims) for drawn in figures),
+        _pictureless(figures, claims),
+        _rules(),
+        _presets(),
+    )
+    # The policy makes a browser refuse whatever the page might load from elsewhere by mistake.
+    policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    return "\n".join(
+        (
+            "<!DOCTYPE html>",
+            '<html lang="en">',
+            "<head>",
+            '<meta charset="utf-8">',
+            f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f"<title>gelcone: {escape(title)}</title>",
+            f"<style>\n{style}</style>",
+            "</head>",
+            "<body>",
+            *(part for part in body if part),
+            "</body>",
+            "</html>",
+        )
+    )
+
+
+# --- the page from top to bottom ----------------------------------------------------------------------------------
+
+
+def _header(title: str, claims: Sequence[JudgedClaim], effort: str, version: str, day: date) -> str:
+    counted = Counter(judged.verdict for judged in claims)
+    counts = ", ".join(f"{counted[verdict]} {verdict.value}" for verdict in Verdict if counted[verdict])
+    sum_up = f"<p class='lead'>Of {len(claims)} claims: {escape(counts)}.</p>" if claims else ""
+    return f"""<header>
+<h1>{escape(title)}</h1>
+<p class="origin">gelcone {escape(version)}, effort {escape(effort)},
+<time datetime="{day.isoformat()}">{day.isoformat()}</time></p>
+<p>The source paper is J. Vib. Control, doi {DOI}. Its equation of motion was derived again from the energies that it
+names; figures are redrawn and claims checked with an integrator that respects the stretch limit of the gel.</p>
+{sum_up}
+<p class="remark"><strong>The identification of the parameters is not unique.</strong> Numbers marked <em>text</em>
+survive in the paper's text. Those marked <em>reconstructed</em> were found by a search over a few thousand sets for the
+ones under which most of the surviving claims hold; other sets would do as well, and a verdict can depend on the choice.
+Where a claim was also looked at on neighbouring parameters, the share of them on which it holds is given.</p>
+<p>All quantities are dimensionless unless a unit stands beside them. Lyapunov exponents are those of the flow, per unit
+of dimensionless time.</p>
+</header>"""
+
+
+def _contents(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) -> str:
+    entries = [("claims", "The claims at a glance")] if claims else []
+    entries += [(_anchor(drawn.figure.number), _heading(drawn.figure)) for drawn in figures]
+    if _without_picture(figures, claims):
+        entries.append(("other-claims", "Claims whose figure is not drawn here"))
+    entries += [("verdicts", "How the verdicts are reached"), ("presets", "The parameter sets")]
+    items = "\n".join(f'<li><a href="#{anchor}">{escape(name)}</a></li>' for anchor, name in entries)
+    return f'<nav aria-label="Contents">\n<h2>Contents</h2>\n<ol>\n{items}\n</ol>\n</nav>'
+
+
+def _overview(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) -> str:
+    if not claims:
+        return ""
+    drawn = {other.figure.number for other in figures}
+    rows = "\n".join(
+        f'<tr><td><a href="#{escape(judged.claim.name)}">{escape(judged.claim.name)}</a>'
+        f"<br>{escape(judged.claim.statement)}</td>"
+        f"<td>{_badge(judged.verdict)}</td><td>{_key(judged.finding)}</td>"
+        f"<td>{_figure_link(judged.claim.figure, drawn)}</td></tr>"
+        for judged in claims
+    )
+    head = "<tr><th>Claim</th><th>Verdict</th><th>Key number</th><th>Figure</th></tr>"
+    return f"""<section id="claims">
+<h2>The claims at a glance</h2>
+<table class="overview">
+<thead>{head}</thead>
+<tbody>
+{rows}
+</tbody>
+</table>
+</section>"""
+
+
+def _figure_section(drawn: DrawnFigure, claims: Sequence[JudgedClaim]) -> str:
+    figure = drawn.figure
+    presets = load_presets()
+    data = ", ".join(f"<code>data/{escape(path.name)}</code>" for path in drawn.data)
+    shown = "\n".join(_claim(judged) for judged in claims if judged.claim.figure == figure.number)
+    return f"""<section id="{_anchor(figure.number)}">
+<h2>{escape(_heading(figure))}</h2>
+<figure>
+<img src="{_picture(drawn)}" alt="{escape(_heading(figure))}">
+<figcaption>{escape(figure.message)}</figcaption>
+</figure>
+<h3>Parameters</h3>
+<p>{escape(figure.values)}</p>
+{_parameter_table([presets[name] for name in figure.presets])}
+<p class="source">Redraw it with <code>{escape(figure.command)}</code>. Its data: {data}.</p>
+{shown}
+</section>"""
+
+
+def _claim(judged: JudgedClaim) -> str:
+    claim, finding = judged.claim, judged.finding
+    rows = "\n".join(
+        f"<tr><td>{escape(number.meaning)}</td><td>{escape(str(number))}</td></tr>" for number in _numbers(finding)
+    )
+    details = "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in finding.details.items())
+    unseen = f'<p><span class="label">What the paper could not see:</span> {escape(finding.unseen)}</p>'
+    return f"""<article class="claim" id="{escape(claim.name)}">
+<h3>{escape(claim.name)} {_badge(judged.verdict)}</h3>
+<p><span class="label">The paper says:</span> {escape(claim.statement)}</p>
+<p><span class="label">Why this verdict:</span> {escape(finding.why)}</p>
+<table class="numbers"><tbody>
+{rows}
+</tbody></table>
+{f"<dl>{details}</dl>" if details else ""}
+{unseen if finding.unseen else ""}
+</article>"""
+
+
+def _pictureless(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) -> str:
+    left = _without_picture(figures, claims)
+    if not left:
+        return ""
+    shown = "\n".join(_claim(judged) for judged in left)
+    numbers = sorted({judged.claim.figure for judged in left})
+    command = f"gelcone paper {' '.join(map(str, numbers))}"
+    return f"""<section id="other-claims">
+<h2>Claims whose figure is not drawn here</h2>
+<p><code>{escape(command)}</code> draws what shows them.</p>
+{shown}
+</section>"""
+
+
+def _rules() -> str:
+    """The rules in the words of `judge` itself, so that the two cannot drift apart."""
+    rules = re.findall(r"^\d+\. (.+)$", inspect.getdoc(judge) or "", re.MULTILINE)
+    items = "\n".join(f"<li>{escape(rule)}</li>" for rule in rules)
+    return f"""<section id="verdicts">
+<h2>How the verdicts are reached</h2>
+<p>The check of a claim computes whether it holds in the long run at the paper's parameters, whether it holds over a
+finite window from the start like the paper's, on what share of the neighbouring parameters it holds, and whether it
+holds for a fixed-step Runge-Kutta integrator in runs that go beyond the stretch limit. The first rule that applies
+gives the verdict:</p>
+<ol>
+{items}
+</ol>
+</section>"""
+
+
+def _presets() -> str:
+    presets = list(load_presets().values())
+    purposes = "\n".join(
+        f"<dt><code>{escape(preset.name)}</code></dt><dd>{escape(preset.purpose)}</dd>" for preset in presets
+    )
+    return f"""<section id="presets">
+<h2>The parameter sets</h2>
+<dl class="purposes">
+{purposes}
+</dl>
+{_parameter_table(presets)}
+<p class="source">Try one with <code>gelcone simulate --preset base --set voltage=1.04</code>.</p>
+</section>"""
+
+
+# --- its pieces ---------------------------------------------------------------------------------------------------
+
+
+def _parameter_table(presets: Sequence[Preset]) -> str:
+    """Parameters by preset, each number marked as from the text or reconstructed."""
+    if not presets:
+        return ""
+    names = dict.fromkeys(name for preset in presets for name in (*preset.text, *preset.reconstructed))
+    head = "".join(f"<th>{escape(preset.name)}</th>" for preset in presets)
+    rows = [
+        f"<tr><td>{escape(_meaning(name))}</td>{''.join(_parameter_cell(preset, name) for preset in presets)}</tr>"
+        for name in names
+    ]
+    starts = "".join(_cell(", ".join(f"{value:g}" for value in preset.initial), "reconstructed") for preset in presets)
+    rows.append(f"<tr><td>initial displacement and velocity</td>{starts}</tr>")
+    body = "\n".join(rows)
+    return f"""<table class="parameters">
+<thead><tr><th>Parameter</th>{head}</tr></thead>
+<tbody>
+{body}
+</tbody>
+</table>"""
+
+
+def _parameter_cell(preset: Preset, name: str) -> str:
+    for origin, values in (("text", preset.text), ("reconstructed", preset.reconstructed)):
+        if name in values:
+            return _cell(f"{values[name]:g}", origin)
+    return "<td></td>"
+
+
+def _cell(value: str, origin: str) -> str:
+    return f'<td>{escape(value)} <span class="{origin}">{origin}</span></td>'
+
+
+def _meaning(name: str) -> str:
+    quantity = parameter_quantity(name)
+    return f"{name.replace('_', ' ')} {SYMBOLS.get(quantity.symbol, quantity.symbol)}"
+
+
+def _numbers(finding: Finding) -> Iterable[Number]:
+    """All numbers behind a finding, the share of the neighbouring parameters last."""
+    yield from finding.numbers
+    if finding.share is not None:
+        yield Number(f"share of the neighbouring parameters ({finding.neighbourhood}) on which it holds", finding.share)
+
+
+def _key(finding: Finding) -> str:
+    if not finding.numbers:
+        return ""
+    number = finding.numbers[0]
+    return f"{escape(number.meaning)}: <strong>{escape(str(number))}</strong>"
+
+
+def _badge(verdict: Verdict) -> str:
+    return f'<span class="badge {BADGES[verdict]}">{escape(verdict.value)}</span>'
+
+
+def _figure_link(number: int, drawn: Iterable[int]) -> str:
+    return f'<a href="#{_anchor(number)}">{number}</a>' if number in drawn else str(number)
+
+
+def _without_picture(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) -> list[JudgedClaim]:
+    drawn = {other.figure.number for other in figures}
+    return [judged for judged in claims if judged.claim.figure not in drawn]
+
+
+def _anchor(number: int) -> str:
+    return f"figure-{number:02d}"
+
+
+def _heading(figure: PaperFigure) -> str:
+    return f"Figure {figure.number}: {figure.title}"
+
+
+def _picture(drawn: DrawnFigure) -> str:
+    """The picture as a data URI: SVG, or PNG where the SVG is large."""
+    small = drawn.svg.stat().st_size <= LARGEST_SVG
+    path, kind = (drawn.svg, "svg+xml") if small else (drawn.png, "png")
+    return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"

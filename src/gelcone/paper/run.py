@@ -1,0 +1,276 @@
+"""Redraws the paper's figures and judges its claims into a folder, and keeps there what is done.
+
+A folder holds ``data/<study>.nc``, ``figure-03.png`` and ``.svg``, ``claims.json`` and ``report.html``. A study whose
+file has the same effort and the same version of gelcone is not computed again, so a run that was stopped continues.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
+from datetime import date
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gelcone._version import __version__
+from gelcone.dataset import load, save, write_whole
+from gelcone.errors import InputError, unknown_name
+from gelcone.paper.claims import Claim
+from gelcone.paper.effort import FULL, QUICK, Effort
+from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.report import DrawnFigure, JudgedClaim, report_html
+from gelcone.paper.studies.study import Study
+from gelcone.paper.verdicts import Number, judge
+from gelcone.plots.style import save_figure
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Progress = Callable[[str, float], None]
+"""Takes what is being worked on, and the share of the whole work that was just done."""
+
+FOLDERS = {FULL.name: Path("paper-results"), QUICK.name: Path("paper-results-quick")}
+DRAWING = 0.3
+"""Work of drawing a figure, where that of computing a study is 1."""
+
+_FIGURE = re.compile(r"(?:fig(?:ure)?[-_ ]?)?0*(\d+)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Paper:
+    """All there is to compute, to draw and to judge, each by its name."""
+
+    studies: Mapping[str, Study]
+    figures: Mapping[int, PaperFigure]
+    claims: Mapping[str, Claim]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The figures and claims that were asked for."""
+
+    figures: tuple[int, ...]
+    claims: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PaperRun:
+    """What a run gave of what was asked for, and where the report of all that its folder holds is."""
+
+    figures: tuple[DrawnFigure, ...]
+    claims: tuple[JudgedClaim, ...]
+    report: Path
+    effort: str
+    version: str
+
+
+def source_paper() -> Paper:
+    """The studies, figures and claims of the source paper."""
+    from gelcone.paper.claims import CLAIMS
+    from gelcone.paper.figures import FIGURES
+    from gelcone.paper.studies import STUDIES
+
+    return Paper(STUDIES, FIGURES, CLAIMS)
+
+
+def run(
+    names: Iterable[str | int] = (),
+    *,
+    quick: bool = False,
+    out: str | Path | None = None,
+    force: bool = False,
+    progress: Progress = lambda label, share: None,
+    paper: Paper | None = None,
+) -> PaperRun:
+    """Draws figures, judges claims and writes the report.
+
+    A claim brings the figure that shows it. Without names all figures and claims are done. The report and
+    ``claims.json`` cover all that the folder holds: also what earlier runs of the same effort and version left there,
+    and every claim whose studies are there.
+
+    Parameters
+    ----------
+    names : figures (``3``, ``"3"``, ``"figure-03"``) and claims (``"voltage-threshold"``).
+    quick : compute on coarser grids and over fewer periods.
+    out : folder; by default ``paper-results``, for quick runs ``paper-results-quick``.
+    force : compute again also what is there.
+    progress : called with what is being worked on and the share of the work done since the last call.
+    paper : other studies, figures and claims than those of the source paper.
+
+    Raises
+    ------
+    InputError : for an unknown name, with the nearest one, or a folder that cannot be written; before any work.
+    """
+    paper = paper or source_paper()
+    effort = QUICK if quick else FULL
+    asked = select(names, paper)
+    folder = Path(out) if out is not None else FOLDERS[effort.name]
+    _check_folder(folder)
+    figures = [paper.figures[n] for n in sorted({*asked.figures, *(paper.claims[c].figure for c in asked.claims)})]
+    needed = {name for figure in figures for name in figure.studies}
+    needed |= {name for claim in asked.claims for name in paper.claims[claim].studies}
+    studies = {n: s for n, s in _ready(folder, effort, paper).items() if not (force and n in needed)}
+    missing = [name for name in paper.studies if name in needed and name not in studies]
+    whole = max(len(missing) + DRAWING * len(figures), 1.0)
+    for name in missing:
+        advance = partial(_advance, progress, _purpose(name, paper), whole)
+        studies[name] = _compute(paper.studies[name], effort, advance, folder)
+    drawn = {}
+    for figure in figures:
+        progress(f"figure {figure.number}", 0.0)
+        drawn[figure.number] = _draw(figure, studies, folder)
+        progress(f"figure {figure.number}", DRAWING / whole)
+    return _finish(asked, drawn, studies, folder, effort, paper)
+
+
+def select(names: Iterable[str | int], paper: Paper) -> Selection:
+    """The figures and claims of those names, each once; all of them where there are no names."""
+    figures, claims = [], []
+    for name in names:
+        number = _FIGURE.fullmatch(str(name))
+        if number:
+            figures.append(int(number[1]))
+        elif name in paper.claims:
+            claims.append(str(name))
+        else:
+            raise unknown_name("figure or claim of the paper", str(name), paper.claims)
+    for wanted in figures:
+        if wanted not in paper.figures:
+            known = ", ".join(map(str, sorted(paper.figures)))
+            raise InputError(f"figure {wanted}: is not one of those that are redrawn: {known}")
+    if not figures and not claims:
+        return Selection(tuple(sorted(paper.figures)), tuple(paper.claims))
+    return Selection(tuple(dict.fromkeys(figures)), tuple(dict.fromkeys(claims)))
+
+
+def claim_record(judged: JudgedClaim) -> dict[str, Any]:
+    """A judged claim as plain data, for ``claims.json`` and the command line."""
+    finding = judged.finding
+    return {
+        "id": judged.claim.name,
+        "statement": judged.claim.statement,
+        "verdict": judged.verdict.value,
+        "why": finding.why,
+        "numbers": [_number_record(number) for number in finding.numbers],
+        "figure": judged.claim.figure,
+        "share": _finite(finding.share),
+        "neighbourhood": finding.neighbourhood,
+        "unseen": finding.unseen,
+        "details": finding.details,
+    }
+
+
+def _number_record(number: Number) -> dict[str, Any]:
+    values = {name: _finite(getattr(number, name)) for name in ("value", "error", "low", "high")}
+    return {"meaning": number.meaning, **values, "unit": number.unit}
+
+
+def _finite(value: float | None) -> float | None:
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def _check_folder(folder: Path) -> None:
+    for place in (folder, folder / "data"):
+        probe = place / ".probe"
+        write_whole(probe, lambda _: None, force=True)
+        probe.unlink()
+
+
+def _data_path(folder: Path, study: str) -> Path:
+    return folder / "data" / f"{study}.nc"
+
+
+def _ready(folder: Path, effort: Effort, paper: Paper) -> dict[str, xr.Dataset]:
+    """The studies that lie in the folder, computed with this effort by this version."""
+    ready = {}
+    for name in paper.studies:
+        try:
+            study = load(_data_path(folder, name))
+        except InputError:
+            continue
+        if all(study.attrs.get(name) == value for name, value in _stamp(effort).items()):
+            ready[name] = study
+    return ready
+
+
+def _stamp(effort: Effort) -> dict[str, str]:
+    sizes = {name: size for name, size in asdict(effort).items() if name != "name"}
+    return {"effort": effort.name, "effort_sizes": json.dumps(sizes), "gelcone_version": __version__}
+
+
+def _compute(study: Study, effort: Effort, progress: Callable[[float], None], folder: Path) -> xr.Dataset:
+    """Computes and keeps a study; it is read back, so that a run that continues draws from the very same data."""
+    progress(0.0)
+    path = _data_path(folder, study.name)
+    save(study.compute(effort, progress).assign_attrs(_stamp(effort)), path, force=True)
+    return load(path)
+
+
+def _purpose(study: str, paper: Paper) -> str:
+    """A study's name and what it is for, for the progress."""
+    figures = [f"figure {figure.number}" for figure in paper.figures.values() if study in figure.studies]
+    claims = [name for name, claim in paper.claims.items() if study in claim.studies]
+    return f"{study}, for {', '.join(figures or claims)}"
+
+
+def _advance(progress: Progress, label: str, whole: float, share: float) -> None:
+    progress(label, share / whole)
+
+
+def _draw(figure: PaperFigure, studies: Mapping[str, xr.Dataset], folder: Path) -> DrawnFigure:
+    """Draws a figure and writes it as PNG and SVG."""
+    drawn = _drawn(figure, folder)
+    picture = figure.draw({name: studies[name] for name in figure.studies})
+    save_figure(picture, drawn.png, force=True)
+    save_figure(picture, drawn.svg, force=True)
+    return drawn
+
+
+def _drawn(figure: PaperFigure, folder: Path) -> DrawnFigure:
+    png, svg = (folder / f"{figure.name}.{suffix}" for suffix in ("png", "svg"))
+    return DrawnFigure(figure, png, svg, tuple(_data_path(folder, name) for name in figure.studies))
+
+
+def _is_current(drawn: DrawnFigure, studies: Mapping[str, xr.Dataset]) -> bool:
+    """Whether an earlier run drew the figure from the data that lie in the folder."""
+    if not (drawn.png.exists() and drawn.svg.exists() and all(name in studies for name in drawn.figure.studies)):
+        return False
+    oldest = min(drawn.png.stat().st_mtime_ns, drawn.svg.stat().st_mtime_ns)
+    return all(path.stat().st_mtime_ns <= oldest for path in drawn.data)
+
+
+def _finish(
+    asked: Selection,
+    drawn: dict[int, DrawnFigure],
+    studies: Mapping[str, xr.Dataset],
+    folder: Path,
+    effort: Effort,
+    paper: Paper,
+) -> PaperRun:
+    """Judges all claims whose studies are there, and writes ``claims.json`` and the report of all the folder holds."""
+    earlier = (_drawn(figure, folder) for number, figure in paper.figures.items() if number not in drawn)
+    every = drawn | {other.figure.number: other for other in earlier if _is_current(other, studies)}
+    figures = [every[number] for number in sorted(every)]
+    claims = [_judged(c, studies) for c in paper.claims.values() if all(name in studies for name in c.studies)]
+    record = {"effort": effort.name, "version": __version__, "claims": [claim_record(judged) for judged in claims]}
+    _write_text(folder / "claims.json", json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False))
+    page = report_html(figures, claims, effort=effort.name, version=__version__, day=date.today())
+    _write_text(folder / "report.html", page)
+    answered = (j for j in claims if j.claim.name in asked.claims or j.claim.figure in asked.figures)
+    return PaperRun(tuple(drawn.values()), tuple(answered), folder / "report.html", effort.name, __version__)
+
+
+def _judged(claim: Claim, studies: Mapping[str, xr.Dataset]) -> JudgedClaim:
+    finding = claim.check({name: studies[name] for name in claim.studies})
+    return JudgedClaim(claim, finding, judge(finding))
+
+
+def _write_text(path: Path, text: str) -> None:
+    def write(to: Path) -> None:
+        to.write_text(text + "\n", encoding="utf-8")
+
+    write_whole(path, write, force=True)

@@ -1,0 +1,310 @@
+"""The report: what stands on the page, that it escapes everything, and what a real browser makes of it."""
+
+import fcntl
+import json
+import os
+import re
+import select
+import shutil
+import subprocess
+import sys
+from contextlib import contextmanager
+from datetime import date
+from html import unescape
+from html.parser import HTMLParser
+
+import pytest
+
+from gelcone.paper import report as reporting
+from gelcone.paper.claims import Claim
+from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.report import DrawnFigure, JudgedClaim, report_html
+from gelcone.paper.verdicts import Finding, Number, Verdict, judge
+from gelcone.plots.style import save_figure, styled
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--remote-debugging-pipe",
+)
+PATIENCE = 60.0
+NASTY = "<script>alert('x')</script> & \"v\" < 1"
+FINDINGS = {
+    Verdict.REPRODUCED: {"holds": True, "share": 0.9, "neighbourhood": f"voltages {NASTY}"},
+    Verdict.TRANSIENT: {"holds": False, "holds_finite": True},
+    Verdict.CHOSEN: {"holds": True, "share": 0.1, "neighbourhood": "voltages"},
+    Verdict.NOT_REPRODUCED: {"holds": False},
+    Verdict.ARTEFACT: {"holds": False, "holds_fixed_step": True},
+    Verdict.UNDECIDABLE: {"holds": None},
+}
+
+
+def finding(**found):
+    numbers = (Number(f"threshold {NASTY}", 1.0432, error=0.0031), Number("stroke", 0.2, low=0.1, high=0.3, unit="mm"))
+    return Finding(
+        numbers=numbers, why=f"why {NASTY}", unseen=f"unseen {NASTY}", details={f"at {NASTY}": NASTY}, **found
+    )
+
+
+@pytest.fixture
+def page(tmp_path):
+    """A report of two figures and seven claims: every verdict, and one claim whose figure is not drawn."""
+    figures = []
+    for number, presets in ((3, ("table1",)), (8, ("base", "fast"))):
+        figure = PaperFigure(number, f"Title {NASTY}", presets, f"values {NASTY}", f"message {NASTY}", ("swing",), None)
+        picture = styled(4.0, 2.0, lambda sheet: sheet.add_subplot().plot([0.0, 1.0, 0.5]))
+        png, svg = (tmp_path / f"{figure.name}.{suffix}" for suffix in ("png", "svg"))
+        save_figure(picture, png)
+        save_figure(picture, svg)
+        figures.append(DrawnFigure(figure, png, svg, (tmp_path / "data" / "swing.nc",)))
+    claims = []
+    for place, (verdict, found) in enumerate([*FINDINGS.items(), (Verdict.REPRODUCED, {"holds": True})]):
+        shown = (3, 8, 8, 3, 3, 8, 12)[place]
+        claim = Claim(f"claim-{place}", f"statement {NASTY}", shown, ("swing",), None)
+        claims.append(JudgedClaim(claim, finding(**found), judge(finding(**found))))
+        assert claims[-1].verdict is verdict
+    return report_html(figures, claims, effort="quick", version="1.2.3", day=date(2026, 2, 3))
+
+
+class Outline(HTMLParser):
+    """Ids, links, sources and the text of a page; fails for tags that do not match."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.ids, self.links, self.sources, self.tags, self.words = [], [], [], [], [], []
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        self.tags.append(tag)
+        self.ids += [attributes["id"]] if "id" in attributes else []
+        self.links += [attributes["href"]] if "href" in attributes else []
+        self.sources += [attributes["src"]] if "src" in attributes else []
+        if tag not in ("meta", "img", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def test_the_page_is_whole_and_its_links_lead_somewhere(page):
+    outline = Outline(page)
+    assert len(outline.ids) == len(set(outline.ids))
+    assert {link.removeprefix("#") for link in outline.links} <= set(outline.ids)
+    assert {"claims", "figure-03", "figure-08", "claim-0", "claim-6", "verdicts", "presets"} <= set(outline.ids)
+    assert outline.tags.count("img") == 2
+    assert all(source.startswith("data:image/") for source in outline.sources)
+
+
+def test_everything_is_escaped(page):
+    outline = Outline(page)
+    assert "script" not in outline.tags
+    text = " ".join(outline.words)
+    for part in ("threshold", "why", "unseen", "at", "Title", "values", "message", "statement", "voltages"):
+        assert f"{part} {NASTY}" in text
+
+
+def test_the_page_says_what_is_needed_to_judge_it(page):
+    text = " ".join(unescape(re.sub(r"<style>.*?</style>|<[^>]+>", " ", page, flags=re.DOTALL)).split())
+    for said in (
+        "gelcone 1.2.3, effort quick, 2026-02-03",
+        "The identification of the parameters is not unique.",
+        "Of 7 claims: 2 reproduced, 1 only as a transient, 1 only for chosen parameters, 1 not reproduced, 1 artefact",
+        "spring stiffness κ 1.5 text",
+        "spring stiffness κ 0.9 reconstructed 0.5 reconstructed",
+        "initial displacement and velocity 1, 0 reconstructed",
+        "Redraw it with gelcone paper 8 . Its data: data/swing.nc",
+        "1.043 ± 0.0031",
+        "0.2 [0.1, 0.3] mm",
+        "share of the neighbouring parameters (voltages) on which it holds 0.1",
+        "Claims whose figure is not drawn here gelcone paper 12 draws what shows them.",
+    ):
+        assert said in text
+
+
+def test_the_rules_on_the_page_are_those_of_judge(page):
+    rules = [line.split(". ", 1)[1] for line in judge.__doc__.splitlines() if re.match(r" +\d\. ", line)]
+    assert len(rules) == 7
+    assert all(f"<li>{rule}</li>" in page for rule in rules)
+
+
+def test_a_large_svg_gives_way_to_the_png(tmp_path, monkeypatch):
+    for suffix in ("png", "svg"):
+        (tmp_path / f"figure-03.{suffix}").write_bytes(b"picture")
+    drawn = DrawnFigure(None, tmp_path / "figure-03.png", tmp_path / "figure-03.svg", ())
+    assert reporting._picture(drawn).startswith("data:image/svg+xml;base64,")
+    monkeypatch.setattr(reporting, "LARGEST_SVG", 3)
+    assert reporting._picture(drawn).startswith("data:image/png;base64,")
+
+
+def test_a_report_without_claims_or_figures_is_a_whole_page():
+    Outline(report_html([], [], effort="full", version="1", day=date(2026, 1, 1)))
+
+
+# --- badges for all readers -------------------------------------------------------------------------------------------
+
+
+def luminance(colour):
+    parts = (int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_every_badge_has_its_own_colour_and_readable_words(page):
+    colours = {}
+    for verdict, name in reporting.BADGES.items():
+        background = re.search(rf"\.{name}\.badge \{{ background: (#\w+)", page)[1]
+        colours[verdict] = {"#fff": "#ffffff"}.get(background, background)
+        paper = luminance(colours[verdict])
+        words = 1.0 if f".{name}.badge {{ background: {background}; color: #fff" in page else 0.0
+        assert (max(paper, words) + 0.05) / (min(paper, words) + 0.05) >= 4.5
+        assert f'<span class="badge {name}">{verdict.value}</span>' in page
+    assert len(set(colours.values())) == len(Verdict)
+
+
+# --- in a browser -----------------------------------------------------------------------------------------------------
+
+
+class Browser:
+    """A page in headless Chromium, driven over the DevTools protocol on two pipes: NUL-ended JSON messages."""
+
+    def __init__(self, receive, send):
+        self.receive, self.send, self.count, self.rest, self.events = receive, send, 0, b"", []
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        self.session = {"sessionId": self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]}
+        for domain in ("Page", "Network", "Runtime", "Log"):
+            self.call(f"{domain}.enable")
+
+    def call(self, method, **params):
+        self.count += 1
+        message = {"id": self.count, "method": method, "params": params, **getattr(self, "session", {})}
+        os.write(self.send, json.dumps(message).encode() + b"\0")
+        while (answer := self.message()).get("id") != self.count:
+            self.events.append(answer)
+        assert "error" not in answer, answer
+        return answer["result"]
+
+    def message(self):
+        while b"\0" not in self.rest:
+            ready, _, _ = select.select([self.receive], [], [], PATIENCE)
+            part = os.read(self.receive, 1 << 20) if ready else b""
+            if not part:
+                raise RuntimeError("Chromium went away" if ready else f"Chromium said nothing for {PATIENCE} s")
+            self.rest += part
+        text, self.rest = self.rest.split(b"\0", 1)
+        return json.loads(text)
+
+    def open(self, address):
+        self.call("Page.navigate", url=address)
+        while "Page.loadEventFired" not in (event["method"] for event in self.events):
+            self.events.append(self.message())
+
+    def evaluate(self, expression):
+        answer = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in answer, answer
+        return answer["result"]["value"]
+
+    def seen(self, method):
+        return [event["params"] for event in self.events if event["method"] == method]
+
+
+@contextmanager
+def chromium(profile):
+    """A started browser; skips the test where there is none."""
+    if CHROMIUM is None:
+        pytest.skip("no Chromium on this machine: install it (Debian: apt-get install chromium) to run this test")
+    pipes = [*os.pipe(), *os.pipe()]
+    high = [fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 10) for end in pipes]
+    for end in pipes:
+        os.close(end)
+    commands, send, receive, answers = high
+    # Chromium reads commands from descriptor 3 and answers on 4.
+    start = f"import os, sys; os.dup2({commands}, 3); os.dup2({answers}, 4); os.execvp(sys.argv[1], sys.argv[1:])"
+    process = subprocess.Popen(
+        [sys.executable, "-c", start, CHROMIUM, *FLAGS, f"--user-data-dir={profile}"],
+        pass_fds=(commands, answers),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(commands)
+    os.close(answers)
+    try:
+        yield Browser(receive, send)
+    finally:
+        os.close(send)
+        os.close(receive)
+        process.terminate()
+        try:
+            process.wait(20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def look(path, profile):
+    """What a browser sees: widths of the pictures, requests beyond the page itself, complaints, and more."""
+    with chromium(profile) as browser:
+        address = path.resolve().as_uri()
+        browser.open(address)
+        ready = "Promise.allSettled([...document.images].map(i => i.decode()))"
+        widths = browser.evaluate(f"{ready}.then(() => [...document.images].map(i => i.naturalWidth))")
+        requests = [event["request"]["url"] for event in browser.seen("Network.requestWillBeSent")]
+        kinds = ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded", "Network.loadingFailed")
+        return {
+            "widths": widths,
+            "requests": [url for url in requests if url != address and not url.startswith("data:")],
+            "complaints": [event for kind in kinds for event in browser.seen(kind)],
+            "too wide": browser.evaluate("document.documentElement.scrollWidth > window.innerWidth"),
+            "dead links": browser.evaluate("[...document.links].filter(a => !document.querySelector(a.hash)).length"),
+        }
+
+
+CLEAN = {"requests": [], "complaints": [], "too wide": False, "dead links": 0}
+
+
+def test_a_browser_opens_the_report_without_complaint(page, tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text(page, encoding="utf-8")
+    seen = look(path, tmp_path / "profile")
+    widths = seen.pop("widths")
+    assert len(widths) == 2
+    assert min(widths) > 0
+    assert seen == CLEAN
+
+
+@pytest.mark.parametrize(
+    ("fault", "found"),
+    [
+        ("<img src='http://127.0.0.1:9/picture.png'>", "requests"),
+        ("<img src='data:image/png;base64,AAAA'>", "widths"),
+        ("<script>console.log('hello')</script>", "complaints"),
+        ("<script>nothing()</script>", "complaints"),
+        ("<p style='width: 500rem'>wide</p>", "too wide"),
+        ("<a href='#nowhere'>there</a>", "dead links"),
+    ],
+)
+def test_the_browser_finds_faults(tmp_path, fault, found):
+    path = tmp_path / "report.html"
+    path.write_text(f"<!DOCTYPE html><html><body>{fault}</body></html>", encoding="utf-8")
+    seen = look(path, tmp_path / "profile")
+    assert seen[found] != CLEAN.get(found, [])
+    assert 0 in seen["widths"] or "img" not in fault
+
+
+def test_the_page_forbids_requests(page, tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text(page.replace("</body>", "<img src='http://127.0.0.1:9/picture.png'></body>"), encoding="utf-8")
+    seen = look(path, tmp_path / "profile")
+    assert "Content Security Policy" in str(seen["complaints"])
