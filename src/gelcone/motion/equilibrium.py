@@ -97,7 +97,7 @@ def static(model: ConeModel, voltages: npt.ArrayLike, displacements: npt.ArrayLi
     stiffness = np.stack([np.where(cone.inside(x), cone.slope(x, squared), np.nan) for cone in cones])
     count = np.array([[len(at) for at in row] for row in found])
     each = [np.array(at, dtype=float).reshape(-1, 3) for row in found for at in row]
-    place, slope, stable = (_padded([at[:, k] for at in each]).reshape(*count.shape, count.max()) for k in range(3))
+    place, slope, stable = (_padded([at[:, k] for at in each]).reshape(*count.shape, -1) for k in range(3))
     dims = ("constant_voltage", "equilibrium")
     result = _label(
         model,
@@ -505,8 +505,8 @@ def _force_range(cones: list[_Cone], found: list[list[list[_Equilibrium]]]) -> A
 
 
 def _padded(rows: Sequence[Array]) -> Array:
-    """Rows of different lengths as one array, NaN behind each."""
-    longest = max((len(row) for row in rows), default=0)
+    """Rows of different lengths as one array with at least one column, NaN behind each."""
+    longest = max(1, *(len(row) for row in rows))
     return np.stack([np.concatenate([row, np.full(longest - len(row), np.nan)]) for row in rows])
 
 
@@ -579,8 +579,10 @@ def _trace(cone: _Cone, highest: float) -> tuple[Array, Array, Array]:
             pieces += [_piece(cone, segment, _closer_to_ends(begin, end)), gap]
     if cone.flat:
         pitchfork = float(cone.squared(0.0))
-        voltage = np.unique([0.0, math.sqrt(max(pitchfork, 0.0)), highest])
-        pieces += [np.stack([0.0 * voltage, voltage, pitchfork - voltage**2]), gap]
+        lost = math.sqrt(max(pitchfork, 0.0))
+        voltage = np.unique([0.0, lost, highest])
+        slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, pitchfork - voltage**2)
+        pieces += [np.stack([0.0 * voltage, voltage, slope]), gap]
     place, voltage, slope = np.concatenate(pieces, axis=1)
     return place, voltage, slope
 

@@ -210,9 +210,10 @@ def tongues(
     Returns
     -------
     Dataset over ``drive_frequency`` and ``voltage``: ``growth_rate``, ``spectral_radius`` and ``margin`` as in
-    `floquet_multipliers`; over the frequency, ``onset_voltage`` and ``onset_kind`` up to the highest voltage, and
-    ``boundary_voltage`` (``boundary``, NaN-padded): all voltages at which the stability changes, each between two
-    neighbours of the grid and narrowed down. ``pitchfork_voltage`` is the static one.
+    `floquet_multipliers`, and ``doubles``, whether the larger multiplier is negative; over the frequency,
+    ``onset_voltage`` and ``onset_kind`` up to the highest voltage, and ``boundary_voltage`` (``boundary``, NaN-padded):
+    all voltages at which the stability changes, each between two neighbours of the grid and narrowed down. At
+    ``pitchfork_amplitude`` the peak of the voltage reaches the static pitchfork.
 
     Raises
     ------
@@ -230,6 +231,7 @@ def tongues(
     margin, log_modulus = maps.margin().reshape(shape), maps.multipliers()[2][:, 0].reshape(shape)
     boundary = _boundaries(rows, volts, margin, options, _part(progress, 0.2))
     onset = onset_voltage(rows, highest=volts[-1], tolerance=tolerance, threads=threads, progress=_part(progress, 0.4))
+    static = pitchfork_voltage(model) - abs(model.voltage_bias)
     plane, line = ("drive_frequency", "voltage"), ("drive_frequency",)
     with np.errstate(over="ignore"):
         radius = np.exp(log_modulus)
@@ -240,7 +242,8 @@ def tongues(
             "spectral_radius": (plane, radius, *_RADIUS),
             "margin": (plane, margin, *_MARGIN),
             "boundary_voltage": ((*line, "boundary"), boundary, "voltages at which the stability changes", "voltage"),
-            "pitchfork_voltage": ((), pitchfork_voltage(model), "static pitchfork voltage", "voltage"),
+            "doubles": (plane, maps.trace.reshape(shape) < 0.0, "whether the larger multiplier is negative", "flag"),
+            "pitchfork_amplitude": ((), static, "amplitude whose peak voltage is at the static pitchfork", "voltage"),
         },
         coords={
             "drive_frequency": (line, omega, "drive frequency", "frequency"),
@@ -428,7 +431,7 @@ def _boundaries(rows: ConeModel, volts: Array, margin: Array, options: _Options,
     voltage, _ = _refine(rows.take(row), volts[step], volts[step + 1], rising, options)
     _report(progress, 1.0)
     count = np.bincount(row, minlength=len(margin))
-    boundary = np.full((len(margin), count.max()), np.nan)
+    boundary = np.full((len(margin), max(1, count.max())), np.nan)
     boundary[row, np.arange(row.size) - np.repeat(np.cumsum(count) - count, count)] = voltage
     return boundary
 

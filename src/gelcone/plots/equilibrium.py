@@ -1,0 +1,122 @@
+"""Pictures of the statics: force over displacement, and the equilibria over the voltage."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.motion.equilibrium import PullIn
+from gelcone.plots.response import members
+from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, axis_label, styled
+from gelcone.words import outcome_in_words, unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_CURVES = 5
+MARKER_SIZES = (8.5, 7.0, 5.5, 4.5, 3.5)
+MOST_ROWS = 3
+HEADROOM = 1.6
+"""Forces are shown up to this many times the largest between the outermost equilibria; the wall is far beyond."""
+
+
+def static_figure(result: xr.Dataset) -> Figure:
+    """Force over displacement beside the equilibria over the voltage; a row for each of up to three members."""
+    drawn = members(result)
+    drawn = [drawn[i] for i in np.unique(np.linspace(0, len(drawn) - 1, min(len(drawn), MOST_ROWS)).astype(int))]
+
+    def draw(figure: Figure) -> None:
+        grid = figure.subplots(len(drawn), 2, squeeze=False)
+        for row, (name, member) in zip(grid, drawn, strict=True):
+            force_curves(member, row[0])
+            equilibrium_branches(member, row[1])
+            if name:
+                row[0].set_title(name, loc="left")
+        for axes in grid[0]:
+            axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0 if not drawn[0][0] else 1.1), ncols=2)
+        figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
+
+    return styled(7.2, 0.6 + 2.7 * len(drawn), draw)
+
+
+def force_curves(member: xr.Dataset, axes: Axes) -> None:
+    """Force that holds the disc, at up to five of the voltages: dashed where its slope is negative (unstable); at zero
+    force the equilibria, stable ones filled, unstable ones open."""
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    count = member.sizes["constant_voltage"]
+    chosen = np.unique(np.linspace(0, count - 1, MOST_CURVES).astype(int))
+    for colour, size, i in zip(CYCLE, MARKER_SIZES, chosen, strict=False):
+        one = member.isel(constant_voltage=i)
+        voltage = one["constant_voltage"]
+        split_by_stability(one["displacement"], one["force"], one["stiffness"], axes, colour=colour, both=colour)
+        axes.plot([], [], color=colour, label=f"voltage {float(voltage):.4g}{unit_of(voltage)}")
+        mark_equilibria(axes, one["equilibrium_displacement"].values, one["stable"].values, colour, size)
+    limit_forces(member, axes)
+    axes.set_xlabel(axis_label(member["displacement"], "displacement"))
+    axes.set_ylabel(axis_label(member["force"], "force that holds the disc"))
+    axes.margins(x=0)
+    note_failure(member, axes)
+
+
+def mark_equilibria(axes: Axes, place: Any, stable: Any, colour: str, size: float) -> None:
+    """Equilibria on the line of zero force; sizes differ so that shared ones show as rings."""
+    for fill, chosen in ((colour, stable), ("white", ~stable)):
+        x = place[chosen]
+        axes.plot(x, 0.0 * x, "o", ms=size, mec=colour, mfc=fill, ls="none", zorder=3)
+
+
+def limit_forces(member: xr.Dataset, axes: Axes) -> None:
+    """Limits of the force that show what lies between the equilibria, not the stretch limit beyond them."""
+    farthest = float(np.abs(member["equilibrium_displacement"]).max())
+    force = member["force"]
+    near = force.where(np.abs(member["displacement"]) <= 1.1 * farthest) if farthest > 0.0 else force
+    most = HEADROOM * float(np.abs(near).max())
+    if np.isfinite(most) and most > 0.0:
+        axes.set_ylim(-most, most)
+
+
+def equilibrium_branches(member: xr.Dataset, axes: Axes) -> None:
+    """Displacement of all equilibria over the voltage, unstable ones dashed, with pitchfork, folds and pull-in."""
+    voltage, place = member["branch_voltage"], member["branch_displacement"]
+    split_by_stability(voltage, place, member["branch_slope"], axes, colour=BLUE, both=VERMILION)
+    axes.plot([], [], color=BLUE, label="stable")
+    axes.plot([], [], color=VERMILION, ls="--", label="unstable")
+    pitchfork = float(member["pitchfork_voltage"])
+    if np.isfinite(pitchfork):
+        axes.plot(pitchfork, 0.0, "s", ms=5.0, color=BLACK, mfc="white", zorder=4, label=f"pitchfork {pitchfork:.4g}")
+    folds = np.isfinite(member["fold_voltage"])
+    if folds.any():
+        axes.plot(member["fold_voltage"], member["fold_displacement"], "D", ms=4.0, color=BLACK, zorder=4, label="fold")
+    mark_jump(member, axes)
+    axes.set_xlabel(axis_label(voltage, "constant voltage"))
+    axes.set_ylabel(axis_label(place, "displacement"))
+    axes.set_xlim(0.0, float(np.nanmax(voltage)) if np.isfinite(voltage).any() else 1.0)
+    note_failure(member, axes)
+
+
+def mark_jump(member: xr.Dataset, axes: Axes) -> None:
+    """An arrow where a slow voltage ramp jumps from one equilibrium to another."""
+    voltage, begin, end = (float(member[f"pull_in_{part}"]) for part in ("voltage", "from", "to"))
+    if not np.isfinite([voltage, begin, end]).all() or begin == end:
+        return
+    kind = PullIn(int(member["pull_in_kind"])).name.lower()
+    style = {"arrowstyle": "->", "color": BLACK, "shrinkA": 3.0, "shrinkB": 0.0}
+    axes.annotate("", (voltage, end), (voltage, begin), arrowprops=style)
+    axes.plot([], [], color=BLACK, marker=r"$\uparrow$", ls="none", label=f"pull-in at {voltage:.4g} ({kind})")
+
+
+def split_by_stability(x: Any, y: Any, slope: Any, axes: Axes, *, colour: str, both: str) -> None:
+    """A line, solid where ``slope`` is not negative and dashed in the colour ``both`` where it is not positive."""
+    x, y, slope = (np.asarray(values, dtype=float) for values in (x, y, slope))
+    axes.plot(x, np.where(slope >= 0.0, y, np.nan), color=colour)
+    axes.plot(x, np.where(slope <= 0.0, y, np.nan), color=both, ls="--")
+
+
+def note_failure(member: xr.Dataset, axes: Axes) -> None:
+    """Says so where there is nothing to draw."""
+    if int(member["outcome"]):
+        text = f"failed: {outcome_in_words(int(member['outcome']))}"
+        axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", color=VERMILION)
