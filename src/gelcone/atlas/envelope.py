@@ -70,7 +70,7 @@ def envelope(
     model : a single model; its drive gives the proportion of amplitude to bias, its frequency the point of operation.
     field_limit : dielectric strength over sqrt(mu/eps). Left out, breakdown is reported as unknown (NaN).
     peaks : increasing peak voltages of the driven plane; default 24 up to twice the model's own peak.
-    frequencies : increasing drive frequencies; default 16 from a tenth to three times the natural frequency at rest.
+    frequencies : increasing drive frequencies; default 24 from a tenth to three times the natural frequency at rest.
     margin : share of the lowest limit that the recommended voltage stays below it. Default 0.2.
 
     Returns
@@ -98,7 +98,7 @@ def envelope(
     rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
     natural = float(np.sqrt(max(model.stiffness(rest), 0.0)))
     volts = _axis("peaks", peaks, np.linspace(own_peak / 12.0, 2.0 * own_peak, 24))
-    omegas = _axis("frequencies", frequencies, np.geomspace(0.1 * natural, 3.0 * natural, 16))
+    omegas = _axis("frequencies", frequencies, np.geomspace(0.1 * natural, 3.0 * natural, 24))
     plane = _Plane(model, drive, rest, field_limit, threads)
     shape = (len(omegas), len(volts))
     grid_omega, grid_peak = (mesh.ravel() for mesh in np.meshgrid(omegas, volts, indexing="ij"))
