@@ -1,0 +1,90 @@
+"""Operating envelope: limits against independent routes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gelcone.atlas.envelope import DRIVEN_LIMITS, STATIC_LIMITS, envelope
+from gelcone.errors import InputError
+from gelcone.model import ConeModel
+from gelcone.motion.flow import integrate
+
+TAUT = ConeModel(
+    damping_ratio=0.1, voltage=0.3, voltage_bias=0.3, rest_height=0.6, meridional_prestretch=1.2, hoop_prestretch=1.5
+)
+FLAT = ConeModel(damping_ratio=0.1, voltage=1.2, spring_stiffness=0.5, hoop_prestretch=1.3, stretch_limit=8.0)
+
+
+@pytest.fixture(scope="module")
+def taut():
+    return envelope(TAUT, field_limit=1.2, peaks=np.linspace(0.2, 2.0, 8), frequencies=[0.02, 0.5], margin=0.25)
+
+
+@pytest.fixture(scope="module")
+def flat():
+    return envelope(FLAT, peaks=np.linspace(0.2, 2.4, 8), frequencies=[0.4, 0.9])
+
+
+def test_breakdown_and_slack_are_where_the_formulas_pass_zero(taut):
+    limits = dict(zip(STATIC_LIMITS, taut["static_limit_voltage"].values, strict=True))
+    x = np.interp(limits["dielectric breakdown"], taut["peak_voltage"], taut["static_displacement"])
+    assert limits["dielectric breakdown"] * np.sqrt(1 + x * x) == pytest.approx(1.2, rel=1e-4)
+    v = limits["hoop slack"]
+    x = np.interp(v, taut["peak_voltage"], taut["static_displacement"])
+    q, lm, lh = 1 + x * x, 1.2, 1.5
+    e = lm**2 * q + lh**2 + 1 / (lm**2 * lh**2 * q) - 3
+    assert (lh**2 - 1 / (lm**2 * lh**2 * q)) / (1 - e / 50) - v * v * q == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_slow_drive_meets_the_quasi_static_breakdown(taut):
+    row = DRIVEN_LIMITS.index("dielectric breakdown")
+    static = float(taut["static_limit_voltage"][STATIC_LIMITS.index("dielectric breakdown")])
+    assert float(taut["limit_low"][row, 0]) <= float(taut["limit_high"][row, 0])
+    assert float(taut["limit_high"][row, 0]) == pytest.approx(static, rel=0.03)
+
+
+def test_the_window_keeps_the_margin_to_the_lowest_limit(taut):
+    low = np.fmin(taut["limit_low"].min("driven_limit"), float(taut["static_limit_voltage"].min()))
+    np.testing.assert_allclose(taut["recommended_peak"], 0.75 * np.minimum(low, 2.0))
+
+
+def test_pull_in_is_met_by_a_slow_ramp_in_time(flat):
+    pitchfork = float(flat["static_limit_voltage"][STATIC_LIMITS.index("pull-in")])
+    levels = pitchfork * np.array([0.97, 1.03])
+    constant = FLAT.replace(voltage=0.0, voltage_bias=levels)
+    end = np.abs(integrate(constant, (1e-3, 0.0), [2000.0]).states[:, 0, 0])
+    assert end[0] < 1e-6
+    assert end[1] > 0.05
+
+
+def test_onset_of_rest_separates_decay_from_growth(flat):
+    row = DRIVEN_LIMITS.index("onset of rest")
+    for column, omega in enumerate(flat["drive_frequency"].values):
+        onset = float(flat["limit_low"][row, column])
+        if not np.isfinite(onset):
+            continue
+        model = FLAT.replace(drive_frequency=omega, voltage=onset * np.array([0.99, 1.01]))
+        end = np.abs(integrate(model, (1e-6, 0.0), [200 * 2 * np.pi / omega]).states[:, 0]).max(axis=1)
+        assert end[0] < 1e-6 < end[1]
+
+
+def test_without_a_dielectric_strength_breakdown_is_unknown_not_skipped(flat):
+    row = DRIVEN_LIMITS.index("dielectric breakdown")
+    assert np.isnan(flat["static_limit_voltage"][STATIC_LIMITS.index("dielectric breakdown")])
+    assert np.isnan(flat["limit_low"][row]).all()
+
+
+@pytest.mark.parametrize(
+    ("model", "options", "message"),
+    [
+        (ConeModel(voltage=[1.0, 2.0]), {}, "single device"),
+        (ConeModel(voltage=0.0), {}, "amplitude or a bias"),
+        (ConeModel(), {"margin": 1.0}, "margin = 1"),
+        (ConeModel(), {"peaks": [2.0, 1.0]}, "peaks"),
+        (ConeModel(), {"frequencies": [1.0]}, "frequencies"),
+    ],
+)
+def test_bad_input_is_refused(model, options, message):
+    with pytest.raises(InputError, match=message):
+        envelope(model, **options)
