@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from gelcone.dataset import write_whole
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Okabe and Ito's palette (2008), which stays distinct for all common kinds of colour blindness.
@@ -61,3 +64,27 @@ def axis_label(variable: xr.DataArray, name: str) -> str:
     """``name`` with the unit of the variable, if it has one."""
     units = variable.attrs.get("units", "1")
     return name if units == "1" else f"{name} ({units})"
+
+
+def coordinate_axis(axes: Axes, result: xr.Dataset, name: str, side: Literal["bottom", "left", "top", "right"]) -> bool:
+    """Labels an axis with a swept coordinate; tells whether there is one.
+
+    ``"top"`` and ``"right"`` stand for a second axis with the SI values ``NAME_si``, a multiple of the dimensionless
+    ``NAME``; most Datasets hold none.
+    """
+    second = side in ("top", "right")
+    shown = f"{name}_si" if second else name
+    if shown not in result.coords:
+        return False
+    label = axis_label(result[shown], name.replace("_", " "))
+    if not second:
+        (axes.set_xlabel if side == "bottom" else axes.set_ylabel)(label)
+        return True
+    values, in_si = result[name].values, result[shown].values
+    scale = (in_si[-1] - in_si[0]) / (values[-1] - values[0])
+    functions = (lambda v: np.multiply(v, scale), lambda v: np.divide(v, scale))
+    if side == "top":
+        axes.secondary_xaxis("top", functions=functions).set_xlabel(label)
+    else:
+        axes.secondary_yaxis("right", functions=functions).set_ylabel(label)
+    return True

@@ -1,0 +1,108 @@
+"""Pictures of basins of attraction: the attractor that each initial state ends on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone.motion.regime import Regime
+from gelcone.plots.map import label_axes, marks
+from gelcone.plots.regime import REGIME_COLOURS, cell_legend, edges, mark_failed, mark_flagged, regime_cells
+from gelcone.plots.style import styled
+from gelcone.words import motion_in_words, unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_ATTRACTORS = 8
+"""Most attractors with a colour and a line in the legend of their own; the rest are drawn as one."""
+SHADES = (0.0, 0.55, -0.45, 0.8, -0.7)
+"""Attractors of one regime: its colour, then mixed by these shares with white or (below 0) black."""
+OTHERS = "#FFFFFF"
+
+
+def basin_figure(cells: xr.Dataset) -> Figure:
+    """The attractor of each initial state, with its regime, period, extent and share of the grid."""
+    cells = cells.transpose("displacement", "velocity", ...)
+    handles = legend(cells)
+
+    def draw(figure: Figure) -> None:
+        axes = figure.add_subplot()
+        attractor_map(cells, axes)
+        axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), labelspacing=0.7)
+        figure.suptitle(cells.attrs.get("device", ""), fontsize=9.0)
+
+    return styled(6.2, max(3.4, 0.6 + 0.36 * len(handles)), draw)
+
+
+def attractor_map(cells: xr.Dataset, axes: Axes) -> None:
+    """Cells in the colour of their attractor; those without one in the colour of their regime, failed ones hatched."""
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    x, y = "displacement", "velocity"
+    regime, failed, flagged = marks(cells)
+    borders = edges(cells[x]), edges(cells[y])
+    regime_cells(axes, *borders, regime)
+    number = cells["attractor"].values.T
+    colours = attractor_colours(cells)
+    if colours:
+        norm = BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours))
+        shown = np.ma.masked_less(np.minimum(number, len(colours) - 1), 0)
+        axes.pcolormesh(*borders, shown, cmap=ListedColormap(colours), norm=norm, rasterized=True)
+    mark_failed(axes, *borders, failed)
+    mark_flagged(axes, *borders, flagged)
+    label_axes(axes, cells)
+    axes.set_xlabel(f"initial {axes.get_xlabel()}")
+    axes.set_ylabel(f"initial {axes.get_ylabel()}")
+
+
+def attractor_colours(cells: xr.Dataset) -> list[str]:
+    """A shade of its regime's colour for each attractor, and one for all beyond `MOST_ATTRACTORS`."""
+    regimes = [Regime(int(r)) for r in cells["attractor_regime"].values]
+    shown = regimes[:MOST_ATTRACTORS]
+    colours = [shade(REGIME_COLOURS[r], SHADES[shown[:i].count(r) % len(SHADES)]) for i, r in enumerate(shown)]
+    return colours + [OTHERS] * (len(regimes) > len(shown))
+
+
+def shade(colour: str, share: float) -> str:
+    """A colour mixed with white, or with black where ``share`` is below 0."""
+    from matplotlib.colors import to_hex, to_rgb
+
+    other = 1.0 if share > 0.0 else 0.0
+    red, green, blue = ((1.0 - abs(share)) * part + abs(share) * other for part in to_rgb(colour))
+    return to_hex((red, green, blue))
+
+
+def legend(cells: xr.Dataset) -> list[Artist]:
+    """A patch an attractor, and what occurs besides."""
+    from matplotlib.patches import Patch
+
+    colours, count = attractor_colours(cells), cells.sizes["attractor_number"]
+    handles: list[Artist] = [
+        Patch(facecolor=colours[n], label=attractor_in_words(cells.isel(attractor_number=n)))
+        for n in range(min(count, MOST_ATTRACTORS))
+    ]
+    if count > MOST_ATTRACTORS:
+        share = float(cells["attractor_share"][MOST_ATTRACTORS:].sum())
+        label = f"{count - MOST_ATTRACTORS} more attractors: {100.0 * share:.3g} %"
+        handles.append(Patch(facecolor=OTHERS, edgecolor="black", lw=0.5, label=label))
+    regime, failed, flagged = marks(cells)
+    unsettled = np.where(regime == Regime.TRANSIENT, regime, -1)
+    return handles + cell_legend(unsettled, failed, flagged)
+
+
+def attractor_in_words(attractor: xr.Dataset) -> str:
+    """Regime, period, share and extent of one attractor."""
+    regime, period = int(attractor["attractor_regime"]), int(attractor["attractor_period"])
+    # What lies below 1e-6 is rounding; adding 0 turns -0 into 0.
+    low, high = (round(float(attractor[f"attractor_{end}"]), 6) + 0.0 for end in ("lowest", "highest"))
+    unit = unit_of(attractor["attractor_lowest"])
+    returns = regime in (Regime.REST, Regime.PERIODIC)
+    unstable = ", unstable" if returns and float(attractor["attractor_lyapunov"]) > 0.0 else ""
+    where = f"at {high:.3g}{unit}" if regime == Regime.REST else f"from {low:.3g} to {high:.3g}{unit}"
+    name = motion_in_words(regime, period)
+    return f"{name}{unstable}: {100.0 * float(attractor['attractor_share']):.3g} %\n{where}"

@@ -1,0 +1,163 @@
+"""Pictures of bifurcation diagrams: section points, largest exponent or extent, and regime along one parameter."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from gelcone.plots.regime import cell_legend, edges, mark_failed, mark_flagged, regime_cells, state_labels
+from gelcone.plots.style import BLACK, GREY, ORANGE, PURPLE, axis_label, coordinate_axis, styled
+from gelcone.quantity import Array
+from gelcone.words import rate_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Colours that no regime has; drawn in this order, so that the small marks lie on the large ones.
+SWEEP_STYLES = {"down": (ORANGE, "v", 1.5), "up": (BLACK, "^", 1.0)}
+FIXED_MARKERS = ("o", "s", "D", "P", "X")
+MOST_LINES = 12
+"""Thresholds are drawn through all panels up to this many; more are only marked on the strip of their branch."""
+
+
+def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"] = "exponent") -> Figure:
+    """Section points over the parameter, its largest exponent (or the extent of the motion) and the regime."""
+    name = diagram.attrs["parameter"]
+    rows = diagram.sizes["branch"]
+
+    def draw(figure: Figure) -> None:
+        panels = figure.subplots(3, 1, sharex=True, height_ratios=[2.4, 1.5, 0.22 * rows])
+        section_points(diagram, panels[0])
+        (largest_exponent if middle == "exponent" else extent)(diagram, panels[1])
+        regime_strip(diagram, panels[2])
+        thresholds(diagram, panels)
+        for axes in panels[:2]:
+            axes.set_xlabel("")
+            axes.tick_params(labelbottom=False)
+        panels[0].set_xlim(*edges(diagram[name])[[0, -1]])
+        coordinate_axis(panels[0], diagram, name, "top")
+        panels[0].legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
+        handles = cell_legend(*marks(diagram))
+        panels[1].legend(
+            handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.0), title="regime", alignment="left"
+        )
+        figure.suptitle(diagram.attrs.get("device", ""), fontsize=9.0)
+
+    return styled(7.2, 4.4 + 0.2 * rows, draw)
+
+
+def branch_styles(diagram: xr.Dataset) -> dict[str, tuple[str, str, float]]:
+    """Colour, marker and relative size of every branch, in the order of drawing: fixed states lowest."""
+    branches = [str(b) for b in diagram["branch"].values]
+    fixed = [b for b in branches if b not in SWEEP_STYLES]
+    styles = {b: (PURPLE, FIXED_MARKERS[i % len(FIXED_MARKERS)], 2.0) for i, b in enumerate(fixed)}
+    return styles | {b: style for b, style in SWEEP_STYLES.items() if b in branches}
+
+
+def marks_of(style: tuple[str, str, float], size: float) -> dict[str, Any]:
+    """Keywords for the markers of a branch: the smallest filled, larger ones open so that what is below shows."""
+    colour, marker, scale = style
+    filled = scale == 1.0
+    return {
+        "color": colour,
+        "marker": marker,
+        "ms": size * scale,
+        "mfc": colour if filled else "none",
+        "mew": 0.0 if filled else 0.5,
+    }
+
+
+def marker_size(diagram: xr.Dataset) -> float:
+    """Points across the smallest marker, so that neighbouring values stay apart as far as they can."""
+    return float(np.clip(250.0 / diagram.sizes[diagram.attrs["parameter"]], 1.0, 2.4))
+
+
+def section_points(diagram: xr.Dataset, axes: Axes) -> None:
+    """Displacement once a drive repeat over the parameter; runs that failed are crossed at the foot."""
+    name = diagram.attrs["parameter"]
+    size = marker_size(diagram)
+    for branch, style in branch_styles(diagram).items():
+        x = diagram["section"].sel(branch=branch).isel(state=0)
+        values = np.broadcast_to(diagram[name].values[:, None], x.shape)
+        axes.plot(values.ravel(), x.values.ravel(), ls="", rasterized=True, **marks_of(style, size))
+        axes.plot([], [], ls="", label=branch, **marks_of(style, 3.0))
+    failed = (diagram["outcome"] != 0).any("branch").values
+    if failed.any():
+        at = diagram[name].values[failed]
+        foot = axes.get_xaxis_transform()
+        axes.plot(at, np.full(at.size, 0.04), "x", ms=4.0, color=BLACK, transform=foot, label="a run failed")
+    axes.set_ylabel(f"{state_labels(diagram)[0]}\nat drive repeats")
+
+
+def largest_exponent(diagram: xr.Dataset, axes: Axes) -> None:
+    """Largest exponent with its standard error, and the zero line."""
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    size = marker_size(diagram)
+    for branch, style in branch_styles(diagram).items():
+        own = diagram.sel(branch=branch)
+        value, error = (own[n].isel(exponent=0) for n in ("lyapunov", "standard_error"))
+        axes.errorbar(own[diagram.attrs["parameter"]], value, error, lw=0.5, elinewidth=0.7, **marks_of(style, size))
+    axes.set_ylabel(f"largest exponent\n({rate_unit(diagram['lyapunov'])})")
+
+
+def extent(diagram: xr.Dataset, axes: Axes) -> None:
+    """Lowest and highest displacement."""
+    size = marker_size(diagram)
+    for branch, style in branch_styles(diagram).items():
+        own = diagram.sel(branch=branch)
+        for end in ("lowest", "highest"):
+            axes.plot(own[diagram.attrs["parameter"]], own[end], lw=0.5, **marks_of(style, size))
+    axes.set_ylabel(axis_label(diagram["lowest"], "lowest and highest\ndisplacement"))
+
+
+def regime_strip(diagram: xr.Dataset, axes: Axes) -> None:
+    """The regime over the parameter, one row a branch."""
+    name = diagram.attrs["parameter"]
+    rows = np.arange(diagram.sizes["branch"])
+    regime, failed, flagged = marks(diagram)
+    for row, branch in enumerate(diagram["branch"].values):
+        borders = refined_edges(diagram, str(branch)), np.array([row - 0.5, row + 0.5])
+        regime_cells(axes, *borders, regime[[row]])
+        mark_failed(axes, *borders, failed[[row]])
+        mark_flagged(axes, *borders, flagged[[row]])
+    axes.set_yticks(rows, [str(b) for b in diagram["branch"].values])
+    axes.set_ylim(rows[-1] + 0.5, -0.5)
+    axes.tick_params(axis="y", length=0.0)
+    coordinate_axis(axes, diagram, name, "bottom")
+
+
+def marks(diagram: xr.Dataset) -> tuple[Any, Any, Any]:
+    """Regimes, runs that failed and those whose evidence does not agree, each (branch, value)."""
+    ordered = diagram.transpose("branch", diagram.attrs["parameter"], ...)
+    failed = ordered["outcome"].values != 0
+    return ordered["regime"].values, failed, (ordered["flag"].values != 0) & ~failed
+
+
+def refined_edges(diagram: xr.Dataset, branch: str) -> Array:
+    """Borders of a branch's cells: halfway between the values, or where bisection found the regime to change."""
+    values = diagram[diagram.attrs["parameter"]].values
+    borders = edges(values)
+    own = diagram["threshold_branch"].values == branch
+    low, high = diagram["threshold_low"].values[own], diagram["threshold_high"].values[own]
+    borders[np.searchsorted(values, high)] = 0.5 * (low + high)
+    return borders
+
+
+def thresholds(diagram: xr.Dataset, panels: list[Axes]) -> None:
+    """The intervals in which the regime changes: bars on the strip, and lines through the other panels if few."""
+    styles = branch_styles(diagram)
+    rows = {str(b): i for i, b in enumerate(diagram["branch"].values)}
+    count = diagram.sizes["threshold"]
+    for i in range(count):
+        branch = str(diagram["threshold_branch"].values[i])
+        low, high = float(diagram["threshold_low"][i]), float(diagram["threshold_high"][i])
+        panels[2].fill_betweenx([rows[branch] - 0.5, rows[branch] + 0.5], low, high, color=BLACK, lw=0.8)
+        if count <= MOST_LINES:
+            for axes in panels[:2]:
+                axes.axvspan(low, high, color=styles[branch][0], alpha=0.5, lw=0.8, zorder=0.5)
+    if count:
+        shown = "vertical lines" if count <= MOST_LINES else "black on the strip below"
+        panels[1].set_title(f"changes of regime: {count}, {shown}", loc="right", fontsize=8.0, color=GREY)

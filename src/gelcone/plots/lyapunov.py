@@ -1,0 +1,85 @@
+"""Pictures of the largest Lyapunov exponent: how its estimate settles, and what it settles to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone.plots.response import members
+from gelcone.plots.style import CYCLE, GREY, axis_label, styled
+from gelcone.words import outcome_in_words, rate_unit, with_error
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SETTLED = 0.05
+"""The limits hold the running estimates from this share of their window on; what is shorter may run out of them."""
+SIGNS = {-1: "certainly negative", 0: "sign uncertain within the budget", 1: "certainly positive"}
+
+
+def lyapunov_figure(result: xr.Dataset) -> Figure:
+    """Running estimates over the window's length, with the asymptotic values; up to six members of an ensemble."""
+
+    def draw(figure: Figure) -> None:
+        axes = figure.add_subplot()
+        running_exponents(result, axes)
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
+
+    return styled(7.2, max(3.2, 1.1 + 0.52 * len(members(result))), draw)
+
+
+def running_exponents(result: xr.Dataset, axes: Axes) -> None:
+    """Largest exponent against window length: from the start (dashed, a dot where the finite window ends) and after
+    the transient (solid), with the asymptotic value and its standard error as a band."""
+    axes.set_xscale("log")
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    for colour, (name, member) in zip(CYCLE, members(result), strict=False):
+        draw_member(member, name, colour, axes)
+    set_limits(result, axes)
+    axes.plot([], [], color=GREY, ls="--", marker="o", ms=4.0, label="from the start, to the\nend of the finite window")
+    axes.plot([], [], color=GREY, label="after the transient, with\nasymptotic value ± s.e.")
+    length = axis_label(result["running_time"], "window length")
+    axes.set_xlabel(length if "(" in length else "window length (dimensionless time)")
+    axes.set_ylabel(f"largest Lyapunov exponent\n({rate_unit(result['asymptotic'])})")
+
+
+def draw_member(member: xr.Dataset, name: str, colour: str, axes: Axes) -> None:
+    """Both running estimates of one member and its asymptotic value."""
+    time, exponent = member["finite_time"].values, member["finite_exponent"].values
+    axes.plot(time, exponent, color=colour, ls="--", lw=0.8)
+    if np.isfinite(exponent).any():
+        end = np.flatnonzero(np.isfinite(exponent))[-1]
+        axes.plot(time[end], exponent[end], "o", ms=4.0, color=colour)
+    time = member["running_time"].values
+    axes.plot(time, member["running_exponent"], color=colour, label=f"{name}\n{verdict(member)}".strip())
+    value, error = float(member["asymptotic"][0]), float(member["standard_error"][0])
+    if np.isfinite(time).any() and np.isfinite(value):
+        ends = [np.nanmin(time), np.nanmax(time)]
+        axes.fill_between(ends, value - error, value + error, color=colour, alpha=0.2, lw=0.0)
+        axes.plot(ends, [value, value], color=colour, lw=0.6)
+
+
+def verdict(member: xr.Dataset) -> str:
+    """The asymptotic value with its error, and whether its sign is certain; or how the member failed."""
+    if int(member["outcome"]):
+        return f"failed: {outcome_in_words(int(member['outcome']))}"
+    value = with_error(float(member["asymptotic"][0]), float(member["standard_error"][0]))
+    return f"{value}\n{SIGNS[int(member['sign'])]}"
+
+
+def set_limits(result: xr.Dataset, axes: Axes) -> None:
+    """Limits of the exponent that hold zero and every estimate but those over the shortest windows."""
+    seen = [np.zeros(1)]
+    for time, exponent in (("finite_time", "finite_exponent"), ("running_time", "running_exponent")):
+        longest = result[time].max("window")
+        seen.append(result[exponent].where(result[time] > SETTLED * longest).values.ravel())
+    value, error = result["asymptotic"].isel(exponent=0), result["standard_error"].isel(exponent=0)
+    seen += [(value - error).values.ravel(), (value + error).values.ravel()]
+    values = np.concatenate(seen)
+    low, high = np.nanmin(values), np.nanmax(values)
+    room = 0.08 * (high - low) or 1.0
+    axes.set_ylim(low - room, high + room)

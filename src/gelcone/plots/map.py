@@ -1,0 +1,115 @@
+"""Pictures of two-parameter maps: the largest exponent and the regime side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.errors import InputError
+from gelcone.plots.regime import cell_legend, edges, mark_failed, mark_flagged, regime_cells
+from gelcone.plots.style import coordinate_axis, styled
+from gelcone.words import rate_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.collections import QuadMesh
+    from matplotlib.figure import Figure
+
+Lines = Mapping[str, tuple[Any, Any]]
+"""Label -> values of the first and of the second parameter along a line."""
+LINE_STYLES = ("-", "--", "-.", ":")
+
+
+def map_figure(cells: xr.Dataset, lines: Lines | None = None) -> Figure:
+    """Largest exponent and regime over two parameters, the first one along x.
+
+    ``lines`` are drawn over both, for example where rest loses its stability.
+    """
+    axes_names(cells)
+
+    def draw(figure: Figure) -> None:
+        left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+        mesh = exponent_map(cells, left)
+        figure.colorbar(mesh, ax=left, pad=0.02)
+        regime_map(cells, right)
+        right.set_ylabel("")
+        for axes in (left, right):
+            overlay(lines or {}, axes)
+        handles = cell_legend(*marks(cells)) + right.get_legend_handles_labels()[0]
+        beside = 1.25 if coordinate_axis(right, cells, axes_names(cells)[1], "right") else 1.0
+        right.legend(handles=handles, loc="upper left", bbox_to_anchor=(beside, 1.0))
+        figure.suptitle(cells.attrs.get("device", ""), fontsize=9.0)
+
+    return styled(7.2, 2.9, draw)
+
+
+def axes_names(cells: xr.Dataset) -> tuple[str, str]:
+    """The names along x and y; `InputError` where there are not two."""
+    names = [str(dim) for dim in cells["regime"].dims]
+    if len(names) != 2:
+        raise InputError(f"a map has two parameters, not {len(names)}; draw one with bifurcation_figure")
+    return names[0], names[1]
+
+
+def marks(cells: xr.Dataset) -> tuple[Any, Any, Any]:
+    """Regimes, cells that failed and cells whose evidence does not agree, each (y, x)."""
+    turned = cells.transpose(*axes_names(cells)[::-1], ...)
+    failed = turned["outcome"].values != 0
+    return turned["regime"].values, failed, (turned["flag"].values != 0) & ~failed
+
+
+def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
+    """Largest exponent, blue below zero and red above, each side with its own scale; failed cells hatched."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap, TwoSlopeNorm
+
+    # Less than its darkest ends, so that marks and lines show everywhere.
+    colours = ListedColormap(colormaps["RdBu_r"](np.linspace(0.1, 0.9, 256)))
+    x, y = axes_names(cells)
+    exponent = cells["lyapunov"].isel(exponent=0).transpose(y, x).values
+    finite = np.append(exponent[np.isfinite(exponent)], 0.0)
+    low, high = -finite.min(), finite.max()
+    # A side without cells is as long as the other.
+    norm = TwoSlopeNorm(0.0, -(low or high or 1.0), high or low or 1.0)
+    borders = edges(cells[x]), edges(cells[y])
+    mesh = axes.pcolormesh(*borders, exponent, cmap=colours, norm=norm, rasterized=True)
+    _, failed, flagged = marks(cells)
+    mark_failed(axes, *borders, failed)
+    mark_flagged(axes, *borders, flagged)
+    label_axes(axes, cells)
+    axes.set_title(f"largest exponent ({rate_unit(cells['lyapunov'])})", loc="left")
+    return mesh
+
+
+def regime_map(cells: xr.Dataset, axes: Axes) -> None:
+    """Regimes; failed cells hatched, those whose evidence does not agree dotted."""
+    x, y = axes_names(cells)
+    regime, failed, flagged = marks(cells)
+    borders = edges(cells[x]), edges(cells[y])
+    regime_cells(axes, *borders, regime)
+    mark_failed(axes, *borders, failed)
+    mark_flagged(axes, *borders, flagged)
+    label_axes(axes, cells)
+    axes.set_title("regime", loc="left")
+
+
+def overlay(lines: Lines, axes: Axes) -> None:
+    """Lines over the cells, black with a white rim so that they show on every colour."""
+    from matplotlib.patheffects import Normal, Stroke
+
+    for i, (label, (x, y)) in enumerate(lines.items()):
+        rim = [Stroke(linewidth=2.6, foreground="white"), Normal()]
+        axes.plot(x, y, color="black", lw=1.2, ls=LINE_STYLES[i % len(LINE_STYLES)], label=label, path_effects=rim)
+
+
+def label_axes(axes: Axes, cells: xr.Dataset) -> None:
+    """Names on both axes, and the limits at the borders of the outer cells."""
+    x, y = axes_names(cells)
+    axes.set_xlim(*edges(cells[x])[[0, -1]])
+    axes.set_ylim(*edges(cells[y])[[0, -1]])
+    coordinate_axis(axes, cells, x, "bottom")
+    coordinate_axis(axes, cells, y, "left")
+    coordinate_axis(axes, cells, x, "top")

@@ -1,0 +1,164 @@
+"""Pictures of kinds of motion: their colours, grids of cells in them, and section points with their evidence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.motion.regime import Regime
+from gelcone.plots.response import members
+from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, SKY, VERMILION, YELLOW, styled
+from gelcone.quantity import Array
+from gelcone.words import motion_in_words, outcome_in_words, rate_unit, with_error
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Blues for what returns, vermilion for chaos: far apart for every kind of colour vision, and in lightness within a hue.
+REGIME_COLOURS = {
+    Regime.REST: SKY,
+    Regime.PERIODIC: BLUE,
+    Regime.QUASI_PERIODIC: GREEN,
+    Regime.CHAOTIC: VERMILION,
+    Regime.TRANSIENT: YELLOW,
+    Regime.LEFT_THE_DOMAIN: GREY,
+}
+MARKERS = ("o", "s", "^", "D", "v", "P")
+
+
+def regime_figure(result: xr.Dataset) -> Figure:
+    """Section points in the colour of their regime, the evidence beside; up to six members of an ensemble."""
+
+    def draw(figure: Figure) -> None:
+        axes = figure.add_subplot()
+        regime_points(result, axes)
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), labelspacing=0.9)
+        figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
+
+    return styled(7.2, max(3.2, 0.6 + 0.62 * len(members(result))), draw)
+
+
+def regime_points(result: xr.Dataset, axes: Axes) -> None:
+    """Velocity over displacement once a drive repeat, a marker a member; what returns is drawn larger."""
+    for marker, (name, member) in zip(MARKERS, members(result), strict=False):
+        regime = Regime(int(member["regime"]))
+        x, u = member["section"].values[:, 0], member["section"].values[:, 1]
+        axes.scatter(
+            x,
+            u,
+            s=9.0 if regime in (Regime.CHAOTIC, Regime.QUASI_PERIODIC, Regime.TRANSIENT) else 28.0,
+            marker=marker,
+            facecolors=REGIME_COLOURS[regime],
+            edgecolors=BLACK,
+            linewidths=0.4,
+            label="\n".join(filter(None, [name, *caption(member)])),
+            zorder=3.0 if regime in (Regime.REST, Regime.PERIODIC) else 2.0,
+        )
+    keep_in_proportion(axes)
+    displacement, velocity = state_labels(result)
+    axes.set_xlabel(displacement)
+    axes.set_ylabel(velocity)
+
+
+def state_labels(result: xr.Dataset) -> tuple[str, str]:
+    """Names of displacement and velocity in ``section``, with their units if it is in SI units (``mm, m/s``)."""
+    units = result["section"].attrs["units"]
+    if "," in units:
+        length, velocity = units.split(",")
+        return f"displacement ({length.strip()})", f"velocity ({velocity.strip()})"
+    if result["lowest"].attrs["units"] == "1":
+        return "displacement", "velocity"
+    return "displacement / (b - a)", "velocity / ((b - a) $\\Omega_0$)"
+
+
+def keep_in_proportion(axes: Axes) -> None:
+    """Widens limits that would blow rounding up to the size of the picture."""
+    for limits, set_limits in ((axes.get_xlim(), axes.set_xlim), (axes.get_ylim(), axes.set_ylim)):
+        centre, least = 0.5 * (limits[0] + limits[1]), max(0.1 * max(map(abs, limits)), 1e-2)
+        if limits[1] - limits[0] < 2.0 * least:
+            set_limits(centre - least, centre + least)
+
+
+def caption(member: xr.Dataset) -> list[str]:
+    """The name of the motion and the evidence for it, line by line."""
+    if int(member["outcome"]):
+        return [f"failed: {outcome_in_words(int(member['outcome']))}"]
+    period, mirror = int(member["period"]), bool(member["symmetric"])
+    exponent = with_error(float(member["lyapunov"][0]), float(member["standard_error"][0]))
+    lines = [
+        motion_in_words(int(member["regime"]), period, mirror),
+        f"largest exponent {exponent} {rate_unit(member['lyapunov'])}",
+    ]
+    if np.isfinite(member["zero_one"]):
+        lines.append(f"0-1 test {float(member['zero_one']):.2f}")
+    if np.isfinite(member["cycle_distance"]):
+        lines.append(f"{float(member['cycle_distance']):.0e} of its size from where it settles")
+    elif period:
+        lines.append(f"points return to {float(member['return_distance']):.0e} of the size")
+    if int(member["flag"]):
+        lines.append("! the evidence does not agree")
+    return lines
+
+
+# --- grids of cells ----------------------------------------------------------------------------------------------
+
+
+def edges(values: Any) -> Array:
+    """Borders of cells around increasing values."""
+    values = np.asarray(values, dtype=float)
+    if values.size < 2:
+        return values[0] + np.array([-0.5, 0.5])
+    middles = 0.5 * (values[1:] + values[:-1])
+    return np.concatenate([[2.0 * values[0] - middles[0]], middles, [2.0 * values[-1] - middles[-1]]])
+
+
+def regime_cells(axes: Axes, x: Array, y: Array, regime: Any) -> None:
+    """Cells in the colour of their regime: codes of shape (y, x) between the borders ``x`` and ``y``."""
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    colours = ListedColormap([REGIME_COLOURS[r] for r in Regime])
+    norm = BoundaryNorm(np.arange(len(Regime) + 1) - 0.5, len(Regime))
+    axes.pcolormesh(x, y, regime, cmap=colours, norm=norm, rasterized=True)
+
+
+def mark_failed(axes: Axes, x: Array, y: Array, failed: Any) -> None:
+    """Hatches the cells whose run failed, shape (y, x), between the borders ``x`` and ``y``."""
+    if not np.any(failed):
+        return
+    from matplotlib.collections import PolyCollection
+
+    corners = [
+        [(x[i], y[j]), (x[i + 1], y[j]), (x[i + 1], y[j + 1]), (x[i], y[j + 1])]
+        for j, i in zip(*np.nonzero(failed), strict=True)
+    ]
+    cells = PolyCollection(corners, facecolors=GREY, edgecolors=BLACK, linewidths=0.0, hatch="////", rasterized=True)
+    axes.add_collection(cells, autolim=False)
+
+
+def mark_flagged(axes: Axes, x: Array, y: Array, flagged: Any) -> None:
+    """A small dot in the cells whose evidence does not agree, shape (y, x), between the borders ``x`` and ``y``."""
+    rows, columns = np.nonzero(flagged)
+    size = float(np.clip(150.0 / np.shape(flagged)[1], 1.0, 3.0))
+    across, up = 0.5 * (x[1:] + x[:-1])[columns], 0.5 * (y[1:] + y[:-1])[rows]
+    axes.plot(across, up, ".", color=BLACK, ms=size, mew=0.0, rasterized=True)
+
+
+def cell_legend(regime: Any, failed: Any, flagged: Any) -> list[Artist]:
+    """Legend handles for the regimes and marks that occur."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    handles: list[Artist] = [
+        Patch(facecolor=colour, label=kind.label)
+        for kind, colour in REGIME_COLOURS.items()
+        if np.any((np.asarray(regime) == kind) & ~np.asarray(failed))
+    ]
+    if np.any(failed):
+        handles.append(Patch(facecolor=GREY, edgecolor=BLACK, lw=0.0, hatch="////", label="run failed"))
+    if np.any(flagged):
+        handles.append(Line2D([], [], color=BLACK, marker=".", ms=4.0, ls="", label="evidence disagrees"))
+    return handles
