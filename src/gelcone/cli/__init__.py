@@ -14,6 +14,11 @@ COMMANDS = {
     "simulate": "How it moves: time response, stresses, energies, validity.",
     "section": "Poincare section: once a drive repeat, or at the turning points.",
     "spectrum": "Amplitude spectrum, its lines and its flatness.",
+    "lyapunov": "Both Lyapunov exponents, in a window and in the long run, with errors.",
+    "regime": "What kind of motion it is, with the evidence.",
+    "bifurcation": "What the motion is along one parameter, and where it changes.",
+    "map": "Exponent and regime over two parameters.",
+    "basin": "Which motions coexist: the attractor of each initial state.",
     "devices": "List the device files that ship.",
     "materials": "List the measured gels that ship.",
 }
