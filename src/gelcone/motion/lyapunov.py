@@ -1,9 +1,9 @@
 """Both Lyapunov exponents of the flow, per unit of dimensionless time, with their standard errors.
 
-The tangent maps over stretches of at most `STRETCH` time units come from the variational equations; QR decomposition
-of their products (Benettin et al., Meccanica 15 (1980) 9) gives the logarithmic growth of each stretch. The error is
-that of the mean over blocks, each a whole number of drive repeats and longer than the motion remembers. The exponents
-add up to -2 zeta exactly, which every result checks on itself.
+The tangent maps over stretches of at most `STRETCH` fastest time scales come from the variational equations; QR
+decomposition of their products (Benettin et al., Meccanica 15 (1980) 9) gives the logarithmic growth of each stretch.
+The error is that of the mean over blocks, each a whole number of drive repeats and longer than the motion remembers.
+The exponents add up to -2 zeta exactly, which every result checks on itself.
 """
 
 from __future__ import annotations
@@ -25,23 +25,30 @@ from gelcone.quantity import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-STRETCH = 8.0
-"""Tangent maps are restarted after about this long: a hundredfold growth at most, small enough for the step control."""
-BLOCK_STRETCHES = 16
+STRETCH = 16.0
+"""Tangent maps are restarted after this many fastest linear time scales: deviations then grow by so little that neither
+the step control nor the area between them suffers."""
+BLOCK = 64.0
+"""Shortest block of an average: longer than chaotic motions remember."""
 FEWEST_BLOCKS = 20
 CERTAIN = 3.0
 """The sign of an exponent counts as certain when it is this many standard errors from zero."""
 FLOOR = 1e-7
 """Exponents closer to zero than this are zero as far as double precision tells."""
+SHEAR = 5.0
+"""Without damping the deviations of a regular motion grow like time, and its exponent looks like log(t)/t: only one
+that is this many times larger is positive."""
 RUNNING_POINTS = 200
 
 
 @dataclass(frozen=True)
 class Clock:
     """How the time of each member is cut into stretches: ``per_repeat`` stretches to a drive repeat, or - where a
-    repeat is short - ``repeats`` repeats to a stretch. One ``per_repeat`` for all members, the rest (members,)."""
+    repeat is short - ``repeats`` repeats to a stretch; ``block`` stretches, a whole number of repeats, to a block. One
+    ``per_repeat`` and ``block`` for all members, the rest (members,)."""
 
     per_repeat: int
+    block: int
     repeat: Array
     repeats: Array
 
@@ -49,22 +56,31 @@ class Clock:
     def spacing(self) -> Array:
         return self.repeat * self.repeats / self.per_repeat
 
-    @property
-    def block(self) -> int:
-        """Stretches in a block: a whole number of repeats."""
-        return self.per_repeat * -(-BLOCK_STRETCHES // self.per_repeat)
-
     def take(self, index: Any) -> Clock:
-        return Clock(self.per_repeat, self.repeat[index], self.repeats[index])
+        return Clock(self.per_repeat, self.block, self.repeat[index], self.repeats[index])
 
 
 def clocks(model: ConeModel) -> list[tuple[npt.NDArray[np.intp], Clock]]:
-    """Members grouped by their stretches per repeat, each group with its clock."""
+    """Members grouped by their stretches per repeat and per block, each group with its clock."""
     repeat = np.broadcast_to(model.drive_repeat, model.shape).ravel()
-    per_repeat = np.ceil(repeat / STRETCH).astype(int)
-    repeats = np.maximum(np.floor(STRETCH / repeat), 1.0)
-    groups = [np.flatnonzero(per_repeat == n) for n in np.unique(per_repeat)]
-    return [(members, Clock(int(per_repeat[members[0]]), repeat[members], repeats[members])) for members in groups]
+    longest = STRETCH / fastest_rate(model)
+    per_repeat = 2 ** np.ceil(np.log2(np.maximum(repeat / longest, 1.0))).astype(int)
+    repeats = np.maximum(np.floor(longest / repeat), 1.0)
+    block = per_repeat * np.ceil(BLOCK / (repeat * repeats)).astype(int)
+    keys, group = np.unique(np.stack([per_repeat, block], axis=1), axis=0, return_inverse=True)
+    groups = [np.flatnonzero(group.ravel() == i) for i in range(len(keys))]
+    return [
+        (members, Clock(int(key[0]), int(key[1]), repeat[members], repeats[members]))
+        for key, members in zip(keys, groups, strict=True)
+    ]
+
+
+def fastest_rate(model: ConeModel) -> Array:
+    """A bound of how fast small deviations move: damping, and spring, film at rest and field added up, (members,)."""
+    c = model.coefficients()
+    field = (np.asarray(model.voltage) + np.abs(model.voltage_bias)) ** 2
+    rate = 2.0 * c.zeta + np.sqrt(1.0 + c.kappa + c.A + field)
+    return np.broadcast_to(rate, model.shape).ravel()
 
 
 @dataclass
@@ -188,8 +204,10 @@ def _average_group(
         blocks = FEWEST_BLOCKS if growth.shape[1] == 0 else growth.shape[1] // clock.block
         growth = np.concatenate([growth, advance(model, run, clock, blocks * clock.block, **flow_options)], axis=1)
         means, errors = block_statistics(growth, clock)
-        certain = np.abs(means[:, 0]) > CERTAIN * np.maximum(errors[:, 0], FLOOR)
         time = growth.shape[1] * clock.spacing
+        undamped = np.broadcast_to(model.damping_ratio, model.shape) == 0.0
+        floor = np.where(undamped, SHEAR * np.log(time) / time, FLOOR)
+        certain = np.abs(means[:, 0]) > np.maximum(CERTAIN * errors[:, 0], floor)
         finished = certain | (run.outcome != Outcome.OK) | (2.0 * time > budget)
         ended = members[finished]
         result.values[ended], result.standard_error[ended] = means[finished], errors[finished]

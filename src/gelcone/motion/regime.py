@@ -1,9 +1,10 @@
 """What kind of motion it is - rest, periodic, quasi-periodic, chaotic, not settled, left the domain - with evidence.
 
-The motion is let settle, then looked at three ways: do its section points return (`periods_of`), does the largest
-Lyapunov exponent have a certain sign, and what does the 0-1 test say. A motion that neither returns nor is certainly
-chaotic is given more time, up to a budget. With damping, a quasi-periodic motion is impossible: its section points
-would lie on a closed curve, and the map that carries the curve onto itself shrinks the area inside by exp(-2 zeta T).
+The motion is let settle, then looked at: does it return (`periods_of`), and is there a cycle or a rest that it returns
+to (`find_cycles`)? A motion that does not settle on an attracting cycle is given more time, up to a bound. What then
+still wanders is measured: does the largest Lyapunov exponent have a certain sign, and what does the 0-1 test say? With
+damping, a quasi-periodic motion is impossible: its section points would lie on a closed curve, and the map that carries
+the curve onto itself shrinks the area inside by exp(-2 zeta T).
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,8 +20,9 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.model import ConeModel
+from gelcone.motion.cycle import SMALLEST_SIZE, find_cycles
 from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome, integrate
-from gelcone.motion.lyapunov import average, check_budgets, default_transient, settle
+from gelcone.motion.lyapunov import CERTAIN, FLOOR, average, check_budgets, default_transient, settle
 from gelcone.motion.response import start_states
 from gelcone.motion.zero_one import zero_one
 from gelcone.quantity import Array
@@ -31,12 +34,17 @@ RETURNS = 64
 """Section points that are looked at; motions with up to a quarter of this as period are recognised."""
 LONGEST_PERIOD = RETURNS // 4
 PHASES = 8
-"""Samples within each repeat, for the amplitude and to tell rest from motion."""
+"""Samples within each repeat, for the amplitude and for returns: a slow drive can push all motions to the same point
+once a repeat, and they still differ between."""
 RETURN_TOLERANCE = 1e-6
+NEAR_RETURN = 1e-4
+"""A damped motion that returns this closely is asked for the cycle that it returns to."""
 REST_TOLERANCE = 1e-6
 ROUNDS = 5
-"""Settling is tried this many times, each as long as all before together."""
-TEST_POINTS = 400
+"""A motion that has not settled is looked at again this many times, each after as long as all before together: chaos
+that ends in a cycle often lasts for ten transients, and is told from the lasting kind by nothing but patience."""
+TEST_POINTS = (200, 800)
+"""Points of the 0-1 test, and of its repetition where the first is no clear answer."""
 CHAOTIC_K = 0.8
 REGULAR_K = 0.2
 
@@ -65,11 +73,13 @@ class Evidence:
     period: npt.NDArray[np.int64]
     symmetric: npt.NDArray[np.bool_]
     return_distance: Array
+    cycle_distance: Array
     exponents: Array
     standard_error: Array
     averaged_time: Array
     sign: npt.NDArray[np.int8]
     zero_one: Array
+    test_phase: npt.NDArray[np.int64]
     lowest: Array
     highest: Array
     section: Array
@@ -88,11 +98,13 @@ class Evidence:
             period=np.zeros(count, dtype=np.int64),
             symmetric=np.zeros(count, dtype=bool),
             return_distance=nan(),
+            cycle_distance=nan(),
             exponents=nan(2),
             standard_error=nan(2),
             averaged_time=np.zeros(count),
             sign=np.zeros(count, dtype=np.int8),
             zero_one=nan(),
+            test_phase=np.zeros(count, dtype=np.int64),
             lowest=nan(),
             highest=nan(),
             section=nan(RETURNS, 2),
@@ -116,18 +128,20 @@ def classify(
     open_members = np.arange(model.size)
     for trial in range(ROUNDS):
         part, span = model.take(open_members), duration[open_members] * 2 ** max(trial - 1, 0)
+        if trial:  # the look before was part of the time that this round is to last
+            span = np.maximum(span - RETURNS * np.broadcast_to(part.drive_repeat, part.shape), 0.0)
         _settle(part, open_members, span, evidence, flow_options)
-        open_members = _alive(open_members, evidence)
-        if not open_members.size:
-            break
-        for examine in (_look, _measure, _second_opinion):
-            examine(model.take(open_members), open_members, evidence, budget, flow_options)
+        for examine in (_look, _find_cycle):
             open_members = _alive(open_members, evidence)
-            if not open_members.size:
-                break
+            if open_members.size:
+                examine(model.take(open_members), open_members, evidence, flow_options)
         open_members = open_members[_unsettled(model, open_members, evidence)]
         if not open_members.size:
             break
+    for examine in (partial(_measure, budget=budget), _second_opinion):
+        averaged = _alive(np.flatnonzero(np.isnan(evidence.cycle_distance)), evidence)
+        if averaged.size:
+            examine(model.take(averaged), averaged, evidence, flow_options)
     _judge(model, evidence)
     return evidence
 
@@ -143,38 +157,45 @@ def _settle(
     evidence.settled_time[members] += span
 
 
-def _look(
-    model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, budget: float, options: dict[str, Any]
-) -> None:
+def _look(model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
     """Follows `RETURNS` repeats: section points, amplitude, returns, rest."""
     repeat = np.broadcast_to(model.drive_repeat, model.shape)
     times = repeat[:, None] * (np.arange(1, RETURNS * PHASES + 1) / PHASES)
     flow = integrate(model, evidence.final[members], times, **options)
     evidence.outcome[members] = flow.outcome
+    evidence.cycle_distance[members] = np.nan
     x, u = flow.states[..., 0], flow.states[..., 1]
     evidence.lowest[members], evidence.highest[members] = x.min(axis=1), x.max(axis=1)
     points = flow.states[:, PHASES - 1 :: PHASES]
     evidence.section[members], evidence.final[members] = points, points[:, -1]
-    period, distance = periods_of(points)
+    evidence.test_phase[members] = _widest(x.reshape(len(x), RETURNS, PHASES))
+    whole = flow.states.reshape(len(x), RETURNS, 2 * PHASES)
+    damped = np.broadcast_to(model.damping_ratio, model.shape) > 0.0
+    period, distance = periods_of(whole, np.where(damped, NEAR_RETURN, RETURN_TOLERANCE))
     still = (np.ptp(x, axis=1) < REST_TOLERANCE) & (np.abs(u).max(axis=1) < REST_TOLERANCE)
-    evidence.period[members] = np.where(still, 0, period)
+    evidence.period[members] = np.where(still & ~damped, 0, period)
     evidence.return_distance[members] = distance
-    evidence.symmetric[members] = symmetric(points, period) & (np.asarray(model.rest_height) == 0.0)
+    evidence.symmetric[members] = symmetric(whole, period) & (np.asarray(model.rest_height) == 0.0)
     evidence.regime[members] = np.select([still, period > 0], [Regime.REST, Regime.PERIODIC], Regime.TRANSIENT)
 
 
-def periods_of(points: Array) -> tuple[npt.NDArray[np.int64], Array]:
+def _widest(displacement: Array) -> npt.NDArray[np.int64]:
+    """The sample within a repeat at which the displacements (members, repeats, phases) differ the most."""
+    return (np.ptp(displacement, axis=1).argmax(axis=1) + 1) % PHASES
+
+
+def periods_of(points: Array, tolerance: npt.ArrayLike = RETURN_TOLERANCE) -> tuple[npt.NDArray[np.int64], Array]:
     """Smallest number of repeats after which all points return, (members,), 0 if none; and the smallest distance.
 
-    ``points`` (members, points, 2). A return is closer than `RETURN_TOLERANCE` times the size of the motion (at
+    ``points`` (members, repeats, coordinates). A return is closer than ``tolerance`` times the size of the motion (at
     least 1e-3 of a length), for every point.
     """
-    scale = np.maximum(np.abs(points).max(axis=(1, 2)), 1e-3)
+    scale = np.maximum(np.abs(points).max(axis=(1, 2)), SMALLEST_SIZE)
     period = np.zeros(len(points), dtype=np.int64)
     nearest = np.full(len(points), np.inf)
     for candidate in range(LONGEST_PERIOD, 0, -1):
         distance = np.abs(points[:, candidate:] - points[:, :-candidate]).max(axis=(1, 2)) / scale
-        returns = distance < RETURN_TOLERANCE
+        returns = distance < tolerance
         period[returns] = candidate
         nearest = np.where(returns, distance, np.where(period > 0, nearest, np.fmin(nearest, distance)))
     return period, nearest
@@ -182,15 +203,45 @@ def periods_of(points: Array) -> tuple[npt.NDArray[np.int64], Array]:
 
 def symmetric(points: Array, period: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
     """Whether a periodic motion maps onto itself under x -> -x: minus the first point is a point of its cycle."""
-    scale = np.maximum(np.abs(points).max(axis=(1, 2)), 1e-3)
+    scale = np.maximum(np.abs(points).max(axis=(1, 2)), SMALLEST_SIZE)
     gaps = np.abs(points[:, :LONGEST_PERIOD] + points[:, :1]).max(axis=2)
     within = np.arange(LONGEST_PERIOD) < np.maximum(period, 1)[:, None]
     return np.where(within, gaps, np.inf).min(axis=1) < 10 * RETURN_TOLERANCE * scale
 
 
+def _find_cycle(model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
+    """Names the damped motions that return by the cycle they return to; without one they do not count as returned."""
+    returns = (evidence.period[members] > 0) & (np.broadcast_to(model.damping_ratio, model.shape) > 0.0)
+    if not returns.any():
+        return
+    model, members = model.take(returns), members[returns]
+    cycles = find_cycles(model, evidence.final[members], evidence.period[members], **options)
+    still = cycles.extent < REST_TOLERANCE
+    evidence.regime[members] = np.where(cycles.found, np.where(still, Regime.REST, Regime.PERIODIC), Regime.TRANSIENT)
+    evidence.period[members] = np.where(cycles.found & ~still, cycles.period, 0)
+    evidence.symmetric[members] = cycles.found & cycles.symmetric & (np.asarray(model.rest_height) == 0.0)
+    evidence.cycle_distance[members] = np.where(cycles.found, cycles.distance, np.nan)
+    evidence.exponents[members], evidence.standard_error[members] = cycles.exponents, cycles.error
+    evidence.averaged_time[members] = cycles.time
+    certain = np.abs(cycles.exponents[:, 0]) > np.maximum(CERTAIN * cycles.error[:, 0], FLOOR)
+    evidence.sign[members] = np.where(certain, np.sign(cycles.exponents[:, 0]), 0)
+
+
+def _unsettled(model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np.bool_]:
+    """Damped members that are on no attracting cycle yet: slow, or on their way through chaos, which may take long.
+
+    Not those that do not move at all, whom no time helps.
+    """
+    damped = np.broadcast_to(model.damping_ratio, model.shape).ravel()[members] > 0.0
+    attracted = (evidence.sign[members] < 0) & (evidence.cycle_distance[members] < NEAR_RETURN)
+    alive = evidence.outcome[members] == Outcome.OK
+    return alive & damped & ~attracted & (evidence.return_distance[members] > 0.0)
+
+
 def _measure(
-    model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, budget: float, options: dict[str, Any]
+    model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any], *, budget: float
 ) -> None:
+    """The exponents of those that are on no cycle, by averaging."""
     result = average(model, evidence.final[members], budget=budget, **options)
     evidence.exponents[members], evidence.standard_error[members] = result.values, result.standard_error
     evidence.averaged_time[members], evidence.sign[members] = result.time, result.sign
@@ -200,26 +251,30 @@ def _measure(
 
 
 def _second_opinion(
-    model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, budget: float, options: dict[str, Any]
+    model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]
 ) -> None:
     """The 0-1 test of the members that do not return and may not be slow: chaotic ones, and all without damping."""
     damped = np.broadcast_to(model.damping_ratio, model.shape) > 0.0
     wandering = (evidence.regime[members] == Regime.TRANSIENT) & ((evidence.sign[members] > 0) | ~damped)
-    if not wandering.any():
-        return
-    model, members = model.take(wandering), members[wandering]
+    for points in TEST_POINTS:
+        part = members[wandering]
+        if not part.size:
+            return
+        _test(model.take(wandering), part, evidence, points, options)
+        unclear = ~((evidence.zero_one[part] < REGULAR_K) | (evidence.zero_one[part] > CHAOTIC_K))
+        wandering[wandering] = unclear & (evidence.outcome[part] == Outcome.OK)
+
+
+def _test(
+    model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, points: int, options: dict[str, Any]
+) -> None:
     repeat = np.broadcast_to(model.drive_repeat, model.shape)
-    flow = integrate(model, evidence.final[members], repeat[:, None] * np.arange(1, TEST_POINTS + 1), **options)
+    phase = evidence.test_phase[members] / PHASES
+    ticks = np.append(np.arange(points) + phase[:, None], np.full((len(members), 1), points), axis=1)
+    flow = integrate(model, evidence.final[members], repeat[:, None] * ticks, **options)
     evidence.outcome[members] = flow.outcome
-    evidence.zero_one[members] = zero_one(flow.states[..., 0])
+    evidence.zero_one[members] = zero_one(flow.states[:, :-1, 0])
     evidence.final[members] = flow.states[:, -1]
-
-
-def _unsettled(model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np.bool_]:
-    """Damped members that neither return nor are chaotic in both opinions: slow, long, or done with chaos."""
-    damped = np.broadcast_to(model.damping_ratio, model.shape).ravel()[members] > 0.0
-    chaotic = (evidence.sign[members] > 0) & (evidence.zero_one[members] > CHAOTIC_K)
-    return (evidence.regime[members] == Regime.TRANSIENT) & damped & ~chaotic
 
 
 def _judge(model: ConeModel, evidence: Evidence) -> None:
@@ -227,9 +282,7 @@ def _judge(model: ConeModel, evidence: Evidence) -> None:
     damped = np.broadcast_to(model.damping_ratio, model.shape).ravel() > 0.0
     ran = evidence.outcome == Outcome.OK
     wandering = (evidence.regime == Regime.TRANSIENT) & ran
-    # Without damping a regular motion's tangents grow like time, so that its exponent looks like log(t)/t.
-    shear = np.log(np.maximum(evidence.averaged_time, 10.0)) / np.maximum(evidence.averaged_time, 10.0)
-    chaotic = wandering & (evidence.sign > 0) & (damped | (evidence.exponents[:, 0] > 5.0 * shear))
+    chaotic = wandering & (evidence.sign > 0)
     quasi_periodic = wandering & ~damped & ~chaotic
     evidence.regime[chaotic] = Regime.CHAOTIC
     evidence.regime[quasi_periodic] = Regime.QUASI_PERIODIC
@@ -260,17 +313,19 @@ def regime(
     model : one actuator or an ensemble.
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
     transient : time after which the motion is first looked at; default `default_transient`. A motion that has not
-        settled is given more, up to 16 times as long.
-    budget : longest averaging time of the exponents in each look. Default 20,000.
+        settled on a cycle is followed for 16 times as long before it is measured.
+    budget : longest averaging time of the exponents. Default 20,000.
     tolerance : relative error of one integration step. Default 1e-15.
 
     Returns
     -------
     Dataset with ``regime`` (codes of `Regime`, as CF flags), ``period`` in drive repeats (0: none), ``symmetric``
     (maps onto itself under x -> -x), and the evidence: ``lyapunov`` and ``standard_error`` (..., exponent) per unit
-    time, ``averaged_time``, ``return_distance`` (of the section points, over the size of the motion), ``zero_one``
-    (only where points do not return), ``section`` (..., point, state), ``lowest`` and ``highest`` displacement,
-    ``settled_time``, ``flag`` (1 where the evidence does not agree: read it before you believe the name), ``outcome``.
+    time, from the Floquet multipliers of the cycle where there is one and averaged elsewhere, ``averaged_time``,
+    ``return_distance`` (of the motion a period later, over its size), ``cycle_distance`` (of the motion from the cycle,
+    over its size; with damping, where there is one), ``zero_one`` (only where the motion does not return), ``section``
+    (..., point, state), ``lowest`` and ``highest`` displacement, ``settled_time``, ``flag`` (1 where the evidence does
+    not agree: read it before you believe the name), ``outcome``.
 
     Raises
     ------
@@ -302,9 +357,10 @@ def label_evidence(model: ConeModel, evidence: Evidence, options: dict[str, Any]
             "return_distance": (
                 (),
                 evidence.return_distance,
-                "distance of returning section points over size",
+                "distance of returning points over size",
                 "share",
             ),
+            "cycle_distance": ((), evidence.cycle_distance, "distance from the cycle over size", "share"),
             "zero_one": ((), evidence.zero_one, "0-1 test, 1 for chaos", "share"),
             "lowest": ((), evidence.lowest, "lowest displacement", "length"),
             "highest": ((), evidence.highest, "highest displacement", "length"),

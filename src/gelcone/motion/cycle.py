@@ -1,0 +1,153 @@
+"""Cycles: the periodic orbit that a damped motion settles on, how far it still is from it, and its exponents.
+
+A cycle of n drive repeats is a fixed point of the map over n repeats. Two Newton steps from a motion that nearly
+returns give the cycle itself and tell it from a slow drift, which has no fixed point nearby. The eigenvalues of the
+tangent map over the cycle, its Floquet multipliers, give both Lyapunov exponents without any averaging. Nayfeh and
+Balachandran, Applied Nonlinear Dynamics (1995), chapters 3 and 7.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.model import ConeModel
+from gelcone.motion.flow import Outcome, integrate
+from gelcone.motion.lyapunov import FLOOR, Clock, clocks, qr_growth
+from gelcone.quantity import Array
+
+NEAR = 1e-2
+"""A cycle further away than this share of the motion's size is not the one that the motion is on."""
+CONVERGENCE = 0.1
+"""The second Newton step has to be this much smaller than the first, or negligible, for a cycle to be there."""
+NEGLIGIBLE = 1e-8
+SAME_POINT = 1e-6
+"""Points of a cycle that are closer than this share of its size are one."""
+SMALLEST_SIZE = 1e-3
+
+
+@dataclass(frozen=True)
+class Cycles:
+    """The cycles near some motions; arrays (members, ...).
+
+    ``found``; ``period`` in drive repeats; ``extent`` (the larger one of its displacement and velocity); ``symmetric``
+    under x -> -x; ``exponents`` (members, 2) per unit time and their ``error``; ``distance`` of the motion from the
+    cycle over its size; ``time`` of the repeats behind the exponents.
+    """
+
+    found: npt.NDArray[np.bool_]
+    period: npt.NDArray[np.int64]
+    extent: Array
+    symmetric: npt.NDArray[np.bool_]
+    exponents: Array
+    error: Array
+    distance: Array
+    time: Array
+
+
+def find_cycles(model: ConeModel, states: Array, period: npt.NDArray[np.int64], **flow_options: Any) -> Cycles:
+    """The cycles of ``period`` (members,) drive repeats, or of a divisor of it, near ``states`` at a whole repeat."""
+    count = len(states)
+    cycles = Cycles(
+        found=np.zeros(count, dtype=bool),
+        period=np.zeros(count, dtype=np.int64),
+        extent=np.full(count, np.nan),
+        symmetric=np.zeros(count, dtype=bool),
+        exponents=np.full((count, 2), np.nan),
+        error=np.full((count, 2), np.nan),
+        distance=np.full(count, np.nan),
+        time=np.zeros(count),
+    )
+    for group, clock in clocks(model):
+        for repeats in np.unique(period[group]):
+            same = period[group] == repeats
+            members = group[same]
+            _find(model.take(members), states[members], clock.take(same), int(repeats), members, cycles, flow_options)
+    return cycles
+
+
+def _find(
+    model: ConeModel,
+    states: Array,
+    clock: Clock,
+    repeats: int,
+    members: npt.NDArray[np.intp],
+    cycles: Cycles,
+    flow_options: dict[str, Any],
+) -> None:
+    with np.errstate(all="ignore"):  # a motion that is on no cycle gives steps of any size, or none
+        step, first, _ = _newton_step(model, states, clock, repeats, flow_options)
+        rest, exponents, path = _newton_step(model, states + step, clock, repeats, flow_options)
+        size = np.maximum(np.abs(path).max(axis=(1, 2)), SMALLEST_SIZE)
+        distance, left = np.abs(step).max(axis=1) / size, np.abs(rest).max(axis=1) / size
+        found = (distance < NEAR) & ((left < CONVERGENCE * distance) | (left < NEGLIGIBLE))
+    period = _smallest_period(path, size)
+    moved = path.reshape(len(path), -1, 2)
+    cycles.found[members], cycles.period[members], cycles.distance[members] = found, period, distance
+    cycles.extent[members] = np.maximum(np.ptp(moved[..., 0], axis=1), np.abs(moved[..., 1]).max(axis=1))
+    cycles.symmetric[members] = _is_symmetric(path, period, size)
+    # The exponents of the cycle against those found before the last step, which was far larger than what is left.
+    cycles.exponents[members], cycles.error[members] = exponents, np.maximum(np.abs(exponents - first), FLOOR / 10)
+    cycles.time[members] = repeats * clock.repeat
+
+
+def _newton_step(
+    model: ConeModel, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any]
+) -> tuple[Array, Array, Array]:
+    """The step (members, 2) to the fixed point, both exponents (members, 2), and the path (members, repeats, ...)."""
+    stretches = repeats * clock.per_repeat
+    times = clock.repeat[:, None] * (np.arange(1, stretches + 1) / clock.per_repeat)
+    flow = integrate(model, states, times, keep="tangents", **flow_options)
+    assert flow.tangents is not None
+    product, log_scale = chained(flow.tangents)
+    growth, _ = qr_growth(flow.tangents, np.tile(np.eye(2), (len(states), 1, 1)))
+    log_moduli = log_multipliers(product, log_scale, growth.sum(axis=(1, 2)))
+    away = flow.states[:, -1] - states
+    (a, b), (c, d) = np.moveaxis(np.eye(2) - product * np.exp(log_scale)[:, None, None], 0, 2)
+    step = np.stack([d * away[:, 0] - b * away[:, 1], a * away[:, 1] - c * away[:, 0]], axis=1)
+    step = np.where((flow.outcome == Outcome.OK)[:, None], step / (a * d - b * c)[:, None], np.nan)
+    path = flow.states.reshape(len(states), repeats, -1)
+    return step, log_moduli / times[:, -1:], path
+
+
+def chained(tangents: Array) -> tuple[Array, Array]:
+    """Product of tangent maps (members, stretches, 2, 2), scaled to entries of at most 1, and log of the scale."""
+    product, log_scale = np.broadcast_to(np.eye(2), (len(tangents), 2, 2)), np.zeros(len(tangents))
+    for k in range(tangents.shape[1]):
+        product = tangents[:, k] @ product
+        scale = np.abs(product).max(axis=(1, 2))
+        product, log_scale = product / scale[:, None, None], log_scale + np.log(scale)
+    return product, log_scale
+
+
+def log_multipliers(product: Array, log_scale: Array, log_determinant: Array) -> Array:
+    """Logarithms of the moduli of both eigenvalues of scaled maps (members, 2, 2), the larger first.
+
+    The smaller one comes from the determinant, which the trace would lose to rounding.
+    """
+    half = 0.5 * np.abs(product[:, 0, 0] + product[:, 1, 1])
+    square = half * half - np.exp(log_determinant - 2.0 * log_scale)
+    larger = np.where(square >= 0.0, log_scale + np.log(half + np.sqrt(np.abs(square))), 0.5 * log_determinant)
+    return np.stack([larger, log_determinant - larger], axis=1)
+
+
+def _smallest_period(path: Array, size: Array) -> npt.NDArray[np.int64]:
+    """Smallest number of repeats after which the path (members, repeats, ...) goes over itself."""
+    repeats = path.shape[1]
+    period = np.full(len(path), repeats)
+    for divisor in range(repeats - 1, 0, -1):
+        if repeats % divisor == 0:
+            gap = np.abs(path - np.roll(path, divisor, axis=1)).max(axis=(1, 2))
+            period[gap < SAME_POINT * size] = divisor
+    return period
+
+
+def _is_symmetric(path: Array, period: npt.NDArray[np.int64], size: Array) -> npt.NDArray[np.bool_]:
+    """Whether the path is its own mirror image, half a period on (or, at rest, at once)."""
+    shift = np.where(period % 2 == 0, period // 2, 0)
+    later = (np.arange(path.shape[1]) + shift[:, None]) % path.shape[1]
+    mirrored = np.take_along_axis(path, later[:, :, None], axis=1)
+    return np.abs(path + mirrored).max(axis=(1, 2)) < 10.0 * SAME_POINT * size
