@@ -36,7 +36,7 @@ from gelcone.si import to_si
 if TYPE_CHECKING:
     import xarray as xr
 
-SPACING = 0.1
+SPACING = 0.05
 """Between samples of a time response; the fastest motions shown take about 2 for a swing."""
 LATE_REPEATS = 32
 """Drive repeats of the long run that are kept densely."""
@@ -68,9 +68,9 @@ def motions(preset: Preset, model: ConeModel, parameter: str, effort: Effort, pr
 
     Dataset over the parameter with
 
-    * the window: ``displacement``, ``velocity`` and ``slack`` over ``time``; ``lowest``, ``highest`` and the shares
-      ``validity_*`` of its time with the prefix ``window_``; ``early_section_*`` over ``early_repeat``; ``finite``
-      exponents with their running estimate;
+    * the window: ``displacement``, ``velocity`` and ``slack`` over ``time``; with the prefix ``window_`` the
+      ``lowest`` and ``highest`` displacement and the shares ``validity_*`` of its time (``slack``: either stress);
+      ``early_section_*`` over ``early_repeat``; ``finite`` exponents with their running estimate;
     * the long run, after the transient that the regime took to settle: the same with the prefix ``late_``, over
       ``late_time`` from a whole drive repeat on; the section ``section_*`` over ``repeat``;
     * the variables of `gelcone.regime` (its ``lowest`` and ``highest``, coarsely sampled, left out).
@@ -90,7 +90,7 @@ def motions(preset: Preset, model: ConeModel, parameter: str, effort: Effort, pr
         _points(early, "early_section", "early_repeat"),
         _points(late, "section", "repeat"),
         _window(model, preset.initial, effort.window, "window", weighted(progress, 0.2)),
-        _window(model, _last_states(late, preset), LATE_REPEATS * float(repeat.max()), "late", weighted(progress, 0.1)),
+        _long_run(model, late, preset, weighted(progress, 0.1)),
     ]
     result = _merged(*parts).swap_dims(member=parameter)
     options = {"initial": list(preset.initial), "window": effort.window, "settled_repeats": settled}
@@ -109,10 +109,13 @@ def _points(points: xr.Dataset, prefix: str, dim: str) -> xr.Dataset:
     return named.rename(displacement=f"{prefix}_displacement", velocity=f"{prefix}_velocity")
 
 
-def _last_states(points: xr.Dataset, preset: Preset) -> Array:
-    """States (members, 2) at the last section point; the initial state for a member that has failed."""
-    ends = np.stack([points[name].isel(repeat=-1).values for name in ("displacement", "velocity")], axis=-1)
-    return np.where(np.isfinite(ends), ends, np.asarray(preset.initial))
+def _long_run(model: ConeModel, late: xr.Dataset, preset: Preset, progress: MaybeProgress) -> xr.Dataset:
+    """The time response that follows the last point of a section; NaN for a member that has failed before."""
+    ends = np.stack([late[name].isel(repeat=-1).values for name in ("displacement", "velocity")], axis=-1)
+    states = np.where(np.isfinite(ends), ends, np.asarray(preset.initial))
+    run = _window(model, states, LATE_REPEATS * float(repeat_of(model).max()), "late", progress)
+    ran = late["outcome"] == Outcome.OK
+    return run if ran.all() else run.where(ran)
 
 
 def _window(model: ConeModel, states: npt.ArrayLike, length: float, name: str, progress: MaybeProgress) -> xr.Dataset:
@@ -125,8 +128,8 @@ def _window(model: ConeModel, states: npt.ArrayLike, length: float, name: str, p
     shares = {str(n): f"{name}_{n}" for n in run if str(n).startswith("validity_") and n != "validity_breakdown"}
     ends = {"lowest": run["displacement"].min("time"), "highest": run["displacement"].max("time")}
     described = {
-        f"{name}_{end}": value.assign_attrs(_meaning(f"{end} displacement", "length")) for end, value in ends.items()
-    }
+        f"{name}_validity_slack": kept["slack"].mean("time").assign_attrs(_meaning("share of slack film", "share"))
+    } | {f"{name}_{end}": value.assign_attrs(_meaning(f"{end} displacement", "length")) for end, value in ends.items()}
     if name == "late":
         kept = kept.rename({n: f"late_{n}" for n in ("displacement", "velocity", "slack", "time")})
     else:
@@ -162,10 +165,13 @@ def _about(
 # --- statics and energies ---------------------------------------------------------------------------------------------
 
 
+STATIC_VOLTAGES = (0.0, 1.0, 1.5)
+
+
 def static(effort: Effort, progress: Progress) -> xr.Dataset:
     """Force over displacement and all equilibria at three constant voltages, and where the film is slack."""
     preset = find_preset("table1")
-    result = static_curves(preset.model, (0.0, 1.0, 1.5))
+    result = static_curves(preset.model, STATIC_VOLTAGES)
     x, voltage = result["displacement"].values, result["constant_voltage"].values
     slack = _slack(preset.model, x, voltage[:, None]).astype(np.int8)
     dims = ("constant_voltage", "displacement")
@@ -186,20 +192,24 @@ def _slack(model: ConeModel, x: Array, voltage: Any) -> npt.NDArray[np.bool_]:
 
 LIMITS = (1.0, 1.5, 2.0, 5.0, 10.0, 50.0, 100.0)
 SURFACES = (1.0, 100.0)
+WIDEST = 4.0
 
 
 def energy(effort: Effort, progress: Progress) -> xr.Dataset:
     """Strain energy over displacement for seven stretch limits; energy without voltage over the phase plane for two."""
     preset = find_preset("fast")
     model = preset.model.replace(stretch_limit=np.array(LIMITS))
-    x = np.linspace(-4.0, 4.0, 1601)
+    reach = _reach(model)
+    # The energy grows like a logarithm towards the limit: only ever closer points follow it up.
+    near = (reach[:, None] * (1.0 - np.logspace(-3.0, -12.0, 10))).ravel()
+    near = near[near < WIDEST]
+    x = np.unique(np.concatenate([np.linspace(-WIDEST, WIDEST, 1601), near, -near]))
     c = model.coefficients(trailing=1)
     strains = model.strain(np.broadcast_to(x, (model.size, x.size)))
     inside = strains < np.array(LIMITS)[:, None]
     film = np.where(inside, model.law.energy(strains, c.law), np.nan)
     q = 1.0 + x * x
     force = np.where(inside, x * model.law.film_stiffness(q, c.A, c.B, c.G, c.law)[0], np.nan)
-    reach = _reach(model)
     over = {
         "film_energy": (("displacement",), film, "strain energy of the film, NaN beyond the stretch limit", "energy"),
         "film_force": (("displacement",), force, "its slope: the force of the film", "force"),
@@ -303,7 +313,8 @@ def practical(effort: Effort, progress: Progress) -> xr.Dataset:
     result["initial_height"].attrs = {"long_name": "height at which the spring is free", "units": "mm"}
     single = dataset.label(base.to_model(), {}, options={}, title="")
     options = {"release_height_mm": 40.0, "window": effort.window, "settled_decays": SETTLED_DECAYS}
-    return _about(result, single, "table1", "voltage_amplitude", effort, options, "a device at practical voltages")
+    result = _about(result, single, "table1", "voltage_amplitude", effort, options, "a device at practical voltages")
+    return result.assign_attrs(device=base.name)
 
 
 def _practical(device: Device, effort: Effort, progress: MaybeProgress) -> xr.Dataset:

@@ -1,0 +1,114 @@
+"""Figure 9: a device at practical voltages, in volts and millimetres."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.figures.marks import listed
+from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+RESPONSES = (10.0, 30.0, 50.0)
+"""Voltages of the responses, from the paper's text."""
+SHOWN = 2500.0
+"""Milliseconds of the responses that are shown."""
+LOOKS = ((BLUE, "o"), (VERMILION, "s"))
+LOWEST = 1e-7
+
+
+def draw(studies: Mapping[str, xr.Dataset]) -> Figure:
+    """Amplitude over voltage up to the thresholds, and responses at three voltages."""
+    study = studies["practical"]
+
+    def fill(figure: Figure) -> None:
+        layout: Any = [["amplitude", f"{volts:g} V"] for volts in RESPONSES]
+        panels = figure.subplot_mosaic(layout, width_ratios=[1.15, 1.0])
+        amplitudes(study, panels.pop("amplitude"))
+        for (name, axes), volts in zip(panels.items(), RESPONSES, strict=True):
+            response(study.sel(voltage_amplitude=volts), axes)
+            axes.set_title(name, loc="left")
+            axes.set_ylabel("displacement\n(mm)")
+            axes.tick_params(labelbottom=False)
+        axes.tick_params(labelbottom=True)
+        axes.set_xlabel("time from the release (s)")
+        figure.suptitle(str(study.attrs["device"]), fontsize=8.0, color=GREY)
+
+    return styled(7.2, 4.6, fill)
+
+
+def amplitudes(study: xr.Dataset, axes: Axes) -> None:
+    """Half the swing from the start and in the long run, and the voltages at which rest is lost."""
+    volts = study["voltage_amplitude"]
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_ylim(LOWEST, 1e3)
+    for (colour, marker), height in zip(LOOKS, study["initial_height"].values, strict=True):
+        own = study.sel(initial_height=height)
+        axes.plot(volts, own["window_amplitude"], marker, ms=4.5, color=colour)
+        late = own["late_amplitude"].where(own["late_amplitude"] > LOWEST)
+        axes.plot(volts, late, marker, ms=4.5, color=colour, mfc="none")
+        still = volts.where(late.isnull(), drop=True)
+        axes.plot(still, np.full(still.size, LOWEST), "v", ms=5.0, color=colour, mfc="none", clip_on=False)
+    thresholds = (("onset_voltage", "--", "under the drive"), ("pitchfork_voltage", ":", "statically"))
+    for name, style, words in thresholds:
+        axes.axvline(float(study[name].max()), color=BLACK, lw=0.9, ls=style, label=f"rest is lost {words}")
+    axes.set_xlim(7.0, 3e4)
+    axes.set_xlabel("voltage amplitude (V)")
+    axes.set_ylabel("amplitude (mm)")
+    axes.axvspan(float(volts.min()), float(volts.max()), color=GREY, alpha=0.15, lw=0.0)
+    legend(study, axes)
+
+
+def legend(study: xr.Dataset, axes: Axes) -> None:
+    from matplotlib.lines import Line2D
+
+    looks = list(zip(LOOKS, study["initial_height"].values, strict=True))
+    handles: list[Artist] = [
+        Line2D([], [], ls="", marker=marker, color=colour, ms=4.5, label=f"initial height {height:g} mm")
+        for (colour, marker), height in looks
+    ]
+    for marker, fill, words in (("o", BLACK, "filled: from the start"), ("o", "none", "open: long run")):
+        handles.append(Line2D([], [], ls="", marker=marker, color=BLACK, mfc=fill, ms=4.5, label=words))
+    handles.append(Line2D([], [], ls="", marker="v", color=BLACK, mfc="none", ms=5.0, label="long run: at rest"))
+    handles += axes.get_legend_handles_labels()[0]
+    # Between the voltages of the study and the thresholds there is nothing else to see.
+    axes.legend(handles=handles, loc="center", bbox_to_anchor=(0.53, 0.56), fontsize=7.0)
+
+
+def response(study: xr.Dataset, axes: Axes) -> None:
+    """Displacement over time for both initial heights."""
+    shown = study.sel(time=slice(0.0, SHOWN))
+    for (colour, _), height in zip(LOOKS, study["initial_height"].values, strict=True):
+        own = shown.sel(initial_height=height)
+        axes.plot(1e-3 * own["time"], own["displacement"], color=colour, lw=0.9)
+        axes.axhline(float(own["rest_displacement"]), color=colour, lw=0.6, ls=":")
+    axes.margins(x=0.0)
+
+
+FIGURES = (
+    PaperFigure(
+        9,
+        "Amplitude at practical voltages, and three responses",
+        ("table1",),
+        f"The range of 10 to 50 V and the responses at {listed(RESPONSES)} V are from the text, as are the radii, the "
+        "stretch limit, the dimensionless spring stiffness and the initial height 0 of Table 1. The gel's modulus and "
+        "permittivity are measured values for PVC-DBA; mass, damping, frequency, the release from 40 mm and the "
+        "initial height of 20 mm are assumed.",
+        "Half of what the disc covers, from the release and in the long run, over the voltage, with the voltages at "
+        "which the flat rest is lost. From the release on the amplitude is the same at all voltages, because it is "
+        "that of the release: the film and the spring swing freely and come to rest at the dotted lines. In the long "
+        "run a flat device does not move at all, and one with an initial height moves by less than a micrometre, with "
+        "the square of the voltage. The kilovolts at which anything else could happen lie orders of magnitude higher.",
+        ("practical",),
+        draw,
+    ),
+)

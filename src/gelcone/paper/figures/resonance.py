@@ -1,0 +1,136 @@
+"""Figure 12: amplitude over drive frequency for six spring stiffnesses, and responses around a resonance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.figures.marks import fixed_parameters, symbol
+from gelcone.paper.figures.triptych import from_the_start, in_the_long_run
+from gelcone.paper.studies.motions import RESPONSE_STIFFNESS, STIFFNESSES
+from gelcone.plots.style import BLACK, GREY, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+SHOWN = 100.0
+"""Time of the responses that is shown."""
+DOWN = (0, (2.0, 1.2))
+
+
+def draw(studies: Mapping[str, xr.Dataset]) -> Figure:
+    """Amplitude over frequency, its peaks over the stiffness, and three responses."""
+    sweeps, responses = studies["frequency"], studies["frequency-responses"]
+
+    def fill(figure: Figure) -> None:
+        top, bottom = cast(Any, figure.subfigures)(2, 1, height_ratios=[1.2, 1.0])
+        panels = top.subplot_mosaic("aaf;aah", width_ratios=[1.0, 1.0, 0.9])
+        amplitude_over_frequency(sweeps, panels["a"])
+        peaks(sweeps, panels["f"], panels["h"])
+        three_responses(responses, bottom)
+        shared = ("damping_ratio", "voltage", "stretch_limit", "prestretch", "rest_height")
+        figure.suptitle(fixed_parameters(sweeps, *shared), fontsize=8.0, color=GREY)
+
+    return styled(7.2, 7.8, fill)
+
+
+def colours(study: xr.Dataset) -> Any:
+    """A colour for each stiffness, darker for softer springs."""
+    import matplotlib as mpl
+
+    return mpl.colormaps["viridis"](np.linspace(0.0, 0.85, study.sizes["spring_stiffness"]))
+
+
+def logarithmic(axis: Axis, at: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:
+    """Ticks of a log scale with plain numbers at these multiples in each decade."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    axis.set_major_locator(LogLocator(subs=at))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def amplitude_over_frequency(study: xr.Dataset, axes: Axes) -> None:
+    """Sweeps up solid and down dashed on top, so that a line of both looks is one without hysteresis."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for colour, stiffness in zip(colours(study), study["spring_stiffness"].values, strict=True):
+        own = study.sel(spring_stiffness=stiffness)
+        omega, up = own["swept_frequency"].values, own["amplitude"].sel(sweep="up").values
+        axes.plot(omega, up, color=colour, lw=1.6)
+        axes.plot(omega, own["amplitude"].sel(sweep="down"), color=BLACK, lw=0.8, ls=DOWN)
+        axes.plot(own["peak_frequency"], own["peak_amplitude"], "o", ms=4.5, color=colour, mec=BLACK, mew=0.6)
+        name = f"{symbol('spring_stiffness')} = {stiffness:g}"
+        beside: Any = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": 7.5}
+        axes.annotate(name, (omega[0], up[0]), (-3.0, 0.0), color=colour, **beside)
+    axes.plot([], [], color=GREY, lw=1.6, label="swept up")
+    axes.plot([], [], color=BLACK, lw=0.8, ls=DOWN, label="swept down")
+    axes.plot([], [], "o", ms=4.5, color=GREY, mec=BLACK, mew=0.6, label="highest point")
+    logarithmic(axes.xaxis)
+    axes.set_xlim(left=0.5 * float(study["swept_frequency"].min()))
+    axes.set_xlabel(r"drive frequency $\omega$")
+    axes.set_ylabel("amplitude")
+    axes.legend(loc="upper right", fontsize=7.5)
+
+
+def peaks(study: xr.Dataset, frequency: Axes, height: Axes) -> None:
+    """Frequency and amplitude of the highest point over the stiffness, with half the natural frequency."""
+    stiffness = study["spring_stiffness"]
+    for axes, name in ((frequency, "peak_frequency"), (height, "peak_amplitude")):
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        for sweep, marker in (("up", "^"), ("down", "v")):
+            fill = colours(study) if sweep == "up" else "none"
+            look: dict[str, Any] = {"marker": marker, "c": fill, "edgecolors": BLACK, "linewidths": 0.6, "zorder": 3.0}
+            axes.scatter(stiffness, study[name].sel(sweep=sweep), s=28.0, label=f"swept {sweep}", **look)
+        logarithmic(axes.xaxis, (1.0,))
+        logarithmic(axes.yaxis)
+        axes.margins(x=0.08, y=0.12)
+    frequency.plot(stiffness, 0.5 * study["natural_frequency"], color=GREY, lw=0.8, label="half the natural\nfrequency")
+    frequency.set_ylabel("at frequency")
+    frequency.set_title("highest point", loc="left", fontsize=8.0)
+    frequency.tick_params(labelbottom=False)
+    frequency.legend(fontsize=7.0, handletextpad=0.4)
+    height.set_ylabel("of amplitude")
+    height.set_xlabel(r"spring stiffness $\kappa$")
+
+
+def three_responses(study: xr.Dataset, figure: Figure) -> None:
+    """Displacement from the start, and of the long run to one scale."""
+    parameter = study.attrs["parameter"]
+    rows = figure.subplots(2, study.sizes[parameter], sharey="row")
+    for k, (top, bottom) in enumerate(rows.T):
+        member = study.isel({parameter: k})
+        from_the_start(member.sel(time=slice(0.0, SHOWN)), top)
+        in_the_long_run(member.sel(late_time=slice(0.0, SHOWN)), bottom)
+        bottom.set_xlabel("time after the transient")
+        top.set_title(f"{symbol(parameter)} = {float(member[parameter]):.3g}", loc="left")
+    for axes in rows[:, 0]:
+        axes.set_ylabel("displacement")
+    figure.suptitle(f"responses for {symbol('spring_stiffness')} = {RESPONSE_STIFFNESS:g}", fontsize=9.0)
+
+
+FIGURES = (
+    PaperFigure(
+        12,
+        "Amplitude over drive frequency for six spring stiffnesses, and three responses",
+        ("spring",),
+        f"That the stiffness goes from {STIFFNESSES[0]:g} to {STIFFNESSES[-1]:g} is from the text; the stiffnesses "
+        "between, the other parameters and the frequencies of the responses are reconstructed.",
+        "Amplitude of the settled motion in a sweep of the drive frequency up and one down, each point starting from "
+        "the last state of the one before. The force goes with the square of the voltage and so has twice its "
+        "frequency: a resonance lies at half the natural frequency, moves up with the stiffness and gets lower. The "
+        "two softest springs do more: near their natural frequency the drive excites them parametrically, to a swing "
+        "that takes two repeats of the drive. For the softest one this swing is the highest point of all, it ends in "
+        "a jump, and it ends elsewhere when swept down: hysteresis that a single sweep cannot show. The responses "
+        "from the start look alike, as they begin with the same release; the driven motion that is left differs.",
+        ("frequency", "frequency-responses"),
+        draw,
+    ),
+)
