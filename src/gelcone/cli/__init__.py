@@ -11,14 +11,18 @@ import click
 from gelcone._version import __version__
 
 COMMANDS = {
+    "paper": "Redraw the source paper's figures and check its claims.",
     "simulate": "How it moves: time response, stresses, energies, validity.",
     "section": "Poincare section: once a drive repeat, or at the turning points.",
     "spectrum": "Amplitude spectrum, its lines and its flatness.",
     "lyapunov": "Both Lyapunov exponents, in a window and in the long run, with errors.",
     "regime": "What kind of motion it is, with the evidence.",
+    "static": "Equilibria under constant voltage, pitchfork, folds, pull-in, stroke.",
+    "tongues": "Where the drive makes rest unstable: onset voltage and tongues.",
     "bifurcation": "What the motion is along one parameter, and where it changes.",
     "map": "Exponent and regime over two parameters.",
     "basin": "Which motions coexist: the attractor of each initial state.",
+    "envelope": "Where a device is safe to drive, and which limit comes first.",
     "devices": "List the device files that ship.",
     "materials": "List the measured gels that ship.",
 }

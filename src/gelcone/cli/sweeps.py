@@ -58,15 +58,18 @@ def read_over(over: Iterable[str], device: Device | None = None) -> dict[str, Ar
 
 
 def read_values(option: str, text: str, name: str, device: Device | None = None) -> Array:
-    """Values of the parameter ``name`` as a range ``from:to:count`` or a list ``v1,v2,...``, within its bounds."""
+    """Values of the parameter ``name`` as a range ``from:to:count`` or a list ``v1,v2,...``, within its bounds.
+
+    With a device they may carry units, then all of them.
+    """
     import numpy as np
 
     if text.count(":") == 2:
         begin, end, count = text.split(":")
-        ends = f"{_plain(option, begin, name, device)}:{_plain(option, end, name, device)}"
-        values = read_range(f"{ends}:{count.strip()}")
+        first, last = _plain(option, [begin, end], name, device)
+        values = read_range(f"{first}:{last}:{count.strip()}")
     else:
-        values = [float(_plain(option, part, name, device)) for part in text.split(",")]
+        values = [float(value) for value in _plain(option, text.split(","), name, device)]
     return np.atleast_1d(np.asarray(parameter_quantity(name).check(name, values), dtype=float))
 
 
@@ -79,22 +82,29 @@ def increasing(option: str, values: Array) -> Array:
     return values
 
 
-def _plain(option: str, text: str, name: str, device: Device | None) -> str:
-    """A dimensionless number as it is, or one with a unit scaled to the model."""
-    text = text.strip()
+def _plain(option: str, texts: list[str], name: str, device: Device | None) -> list[str]:
+    """Dimensionless numbers as they are; numbers with a unit scaled to the model."""
+    texts = [text.strip() for text in texts]
+    bare = [_is_number(text) for text in texts]
+    if all(bare):
+        return texts
+    if device is None or name not in _IN_SI:
+        remedy = "give a range from:to:count or a list v1,v2,..."
+        needs = " (units need a device)" if name in _IN_SI else ""
+        raise InputError(f"{option} {texts[bare.index(False)]!r}: must be a number; {remedy}{needs}")
+    from gelcone.units import parse
+
+    unit, (scale, *over) = _IN_SI[name]
+    # a bare number among values with units would be dimensionless, which is hardly what was meant
+    scaled = [parse(option, text, unit) / float(getattr(device.scales, scale)) for text in texts]
+    for part in over:
+        scaled = [number * float(getattr(device.scales, part)) for number in scaled]
+    return [repr(number) for number in scaled]
+
+
+def _is_number(text: str) -> bool:
     try:
         float(text)
     except ValueError:
-        if device is None or name not in _IN_SI:
-            raise InputError(
-                f"{option} {text!r}: must be a number; give a range from:to:count or a list v1,v2,..."
-                + (" (units need a device)" if name in _IN_SI else "")
-            ) from None
-        from gelcone.units import parse
-
-        unit, (scale, *over) = _IN_SI[name]
-        number = parse(option, text, unit) / float(getattr(device.scales, scale))
-        for part in over:
-            number *= float(getattr(device.scales, part))
-        return repr(number)
-    return text
+        return False
+    return True

@@ -294,7 +294,7 @@ class _Maps:
         square = half * half - product
         apart = np.sqrt(np.abs(square))
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-            larger = np.where(square >= 0.0, self.log_scale + np.log(half + apart), 0.5 * self.log_product)
+            larger = np.where(square < 0.0, 0.5 * self.log_product, self.log_scale + np.log(half + apart))
             log_modulus = np.stack([larger, self.log_product - larger], axis=1)
             sign = np.where(self.trace < 0.0, -1.0, 1.0)[:, None]
             scale = np.exp(self.log_scale)
@@ -378,13 +378,13 @@ def _onsets(
     rows, first = np.unique(rows, return_index=True)
     low, high = low[first], high[first]
     _report(progress, 2 * SECTIONS * PEAK_ROUNDS / whole)
-    voltage, width = _refine(members.take(rows), low, high, np.ones(rows.size), options)
     found = np.full((3, members.size), np.nan)
     found[1] = Onset.NONE
-    found[:, rows] = voltage, np.full(rows.size, Onset.PLUS_ONE), width
     if rows.size:
-        trace = _at_voltages(members.take(rows), voltage[:, None], options).trace
-        found[1, rows[trace < 0.0]] = Onset.MINUS_ONE
+        unstable = members.take(rows)
+        voltage, width = _refine(unstable, low, high, np.ones(rows.size), options)
+        doubles = _at_voltages(unstable, voltage[:, None], options).trace < 0.0
+        found[:, rows] = voltage, np.where(doubles, Onset.MINUS_ONE, Onset.PLUS_ONE), width
     found[:, margin[:, 0] > STILL_STABLE] = np.array([[0.0], [Onset.AT_START], [0.0]])
     _report(progress, SECTIONS * ROUNDS / whole)
     return found, maps.outcome.reshape(scan.shape).max(axis=1)
@@ -428,11 +428,12 @@ def _boundaries(rows: ConeModel, volts: Array, margin: Array, options: _Options,
     """All voltages at which the stability of each row changes on the grid, shape (rows, most changes), NaN-padded."""
     row, step = np.nonzero((margin[:, 1:] > 0.0) != (margin[:, :-1] > 0.0))
     rising = np.where(margin[row, step + 1] > 0.0, 1.0, -1.0)
-    voltage, _ = _refine(rows.take(row), volts[step], volts[step + 1], rising, options)
-    _report(progress, 1.0)
     count = np.bincount(row, minlength=len(margin))
     boundary = np.full((len(margin), max(1, count.max())), np.nan)
-    boundary[row, np.arange(row.size) - np.repeat(np.cumsum(count) - count, count)] = voltage
+    if row.size:
+        place = np.arange(row.size) - np.repeat(np.cumsum(count) - count, count)
+        boundary[row, place], _ = _refine(rows.take(row), volts[step], volts[step + 1], rising, options)
+    _report(progress, 1.0)
     return boundary
 
 
@@ -441,8 +442,6 @@ def _refine(members: ConeModel, low: Array, high: Array, rising: Array, options:
 
     A bracket is cut into sections until it is so narrow that interpolation leaves no more than rounding.
     """
-    if not low.size:
-        return low, low
     each = np.arange(low.size)
     ends = rising[:, None] * _at_voltages(members, np.stack([low, high], axis=1), options).margin().reshape(-1, 2)
     for _ in range(ROUNDS):

@@ -64,7 +64,7 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
 def mark_equilibria(axes: Axes, place: Any, stable: Any, colour: str, size: float) -> None:
     """Equilibria on the line of zero force; sizes differ so that shared ones show as rings."""
     for fill, chosen in ((colour, stable), ("white", ~stable)):
-        x = place[chosen]
+        x = place[chosen & np.isfinite(place)]
         axes.plot(x, 0.0 * x, "o", ms=size, mec=colour, mfc=fill, ls="none", zorder=3)
 
 

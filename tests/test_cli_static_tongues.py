@@ -1,0 +1,220 @@
+"""`gelcone static`, `gelcone tongues` and --over: JSON, files, units of a device, and one-line errors."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from gelcone import ConeModel, InputError, find_device, load, onset_voltage, static
+from gelcone.cli import main
+from gelcone.cli.sweeps import read_over, read_values
+
+TABLE1 = ["--set", "spring_stiffness=1.5"]
+COARSE = ["--over", "drive_frequency=0.5:2:4", "--over", "voltage=0:2:9"]
+
+
+@pytest.fixture
+def gelcone(monkeypatch, capsys):
+    """Runs the command line: exit code, standard output and standard error."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["gelcone", *map(str, arguments)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        printed = capsys.readouterr()
+        return left.value.code, printed.out, printed.err
+
+    return run
+
+
+@pytest.fixture
+def as_json(gelcone):
+    """Runs a command with --json and reads what it prints."""
+
+    def run(*arguments):
+        code, out, err = gelcone(*arguments, "--json")
+        assert (code, err) == (0, "")
+        return json.loads(out)
+
+    return run
+
+
+# --- static -------------------------------------------------------------------------------------------------------
+
+
+def test_static_takes_the_voltage_amplitude_as_a_constant_voltage(as_json):
+    content = as_json("static", *TABLE1, "--set", "voltage=1.5")
+    places = content["equilibria"]
+    assert [place["stable"] for place in places] == [True, False, True]
+    assert [np.sign(place["slope"]) for place in places] == [1.0, -1.0, 1.0]
+    assert places[2]["displacement"] == pytest.approx(0.98583217)
+    assert content["pitchfork_voltage"] == np.sqrt(1.5)
+    assert content["fold_voltages"] == []
+    assert content["pull_in"] == {"voltage": np.sqrt(1.5), "kind": "pitchfork", "from": 0.0, "to": 0.0}
+    assert content["outcome"] == "ok"
+    assert "si" not in content
+
+
+def test_static_lists_a_curve_for_each_voltage(as_json):
+    content = as_json("static", *TABLE1, "--voltages", "0,1,1.5")
+    assert "equilibria" not in content
+    assert [curve["voltage"] for curve in content["curves"]] == [0.0, 1.0, 1.5]
+    assert [len(curve["equilibria"]) for curve in content["curves"]] == [1, 1, 3]
+    assert all(len(curve["force"]) == len(content["displacement"]) for curve in content["curves"])
+
+
+def test_static_of_an_ensemble_lists_its_members(as_json):
+    content = as_json("static", *TABLE1, "--set", "voltage=0,1,1.5")
+    assert [len(places) for places in content["equilibria"]] == [1, 1, 3]
+    assert content["pitchfork_voltage"] == [np.sqrt(1.5)] * 3
+
+
+def test_static_of_a_device_is_also_in_volts_and_millimetres(as_json):
+    device = find_device("paper-table1").replace(initial_height=0.005)
+    arguments = ("paper-table1", "--set", "initial_height=0.005", "--voltages", "0 kV,4 kV,16 kV")
+    content = as_json("static", *arguments)
+    si = content["si"]
+    assert si["units"] == {"displacement": "mm", "force": "N", "slope": "N/m", "voltage": "V"}
+    np.testing.assert_allclose([curve["voltage"] for curve in si["curves"]], [0.0, 4000.0, 16000.0], rtol=1e-12)
+    scales = device.scales
+    for own, volts in zip(content["curves"], si["curves"], strict=True):
+        assert volts["stroke"] == pytest.approx(own["stroke"] * scales.length * 1e3)
+        assert volts["blocked_force"] == pytest.approx(own["blocked_force"] * scales.force)
+        for one, other in zip(own["equilibria"], volts["equilibria"], strict=True):
+            assert other["displacement"] == pytest.approx(one["displacement"] * scales.length * 1e3)
+            assert other["slope"] == pytest.approx(one["slope"] * scales.force / scales.length)
+    assert si["fold_voltages"][0] == pytest.approx(content["fold_voltages"][0] * scales.voltage)
+    assert content["pull_in"] == {"voltage": None, "kind": "never", "from": None, "to": None}
+
+
+def test_static_writes_data_and_a_figure_and_tells_what_it_found(gelcone, tmp_path):
+    code, out, _ = gelcone("static", *TABLE1, "--voltages", "0:1.5:4", "--out", tmp_path)
+    assert code == 0
+    assert "1.5: rests at -0.9858 (stable), 0 (unstable), 0.9858 (stable)" in out
+    assert "pitchfork of the flat film at 1.225" in out
+    written = load(tmp_path / "static.nc")
+    np.testing.assert_array_equal(written.force, static(ConeModel(), np.linspace(0.0, 1.5, 4)).force)
+    assert (tmp_path / "static.png").stat().st_size > 10_000
+    code, _, err = gelcone("static", *TABLE1, "--out", tmp_path)
+    assert code == 2
+    assert "exists already" in err
+
+
+# --- tongues ------------------------------------------------------------------------------------------------------
+
+
+def test_tongues_give_the_onset_at_the_models_own_frequency_and_the_grid(as_json):
+    content = as_json("tongues", *COARSE, "--set", "drive_frequency=0.9")
+    model = ConeModel(drive_frequency=0.9)
+    assert content["onset_voltage"] == float(onset_voltage(model).onset_voltage)
+    assert content["onset_kind"] == "minus_one"
+    np.testing.assert_allclose(content["searched"], [0.0, 3.0 * np.sqrt(1.5)])
+    grid = content["tongues"]
+    assert np.shape(grid["growth_rate"]) == (len(grid["drive_frequency"]), len(grid["voltage"])) == (4, 9)
+    assert len(grid["boundary_voltages"]) == 4
+    assert content["pitchfork_amplitude"] == np.sqrt(1.5)
+
+
+def test_tongues_say_when_nothing_is_found_in_what_was_searched(as_json, gelcone):
+    content = as_json("tongues", *COARSE, "--highest", "0.3")
+    assert (content["onset_voltage"], content["onset_kind"], content["searched"]) == (None, "none", [0.0, 0.3])
+    _, out, _ = gelcone("tongues", *COARSE, "--highest", "0.3")
+    assert "rest stays stable in the searched interval (searched up to 0.3)" in out
+
+
+def test_tongues_of_a_device_are_also_in_volts_and_hertz(as_json, tmp_path):
+    over = ["--over", "drive_frequency=4 Hz:12 Hz:3", "--over", "voltage=0 kV:16 kV:5"]
+    content = as_json("tongues", "paper-table1", *over, "--out", tmp_path)
+    si = content["si"]
+    assert si["units"] == {"drive_frequency": "Hz", "voltage": "V", "growth_rate": "1/s"}
+    np.testing.assert_allclose(si["tongues"]["drive_frequency"], [4.0, 8.0, 12.0], rtol=1e-12)
+    np.testing.assert_allclose(si["tongues"]["voltage"], np.linspace(0.0, 16e3, 5), rtol=1e-12)
+    scales = find_device("paper-table1").scales
+    np.testing.assert_allclose(si["tongues"]["growth_rate"], np.array(content["tongues"]["growth_rate"]) / scales.time)
+    assert si["onset_voltage"] == pytest.approx(content["onset_voltage"] * scales.voltage)
+    assert (tmp_path / "tongues.png").exists()
+    assert load(tmp_path / "tongues.nc").growth_rate.attrs["units"] == "1/s"
+
+
+# --- sweeps -------------------------------------------------------------------------------------------------------
+
+
+def test_over_reads_ranges_and_lists_in_their_order():
+    swept = read_over(["voltage=0:2:5", "stretch_limit=1, 10, inf"])
+    assert list(swept) == ["voltage", "stretch_limit"]
+    assert swept["voltage"].tolist() == [0.0, 0.5, 1.0, 1.5, 2.0]
+    assert swept["stretch_limit"].tolist() == [1.0, 10.0, np.inf]
+
+
+def test_over_reads_the_units_of_a_device():
+    device = find_device("paper-table1")
+    swept = read_over(["voltage=0 V:1 kV:3", "drive_frequency=1 Hz,2 Hz", "spring_stiffness=10 N/m,0.1 N/mm"], device)
+    scales = device.scales
+    np.testing.assert_allclose(swept["voltage"] * scales.voltage, [0.0, 500.0, 1000.0])
+    np.testing.assert_allclose(swept["drive_frequency"] * scales.frequency, [1.0, 2.0])
+    np.testing.assert_allclose(swept["spring_stiffness"] * scales.force / scales.length, [10.0, 100.0])
+
+
+@pytest.mark.parametrize(
+    ("over", "message"),
+    [
+        ("voltage", "must be name=from:to:count"),
+        ("=1,2", "must be name=from:to:count"),
+        ("voltage=", "must be name=from:to:count"),
+        ("voltge=0:1:3", "did you mean 'voltage'"),
+        ("law=1,2", "not a numeric model parameter"),
+        ("voltage=1", "has one point"),
+        ("voltage=0:1:1", "has 1 points"),
+        ("voltage=2:0:5", "empty or reversed"),
+        ("voltage=1:1:5", "empty or reversed"),
+        ("voltage=0,2,1", "must increase"),
+        ("voltage=0,1,1", "must increase"),
+        ("voltage=0:1", "must be a number"),
+        ("voltage=0:inf:3", "must be finite"),
+        ("voltage=-1,1", "must be at least 0"),
+        ("voltage=0 V:1 V:3", "units need a device"),
+        ("drive_frequency=0,1", "must be greater than 0"),
+    ],
+)
+def test_over_refuses_what_is_no_sweep(over, message):
+    with pytest.raises(InputError, match=message):
+        read_over([over])
+
+
+def test_over_refuses_a_name_given_twice_and_a_unit_of_another_kind():
+    with pytest.raises(InputError, match="given twice"):
+        read_over(["voltage=0,1", "voltage=0,2"])
+    with pytest.raises(InputError, match="Hz is a unit of frequency, not of voltage"):
+        read_over(["voltage=0 Hz,1 Hz"], find_device("paper-table1"))
+
+
+@pytest.mark.parametrize("over", ["drive_frequency=1:20 Hz:5", "drive_frequency=1,2 Hz"])
+def test_over_refuses_bare_numbers_among_units(over):
+    with pytest.raises(InputError, match="'1': has no unit"):
+        read_over([over], find_device("paper-table1"))
+
+
+def test_values_may_be_one_and_in_any_order():
+    assert read_values("--voltages", "1", "voltage").tolist() == [1.0]
+    assert read_values("--voltages", "1,0", "voltage").tolist() == [1.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["static", "--voltages", "x"], "--voltages 'x': must be a number"),
+        (["static", "--voltages", "-1"], "must be at least 0"),
+        (["static", "--voltages", "2:1:3"], "empty or reversed"),
+        (["static", "--set", "prestretch=0.2", "--set", "stretch_limit=1"], "stretch_limit = 1: must exceed"),
+        (["tongues", "--over", "damping_ratio=0:1:5"], "tongues go over drive_frequency and voltage"),
+        (["tongues", "--set", "rest_height=0.1"], "rest_height = 0.1: must be 0"),
+        (["tongues", "--set", "voltage=0,1"], "one actuator"),
+        (["tongues", "--highest", "0"], "highest = 0: must be greater than 0"),
+    ],
+)
+def test_bad_arguments_are_one_line_and_exit_with_2(gelcone, arguments, message):
+    code, out, err = gelcone(*arguments)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1

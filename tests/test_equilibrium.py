@@ -1,0 +1,346 @@
+"""Statics: every equilibrium found, folds and pitchforks where theory has them, pull-in as a slow ramp sees it."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gelcone import (
+    ConeModel,
+    InputError,
+    PullIn,
+    fold_voltages,
+    integrate,
+    load,
+    model_of,
+    pitchfork_voltage,
+    pull_in_voltage,
+    save,
+    static,
+    stroke_and_blocked_force,
+)
+from gelcone.plots.equilibrium import static_figure
+
+TABLE1 = ConeModel(spring_stiffness=1.5, stretch_limit=50.0)
+# Softens and then stiffens: folds on both sides, and a jump on the ramp.
+SOFTENING = ConeModel(
+    law="yeoh", law_parameters={"yeoh_c2": -0.2, "yeoh_c3": 0.02}, spring_stiffness=1.5, rest_height=0.1
+)
+
+
+def random_model(rng):
+    law = rng.choice(["gent", "yeoh", "neo-hookean"])
+    own = {
+        "gent": {"stretch_limit": 10.0 ** rng.uniform(-0.3, 2.0)},
+        "yeoh": {"yeoh_c2": rng.normal(0.0, 0.5), "yeoh_c3": rng.normal(0.0, 0.1)},
+        "neo-hookean": {},
+    }[law]
+    return ConeModel.from_parameters(
+        {
+            "law": law,
+            "spring_stiffness": rng.uniform(0.0, 3.0),
+            "rest_height": rng.choice([0.0, rng.normal(0.0, 0.3)]),
+            "prestretch": rng.uniform(0.7, 1.4),
+            "prestretch_mode": rng.choice(["radial", "equibiaxial"]),
+            **own,
+        }
+    )
+
+
+def sign_changes(model, voltage, x):
+    """Places where the force changes sign between reachable points, and whether it rises there."""
+    force = model.force(x, voltage)
+    i = np.flatnonzero((np.sign(force[:-1]) * np.sign(force[1:]) < 0) & np.isfinite(force[:-1] + force[1:]))
+    return x[i], force[i] < 0.0
+
+
+# --- equilibria ---------------------------------------------------------------------------------------------------
+
+
+def test_the_papers_static_case_is_bistable_at_the_highest_voltage():
+    result = static(TABLE1, [0.0, 1.0, 1.5])
+    assert result.equilibria.values.tolist() == [1, 1, 3]
+    place, slope = result.equilibrium_displacement.values, result.slope.values
+    assert place[0, 0] == place[1, 0] == place[2, 1] == 0.0
+    assert np.sign(slope[2]).tolist() == [1.0, -1.0, 1.0]
+    assert result.stable.values[2].tolist() == [True, False, True]
+    assert place[2, 2] == -place[2, 0] == pytest.approx(0.98583217, abs=1e-8)
+    np.testing.assert_allclose(TABLE1.force(place[2], 1.5), 0.0, atol=1e-14)
+    np.testing.assert_allclose(TABLE1.stiffness(place[2], 1.5), slope[2], rtol=1e-12)
+    assert np.isnan(place[:2, 1:]).all()
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_no_equilibrium_is_missed_or_made_up(seed):
+    rng = np.random.default_rng(seed)
+    model = random_model(rng)
+    x = np.linspace(-30.0, 30.0, 200_001) + 1e-7
+    result = static(model, rng.uniform(0.0, 2.5, 3))
+    for k, voltage in enumerate(result.constant_voltage.values):
+        expected, rising = sign_changes(model, voltage, x)
+        place, stable = result.equilibrium_displacement.values[k], result.stable.values[k]
+        within = np.abs(place) < 30.0
+        np.testing.assert_allclose(place[within], expected, atol=3.1e-4)
+        assert stable[within].tolist() == rising.tolist()
+
+
+def test_equilibria_near_the_stretch_limit_are_found():
+    """At v = 100 the film is held at 1e-4 of its limit from it."""
+    result = static(ConeModel(stretch_limit=1.0), [100.0])
+    outer = float(result.equilibrium_displacement[0, 2])
+    assert 0.0 < 1.0 - TABLE1.replace(stretch_limit=1.0).strain(outer) < 2e-4
+    assert bool(result.stable[0, 2])
+
+
+def test_without_a_stretch_limit_there_is_no_equilibrium_beyond_the_highest_secant_stiffness():
+    """Neo-Hookean: w(x) = kappa + 1 - 1/q^2 < kappa + 1, so that only the flat film is left, unstably."""
+    flat = ConeModel(law="neo-hookean", spring_stiffness=1.5)
+    q = 1.0 / np.sqrt(2.5 - 1.5**2)
+    result = static(flat, [1.5, 1.6])
+    assert result.equilibria.values.tolist() == [3, 1]
+    assert float(result.equilibrium_displacement[0, 2]) == pytest.approx(np.sqrt(q - 1.0), rel=1e-14)
+    assert not result.stable[1].any()
+
+
+def test_exactly_on_a_fold_two_equilibria_are_one_and_unstable():
+    folds = fold_voltages(SOFTENING)
+    voltage, place = folds.fold_voltage.values, folds.fold_displacement.values
+    at = static(SOFTENING, voltage)
+    above, below = (static(SOFTENING, voltage * (1.0 + change)) for change in (1e-9, -1e-9))
+    for k in range(len(voltage)):
+        i = np.flatnonzero(at.equilibrium_displacement.values[k] == place[k])
+        assert i.size == 1
+        assert not at.stable.values[k, i[0]]
+        assert {int(above.equilibria[k]) - int(at.equilibria[k]), int(below.equilibria[k]) - int(at.equilibria[k])} == {
+            -1,
+            1,
+        }
+
+
+def test_exactly_on_a_pitchfork_the_flat_film_is_the_only_equilibrium():
+    result = static(TABLE1, [np.sqrt(1.5)])
+    assert result.equilibria.values.tolist() == [1]
+    assert bool(result.stable[0, 0])
+
+
+def test_a_film_that_is_only_within_its_limit_when_lifted_has_no_flat_equilibrium():
+    model = ConeModel(prestretch=0.4, stretch_limit=3.0)
+    result = static(model, [0.5])
+    assert np.isnan(model.strain_limit() - 3.0) or model.strain(0.0) > 3.0
+    assert result.equilibria.values.tolist() == [2]
+    assert result.stable.values.tolist() == [[True, True]]
+    assert np.isnan(result.force.sel(displacement=0.0, method="nearest")).all()
+
+
+# --- force, branches ----------------------------------------------------------------------------------------------
+
+
+def test_forces_are_the_models_and_nan_beyond_the_limit():
+    x = np.array([-8.0, -1.0, 0.0, 0.5, 8.0])
+    result = static(TABLE1, [0.0, 1.2], x)
+    for k, voltage in enumerate([0.0, 1.2]):
+        np.testing.assert_allclose(result.force[k, 1:4], TABLE1.force(x[1:4], voltage), rtol=1e-14)
+        np.testing.assert_allclose(result.stiffness[k, 1:4], TABLE1.stiffness(x[1:4], voltage), rtol=1e-14)
+    assert np.isnan(result.force.values[:, [0, 4]]).all()
+
+
+def test_branches_are_equilibria_and_change_stability_at_the_folds_only():
+    result = static(SOFTENING, [0.0, 1.5])
+    x, voltage, slope = (result[f"branch_{n}"].values for n in ("displacement", "voltage", "slope"))
+    on = np.isfinite(x)
+    np.testing.assert_allclose([SOFTENING.force(a, v) for a, v in zip(x[on], voltage[on], strict=True)], 0.0, atol=1e-8)
+    stiffness = [SOFTENING.stiffness(a, v) for a, v in zip(x[on], voltage[on], strict=True)]
+    np.testing.assert_allclose(slope[on], stiffness, atol=1e-7 * np.abs(stiffness).max())
+    assert set(result.fold_displacement.values) <= set(x[slope == 0.0])
+
+
+# --- pitchfork and folds ------------------------------------------------------------------------------------------
+
+
+def test_the_pitchfork_is_the_root_of_the_small_signal_stiffness():
+    assert pitchfork_voltage(TABLE1) == np.sqrt(1.5)
+    model = ConeModel(prestretch=[0.9, 1.0, 1.3], spring_stiffness=1.0, prestretch_mode="equibiaxial")
+    A = B = np.array([0.9, 1.0, 1.3]) ** 2
+    G = 1.0 / (A * B)
+    expected = np.sqrt(1.0 + (A - G) / (1.0 - (A + B + G - 3.0) / 50.0))
+    np.testing.assert_allclose(pitchfork_voltage(model), expected, rtol=1e-14)
+    np.testing.assert_allclose(static(model, [0.0]).pitchfork_voltage, expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "changes", [{"rest_height": 0.1}, {"prestretch": 0.6, "spring_stiffness": 0.1}, {"stretch_limit": 0.1}]
+)
+def test_there_is_no_pitchfork_without_a_stable_flat_film(changes):
+    model = ConeModel(prestretch=1.3).replace(**changes) if "stretch_limit" in changes else TABLE1.replace(**changes)
+    assert np.isnan(pitchfork_voltage(model))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_folds_are_the_extrema_of_the_voltage_along_the_equilibria(seed):
+    """v^2 = force without voltage over displacement: its extrema on a fine grid, by brute force."""
+    model = random_model(np.random.default_rng(100 + seed))
+    model = model.replace(rest_height=0.2) if seed % 2 else model
+    folds = fold_voltages(model)
+    found = np.sort(folds.fold_displacement.values[np.abs(folds.fold_displacement.values) < 20.0])
+    expected = []
+    for side in (-1.0, 1.0):
+        x = side * np.linspace(0.02, 20.0, 400_001)
+        w = model.force(x) / x
+        rising = np.sign(np.diff(w))
+        turn = 1 + np.flatnonzero(rising[:-1] * rising[1:] < 0)
+        expected += [a for a, v in zip(x[turn], w[turn], strict=True) if v >= 0.0]
+    np.testing.assert_allclose(found[np.abs(found) > 0.02], np.sort(expected), atol=2e-3)
+    np.testing.assert_allclose(
+        folds.fold_voltage**2, model.force(folds.fold_displacement.values) / folds.fold_displacement, atol=1e-10
+    )
+
+
+# --- pull-in ------------------------------------------------------------------------------------------------------
+
+
+def settled(model, voltages, start):
+    """A slow ramp by the equation of motion: let come to rest at each constant voltage, from the last state."""
+    states = [np.array([start, 0.0])]
+    for voltage in voltages:
+        held = model.replace(voltage=0.0, voltage_bias=voltage, damping_ratio=0.7, drive_frequency=1.0)
+        states.append(integrate(held, states[-1] + [1e-7, 0.0], [500.0]).states[0, -1])
+    return np.array(states[1:])[:, 0]
+
+
+def test_pull_in_in_a_fold_is_where_a_slow_ramp_jumps_and_to_where():
+    result = pull_in_voltage(SOFTENING)
+    assert PullIn(int(result.pull_in_kind)) == PullIn.FOLD
+    voltage = float(result.pull_in_voltage)
+    ramp = np.append(np.linspace(0.5, 0.99, 4), 1.01) * voltage
+    place = settled(SOFTENING, ramp, float(result.rest_displacement))
+    expected = stroke_and_blocked_force(SOFTENING, ramp)
+    np.testing.assert_allclose(place, expected.displacement, atol=1e-6)
+    assert expected.losses.values.tolist() == [0, 0, 0, 0, 1]
+    assert place[-2] < float(result.pull_in_from) < float(result.pull_in_to) < place[-1]
+    assert SOFTENING.force(float(result.pull_in_to), voltage) == pytest.approx(0.0, abs=1e-10)
+
+
+def test_pull_in_in_a_pitchfork_is_where_a_slow_ramp_leaves_the_flat_film():
+    result = pull_in_voltage(TABLE1)
+    assert PullIn(int(result.pull_in_kind)) == PullIn.PITCHFORK
+    voltage = float(result.pull_in_voltage)
+    assert (voltage, float(result.pull_in_to)) == (np.sqrt(1.5), 0.0)
+    ramp = np.array([0.9, 0.99, 1.06, 1.2]) * voltage
+    place = settled(TABLE1, ramp, 0.0)
+    np.testing.assert_allclose(place, stroke_and_blocked_force(TABLE1, ramp).displacement, atol=1e-6)
+    assert (np.abs(place[:2]) < 1e-6).all()
+    assert (place[2:] > 0.1).all()
+
+
+def test_a_subcritical_pitchfork_jumps():
+    model = SOFTENING.replace(
+        rest_height=0.0, yeoh_c2=-0.25, yeoh_c3=0.03, prestretch=1.5, prestretch_mode="equibiaxial"
+    )
+    result = pull_in_voltage(model)
+    assert PullIn(int(result.pull_in_kind)) == PullIn.PITCHFORK
+    assert float(result.pull_in_voltage) == pitchfork_voltage(model)
+    voltage = float(result.pull_in_voltage)
+    assert float(result.pull_in_to) > 0.9
+    jumped = settled(model, [1.03 * voltage], 0.0)
+    np.testing.assert_allclose(jumped, stroke_and_blocked_force(model, 1.03 * voltage).displacement, atol=1e-6)
+    assert model.force(float(result.pull_in_to), float(result.pull_in_voltage)) == pytest.approx(0.0, abs=1e-10)
+
+
+def test_a_lifted_gent_film_never_pulls_in_and_an_unlimited_one_runs_away():
+    lifted = pull_in_voltage(TABLE1.replace(rest_height=0.1))
+    assert PullIn(int(lifted.pull_in_kind)) == PullIn.NEVER
+    assert float(lifted.pull_in_voltage) == np.inf
+    away = pull_in_voltage(ConeModel(law="neo-hookean", spring_stiffness=1.5, rest_height=0.1))
+    assert PullIn(int(away.pull_in_kind)) == PullIn.SEARCH_RANGE
+    assert float(away.pull_in_voltage) == pytest.approx(np.sqrt(2.5), rel=1e-4)
+    assert float(away.pull_in_to) == np.inf
+
+
+def test_a_film_that_is_unstable_when_flat_starts_from_the_side_asked_for():
+    buckled = TABLE1.replace(prestretch=0.6, spring_stiffness=0.1)
+    up, down = (pull_in_voltage(buckled, start=side) for side in (0.5, -0.5))
+    assert float(up.rest_displacement) == -float(down.rest_displacement) > 0.0
+    assert float(pull_in_voltage(buckled).rest_displacement) == float(up.rest_displacement)
+
+
+def test_stroke_and_blocked_force_are_those_of_the_rest_position():
+    model = TABLE1.replace(rest_height=0.1)
+    voltages = np.array([0.0, 0.5, 1.0])
+    result = stroke_and_blocked_force(model, voltages)
+    rest = float(result.rest_displacement)
+    assert model.force(rest) == pytest.approx(0.0, abs=1e-15)
+    np.testing.assert_allclose(result.blocked_force, [-model.force(rest, v) for v in voltages], atol=1e-15)
+    assert float(result.stroke[0]) == 0.0
+    np.testing.assert_allclose(
+        [model.force(x, v) for x, v in zip(result.displacement.values, voltages, strict=True)], 0.0, atol=1e-14
+    )
+
+
+# --- ensembles, files, figures, bad input -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("analysis", [static, stroke_and_blocked_force])
+def test_an_ensemble_is_its_members(analysis):
+    model = ConeModel(rest_height=[[0.0, 0.1]], spring_stiffness=[[0.5], [1.5]])
+    together = analysis(model, [0.0, 1.4])
+    x = {"displacements": together.displacement.values} if analysis is static else {}
+    for i, j in np.ndindex(2, 2):
+        alone = analysis(model.take(2 * i + j), [0.0, 1.4], **x)
+        for name in set(alone) - {n for n in alone if "branch" in str(n)}:
+            ours, theirs = alone[name].values, together[name][i, j].values
+            kept = tuple(slice(n) for n in ours.shape)
+            np.testing.assert_array_equal(theirs[kept], ours)
+
+
+def test_a_member_beyond_its_limit_is_outside_and_leaves_the_rest_alone():
+    model = ConeModel(prestretch=[0.2, 1.0], stretch_limit=2.0)
+    result = static(model, [0.5])
+    assert result.outcome.values.tolist() == [1, 0]
+    assert result.equilibria.values.tolist() == [[0], [1]]
+    assert np.isnan(result.force[0]).all()
+
+
+def test_results_are_written_and_read_back_equal(tmp_path):
+    for name, result in {
+        "static": static(SOFTENING, [0.0, 1.4]),
+        "pull_in": pull_in_voltage(SOFTENING),
+        "stroke": stroke_and_blocked_force(ConeModel(rest_height=[0.0, 0.1]), [0.0, 1.0]),
+    }.items():
+        save(result, tmp_path / f"{name}.nc")
+        back = load(tmp_path / f"{name}.nc")
+        xr.testing.assert_identical(back, result)
+        assert model_of(back).shape == model_of(result).shape
+
+
+def test_the_figure_tells_stable_from_unstable():
+    figure = static_figure(static(TABLE1, [0.0, 1.0, 1.5]))
+    force, branches = figure.axes
+    dots = [line for line in force.lines if line.get_marker() == "o"]
+    filled = [len(d.get_xdata()) for d in dots if d.get_markerfacecolor() != "white"]
+    opened = [len(d.get_xdata()) for d in dots if d.get_markerfacecolor() == "white"]
+    assert (filled, opened) == ([1, 1, 2], [0, 0, 1])
+    dashed = [line for line in branches.lines if line.get_linestyle() == "--" and len(line.get_xdata())]
+    (unstable,) = dashed
+    drawn = np.isfinite(unstable.get_ydata())
+    assert drawn.sum() >= 2
+    assert (unstable.get_ydata()[drawn] == 0.0).all()
+    assert unstable.get_xdata()[drawn].min() == pytest.approx(np.sqrt(1.5))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: static(TABLE1, [-1.0]), "voltages = -1: must be at least 0"),
+        (lambda: static(TABLE1, []), "voltages = .*empty"),
+        (lambda: static(TABLE1, [np.nan]), "voltages = nan"),
+        (lambda: static(TABLE1, [[0.0, 1.0]]), r"shape \(1, 2\)"),
+        (lambda: static(TABLE1, [0.0], [1.0, 0.0]), "increasing"),
+        (lambda: static(TABLE1, [0.0], [np.inf]), "finite"),
+        (lambda: static(TABLE1, [0.0], [30.0, 40.0]), r"none is reached; give \|x\| below 7\.\d"),
+        (lambda: static(ConeModel(prestretch=0.2, stretch_limit=1.0), [0.0]), "stretch_limit = 1: must exceed"),
+        (lambda: pull_in_voltage(TABLE1, start=np.nan), "start = nan: must be finite"),
+        (lambda: pull_in_voltage(TABLE1, start=[0.0, 1.0]), "start = "),
+    ],
+)
+def test_bad_input_is_refused_with_the_bound_and_the_remedy(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
