@@ -197,11 +197,23 @@ def test_a_film_held_within_one_percent_of_its_limit_is_near_it():
         assert float(result.validity_near_limit) == near
 
 
+def test_flags_say_when_the_model_fails_and_shares_how_often():
+    model = ConeModel(**FULL | {"voltage": [0.7, 1.2], "stretch_limit": 2.6})
+    result = simulate(model, (0.6, 0.2), field_limit=0.8)
+    np.testing.assert_array_equal(result.hoop_slack, result.hoop_stress < 0.0)
+    np.testing.assert_array_equal(result.meridional_slack, result.meridional_stress < 0.0)
+    np.testing.assert_array_equal(result.breakdown, result.true_field > 0.8)
+    np.testing.assert_array_equal(result.near_limit, model.strain(result.displacement) >= 0.99 * 2.6)
+    for name in response._ASSUMPTIONS:
+        np.testing.assert_allclose(result[f"validity_{name}"], result[name].mean("time"), rtol=1e-14)
+    assert "breakdown" not in simulate(model, (0.6, 0.2), periods=1)
+
+
 def test_shares_do_not_depend_on_which_times_are_kept():
     model = ConeModel(**FULL)
     few = simulate(model, (0.6, 0.2), times=[40.0], field_limit=0.8)
     uneven = simulate(model, (0.6, 0.2), times=np.concatenate([np.linspace(0.0, 0.1, 999), [40.0]]), field_limit=0.8)
-    for name in response._VALIDITY:
+    for name in response._ASSUMPTIONS:
         assert float(few[f"validity_{name}"]) == float(uneven[f"validity_{name}"])
     assert 0.0 < float(few.validity_breakdown) < 1.0
 
@@ -336,7 +348,7 @@ def test_everywhere_the_balance_closes_and_no_member_ends_beyond_its_limit(membe
     assert (model.strain(x) < model.strain_limit()).all()
     energies = np.array([np.abs(result[name]).max() for name in BALANCE])
     assert float(abs(result.energy_residual).max()) <= 1e-9 * (1.0 + energies.max())
-    for name in response._VALIDITY:
+    for name in response._ASSUMPTIONS:
         assert np.isnan(float(result[f"validity_{name}"])) == (name == "breakdown")
 
 

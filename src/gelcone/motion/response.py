@@ -52,9 +52,10 @@ def simulate(
     -------
     Dataset over the ensemble's dims and ``time`` (``sample`` where the members' drive frequencies differ).
     Energies and powers are per mu Vol; the field energy v^2 q/2 belongs to what is stored, and ``supplied_energy`` is
-    the work of the voltage source, the integral of v d(v q). ``validity_*`` are shares of the run's time during which
-    the film is slack (a true stress is negative), the true field exceeds ``field_limit`` (NaN when unknown), or the
-    strain is within 1 % of the stretch limit; they are taken on an even grid of times whichever samples are kept.
+    the work of the voltage source, the integral of v d(v q). ``hoop_slack``, ``meridional_slack`` (a true stress is
+    negative), ``breakdown`` (the true field exceeds ``field_limit``) and ``near_limit`` (the strain is within 1 % of
+    the stretch limit) flag where the model stops being true. ``validity_*`` are the shares of the run's time during
+    which they do, taken on an even grid of times whichever samples are kept; NaN for the breakdown when it is unknown.
 
     Raises
     ------
@@ -79,13 +80,18 @@ def simulate(
     members = model.take(slice(None))
     with np.errstate(over="ignore", invalid="ignore"):
         variables = _variables(members, run)
-        shares = _validity(members, variables, checked, field_limit)
+        broken = _broken_assumptions(members, variables, field_limit)
+    shares = {name: _share(fails[:, checked], variables["displacement"][:, checked]) for name, fails in broken.items()}
+    shares.setdefault("breakdown", np.full(model.size, np.nan))
     shared_times = (sampled == sampled[0]).all()
     dim = "time" if shared_times else "sample"
     result = dataset.label(
         model,
         {n: ((dim,), v[:, kept], *_MEANINGS[n]) for n, v in variables.items()}
-        | {f"validity_{n}": ((), v, _VALIDITY[n], "share") for n, v in shares.items()},
+        | {n: ((dim,), v[:, kept], f"is there {_ASSUMPTIONS[n]}", "flag") for n, v in broken.items()}
+        | {
+            f"validity_{n}": ((), shares[n], f"share of the time with {_ASSUMPTIONS[n]}", "share") for n in _ASSUMPTIONS
+        },
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
         # times that were asked for stand in the result as its coordinate
@@ -202,12 +208,13 @@ _MEANINGS = {
     "dissipated_power": ("power dissipated", "power"),
     "energy_residual": ("energy put in less stored and dissipated (zero in exact arithmetic)", "energy"),
 }
-_VALIDITY = {
-    "hoop_slack": "share of the time with a compressive hoop stress (slack film)",
-    "meridional_slack": "share of the time with a compressive meridional stress (slack film)",
-    "breakdown": "share of the time with a true field above the dielectric strength",
-    "near_limit": "share of the time within 1 % of the stretch limit",
+_ASSUMPTIONS = {
+    "hoop_slack": "a compressive hoop stress (slack film)",
+    "meridional_slack": "a compressive meridional stress (slack film)",
+    "breakdown": "a true field above the dielectric strength",
+    "near_limit": "a strain within 1 % of the stretch limit",
 }
+"""How the model stops being true; each a flag over time, and a share of the run."""
 
 
 def _variables(members: ConeModel, run: Trajectories) -> dict[str, Array]:
@@ -254,27 +261,22 @@ def _variables(members: ConeModel, run: Trajectories) -> dict[str, Array]:
     }
 
 
-def _validity(
-    members: ConeModel, series: dict[str, Array], checked: Any, field_limit: float | None
-) -> dict[str, Array]:
-    """Shares of the run during which each assumption of the model fails, over the samples ``checked``."""
+def _broken_assumptions(members: ConeModel, series: dict[str, Array], field_limit: float | None) -> dict[str, Any]:
+    """Whether each assumption of the model fails, at each sample; without breakdown when that is unknown."""
     c = members.coefficients(trailing=1)
-    limit = np.asarray(members.law.strain_limit(c.law))
-
-    def share(fails: Any) -> Array:
-        ran = ~np.isnan(series["displacement"])[:, checked]
-        failed = np.broadcast_to(fails, series["displacement"].shape)[:, checked]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return (failed & ran).sum(axis=1) / ran.sum(axis=1)
-
-    return {
-        "hoop_slack": share(series["hoop_stress"] < 0.0),
-        "meridional_slack": share(series["meridional_stress"] < 0.0),
-        "breakdown": np.full(members.size, np.nan)
-        if field_limit is None
-        else share(series["true_field"] > field_limit),
-        "near_limit": share(strain(series["displacement"], c) >= NEAR_LIMIT * limit),
+    broken = {
+        "hoop_slack": series["hoop_stress"] < 0.0,
+        "meridional_slack": series["meridional_stress"] < 0.0,
+        "near_limit": strain(series["displacement"], c) >= NEAR_LIMIT * np.asarray(members.law.strain_limit(c.law)),
     }
+    return broken if field_limit is None else broken | {"breakdown": series["true_field"] > field_limit}
+
+
+def _share(broken: Any, displacement: Array) -> Array:
+    """Share of the samples before any failure of the member."""
+    ran = ~np.isnan(displacement)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return (broken & ran).sum(axis=1) / ran.sum(axis=1)
 
 
 def failures(result: xr.Dataset) -> dict[str, int]:

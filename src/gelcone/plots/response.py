@@ -1,4 +1,4 @@
-"""Pictures of a time response: displacement and voltage over time, phase portrait."""
+"""Pictures of a time response: displacement, validity and voltage over time, phase portrait."""
 
 from __future__ import annotations
 
@@ -14,26 +14,42 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_LINES = 6
+FAILINGS = {
+    "film slack": ("hoop_slack", "meridional_slack"),
+    "field too high": ("breakdown",),
+    "near limit": ("near_limit",),
+}
+"""Where the model stops being true, in two words -> the flags of `gelcone.simulate` that say so."""
 
 
 def response_figure(response: xr.Dataset) -> Figure:
-    """Time response over the voltage, with the phase portrait beside; up to six members of an ensemble."""
+    """Displacement and voltage over time with the phase portrait beside; up to six members of an ensemble.
+
+    Of a single run the spans during which the model does not hold are marked between the two.
+    """
+    lines = members(response)
+    failing = failings(response) if len(lines) == 1 else {}
+    heights = [1.8, 0.1 * len(failing), 0.8] if failing else [1.8, 0.8]
 
     def draw(figure: Figure) -> None:
-        grid = figure.add_gridspec(2, 2, width_ratios=[2.2, 1.0], height_ratios=[2.0, 1.0])
+        grid = figure.add_gridspec(len(heights), 2, width_ratios=[2.1, 1.0], height_ratios=heights)
         top = figure.add_subplot(grid[0, 0])
-        bottom = figure.add_subplot(grid[1, 0], sharex=top)
-        side = figure.add_subplot(grid[:, 1])
+        bottom = figure.add_subplot(grid[-1, 0], sharex=top)
         time_response(response, top)
         top.set_xlabel("")
         top.tick_params(labelbottom=False)
+        if failing:
+            validity_strip(response, figure.add_subplot(grid[1, 0], sharex=top))
         drive_voltage(response, bottom)
-        phase_portrait(response, side)
-        if len(members(response)) > 1:
-            side.legend(*top.get_legend_handles_labels(), loc="upper center", bbox_to_anchor=(0.5, -0.18))
-        figure.suptitle(response.attrs.get("device", ""), fontsize=9.0)
+        figure.align_ylabels([top, bottom])
+        phase_portrait(response, figure.add_subplot(grid[:, 1]))
+        if len(lines) > 1:
+            handles, names = top.get_legend_handles_labels()
+            figure.legend(handles, names, loc="outside upper center", ncols=min(len(names), 3))
+        if "device" in response.attrs:
+            figure.suptitle(response.attrs["device"], fontsize=9.0)
 
-    return styled(7.2, 3.6, draw)
+    return styled(7.2, 3.7, draw)
 
 
 def members(response: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
@@ -48,38 +64,58 @@ def members(response: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     return [(", ".join(f"{n} {float(m[n]):.4g}" for n in names), m) for m in chosen]
 
 
+def failings(response: xr.Dataset) -> dict[str, np.ndarray]:
+    """In words -> when it is so; those of `FAILINGS` that happen to a single run."""
+    found = {
+        words: np.any([response[flag].values for flag in flags if flag in response], axis=0)
+        for words, flags in FAILINGS.items()
+        if any(flag in response for flag in flags)
+    }
+    return {words: when for words, when in found.items() if when.any()}
+
+
 def time_response(response: xr.Dataset, axes: Axes) -> None:
-    """Displacement over time; spans during which the film is slack are shaded when there is one member."""
-    lines = members(response)
-    for colour, (name, member) in zip(CYCLE, lines, strict=False):
+    """Displacement over time."""
+    for colour, (name, member) in zip(CYCLE, members(response), strict=False):
         axes.plot(member["time"], member["displacement"], color=colour, label=name)
-    if len(lines) == 1:
-        only = lines[0][1]
-        slack = np.minimum(only["hoop_stress"].values, only["meridional_stress"].values) < 0.0
-        axes.fill_between(
-            only["time"], 0, 1, where=slack, transform=axes.get_xaxis_transform(), color=GREY, alpha=0.2, lw=0
-        )
-        if slack.any():
-            axes.set_title("shaded: film slack, the model does not hold", color=GREY, loc="right", fontsize=8)
     axes.set_xlabel(axis_label(response["time"], "time"))
     axes.set_ylabel(axis_label(response["displacement"], "displacement"))
     axes.margins(x=0)
 
 
+def validity_strip(response: xr.Dataset, axes: Axes) -> None:
+    """A row of bars for each way in which the model fails during a single run."""
+    time = response["time"].values
+    rows = failings(response)
+    for row, (words, when) in enumerate(rows.items()):
+        axes.fill_between(time, row, row + 0.6, where=when, step="mid", color=GREY, lw=0.0)
+        label = axes.annotate(
+            words, (0.0, row + 0.3), (-4.0, 0.0), ("axes fraction", "data"), "offset points", ha="right", va="center"
+        )
+        label.set(fontsize=6.5, color=GREY)
+        # it takes the room of the axis labels above and below, which is there already
+        label.set_in_layout(False)
+    axes.set_ylim(len(rows), -0.4)
+    axes.axis("off")
+
+
 def drive_voltage(response: xr.Dataset, axes: Axes) -> None:
     """Voltage across the film over time."""
-    for colour, (_, member) in zip((VERMILION, *CYCLE[1:]), members(response), strict=False):
+    lines = members(response)
+    for colour, (_, member) in zip(CYCLE if len(lines) > 1 else (VERMILION,), lines, strict=False):
         axes.plot(member["time"], member["drive_voltage"], color=colour)
     axes.set_xlabel(axis_label(response["time"], "time"))
     axes.set_ylabel(axis_label(response["drive_voltage"], "voltage"))
 
 
 def phase_portrait(response: xr.Dataset, axes: Axes) -> None:
-    """Velocity over displacement, the first quarter of the run faint."""
-    for colour, (_, member) in zip(CYCLE, members(response), strict=False):
+    """Velocity over displacement, the first half of the run faint."""
+    lines = members(response)
+    for colour, (_, member) in zip(CYCLE, lines, strict=False):
         x, u = member["displacement"].values, member["velocity"].values
-        settled = len(x) // 4
-        axes.plot(x[: settled + 1], u[: settled + 1], color=GREY if colour == BLUE else colour, alpha=0.4, lw=0.6)
-        axes.plot(x[settled:], u[settled:], color=colour, lw=0.8)
+        settled = len(x) // 2
+        faint = GREY if colour == BLUE and len(lines) == 1 else colour
+        axes.plot(x[: settled + 1], u[: settled + 1], color=faint, alpha=0.35, lw=0.5)
+        axes.plot(x[settled:], u[settled:], color=colour, lw=0.9)
     axes.set_xlabel(axis_label(response["displacement"], "displacement"))
     axes.set_ylabel(axis_label(response["velocity"], "velocity"))

@@ -1,0 +1,98 @@
+"""Figures of the time response: drawn without a warning (pytest makes them errors), with the right lines and units."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone import ConeModel, find_device, simulate
+from gelcone.plots.response import MOST_LINES, failings, members, response_figure
+from gelcone.plots.style import save_figure
+
+RESPONSES = {
+    "single": lambda: simulate(ConeModel(), periods=3),
+    "never slack": lambda: simulate(ConeModel(voltage=0.0), periods=3),
+    "near the limit": lambda: simulate(ConeModel(stretch_limit=0.4), (0.927, 0.0), periods=2),
+    "unbounded": lambda: simulate(ConeModel(law="neo-hookean", voltage_bias=3.0), periods=100),
+    "two samples": lambda: simulate(ConeModel(), times=[1.0, 2.0]),
+    "one sample": lambda: simulate(ConeModel(), times=[1.0]),
+    "ensemble": lambda: simulate(ConeModel(voltage=[0.5, 1.0, 1.3]), periods=3),
+    "large ensemble": lambda: simulate(ConeModel(voltage=np.linspace(0.1, 1.3, 40)), periods=3),
+    "some outside": lambda: simulate(ConeModel(stretch_limit=[0.4, 50.0]), periods=3),
+    "frequencies": lambda: simulate(ConeModel(drive_frequency=[0.5, 1.0]), periods=3),
+    "grid": lambda: simulate(ConeModel(drive_frequency=[[0.5], [1.0]], voltage=[0.1, 0.2]), periods=3),
+    "device": lambda: of_device(find_device("paper-table1")),
+    "device ensemble": lambda: of_device(find_device("soft-film").replace(frequency=[8.0, 10.0])),
+}
+
+
+def of_device(device):
+    response = simulate(device.to_model(), device.initial_state(), periods=3, field_limit=device.breakdown_field())
+    return gelcone.to_si(response, device)
+
+
+@pytest.mark.parametrize("name", RESPONSES)
+def test_every_response_is_drawn_without_a_warning(name, tmp_path):
+    response = RESPONSES[name]()
+    figure = response_figure(response)
+    save_figure(figure, tmp_path / "a.png")
+    top, bottom, *others = figure.axes
+    lines = min(response.outcome.size, MOST_LINES)
+    assert len(top.lines) == len(bottom.lines) == lines
+    assert len(others[-1].lines) == 2 * lines
+    assert bool(figure.legends) == (lines > 1)
+    assert len(others) == (2 if lines == 1 and failings(response) else 1)
+
+
+def test_axes_carry_the_units_of_the_device():
+    figure = response_figure(RESPONSES["device"]())
+    top, bottom, _, side = figure.axes
+    assert top.get_ylabel() == "displacement (mm)"
+    assert (bottom.get_xlabel(), bottom.get_ylabel()) == ("time (ms)", "voltage (V)")
+    assert (side.get_xlabel(), side.get_ylabel()) == ("displacement (mm)", "velocity (m/s)")
+    assert figure.get_suptitle() == "paper's Table 1, PVC-DBA 4:1"
+
+
+def test_lines_are_the_motion():
+    response = RESPONSES["single"]()
+    top = response_figure(response).axes[0]
+    np.testing.assert_array_equal(top.lines[0].get_xdata(), response.time)
+    np.testing.assert_array_equal(top.lines[0].get_ydata(), response.displacement)
+    assert top.get_xlim() == (response.time[0], response.time[-1])
+
+
+def test_a_member_has_one_colour_in_every_panel():
+    top, bottom, side = response_figure(RESPONSES["ensemble"]()).axes
+    colours = [line.get_color() for line in top.lines]
+    assert len(set(colours)) == 3
+    assert [line.get_color() for line in bottom.lines] == colours
+    assert [line.get_color() for line in side.lines[1::2]] == colours
+
+
+def test_the_strip_says_where_the_model_fails():
+    response = RESPONSES["device"]()
+    found = failings(response)
+    assert list(found) == ["film slack", "field too high"]
+    np.testing.assert_array_equal(found["film slack"], response.hoop_slack | response.meridional_slack)
+    strip = response_figure(response).axes[2]
+    assert [text.get_text() for text in strip.texts] == list(found)
+    assert list(failings(RESPONSES["near the limit"]())) == ["film slack", "near limit"]
+    assert failings(RESPONSES["never slack"]()) == {}
+
+
+def test_members_are_named_by_what_differs_between_them():
+    assert [name for name, _ in members(RESPONSES["ensemble"]())] == ["voltage 0.5", "voltage 1", "voltage 1.3"]
+    names = [name for name, _ in members(RESPONSES["grid"]())]
+    assert names[1] == "voltage 0.2, drive_frequency 0.5"
+    assert len(members(RESPONSES["large ensemble"]())) == MOST_LINES
+    assert [name for name, _ in members(RESPONSES["single"]())] == [""]
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
+def test_the_same_figure_is_the_same_bytes(suffix, tmp_path):
+    response = RESPONSES["single"]()
+    paths = [tmp_path / f"{name}.{suffix}" for name in "ab"]
+    for path in paths:
+        save_figure(response_figure(response), path)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    with pytest.raises(gelcone.InputError, match="exists already"):
+        save_figure(response_figure(response), paths[0])
