@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import gelcone
-from gelcone import ConeModel, InputError
+from gelcone import ConeModel, InputError, si
 from gelcone.dataset import check_writable, label, model_of, outcome_array, write_together, write_whole
 
 
@@ -190,3 +190,25 @@ def test_outcomes_are_flags_with_meanings():
     array = outcome_array([0, 2], ("member",))
     assert array.dtype == np.int8
     assert len(array.attrs["flag_meanings"].split()) == array.attrs["flag_values"].size == len(gelcone.Outcome)
+
+
+# --- SI units ---------------------------------------------------------------------------------------------------------
+
+
+def test_results_of_a_device_are_scaled_once():
+    device = gelcone.find_device("soft-film").replace(frequency=[8.0, 10.0])
+    result = gelcone.simulate(device.to_model(), device.initial_state(), periods=2)
+    shown = gelcone.to_si(result, device)
+    scales = {"displacement": 1e3 * device.scales.length, "drive_voltage": device.scales.voltage, "hoop_stretch": 1.0}
+    for name, scale in scales.items():
+        np.testing.assert_allclose(shown[name], result[name] * scale, rtol=1e-15)
+    np.testing.assert_allclose(shown.time, result.time * 1e3 * device.scales.time, rtol=1e-15)
+    assert [shown[name].attrs["units"] for name in ("time", "displacement", "hoop_stretch")] == ["ms", "mm", "1"]
+    assert "device" not in result.attrs
+    xr.testing.assert_identical(gelcone.to_si(shown, device), shown)
+
+
+def test_every_scaled_quantity_has_a_unit():
+    device = gelcone.find_device("soft-film")
+    for quantity in si.READ_AS:
+        assert si.factor(device, quantity) > 0.0

@@ -41,12 +41,13 @@ def factor(device: Device, quantity: str) -> float:
 def to_si(dataset: xr.Dataset, device: Device) -> xr.Dataset:
     """The same results with every variable that has an SI scale in the unit of `READ_AS`.
 
-    The dimensionless parameters stay as they are; the attribute ``device`` names the device.
+    The dimensionless parameters stay as they are, and so does what has a unit already; the attribute ``device`` names
+    the device.
     """
     result = dataset.copy()
     for name, variable in dataset.variables.items():
         quantity = variable.attrs.get("quantity")
-        if quantity in READ_AS:
+        if quantity in READ_AS and variable.attrs["units"] == "1":
             scaled = variable.astype(float) * factor(device, str(quantity))
             scaled.attrs = variable.attrs | {"units": READ_AS[str(quantity)][0]}
             if name in dataset.coords:
