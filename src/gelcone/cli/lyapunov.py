@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gelcone.cli.motions import budget_options, member_labels, shortened
+from gelcone.cli.motions import budget_options, member_lines
 from gelcone.cli.options import Subject, output_options, read_subject, subject_options
 from gelcone.cli.output import check_folder, common_json, deliver, heading, outcome_lines, progress_bar
 
@@ -86,12 +86,10 @@ def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str,
 
 def summary(shown: xr.Dataset, subject: Subject) -> str:
     """What a person reads on the terminal."""
-    members = member_labels(shown)
     lines = heading(subject) + outcome_lines(shown)
-    if len(members) == 1:
-        return "\n".join(lines + _single(members[0][1]))
-    told = [f"  {name}: {_largest(member)}" for name, member in members]
-    return "\n".join([*lines, "largest exponent in the long run:", *shortened(told)])
+    if not shown["outcome"].dims:
+        return "\n".join(lines + _single(shown))
+    return "\n".join([*lines, "largest exponent in the long run:", *member_lines(shown, _largest)])
 
 
 def _largest(member: xr.Dataset) -> str:

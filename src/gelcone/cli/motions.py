@@ -76,22 +76,21 @@ def counts_text(counts: dict[str, int]) -> str:
 def marked_cells(result: xr.Dataset) -> dict[str, list[dict[str, Any]]]:
     """The cells that failed, each with its outcome, and those whose evidence does not agree, each with its regime."""
     from gelcone.motion.flow import Outcome
+    from gelcone.motion.regime import Regime
 
-    dims = list(result["outcome"].dims)
-    outcomes, regimes = result["outcome"].values, regime_names(result["regime"])
+    def cells(which: Any, kind: str, name: Callable[[int], str]) -> list[dict[str, Any]]:
+        places = [np.nonzero(which)[axis] for axis in range(which.ndim)]
+        columns: dict[str, Any] = {
+            str(dim): result[dim].values[at] for dim, at in zip(result["outcome"].dims, places, strict=True)
+        }
+        columns[kind] = [name(int(code)) for code in result[kind].values[which]]
+        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
-    def place(cell: Any) -> dict[str, Any]:
-        return {str(dim): result[dim].values[i] for dim, i in zip(dims, cell, strict=True)}
-
-    failed = outcomes != 0
+    failed = result["outcome"].values != 0
     flagged = (result["flag"].values != 0) & ~failed
     return {
-        "failed": [
-            place(cell) | {"outcome": Outcome(int(outcomes[tuple(cell)])).name.lower()} for cell in np.argwhere(failed)
-        ],
-        "flagged": [
-            place(cell) | {"regime": np.asarray(regimes, dtype=object)[tuple(cell)]} for cell in np.argwhere(flagged)
-        ],
+        "failed": cells(failed, "outcome", lambda code: Outcome(code).name.lower()),
+        "flagged": cells(flagged, "regime", lambda code: Regime(code).label),
     }
 
 
@@ -102,20 +101,20 @@ def flag_line(result: xr.Dataset) -> list[str]:
     return [f"{count} of {flagged.size} flagged: the evidence does not agree, look before you believe"] * bool(count)
 
 
-def member_labels(result: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """All members of an ensemble with their varied parameters as names; one without a name for a single run."""
-    dims = list(result["outcome"].dims)
-    if not dims:
-        return [("", result)]
-    stacked = result.stack(flat=dims)
+def member_lines(result: xr.Dataset, describe: Callable[[xr.Dataset], str]) -> list[str]:
+    """One line for each of the first members of an ensemble, beginning with its varied parameters."""
+    stacked = result.stack(flat=list(result["outcome"].dims))
     names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") == "parameter"]
-    chosen = [stacked.isel(flat=i) for i in range(stacked.sizes["flat"])]
-    return [(", ".join(f"{n} {float(m[n]):.4g}" for n in names), m) for m in chosen]
+    lines = []
+    for i in range(min(MOST_PRINTED, stacked.sizes["flat"])):
+        member = stacked.isel(flat=i)
+        lines.append(f"  {', '.join(f'{n} {float(member[n]):.4g}' for n in names)}: {describe(member)}")
+    return shortened(lines, stacked.sizes["flat"])
 
 
-def shortened(lines: list[str]) -> list[str]:
-    """At most `MOST_PRINTED` lines, and how many more there are."""
-    more = len(lines) - MOST_PRINTED
+def shortened(lines: list[str], count: int | None = None) -> list[str]:
+    """At most `MOST_PRINTED` lines, and how many more there are of ``count`` in all (default: of the lines)."""
+    more = (len(lines) if count is None else count) - MOST_PRINTED
     return lines if more <= 0 else [*lines[:MOST_PRINTED], f"  and {more} more (all with --json or --out)"]
 
 

@@ -12,11 +12,10 @@ from gelcone.cli.motions import (
     budget_options,
     counts_text,
     flag_line,
-    member_labels,
+    member_lines,
     periods_json,
     regime_counts,
     regime_names,
-    shortened,
 )
 from gelcone.cli.options import Subject, output_options, read_subject, subject_options
 from gelcone.cli.output import check_folder, common_json, deliver, heading, outcome_lines, progress_bar, si_json
@@ -97,12 +96,11 @@ def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str,
 
 def summary(shown: xr.Dataset, subject: Subject) -> str:
     """What a person reads on the terminal."""
-    members = member_labels(shown)
     lines = heading(subject) + outcome_lines(shown)
-    if len(members) == 1:
-        return "\n".join(lines + evidence_lines(members[0][1]))
-    told = [f"  {name}: {'; '.join(evidence_lines(member)[:2])}" for name, member in members]
-    return "\n".join([*lines, counts_text(regime_counts(shown)), *flag_line(shown), *shortened(told)])
+    if not shown["outcome"].dims:
+        return "\n".join(lines + evidence_lines(shown))
+    told = member_lines(shown, lambda member: "; ".join(evidence_lines(member)[:2]))
+    return "\n".join([*lines, counts_text(regime_counts(shown)), *flag_line(shown), *told])
 
 
 def evidence_lines(member: xr.Dataset) -> list[str]:
