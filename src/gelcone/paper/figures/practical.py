@@ -57,7 +57,8 @@ def amplitudes(study: xr.Dataset, axes: Axes) -> None:
         late = own["late_amplitude"].where(own["late_amplitude"] > LOWEST)
         axes.plot(volts, late, marker, ms=4.5, color=colour, mfc="none")
         still = volts.where(late.isnull(), drop=True)
-        axes.plot(still, np.full(still.size, LOWEST), "v", ms=5.0, color=colour, mfc="none", clip_on=False)
+        if still.size:
+            axes.plot(still, np.full(still.size, LOWEST), "v", ms=5.0, color=colour, mfc="none", clip_on=False)
     thresholds = (("onset_voltage", "--", "under the drive"), ("pitchfork_voltage", ":", "statically"))
     for name, style, words in thresholds:
         axes.axvline(float(study[name].max()), color=BLACK, lw=0.9, ls=style, label=f"rest is lost {words}")

@@ -129,6 +129,7 @@ def surfaces(study: xr.Dataset, figure: Figure) -> None:
         x, u, energy = own["surface_displacement"], own["surface_velocity"], own["surface_energy"].values.T
         levels = np.linspace(0.0, HIGHEST_SURFACE, LEVELS + 1)
         filled = axes.contourf(x, u, energy, levels=levels, cmap="cividis", extend="max")
+        filled.set_rasterized(True)
         axes.contour(x, u, energy, levels=levels, colors="white", linewidths=0.3)
         axes.contour(x, u, energy, levels=[float(start.sel(surface_limit=limit))], colors=VERMILION, linewidths=1.4)
         axes.plot(1.0, 0.0, "o", color=VERMILION, ms=5.0)
