@@ -1,5 +1,6 @@
 """Studies behind figures 3 to 12, computed once with little effort."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,11 +10,11 @@ import xarray as xr
 import gelcone
 from gelcone.motion.flow import Outcome
 from gelcone.motion.regime import Regime
-from gelcone.paper.effort import Effort
+from gelcone.paper.effort import QUICK
 from gelcone.paper.presets import find_preset
 from gelcone.paper.studies import motions
 
-TINY = Effort("tiny", 3, (), (2, 2), 40, 24, 16, (2, 2), window=100.0)
+TINY = replace(QUICK, name="tiny", section_points=40, frequencies=24, spectrum_periods=16, window=100.0)
 TRIPLES = tuple(motions.TRIPLES)
 MOTIONS = (*TRIPLES, "frequency-responses")
 
