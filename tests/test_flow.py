@@ -1,8 +1,10 @@
 """The flow: certified trajectories, exact facts, ensembles to the last bit, outcomes, tangents, and its contract."""
 
 import json
+import sys
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -465,11 +467,23 @@ def test_bad_input_is_refused_in_one_line(options, message):
 
 
 def test_a_missing_heyoka_is_told_with_the_way_to_get_it(monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "heyoka", None)
+    monkeypatch.setitem(sys.modules, "heyoka", None)
     with pytest.raises(MissingDependency) as error:
         flow.import_heyoka()
     assert "conda install -c conda-forge heyoka.py" in str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("error", [RuntimeError, ValueError])
+def test_where_the_compiled_code_cannot_be_cached_it_is_compiled_each_time(monkeypatch, error):
+    def no_folder(limit):
+        raise error("cannot create directories")
+
+    enabled = []
+    states = SimpleNamespace(set_diskcache_limit=no_folder, set_diskcache_enabled=enabled.append)
+    monkeypatch.setitem(sys.modules, "heyoka", SimpleNamespace(llvm_state=states))
+    assert flow.import_heyoka().llvm_state is states
+    assert enabled == [False]
 
 
 def test_a_law_of_ones_own_is_compiled_too():

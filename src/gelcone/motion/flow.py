@@ -195,7 +195,10 @@ def import_heyoka() -> Any:
             "heyoka is not installed: on Linux `pip install heyoka`; on macOS and Windows its builds are on "
             "conda-forge: `conda install -c conda-forge heyoka.py`"
         ) from None
-    heyoka.llvm_state.set_diskcache_limit(DISK_CACHE_BYTES)
+    try:
+        heyoka.llvm_state.set_diskcache_limit(DISK_CACHE_BYTES)
+    except (RuntimeError, ValueError):  # no folder for the cache, as in a container without a home: compile each time
+        heyoka.llvm_state.set_diskcache_enabled(False)
     return heyoka
 
 
