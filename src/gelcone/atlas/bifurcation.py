@@ -14,7 +14,7 @@ from gelcone.atlas.cells import CHUNK, Plan, join, meaning_of, quantity_of
 from gelcone.errors import InputError
 from gelcone.model import ConeModel
 from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome
-from gelcone.motion.regime import Evidence, Regime, label_evidence
+from gelcone.motion.regime import ROUNDS, Evidence, Regime, label_evidence
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +35,7 @@ def bifurcation(
     transient: float | None = None,
     budget: float = 20_000.0,
     tolerance: float = DEFAULT_TOLERANCE,
+    rounds: int = ROUNDS,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
@@ -50,6 +51,7 @@ def bifurcation(
         `NUDGE`, so that hysteresis shows. Default both.
     bisections : how often each change of regime between neighbours is narrowed down by half. Default 8.
     transient, budget, tolerance : as in `regime`.
+    rounds : how often a motion that has not settled is looked at again. Default 5.
 
     Returns
     -------
@@ -69,7 +71,9 @@ def bifurcation(
             raise InputError(f"sweeps = {sweep!r}: must be 'up' or 'down'")
     if bisections < 0:
         raise InputError(f"bisections = {bisections}: must be at least 0")
-    plans = [Plan(model, {parameter: np.asarray(values)}, state, transient, budget, tolerance) for state in initial]
+    plans = [
+        Plan(model, {parameter: np.asarray(values)}, state, transient, budget, tolerance, rounds) for state in initial
+    ]
     report = progress or (lambda share: None)
     parts = 2 * bool(sweeps) + len(plans)
     branches: dict[str, Evidence] = {}

@@ -18,7 +18,7 @@ from gelcone.errors import InputError, unknown_name
 from gelcone.model import PARAMETERS, ConeModel, parameter_quantity
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.lyapunov import check_budgets
-from gelcone.motion.regime import Evidence, classify
+from gelcone.motion.regime import ROUNDS, Evidence, classify
 from gelcone.motion.response import start_states
 from gelcone.quantity import Array, Quantity
 
@@ -41,6 +41,7 @@ class Plan:
         ``velocity``.
     initial : displacement and velocity at time 0 where they are not swept.
     transient, budget, tolerance : as in `gelcone.motion.regime.regime`.
+    rounds : as in `gelcone.motion.regime.classify`.
 
     Raises
     ------
@@ -54,6 +55,7 @@ class Plan:
     transient: float | None = None
     budget: float = 20_000.0
     tolerance: float = DEFAULT_TOLERANCE
+    rounds: int = ROUNDS
 
     def __post_init__(self) -> None:
         if self.model.shape:
@@ -100,7 +102,13 @@ class Plan:
     def classify(self, model: ConeModel, states: Array, threads: int | None = None) -> Evidence:
         """`classify` with the plan's options."""
         return classify(
-            model, states, transient=self.transient, budget=self.budget, tolerance=self.tolerance, threads=threads
+            model,
+            states,
+            transient=self.transient,
+            budget=self.budget,
+            rounds=self.rounds,
+            tolerance=self.tolerance,
+            threads=threads,
         )
 
     def run(self, *, threads: int | None = None, progress: Callable[[float], None] | None = None) -> Evidence:
@@ -122,6 +130,7 @@ class Plan:
             "transient": self.transient,
             "budget": self.budget,
             "tolerance": self.tolerance,
+            "rounds": self.rounds,
         }
 
 

@@ -12,7 +12,7 @@ from gelcone import dataset
 from gelcone.atlas.cells import Plan, meaning_of, quantity_of
 from gelcone.model import ConeModel
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.regime import Evidence, Regime, label_evidence
+from gelcone.motion.regime import ROUNDS, Evidence, Regime, label_evidence
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,6 +29,7 @@ def parameter_map(
     transient: float | None = None,
     budget: float = 20_000.0,
     tolerance: float = DEFAULT_TOLERANCE,
+    rounds: int = ROUNDS,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
@@ -40,6 +41,7 @@ def parameter_map(
     over : parameter name -> increasing values, at least two of each.
     initial : displacement and velocity at time 0 in every cell. Default (1, 0).
     transient, budget, tolerance : as in `regime`.
+    rounds : how often a motion that has not settled is looked at again. Default 5.
 
     Returns
     -------
@@ -50,7 +52,7 @@ def parameter_map(
     ------
     InputError : for unknown names, too few or unsorted values, budgets that are not positive, no cell inside its limit.
     """
-    plan = Plan(model, over, initial, transient, budget, tolerance)
+    plan = Plan(model, over, initial, transient, budget, tolerance, rounds)
     return label_cells(plan, plan.run(threads=threads, progress=progress), "parameter map").drop_vars("section")
 
 
@@ -61,6 +63,7 @@ def basin(
     transient: float | None = None,
     budget: float = 20_000.0,
     tolerance: float = DEFAULT_TOLERANCE,
+    rounds: int = ROUNDS,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
@@ -71,6 +74,7 @@ def basin(
     model : a single model.
     over : ``displacement`` and ``velocity`` -> increasing values.
     transient, budget, tolerance : as in `regime`.
+    rounds : how often a motion that has not settled is looked at again. Default 5.
 
     Returns
     -------
@@ -83,7 +87,7 @@ def basin(
     ------
     InputError : as `parameter_map`.
     """
-    plan = Plan(model, over, (0.0, 0.0), transient, budget, tolerance)
+    plan = Plan(model, over, (0.0, 0.0), transient, budget, tolerance, rounds)
     evidence = plan.run(threads=threads, progress=progress)
     result = label_cells(plan, evidence, "basins of attraction").drop_vars("section")
     numbers, first = attractors(evidence)

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.model import ConeModel
-from gelcone.motion.cycle import SMALLEST_SIZE, find_cycles
+from gelcone.motion.cycle import SMALLEST_SIZE, attractors_beside, find_cycles
 from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome, integrate
 from gelcone.motion.lyapunov import CERTAIN, FLOOR, average, check_budgets, default_transient, settle
 from gelcone.motion.response import start_states
@@ -45,6 +45,8 @@ ROUNDS = 5
 that ends in a cycle often lasts for ten transients, and is told from the lasting kind by nothing but patience."""
 TEST_POINTS = (200, 800)
 """Points of the 0-1 test, and of its repetition where the first is no clear answer."""
+STARTS_BESIDE = 32
+"""Section points of chaos from which attractors beside it are looked for."""
 CHAOTIC_K = 0.8
 REGULAR_K = 0.2
 
@@ -80,6 +82,7 @@ class Evidence:
     sign: npt.NDArray[np.int8]
     zero_one: Array
     test_phase: npt.NDArray[np.int64]
+    beside: npt.NDArray[np.bool_]
     lowest: Array
     highest: Array
     section: Array
@@ -105,6 +108,7 @@ class Evidence:
             sign=np.zeros(count, dtype=np.int8),
             zero_one=nan(),
             test_phase=np.zeros(count, dtype=np.int64),
+            beside=np.zeros(count, dtype=bool),
             lowest=nan(),
             highest=nan(),
             section=nan(RETURNS, 2),
@@ -116,17 +120,25 @@ class Evidence:
 
 
 def classify(
-    model: ConeModel, states: Array, *, transient: float | None = None, budget: float = 20_000.0, **flow_options: Any
+    model: ConeModel,
+    states: Array,
+    *,
+    transient: float | None = None,
+    budget: float = 20_000.0,
+    rounds: int = ROUNDS,
+    **flow_options: Any,
 ) -> Evidence:
     """The regime of every member of a flattened ensemble from its initial state (members, 2), with the evidence.
 
     The workhorse behind `regime`, bifurcation diagrams and maps: a member's result depends on nothing but itself.
+    ``rounds`` says how often a motion that has not settled is looked at again; fewer than the default are faster and
+    take chaos that does not last for chaos.
     """
     evidence = Evidence.blank(model.size)
     evidence.final[:] = states
     duration = default_transient(model) if transient is None else np.full(model.size, float(transient))
     open_members = np.arange(model.size)
-    for trial in range(ROUNDS):
+    for trial in range(rounds):
         part, span = model.take(open_members), duration[open_members] * 2 ** max(trial - 1, 0)
         if trial:  # the look before was part of the time that this round is to last
             span = np.maximum(span - RETURNS * np.broadcast_to(part.drive_repeat, part.shape), 0.0)
@@ -138,7 +150,7 @@ def classify(
         open_members = open_members[_unsettled(model, open_members, evidence)]
         if not open_members.size:
             break
-    for examine in (partial(_measure, budget=budget), _second_opinion):
+    for examine in (partial(_measure, budget=budget), _second_opinion, _look_beside):
         averaged = _alive(np.flatnonzero(np.isnan(evidence.cycle_distance)), evidence)
         if averaged.size:
             examine(model.take(averaged), averaged, evidence, flow_options)
@@ -277,6 +289,15 @@ def _test(
     evidence.final[members] = flow.states[:, -1]
 
 
+def _look_beside(model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
+    """Whether what has been chaotic so far could still end: is there an attracting cycle or rest beside it?"""
+    damped = np.broadcast_to(model.damping_ratio, model.shape) > 0.0
+    chaotic = damped & (evidence.regime[members] == Regime.TRANSIENT) & (evidence.sign[members] > 0)
+    if chaotic.any():
+        starts = evidence.section[members[chaotic]][:, :: RETURNS // STARTS_BESIDE]
+        evidence.beside[members[chaotic]] = attractors_beside(model.take(chaotic), starts, **options)
+
+
 def _judge(model: ConeModel, evidence: Evidence) -> None:
     """Names those that do not return, and flags every verdict that its evidence does not bear out."""
     damped = np.broadcast_to(model.damping_ratio, model.shape).ravel() > 0.0
@@ -288,7 +309,7 @@ def _judge(model: ConeModel, evidence: Evidence) -> None:
     evidence.regime[quasi_periodic] = Regime.QUASI_PERIODIC
     evidence.regime[~ran] = Regime.LEFT_THE_DOMAIN
     evidence.regime[evidence.outcome == Outcome.STEP_LIMIT] = Regime.TRANSIENT
-    evidence.flag = chaotic & ~(evidence.zero_one > CHAOTIC_K)
+    evidence.flag = chaotic & (evidence.beside | ~(evidence.zero_one > CHAOTIC_K))
     evidence.flag |= quasi_periodic & ~(evidence.zero_one < REGULAR_K)
     # A cycle or a rest that attracts has a negative exponent; without damping it is neutral at best.
     returns = (evidence.regime == Regime.REST) | (evidence.regime == Regime.PERIODIC)
@@ -323,9 +344,10 @@ def regime(
     (maps onto itself under x -> -x), and the evidence: ``lyapunov`` and ``standard_error`` (..., exponent) per unit
     time, from the Floquet multipliers of the cycle where there is one and averaged elsewhere, ``averaged_time``,
     ``return_distance`` (of the motion a period later, over its size), ``cycle_distance`` (of the motion from the cycle,
-    over its size; with damping, where there is one), ``zero_one`` (only where the motion does not return), ``section``
-    (..., point, state), ``lowest`` and ``highest`` displacement, ``settled_time``, ``flag`` (1 where the evidence does
-    not agree: read it before you believe the name), ``outcome``.
+    over its size; with damping, where there is one), ``zero_one`` (only where the motion does not return), ``beside``
+    (1 where an attracting cycle or rest was found from within chaos, which may then end there), ``section`` (..., point,
+    state), ``lowest`` and ``highest`` displacement, ``settled_time``, ``flag`` (1 where the evidence does not agree:
+    read it before you believe the name), ``outcome``.
 
     Raises
     ------
@@ -362,6 +384,12 @@ def label_evidence(model: ConeModel, evidence: Evidence, options: dict[str, Any]
             ),
             "cycle_distance": ((), evidence.cycle_distance, "distance from the cycle over size", "share"),
             "zero_one": ((), evidence.zero_one, "0-1 test, 1 for chaos", "share"),
+            "beside": (
+                (),
+                evidence.beside.astype(np.int8),
+                "1 if an attracting cycle or rest lies beside chaos, which may end there",
+                "code",
+            ),
             "lowest": ((), evidence.lowest, "lowest displacement", "length"),
             "highest": ((), evidence.highest, "highest displacement", "length"),
             "section": (("point", "state"), evidence.section, "displacement and velocity at drive repeats", "state"),

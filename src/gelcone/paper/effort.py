@@ -17,8 +17,10 @@ class Effort:
     frequencies: int
     spectrum_periods: int
     limit_map: tuple[int, int]
+    rounds: int
+    bisections: int
     window: float = 500.0
 
 
-FULL = Effort("full", 201, ("up", "down"), (101, 81), 1500, 160, 400, (25, 60))
-QUICK = Effort("quick", 81, (), (31, 25), 400, 48, 100, (7, 24))
+FULL = Effort("full", 201, ("up", "down"), (101, 81), 1500, 160, 400, (25, 60), rounds=5, bisections=8)
+QUICK = Effort("quick", 61, (), (25, 19), 400, 48, 100, (7, 24), rounds=2, bisections=4)

@@ -12,7 +12,7 @@ from gelcone.atlas.cells import Plan
 from gelcone.model import ConeModel
 from gelcone.motion.floquet import floquet_multipliers
 from gelcone.motion.lyapunov import finite_exponents
-from gelcone.paper.effort import FULL, Effort
+from gelcone.paper.effort import Effort
 from gelcone.paper.presets import find_preset
 from gelcone.paper.studies.study import Progress, Study
 from gelcone.quantity import Array
@@ -58,7 +58,8 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
         values,
         initial=(preset.initial,),
         sweeps=effort.sweeps,
-        bisections=8 if effort is FULL else 5,
+        bisections=effort.bisections,
+        rounds=effort.rounds,
         progress=progress,
     )
     ensemble, states = Plan(model, {parameter: values}, preset.initial).at({parameter: values})

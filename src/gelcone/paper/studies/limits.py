@@ -62,14 +62,18 @@ def limit_map(effort: Effort, progress: Progress) -> xr.Dataset:
     preset = find_preset("fast")
     voltages, limits = effort.limit_map
     over = {"voltage": np.linspace(0.7, 1.6, voltages), "stretch_limit": np.geomspace(0.52, 50.0, limits)}
-    return parameter_map(preset.model, over, preset.initial, progress=progress).assign_attrs(preset="fast")
+    return parameter_map(preset.model, over, preset.initial, rounds=effort.rounds, progress=progress).assign_attrs(
+        preset="fast"
+    )
 
 
 def damping_map(effort: Effort, progress: Progress) -> xr.Dataset:
     """Regimes over voltage and damping ratio, at the base set."""
     preset = find_preset("base")
     over = {"voltage": np.linspace(0.5, 2.0, effort.limit_map[0]), "damping_ratio": np.linspace(0.02, 2.0, 34)}
-    return parameter_map(preset.model, over, preset.initial, progress=progress).assign_attrs(preset="base")
+    return parameter_map(preset.model, over, preset.initial, rounds=effort.rounds, progress=progress).assign_attrs(
+        preset="base"
+    )
 
 
 def beyond(effort: Effort, progress: Progress) -> xr.Dataset:

@@ -37,7 +37,7 @@ def stacked(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
 
 def _cells(mode: str, over: dict[str, np.ndarray], effort: Effort, progress: Progress) -> xr.Dataset:
     preset = find_preset("base")
-    plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial)
+    plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial, rounds=effort.rounds)
     result = label_cells(plan, plan.run(progress=lambda share: progress(0.9 * share)), "parameter map")
     model, states = plan.at(plan.grid)
     finite, _ = finite_exponents(model.take(slice(None)), states, effort.window, {})
@@ -47,14 +47,10 @@ def _cells(mode: str, over: dict[str, np.ndarray], effort: Effort, progress: Pro
         finite.reshape((*plan.shape, 2)),
         {"long_name": "Lyapunov exponents over the window from the start", "units": "1", "quantity": "rate"},
     )
-    theory = (
-        {}
-        if "point" in result.dims
-        else {
-            name: (dims, values.reshape(plan.shape), attrs)
-            for name, (dims, values, attrs) in rest_stability(model, tuple(plan.over)).items()
-        }
-    )
+    theory = {
+        name: (dims, values.reshape(plan.shape), attrs)
+        for name, (dims, values, attrs) in rest_stability(model, tuple(plan.over)).items()
+    }
     return result.assign(theory).assign_attrs(preset="base", prestretch_mode=mode, window=effort.window)
 
 
