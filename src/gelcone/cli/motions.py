@@ -101,15 +101,22 @@ def flag_line(result: xr.Dataset) -> list[str]:
     return [f"{count} of {flagged.size} flagged: the evidence does not agree, look before you believe"] * bool(count)
 
 
+def member_labels(result: xr.Dataset, most: int | None = None) -> list[tuple[str, xr.Dataset]]:
+    """The first ``most`` members of an ensemble (default all) with their varied parameters as names; one without a name
+    for a single run."""
+    dims = list(result["outcome"].dims)
+    if not dims:
+        return [("", result)]
+    stacked = result.stack(flat=dims)
+    names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") == "parameter"]
+    chosen = [stacked.isel(flat=i) for i in range(stacked.sizes["flat"])[:most]]
+    return [(", ".join(f"{n} {float(m[n]):.4g}" for n in names), m) for m in chosen]
+
+
 def member_lines(result: xr.Dataset, describe: Callable[[xr.Dataset], str]) -> list[str]:
     """One line for each of the first members of an ensemble, beginning with its varied parameters."""
-    stacked = result.stack(flat=list(result["outcome"].dims))
-    names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") == "parameter"]
-    lines = []
-    for i in range(min(MOST_PRINTED, stacked.sizes["flat"])):
-        member = stacked.isel(flat=i)
-        lines.append(f"  {', '.join(f'{n} {float(member[n]):.4g}' for n in names)}: {describe(member)}")
-    return shortened(lines, stacked.sizes["flat"])
+    lines = [f"  {name}: {describe(member)}" for name, member in member_labels(result, MOST_PRINTED)]
+    return shortened(lines, result["outcome"].size)
 
 
 def shortened(lines: list[str], count: int | None = None) -> list[str]:

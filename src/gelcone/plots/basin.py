@@ -54,7 +54,7 @@ def attractor_map(cells: xr.Dataset, axes: Axes) -> None:
         shown = np.ma.masked_less(np.minimum(number, len(colours) - 1), 0)
         axes.pcolormesh(*borders, shown, cmap=ListedColormap(colours), norm=norm, rasterized=True)
     mark_failed(axes, *borders, failed)
-    mark_flagged(axes, *borders, flagged)
+    mark_flagged(axes, *borders, flagged & (regime != Regime.TRANSIENT))
     label_axes(axes, cells)
     axes.set_xlabel(f"initial {axes.get_xlabel()}")
     axes.set_ylabel(f"initial {axes.get_ylabel()}")
@@ -92,7 +92,7 @@ def legend(cells: xr.Dataset) -> list[Artist]:
         handles.append(Patch(facecolor=OTHERS, edgecolor="black", lw=0.5, label=label))
     regime, failed, flagged = marks(cells)
     unsettled = np.where(regime == Regime.TRANSIENT, regime, -1)
-    return handles + cell_legend(unsettled, failed, flagged)
+    return handles + cell_legend(unsettled, failed, flagged & (regime != Regime.TRANSIENT))
 
 
 def attractor_in_words(attractor: xr.Dataset) -> str:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from gelcone.motion.regime import Regime
 from gelcone.plots.regime import cell_legend, edges, mark_failed, mark_flagged, regime_cells, state_labels
 from gelcone.plots.style import BLACK, GREY, ORANGE, PURPLE, axis_label, coordinate_axis, styled
 from gelcone.quantity import Array
@@ -130,10 +131,11 @@ def regime_strip(diagram: xr.Dataset, axes: Axes) -> None:
 
 
 def marks(diagram: xr.Dataset) -> tuple[Any, Any, Any]:
-    """Regimes, runs that failed and those whose evidence does not agree, each (branch, value)."""
+    """Regimes, runs that failed, and runs with a name that their evidence does not bear out, each (branch, value)."""
     ordered = diagram.transpose("branch", diagram.attrs["parameter"], ...)
     failed = ordered["outcome"].values != 0
-    return ordered["regime"].values, failed, (ordered["flag"].values != 0) & ~failed
+    regime = ordered["regime"].values
+    return regime, failed, (ordered["flag"].values != 0) & (regime != Regime.TRANSIENT) & ~failed
 
 
 def refined_edges(diagram: xr.Dataset, branch: str) -> Array:

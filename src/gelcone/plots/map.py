@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.errors import InputError
+from gelcone.motion.regime import Regime
 from gelcone.plots.regime import cell_legend, edges, mark_failed, mark_flagged, regime_cells
 from gelcone.plots.style import coordinate_axis, styled
 from gelcone.words import rate_unit
@@ -85,13 +86,13 @@ def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
 
 
 def regime_map(cells: xr.Dataset, axes: Axes) -> None:
-    """Regimes; failed cells hatched, those whose evidence does not agree dotted."""
+    """Regimes; failed cells hatched, those dotted whose evidence does not agree and whose colour does not say so."""
     x, y = axes_names(cells)
     regime, failed, flagged = marks(cells)
     borders = edges(cells[x]), edges(cells[y])
     regime_cells(axes, *borders, regime)
     mark_failed(axes, *borders, failed)
-    mark_flagged(axes, *borders, flagged)
+    mark_flagged(axes, *borders, flagged & (regime != Regime.TRANSIENT))
     label_axes(axes, cells)
     axes.set_title("regime", loc="left")
 
