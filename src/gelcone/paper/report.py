@@ -12,12 +12,15 @@ from datetime import date
 from html import escape
 from importlib.resources import files
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gelcone.model import parameter_quantity
-from gelcone.paper.claims import Claim
-from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.presets import Preset, load_presets
 from gelcone.paper.verdicts import Finding, Number, Verdict, judge
+
+if TYPE_CHECKING:
+    from gelcone.paper.claims import Claim
+    from gelcone.paper.figures.figure import PaperFigure
 
 DOI = "10.1177/10775463261460015"
 LARGEST_SVG = 400_000
