@@ -4,7 +4,7 @@ import json
 import sys
 import threading
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -481,7 +481,9 @@ def test_where_the_compiled_code_cannot_be_cached_it_is_compiled_each_time(monke
 
     enabled = []
     states = SimpleNamespace(set_diskcache_limit=no_folder, set_diskcache_enabled=enabled.append)
-    monkeypatch.setitem(sys.modules, "heyoka", SimpleNamespace(llvm_state=states))
+    module = ModuleType("heyoka")
+    module.llvm_state = states
+    monkeypatch.setitem(sys.modules, "heyoka", module)
     assert flow.import_heyoka().llvm_state is states
     assert enabled == [False]
 

@@ -30,10 +30,10 @@ from gelcone.quantity import Array
 LANES = 8
 DEFAULT_TOLERANCE = 1e-15
 DISK_CACHE_BYTES = 512 * 2**20
-CALL_SPAN = 500.0
+CALL_SPAN = 2000.0
 """Longest stretch of motion handed to the integrator at once, in units of the fastest linear time scale: between such
 calls an interrupt is heard and a failing member is told apart from its neighbours."""
-STEPS_PER_CALL = 200_000
+STEPS_PER_CALL = 800_000
 SMALLEST_STEP = 2e-8
 """A shorter step means that the film came so close to its stretch limit that the distance, and with it the force, is
 lost to rounding (measured by ``benchmarks/robustness.py``). It shrinks with the time scale of very stiff members."""
@@ -195,11 +195,16 @@ def import_heyoka() -> Any:
             "heyoka is not installed: on Linux `pip install heyoka`; on macOS and Windows its builds are on "
             "conda-forge: `conda install -c conda-forge heyoka.py`"
         ) from None
+    _set_up(heyoka)
+    return heyoka
+
+
+@cache
+def _set_up(heyoka: Any) -> None:
     try:
         heyoka.llvm_state.set_diskcache_limit(DISK_CACHE_BYTES)
     except (RuntimeError, ValueError):  # no folder for the cache, as in a container without a home: compile each time
         heyoka.llvm_state.set_diskcache_enabled(False)
-    return heyoka
 
 
 def equations(law: StrainEnergyLaw, keep: Keep, law_size: int) -> list[tuple[Any, Any]]:
