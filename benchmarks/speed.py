@@ -1,0 +1,195 @@
+"""How fast: ratios measured side by side in one run, each the smallest of several interleaved repetitions.
+
+    python benchmarks/speed.py [REPETITIONS]      (default 5)
+
+* An ensemble through `gelcone.integrate` against the same work in a bare loop over a hand-written heyoka integrator.
+* Two threads against one.
+* SciPy's LSODA (compiled Fortran, called with `scipy.integrate.odeint`) member by member against `integrate` at a
+  tolerance at which its error is no larger.
+* The time from the shell to the prompt: ``gelcone --help``, ``import gelcone``, a first ``gelcone simulate``.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+
+import numpy as np
+from scipy.integrate import odeint
+
+from gelcone.model import ConeModel
+from gelcone.motion.flow import LANES, Outcome, import_heyoka, integrate
+
+MEMBERS = 512
+PERIODS = 200
+
+
+def ensemble(count: int) -> ConeModel:
+    """Members with different stiffness, voltage, frequency and pre-stretch."""
+    rng = np.random.default_rng(512)
+    return ConeModel(
+        damping_ratio=rng.uniform(0.01, 0.1, count),
+        spring_stiffness=rng.uniform(0.5, 2.0, count),
+        voltage=rng.uniform(0.2, 1.2, count),
+        drive_frequency=rng.uniform(0.5, 1.5, count),
+        stretch_limit=rng.uniform(5.0, 50.0, count),
+        hoop_prestretch=rng.uniform(1.0, 1.3, count),
+        rest_height=rng.uniform(0.0, 0.2, count),
+    )
+
+
+def sample_times(model: ConeModel, periods: int) -> np.ndarray:
+    return model.drive_period[:, None] * np.arange(periods + 1)
+
+
+# --- the bare loop ----------------------------------------------------------------------------------------------------
+
+
+def hand_written() -> object:
+    """One batch integrator of the equation of motion as one would write it down for this ensemble."""
+    hk = import_heyoka()
+    x, u = hk.make_vars("x", "u")
+    zeta, kappa, rest, A, B, G, J, v, omega = (hk.par[i] for i in range(9))
+    q = 1.0 + x * x
+    qq = q * q
+    film = J * (A * qq - G) / (q * (q * (J + 3.0 - B) - A * qq - G))
+    drive = 0.5 * v * v * (1.0 - hk.cos(2.0 * omega * hk.time))
+    rate = kappa * rest - 2.0 * zeta * u + x * (drive - kappa - film)
+    return hk.taylor_adaptive_batch([(x, u), (u, rate)], np.zeros((2, LANES)), tol=1e-15)
+
+
+def bare_loop(integrator: object, model: ConeModel, initial: tuple[float, float], times: np.ndarray) -> np.ndarray:
+    """All members, a batch at a time."""
+    c = model.coefficients()
+    rows = [c.zeta, c.kappa, c.rest, c.A, c.B, c.G, model.stretch_limit, model.voltage, model.drive_frequency]
+    table = np.stack([np.broadcast_to(row, model.shape) for row in rows])
+    states = np.empty((*times.shape, 2))
+    for first in range(0, model.size, LANES):
+        members = slice(first, first + LANES)
+        integrator.set_time(0.0)
+        integrator.pars[:] = table[:, members]
+        integrator.state[:] = np.array(initial)[:, None]
+        grid = np.ascontiguousarray(times[members].T)
+        states[members] = integrator.propagate_grid(grid)[-1].transpose(2, 0, 1)
+    return states
+
+
+# --- LSODA ------------------------------------------------------------------------------------------------------------
+
+
+def lsoda(model: ConeModel, initial: tuple[float, float], times: np.ndarray, tolerance: float) -> np.ndarray:
+    """All members, one at a time."""
+    c = model.coefficients()
+    rows = [c.zeta, c.kappa, c.rest, c.A, c.B, c.G, model.stretch_limit, model.voltage, model.drive_frequency]
+    table = np.stack([np.broadcast_to(row, model.shape) for row in rows]).T.tolist()
+
+    def rate(state, t, zeta, kappa, rest, A, B, G, J, v, omega):
+        x, u = state
+        q = 1.0 + x * x
+        qq = q * q
+        film = J * (A * qq - G) / (q * (q * (J + 3.0 - B) - A * qq - G))
+        sine = v * math.sin(omega * t)
+        return u, kappa * rest - 2.0 * zeta * u + x * (sine * sine - kappa - film)
+
+    return np.stack(
+        [
+            odeint(rate, initial, times[i], args=tuple(table[i]), rtol=tolerance, atol=tolerance, mxstep=100_000)
+            for i in range(model.size)
+        ]
+    )
+
+
+# --- the clock --------------------------------------------------------------------------------------------------------
+
+
+def fastest(repetitions: int, *works: Callable[[], object]) -> list[float]:
+    """Smallest wall time of each of the works, run in turn."""
+    seconds = [math.inf] * len(works)
+    for _ in range(repetitions):
+        for k, work in enumerate(works):
+            begin = time.perf_counter()
+            work()
+            seconds[k] = min(seconds[k], time.perf_counter() - begin)
+    return seconds
+
+
+def report(what: str, ratio: float, target: str) -> None:
+    print(f"{what:68s} {ratio:8.2f}   target {target}", flush=True)
+
+
+def ensemble_against_bare_loop(repetitions: int) -> None:
+    model, initial = ensemble(MEMBERS), (0.5, 0.0)
+    times = sample_times(model, PERIODS)
+    integrator = hand_written()
+    run = integrate(model, initial, times, threads=1)
+    np.testing.assert_allclose(run.states, bare_loop(integrator, model, initial, times), atol=1e-6)
+    assert (run.outcome == Outcome.OK).all()
+    mine, bare, both = fastest(
+        repetitions,
+        lambda: integrate(model, initial, times, threads=1),
+        lambda: bare_loop(integrator, model, initial, times),
+        lambda: integrate(model, initial, times, threads=2),
+    )
+    print(f"{MEMBERS} members over {PERIODS} drive periods: {mine:.3f} s, {mine / MEMBERS / PERIODS * 1e6:.2f} us each")
+    report("integrate over the bare loop, one thread", mine / bare, "<= 1.15")
+    report("one thread over two threads", mine / both, ">= 1.8")
+
+
+def lsoda_against_ensemble(repetitions: int, tolerance: float = 1e-10) -> None:
+    model, initial, count = ensemble(MEMBERS), (0.5, 0.0), 16
+    times = sample_times(model, 20)
+    few = model.take(np.arange(count))
+    exact = integrate(few, initial, times[:count]).states
+    theirs = np.abs(lsoda(few, initial, times[:count], tolerance) - exact).max()
+    for mine in 10.0 ** -np.arange(5.0, 16.0):
+        error = np.abs(integrate(few, initial, times[:count], tolerance=mine).states - exact).max()
+        if error <= theirs:
+            break
+    print(f"LSODA at {tolerance:.0e} has the error {theirs:.1e}; integrate at {mine:.0e} has {error:.1e}")
+    one, all_ = fastest(
+        repetitions,
+        lambda: lsoda(few, initial, times[:count], tolerance),
+        lambda: integrate(model, initial, times, tolerance=mine, threads=1),
+    )
+    report("LSODA over integrate, per member, one thread", (one / count) / (all_ / MEMBERS), ">= 50")
+
+
+def shell(*arguments: str, **environment: str) -> Callable[[], object]:
+    command = [sys.executable, *arguments]
+    return lambda: subprocess.run(command, check=True, capture_output=True, env={**os.environ, **environment})
+
+
+def from_the_shell(repetitions: int) -> None:
+    simulate = ("-m", "gelcone", "simulate", "paper-table1", "--json")
+    with tempfile.TemporaryDirectory() as folder:
+        fresh = (str(number) for number in range(10**6))
+        nothing, importing, help_, warm, cold, drawn = fastest(
+            repetitions,
+            shell("-c", "pass"),
+            shell("-c", "import gelcone"),
+            shell("-m", "gelcone", "--help"),
+            shell(*simulate),
+            lambda: shell(*simulate, XDG_CACHE_HOME=f"{folder}/{next(fresh)}")(),
+            lambda: shell(*simulate, "--out", f"{folder}/{next(fresh)}")(),
+        )
+    print(f"seconds from the shell; of these {nothing:.3f} are Python's own start")
+    report("import gelcone", importing, "(none)")
+    report("gelcone --help", help_, "<= 0.4")
+    report("gelcone simulate, compiled code in heyoka's cache", warm, "<= 3")
+    report("gelcone simulate, heyoka's cache empty", cold, "<= 3")
+    report("gelcone simulate --out, with netCDF and figure", drawn, "<= 3")
+
+
+def main(repetitions: int) -> None:
+    ensemble_against_bare_loop(repetitions)
+    lsoda_against_ensemble(repetitions)
+    from_the_shell(repetitions)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 5)
