@@ -27,6 +27,16 @@ NEGLIGIBLE = 1e-8
 SAME_POINT = 1e-6
 """Points of a cycle that are closer than this share of its size are one."""
 SMALLEST_SIZE = 1e-3
+STARTS_BESIDE = 24
+STEPS_BESIDE = 8
+CLOSE_BESIDE = 1e-4
+"""Newton's method from chaos stops after so many steps, or when the next is this small beside the motion's size."""
+FARTHEST_BESIDE = 1.2
+"""It is given up where it leads further out than this many times the extent of the chaos."""
+TOLERANCE_BESIDE = 1e-10
+MAPS_BESIDE = ((1, 1.0), (1, -1.0), (2, 1.0))
+"""Repeats and sign of the maps whose fixed points are looked for beside chaos. Minus the map over one repeat has the
+cycles of two repeats that are their own mirror image; most cycles that chaos falls into are of these kinds."""
 
 
 @dataclass(frozen=True)
@@ -95,9 +105,10 @@ def _find(
 
 
 def _newton_step(
-    model: ConeModel, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any]
+    model: ConeModel, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any], sign: float = 1.0
 ) -> tuple[Array, Array, Array]:
-    """The step (members, 2) to the fixed point, both exponents (members, 2), and the path (members, repeats, ...)."""
+    """The step (members, 2) to the fixed point of the map over some repeats, or of minus that map; both exponents
+    (members, 2); and the path (members, repeats, ...)."""
     stretches = repeats * clock.per_repeat
     times = clock.repeat[:, None] * (np.arange(1, stretches + 1) / clock.per_repeat)
     flow = integrate(model, states, times, keep="tangents", **flow_options)
@@ -105,12 +116,68 @@ def _newton_step(
     product, log_scale = chained(flow.tangents)
     growth, _ = qr_growth(flow.tangents, np.tile(np.eye(2), (len(states), 1, 1)))
     log_moduli = log_multipliers(product, log_scale, growth.sum(axis=(1, 2)))
-    away = flow.states[:, -1] - states
-    (a, b), (c, d) = np.moveaxis(np.eye(2) - product * np.exp(log_scale)[:, None, None], 0, 2)
+    away = sign * flow.states[:, -1] - states
+    (a, b), (c, d) = np.moveaxis(np.eye(2) - sign * product * np.exp(log_scale)[:, None, None], 0, 2)
     step = np.stack([d * away[:, 0] - b * away[:, 1], a * away[:, 1] - c * away[:, 0]], axis=1)
     step = np.where((flow.outcome == Outcome.OK)[:, None], step / (a * d - b * c)[:, None], np.nan)
     path = flow.states.reshape(len(states), repeats, -1)
     return step, log_moduli / times[:, -1:], path
+
+
+def attractors_beside(model: ConeModel, section: Array, **flow_options: Any) -> npt.NDArray[np.bool_]:
+    """Whether Newton's method finds an attracting cycle or rest from chaos, given its ``section`` (members, points, 2).
+
+    It starts from the points that return the closest. Chaos with an attractor beside it often ends there, however long
+    it has lasted. An attractor that is found is there; one that is not found may be there all the same.
+    """
+    members = np.repeat(np.arange(len(section)), STARTS_BESIDE)
+    several = model.take(members)
+    farthest = FARTHEST_BESIDE * np.abs(section).max(axis=1)[members]
+    mirrored = np.broadcast_to(several.rest_height, several.shape) == 0.0
+    found = np.zeros(members.size, dtype=bool)
+    options = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), TOLERANCE_BESIDE)}
+    for repeats, sign in MAPS_BESIDE:
+        begin = _closest_returns(section, repeats, sign)
+        for group, clock in clocks(several):
+            tried = mirrored[group] | (sign > 0.0)
+            part = group[tried]
+            if part.size:
+                found[part] |= _attracted(
+                    several.take(part), begin[part], farthest[part], clock.take(tried), repeats, sign, options
+                )
+    return np.asarray(found.reshape(-1, STARTS_BESIDE).any(axis=1))
+
+
+def _closest_returns(section: Array, repeats: int, sign: float) -> Array:
+    """`STARTS_BESIDE` points of each section whose images are the nearest to them, (members * starts, 2)."""
+    gap = np.abs(sign * section[:, repeats:] - section[:, :-repeats]).max(axis=2)
+    nearest = np.argsort(gap, axis=1, kind="stable")[:, :STARTS_BESIDE, None]
+    return np.take_along_axis(section, nearest, axis=1).reshape(-1, 2)
+
+
+def _attracted(
+    model: ConeModel,
+    states: Array,
+    farthest: Array,
+    clock: Clock,
+    repeats: int,
+    sign: float,
+    flow_options: dict[str, Any],
+) -> npt.NDArray[np.bool_]:
+    """Which of the ``states`` Newton's method takes to an attracting cycle without leaving the bounds ``farthest``."""
+    found = np.zeros(len(states), dtype=bool)
+    members = np.arange(len(states))
+    for _ in range(STEPS_BESIDE):
+        with np.errstate(all="ignore"):
+            step, exponents, _ = _newton_step(model, states, clock, repeats, flow_options, sign)
+            there = np.abs(step).max(axis=1) < CLOSE_BESIDE * farthest.max(axis=1)
+            on = ~there & (np.abs(states + step) < farthest).all(axis=1)  # not for NaN, from outside the stretch limit
+        found[members[there]] = exponents[there, 0] < -FLOOR
+        if not on.any():
+            break
+        model, clock = model.take(on), clock.take(on)
+        members, states, farthest = members[on], states[on] + step[on], farthest[on]
+    return found
 
 
 def chained(tangents: Array) -> tuple[Array, Array]:

@@ -42,11 +42,11 @@ NEAR_RETURN = 1e-4
 REST_TOLERANCE = 1e-6
 ROUNDS = 5
 """A motion that has not settled is looked at again this many times, each after as long as all before together: chaos
-that ends in a cycle often lasts for ten transients, and is told from the lasting kind by nothing but patience."""
+that ends in a cycle often lasts for ten transients, and is told from the lasting kind by little but patience."""
+FOLLOW_TOLERANCE = 1e-10
+"""Tolerance of the later rounds, which only have to arrive: a motion that settles forgets the error, chaos has none."""
 TEST_POINTS = (200, 800)
 """Points of the 0-1 test, and of its repetition where the first is no clear answer."""
-STARTS_BESIDE = 32
-"""Section points of chaos from which attractors beside it are looked for."""
 CHAOTIC_K = 0.8
 REGULAR_K = 0.2
 
@@ -139,23 +139,34 @@ def classify(
     duration = default_transient(model) if transient is None else np.full(model.size, float(transient))
     open_members = np.arange(model.size)
     for trial in range(rounds):
-        part, span = model.take(open_members), duration[open_members] * 2 ** max(trial - 1, 0)
-        if trial:  # the look before was part of the time that this round is to last
-            span = np.maximum(span - RETURNS * np.broadcast_to(part.drive_repeat, part.shape), 0.0)
-        _settle(part, open_members, span, evidence, flow_options)
-        for examine in (_look, _find_cycle):
-            open_members = _alive(open_members, evidence)
-            if open_members.size:
-                examine(model.take(open_members), open_members, evidence, flow_options)
+        _settle(model, open_members, duration, trial, evidence, flow_options)
+        open_members = _examine((_look, _find_cycle), model, open_members, evidence, flow_options)
         open_members = open_members[_unsettled(model, open_members, evidence)]
         if not open_members.size:
             break
-    for examine in (partial(_measure, budget=budget), _second_opinion, _look_beside):
-        averaged = _alive(np.flatnonzero(np.isnan(evidence.cycle_distance)), evidence)
-        if averaged.size:
-            examine(model.take(averaged), averaged, evidence, flow_options)
+    wandering = _alive(np.flatnonzero(np.isnan(evidence.cycle_distance)), evidence)
+    measures = (partial(_measure, budget=budget), _second_opinion)
+    wandering = _examine(measures, model, wandering, evidence, flow_options)
+    # What was chaotic may have ended while it was measured.
+    ended = wandering[_unsettled(model, wandering, evidence) & ~_is_chaotic(evidence, wandering)]
+    _examine((_look, _find_cycle), model, ended, evidence, flow_options)
     _judge(model, evidence)
     return evidence
+
+
+def _examine(
+    steps: tuple[Callable[..., None], ...],
+    model: ConeModel,
+    members: npt.NDArray[np.intp],
+    evidence: Evidence,
+    options: dict[str, Any],
+) -> npt.NDArray[np.intp]:
+    """Takes some members through the steps; those that are still running after them."""
+    for step in steps:
+        members = _alive(members, evidence)
+        if members.size:
+            step(model.take(members), members, evidence, options)
+    return _alive(members, evidence)
 
 
 def _alive(members: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np.intp]:
@@ -163,9 +174,19 @@ def _alive(members: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np.
 
 
 def _settle(
-    model: ConeModel, members: npt.NDArray[np.intp], span: Array, evidence: Evidence, options: dict[str, Any]
+    model: ConeModel,
+    members: npt.NDArray[np.intp],
+    duration: Array,
+    trial: int,
+    evidence: Evidence,
+    options: dict[str, Any],
 ) -> None:
-    evidence.final[members], evidence.outcome[members] = settle(model, evidence.final[members], span, **options)
+    """Lets ``duration`` (of all members) pass, and in later trials as long as all before together."""
+    part, span = model.take(members), duration[members] * 2 ** max(trial - 1, 0)
+    if trial:  # the look before was part of the time that this round is to last
+        span = np.maximum(span - RETURNS * np.broadcast_to(part.drive_repeat, part.shape), 0.0)
+        options = options | {"tolerance": max(options.get("tolerance", 0.0), FOLLOW_TOLERANCE)}
+    evidence.final[members], evidence.outcome[members] = settle(part, evidence.final[members], span, **options)
     evidence.settled_time[members] += span
 
 
@@ -233,10 +254,15 @@ def _find_cycle(model: ConeModel, members: npt.NDArray[np.intp], evidence: Evide
     evidence.period[members] = np.where(cycles.found & ~still, cycles.period, 0)
     evidence.symmetric[members] = cycles.found & cycles.symmetric & (np.asarray(model.rest_height) == 0.0)
     evidence.cycle_distance[members] = np.where(cycles.found, cycles.distance, np.nan)
-    evidence.exponents[members], evidence.standard_error[members] = cycles.exponents, cycles.error
-    evidence.averaged_time[members] = cycles.time
-    certain = np.abs(cycles.exponents[:, 0]) > np.maximum(CERTAIN * cycles.error[:, 0], FLOOR)
-    evidence.sign[members] = np.where(certain, np.sign(cycles.exponents[:, 0]), 0)
+    evidence.sign[members] = 0
+    found = members[cycles.found]
+    evidence.exponents[found], evidence.standard_error[found] = (
+        cycles.exponents[cycles.found],
+        cycles.error[cycles.found],
+    )
+    evidence.averaged_time[found] = cycles.time[cycles.found]
+    largest, error = cycles.exponents[cycles.found, 0], cycles.error[cycles.found, 0]
+    evidence.sign[found] = np.where(np.abs(largest) > np.maximum(CERTAIN * error, FLOOR), np.sign(largest), 0)
 
 
 def _unsettled(model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np.bool_]:
@@ -246,8 +272,13 @@ def _unsettled(model: ConeModel, members: npt.NDArray[np.intp], evidence: Eviden
     """
     damped = np.broadcast_to(model.damping_ratio, model.shape).ravel()[members] > 0.0
     attracted = (evidence.sign[members] < 0) & (evidence.cycle_distance[members] < NEAR_RETURN)
-    alive = evidence.outcome[members] == Outcome.OK
-    return alive & damped & ~attracted & (evidence.return_distance[members] > 0.0)
+    return damped & ~attracted & (evidence.return_distance[members] > 0.0)
+
+
+def _is_chaotic(evidence: Evidence, members: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
+    """Whether both opinions say so."""
+    wandering = evidence.regime[members] == Regime.TRANSIENT
+    return wandering & (evidence.sign[members] > 0) & (evidence.zero_one[members] > CHAOTIC_K)
 
 
 def _measure(
@@ -280,22 +311,19 @@ def _second_opinion(
 def _test(
     model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, points: int, options: dict[str, Any]
 ) -> None:
+    """The 0-1 test, taken where in the repeat the motion varies the most, and whether chaos has an attractor beside."""
     repeat = np.broadcast_to(model.drive_repeat, model.shape)
     phase = evidence.test_phase[members] / PHASES
-    ticks = np.append(np.arange(points) + phase[:, None], np.full((len(members), 1), points), axis=1)
+    shares = np.stack([np.where(phase > 0.0, phase, 0.5), np.ones(len(members))], axis=1)
+    ticks = (np.arange(points)[:, None] + shares[:, None, :]).reshape(len(members), -1)
     flow = integrate(model, evidence.final[members], repeat[:, None] * ticks, **options)
-    evidence.outcome[members] = flow.outcome
-    evidence.zero_one[members] = zero_one(flow.states[:, :-1, 0])
-    evidence.final[members] = flow.states[:, -1]
-
-
-def _look_beside(model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
-    """Whether what has been chaotic so far could still end: is there an attracting cycle or rest beside it?"""
+    between, section = flow.states[:, ::2], flow.states[:, 1::2]
+    evidence.outcome[members], evidence.final[members] = flow.outcome, section[:, -1]
+    evidence.zero_one[members] = zero_one(np.where(phase[:, None] > 0.0, between[..., 0], section[..., 0]))
     damped = np.broadcast_to(model.damping_ratio, model.shape) > 0.0
-    chaotic = damped & (evidence.regime[members] == Regime.TRANSIENT) & (evidence.sign[members] > 0)
-    if chaotic.any():
-        starts = evidence.section[members[chaotic]][:, :: RETURNS // STARTS_BESIDE]
-        evidence.beside[members[chaotic]] = attractors_beside(model.take(chaotic), starts, **options)
+    chaotic = np.flatnonzero(damped & _is_chaotic(evidence, members) & (flow.outcome == Outcome.OK))
+    if chaotic.size:
+        evidence.beside[members[chaotic]] = attractors_beside(model.take(chaotic), section[chaotic], **options)
 
 
 def _judge(model: ConeModel, evidence: Evidence) -> None:
@@ -345,9 +373,9 @@ def regime(
     time, from the Floquet multipliers of the cycle where there is one and averaged elsewhere, ``averaged_time``,
     ``return_distance`` (of the motion a period later, over its size), ``cycle_distance`` (of the motion from the cycle,
     over its size; with damping, where there is one), ``zero_one`` (only where the motion does not return), ``beside``
-    (1 where an attracting cycle or rest was found from within chaos, which may then end there), ``section`` (..., point,
-    state), ``lowest`` and ``highest`` displacement, ``settled_time``, ``flag`` (1 where the evidence does not agree:
-    read it before you believe the name), ``outcome``.
+    (1 where an attracting cycle or rest was found from within chaos, which may then end there), ``section``
+    (..., point, state), ``lowest`` and ``highest`` displacement, ``settled_time``, ``flag`` (1 where the evidence does
+    not agree: read it before you believe the name), ``outcome``.
 
     Raises
     ------
