@@ -107,9 +107,12 @@ def model_of(dataset: xr.Dataset) -> ConeModel:
     if "model" not in dataset.attrs:
         raise InputError("the Dataset does not say which model it was computed from; give a result of gelcone")
     parameters = {k: np.inf if v == "inf" else v for k, v in json.loads(dataset.attrs["model"]).items()}
-    for name, coord in dataset.coords.items():
-        if coord.attrs.get("quantity") == "parameter":
-            parameters[str(name)] = coord.values
+    swept = [coord for coord in dataset.coords.values() if coord.attrs.get("quantity") == "parameter"]
+    if swept:
+        import xarray as xr
+
+        for coord, spread in zip(swept, xr.broadcast(*swept), strict=True):
+            parameters[str(coord.name)] = spread.values
     return ConeModel.from_parameters(parameters)
 
 

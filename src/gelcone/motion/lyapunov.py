@@ -38,6 +38,8 @@ FLOOR = 1e-7
 SHEAR = 5.0
 """Without damping the deviations of a regular motion grow like time, and its exponent looks like log(t)/t: only one
 that is this many times larger is positive."""
+STEADY = 0.05
+"""Halves of the averaging time whose exponents differ by less than this share agree, however small their errors are."""
 RUNNING_POINTS = 200
 
 
@@ -171,7 +173,8 @@ class Exponents:
 def average(model: ConeModel, states: Array, *, budget: float, **flow_options: Any) -> Exponents:
     """Averages from ``states`` on (at a whole repeat) until the sign of the largest exponent is certain.
 
-    ``model`` is a flattened ensemble; ``budget`` the longest averaging time, at least `FEWEST_BLOCKS` blocks.
+    ``model`` is a flattened ensemble, of which members with NaN states are left out; ``budget`` the longest averaging
+    time, at least `FEWEST_BLOCKS` blocks.
     """
     count = len(states)
     result = Exponents(
@@ -183,8 +186,12 @@ def average(model: ConeModel, states: Array, *, budget: float, **flow_options: A
         running=np.full((count, RUNNING_POINTS, 2), np.nan),
         states=np.full((count, 2), np.nan),
     )
-    for members, clock in clocks(model):
-        _average_group(model.take(members), states[members], clock, members, budget, result, flow_options)
+    ran = np.asarray(np.isfinite(states).all(axis=1))
+    for group, clock in clocks(model):
+        members = group[ran[group]]
+        if members.size:
+            own = clock.take(ran[group])
+            _average_group(model.take(members), states[members], own, members, budget, result, flow_options)
     return result
 
 
@@ -203,11 +210,11 @@ def _average_group(
     while True:
         blocks = FEWEST_BLOCKS if growth.shape[1] == 0 else growth.shape[1] // clock.block
         growth = np.concatenate([growth, advance(model, run, clock, blocks * clock.block, **flow_options)], axis=1)
-        means, errors = block_statistics(growth, clock)
+        means, errors, steady = steady_statistics(growth, clock)
         time = growth.shape[1] * clock.spacing
         undamped = np.broadcast_to(model.damping_ratio, model.shape) == 0.0
         floor = np.where(undamped, SHEAR * np.log(time) / time, FLOOR)
-        certain = np.abs(means[:, 0]) > np.maximum(CERTAIN * errors[:, 0], floor)
+        certain = steady & (np.abs(means[:, 0]) > np.maximum(CERTAIN * errors[:, 0], floor))
         finished = certain | (run.outcome != Outcome.OK) | (2.0 * time > budget)
         ended = members[finished]
         result.values[ended], result.standard_error[ended] = means[finished], errors[finished]
@@ -220,6 +227,25 @@ def _average_group(
             return
         on = np.flatnonzero(~finished)
         model, members, growth, clock, run = model.take(on), members[on], growth[on], clock.take(on), run.take(on)
+
+
+def steady_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+    """Exponents and standard errors, and whether both halves of the time agree on the largest.
+
+    Where they do not, the motion was still on its way - chaos that ends in a cycle - and the later half alone counts.
+    """
+    half = growth.shape[1] // clock.block // 2 * clock.block
+    means, errors = block_statistics(growth, clock)
+    (early, early_error), (late, late_error) = (
+        block_statistics(g, clock) for g in (growth[:, :half], growth[:, half:])
+    )
+    spread = np.hypot(early_error[:, 0], late_error[:, 0])
+    steady = ~(np.abs(late[:, 0] - early[:, 0]) > np.maximum(CERTAIN * spread, STEADY * np.abs(late[:, 0])))
+    return (
+        np.where(steady[:, None], means, late),
+        np.where(steady[:, None], errors, late_error),
+        steady,
+    )
 
 
 def block_statistics(growth: Array, clock: Clock) -> tuple[Array, Array]:
@@ -286,28 +312,26 @@ def lyapunov(
     duration = default_transient(flat) if transient is None else np.full(flat.size, transient)
     settled, outcome = settle(flat, states, duration, **options)
     report(0.3)
-    alive = np.flatnonzero(outcome == Outcome.OK)
-    result = average(flat.take(alive), settled[alive], budget=budget, **options)
+    result = average(flat, settled, budget=budget, **options)
     report(0.5)
-
-    def spread(values: Any, fill: float = np.nan) -> Any:
-        out = np.full((flat.size, *values.shape[1:]), fill, dtype=values.dtype)
-        out[alive] = values
-        return out
-
-    outcome[alive] = result.outcome
-    values, running = spread(result.values), spread(result.running)
+    outcome = np.where(outcome == Outcome.OK, result.outcome, outcome)
+    values, running = result.values, result.running
     damping = np.broadcast_to(flat.damping_ratio, flat.shape)
     repeat = np.broadcast_to(flat.drive_repeat, flat.shape)
     return dataset.label(
         model,
         {
             "asymptotic": (("exponent",), values, "Lyapunov exponents per unit time after the transient", "rate"),
-            "standard_error": (("exponent",), spread(result.standard_error), "standard error of the exponents", "rate"),
+            "standard_error": (("exponent",), result.standard_error, "standard error of the exponents", "rate"),
             "finite": (("exponent",), finite, "Lyapunov exponents per unit time over the window", "rate"),
             "per_repeat": ((), values[:, 0] * repeat, "largest exponent per drive repeat", "share"),
-            "averaged_time": ((), spread(result.time), "averaging time behind the asymptotic exponents", "time"),
-            "sign": ((), spread(result.sign, 0), "sign of the largest exponent, 0 if uncertain", "share"),
+            "averaged_time": (
+                (),
+                np.where(outcome == Outcome.OK, result.time, np.nan),
+                "averaging time behind the asymptotic exponents",
+                "time",
+            ),
+            "sign": ((), result.sign, "sign of the largest exponent, 0 if uncertain", "share"),
             "sum_residual": ((), values.sum(axis=1) + 2.0 * damping, "sum of the exponents plus 2 zeta", "rate"),
             "running_time": (("window",), running[..., 0], "averaging time so far, after the transient", "time"),
             "running_exponent": (("window",), running[..., 1], "largest exponent so far, after the transient", "rate"),

@@ -50,7 +50,7 @@ def diagrams_figure(studies: Mapping[str, xr.Dataset]) -> Figure:
                     bottom.set_ylabel("largest\nexponent")
         handles, labels = axes[1, 0].get_legend_handles_labels()
         extra, names = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles + extra, labels + names, loc="outside lower center", ncols=2, markerscale=8)
+        figure.legend(handles + extra, labels + names, loc="outside lower center", ncols=2, markerscale=5)
 
     return styled(7.6, 8.4, draw)
 
@@ -140,7 +140,7 @@ def _stack(study: xr.Dataset, axes: Axes) -> None:
     for k, stretch in enumerate(study["prestretch"].values):
         points = study["section"].sel(prestretch=stretch).transpose("voltage", ...).values[:, -32:, 0]
         at = np.broadcast_to(voltage[:, None], points.shape)
-        axes.plot(at.ravel(), (points + k * spacing).ravel(), ".", ms=1.2, color=BLACK, mec="none", rasterized=True)
+        axes.plot(at.ravel(), (points + k * spacing).ravel(), ".", ms=1.8, color=BLACK, mec="none", rasterized=True)
         axes.axhline(k * spacing, color=GREY, lw=0.3, zorder=0)
     axes.set_yticks(spacing * np.arange(study.sizes["prestretch"]), [f"{s:g}" for s in study["prestretch"].values])
 
