@@ -8,15 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gelcone.cli.options import Subject, output_options, read_subject, subject_options
-from gelcone.cli.output import (
-    check_folder,
-    outcome_names,
-    parameters_json,
-    print_json,
-    progress_bar,
-    write_results,
-)
-from gelcone.cli.simulate import in_si
+from gelcone.cli.output import check_folder, deliver, outcome_names, parameters_json, progress_bar
 from gelcone.errors import InputError
 
 if TYPE_CHECKING:
@@ -67,18 +59,19 @@ def command(
             result = extrema(subject.model, subject.initial, **options)
         else:
             result = section(subject.model, subject.initial, phase=phase or 0.0, **options)
-    shown = in_si(result, subject)
-    paths = []
-    if out is not None:
-        from gelcone.plots.section import section_figure
+    from gelcone.plots.section import section_figure
 
-        paths = write_results(out, name, shown, section_figure(shown), force)
-    if as_json:
-        print_json(report(result, shown, subject))
-    else:
-        click.echo(summary(shown, subject))
-        for path in paths:
-            click.echo(f"wrote {path}")
+    deliver(
+        name,
+        result,
+        subject,
+        figure=section_figure,
+        report=report,
+        summary=summary,
+        out=out,
+        force=force,
+        as_json=as_json,
+    )
 
 
 def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

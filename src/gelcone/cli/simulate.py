@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gelcone.cli.options import Subject, output_options, read_subject, read_times, subject_options
-from gelcone.cli.output import (
-    check_folder,
-    outcome_names,
-    parameters_json,
-    print_json,
-    progress_bar,
-    write_results,
-)
+from gelcone.cli.output import check_folder, deliver, outcome_names, parameters_json, progress_bar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,27 +52,19 @@ def command(
             field_limit=field_limit,
             progress=progress,
         )
-    shown = in_si(result, subject)
-    paths = []
-    if out is not None:
-        from gelcone.plots.response import response_figure
+    from gelcone.plots.response import response_figure
 
-        paths = write_results(out, NAME, shown, response_figure(shown), force)
-    if as_json:
-        print_json(report(result, shown, subject))
-    else:
-        click.echo(summary(shown, subject))
-        for path in paths:
-            click.echo(f"wrote {path}")
-
-
-def in_si(result: xr.Dataset, subject: Subject) -> xr.Dataset:
-    """The result in millimetres, volts and so on when there is a device."""
-    if subject.device is None:
-        return result
-    from gelcone.si import to_si
-
-    return to_si(result, subject.device)
+    deliver(
+        NAME,
+        result,
+        subject,
+        figure=response_figure,
+        report=report,
+        summary=summary,
+        out=out,
+        force=force,
+        as_json=as_json,
+    )
 
 
 def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

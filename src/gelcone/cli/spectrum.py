@@ -9,15 +9,7 @@ import click
 import numpy as np
 
 from gelcone.cli.options import Subject, output_options, read_subject, subject_options
-from gelcone.cli.output import (
-    check_folder,
-    outcome_names,
-    parameters_json,
-    print_json,
-    progress_bar,
-    write_results,
-)
-from gelcone.cli.simulate import in_si
+from gelcone.cli.output import check_folder, deliver, outcome_names, parameters_json, progress_bar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,18 +51,19 @@ def command(
         result = spectrum(
             subject.model, subject.initial, periods=periods, discard=discard, highest=highest, progress=progress
         )
-    shown = in_si(result, subject)
-    paths = []
-    if out is not None:
-        from gelcone.plots.spectrum import spectrum_figure
+    from gelcone.plots.spectrum import spectrum_figure
 
-        paths = write_results(out, NAME, shown, spectrum_figure(shown), force)
-    if as_json:
-        print_json(report(result, shown, subject))
-    else:
-        click.echo(summary(shown, subject))
-        for path in paths:
-            click.echo(f"wrote {path}")
+    deliver(
+        NAME,
+        result,
+        subject,
+        figure=spectrum_figure,
+        report=report,
+        summary=summary,
+        out=out,
+        force=force,
+        as_json=as_json,
+    )
 
 
 def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
