@@ -2,6 +2,7 @@
 
 import fcntl
 import json
+import math
 import os
 import re
 import select
@@ -19,6 +20,7 @@ from gelcone.paper import report as reporting
 from gelcone.paper.claims import Claim
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.report import DrawnFigure, JudgedClaim, report_html
+from gelcone.paper.run import run
 from gelcone.paper.verdicts import Finding, Number, Verdict, judge
 from gelcone.plots.style import save_figure, styled
 
@@ -308,3 +310,47 @@ def test_the_page_forbids_requests(page, tmp_path):
     path.write_text(page.replace("</body>", "<img src='http://127.0.0.1:9/picture.png'></body>"), encoding="utf-8")
     seen = look(path, tmp_path / "profile")
     assert "Content Security Policy" in str(seen["complaints"])
+
+
+# --- the real thing ---------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory):
+    """The whole quick run: every study, figure and claim."""
+    return run(quick=True, out=tmp_path_factory.mktemp("paper"))
+
+
+def test_every_claim_gets_a_verdict_with_its_evidence(quick):
+    assert len(quick.claims) == 20
+    drawn = {other.figure.number for other in quick.figures}
+    assert drawn == set(range(3, 15))
+    for judged in quick.claims:
+        found = judged.finding
+        assert judged.verdict is judge(found)
+        assert found.why
+        assert found.unseen
+        assert judged.claim.figure in drawn
+        assert math.isfinite(found.numbers[0].value)
+        assert any(number.error is not None or number.low is not None for number in found.numbers)
+
+
+def test_what_is_mathematically_certain_is_reproduced(quick):
+    verdicts = {judged.claim.name: judged.verdict for judged in quick.claims}
+    assert verdicts["static-bistable"] is Verdict.REPRODUCED
+    assert verdicts["practical-voltage"] is Verdict.REPRODUCED
+
+
+def test_a_browser_opens_the_quick_report(quick, tmp_path):
+    seen = look(quick.report, tmp_path / "profile")
+    widths = seen.pop("widths")
+    assert len(widths) == 12
+    assert min(widths) > 0
+    assert seen == CLEAN
+
+
+def test_every_file_of_the_quick_run_is_there(quick):
+    for drawn in quick.figures:
+        for path in (drawn.png, drawn.svg, *drawn.data):
+            assert path.stat().st_size > 0
+        assert f'id="figure-{drawn.figure.number:02d}"' in quick.report.read_text(encoding="utf-8")

@@ -284,7 +284,7 @@ def _key(finding: Finding) -> str:
     if not finding.numbers:
         return ""
     number = finding.numbers[0]
-    return f"{escape(number.meaning)}: <strong>{escape(str(number))}</strong>"
+    return f"<strong>{escape(str(number))}</strong><br>{escape(number.meaning)}"
 
 
 def _badge(verdict: Verdict) -> str:
