@@ -1,28 +1,87 @@
-"""The 0-1 test on series whose answer is known."""
-
-from __future__ import annotations
+"""The 0-1 test: maps whose answer is known, at the lengths that the classification uses."""
 
 import numpy as np
+import pytest
 
-from gelcone.motion.zero_one import zero_one
-
-
-def logistic(parameter: float, count: int = 600) -> np.ndarray:
-    x, out = 0.4, []
-    for _ in range(count + 200):
-        x = parameter * x * (1.0 - x)
-        out.append(x)
-    return np.array(out[200:])
+from gelcone.motion.zero_one import without_bands, zero_one
 
 
-def test_chaos_is_near_one_and_order_near_zero():
-    rotation = np.cos(2.0 * np.pi * (np.sqrt(5.0) - 1.0) / 2.0 * np.arange(600))
-    k = zero_one(np.stack([logistic(3.97), logistic(3.5), rotation]))
-    assert k[0] > 0.9
-    assert (np.abs(k[1:]) < 0.2).all()
+def logistic(growth, points, discard=3000):
+    """Series of the logistic map, one a growth parameter, (members, points)."""
+    growth = np.asarray(growth, dtype=float)
+    x, series = np.full(growth.shape, 0.3), []
+    for k in range(discard + points):
+        x = growth * x * (1.0 - x)
+        if k >= discard:
+            series.append(x)
+    return np.stack(series, axis=1)
 
 
-def test_a_series_with_nan_has_no_answer():
-    series = logistic(3.97)
-    series[10] = np.nan
-    assert np.isnan(zero_one(series[None])[0])
+@pytest.mark.parametrize("points", [200, 800])
+def test_chaos_of_the_logistic_map(points):
+    """One band at 3.7 and above; two, four and eight bands below 3.68."""
+    assert (zero_one(logistic([3.7, 3.9, 3.99999, 3.62, 3.59, 3.575], points)) > 0.9).all()
+
+
+@pytest.mark.parametrize("points", [200, 800])
+def test_cycles_of_the_logistic_map(points):
+    """Periods 1, 2, 4, 8 and the window of period 3: what is left without the bands is rounding, no chaos."""
+    assert (np.abs(zero_one(logistic([2.8, 3.2, 3.5, 3.55, 3.83], points))) < 0.1).all()
+
+
+def test_a_decaying_spiral_is_regular():
+    k = np.arange(800)
+    series = 0.99**k * np.cos(0.7 * k)
+    assert zero_one(series[None])[0] < 0.2
+
+
+def test_rotations_are_regular():
+    turns = np.random.default_rng(1).random((40, 1)) * 2.0 * np.pi
+    k = np.arange(800)
+    assert zero_one(np.cos(turns * k) + 0.3 * np.cos(2.0 * turns * k + 0.5)).max() < 0.2
+
+
+def test_noise_is_not_regular():
+    assert (zero_one(np.random.default_rng(2).normal(size=(5, 200))) > 0.9).all()
+
+
+def test_a_dominant_order_of_visits_does_not_hide_chaos():
+    """A small chaos on a large period-4 motion, as of narrow bands visited in turn."""
+    order = np.tile([5.0, -2.0, -4.0, 1.0], 50)
+    assert (zero_one(order + 0.05 * logistic([3.8, 3.95], 200)) > 0.9).all()
+
+
+def test_a_constant_series_is_regular():
+    assert zero_one(np.full((1, 200), 0.7))[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_offset_and_size_do_not_matter():
+    series = logistic([3.8, 3.5], 200)
+    np.testing.assert_allclose(zero_one(1e3 * series - 5.0), zero_one(series), atol=1e-6)
+
+
+def test_nan_gives_nan_and_leaves_the_others():
+    series = logistic([3.8, 3.9, 3.5], 200)
+    expected = zero_one(series)
+    series[1, 120] = np.nan
+    found = zero_one(series)
+    assert np.isnan(found[1])
+    np.testing.assert_array_equal(found[[0, 2]], expected[[0, 2]])
+
+
+def test_series_one_by_one_give_the_same_to_the_last_bit():
+    series = logistic(np.linspace(3.5, 4.0, 37), 200)
+    together = zero_one(series)
+    np.testing.assert_array_equal(together, [zero_one(row[None])[0] for row in series])
+
+
+def test_no_series_give_no_answers():
+    assert zero_one(np.empty((0, 200))).shape == (0,)
+
+
+def test_without_bands_takes_out_what_repeats_exactly():
+    order = np.tile([5.0, -2.0, -4.0], 70)
+    rest = np.random.default_rng(3).normal(size=(2, 210))
+    np.testing.assert_allclose(without_bands(order + 0.0 * rest), 0.0, atol=1e-12)
+    left = without_bands(order + rest)
+    assert left.std() == pytest.approx(rest.std(), rel=0.05)

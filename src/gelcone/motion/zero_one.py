@@ -14,6 +14,8 @@ from gelcone.quantity import Array
 
 FREQUENCIES = 48
 MOST_BANDS = 16
+EXACT = 1e-9
+"""What is left of a series beside its size when it is taken to repeat exactly."""
 MEMBERS_AT_ONCE = 16
 """Series walked together, which bounds the memory."""
 
@@ -29,7 +31,10 @@ def zero_one(series: Array, *, frequencies: int = FREQUENCIES, seed: int = 1) ->
 
 
 def without_bands(series: Array) -> Array:
-    """Each series (members, points) less the mean of every p-th point, p being where that leaves the least."""
+    """Each series (members, points) less the mean of every p-th point, p being where that leaves the least.
+
+    Zero where all that is left is rounding.
+    """
     members, points = series.shape
     best, least = series, np.full(members, np.inf)
     for bands in range(1, min(MOST_BANDS, points // 12) + 1):
@@ -40,7 +45,7 @@ def without_bands(series: Array) -> Array:
         variance = (left * left).sum(axis=1) / (points - bands)
         better = variance < least
         best, least = np.where(better[:, None], left, best), np.where(better, variance, least)
-    return best
+    return np.where((least <= (EXACT * np.abs(series).max(axis=1)) ** 2)[:, None], 0.0, best)
 
 
 def _median_growth(series: Array, angles: Array) -> Array:
