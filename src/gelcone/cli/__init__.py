@@ -23,6 +23,7 @@ COMMANDS = {
     "map": "Exponent and regime over two parameters.",
     "basin": "Which motions coexist: the attractor of each initial state.",
     "envelope": "Where a device is safe to drive, and which limit comes first.",
+    "validate": "Is the cone right? Its force against the film as a continuum.",
     "devices": "List the device files that ship.",
     "materials": "List the measured gels that ship.",
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
@@ -37,6 +38,15 @@ MESHES = (5, 10, 20, 40, 80)
 FORCE_ORDER, SHAPE_ORDER = 4, 3
 """Powers of the element size with which the errors of force (an energy) and shape of quadratic elements fall."""
 
+MESH_VARIABLES = {
+    "force": ("force of the continuum on the disc", "force"),
+    "force_error": ("its distance from that of a mesh four times finer than the finest", "force"),
+    "force_order": (f"observed order of the force; {FORCE_ORDER} is promised", "count"),
+    "shape_error": ("root mean square distance of the rings from that mesh", "length"),
+    "shape_order": (f"observed order of the shape; {SHAPE_ORDER} is promised", "count"),
+}
+"""What a mesh-convergence table holds -> its meaning and scale."""
+
 
 def compare(
     model: ConeModel,
@@ -53,12 +63,13 @@ def compare(
 
     Returns
     -------
-    Its Dataset, in which ``continuum_force`` takes the place of ``force``, with ``cone_force`` and ``cone_limit_share``
-    of the homogeneous cone. Both forces are those of film and field at a constant voltage, -v^2/2 times the squared
-    area ratio included, without the spring. ``deviation`` is cone_force/continuum_force - 1 where both pull the disc
-    back, NaN elsewhere: positive where the cone overestimates the force. ``limit_displacement`` and
-    ``cone_limit_displacement`` over ``share`` are the displacements at which the largest I1 - 3 reaches that share of
-    the stretch limit without voltage; NaN for a law without limit.
+    Its Dataset, in which ``continuum_force`` takes the place of ``force``, with ``cone_force``, ``cone_stretch`` (along
+    the meridian) and ``cone_limit_share`` of the homogeneous cone. Both forces are those of film and field at a
+    constant voltage, -v^2/2 times the squared area ratio included, without the spring. ``deviation`` is
+    cone_force/continuum_force - 1: positive where the cone overestimates the force, NaN where the film is compressed
+    along its meridian or has pulled in. ``limit_displacement`` and ``cone_limit_displacement`` over ``share`` are the
+    displacements at which the largest I1 - 3 reaches that share of the stretch limit without voltage; NaN for a law
+    without limit.
     """
     result = membrane(
         model, radius_ratio, displacements=displacements, voltages=voltages, elements=elements, progress=progress
@@ -70,8 +81,10 @@ def compare(
     with np.errstate(all="ignore"):
         force = np.array([[member.force(x, v) for v in levels] for member in alone])
         share = np.array([np.tile(m.strain(x) / m.strain_limit(), (levels.size, 1)) for m in members])
+    cone_stretch = np.array([member.stretches[0] * np.sqrt(1.0 + x * x) for member in members])
     held = result["force"].values.reshape(force.shape)
-    pulls = (result["ending"].values.reshape(force.shape) == Ending.CONVERGED) & (held * np.sign(x) > 0.0)
+    ending, folds = (result[name].values.reshape(force.shape) for name in ("ending", "folds"))
+    pulls = (ending == Ending.CONVERGED) & (folds == 0) & (held * np.sign(x) > 0.0)
     deviation = np.where(pulls, force / np.where(pulls, held, np.nan) - 1.0, np.nan)
     films = [mesh_film(member, ratio, elements) for member, ratio in zip(members, ratios, strict=True)]
     reached = np.array([limit_displacements(film) for film in films])
@@ -82,6 +95,7 @@ def compare(
         {
             "cone_force": (at, force, "static force of the homogeneous cone on the disc", "force"),
             "deviation": (at, deviation, "force of the cone over that of the continuum, less 1", "ratio"),
+            "cone_stretch": (at[1:], cone_stretch, "true meridional stretch of the cone", "stretch"),
             "cone_limit_share": (at, share, "share of the stretch limit in the cone, (I1-3)/limit", "ratio"),
             "limit_displacement": (("share",), reached, "where the continuum reaches the share", "length"),
             "cone_limit_displacement": (("share",), cones, "where the cone reaches the share", "length"),
@@ -192,15 +206,10 @@ def mesh_convergence(
     with np.errstate(divide="ignore", invalid="ignore"):
         orders = [np.append(np.nan, np.log(e[:-1] / e[1:]) / ratio) for e in (force_error, shape_error)]
     along = ("elements",)
+    values = dict(zip(MESH_VARIABLES, (force, force_error, orders[0], shape_error, orders[1]), strict=True))
     return dataset.label(
         model,
-        {
-            "force": (along, force, "force of the continuum on the disc", "force"),
-            "force_error": (along, force_error, "its distance from that of the finest mesh", "force"),
-            "force_order": (along, orders[0], f"observed order of the force; {FORCE_ORDER} is promised", "count"),
-            "shape_error": (along, shape_error, "root mean square distance of the rings from the finest", "length"),
-            "shape_order": (along, orders[1], f"observed order of the shape; {SHAPE_ORDER} is promised", "count"),
-        },
+        {name: (along, values[name], *told) for name, told in MESH_VARIABLES.items()},
         coords={"elements": (along, np.array(counts), "quadratic elements along the radius", "count")},
         options={"radius_ratio": meshes[0].radius_ratio, "displacement": x, "voltage": v},
         title="convergence of the mesh",
@@ -222,3 +231,44 @@ def _distance(film: Film, point: Point, fine: Film, exact: Point) -> float:
     shape = np.stack([interpolated(film, point.position[k::2], fine.place) for k in (0, 1)])
     squared = np.sum((shape - exact.position.reshape(-1, 2).T) ** 2, axis=0)
     return float(np.sqrt(np.sum(0.5 * (squared[1:] + squared[:-1]) * np.diff(fine.place))))
+
+
+def with_mesh_table(result: xr.Dataset, radius_ratio: npt.ArrayLike = DEFAULT_RADIUS_RATIO) -> xr.Dataset:
+    """What `compare` found, and for each member `mesh_convergence` at one of its points.
+
+    That point is the middle one of those in tension, at the lowest voltage; ``mesh_displacement`` and ``mesh_voltage``
+    tell it. The table's variables have ``mesh_`` before their names and run over ``mesh_elements``; NaN for a member
+    that is in tension nowhere, or not on all meshes.
+    """
+    model, ratios = ensemble(dataset.model_of(result), radius_ratio)
+    shape = (model.size, result.sizes["constant_voltage"], result.sizes["displacement"])
+    held = np.isfinite(result["deviation"].values.reshape(shape))
+    rows = []
+    for i, ratio in enumerate(ratios):
+        row = {name: np.full(len(MESHES), np.nan) for name in MESH_VARIABLES}
+        point = np.full(2, np.nan)
+        points = np.argwhere(held[i])
+        if len(points):
+            lowest = points[points[:, 0] == points[0, 0]]
+            k, j = lowest[len(lowest) // 2]
+            point = np.array([result["displacement"].values[j], result["constant_voltage"].values[k]])
+            with contextlib.suppress(InputError):
+                table = mesh_convergence(single(model, i), ratio, displacement=abs(point[0]), voltage=point[1])
+                row = {name: table[name].values for name in MESH_VARIABLES}
+        rows.append(row | {"displacement": point[0], "voltage": point[1]})
+    along = ("mesh_elements",)
+    variables: dict[str, dataset.Variable] = {
+        f"mesh_{name}": (along, np.stack([row[name] for row in rows]), meaning, quantity)
+        for name, (meaning, quantity) in MESH_VARIABLES.items()
+    }
+    for name, quantity in (("displacement", "length"), ("voltage", "voltage")):
+        values = np.array([row[name] for row in rows])
+        variables[f"mesh_{name}"] = ((), values, f"{name} at which the mesh was varied", quantity)
+    table = dataset.label(
+        model,
+        variables,
+        coords={"mesh_elements": (along, np.array(MESHES), "quadratic elements along the radius", "count")},
+        options={},
+        title="convergence of the mesh",
+    )
+    return result.assign(table.data_vars).assign_coords(mesh_elements=table["mesh_elements"])

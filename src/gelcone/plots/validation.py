@@ -1,0 +1,134 @@
+"""Pictures of the cone model beside the continuum: force over displacement, profiles and stretches of the film."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone.plots.style import BLACK, CYCLE, GREY, axis_label, styled
+from gelcone.validation.path import Ending
+from gelcone.words import unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_ROWS = 3
+MOST_VOLTAGES = 4
+MOST_SHAPES = 3
+
+
+def validation_figure(result: xr.Dataset) -> Figure:
+    """Force, profiles and stretches side by side; a row for each of up to three members."""
+    drawn = member_labels(result)
+    drawn = [drawn[i] for i in np.unique(np.linspace(0, len(drawn) - 1, min(len(drawn), MOST_ROWS)).astype(int))]
+
+    def draw(figure: Figure) -> None:
+        grid = figure.subplots(len(drawn), 3, squeeze=False, width_ratios=[1.2, 1.0, 1.0])
+        for row, (name, member) in zip(grid, drawn, strict=True):
+            force_curves(member, row[0])
+            profiles(member, row[1])
+            stretch_curves(member, row[2])
+            row[0].set_title(name, loc="left")
+        for axes in grid[0]:
+            columns = 2 if axes is grid[0][0] else 1
+            axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.1 if drawn[0][0] else 1.0), ncols=columns)
+        figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
+
+    return styled(9.6, 1.1 + 2.7 * len(drawn), draw)
+
+
+def member_labels(result: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    """The members, each with its parameters and radius ratio that vary; one without a name for a single run."""
+    dims = list(result["outcome"].dims)
+    if not dims:
+        return [("", result)]
+    stacked = result.stack(flat=dims)
+    varied = [str(n) for n, c in result.coords.items() if c.dims == tuple(dims) and np.ptp(c.values) > 0.0]
+    names = [n for n in varied if n == "radius_ratio" or result[n].attrs.get("quantity") == "parameter"]
+    members = [stacked.isel(flat=i).transpose("constant_voltage", ...) for i in range(stacked.sizes["flat"])]
+    return [(", ".join(f"{n} {float(m[n]):.4g}" for n in names), m) for m in members]
+
+
+def force_curves(member: xr.Dataset, axes: Axes) -> None:
+    """The cone as a line and the continuum as markers: filled where the film is taut, open where a stress is
+    compressive, crossed where it has pulled in."""
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    count = member.sizes["constant_voltage"]
+    for colour, i in zip(
+        CYCLE, np.unique(np.linspace(0, count - 1, min(count, MOST_VOLTAGES)).astype(int)), strict=False
+    ):
+        one = member.isel(constant_voltage=i).sortby("displacement")
+        voltage = one["constant_voltage"]
+        label = f"cone, voltage {float(voltage):.4g}{unit_of(voltage)}"
+        axes.plot(one["displacement"], one["cone_force"], color=colour, label=label)
+        slack = (one["hoop_slack"] | one["meridional_slack"]).values
+        pulled = one["folds"].values > 0
+        for marker, fill, chosen in (("o", colour, ~slack), ("o", "white", slack & ~pulled), ("X", "white", pulled)):
+            force = one["continuum_force"].where(chosen & ~(pulled & (marker == "o")))
+            axes.plot(one["displacement"], force, marker, ms=4.0, mec=colour, mfc=fill, mew=0.8, ls="none")
+    for marker, fill, label in (
+        ("o", BLACK, "continuum, taut"),
+        ("o", "white", "continuum, slack: not physical"),
+        ("X", "white", "continuum, pulled in"),
+    ):
+        axes.plot([], [], marker, ms=4.0, mec=BLACK, mfc=fill, mew=0.8, ls="none", label=label)
+    limit_forces(member, axes)
+    axes.set_xlabel(axis_label(member["displacement"], "displacement"))
+    axes.set_ylabel(axis_label(member["cone_force"], "force on the disc, film and field"))
+
+
+def limit_forces(member: xr.Dataset, axes: Axes) -> None:
+    """Limits of the force that a film that has pulled in does not stretch."""
+    near = member["continuum_force"].where(member["folds"] == 0)
+    shown = np.concatenate([near.values.ravel(), member["cone_force"].values.ravel()])
+    shown = shown[np.isfinite(shown)]
+    if shown.size and np.ptp(shown) > 0.0:
+        axes.set_ylim(shown.min() - 0.06 * np.ptp(shown), shown.max() + 0.06 * np.ptp(shown))
+
+
+def shapes(member: xr.Dataset) -> xr.Dataset:
+    """Some displacements at the lowest voltage at which the film was found."""
+    found = (member["ending"] == Ending.CONVERGED).values & (member["displacement"].values != 0.0)
+    rows = np.flatnonzero(found.any(axis=1))
+    if rows.size == 0:
+        return member.isel(constant_voltage=0, displacement=[])
+    columns = np.flatnonzero(found[rows[0]])
+    picks = columns[np.unique(np.linspace(0, columns.size - 1, min(columns.size, MOST_SHAPES)).astype(int))]
+    return member.isel(constant_voltage=rows[0], displacement=picks)
+
+
+def profiles(member: xr.Dataset, axes: Axes) -> None:
+    """The film as a continuum (solid) and as a cone (dashed)."""
+    shown = shapes(member)
+    for colour, i in zip(CYCLE, range(shown.sizes["displacement"]), strict=False):
+        one = shown.isel(displacement=i)
+        x, radius = one["displacement"], one["mounted_radius"]
+        axes.plot(one["radius"], one["height"], color=colour, label=f"displacement {float(x):.3g}{unit_of(x)}")
+        axes.plot([float(radius[0]), float(radius[-1])], [float(x), 0.0], color=colour, ls="--", lw=0.8)
+    note_missing(shown, axes)
+    axes.set_xlabel(axis_label(member["radius"], "radius"))
+    axes.set_ylabel(axis_label(member["height"], "height"))
+
+
+def stretch_curves(member: xr.Dataset, axes: Axes) -> None:
+    """Meridional (solid) and hoop stretch (dotted) along the film, thin lines for the cone's."""
+    shown = shapes(member)
+    for colour, i in zip(CYCLE, range(shown.sizes["displacement"]), strict=False):
+        one = shown.isel(displacement=i)
+        axes.plot(one["mounted_radius"], one["meridional_stretch"], color=colour)
+        axes.plot(one["mounted_radius"], one["hoop_stretch"], color=colour, ls=":")
+        axes.axhline(float(one["cone_stretch"]), color=colour, ls="--", lw=0.8)
+    for style, label in (("-", "meridional"), (":", "hoop"), ("--", "meridional, cone")):
+        axes.plot([], [], color=BLACK, ls=style, label=label)
+    note_missing(shown, axes)
+    axes.set_xlabel(axis_label(member["mounted_radius"], "mounted radius"))
+    axes.set_ylabel("stretch")
+
+
+def note_missing(shown: xr.Dataset, axes: Axes) -> None:
+    """Says so where there is no film to draw."""
+    if shown.sizes["displacement"] == 0:
+        axes.text(0.5, 0.5, "no film in tension found", transform=axes.transAxes, ha="center", color=GREY)
