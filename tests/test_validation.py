@@ -318,6 +318,16 @@ def test_lowering_the_disc_finds_the_same_pulled_in_film_as_the_arc():
     assert single.force.item() == pytest.approx(beside.force[0, 0].item(), rel=1e-9)
 
 
+@pytest.mark.parametrize("v", [0.3, 0.6])
+def test_a_curve_holds_the_points_that_single_runs_find(v):
+    x = np.array([0.4, 0.8, 1.2, 1.6])
+    curve = membrane(ConeModel(), 0.2, displacements=x, voltages=v, elements=60).squeeze()
+    for k, place in enumerate(x):
+        point = membrane(ConeModel(), 0.2, displacements=place, voltages=v, elements=60)
+        assert point.ending.item() == curve["ending"][k]
+        np.testing.assert_allclose(point.force.item(), curve["force"][k], rtol=1e-9)
+
+
 def test_hoop_slack_is_marked():
     """Without pre-stretch, any voltage compresses the clamped hoop of a low disc."""
     result = membrane(ConeModel(), 0.2, displacements=0.5, voltages=[0.0, 0.4], elements=40).squeeze()

@@ -36,10 +36,9 @@ NARROWEST = 1e-9
 """Smallest 1 - a/b and a/b: beyond, the radii cannot be told apart in double precision."""
 
 
-class Energies(NamedTuple):
-    """The energy density phi(m, n) of the film and its first and second derivatives."""
+class Derivatives(NamedTuple):
+    """First and second derivatives of the film's energy density phi(m, n)."""
 
-    value: Any
     m: Any
     n: Any
     mm: Any
@@ -173,16 +172,15 @@ def strain(film: Film, m: Any, n: Any) -> Any:
     return c.A * m + c.B * n + c.G / (m * n) - 3.0
 
 
-def energies(film: Film, m: Any, n: Any, squared: float) -> Energies:
-    """Energy density phi(m, n) = W(I1 - 3) - v^2 m n/2 at v^2 = ``squared``, with its derivatives."""
+def energies(film: Film, m: Any, n: Any, squared: float) -> Derivatives:
+    """Derivatives of the energy density phi(m, n) = W(I1 - 3) - v^2 m n/2 at v^2 = ``squared``."""
     c, law = film.coefficients, film.model.law
     r = c.G / (m * n)
     invariant = c.A * m + c.B * n + r - 3.0
     by_m, by_n = c.A - r / m, c.B - r / n
     half = 0.5 * law.response(invariant, c.law)
     slope = 0.5 * law.response_slope(invariant, c.law)
-    return Energies(
-        value=law.energy(invariant, c.law) - 0.5 * squared * m * n,
+    return Derivatives(
         m=half * by_m - 0.5 * squared * n,
         n=half * by_n - 0.5 * squared * m,
         mm=slope * by_m * by_m + 2.0 * half * r / (m * m),
@@ -211,7 +209,9 @@ def reachable(film: Film, position: Array) -> bool:
 def energy(film: Film, position: Array, squared: float) -> float:
     """Energy of the film per mu Vol, less the work of the voltage source."""
     along, up, hoop = stretches(film, position)
-    return float(np.sum(film.weight * energies(film, along * along + up * up, hoop * hoop, squared).value))
+    m, n = along * along + up * up, hoop * hoop
+    density = film.model.law.energy(strain(film, m, n), film.coefficients.law) - 0.5 * squared * m * n
+    return float(np.sum(film.weight * density))
 
 
 def forces(film: Film, position: Array, squared: float) -> Forces:
@@ -221,7 +221,7 @@ def forces(film: Film, position: Array, squared: float) -> Forces:
     return _assembled(film, along, up, hoop, phi)
 
 
-def _assembled(film: Film, along: Any, up: Any, hoop: Any, phi: Energies) -> Forces:
+def _assembled(film: Film, along: Any, up: Any, hoop: Any, phi: Derivatives) -> Forces:
     pull = np.stack([phi.m * along, phi.m * up, phi.n * hoop], axis=-1) * (2.0 * film.weight)[..., None]
     each = np.einsum("epij,epi->ej", film.gradient, pull)
     internal: Array = np.bincount(film.unknowns.ravel(), each.ravel(), film.size).astype(float)
@@ -232,7 +232,7 @@ def electric_forces(film: Film, position: Array) -> Array:
     """Derivative of `forces` with respect to v^2."""
     along, up, hoop = stretches(film, position)
     zero = np.zeros_like(hoop)
-    phi = Energies(zero, -0.5 * hoop * hoop, -0.5 * (along * along + up * up), zero, zero, zero)
+    phi = Derivatives(-0.5 * hoop * hoop, -0.5 * (along * along + up * up), zero, zero, zero)
     return _assembled(film, along, up, hoop, phi).internal
 
 

@@ -143,9 +143,9 @@ def solve(film: Film, x: Array, levels: Array, told: Callable[[float], None] = l
     """The states at every voltage and displacement, those of a lowered disc by the raised one that mirrors it."""
     heights, squares = np.unique(np.abs(x)).tolist(), np.unique(levels**2).tolist()
     raised = _raised(film, heights)
-    rows = []
+    rows: list[list[State]] = []
     for height in heights:
-        rows.append(_charged(film, height, raised.get(height), squares))
+        rows.append(_charged(film, height, raised.get(height), squares, rows[-1] if rows else None))
         told(0.5 / len(heights))
     found: dict[tuple[float, float], State] = {}
     for k, square in enumerate(squares):
@@ -175,20 +175,35 @@ def _raised(film: Film, heights: list[float]) -> dict[float, Point]:
     return points
 
 
-def _charged(film: Film, height: float, start: Point | None, squares: list[float]) -> list[State]:
-    """The film at one height under rising voltage, up to the first fold."""
+def _charged(
+    film: Film, height: float, start: Point | None, squares: list[float], below: list[State] | None
+) -> list[State]:
+    """The film at one height under rising voltage, up to the first fold.
+
+    Where a step leads there from the next lower height at the same voltage (``below``), it is the same film, sooner.
+    """
     if height == 0.0:
         return [_flat_state(film, square) for square in squares]
     if start is None:
         return [State(None, _why_not_raised(film, height), 0, 0.0)] * len(squares)
     state = State(start, Ending.CONVERGED, 0, 0.0)
     states = []
-    for square in squares:
+    for k, square in enumerate(squares):
         if state.ending == Ending.CONVERGED and state.point is not None:
-            point, last = reach(film, state.point, "squared", square)
-            state = _ended(film, last) if point is None else State(point, Ending.CONVERGED, 0, square)
+            beside = below[k] if below else None
+            state = _charged_to(film, state.point, square, beside)
         states.append(state)
     return states
+
+
+def _charged_to(film: Film, start: Point, square: float, beside: State | None) -> State:
+    """From one voltage to a higher one, or from a lower height at that voltage."""
+    if beside is not None and beside.point is not None and beside.ending == Ending.CONVERGED and square > start.squared:
+        point = reach(film, beside.point, "height", start.height)[0] if beside.point.height > 0.0 else None
+        if point is not None:
+            return State(point, Ending.CONVERGED, 0, square)
+    reached, last = reach(film, start, "squared", square)
+    return _ended(film, last) if reached is None else State(reached, Ending.CONVERGED, 0, square)
 
 
 def _flat_state(film: Film, square: float) -> State:
