@@ -50,6 +50,7 @@ def test_rest_away_from_the_middle():
     ("parameters", "initial", "period", "symmetric"),
     [
         (SET | {"voltage": 1.0}, (1.0, 0.0), 1, False),
+        ({"damping_ratio": 0.1, "voltage": 0.2, "voltage_bias": 0.3, "rest_height": 0.5}, (0.5, 0.0), 1, False),
         (SET | {"voltage": 0.8}, (1.0, 0.0), 2, True),
         (SET | {"voltage": 1.1}, (1.0, 0.0), 2, False),
         (SET | {"voltage": 1.47, "damping_ratio": 0.01}, (1.0, 0.0), 3, False),

@@ -213,7 +213,7 @@ def _average_group(
         means, errors, steady = steady_statistics(growth, clock)
         time = growth.shape[1] * clock.spacing
         undamped = np.broadcast_to(model.damping_ratio, model.shape) == 0.0
-        floor = np.where(undamped, SHEAR * np.log(time) / time, FLOOR)
+        floor = np.where(undamped, shear_level(time), FLOOR)
         certain = steady & (np.abs(means[:, 0]) > np.maximum(CERTAIN * errors[:, 0], floor))
         finished = certain | (run.outcome != Outcome.OK) | (2.0 * time > budget)
         ended = members[finished]
@@ -227,6 +227,11 @@ def _average_group(
             return
         on = np.flatnonzero(~finished)
         model, members, growth, clock, run = model.take(on), members[on], growth[on], clock.take(on), run.take(on)
+
+
+def shear_level(time: Array) -> Array:
+    """The exponent that regular motion without damping may seem to have after so long an average."""
+    return SHEAR * np.log(np.maximum(time, np.e)) / np.maximum(time, np.e)
 
 
 def steady_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.NDArray[np.bool_]]:

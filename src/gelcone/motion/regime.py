@@ -22,7 +22,15 @@ from gelcone import dataset
 from gelcone.model import ConeModel
 from gelcone.motion.cycle import SMALLEST_SIZE, attractors_beside, find_cycles
 from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome, integrate
-from gelcone.motion.lyapunov import CERTAIN, FLOOR, average, check_budgets, default_transient, settle
+from gelcone.motion.lyapunov import (
+    CERTAIN,
+    FLOOR,
+    average,
+    check_budgets,
+    default_transient,
+    settle,
+    shear_level,
+)
 from gelcone.motion.response import start_states
 from gelcone.motion.zero_one import zero_one
 from gelcone.quantity import Array
@@ -331,13 +339,16 @@ def _judge(model: ConeModel, evidence: Evidence) -> None:
     damped = np.broadcast_to(model.damping_ratio, model.shape).ravel() > 0.0
     ran = evidence.outcome == Outcome.OK
     wandering = (evidence.regime == Regime.TRANSIENT) & ran
-    chaotic = wandering & (evidence.sign > 0)
+    # Chaos without damping sticks to the islands in it for long, so that its average may never become steady.
+    sticky = ~damped & (evidence.exponents[:, 0] > shear_level(evidence.averaged_time)) & (evidence.sign == 0)
+    sticky &= evidence.zero_one > CHAOTIC_K
+    chaotic = wandering & ((evidence.sign > 0) | sticky)
     quasi_periodic = wandering & ~damped & ~chaotic
     evidence.regime[chaotic] = Regime.CHAOTIC
     evidence.regime[quasi_periodic] = Regime.QUASI_PERIODIC
     evidence.regime[~ran] = Regime.LEFT_THE_DOMAIN
     evidence.regime[evidence.outcome == Outcome.STEP_LIMIT] = Regime.TRANSIENT
-    evidence.flag = chaotic & (evidence.beside | ~(evidence.zero_one > CHAOTIC_K))
+    evidence.flag = chaotic & (evidence.beside | sticky | ~(evidence.zero_one > CHAOTIC_K))
     evidence.flag |= quasi_periodic & ~(evidence.zero_one < REGULAR_K)
     # A cycle or a rest that attracts has a negative exponent; without damping it is neutral at best.
     returns = (evidence.regime == Regime.REST) | (evidence.regime == Regime.PERIODIC)
