@@ -10,6 +10,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from datetime import date
 from functools import partial
@@ -40,6 +41,7 @@ DRAWING = 0.3
 """Work of drawing a figure, where that of computing a study is 1."""
 
 _FIGURE = re.compile(r"(?:fig(?:ure)?[-_ ]?)?0*(\d+)", re.IGNORECASE)
+_HASHED = re.compile(r'id="([a-z][0-9a-f]{10})"')
 
 
 @dataclass(frozen=True)
@@ -118,15 +120,45 @@ def run(
     studies = {n: s for n, s in _ready(folder, effort, paper).items() if not (force and n in needed)}
     missing = [paper.studies[name] for name in paper.studies if name in needed and name not in studies]
     whole = max(len(missing) + DRAWING * len(figures), 1.0)
-    for study in missing:
+
+    def compute(study: Study) -> None:
         advance = partial(_advance, progress, _purpose(study.name, paper), whole)
         studies[study.name] = _compute(study, effort, advance, folder)
-    drawn = {}
-    for figure in figures:
-        progress(f"figure {figure.number}", 0.0)
-        drawn[figure.number] = _draw(figure, studies, folder)
+
+    def draw(figure: PaperFigure) -> DrawnFigure:
+        drawn = _draw(figure, studies, folder)
         progress(f"figure {figure.number}", DRAWING / whole)
+        return drawn
+
+    drawn = _work(missing, compute, figures, draw, studies)
     return _finish(asked, drawn, studies, folder, effort, paper)
+
+
+def _work(
+    missing: Iterable[Study],
+    compute: Callable[[Study], None],
+    figures: Iterable[PaperFigure],
+    draw: Callable[[PaperFigure], DrawnFigure],
+    studies: Mapping[str, xr.Dataset],
+) -> dict[int, DrawnFigure]:
+    """Computes what is missing, while a second thread draws each figure as soon as its studies are there."""
+    drawing: dict[int, Future[DrawnFigure]] = {}
+    with ThreadPoolExecutor(1) as artist:
+
+        def begin() -> None:
+            for figure in figures:
+                if figure.number not in drawing and all(name in studies for name in figure.studies):
+                    drawing[figure.number] = artist.submit(draw, figure)
+
+        try:
+            begin()
+            for study in missing:
+                compute(study)
+                begin()
+            return {number: drawing[number].result() for number in sorted(drawing)}
+        except BaseException:
+            artist.shutdown(cancel_futures=True)
+            raise
 
 
 def select(names: Iterable[str | int], paper: Paper) -> Selection:
@@ -234,9 +266,16 @@ def _draw(figure: PaperFigure, studies: Mapping[str, xr.Dataset], folder: Path) 
 
 
 def _draw_again(picture: Figure, path: Path) -> None:
-    """Draws with the layout of the first drawing: finding one takes half of the time."""
+    """Draws as SVG with the layout of the first drawing, whose search takes half of the time."""
     picture.set_layout_engine("none")
     draw_file(picture, path)
+    path.write_text(_numbered(path.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+def _numbered(svg: str) -> str:
+    """An SVG whose hashed names are numbered instead: they depend on the last bits of the layout, which can differ."""
+    numbers = {name: f"n{k}" for k, name in enumerate(dict.fromkeys(_HASHED.findall(svg)))}
+    return re.sub(r'(id="|#)(\w+)', lambda found: found[1] + numbers.get(found[2], found[2]), svg)
 
 
 def _drawn(figure: PaperFigure, folder: Path) -> DrawnFigure:
