@@ -48,6 +48,13 @@ IN_SI = ("displacement", "constant_voltage", "cone_force", "continuum_force", "r
     help="Constant voltages, a list or from:to:count (with a device also '0 V,500 V'). "
     "[default: the voltage that is set, taken as a constant one, or else 0]",
 )
+@click.option(
+    "--wrinkles",
+    default="mark",
+    show_default=True,
+    metavar="mark|relax",
+    help="Mark where a film without wrinkles is compressed, or let it wrinkle (tension field).",
+)
 @click.option("--elements", type=int, default=200, show_default=True, help="Finite elements along the radius.")
 @output_options
 def command(
@@ -56,6 +63,7 @@ def command(
     initial: str | None,
     displacements: str,
     voltages: str | None,
+    wrinkles: Any,
     elements: int,
     out: Path | None,
     force: bool,
@@ -85,7 +93,9 @@ def command(
     # the film alone: a voltage that is given as a list makes levels, not members
     film = subject.model.replace(voltage=0.0, voltage_bias=0.0, drive_frequency=1.0)
     with progress_bar(NAME, hidden=as_json) as progress:
-        result = compare(film, ratio, displacements=x, voltages=levels, elements=elements, progress=progress)
+        result = compare(
+            film, ratio, displacements=x, voltages=levels, wrinkles=wrinkles, elements=elements, progress=progress
+        )
     result = with_mesh_table(result, ratio)
     deliver(
         NAME,

@@ -18,6 +18,7 @@ from gelcone.validation.film import Film, interpolated, mesh_film
 from gelcone.validation.membrane import (
     DEFAULT_ELEMENTS,
     DEFAULT_RADIUS_RATIO,
+    Wrinkles,
     check_displacements,
     check_voltages,
     ensemble,
@@ -54,6 +55,7 @@ def compare(
     *,
     displacements: npt.ArrayLike,
     voltages: npt.ArrayLike = 0.0,
+    wrinkles: Wrinkles = "mark",
     elements: int = DEFAULT_ELEMENTS,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
@@ -72,7 +74,13 @@ def compare(
     without limit.
     """
     result = membrane(
-        model, radius_ratio, displacements=displacements, voltages=voltages, elements=elements, progress=progress
+        model,
+        radius_ratio,
+        displacements=displacements,
+        voltages=voltages,
+        wrinkles=wrinkles,
+        elements=elements,
+        progress=progress,
     )
     model, ratios = ensemble(model, radius_ratio)
     x, levels = result["displacement"].values, result["constant_voltage"].values
@@ -101,7 +109,7 @@ def compare(
             "cone_limit_displacement": (("share",), cones, "where the cone reaches the share", "length"),
         },
         coords={"share": (("share",), np.array(LIMIT_SHARES), "share of the stretch limit", "ratio")},
-        options={"elements": elements},
+        options={"elements": elements, "wrinkles": wrinkles},
         title="cone and continuum",
     )
     merged = result.rename(force="continuum_force").assign(beside.data_vars).assign_coords(beside.coords)

@@ -27,23 +27,18 @@ import numpy as np
 from gelcone.errors import InputError, MissingDependency
 from gelcone.model import Coefficients, ConeModel
 from gelcone.quantity import Array
+from gelcone.validation import density
+from gelcone.validation.density import Derivatives
 
 BAND = 5
 """Unknowns on either side of one that it is coupled with: three nodes an element, two unknowns a node."""
 QUADRATURE_ORDER = 6
 """Degree of polynomials that are integrated exactly; less than 5 would cost the elements their order."""
+SLACK_STIFFNESS = 1e-6
+"""Stiffness over mu of the net that gives slack rings a place; forces of its size are none."""
+VOLTAGE_STEP = 1e-7
 NARROWEST = 1e-9
 """Smallest 1 - a/b and a/b: beyond, the radii cannot be told apart in double precision."""
-
-
-class Derivatives(NamedTuple):
-    """First and second derivatives of the film's energy density phi(m, n)."""
-
-    m: Any
-    n: Any
-    mm: Any
-    mn: Any
-    nn: Any
 
 
 class Forces(NamedTuple):
@@ -60,13 +55,16 @@ class Forces(NamedTuple):
 class Film:
     """A film cut into rings; `mesh_film` makes one.
 
-    ``model`` is a single actuator, ``coefficients`` its numbers in the formulas. ``place`` (nodes,) is (R - a)/(b - a).
+    ``model`` is a single actuator, ``coefficients`` its numbers in the formulas; ``relaxed`` means that it
+    wrinkles rather than bear compression, on a net of that stiffness. ``place`` (nodes,) is (R - a)/(b - a).
     ``gradient`` (elements, points, 3, 6) maps an element's unknowns to u', w' and u/R; ``weight`` (elements, points)
     integrates over the film's volume; ``unknowns`` (elements, 6). ``at_nodes`` is ``gradient`` at an element's nodes.
     """
 
     model: ConeModel
     coefficients: Coefficients
+    relaxed: bool
+    net: float
     radius_ratio: float
     place: Array
     gradient: Array
@@ -112,7 +110,7 @@ def check_radius_ratio(value: Any) -> float:
     return ratio
 
 
-def mesh_film(model: ConeModel, radius_ratio: float = 0.2, elements: int = 200) -> Film:
+def mesh_film(model: ConeModel, radius_ratio: float = 0.2, elements: int = 200, *, relaxed: bool = False) -> Film:
     """The flat film as mounted, cut into rings whose radii grow by a constant factor.
 
     Raises `InputError` for an ensemble, a disc as large as the film or fewer than 2 elements.
@@ -135,6 +133,8 @@ def mesh_film(model: ConeModel, radius_ratio: float = 0.2, elements: int = 200) 
     return Film(
         model=model,
         coefficients=model.coefficients(),
+        relaxed=relaxed,
+        net=SLACK_STIFFNESS,
         radius_ratio=ratio,
         place=np.sort(basis.doflocs[0]),
         gradient=_gradient(basis, disc),
@@ -168,25 +168,15 @@ def interpolated(film: Film, values: Array, places: Array) -> Array:
 
 def strain(film: Film, m: Any, n: Any) -> Any:
     """I1 - 3 at the squared stretches from the mounted state."""
-    c = film.coefficients
-    return c.A * m + c.B * n + c.G / (m * n) - 3.0
+    return density.strain(film.coefficients, m, n)
 
 
-def energies(film: Film, m: Any, n: Any, squared: float) -> Derivatives:
-    """Derivatives of the energy density phi(m, n) = W(I1 - 3) - v^2 m n/2 at v^2 = ``squared``."""
-    c, law = film.coefficients, film.model.law
-    r = c.G / (m * n)
-    invariant = c.A * m + c.B * n + r - 3.0
-    by_m, by_n = c.A - r / m, c.B - r / n
-    half = 0.5 * law.response(invariant, c.law)
-    slope = 0.5 * law.response_slope(invariant, c.law)
-    return Derivatives(
-        m=half * by_m - 0.5 * squared * n,
-        n=half * by_n - 0.5 * squared * m,
-        mm=slope * by_m * by_m + 2.0 * half * r / (m * m),
-        mn=slope * by_m * by_n + half * r / (m * n) - 0.5 * squared,
-        nn=slope * by_n * by_n + 2.0 * half * r / (n * n),
-    )
+def derivatives(film: Film, m: Any, n: Any, squared: float) -> Derivatives:
+    """Derivatives of the energy density by m and n at v^2 = ``squared``."""
+    law, c = film.model.law, film.coefficients
+    if film.relaxed:
+        return density.relaxed_derivatives(law, c, m, n, squared, film.net)
+    return density.derivatives(law, c, m, n, squared)
 
 
 def stretches(film: Film, position: Array, gradient: Array | None = None) -> tuple[Any, Any, Any]:
@@ -201,23 +191,25 @@ def reachable(film: Film, position: Array) -> bool:
     along, up, hoop = stretches(film, position)
     if not (np.isfinite(position).all() and hoop.min() > 0.0):
         return False
+    m, n = along * along + up * up, hoop * hoop
     with np.errstate(all="ignore"):
-        invariant = strain(film, along * along + up * up, hoop * hoop)
-    return bool(np.all(invariant < film.model.law.strain_limit(film.coefficients.law)))
+        return bool(np.all(strain(film, m, n) < film.model.law.strain_limit(film.coefficients.law)))
 
 
 def energy(film: Film, position: Array, squared: float) -> float:
     """Energy of the film per mu Vol, less the work of the voltage source."""
     along, up, hoop = stretches(film, position)
-    m, n = along * along + up * up, hoop * hoop
-    density = film.model.law.energy(strain(film, m, n), film.coefficients.law) - 0.5 * squared * m * n
-    return float(np.sum(film.weight * density))
+    law, c, m, n = film.model.law, film.coefficients, along * along + up * up, hoop * hoop
+    each = (
+        density.relaxed_value(law, c, m, n, squared, film.net) if film.relaxed else density.value(law, c, m, n, squared)
+    )
+    return float(np.sum(film.weight * each))
 
 
 def forces(film: Film, position: Array, squared: float) -> Forces:
     """Forces on the nodes: the derivative of `energy` with respect to the unknowns."""
     along, up, hoop = stretches(film, position)
-    phi = energies(film, along * along + up * up, hoop * hoop, squared)
+    phi = derivatives(film, along * along + up * up, hoop * hoop, squared)
     return _assembled(film, along, up, hoop, phi)
 
 
@@ -228,11 +220,16 @@ def _assembled(film: Film, along: Any, up: Any, hoop: Any, phi: Derivatives) -> 
     return Forces(internal, float(np.abs(each).max()), float(phi.m.min()), float(phi.m.max()))
 
 
-def electric_forces(film: Film, position: Array) -> Array:
+def electric_forces(film: Film, position: Array, squared: float) -> Array:
     """Derivative of `forces` with respect to v^2."""
     along, up, hoop = stretches(film, position)
-    zero = np.zeros_like(hoop)
-    phi = Derivatives(-0.5 * hoop * hoop, -0.5 * (along * along + up * up), zero, zero, zero)
+    m, n, zero = along * along + up * up, hoop * hoop, np.zeros_like(hoop)
+    if film.relaxed:
+        # the free widths change with the voltage, too: by difference, which serves the steps along a load only
+        near, far = (derivatives(film, m, n, squared + k * VOLTAGE_STEP) for k in (0.0, 1.0))
+        phi = Derivatives((far.m - near.m) / VOLTAGE_STEP, (far.n - near.n) / VOLTAGE_STEP, zero, zero, zero)
+    else:
+        phi = Derivatives(-0.5 * n, -0.5 * m, zero, zero, zero)
     return _assembled(film, along, up, hoop, phi).internal
 
 
@@ -242,7 +239,7 @@ def tangent(film: Film, position: Array, squared: float) -> Array:
     The derivative of force i by unknown j stands in row BAND + i - j of column j.
     """
     along, up, hoop = stretches(film, position)
-    phi = energies(film, along * along + up * up, hoop * hoop, squared)
+    phi = derivatives(film, along * along + up * up, hoop * hoop, squared)
     # m = along^2 + up^2 and n = hoop^2, hence these factors of the chain rule
     by = np.stack([2.0 * along, 2.0 * up, 2.0 * hoop], axis=-1)
     second = np.empty((*hoop.shape, 3, 3))

@@ -10,24 +10,37 @@ voltage and then raised. It is reported where it exists, and marked.
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.errors import InputError
+from gelcone.errors import InputError, unknown_name
 from gelcone.model import PARAMETERS, ConeModel
 from gelcone.motion.flow import Outcome
 from gelcone.quantity import Array
-from gelcone.validation.film import Film, check_radius_ratio, interpolated, mesh_film, strain, stretches
+from gelcone.validation import density
+from gelcone.validation.film import (
+    SLACK_STIFFNESS,
+    Film,
+    check_radius_ratio,
+    derivatives,
+    interpolated,
+    mesh_film,
+    strain,
+    stretches,
+)
 from gelcone.validation.path import Ending, Point, arc, cone, flat, newton, reach, slackens
 
 if TYPE_CHECKING:
     import xarray as xr
 
+Wrinkles = Literal["mark", "relax"]
+WRINKLES = ("mark", "relax")
 DEFAULT_RADIUS_RATIO = 0.2
 """a/b of the source paper's Table 1: 10 mm in 50 mm."""
 DEFAULT_ELEMENTS = 200
@@ -39,6 +52,7 @@ RESOLVED = 1e-3
 """Largest error of the force by the mesh, over the force, of a point that is given out."""
 NEAR = 0.2
 """Largest displacement, in b - a, of a mesh half as fine from the state it confirms."""
+NETS = tuple(SLACK_STIFFNESS * 10.0**k for k in (5, 4, 3, 2, 1, 0))
 SMALLEST_HEIGHT = 0.02
 """Height at which the compressed branch leaves the flat film, unless less is wanted."""
 
@@ -61,6 +75,7 @@ def membrane(
     *,
     displacements: npt.ArrayLike,
     voltages: npt.ArrayLike = 0.0,
+    wrinkles: Wrinkles = "mark",
     elements: int = DEFAULT_ELEMENTS,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
@@ -72,6 +87,8 @@ def membrane(
     radius_ratio : a/b, between 0 and 1, one number or of the ensemble's shape. Default 0.2.
     displacements : x = h/(b-a) at which the disc is held, one number or shape (displacement,), in any order.
     voltages : constant voltages v = Phi sqrt(eps/mu)/H (mounted thickness H), at least 0. Default 0.
+    wrinkles : ``"mark"`` (default) leaves the film unwrinkled and marks where a stress is compressive; ``"relax"`` lets
+        it wrinkle instead (tension field, see `gelcone.validation.density`): its stresses are then nowhere negative.
     elements : quadratic finite elements along the radius, at least 2. Default 200.
     progress : is told the share of the work done since its last call.
 
@@ -86,8 +103,8 @@ def membrane(
     ``force_error`` estimates what the mesh leaves: a 15th of the change from a mesh half as fine. ``folds``
     counts the folds of the voltage passed on the way: after them the film has pulled in. ``stable``: the energy has a
     minimum against all axisymmetric motion of the film. ``hoop_slack`` and ``meridional_slack`` mark a compressive
-    stress anywhere: the unwrinkled film that was computed is then not physical. ``overhangs``: the film bulges
-    sideways over the disc or the rim.
+    stress anywhere - the unwrinkled film that was computed is then not physical - or, with ``"relax"``, wrinkles.
+    ``overhangs``: the film bulges sideways over the disc or the rim.
 
     Along the film run ``radius`` and ``height`` (in b - a), true stretches and true stresses over mu, NaN at and
     beyond the stretch limit. ``limit_share`` is the largest (I1 - 3)/limit of all rings, at the mounted
@@ -105,11 +122,14 @@ def membrane(
     """
     x, levels = check_displacements(displacements), check_voltages(voltages)
     model, ratios = ensemble(model, radius_ratio)
-    films = [mesh_film(single(model, i), ratio, elements) for i, ratio in enumerate(ratios)]
+    if wrinkles not in WRINKLES:
+        raise unknown_name("way to treat wrinkles", str(wrinkles), WRINKLES)
+    relaxed = wrinkles == "relax"
+    films = [mesh_film(single(model, i), ratio, elements, relaxed=relaxed) for i, ratio in enumerate(ratios)]
     _check_reachable(films, x)
     told = progress or (lambda share: None)
     each = [
-        _fields(film, mesh_film(film.model, film.radius_ratio, max(2, elements // 2)), x, states)
+        _fields(film, mesh_film(film.model, film.radius_ratio, max(2, elements // 2), relaxed=relaxed), x, states)
         for film in films
         for states in [solve(film, x, levels, lambda s: told(s / len(films)))]
     ]
@@ -126,7 +146,7 @@ def membrane(
             "radius_ratio": ((), ratios, "radius of the disc over that of the film, a/b", "ratio"),
         },
         outcome=np.where(found, Outcome.OK, Outcome.OUTSIDE),
-        options={"elements": elements},
+        options={"elements": elements, "wrinkles": wrinkles},
         title="film as a membrane",
     )
     result["ending"].attrs |= {
@@ -150,8 +170,9 @@ def solve(film: Film, x: Array, levels: Array, told: Callable[[float], None] = l
     found: dict[tuple[float, float], State] = {}
     for k, square in enumerate(squares):
         states = dict(zip(heights, [row[k] for row in rows], strict=True))
-        states |= _pulled_in(film, states, square)
-        states |= _compressed(film, states, square)
+        if not film.relaxed:
+            states |= _pulled_in(film, states, square)
+            states |= _compressed(film, states, square)
         found |= {(square, height): state for height, state in states.items()}
         told(0.5 / len(squares))
     return [[found[v * v, abs(h)] for h in x.tolist()] for v in levels.tolist()]
@@ -167,7 +188,8 @@ def _raised(film: Film, heights: list[float]) -> dict[float, Point]:
             guess = newton(film, cone(film, height, start), 0.0)
             point = guess if guess is not None and guess.stable and not slackens(guess) else None
         else:
-            point, _ = reach(film, point, "height", height)
+            below = point
+            point = reach(film, below, "height", height)[0] or _settled(film, cone(film, height, below), 0.0)
             if point is None:
                 break
         if point is not None:
@@ -203,7 +225,23 @@ def _charged_to(film: Film, start: Point, square: float, beside: State | None) -
         if point is not None:
             return State(point, Ending.CONVERGED, 0, square)
     reached, last = reach(film, start, "squared", square)
+    reached = reached or _settled(film, start.position, square)
     return _ended(film, last) if reached is None else State(reached, Ending.CONVERGED, 0, square)
+
+
+def _settled(film: Film, guess: Array, square: float) -> Point | None:
+    """A film that may wrinkle, where it comes to rest from a guess, on a net that is made weaker and weaker: one that
+    falls slack or tightens in a step cannot be followed by its tangent.
+
+    Its energy has a single minimum as long as every ring has a natural width.
+    """
+    point = None
+    for net in NETS if film.relaxed else ():
+        point = newton(dataclasses.replace(film, net=net), guess, square)
+        if point is None or not point.stable:
+            return None
+        guess = point.position
+    return point
 
 
 def _flat_state(film: Film, square: float) -> State:
@@ -222,8 +260,13 @@ def _why_not_raised(film: Film, height: float) -> Ending:
 
 
 def _ended(film: Film, last: Point) -> State:
-    """Why the voltage could not be raised further, by a few steps along the arc; the state holds the last point."""
+    """Why the voltage could not be raised further, by a few steps along the arc; the state holds the last point.
+
+    A film that may wrinkle is not followed further: past its fold it has no wrinkled state.
+    """
     reached = last.squared
+    if film.relaxed:
+        return State(last, Ending.NOT_CONVERGED, 0, reached)
     for here in itertools.islice(arc(film, last), MOST_TO_FOLD):
         reached = max(reached, here.point.squared)
         if slackens(here.point):
@@ -313,7 +356,8 @@ def _field(film: Film, coarse: Film, state: State, side: float) -> dict[str, Any
     """The variables of one point, the film mirrored for a disc that is pulled down (``side`` -1)."""
     found = state.point if state.ending in (Ending.CONVERGED, Ending.COMPRESSED) else None
     error = np.nan if found is None else force_error(film, found, coarse)
-    ending = state.ending if found is None or error <= RESOLVED * abs(found.force) else Ending.UNRESOLVED
+    resolved = found is None or error <= RESOLVED * abs(found.force) + (SLACK_STIFFNESS if film.relaxed else 0.0)
+    ending = state.ending if resolved else Ending.UNRESOLVED
     known = {"ending": ending, "folds": state.folds, "reached_voltage": np.sqrt(state.reached)}
     if found is None or ending == Ending.UNRESOLVED:
         nothing = np.full(film.place.size, np.nan)
@@ -321,6 +365,7 @@ def _field(film: Film, coarse: Film, state: State, side: float) -> dict[str, Any
         return known | scalars | dict.fromkeys(_PROFILES, nothing)
     position = found.position
     along, hoop, stress, hoop_stress = _stress_state(film, position, found.squared)
+    slack, hoop_slack = _slack(film, position, found.squared)
     share = limit_shares(film, position)
     overhang = stretches(film, position)[0].min() < 0.0
     return known | {
@@ -329,8 +374,8 @@ def _field(film: Film, coarse: Film, state: State, side: float) -> dict[str, Any
         "limit_share": share.max(),
         "limit_radius": film.radius[np.argmax(share)],
         "stable": found.stable,
-        "hoop_slack": np.nanmin(hoop_stress) < COMPRESSION,
-        "meridional_slack": np.nanmin(stress) < COMPRESSION,
+        "hoop_slack": hoop_slack,
+        "meridional_slack": slack,
         "overhangs": overhang,
         "radius": film.radius + position[0::2],
         "height": (side or 1.0) * position[1::2],
@@ -371,12 +416,18 @@ def _stress_state(film: Film, position: Array, squared: float) -> tuple[Array, .
     """True stretches and true stresses over mu at the nodes, each (nodes,)."""
     along, up, hoop = (_at_nodes(film, values) for values in stretches(film, position, film.at_nodes))
     m, n = along**2 + up**2, hoop**2
-    c, law = film.coefficients, film.model.law
-    invariant, limit = strain(film, m, n), film.model.strain_limit()
-    response = np.where(invariant < limit, law.response(invariant, c.law), np.nan)
-    thin, field = c.G / (m * n), squared * m * n
-    stress, hoop_stress = (response * (square - thin) - field for square in (c.A * m, c.B * n))
+    phi, c = derivatives(film, m, n, squared), film.coefficients
+    inside = strain(film, m, n) < film.model.strain_limit()
+    stress, hoop_stress = (np.where(inside, 2.0 * s * force, np.nan) for s, force in ((m, phi.m), (n, phi.n)))
     return np.sqrt(c.A * m), np.sqrt(c.B * n), stress, hoop_stress
+
+
+def _slack(film: Film, position: Array, squared: float) -> tuple[bool, bool]:
+    """Whether the unwrinkled film would be compressed anywhere, along the meridian and along the hoop."""
+    along, up, hoop = (_at_nodes(film, values) for values in stretches(film, position, film.at_nodes))
+    m, n = along**2 + up**2, hoop**2
+    phi = density.derivatives(film.model.law, film.coefficients, m, n, squared)
+    return bool(np.min(2.0 * m * phi.m) < COMPRESSION), bool(np.min(2.0 * n * phi.n) < COMPRESSION)
 
 
 def _at_nodes(film: Film, values: Array) -> Array:

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from gelcone.quantity import Array
-from gelcone.validation.film import BAND, Film, Forces, electric_forces, forces, reachable, tangent
+from gelcone.validation.film import BAND, Film, Forces, electric_forces, energy, forces, reachable, tangent
 
 Load = Literal["height", "squared"]
 
@@ -121,12 +121,17 @@ def newton(film: Film, guess: Array, squared: float, within: float = math.inf) -
 def _damped(
     film: Film, position: Array, step: Array, squared: float, most: float, halvings: int
 ) -> tuple[Array, Forces] | None:
-    """The longest of ever shorter steps that leaves less than ``most`` of the residual forces; None if none does."""
+    """The longest of ever shorter steps that leaves less than ``most`` of the residual forces; None if none does.
+
+    A film that may wrinkle rests in a minimum of its energy: there a lower energy will do, for the stiffness jumps
+    where rings tighten.
+    """
+    before = energy(film, position, squared) if film.relaxed else math.nan
     for _ in range(halvings):
         moved = position + step
         if reachable(film, moved):
             now = forces(film, moved, squared)
-            if _residual(now) < most:
+            if _residual(now) < most or (film.relaxed and energy(film, moved, squared) < before):
                 return moved, now
         step = 0.5 * step
     return None
@@ -251,7 +256,7 @@ def _rate(film: Film, point: Point, load: Load) -> Array:
         coupled = np.arange(min(BAND + DISC_HEIGHT + 1, film.size))
         pull[coupled] = band[BAND + coupled - DISC_HEIGHT, DISC_HEIGHT]
     else:
-        pull = electric_forces(film, point.position)
+        pull = electric_forces(film, point.position, point.squared)
     if not point.position[1::2].any():
         band[BAND, 1::2] = 1.0
     rate[FREE] = -_solved(band[:, FREE], pull)
@@ -323,7 +328,7 @@ def _corrected(film: Film, here: Arc, length: float) -> Point | None:
         band = _regular(film, position, squared)
         toward, along = np.zeros_like(position), np.zeros_like(position)
         toward[FREE] = -_solved(band, now.internal)
-        along[FREE] = -_solved(band, electric_forces(film, position))
+        along[FREE] = -_solved(band, electric_forces(film, position, squared))
         out = float((position - guess + toward) @ here.position) / position.size
         out += (squared - here.point.squared - length * here.squared) * here.squared
         change = -out / (float(along @ here.position) / position.size + here.squared)
