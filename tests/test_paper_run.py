@@ -290,8 +290,8 @@ def command(laboratory, tmp_path, monkeypatch):
 
 def test_the_command_ends_with_the_table_of_claims(command, tmp_path):
     result = command("--quick")
-    lines = result.stdout.splitlines()
-    assert (result.exit_code, result.stderr) == (0, "")
+    lines = result.output.splitlines()
+    assert result.exit_code == 0
     assert lines[0].split() == ["claim", "verdict", "key", "number", "which", "is"]
     assert [line.split()[:2] for line in lines[1:4]] == [[n, "reproduced"] for n in ("first", "second", "third")]
     assert "±" in lines[1]
@@ -301,7 +301,7 @@ def test_the_command_ends_with_the_table_of_claims(command, tmp_path):
 
 def test_the_command_prints_one_json_object(command):
     result = command("first", "--quick", "--out", "there", "--json")
-    content = json.loads(result.stdout)
+    content = json.loads(result.output)
     assert (content["effort"], content["version"], content["report"]) == (
         "quick",
         running.__version__,
@@ -316,7 +316,7 @@ def test_the_command_prints_one_json_object(command):
 
 
 def test_without_quick_the_effort_is_full(command):
-    assert json.loads(command("3", "--json").stdout)["effort"] == "full"
+    assert json.loads(command("3", "--json").output)["effort"] == "full"
     assert load("paper-results/data/swing.nc").sizes["time"] == 201
 
 
@@ -324,7 +324,7 @@ def test_an_interrupt_says_how_to_go_on(command, laboratory):
     laboratory.stop_at = "rest"
     result = command("--quick")
     assert result.exit_code == 130
-    assert result.stderr == "interrupted; what is complete is kept, the same command continues from there\n"
+    assert result.output == "interrupted; what is complete is kept, the same command continues from there\n"
 
 
 # --- the real studies, figures and claims -----------------------------------------------------------------------------
