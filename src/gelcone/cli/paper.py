@@ -95,8 +95,8 @@ def report(result: PaperRun) -> dict[str, Any]:
 def summary(result: PaperRun) -> str:
     """What a person reads on the terminal: the table of claims, and where everything is."""
     lines = claim_table(result.claims) if result.claims else []
-    numbers = ", ".join(str(drawn.figure.number) for drawn in result.figures)
-    lines.append(f"figures {numbers} in {result.report.parent}")
+    numbers = [str(drawn.figure.number) for drawn in result.figures]
+    lines.append(f"figure{'s' if len(numbers) > 1 else ''} {', '.join(numbers)} in {result.report.parent}")
     lines.append(f"wrote {result.report}")
     return "\n".join(lines)
 
