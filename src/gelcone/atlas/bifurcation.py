@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
@@ -10,11 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.atlas.cells import CHUNK, Plan, join, meaning_of, quantity_of
+from gelcone.atlas.cells import STATES, Plan, Progress, meaning_of, quantity_of
 from gelcone.errors import InputError
 from gelcone.model import ConeModel
 from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome
+from gelcone.motion.lyapunov import default_transient, settle
 from gelcone.motion.regime import ROUNDS, Evidence, Regime, label_evidence
+from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 NUDGE = 1e-4
 """A sweep moves each state by this much before it goes on, lest it stays on a motion that has become unstable."""
 BISECTIONS = 8
+WALK = 0.25
+"""About the share of a sweep's work that cannot be done side by side."""
 
 
 def bifurcation(
@@ -37,7 +41,7 @@ def bifurcation(
     tolerance: float = DEFAULT_TOLERANCE,
     rounds: int = ROUNDS,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Section points, extent, exponents and regime at each value of a parameter, by sweeps and from fixed states.
 
@@ -47,7 +51,7 @@ def bifurcation(
     parameter, values : the parameter's name and its increasing values, at least two.
     initial : fixed initial states, each giving one branch over all values; the sweeps start from the first.
         Default ((1, 0),).
-    sweeps : any of ``"up"`` and ``"down"``: each point starts from the last state of the one before, moved by
+    sweeps : any of ``"up"`` and ``"down"``: each point starts where the one before was after the transient, moved by
         `NUDGE`, so that hysteresis shows. Default both.
     bisections : how often each change of regime between neighbours is narrowed down by half. Default 8.
     transient, budget, tolerance : as in `regime`.
@@ -62,7 +66,7 @@ def bifurcation(
     Raises
     ------
     InputError : for an unknown parameter, too few or unsorted values, unknown sweeps, budgets that are not positive, no
-        initial state, or none inside the stretch limit.
+        initial state, one given twice, or none inside the stretch limit.
     """
     if not initial:
         raise InputError("initial: is empty; give at least one initial state")
@@ -71,48 +75,59 @@ def bifurcation(
             raise InputError(f"sweeps = {sweep!r}: must be 'up' or 'down'")
     if bisections < 0:
         raise InputError(f"bisections = {bisections}: must be at least 0")
-    plans = [
-        Plan(model, {parameter: np.asarray(values)}, state, transient, budget, tolerance, rounds) for state in initial
-    ]
+    if parameter in STATES:
+        raise InputError(f"{parameter}: belongs to the initial state; a bifurcation diagram sweeps a parameter")
+    plans = {
+        _name(state): Plan(model, {parameter: np.asarray(values)}, state, transient, budget, tolerance, rounds)
+        for state in initial
+    }
+    if len(plans) < len(initial):
+        raise InputError(f"initial = {[tuple(state) for state in initial]}: holds a state twice; leave out doubles")
     report = progress or (lambda share: None)
-    parts = 2 * bool(sweeps) + len(plans)
+    parts = len(dict.fromkeys(sweeps)) + len(plans)
     branches: dict[str, Evidence] = {}
-    if sweeps:
-        branches |= _sweep(plans[0], sweeps, threads, lambda share: report(2 * share / parts))
-    for plan in plans:
-        branches[f"from {plan.initial[0]:g},{plan.initial[1]:g}"] = plan.run(
-            threads=threads, progress=lambda share: report(share / parts)
-        )
-    result = _label(plans[0], branches)
+    for name, plan in plans.items():
+        branches[name] = plan.run(threads=threads, progress=lambda share: report(share / parts))
+    first = next(iter(plans.values()))
+    swept = _sweep(first, tuple(dict.fromkeys(sweeps)), threads, lambda share: report(share / parts))
+    branches = swept | branches
+    result = _label(first, branches)
     return result.assign(_thresholds(plans, branches, bisections, threads))
 
 
-def _sweep(
-    plan: Plan, sweeps: Sequence[str], threads: int | None, progress: Callable[[float], None]
-) -> dict[str, Evidence]:
-    """The sweeps side by side, one value at a time."""
+def _name(state: Sequence[float]) -> str:
+    """The name of the branch from a fixed initial state."""
+    return "from " + ",".join(f"{component:g}" for component in state)
+
+
+def _sweep(plan: Plan, sweeps: Sequence[str], threads: int | None, progress: Progress) -> dict[str, Evidence]:
+    """One branch a sweep: a walk over the values that only settles, then all points from where the walk met them.
+
+    ``progress`` is told 1 a sweep in all.
+    """
+    if not sweeps:
+        return {}
     (name, values), count = next(iter(plan.over.items())), plan.size
     order = {"up": np.arange(count), "down": np.arange(count)[::-1]}
+    starts = np.empty((len(sweeps), count, 2))
     state = np.tile(np.asarray(plan.initial, dtype=float), (len(sweeps), 1))
-    steps: list[Evidence] = []
     for k in range(count):
-        here = np.array([values[order[sweep][k]] for sweep in sweeps])
-        model, _ = plan.at({name: here})
-        step = plan.classify(model, state, threads)
-        steps.append(step)
-        lost = step.outcome != Outcome.OK
-        state = np.where(lost[:, None], plan.initial, step.final + np.array([NUDGE, 0.0]))
-        progress(1.0 / count)
-    together = join(steps)
-    # Row k of the steps holds the k-th value of each sweep; back to the order of the values.
-    return {
-        sweep: _take(together, np.arange(count) * len(sweeps) + i, np.argsort(order[sweep]))
-        for i, sweep in enumerate(sweeps)
-    }
+        at = [order[sweep][k] for sweep in sweeps]
+        starts[np.arange(len(sweeps)), at] = state
+        model, _ = plan.at({name: values[at]})
+        duration = default_transient(model) if plan.transient is None else np.full(model.size, plan.transient)
+        after, outcome = settle(model, state, duration, tolerance=plan.tolerance, threads=threads)
+        lost = outcome != Outcome.OK
+        state = np.where(lost[:, None], plan.initial, after + np.array([NUDGE, 0.0]))
+        progress(len(sweeps) * WALK / count)
+    model, _ = plan.at({name: np.tile(values, len(sweeps))})
+    share = len(sweeps) * (1.0 - WALK)
+    evidence = plan.classify(model, starts.reshape(-1, 2), threads, lambda part: progress(share * part))
+    return {sweep: _take(evidence, slice(i * count, (i + 1) * count)) for i, sweep in enumerate(sweeps)}
 
 
-def _take(evidence: Evidence, rows: Any, order: Any) -> Evidence:
-    return Evidence(**{f.name: getattr(evidence, f.name)[rows][order] for f in fields(Evidence)})
+def _take(evidence: Evidence, rows: Any) -> Evidence:
+    return Evidence(**{f.name: getattr(evidence, f.name)[rows] for f in fields(Evidence)})
 
 
 def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
@@ -132,53 +147,47 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
 
 
 def _thresholds(
-    plans: list[Plan], branches: dict[str, Evidence], bisections: int, threads: int | None
+    plans: dict[str, Plan], branches: dict[str, Evidence], bisections: int, threads: int | None
 ) -> dict[str, Any]:
     """Every change of regime between neighbours, narrowed down from the state on the side it is met from."""
-    (name, values) = next(iter(plans[0].over.items()))
-    rows: list[tuple[str, int, int, float, float]] = []
-    by_state = {f"from {p.initial[0]:g},{p.initial[1]:g}": p for p in plans}
-    for branch, evidence in branches.items():
-        codes = evidence.regime
-        changes = np.flatnonzero(codes[1:] != codes[:-1])
-        low, high = values[changes].copy(), values[changes + 1].copy()
-        if branch in by_state:
-            states = np.tile(np.asarray(by_state[branch].initial, dtype=float), (len(changes), 1))
-        else:
-            met = changes if branch == "up" else changes + 1
-            states = np.where(
-                np.isfinite(evidence.final[met]), evidence.final[met] + np.array([NUDGE, 0.0]), plans[0].initial
-            )
-        for _ in range(bisections if len(changes) else 0):
-            middle = 0.5 * (low + high)
-            found = np.empty(len(changes), dtype=np.int8)
-            for first in range(0, len(changes), CHUNK):
-                part = slice(first, first + CHUNK)
-                model, _ = plans[0].at({name: middle[part]})
-                found[part] = plans[0].classify(model, states[part], threads).regime
-            # What is neither kind lies between them too; the side that keeps its kind moves up.
-            below = found == codes[changes]
-            low, high = np.where(below, middle, low), np.where(below, high, middle)
-        rows += [
-            (branch, int(a), int(b), float(lo), float(hi))
-            for a, b, lo, hi in zip(codes[changes], codes[changes + 1], low, high, strict=True)
-        ]
-    columns = list(zip(*rows, strict=True)) if rows else [(), (), (), (), ()]
+    plan = next(iter(plans.values()))
+    (name, values) = next(iter(plan.over.items()))
+    changes = {
+        branch: np.flatnonzero(evidence.regime[1:] != evidence.regime[:-1]) for branch, evidence in branches.items()
+    }
+    names = np.repeat(list(changes), [len(at) for at in changes.values()])
+    below = np.concatenate([branches[branch].regime[at] for branch, at in changes.items()])
+    above = np.concatenate([branches[branch].regime[at + 1] for branch, at in changes.items()])
+    low = np.concatenate([values[at] for at in changes.values()])
+    high = np.concatenate([values[at + 1] for at in changes.values()])
+    states = np.concatenate([_met(plans, branch, branches[branch], at) for branch, at in changes.items()])
+    for _ in range(bisections if names.size else 0):
+        middle = 0.5 * (low + high)
+        model, _ = plan.at({name: middle})
+        # What is neither kind lies between them too; the side that keeps its kind moves up.
+        stays = plan.classify(model, states, threads).regime == below
+        low, high = np.where(stays, middle, low), np.where(stays, high, middle)
 
-    def column(i: int, kind: Any, long_name: str, quantity: str) -> tuple[str, Any, dict[str, str]]:
-        return (
-            "threshold",
-            np.array(columns[i], dtype=kind),
-            {"long_name": long_name, "units": "1", "quantity": quantity},
-        )
+    def column(values: Any, kind: Any, long_name: str, quantity: str) -> tuple[str, Any, dict[str, str]]:
+        attrs = {"long_name": long_name, "units": "1", "quantity": quantity}
+        return "threshold", np.asarray(values, dtype=kind), attrs
 
     return {
-        "threshold_branch": column(0, str, "branch on which the regime changes", "code"),
-        "threshold_from": column(1, np.int8, "regime below the change", "code"),
-        "threshold_to": column(2, np.int8, "regime above the change", "code"),
-        "threshold_low": column(3, float, "change lies above this value", quantity_of(name)),
-        "threshold_high": column(4, float, "change lies at or below this value", quantity_of(name)),
+        "threshold_branch": column(names, str, "branch on which the regime changes", "code"),
+        "threshold_from": column(below, np.int8, "regime below the change", "code"),
+        "threshold_to": column(above, np.int8, "regime above the change", "code"),
+        "threshold_low": column(low, float, "change lies above this value", quantity_of(name)),
+        "threshold_high": column(high, float, "change lies at or below this value", quantity_of(name)),
     }
+
+
+def _met(plans: dict[str, Plan], branch: str, evidence: Evidence, changes: npt.NDArray[np.intp]) -> Array:
+    """The states (changes, 2) from which the changes of a branch are narrowed down."""
+    if branch in plans:
+        return np.tile(np.asarray(plans[branch].initial, dtype=float), (len(changes), 1))
+    met = evidence.final[changes if branch == "up" else changes + 1]
+    fallback = next(iter(plans.values())).initial
+    return np.where(np.isfinite(met), met + np.array([NUDGE, 0.0]), fallback)
 
 
 def thresholds_of(diagram: xr.Dataset) -> list[dict[str, Any]]:

@@ -22,6 +22,8 @@ from gelcone.motion.regime import ROUNDS, Evidence, classify
 from gelcone.motion.response import start_states
 from gelcone.quantity import Array, Quantity
 
+Progress = Callable[[float], None]
+
 CHUNK = 256
 """Cells computed together: large enough to fill lanes and threads, small enough for progress and interrupts."""
 STATES = {
@@ -61,6 +63,12 @@ class Plan:
         if self.model.shape:
             raise InputError(f"a sweep starts from a single model, not from an ensemble of shape {self.model.shape}")
         check_budgets(transient=self.transient, budget=self.budget)
+        if self.rounds < 1:
+            raise InputError(f"rounds = {self.rounds}: must be at least 1")
+        if np.shape(self.initial) != (2,):
+            raise InputError(f"initial = {self.initial!r}: must be a displacement and a velocity")
+        if not self.over:
+            raise InputError("over: is empty; give at least one name and its values")
         object.__setattr__(self, "over", {name: swept_values(self.model, name, v) for name, v in self.over.items()})
 
     @property
@@ -92,36 +100,36 @@ class Plan:
 
     def compute(self, cells: npt.NDArray[np.intp], threads: int | None = None) -> Evidence:
         """The evidence of some cells of the flattened grid."""
-        return self.compute_at({name: values[cells] for name, values in self.grid.items()}, threads)
-
-    def compute_at(self, values: Mapping[str, Array], threads: int | None = None) -> Evidence:
-        """The evidence at any values of the swept names, on the grid or between."""
-        model, states = self.at(values)
+        model, states = self.at({name: values[cells] for name, values in self.grid.items()})
         return self.classify(model, states, threads)
 
-    def classify(self, model: ConeModel, states: Array, threads: int | None = None) -> Evidence:
-        """`classify` with the plan's options."""
-        return classify(
-            model,
-            states,
-            transient=self.transient,
-            budget=self.budget,
-            rounds=self.rounds,
-            tolerance=self.tolerance,
-            threads=threads,
-        )
+    def classify(
+        self, model: ConeModel, states: Array, threads: int | None = None, progress: Progress | None = None
+    ) -> Evidence:
+        """`classify` with the plan's options, chunk by chunk."""
+        parts = []
+        for first in range(0, model.size, CHUNK):
+            cells = np.arange(first, min(first + CHUNK, model.size))
+            parts.append(
+                classify(
+                    model.take(cells),
+                    states[cells],
+                    transient=self.transient,
+                    budget=self.budget,
+                    rounds=self.rounds,
+                    tolerance=self.tolerance,
+                    threads=threads,
+                )
+            )
+            if progress is not None:
+                progress(len(cells) / model.size)
+        return join(parts)
 
-    def run(self, *, threads: int | None = None, progress: Callable[[float], None] | None = None) -> Evidence:
-        """The evidence of all cells, chunk by chunk."""
+    def run(self, *, threads: int | None = None, progress: Progress | None = None) -> Evidence:
+        """The evidence of all cells; `InputError` when none lies inside its stretch limit."""
         model, states = self.at(self.grid)
         start_states(model, states)
-        parts = []
-        for first in range(0, self.size, CHUNK):
-            cells = np.arange(first, min(first + CHUNK, self.size))
-            parts.append(self.compute(cells, threads))
-            if progress is not None:
-                progress(len(cells) / self.size)
-        return join(parts)
+        return self.classify(model, states, threads, progress)
 
     def options(self) -> dict[str, Any]:
         """The options as attributes of a result."""
