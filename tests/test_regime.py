@@ -269,6 +269,24 @@ def test_what_has_not_settled_is_transient_and_flagged():
     assert int(result["flag"]) == 1
 
 
+def test_growth_away_from_unstable_rest_is_no_chaos():
+    """Just above the onset a deviation grows for longer than there is patience: a positive exponent, and no chaos."""
+    model = ConeModel(spring_stiffness=1.5, damping_ratio=0.05, drive_frequency=1.1, voltage=[0.6959, 0.697, 0.71])
+    evidence = classify(model, np.tile([1e-4, 0.0], (3, 1)))
+    assert [Regime(code).label for code in evidence.regime] == ["transient", "transient", "periodic"]
+    assert evidence.flag.tolist() == [True, True, False]
+    assert (evidence.sign[:2] == 1).all()
+
+
+def test_drifts_are_told_from_chaos():
+    k = np.arange(200)
+    leaving = np.stack([1e-4 * (-1.02) ** k, 1e-4 * 1.02**k], axis=1)
+    wandering = np.random.default_rng(5).normal(size=(20, 200, 2))
+    settling = np.stack([0.98**k, 0.99**k], axis=1)
+    found = module.drifts(np.concatenate([leaving[None], settling[None], wandering]))
+    assert found.tolist() == [True] + [False] * 21
+
+
 def test_judging_flags_what_disagrees():
     model = ConeModel(damping_ratio=np.full(6, 0.1))
     evidence = Evidence.blank(6)

@@ -55,6 +55,9 @@ FOLLOW_TOLERANCE = 1e-10
 """Tolerance of the later rounds, which only have to arrive: a motion that settles forgets the error, chaos has none."""
 TEST_POINTS = (200, 800)
 """Points of the 0-1 test, and of its repetition where the first is no clear answer."""
+ENDED = 1e-3
+"""What was chaotic has ended when the last points of its 0-1 test return this closely."""
+DRIFT_WINDOWS = 8
 CHAOTIC_K = 0.8
 REGULAR_K = 0.2
 
@@ -91,6 +94,7 @@ class Evidence:
     zero_one: Array
     test_phase: npt.NDArray[np.int64]
     beside: npt.NDArray[np.bool_]
+    under_way: npt.NDArray[np.bool_]
     lowest: Array
     highest: Array
     section: Array
@@ -117,6 +121,7 @@ class Evidence:
             zero_one=nan(),
             test_phase=np.zeros(count, dtype=np.int64),
             beside=np.zeros(count, dtype=bool),
+            under_way=np.zeros(count, dtype=bool),
             lowest=nan(),
             highest=nan(),
             section=nan(RETURNS, 2),
@@ -286,7 +291,8 @@ def _unsettled(model: ConeModel, members: npt.NDArray[np.intp], evidence: Eviden
 def _is_chaotic(evidence: Evidence, members: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
     """Whether both opinions say so."""
     wandering = evidence.regime[members] == Regime.TRANSIENT
-    return wandering & (evidence.sign[members] > 0) & (evidence.zero_one[members] > CHAOTIC_K)
+    agree = (evidence.sign[members] > 0) & (evidence.zero_one[members] > CHAOTIC_K)
+    return wandering & agree & ~evidence.under_way[members]
 
 
 def _measure(
@@ -328,10 +334,26 @@ def _test(
     between, section = flow.states[:, ::2], flow.states[:, 1::2]
     evidence.outcome[members], evidence.final[members] = flow.outcome, section[:, -1]
     evidence.zero_one[members] = zero_one(np.where(phase[:, None] > 0.0, between[..., 0], section[..., 0]))
+    evidence.under_way[members] = (periods_of(section[:, -RETURNS:], ENDED)[0] > 0) | drifts(section)
     damped = np.broadcast_to(model.damping_ratio, model.shape) > 0.0
     chaotic = np.flatnonzero(damped & _is_chaotic(evidence, members) & (flow.outcome == Outcome.OK))
     if chaotic.size:
         evidence.beside[members[chaotic]] = attractors_beside(model.take(chaotic), section[chaotic], **options)
+
+
+def drifts(section: Array) -> npt.NDArray[np.bool_]:
+    """Whether a motion leaves an unstable cycle or rest behind, ever faster, its section (members, points, 2) says.
+
+    The deviations grow as in chaos, but every return after the period of that cycle is worse than those before; in
+    chaos there are always closer ones to come.
+    """
+    drifting = np.zeros(len(section), dtype=bool)
+    for period in range(1, LONGEST_PERIOD + 1):
+        gap = np.abs(section[:, period:] - section[:, :-period]).max(axis=2)
+        length = gap.shape[1] // DRIFT_WINDOWS
+        worst = gap[:, : length * DRIFT_WINDOWS].reshape(len(gap), DRIFT_WINDOWS, length).max(axis=2)
+        drifting |= (np.diff(worst, axis=1) > 0.0).all(axis=1)
+    return drifting
 
 
 def _judge(model: ConeModel, evidence: Evidence) -> None:
@@ -342,7 +364,7 @@ def _judge(model: ConeModel, evidence: Evidence) -> None:
     # Chaos without damping sticks to the islands in it for long, so that its average may never become steady.
     sticky = ~damped & (evidence.exponents[:, 0] > shear_level(evidence.averaged_time)) & (evidence.sign == 0)
     sticky &= evidence.zero_one > CHAOTIC_K
-    chaotic = wandering & ((evidence.sign > 0) | sticky)
+    chaotic = wandering & ((evidence.sign > 0) | sticky) & ~(damped & evidence.under_way)
     quasi_periodic = wandering & ~damped & ~chaotic
     evidence.regime[chaotic] = Regime.CHAOTIC
     evidence.regime[quasi_periodic] = Regime.QUASI_PERIODIC

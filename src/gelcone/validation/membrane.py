@@ -185,7 +185,7 @@ def _raised(film: Film, heights: list[float]) -> dict[float, Point]:
     point = None
     for height in (h for h in heights if 0.0 < h < _highest(film)):
         if point is None:
-            guess = newton(film, cone(film, height, start), 0.0)
+            guess = newton(film, cone(film, height, start), 0.0) or _settled(film, cone(film, height), 0.0)
             point = guess if guess is not None and guess.stable and not slackens(guess) else None
         else:
             below = point
