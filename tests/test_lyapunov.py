@@ -10,7 +10,9 @@ from gelcone.errors import InputError
 from gelcone.model import ConeModel
 from gelcone.motion import lyapunov as module
 from gelcone.motion.flow import Outcome, integrate
-from gelcone.motion.lyapunov import FLOOR, average, clocks, finite_exponents, lyapunov, qr_growth, running_estimate
+from gelcone.motion.lyapunov import average, finite_exponents, lyapunov, running_estimate
+from gelcone.motion.section import repeats_lasting, settle
+from gelcone.motion.tangents import BLOCK, FLOOR, STRETCH, clocks, fastest_rate, qr_growth
 
 CHAOS = {"spring_stiffness": 0.9, "damping_ratio": 0.05, "drive_frequency": 0.3, "voltage": 1.6}
 
@@ -177,7 +179,7 @@ def test_the_standard_error_is_the_spread_of_many_averages():
     count = 48
     model = ConeModel(**CHAOS | {"damping_ratio": np.full(count, 0.05)})
     initial = np.stack([np.linspace(0.2, 1.5, count), np.zeros(count)], axis=1)
-    states, _ = module.settle(model, initial, np.full(count, 200.0))
+    states, _ = settle(model, initial, repeats_lasting(model, 200.0))
     found = average(model, states, budget=1.0)
     assert (found.sign >= 0).all()
     spread, stated = found.values[:, 0].std(ddof=1), np.sqrt((found.standard_error[:, 0] ** 2).mean())
@@ -194,9 +196,27 @@ def test_averaging_goes_on_until_the_sign_is_certain_or_the_budget_spent():
     assert short["averaged_time"].values[1] == longer["averaged_time"].values[1]
 
 
+def test_chaos_that_ends_in_a_cycle_has_the_exponents_of_the_cycle():
+    """Both multipliers of that cycle are complex: each exponent is -zeta, however much chaos the average has seen."""
+    model = ConeModel(spring_stiffness=0.9, damping_ratio=0.01, drive_frequency=0.1, voltage=[1.2, 1.7])
+    result = lyapunov(model, window=50.0, budget=8_000.0)
+    assert result["cycle"].values.tolist() == [2, 0]
+    assert result["sign"].values.tolist() == [-1, 1]
+    np.testing.assert_allclose(result["asymptotic"][0], -0.01, rtol=1e-9)
+    assert float(result["standard_error"][0, 0]) < 1e-7
+    running = result["running_exponent"].values[0]
+    assert running[np.isfinite(running)][-1] > -0.009
+
+
+def test_without_damping_exponents_are_averages():
+    """An undamped oscillation comes back, but nothing attracts it."""
+    result = lyapunov(ConeModel(voltage=0.0, damping_ratio=0.0), (0.3, 0.0), window=50.0, budget=3_000.0)
+    assert int(result["cycle"]) == 0
+
+
 def test_an_average_has_at_least_twenty_blocks():
     result = lyapunov(ConeModel(**CHAOS), transient=1.0, budget=1.0, window=1.0)
-    assert float(result["averaged_time"]) >= module.FEWEST_BLOCKS * module.BLOCK
+    assert float(result["averaged_time"]) >= module.FEWEST_BLOCKS * BLOCK
 
 
 def test_finite_and_asymptotic_stand_side_by_side():
@@ -256,10 +276,10 @@ def test_a_lost_member_does_not_touch_the_others():
 def test_clocks_keep_whole_repeats_and_the_same_numbers_in_any_ensemble():
     model, _ = varied(30)
     for members, clock in clocks(model):
-        assert (clock.spacing * module.fastest_rate(model)[members] <= module.STRETCH * (1 + 1e-12)).any()
+        assert (clock.spacing * fastest_rate(model)[members] <= STRETCH * (1 + 1e-12)).any()
         repeats_per_block = clock.block * clock.spacing / clock.repeat
         np.testing.assert_allclose(repeats_per_block, np.rint(repeats_per_block), rtol=1e-12)
-        assert (clock.block * clock.spacing >= module.BLOCK * (1 - 1e-12)).all()
+        assert (clock.block * clock.spacing >= BLOCK * (1 - 1e-12)).all()
         for i, member in enumerate(members[:3]):
             ((_, alone),) = clocks(model.take([member]))
             assert (alone.per_repeat, alone.block) == (clock.per_repeat, clock.block)

@@ -13,9 +13,10 @@ from gelcone.errors import InputError
 from gelcone.model import ConeModel
 from gelcone.motion import cycle
 from gelcone.motion import regime as module
+from gelcone.motion.cycle import periods_of
 from gelcone.motion.flow import Outcome, integrate
-from gelcone.motion.lyapunov import settle
-from gelcone.motion.regime import Evidence, Regime, classify, periods_of, regime
+from gelcone.motion.regime import Evidence, Regime, classify, regime
+from gelcone.motion.section import repeats_lasting, settle
 
 SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
 
@@ -130,7 +131,7 @@ def test_periods_of_counts_repeats():
 
 def test_newton_finds_the_cycle_from_a_distance_and_says_how_far_it_was():
     model = ConeModel(**SET, voltage=1.0).take(slice(None))
-    settled, _ = settle(model, np.array([[1.0, 0.0]]), np.array([2000.0]))
+    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
     off = settled + np.array([[3e-3, -2e-3]])
     exact, near = (cycle.find_cycles(model, states, np.array([1])) for states in (settled, off))
     size = 1e-3 / 3e-3 * near.distance[0]
@@ -143,7 +144,7 @@ def test_newton_finds_the_cycle_from_a_distance_and_says_how_far_it_was():
 
 def test_a_multiple_of_the_period_gives_the_period():
     model = ConeModel(**SET, voltage=0.8).take(slice(None))
-    settled, _ = settle(model, np.array([[1.0, 0.0]]), np.array([2000.0]))
+    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
     found = [cycle.find_cycles(model, settled, np.array([n])) for n in (2, 4, 6)]
     assert [c.period[0] for c in found] == [2, 2, 2]
     assert all(c.symmetric[0] for c in found)

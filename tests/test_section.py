@@ -102,6 +102,20 @@ def test_nothing_of_the_discarded_run_is_kept(monkeypatch):
     assert samples == [1, 1, 1]
 
 
+def test_members_settle_each_for_its_own_repeats():
+    """Also across returns of the clock; one that cannot run keeps its state, and so does one that has no time."""
+    model = PERIODIC.replace(stretch_limit=[50.0, 50.0, 0.1, 50.0])
+    states = np.tile([1.0, 0.0], (4, 1))
+    count = np.array([1203, 7, 5, 0])
+    settled, outcome = settle(model, states, count)
+    assert outcome.tolist() == [0, 0, module.Outcome.OUTSIDE, 0]
+    for i in (0, 1, 3):
+        np.testing.assert_array_equal(settle(model.take([i]), states[[i]], int(count[i]))[0][0], settled[i])
+    assert settled[3].tolist() == [1.0, 0.0]
+    by_hand, _ = settle(model.take([0]), settle(model.take([0]), states[[0]], 1000)[0], 203)
+    np.testing.assert_array_equal(by_hand[0], settled[0])
+
+
 def test_a_period_doubled_motion_gives_two_points():
     """At voltage 1 of the paper's fast set the motion takes two repeats of the drive."""
     model = ConeModel(damping_ratio=0.01, spring_stiffness=0.5, voltage=1.0, drive_frequency=0.3)

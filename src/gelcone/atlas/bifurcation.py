@@ -14,8 +14,9 @@ from gelcone.atlas.cells import STATES, Plan, Progress, meaning_of, quantity_of
 from gelcone.errors import InputError
 from gelcone.model import ConeModel
 from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome
-from gelcone.motion.lyapunov import default_transient, settle
+from gelcone.motion.lyapunov import default_transient
 from gelcone.motion.regime import ROUNDS, Evidence, Regime, label_evidence
+from gelcone.motion.section import repeats_lasting, settle
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -116,7 +117,8 @@ def _sweep(plan: Plan, sweeps: Sequence[str], threads: int | None, progress: Pro
         starts[np.arange(len(sweeps)), at] = state
         model, _ = plan.at({name: values[at]})
         duration = default_transient(model) if plan.transient is None else np.full(model.size, plan.transient)
-        after, outcome = settle(model, state, duration, tolerance=plan.tolerance, threads=threads)
+        repeats = repeats_lasting(model, duration)
+        after, outcome = settle(model, state, repeats, tolerance=plan.tolerance, threads=threads)
         lost = outcome != Outcome.OK
         state = np.where(lost[:, None], plan.initial, after + np.array([NUDGE, 0.0]))
         progress(len(sweeps) * WALK / count)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gelcone.cli.motions import budget_options, member_lines
+from gelcone.cli.motions import budget_options, member_lines, periods_json
 from gelcone.cli.options import Subject, output_options, read_subject, subject_options
 from gelcone.cli.output import check_folder, common_json, deliver, heading, outcome_lines, progress_bar
 
@@ -72,6 +72,7 @@ def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str,
         "values": result["asymptotic"],
         **{name: result[name] for name in ("standard_error", "finite", "asymptotic", "sign", "sum_residual")},
         "averaged_time": result["averaged_time"],
+        "cycle": periods_json(result["cycle"]),
         "per_repeat": result["per_repeat"],
         "unit": UNIT,
     }
@@ -118,10 +119,14 @@ def _single(member: xr.Dataset) -> list[str]:
     second = with_error(float(member["asymptotic"][1]), float(member["standard_error"][1]))
     finite = " and ".join(f"{float(value):+.4g}" for value in member["finite"])
     window, averaged = float(member["finite_time"].max()), float(member["averaged_time"])
-    unit = unit_of(member["averaged_time"]) or " time units"
+    unit, period = unit_of(member["averaged_time"]) or " time units", int(member["cycle"])
+    source = f"averaged over {averaged:.4g}{unit} after the transient"
+    if period:
+        settled = "rest or a cycle of 1 drive repeat" if period == 1 else f"a cycle of {period} drive repeats"
+        source = f"from the multipliers of what it settles on, {settled}"
     return [
         f"largest exponent {_largest(member)}",
         f"second exponent {second} {at}; their sum is off -2 zeta by {abs(float(member['sum_residual'])):.1g}",
-        f"averaged over {averaged:.4g}{unit} after the transient",
+        source,
         f"over the first {window:.4g}{unit} from the start: {finite} {at}",
     ]

@@ -1,7 +1,7 @@
 """Cycles: the periodic orbit that a damped motion settles on, how far it still is from it, and its exponents.
 
-A cycle of n drive repeats is a fixed point of the map over n repeats. Two Newton steps from a motion that nearly
-returns give the cycle itself and tell it from a slow drift, which has no fixed point nearby. The eigenvalues of the
+A motion that nearly returns after n drive repeats is near a fixed point of the map over n repeats. Two Newton steps
+from it give the cycle itself and tell it from a slow drift, which has no fixed point nearby. The eigenvalues of the
 tangent map over the cycle, its Floquet multipliers, give both Lyapunov exponents without any averaging. Nayfeh and
 Balachandran, Applied Nonlinear Dynamics (1995), chapters 3 and 7.
 """
@@ -16,9 +16,19 @@ import numpy.typing as npt
 
 from gelcone.model import ConeModel
 from gelcone.motion.flow import Outcome, integrate
-from gelcone.motion.lyapunov import FLOOR, Clock, clocks, qr_growth
+from gelcone.motion.tangents import CERTAIN, FLOOR, Clock, clocks, qr_growth
 from gelcone.quantity import Array
 
+RETURNS = 64
+"""Repeats that are looked at; motions with up to a quarter of this as period are recognised."""
+LONGEST_PERIOD = RETURNS // 4
+PHASES = 8
+"""Samples within each repeat, for the amplitude and for returns: a slow drive can push all motions to the same point
+once a repeat, and they still differ between."""
+RETURN_TOLERANCE = 1e-6
+NEAR_RETURN = 1e-4
+"""A damped motion that returns this closely is asked for the cycle that it returns to, and one that is no further from
+it has arrived."""
 NEAR = 1e-2
 """A cycle further away than this share of the motion's size is not the one that the motion is on."""
 CONVERGENCE = 0.1
@@ -39,6 +49,34 @@ MAPS_BESIDE = ((1, 1.0), (1, -1.0), (2, 1.0))
 cycles of two repeats that are their own mirror image; most cycles that chaos falls into are of these kinds."""
 
 
+def follow(model: ConeModel, states: Array, **flow_options: Any) -> tuple[Array, npt.NDArray[np.int8]]:
+    """Paths over `RETURNS` repeats from ``states`` at a whole repeat, (members, repeats, phases, 2), and the outcomes.
+
+    The last phase of each repeat is its end.
+    """
+    repeat = np.broadcast_to(model.drive_repeat, model.shape)
+    times = repeat[:, None] * (np.arange(1, RETURNS * PHASES + 1) / PHASES)
+    flow = integrate(model, states, times, **flow_options)
+    return flow.states.reshape(len(states), RETURNS, PHASES, 2), flow.outcome
+
+
+def periods_of(points: Array, tolerance: npt.ArrayLike = RETURN_TOLERANCE) -> tuple[npt.NDArray[np.int64], Array]:
+    """Smallest number of repeats after which all points return, (members,), 0 if none; and the smallest distance.
+
+    ``points`` (members, repeats, coordinates). A return is closer than ``tolerance`` times the size of the motion (at
+    least 1e-3 of a length), for every point.
+    """
+    scale = np.maximum(np.abs(points).max(axis=(1, 2)), SMALLEST_SIZE)
+    period = np.zeros(len(points), dtype=np.int64)
+    nearest = np.full(len(points), np.inf)
+    for candidate in range(LONGEST_PERIOD, 0, -1):
+        distance = np.abs(points[:, candidate:] - points[:, :-candidate]).max(axis=(1, 2)) / scale
+        returns = distance < tolerance
+        period[returns] = candidate
+        nearest = np.where(returns, distance, np.where(period > 0, nearest, np.fmin(nearest, distance)))
+    return period, nearest
+
+
 @dataclass(frozen=True)
 class Cycles:
     """The cycles near some motions; arrays (members, ...).
@@ -57,9 +95,25 @@ class Cycles:
     distance: Array
     time: Array
 
+    @property
+    def attracting(self) -> npt.NDArray[np.bool_]:
+        """Where the motion has arrived at a cycle that certainly attracts."""
+        certain = self.exponents[:, 0] < -np.maximum(CERTAIN * self.error[:, 0], FLOOR)
+        return self.found & certain & (self.distance < NEAR_RETURN)
+
+
+def cycles_reached(model: ConeModel, states: Array, **flow_options: Any) -> Cycles:
+    """The cycles near motions that are at ``states``, a whole repeat, and return from there."""
+    path, _ = follow(model, states, **flow_options)
+    period, _ = periods_of(path.reshape(len(path), RETURNS, -1), NEAR_RETURN)
+    return find_cycles(model, path[:, -1, -1], period, **flow_options)
+
 
 def find_cycles(model: ConeModel, states: Array, period: npt.NDArray[np.int64], **flow_options: Any) -> Cycles:
-    """The cycles of ``period`` (members,) drive repeats, or of a divisor of it, near ``states`` at a whole repeat."""
+    """The cycles of ``period`` (members,) drive repeats, or of a divisor of it, near ``states`` at a whole repeat.
+
+    A member of period 0 has none.
+    """
     count = len(states)
     cycles = Cycles(
         found=np.zeros(count, dtype=bool),
@@ -72,7 +126,7 @@ def find_cycles(model: ConeModel, states: Array, period: npt.NDArray[np.int64], 
         time=np.zeros(count),
     )
     for group, clock in clocks(model):
-        for repeats in np.unique(period[group]):
+        for repeats in np.unique(period[group][period[group] > 0]):
             same = period[group] == repeats
             members = group[same]
             _find(model.take(members), states[members], clock.take(same), int(repeats), members, cycles, flow_options)

@@ -1,9 +1,9 @@
 """Both Lyapunov exponents of the flow, per unit of dimensionless time, with their standard errors.
 
-The tangent maps over stretches of at most `STRETCH` fastest time scales come from the variational equations; QR
-decomposition of their products (Benettin et al., Meccanica 15 (1980) 9) gives the logarithmic growth of each stretch.
-The error is that of the mean over blocks, each a whole number of drive repeats and longer than the motion remembers.
-The exponents add up to -2 zeta exactly, which every result checks on itself.
+They are averages of the growth of deviations (`gelcone.motion.tangents`); the error is that of the mean over blocks,
+each a whole number of drive repeats and longer than the motion remembers. A motion that has arrived at an attracting
+cycle has the exponents of that cycle, which its multipliers give without averaging. The exponents add up to -2 zeta
+exactly, which every result checks on itself.
 """
 
 from __future__ import annotations
@@ -18,23 +18,17 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.errors import InputError
 from gelcone.model import ConeModel
-from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome, integrate
+from gelcone.motion.cycle import cycles_reached
+from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome
 from gelcone.motion.response import start_states
+from gelcone.motion.section import repeats_lasting, settle
+from gelcone.motion.tangents import CERTAIN, FLOOR, Clock, TangentRun, advance, clocks
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-STRETCH = 16.0
-"""Tangent maps are restarted after this many fastest linear time scales: deviations then grow by so little that neither
-the step control nor the area between them suffers."""
-BLOCK = 64.0
-"""Shortest block of an average: longer than chaotic motions remember."""
 FEWEST_BLOCKS = 20
-CERTAIN = 3.0
-"""The sign of an exponent counts as certain when it is this many standard errors from zero."""
-FLOOR = 1e-7
-"""Exponents closer to zero than this are zero as far as double precision tells."""
 SHEAR = 5.0
 """Without damping the deviations of a regular motion grow like time, and its exponent looks like log(t)/t: only one
 that is this many times larger is positive."""
@@ -43,116 +37,12 @@ STEADY = 0.05
 RUNNING_POINTS = 200
 
 
-@dataclass(frozen=True)
-class Clock:
-    """How the time of each member is cut into stretches: ``per_repeat`` stretches to a drive repeat, or - where a
-    repeat is short - ``repeats`` repeats to a stretch; ``block`` stretches, a whole number of repeats, to a block. One
-    ``per_repeat`` and ``block`` for all members, the rest (members,)."""
-
-    per_repeat: int
-    block: int
-    repeat: Array
-    repeats: Array
-
-    @property
-    def spacing(self) -> Array:
-        return self.repeat * self.repeats / self.per_repeat
-
-    def take(self, index: Any) -> Clock:
-        return Clock(self.per_repeat, self.block, self.repeat[index], self.repeats[index])
-
-
-def clocks(model: ConeModel) -> list[tuple[npt.NDArray[np.intp], Clock]]:
-    """Members grouped by their stretches per repeat and per block, each group with its clock."""
-    repeat = np.broadcast_to(model.drive_repeat, model.shape).ravel()
-    longest = STRETCH / fastest_rate(model)
-    per_repeat = 2 ** np.ceil(np.log2(np.maximum(repeat / longest, 1.0))).astype(int)
-    repeats = np.maximum(np.floor(longest / repeat), 1.0)
-    block = per_repeat * np.ceil(BLOCK / (repeat * repeats)).astype(int)
-    keys, group = np.unique(np.stack([per_repeat, block], axis=1), axis=0, return_inverse=True)
-    groups = [np.flatnonzero(group.ravel() == i) for i in range(len(keys))]
-    return [
-        (members, Clock(int(key[0]), int(key[1]), repeat[members], repeats[members]))
-        for key, members in zip(keys, groups, strict=True)
-    ]
-
-
-def fastest_rate(model: ConeModel) -> Array:
-    """A bound of how fast small deviations move: damping, and spring, film at rest and field added up, (members,)."""
-    c = model.coefficients()
-    field = (np.asarray(model.voltage) + np.abs(model.voltage_bias)) ** 2
-    rate = 2.0 * c.zeta + np.sqrt(1.0 + c.kappa + c.A + field)
-    return np.broadcast_to(rate, model.shape).ravel()
-
-
-@dataclass
-class TangentRun:
-    """Members on their way: states, orthonormal frames of tangent vectors, stretches done, and how it went."""
-
-    states: Array
-    frames: Array
-    done: int
-    outcome: npt.NDArray[np.int8]
-
-    @classmethod
-    def at(cls, states: Array) -> TangentRun:
-        count = len(states)
-        return cls(states.copy(), np.tile(np.eye(2), (count, 1, 1)), 0, np.zeros(count, dtype=np.int8))
-
-    def take(self, index: Any) -> TangentRun:
-        return TangentRun(self.states[index], self.frames[index], self.done, self.outcome[index])
-
-
-def advance(model: ConeModel, run: TangentRun, clock: Clock, stretches: int, **flow_options: Any) -> Array:
-    """Moves ``run`` on by some stretches; the logarithmic growth of each, shape (members, stretches, 2).
-
-    ``model`` is a flattened ensemble of the run's members. NaN from where a member fails.
-    """
-    phase = (run.done % clock.per_repeat) / clock.per_repeat * clock.repeat
-    times = phase[:, None] + clock.spacing[:, None] * np.arange(1, stretches + 1)
-    flow = integrate(model, run.states, times, start=phase, keep="tangents", **flow_options)
-    assert flow.tangents is not None
-    growth, run.frames = qr_growth(flow.tangents, run.frames)
-    run.states = flow.states[:, -1]
-    run.done += stretches
-    run.outcome = np.where(run.outcome == Outcome.OK, flow.outcome, run.outcome)
-    return growth
-
-
-def qr_growth(tangents: Array, frames: Array) -> tuple[Array, Array]:
-    """Logarithmic growth along the orthonormal frames that tangent maps (members, stretches, 2, 2) carry along.
-
-    Returns the growth (members, stretches, 2) and the final frames (members, 2, 2), columns orthonormal.
-    """
-    growth = np.empty((*tangents.shape[:2], 2))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for k in range(tangents.shape[1]):
-            image = tangents[:, k] @ frames
-            first, second = image[:, :, 0], image[:, :, 1]
-            length = np.hypot(first[:, 0], first[:, 1])
-            first = first / length[:, None]
-            # In the plane what is left of the second vector is the area over the first one's length, without the
-            # cancellation that subtracting its projection would suffer.
-            height = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-            frames = np.stack([first, np.stack([-first[:, 1], first[:, 0]], axis=1)], axis=2)
-            growth[:, k, 0] = np.log(length)
-            growth[:, k, 1] = np.log(np.abs(height))
-    return growth, frames
-
-
 def default_transient(model: ConeModel) -> Array:
     """Time after which a motion counts as settled, (members,): 20 decay times (at most 5,000), 30 repeats or 200."""
     repeat = np.broadcast_to(model.drive_repeat, model.shape).ravel()
     damping = np.broadcast_to(model.damping_ratio, model.shape).ravel()
     decay = np.minimum(20.0 / np.maximum(damping, 1e-12), 5000.0)
     return np.maximum(np.maximum(30.0 * repeat, decay), 200.0)
-
-
-def settle(model: ConeModel, states: Array, duration: Array, **flow_options: Any) -> tuple[Array, npt.NDArray[np.int8]]:
-    """States (members, 2) after ``duration``, rounded up to whole drive repeats, and the outcomes."""
-    repeat = np.broadcast_to(model.drive_repeat, model.shape).ravel()
-    flow = integrate(model, states, (np.ceil(duration / repeat) * repeat)[:, None], **flow_options)
-    return flow.states[:, 0], flow.outcome
 
 
 @dataclass(frozen=True)
@@ -293,13 +183,16 @@ def lyapunov(
     transient : time discarded before the asymptotic average; default `default_transient`.
     budget : longest asymptotic averaging time. Averaging stops earlier once the largest exponent is 3 standard errors
         off zero; at least 20 blocks of at least a drive repeat and 64 time units are averaged. Default 20,000.
+        A damped motion that is on an attracting cycle or at rest by then has the exponents of that, from its Floquet
+        multipliers; what was averaged shows in ``running_exponent`` alone.
     tolerance : relative error of one integration step. Default 1e-15.
 
     Returns
     -------
     Dataset with ``asymptotic`` and ``finite`` (..., exponent), ``standard_error`` of the asymptotic ones,
-    ``averaged_time``, ``sign`` of the largest (0: uncertain within the budget), ``sum_residual`` (their sum plus
-    2 zeta, zero in exact arithmetic), ``running_time`` and ``running_exponent`` of the asymptotic average and
+    ``averaged_time``, ``cycle`` (period in drive repeats of the attracting cycle, or 1 for rest, whose exponents they
+    are; 0 where they are averages), ``sign`` of the largest (0: uncertain within the budget), ``sum_residual`` (their
+    sum plus 2 zeta, zero in exact arithmetic), ``running_time`` and ``running_exponent`` of the asymptotic average and
     ``finite_time`` and ``finite_exponent`` of the window, against window length, and ``outcome``.
     Exponents are per unit of dimensionless time; ``per_repeat`` is the largest per drive repeat.
 
@@ -315,11 +208,13 @@ def lyapunov(
     finite, finite_running = finite_exponents(flat, states, window, options)
     report(0.2)
     duration = default_transient(flat) if transient is None else np.full(flat.size, transient)
-    settled, outcome = settle(flat, states, duration, **options)
+    settled, outcome = settle(flat, states, repeats_lasting(flat, duration), **options)
     report(0.3)
     result = average(flat, settled, budget=budget, **options)
-    report(0.5)
+    report(0.4)
     outcome = np.where(outcome == Outcome.OK, result.outcome, outcome)
+    cycle = take_cycles(flat, result, options)
+    report(0.1)
     values, running = result.values, result.running
     damping = np.broadcast_to(flat.damping_ratio, flat.shape)
     repeat = np.broadcast_to(flat.drive_repeat, flat.shape)
@@ -336,6 +231,7 @@ def lyapunov(
                 "averaging time behind the asymptotic exponents",
                 "time",
             ),
+            "cycle": ((), cycle, "period of the cycle behind the asymptotic exponents, 0 if averaged", "count"),
             "sign": ((), result.sign, "sign of the largest exponent, 0 if uncertain", "share"),
             "sum_residual": ((), values.sum(axis=1) + 2.0 * damping, "sum of the exponents plus 2 zeta", "rate"),
             "running_time": (("window",), running[..., 0], "averaging time so far, after the transient", "time"),
@@ -347,6 +243,24 @@ def lyapunov(
         options={"window": window, "transient": transient, "budget": budget, "tolerance": tolerance},
         title="Lyapunov exponents",
     )
+
+
+def take_cycles(model: ConeModel, result: Exponents, options: dict[str, Any]) -> npt.NDArray[np.int64]:
+    """Puts the exponents of a cycle in the place of averages where the motion has arrived at it; the periods, or 0.
+
+    An average over chaos that has ended in a cycle meanwhile would mix both.
+    """
+    period = np.zeros(model.size, dtype=np.int64)
+    damped = np.broadcast_to(model.damping_ratio, model.shape) > 0.0
+    members = np.flatnonzero(damped & np.isfinite(result.states).all(axis=1))
+    if members.size:
+        found = cycles_reached(model.take(members), result.states[members], **options)
+        there = members[found.attracting]
+        period[there] = found.period[found.attracting]
+        result.values[there] = found.exponents[found.attracting]
+        result.standard_error[there] = found.error[found.attracting]
+        result.sign[there] = -1
+    return period
 
 
 def check_budgets(**budgets: float | None) -> None:

@@ -20,33 +20,29 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.model import ConeModel
-from gelcone.motion.cycle import SMALLEST_SIZE, attractors_beside, find_cycles
-from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome, integrate
-from gelcone.motion.lyapunov import (
-    CERTAIN,
-    FLOOR,
-    average,
-    check_budgets,
-    default_transient,
-    settle,
-    shear_level,
+from gelcone.motion.cycle import (
+    LONGEST_PERIOD,
+    NEAR_RETURN,
+    PHASES,
+    RETURN_TOLERANCE,
+    RETURNS,
+    SMALLEST_SIZE,
+    attractors_beside,
+    find_cycles,
+    follow,
+    periods_of,
 )
+from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome, integrate
+from gelcone.motion.lyapunov import average, check_budgets, default_transient, shear_level
 from gelcone.motion.response import start_states
+from gelcone.motion.section import repeats_lasting, settle
+from gelcone.motion.tangents import CERTAIN, FLOOR
 from gelcone.motion.zero_one import zero_one
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-RETURNS = 64
-"""Section points that are looked at; motions with up to a quarter of this as period are recognised."""
-LONGEST_PERIOD = RETURNS // 4
-PHASES = 8
-"""Samples within each repeat, for the amplitude and for returns: a slow drive can push all motions to the same point
-once a repeat, and they still differ between."""
-RETURN_TOLERANCE = 1e-6
-NEAR_RETURN = 1e-4
-"""A damped motion that returns this closely is asked for the cycle that it returns to."""
 REST_TOLERANCE = 1e-6
 ROUNDS = 5
 """A motion that has not settled is looked at again this many times, each after as long as all before together: chaos
@@ -199,26 +195,23 @@ def _settle(
     if trial:  # the look before was part of the time that this round is to last
         span = np.maximum(span - RETURNS * np.broadcast_to(part.drive_repeat, part.shape), 0.0)
         options = options | {"tolerance": max(options.get("tolerance", 0.0), FOLLOW_TOLERANCE)}
-    evidence.final[members], evidence.outcome[members] = settle(part, evidence.final[members], span, **options)
+    repeats = repeats_lasting(part, span)
+    evidence.final[members], evidence.outcome[members] = settle(part, evidence.final[members], repeats, **options)
     evidence.settled_time[members] += span
 
 
 def _look(model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
     """Follows `RETURNS` repeats: section points, amplitude, returns, rest."""
-    repeat = np.broadcast_to(model.drive_repeat, model.shape)
-    times = repeat[:, None] * (np.arange(1, RETURNS * PHASES + 1) / PHASES)
-    flow = integrate(model, evidence.final[members], times, **options)
-    evidence.outcome[members] = flow.outcome
+    path, evidence.outcome[members] = follow(model, evidence.final[members], **options)
     evidence.cycle_distance[members] = np.nan
-    x, u = flow.states[..., 0], flow.states[..., 1]
-    evidence.lowest[members], evidence.highest[members] = x.min(axis=1), x.max(axis=1)
-    points = flow.states[:, PHASES - 1 :: PHASES]
-    evidence.section[members], evidence.final[members] = points, points[:, -1]
-    evidence.test_phase[members] = _widest(x.reshape(len(x), RETURNS, PHASES))
-    whole = flow.states.reshape(len(x), RETURNS, 2 * PHASES)
+    x, u = path[..., 0], path[..., 1]
+    evidence.lowest[members], evidence.highest[members] = x.min(axis=(1, 2)), x.max(axis=(1, 2))
+    evidence.section[members], evidence.final[members] = path[:, :, -1], path[:, -1, -1]
+    evidence.test_phase[members] = _widest(x)
+    whole = path.reshape(len(x), RETURNS, 2 * PHASES)
     damped = np.broadcast_to(model.damping_ratio, model.shape) > 0.0
     period, distance = periods_of(whole, np.where(damped, NEAR_RETURN, RETURN_TOLERANCE))
-    still = (np.ptp(x, axis=1) < REST_TOLERANCE) & (np.abs(u).max(axis=1) < REST_TOLERANCE)
+    still = (np.ptp(x, axis=(1, 2)) < REST_TOLERANCE) & (np.abs(u).max(axis=(1, 2)) < REST_TOLERANCE)
     evidence.period[members] = np.where(still & ~damped, 0, period)
     evidence.return_distance[members] = distance
     evidence.symmetric[members] = symmetric(whole, period) & (np.asarray(model.rest_height) == 0.0)
@@ -228,23 +221,6 @@ def _look(model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, o
 def _widest(displacement: Array) -> npt.NDArray[np.int64]:
     """The sample within a repeat at which the displacements (members, repeats, phases) differ the most."""
     return (np.ptp(displacement, axis=1).argmax(axis=1) + 1) % PHASES
-
-
-def periods_of(points: Array, tolerance: npt.ArrayLike = RETURN_TOLERANCE) -> tuple[npt.NDArray[np.int64], Array]:
-    """Smallest number of repeats after which all points return, (members,), 0 if none; and the smallest distance.
-
-    ``points`` (members, repeats, coordinates). A return is closer than ``tolerance`` times the size of the motion (at
-    least 1e-3 of a length), for every point.
-    """
-    scale = np.maximum(np.abs(points).max(axis=(1, 2)), SMALLEST_SIZE)
-    period = np.zeros(len(points), dtype=np.int64)
-    nearest = np.full(len(points), np.inf)
-    for candidate in range(LONGEST_PERIOD, 0, -1):
-        distance = np.abs(points[:, candidate:] - points[:, :-candidate]).max(axis=(1, 2)) / scale
-        returns = distance < tolerance
-        period[returns] = candidate
-        nearest = np.where(returns, distance, np.where(period > 0, nearest, np.fmin(nearest, distance)))
-    return period, nearest
 
 
 def symmetric(points: Array, period: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:

@@ -230,15 +230,34 @@ def pieces(
         yield Piece(first, count, run.times, run.states, outcome)
 
 
-def settle(model: ConeModel, states: Array, repeats: int, **options: Any) -> tuple[Array, npt.NDArray[np.int8]]:
-    """States (members, 2) after some whole repeats of the drive, at phase 0 again, and how each member fared.
+def settle(
+    model: ConeModel,
+    states: Array,
+    repeats: int | npt.NDArray[np.int64],
+    *,
+    progress: Progress = None,
+    **flow: Any,
+) -> tuple[Array, npt.NDArray[np.int8]]:
+    """States (members, 2) after whole repeats of the drive, at phase 0 again, and how each member fared.
 
-    ``options`` are those of `pieces`. Nothing of the run is kept but its end.
+    ``repeats`` is one number for all or (members,); ``flow`` goes to `integrate`. Nothing is kept but the end.
     """
-    outcome = np.zeros(model.size, dtype=np.int8)
-    for piece in pieces(model, states, repeats, [], **options):
-        states, outcome = piece.states[:, -1], piece.outcome
+    states, outcome = states.copy(), np.zeros(model.size, dtype=np.int8)
+    left = np.broadcast_to(repeats, (model.size,)).copy()
+    whole = int(left.sum())
+    while (on := np.flatnonzero((left > 0) & (outcome == Outcome.OK))).size:
+        step = np.minimum(left[on], CLOCK_REPEATS)
+        part = model.take(on)
+        share = weighted(progress, float(step.sum()) / whole)
+        run = integrate(part, states[on], (step * repeat_of(part))[:, None], progress=share, **flow)
+        states[on], outcome[on] = run.states[:, 0], run.outcome
+        left[on] -= step
     return states, outcome
+
+
+def repeats_lasting(model: ConeModel, duration: Array | float) -> npt.NDArray[np.int64]:
+    """The whole repeats of the drive that take ``duration`` or a little longer, (members,)."""
+    return np.ceil(duration / repeat_of(model)).astype(np.int64)
 
 
 def repeat_of(model: ConeModel) -> Array:

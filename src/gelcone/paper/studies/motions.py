@@ -17,12 +17,13 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.device import Device, find_device
 from gelcone.model import ConeModel
+from gelcone.motion.cycle import RETURN_TOLERANCE, periods_of
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.equilibrium import static as static_curves
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import Outcome, integrate
 from gelcone.motion.lyapunov import finite_exponents
-from gelcone.motion.regime import RETURN_TOLERANCE, classify, label_evidence, periods_of, regime
+from gelcone.motion.regime import classify, label_evidence, regime
 from gelcone.motion.response import simulate
 from gelcone.motion.section import Progress as MaybeProgress
 from gelcone.motion.section import repeat_of, section, weighted
