@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from gelcone.paper.run import PaperRun
 
 NAME = "paper"
+MOST_PROCESSES = 4
+"""More would compete for memory: each holds its own programs and data, and uses all cores where it can by itself."""
 
 
 @click.command(NAME)
@@ -41,11 +43,13 @@ def command(names: tuple[str, ...], quick: bool, out: Path | None, force: bool, 
     gelcone paper --quick
     gelcone paper 7 voltage-threshold --out results
     """
+    from gelcone.motion.flow import available_threads
     from gelcone.paper.run import run
 
+    workers = min(available_threads(), MOST_PROCESSES)
     try:
         with progress_bar(hidden=as_json) as progress:
-            result = run(names, quick=quick, out=out, force=force, progress=progress)
+            result = run(names, quick=quick, out=out, force=force, workers=workers, progress=progress)
     except KeyboardInterrupt:
         print("interrupted; what is complete is kept, the same command continues from there", file=sys.stderr)
         sys.exit(130)

@@ -23,4 +23,4 @@ class Effort:
 
 
 FULL = Effort("full", 201, ("up", "down"), (101, 81), 1500, 160, 400, (25, 60), rounds=5, bisections=8)
-QUICK = Effort("quick", 61, (), (25, 19), 400, 48, 100, (7, 24), rounds=2, bisections=4)
+QUICK = Effort("quick", 51, (), (21, 17), 400, 48, 100, (7, 24), rounds=2, bisections=4)

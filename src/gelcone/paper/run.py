@@ -1,7 +1,8 @@
 """Redraws the paper's figures and judges its claims into a folder, and keeps there what is done.
 
 A folder holds ``data/<study>.nc``, ``figure-03.png`` and ``.svg``, ``claims.json`` and ``report.html``. A study whose
-file has the same effort and the same version of gelcone is not computed again, so a run that was stopped continues.
+file was computed with the same effort by the same program (see `stamp`) is not computed again, so a run that was
+stopped continues.
 """
 
 from __future__ import annotations
@@ -10,8 +11,8 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from contextlib import closing
+from dataclasses import dataclass
 from datetime import date
 from functools import partial
 from pathlib import Path
@@ -22,7 +23,9 @@ from gelcone.dataset import check_writable, load, save, write_together
 from gelcone.errors import InputError, unknown_name
 from gelcone.paper.effort import FULL, QUICK, Effort
 from gelcone.paper.report import DrawnFigure, JudgedClaim, report_html
+from gelcone.paper.stamp import stamp
 from gelcone.paper.verdicts import Number, judge
+from gelcone.paper.work import Job, Progress, do
 from gelcone.plots.style import draw_file
 
 if TYPE_CHECKING:
@@ -33,15 +36,11 @@ if TYPE_CHECKING:
     from gelcone.paper.figures.figure import PaperFigure
     from gelcone.paper.studies.study import Study
 
-Progress = Callable[[str, float], None]
-"""Takes what is being worked on, and the share of the whole work that was just done."""
-
 FOLDERS = {FULL.name: Path("paper-results"), QUICK.name: Path("paper-results-quick")}
-DRAWING = 0.3
-"""Work of drawing a figure, where that of computing a study is 1."""
+DRAWING = 2.0
+"""Work of drawing a figure, see `Study.work`."""
 
 _FIGURE = re.compile(r"(?:fig(?:ure)?[-_ ]?)?0*(\d+)", re.IGNORECASE)
-_HASHED = re.compile(r'id="([a-z][0-9a-f]{10})"')
 
 
 @dataclass(frozen=True)
@@ -87,6 +86,7 @@ def run(
     quick: bool = False,
     out: str | Path | None = None,
     force: bool = False,
+    workers: int = 1,
     progress: Progress = lambda label, share: None,
     paper: Paper | None = None,
 ) -> PaperRun:
@@ -102,6 +102,8 @@ def run(
     quick : compute on coarser grids and over fewer periods.
     out : folder; by default ``paper-results``, for quick runs ``paper-results-quick``.
     force : compute again also what is there.
+    workers : processes side by side; the data are the same to the last bit. Default 1, all in this process. With
+        more, a script that calls this needs the usual ``if __name__ == "__main__":``.
     progress : called with what is being worked on and the share of the work done since the last call.
     paper : other studies, figures and claims than those of the source paper.
 
@@ -118,47 +120,26 @@ def run(
     needed |= {name for claim in asked.claims for name in paper.claims[claim].studies}
     _check_folder(folder, figures, needed)
     studies = {n: s for n, s in _ready(folder, effort, paper).items() if not (force and n in needed)}
-    missing = [paper.studies[name] for name in paper.studies if name in needed and name not in studies]
-    whole = max(len(missing) + DRAWING * len(figures), 1.0)
-
-    def compute(study: Study) -> None:
-        advance = partial(_advance, progress, _purpose(study.name, paper), whole)
-        studies[study.name] = _compute(study, effort, advance, folder)
-
-    def draw(figure: PaperFigure) -> DrawnFigure:
-        drawn = _draw(figure, studies, folder)
-        progress(f"figure {figure.number}", DRAWING / whole)
-        return drawn
-
-    drawn = _work(missing, compute, figures, draw, studies)
+    missing = {name: study for name, study in paper.studies.items() if name in needed and name not in studies}
+    jobs = [
+        *(_computing(study, effort, folder, paper) for study in missing.values()),
+        *(_drawing(figure, studies, folder) for figure in figures),
+    ]
+    with closing(do(jobs, workers, progress)) as done:
+        studies |= {name: result for name, result in done if name in missing}
+    drawn = {figure.number: _drawn(figure, folder) for figure in figures}
     return _finish(asked, drawn, studies, folder, effort, paper)
 
 
-def _work(
-    missing: Iterable[Study],
-    compute: Callable[[Study], None],
-    figures: Iterable[PaperFigure],
-    draw: Callable[[PaperFigure], DrawnFigure],
-    studies: Mapping[str, xr.Dataset],
-) -> dict[int, DrawnFigure]:
-    """Computes what is missing, while a second thread draws each figure as soon as its studies are there."""
-    drawing: dict[int, Future[DrawnFigure]] = {}
-    with ThreadPoolExecutor(1) as artist:
+def _computing(study: Study, effort: Effort, folder: Path, paper: Paper) -> Job:
+    compute = partial(_compute, study, effort, _data_path(folder, study.name))
+    return Job(study.name, _purpose(study.name, paper), study.work, frozenset(), compute)
 
-        def begin() -> None:
-            for figure in figures:
-                if figure.number not in drawing and all(name in studies for name in figure.studies):
-                    drawing[figure.number] = artist.submit(draw, figure)
 
-        try:
-            begin()
-            for study in missing:
-                compute(study)
-                begin()
-            return {number: drawing[number].result() for number in sorted(drawing)}
-        except BaseException:
-            artist.shutdown(cancel_futures=True)
-            raise
+def _drawing(figure: PaperFigure, ready: Mapping[str, xr.Dataset], folder: Path) -> Job:
+    there = {name: ready[name] for name in figure.studies if name in ready}
+    draw = partial(_draw, figure, folder, there)
+    return Job(figure.name, f"figure {figure.number}", DRAWING, frozenset(figure.studies) - frozenset(there), draw)
 
 
 def select(names: Iterable[str | int], paper: Paper) -> Selection:
@@ -218,29 +199,25 @@ def _data_path(folder: Path, study: str) -> Path:
 
 
 def _ready(folder: Path, effort: Effort, paper: Paper) -> dict[str, xr.Dataset]:
-    """The studies that lie in the folder, computed with this effort by this version."""
+    """The studies that lie in the folder, computed with this effort by this program."""
     ready = {}
     for name in paper.studies:
         try:
             study = load(_data_path(folder, name))
         except InputError:
             continue
-        if all(study.attrs.get(name) == value for name, value in _stamp(effort).items()):
+        if all(study.attrs.get(name) == value for name, value in stamp(effort).items()):
             ready[name] = study
     return ready
 
 
-def _stamp(effort: Effort) -> dict[str, str]:
-    sizes = {name: size for name, size in asdict(effort).items() if name != "name"}
-    return {"effort": effort.name, "effort_sizes": json.dumps(sizes), "gelcone_version": __version__}
-
-
-def _compute(study: Study, effort: Effort, progress: Callable[[float], None], folder: Path) -> xr.Dataset:
-    """Computes and keeps a study; it is read back, so that a run that continues draws from the very same data."""
-    progress(0.0)
-    path = _data_path(folder, study.name)
-    save(study.compute(effort, progress).assign_attrs(_stamp(effort)), path, force=True)
-    return load(path)
+def _compute(
+    study: Study, effort: Effort, path: Path, _: Mapping[str, Any], progress: Callable[[float], None]
+) -> xr.Dataset:
+    """Computes and keeps a study."""
+    result = study.compute(effort, progress).assign_attrs(stamp(effort))
+    save(result, path, force=True)
+    return result
 
 
 def _purpose(study: str, paper: Paper) -> str:
@@ -252,30 +229,26 @@ def _purpose(study: str, paper: Paper) -> str:
     return f"{study}, for {', '.join(claims)}"
 
 
-def _advance(progress: Progress, label: str, whole: float, share: float) -> None:
-    progress(label, share / whole)
-
-
-def _draw(figure: PaperFigure, studies: Mapping[str, xr.Dataset], folder: Path) -> DrawnFigure:
+def _draw(
+    figure: PaperFigure,
+    folder: Path,
+    there: Mapping[str, xr.Dataset],
+    computed: Mapping[str, xr.Dataset],
+    progress: Callable[[float], None],
+) -> None:
     """Draws a figure and writes it as PNG and SVG."""
     drawn = _drawn(figure, folder)
-    picture = figure.draw({name: studies[name] for name in figure.studies})
+    picture = figure.draw({**there, **computed})
+    progress(0.2)
     writers = {drawn.png: partial(draw_file, picture), drawn.svg: partial(_draw_again, picture)}
     write_together(writers, force=True)
-    return drawn
+    progress(0.8)
 
 
 def _draw_again(picture: Figure, path: Path) -> None:
-    """Draws as SVG with the layout of the first drawing, whose search takes half of the time."""
+    """Draws with the layout of the first drawing, whose search takes half of the time."""
     picture.set_layout_engine("none")
     draw_file(picture, path)
-    path.write_text(_numbered(path.read_text(encoding="utf-8")), encoding="utf-8")
-
-
-def _numbered(svg: str) -> str:
-    """An SVG whose hashed names are numbered instead: they depend on the last bits of the layout, which can differ."""
-    numbers = {name: f"n{k}" for k, name in enumerate(dict.fromkeys(_HASHED.findall(svg)))}
-    return re.sub(r'(id="|#)(\w+)', lambda found: found[1] + numbers.get(found[2], found[2]), svg)
 
 
 def _drawn(figure: PaperFigure, folder: Path) -> DrawnFigure:

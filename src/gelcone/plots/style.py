@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
@@ -30,9 +31,12 @@ STYLE: Any = {
     "axes.spines.right": False,
     "lines.linewidth": 1.0,
     "svg.hashsalt": "gelcone",
-    "savefig.dpi": 200.0,
+    "figure.dpi": 200.0,
     "figure.constrained_layout.use": True,
 }
+
+
+_HASHED = re.compile(r'id="([a-z][0-9a-f]{10})"')
 
 
 def styled(width: float, height: float, draw: Callable[[Figure], None]) -> Figure:
@@ -52,12 +56,30 @@ def save_figure(figure: Figure, path: str | Path, *, force: bool = False) -> Non
 
 
 def draw_file(figure: Figure, path: Path) -> None:
-    """What `save_figure` writes, straight to ``path``."""
+    """What `save_figure` writes, straight to ``path``.
+
+    PNG and SVG by their own canvases: ``Figure.savefig`` draws each figure twice.
+    """
     import matplotlib as mpl
 
-    metadata = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix)
     with mpl.rc_context(STYLE):
-        figure.savefig(path, metadata=metadata)
+        if path.suffix == ".png":
+            from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+            cast(Any, FigureCanvasAgg(figure)).print_png(path)
+        elif path.suffix == ".svg":
+            from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+            cast(Any, FigureCanvasSVG(figure)).print_svg(path, metadata={"Date": None})
+            path.write_text(numbered(path.read_text(encoding="utf-8")), encoding="utf-8")
+        else:
+            figure.savefig(path, metadata={"CreationDate": None} if path.suffix == ".pdf" else None)
+
+
+def numbered(svg: str) -> str:
+    """An SVG whose hashed names are numbered instead: they depend on the last bits of the layout, which can differ."""
+    numbers = {name: f"n{k}" for k, name in enumerate(dict.fromkeys(_HASHED.findall(svg)))}
+    return re.sub(r'(id="|#)(\w+)', lambda found: found[1] + numbers.get(found[2], found[2]), svg)
 
 
 def axis_label(variable: xr.DataArray, name: str) -> str:

@@ -146,9 +146,9 @@ def large_limits(effort: Effort, progress: Progress) -> xr.Dataset:
 
 
 STUDIES = (
-    Study("linear-limit", linear_limit),
-    Study("limit-map", limit_map),
-    Study("damping-map", damping_map),
-    Study("beyond", beyond),
-    Study("large-limits", large_limits),
+    Study("linear-limit", linear_limit, work=0.1),
+    Study("limit-map", limit_map, work=3.5),
+    Study("damping-map", damping_map, work=1.5),
+    Study("beyond", beyond, work=2.5),
+    Study("large-limits", large_limits, work=0.3),
 )

@@ -606,11 +606,11 @@ def frequency_responses(effort: Effort, progress: Progress) -> xr.Dataset:
 
 
 STUDIES: tuple[Study, ...] = (
-    Study("static", static),
-    Study("energy", energy),
+    Study("static", static, work=0.5),
+    Study("energy", energy, work=0.1),
     *(Study(name, partial(triple, name)) for name in TRIPLES),
-    Study("spectra", spectra),
-    Study("practical", practical),
-    Study("frequency", frequency),
-    Study("frequency-responses", frequency_responses),
+    Study("spectra", spectra, work=3.0),
+    Study("practical", practical, work=0.5),
+    Study("frequency", frequency, work=3.5),
+    Study("frequency-responses", frequency_responses, work=0.5),
 )

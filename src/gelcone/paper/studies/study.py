@@ -16,7 +16,11 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Study:
-    """A computation by name; ``compute`` takes the effort and a progress callback (shares that add up to 1)."""
+    """A computation by name; ``compute`` takes the effort and a progress callback (shares that add up to 1).
+
+    ``work`` is about how many seconds of one core it takes in a quick run.
+    """
 
     name: str
     compute: Callable[[Effort, Progress], xr.Dataset]
+    work: float = 1.0

@@ -1,0 +1,64 @@
+"""What the data of a study depend on besides the study's name: how finely they are computed, and by which program."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict
+from functools import cache
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+
+import gelcone
+from gelcone._version import __version__
+from gelcone.device import shipped_devices
+from gelcone.motion.flow import import_heyoka
+from gelcone.paper.effort import Effort
+
+SHOWING = (
+    "cli",
+    "plots",
+    "paper/figures",
+    "paper/claims.py",
+    "paper/reading.py",
+    "paper/report.py",
+    "paper/run.py",
+    "paper/stamp.py",
+    "paper/verdicts.py",
+    "paper/work.py",
+)
+"""Parts of the program that print, draw and judge what was computed, and do not compute."""
+
+
+def stamp(effort: Effort) -> dict[str, str]:
+    """Attributes that the data of a study carry; those with others are computed again."""
+    sizes = {name: size for name, size in asdict(effort).items() if name != "name"}
+    return {
+        "effort": effort.name,
+        "effort_sizes": json.dumps(sizes),
+        "gelcone_version": __version__,
+        "program": program(),
+    }
+
+
+@cache
+def program() -> str:
+    """Digest of all that computes: this program's sources but for `SHOWING`, its devices, and the libraries below."""
+    digest = sha256()
+    for name in ("numpy", "scipy"):
+        digest.update(f"{name} {version(name)}\n".encode())
+    digest.update(f"heyoka {import_heyoka().__version__}\n".encode())
+    for name, path in sources():
+        digest.update(name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def sources() -> Iterator[tuple[str, Path]]:
+    """Name and path of each file that the data depend on, in the order of the names."""
+    root = Path(gelcone.__file__).parent
+    files = {path.relative_to(root).as_posix(): path for suffix in ("py", "toml") for path in root.rglob(f"*.{suffix}")}
+    files |= {f"devices/{path.name}": path for path in shipped_devices().values()}
+    for name in sorted(files):
+        if not any(name == part or name.startswith(f"{part}/") for part in SHOWING):
+            yield name, files[name]

@@ -1,0 +1,104 @@
+"""Jobs side by side in processes: order, results, progress, errors and interrupts."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from functools import partial
+
+import pytest
+
+from gelcone.errors import InputError
+from gelcone.paper.work import WORTH_A_PROCESS, Job, do
+
+
+def add(number, given, progress):
+    """Gives its number plus what it is given, and the process in which it ran."""
+    progress(0.25)
+    progress(0.75)
+    return number + sum(value for value, _ in given.values()), os.getpid()
+
+
+def refuse(given, progress):
+    raise InputError("voltage = -1: must be at least 0")
+
+
+def vanish(given, progress):
+    os._exit(3)
+
+
+def job(name, *needs, call=None, work=10.0):
+    return Job(name, f"making {name}", work, frozenset(needs), call or partial(add, len(name)))
+
+
+DIAMOND = [job("end", "left", "right"), job("left", "a"), job("right", "a"), job("a")]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_jobs_come_after_what_they_need_and_get_it(workers):
+    told = []
+    found = dict(do(DIAMOND, workers, lambda *step: told.append(step)))
+    assert {name: value for name, (value, _) in found.items()} == {"a": 1, "left": 5, "right": 6, "end": 14}
+    assert next(iter(found)) == "a"
+    assert list(found)[-1] == "end"
+    assert sum(share for _, share in told) == pytest.approx(1.0)
+    assert {label for label, _ in told} == {f"making {name}" for name in found}
+
+
+def test_processes_are_others_only_where_they_pay():
+    small = [job(name, work=WORTH_A_PROCESS / 5.0) for name in ("a", "bb")]
+    assert {pid for _, (_, pid) in do(small, 2, lambda *_: None)} == {os.getpid()}
+    large = [job(name) for name in ("a", "bb")]
+    assert os.getpid() not in {pid for _, (_, pid) in do(large, 2, lambda *_: None)}
+
+
+def test_long_jobs_come_first():
+    jobs = [job("short", work=1.0), job("long", work=3.0), job("middle", work=2.0)]
+    assert [name for name, _ in do(jobs, 1, lambda *_: None)] == ["long", "middle", "short"]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_error_comes_home_as_it_was(workers):
+    with pytest.raises(InputError, match="must be at least 0"):
+        list(do([job("bad", call=refuse), job("other", "bad")], workers, lambda *_: None))
+
+
+def test_a_process_that_dies_is_an_error_and_not_a_wait_for_ever():
+    with pytest.raises(RuntimeError, match="making bad: its process has ended"):
+        list(do([job("bad", call=vanish), job("other")], 2, lambda *_: None))
+
+
+SLOW = """
+    import multiprocessing
+    import time
+    from gelcone.paper.work import Job, do
+
+    def sleep(given, progress):
+        time.sleep(30.0)
+
+    if __name__ == "__main__":
+        jobs = [Job(name, name, 10.0, frozenset(), sleep) for name in "ab"]
+        try:
+            list(do(jobs, 2, lambda label, share: print(label, flush=True)))
+        except KeyboardInterrupt:
+            print("interrupted", multiprocessing.active_children(), flush=True)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals to a group of processes")
+@pytest.mark.parametrize("send", [os.killpg, os.kill])
+def test_an_interrupt_ends_all_processes_at_once_and_quietly(tmp_path, send):
+    script = tmp_path / "slow.py"
+    script.write_text(textwrap.dedent(SLOW))
+    run = subprocess.Popen(
+        [sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    assert [run.stdout.readline() for _ in range(2)] == ["a\n", "b\n"]
+    time.sleep(0.3)
+    begin = time.monotonic()
+    send(run.pid, signal.SIGINT)
+    out, errors = run.communicate(timeout=20)
+    assert (out, errors) == ("interrupted []\n", "")
+    assert time.monotonic() - begin < 10.0
