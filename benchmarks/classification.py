@@ -1,6 +1,6 @@
 """Is the kind of motion named right? Cases whose regime is certain, and what `gelcone.regime` says of them.
 
-    python benchmarks/classification.py [CASES]      (default 1,000)
+    python benchmarks/classification.py [CASES [SEED]]      (default 1,000 and 3)
 
 The labels come from evidence that the classification does not have:
 
@@ -163,7 +163,7 @@ def unbounded(rng: np.random.Generator, count: int) -> Cases:
     return cases
 
 
-def build(count: int, seed: int = 3) -> Cases:
+def build(count: int, seed: int) -> Cases:
     """About ``count`` cases, six tenths of them under a drive with damping, labelled where that can be done."""
     rng = np.random.default_rng(seed)
     parts = [constant_voltage(rng, count // 10), unbounded(rng, count // 10)]
@@ -403,9 +403,9 @@ def describe(cases: Cases, i: int) -> str:
     return f"from {cases.initial[i].tolist()}: {parameters}"
 
 
-def main(count: int) -> int:
+def main(count: int, seed: int = 3) -> int:
     begin = time.perf_counter()
-    drawn = build(count)
+    drawn = build(count, seed)
     late = np.flatnonzero(drawn.late)
     cases = drawn.take(np.flatnonzero((drawn.regime != UNKNOWN) & ~drawn.late))
     labelled = time.perf_counter()
@@ -433,4 +433,4 @@ def main(count: int) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(int(sys.argv[1]) if len(sys.argv) > 1 else 1000))
+    sys.exit(main(*map(int, sys.argv[1:3])) if len(sys.argv) > 1 else main(1000))
