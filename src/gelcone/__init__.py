@@ -22,8 +22,17 @@ from gelcone._version import __version__
 if TYPE_CHECKING:
     from gelcone.atlas.bifurcation import bifurcation as bifurcation
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
+    from gelcone.atlas.cells import Plan as Plan
     from gelcone.atlas.grid import basin as basin
     from gelcone.atlas.grid import parameter_map as parameter_map
+    from gelcone.atlas.samples import Normal as Normal
+    from gelcone.atlas.samples import Uniform as Uniform
+    from gelcone.atlas.samples import draw as draw
+    from gelcone.atlas.samples import probability as probability
+    from gelcone.atlas.survey import look as look
+    from gelcone.atlas.survey import survey as survey
+    from gelcone.atlas.workers import cluster as cluster
+    from gelcone.atlas.workers import threads as threads
     from gelcone.dataset import load as load
     from gelcone.dataset import model_of as model_of
     from gelcone.dataset import save as save
@@ -63,8 +72,10 @@ if TYPE_CHECKING:
 _HOME = {
     "basin": "atlas.grid",
     "bifurcation": "atlas.bifurcation",
+    "cluster": "atlas.workers",
     "ConeModel": "model",
     "Device": "device",
+    "draw": "atlas.samples",
     "extrema": "motion.section",
     "find_device": "device",
     "floquet_multipliers": "motion.floquet",
@@ -75,17 +86,21 @@ _HOME = {
     "LAWS": "laws",
     "load": "dataset",
     "load_materials": "materials",
+    "look": "atlas.survey",
     "lyapunov": "motion.lyapunov",
     "Material": "materials",
     "MissingDependency": "errors",
     "model_of": "dataset",
     "NeoHookean": "laws",
+    "Normal": "atlas.samples",
     "Onset": "motion.floquet",
     "onset_voltage": "motion.floquet",
     "Outcome": "motion.flow",
     "parameter_map": "atlas.grid",
     "pitchfork_voltage": "motion.equilibrium",
+    "probability": "atlas.samples",
     "pull_in_voltage": "motion.equilibrium",
+    "Plan": "atlas.cells",
     "PullIn": "motion.equilibrium",
     "Regime": "motion.regime",
     "regime": "motion.regime",
@@ -96,9 +111,12 @@ _HOME = {
     "static": "motion.equilibrium",
     "StrainEnergyLaw": "laws",
     "stroke_and_blocked_force": "motion.equilibrium",
+    "survey": "atlas.survey",
+    "threads": "atlas.workers",
     "thresholds_of": "atlas.bifurcation",
     "to_si": "si",
     "tongues": "motion.floquet",
+    "Uniform": "atlas.samples",
     "Yeoh": "laws",
 }
 

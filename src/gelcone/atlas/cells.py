@@ -7,7 +7,7 @@ grouping and by any worker, with the same result to the last bit.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
@@ -34,7 +34,7 @@ STATES = {
 
 @dataclass(frozen=True)
 class Plan:
-    """A grid of cells: a model with one or more parameters, or components of the initial state, swept over values.
+    """A grid of cells: a model with some parameters, or components of the initial state, swept over values.
 
     Attributes
     ----------
@@ -44,11 +44,13 @@ class Plan:
     initial : displacement and velocity at time 0 where they are not swept.
     transient, budget, tolerance : as in `gelcone.motion.regime.regime`.
     rounds : as in `gelcone.motion.regime.classify`.
+    draws : name -> values, as many of each: draws of uncertain parameters. Each is made at every point of the grid, as
+        a last axis ``draw``. Default none.
 
     Raises
     ------
     InputError : for an unknown name, fewer than two values, values that do not increase or are out of bounds, an
-        ensemble as model, or budgets that are not positive.
+        ensemble as model, budgets that are not positive, or draws of unlike number or of a swept name.
     """
 
     model: ConeModel
@@ -58,6 +60,7 @@ class Plan:
     budget: float = 20_000.0
     tolerance: float = DEFAULT_TOLERANCE
     rounds: int = ROUNDS
+    draws: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.model.shape:
@@ -67,13 +70,21 @@ class Plan:
             raise InputError(f"rounds = {self.rounds}: must be at least 1")
         if np.shape(self.initial) != (2,):
             raise InputError(f"initial = {self.initial!r}: must be a displacement and a velocity")
-        if not self.over:
+        if not (self.over or self.draws):
             raise InputError("over: is empty; give at least one name and its values")
         object.__setattr__(self, "over", {name: swept_values(self.model, name, v) for name, v in self.over.items()})
+        object.__setattr__(self, "draws", drawn_values(self.model, self.draws, self.over))
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the axes: the swept names, then ``draw`` where there are draws."""
+        return (*self.over, *(("draw",) if self.draws else ()))
 
     @property
     def shape(self) -> tuple[int, ...]:
-        return tuple(len(values) for values in self.over.values())
+        """Numbers of values along `dims`."""
+        lengths = [len(values) for values in self.over.values()]
+        return (*lengths, *(len(values) for values in list(self.draws.values())[:1]))
 
     @property
     def size(self) -> int:
@@ -81,9 +92,10 @@ class Plan:
 
     @cached_property
     def grid(self) -> dict[str, Array]:
-        """Value of every swept name at every cell, flattened."""
-        meshes = np.meshgrid(*self.over.values(), indexing="ij")
-        return {name: mesh.ravel() for name, mesh in zip(self.over, meshes, strict=True)}
+        """Value of every swept and drawn name at every cell, flattened."""
+        places = dict(zip(self.dims, np.indices(self.shape).reshape(len(self.shape), -1), strict=True))
+        swept = {name: values[places[name]] for name, values in self.over.items()}
+        return swept | {name: values[places["draw"]] for name, values in self.draws.items()}
 
     def at(self, values: Mapping[str, Array]) -> tuple[ConeModel, Array]:
         """Models and initial states, shape (cells, 2), at given values of the swept names."""
@@ -161,6 +173,25 @@ def swept_values(model: ConeModel, name: str, values: npt.ArrayLike) -> Array:
     if name not in STATES:
         model.replace(**{name: array})
     return array
+
+
+def drawn_values(model: ConeModel, draws: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Array]:
+    """The checked draws of uncertain parameters."""
+    checked: dict[str, Array] = {}
+    for name, values in draws.items():
+        if name in over:
+            raise InputError(f"{name}: is swept and drawn; do one or the other")
+        known = [*PARAMETERS, *model.law.parameters, *STATES]
+        if name not in known:
+            raise unknown_name("parameter that can be drawn", name, known)
+        quantity = STATES[name] if name in STATES else parameter_quantity(name)
+        checked[name] = np.atleast_1d(np.asarray(quantity.check(name, values), dtype=float))
+        if name not in STATES:
+            model.replace(**{name: checked[name]})
+    if len({array.shape for array in checked.values()}) > 1 or any(array.ndim != 1 for array in checked.values()):
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in checked.items())
+        raise InputError(f"draws: must be as many of each parameter, in one dimension, not {shapes}")
+    return checked
 
 
 def quantity_of(name: str) -> str:

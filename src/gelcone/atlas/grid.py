@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.atlas import workers
 from gelcone.atlas.cells import Plan, meaning_of, quantity_of
+from gelcone.atlas.survey import Tally, survey
 from gelcone.model import ConeModel
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.regime import ROUNDS, Evidence, Regime, label_evidence
@@ -30,10 +33,14 @@ def parameter_map(
     budget: float = 20_000.0,
     tolerance: float = DEFAULT_TOLERANCE,
     rounds: int = ROUNDS,
+    coarsest: int | None = None,
+    store: str | Path | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Regime, exponents with errors, amplitude and outcome over a grid of parameters (usually two).
+
+    `gelcone.survey` does the same for any analysis, on a cluster too, and goes on with a store.
 
     Parameters
     ----------
@@ -42,18 +49,30 @@ def parameter_map(
     initial : displacement and velocity at time 0 in every cell. Default (1, 0).
     transient, budget, tolerance : as in `regime`.
     rounds : how often a motion that has not settled is looked at again. Default 5.
+    coarsest, store : as in `gelcone.survey`: refine from a lattice of so many points; keep what comes in a folder.
 
     Returns
     -------
-    Dataset over the swept names with the variables of `regime` but the section. A cell that fails carries its
-    ``outcome`` and the regime ``left the domain``; the others are not touched by it.
+    Dataset over the swept names with the variables of `regime` but the section, ``status`` and ``source`` as in
+    `gelcone.survey`. A cell that fails carries its ``outcome`` and the regime ``left the domain``; the others are not
+    touched by it.
 
     Raises
     ------
     InputError : for unknown names, too few or unsorted values, budgets that are not positive, no cell inside its limit.
     """
     plan = Plan(model, over, initial, transient, budget, tolerance, rounds)
-    return label_cells(plan, plan.run(threads=threads, progress=progress), "parameter map").drop_vars("section")
+    told = 0.0
+
+    def share(tally: Tally) -> None:
+        nonlocal told
+        now = (tally.computed + tally.inferred) / tally.cells
+        if progress is not None and now > told:
+            progress(now - told)
+        told = max(now, told)
+
+    result = survey(plan, coarsest=coarsest, store=store, workers=workers.threads(threads), progress=share)
+    return result.assign_attrs(title="parameter map")
 
 
 def basin(

@@ -21,6 +21,8 @@ COMMANDS = {
     "tongues": "Where the drive makes rest unstable: onset voltage and tongues.",
     "bifurcation": "What the motion is along one parameter, and where it changes.",
     "map": "Exponent and regime over two parameters.",
+    "sweep": "Any analysis over any parameters, and the probability of chaos.",
+    "show": "What the store of a map or sweep holds by now.",
     "basin": "Which motions coexist: the attractor of each initial state.",
     "envelope": "Where a device is safe to drive, and which limit comes first.",
     "validate": "Is the cone right? Its force against the film as a continuum.",

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from gelcone.cli import surveys
 from gelcone.cli.lyapunov import UNIT
 from gelcone.cli.motions import (
     budget_options,
@@ -21,7 +23,7 @@ from gelcone.cli.motions import (
     single,
 )
 from gelcone.cli.options import Subject, output_options, read_subject, subject_options
-from gelcone.cli.output import check_folder, common_json, deliver, heading, outcome_lines, progress_bar, si_json
+from gelcone.cli.output import check_folder, common_json, deliver, heading, outcome_lines, si_json
 from gelcone.cli.sweeps import over_option, read_over
 from gelcone.errors import InputError
 
@@ -34,41 +36,71 @@ NAME = "map"
 @click.command(NAME)
 @subject_options
 @over_option("A parameter of the map, from:to:count or v1,v2,...; give two, the first one is drawn along x.")
+@click.option(
+    "--coarsest",
+    type=int,
+    default=64,
+    show_default=True,
+    help="Points along each axis that are computed at least; the map is refined where it changes between them.",
+)
+@click.option("--uniform", is_flag=True, help="Compute every cell.")
 @budget_options
+@surveys.survey_options
 @output_options
 def command(
     device: str | None,
     settings: tuple[str, ...],
     initial: str | None,
     over: tuple[str, ...],
+    coarsest: int,
+    uniform: bool,
     transient: float | None,
     budget: float,
+    store: Path | None,
+    resume: Path | None,
+    threads: int | None,
+    workers: int | None,
+    scheduler: str | None,
     out: Path | None,
     force: bool,
     as_json: bool,
 ) -> None:
     """Largest exponent and regime over two parameters, every cell from the same initial state.
 
+    Refined where the regime or the exponent's sign changes between neighbours; --uniform computes every cell.
+
     \b
-    gelcone map --over voltage=0:2:101 --over prestretch=0.4:2:81 --set drive_frequency=0.1 --out results
+    gelcone map --preset base --over voltage=0:2:101 --over prestretch=0.4:2:81 --out results
+    gelcone map --preset base --over voltage=0:2:512 --over prestretch=0.4:2:512 --store map.zarr
+    gelcone map --resume map.zarr --out results
     """
-    subject = single(read_subject(device, settings, initial), NAME)
-    swept = read_over(over, subject.device)
-    if len(swept) != 2:
-        remedies = {
-            0: "for example --over voltage=0:2:101 --over prestretch=0.4:2:81",
-            1: "for one, use `gelcone bifurcation`",
-        }
-        remedy = remedies.get(len(swept), "fix the others with --set and make one map for each of their values")
-        raise InputError(f"--over: a map takes two parameters, not {len(swept)}; {remedy}")
-    check_folder(out, NAME, force)
-    from gelcone.atlas.grid import parameter_map
+    kept = surveys.one_store(store, resume)
+    who = surveys.read_workers(threads, workers, scheduler)
+    from gelcone.atlas.cells import Plan
+    from gelcone.atlas.survey import stored_plan, survey
     from gelcone.plots.map import map_figure
 
-    with progress_bar(NAME, hidden=as_json) as progress:
-        result = parameter_map(
-            subject.model, swept, subject.initial, transient=transient, budget=budget, progress=progress
-        )
+    lattice: int | None
+    if resume is not None and surveys.only_resume():
+        plan, analysis, lattice = stored_plan(resume)
+        if analysis != "regime" or len(plan.dims) != 2 or plan.draws:
+            raise InputError(f"{resume}: holds no map but a sweep; go on with `gelcone sweep --resume {resume}`")
+        subject = Subject(plan.model, None, plan.initial)
+    else:
+        subject = single(read_subject(device, settings, initial), NAME)
+        swept = read_over(over, subject.device)
+        if len(swept) != 2:
+            remedies = {
+                0: "for example --over voltage=0:2:101 --over prestretch=0.4:2:81",
+                1: "for one, use `gelcone bifurcation`",
+            }
+            remedy = remedies.get(len(swept), "fix the others with --set, or use `gelcone sweep`")
+            raise InputError(f"--over: a map takes two parameters, not {len(swept)}; {remedy}")
+        plan = Plan(subject.model, swept, subject.initial, transient, budget)
+        lattice = None if uniform else coarsest
+    check_folder(out, NAME, force)
+    with surveys.tally_shown(NAME) as progress:
+        result = survey(plan, coarsest=lattice, store=kept, resume=resume is not None, workers=who, progress=progress)
     deliver(
         NAME, result, subject, figure=map_figure, report=report, summary=summary, out=out, force=force, as_json=as_json
     )
@@ -77,6 +109,8 @@ def command(
 def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object; arrays are nested in the order of ``axes``."""
     content = cells_json(result) | common_json(result, subject)
+    content["status"] = result["status"]
+    content["totals"] = json.loads(result.attrs["totals"])
     if subject.device is not None:
         swept = [f"{dim}_si" for dim in result["regime"].dims if f"{dim}_si" in shown.coords]
         content["si"] = si_json(shown, [*swept, "lyapunov", "standard_error", "lowest", "highest"])
@@ -108,6 +142,7 @@ def summary(shown: xr.Dataset, subject: Subject) -> str:
     lines = [*heading(subject, shown["regime"].dims), grid_text(shown, shown["regime"].dims), *outcome_lines(shown)]
     counts = regime_counts(shown)
     lines.append(f"{counts_text(counts)} ({100.0 * counts.get('chaotic', 0) / shown['regime'].size:.3g} % chaotic)")
+    lines.append(surveys.totals_line(json.loads(shown.attrs["totals"])))
     return "\n".join([*lines, *exponent_lines(shown), *flag_line(shown)])
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 MOST_POINTS = 10_000_000
-_PRESET = "gelcone.preset"
+PRESET = "gelcone.preset"
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def subject_options(function: F) -> F:
 
 def _keep_preset(context: click.Context, _: click.Parameter, name: str | None) -> None:
     if name is not None:
-        context.meta[_PRESET] = name
+        context.meta[PRESET] = name
 
 
 def output_options(function: F) -> F:
@@ -76,7 +76,7 @@ def read_subject(device: str | None, settings: tuple[str, ...], initial: str | N
     """
     given = read_settings(settings)
     context = click.get_current_context(silent=True)
-    preset = context.meta.get(_PRESET) if context else None
+    preset = context.meta.get(PRESET) if context else None
     if preset is not None:
         if device is not None:
             raise InputError(f"--preset {preset} and the device {device!r} are both given; give one or the other")

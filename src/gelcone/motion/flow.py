@@ -13,7 +13,8 @@ import queue
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cache
 from typing import Any, Literal, get_args
@@ -50,6 +51,7 @@ class Outcome(IntEnum):
     STRETCH_LIMIT = 2
     STEP_LIMIT = 3
     NOT_FINITE = 4
+    ERROR = 5
 
     @property
     def meaning(self) -> str:
@@ -65,6 +67,7 @@ _MEANINGS = {
     Outcome.STEP_LIMIT: f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too stiff",
     Outcome.NOT_FINITE: "became infinite, because the energy has no bound there (a film without stretch limit, or "
     "deviations sampled too rarely), or did not start from finite numbers",
+    Outcome.ERROR: "the analysis raised an error there; run this point alone to see it",
 }
 
 
@@ -153,8 +156,37 @@ def integrate(
     )
     _store_start(job, runs & (gaps[:, 0] == 0.0))
     batches = list(_batches(job, gaps, np.flatnonzero(runs)))
-    _run(job, batches, threads or available_threads(), progress)
+    watch = getattr(_watched, "watch", None)
+    _run(job, batches, threads or available_threads(), progress, watch)
+    if watch is not None:
+        watch.steps += int(job.result.steps.sum())
     return job.result
+
+
+class Stopped(Exception):
+    """The integration was told to stop by its `Watch`."""
+
+
+@dataclass
+class Watch:
+    """Over all that one thread integrates: ``steps`` counts the integrator's steps, ``stop`` ends it soon when set."""
+
+    stop: threading.Event = field(default_factory=threading.Event)
+    steps: int = 0
+
+
+_watched = threading.local()
+
+
+@contextmanager
+def watching(watch: Watch) -> Iterator[None]:
+    """Puts ``watch`` over what this thread integrates inside; once told to stop, `integrate` raises `Stopped`."""
+    before = getattr(_watched, "watch", None)
+    _watched.watch = watch
+    try:
+        yield
+    finally:
+        _watched.watch = before
 
 
 def _check_options(keep: str, tolerance: float, threads: int | None) -> None:
@@ -329,7 +361,9 @@ def _batches(job: _Job, gaps: Array, members: npt.NDArray[np.intp]) -> Iterator[
             yield _Batch(np.array(plan[first : first + LANES]), np.frombuffer(pieces_bytes, dtype=np.int64), call_size)
 
 
-def _run(job: _Job, batches: list[_Batch], threads: int, progress: Callable[[float], None] | None) -> None:
+def _run(
+    job: _Job, batches: list[_Batch], threads: int, progress: Callable[[float], None] | None, watch: Watch | None
+) -> None:
     stop = threading.Event()
     lock = threading.Lock()
 
@@ -345,6 +379,8 @@ def _run(job: _Job, batches: list[_Batch], threads: int, progress: Callable[[flo
         for share in _advance(job, batch, integrator):
             if stop.is_set():
                 return
+            if watch is not None and watch.stop.is_set():
+                raise Stopped
             report(share)
         job.integrators.give_back(integrator)
 

@@ -117,12 +117,12 @@ def edges(values: Any) -> Array:
 
 
 def regime_cells(axes: Axes, x: Array, y: Array, regime: Any) -> None:
-    """Cells in the colour of their regime: codes of shape (y, x) between the borders ``x`` and ``y``."""
+    """Cells in the colour of their regime: codes of shape (y, x) between the borders ``x`` and ``y``; -1 is blank."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
     colours = ListedColormap([REGIME_COLOURS[r] for r in Regime])
     norm = BoundaryNorm(np.arange(len(Regime) + 1) - 0.5, len(Regime))
-    axes.pcolormesh(x, y, regime, cmap=colours, norm=norm, rasterized=True)
+    axes.pcolormesh(x, y, np.ma.masked_less(regime, 0), cmap=colours, norm=norm, rasterized=True)
 
 
 def mark_failed(axes: Axes, x: Array, y: Array, failed: Any) -> None:

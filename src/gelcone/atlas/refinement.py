@@ -1,0 +1,126 @@
+"""Which cells of a grid to compute, and which to infer: from a coarse lattice to every cell near a change of kind.
+
+A lattice holds every s-th value of each axis, and the last; s halves from level to level down to 1. Between the points
+of a lattice lie blocks. A block whose corners are of different kinds is computed, on its own lattice and on the next;
+elsewhere the kind of the corners is taken over. Each level is repeated until no such block is left that was inferred,
+so that a border is followed to its end, and at the end every cell next to one of another kind is computed. What is
+computed depends on the kinds found alone, not on the order of the work. An island that lies between the points of the
+coarsest lattice is missed: that lattice says how small a feature may be.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.errors import InputError
+
+Cells = npt.NDArray[np.intp]
+Kinds = npt.NDArray[np.int64]
+UNKNOWN = -(2**31)
+"""No kind of a cell."""
+
+
+def refine(shape: tuple[int, ...], coarsest: int) -> Generator[Cells, Kinds, Cells]:
+    """Asks for cells level by level, and says in the end where each cell's values come from.
+
+    Yields flattened indices of cells to compute, increasing, none twice; is sent their kinds, any integers; returns for
+    every cell the cell it takes its values from: itself where it was computed.
+
+    Parameters
+    ----------
+    shape : of the grid, at least 2 along each axis.
+    coarsest : points along an axis that the coarsest lattice has at least (where the grid has as many).
+
+    Raises
+    ------
+    InputError : for fewer than 2 points.
+    """
+    if coarsest < 2:
+        raise InputError(f"coarsest = {coarsest}: must be at least 2 points along each axis")
+    strides = [2 ** math.floor(math.log2((n - 1) / (min(coarsest, n) - 1))) for n in shape]
+    kinds = np.full(shape, UNKNOWN, dtype=np.int64)
+    sources = np.full(shape, -1, dtype=np.intp)
+    axes = _lattice(shape, strides)
+    yield from _compute(axes, np.ones([len(axis) for axis in axes], dtype=bool), kinds, sources)
+    while max(strides) > 1:
+        while (points := _points_of(_mixed_blocks(kinds[np.ix_(*axes)]), axes, axes))[_inferred(axes, sources)].any():
+            yield from _compute(axes, points, kinds, sources)
+        mixed = _mixed_blocks(kinds[np.ix_(*axes)])
+        strides = [max(1, stride // 2) for stride in strides]
+        coarse, axes = axes, _lattice(shape, strides)
+        _infer(coarse, axes, kinds, sources)
+        yield from _compute(axes, _points_of(mixed, coarse, axes), kinds, sources)
+    while (beside := _beside_others(kinds))[_inferred(axes, sources)].any():
+        yield from _compute(axes, beside, kinds, sources)
+    return sources.ravel()
+
+
+def _lattice(shape: tuple[int, ...], strides: list[int]) -> list[Cells]:
+    """Every stride-th index of each axis, and the last."""
+    return [np.unique(np.append(np.arange(0, n, s), n - 1)) for n, s in zip(shape, strides, strict=True)]
+
+
+def _inferred(axes: list[Cells], sources: Cells) -> npt.NDArray[np.bool_]:
+    """Lattice points that are not computed."""
+    own = np.arange(sources.size).reshape(sources.shape)
+    inferred: npt.NDArray[np.bool_] = sources[np.ix_(*axes)] != own[np.ix_(*axes)]
+    return inferred
+
+
+def _compute(
+    axes: list[Cells], wanted: npt.NDArray[np.bool_], kinds: Kinds, sources: Cells
+) -> Generator[Cells, Kinds, None]:
+    """Asks for the wanted ones of the lattice points that are not computed yet."""
+    own = np.arange(kinds.size).reshape(kinds.shape)
+    cells = own[np.ix_(*axes)][wanted & _inferred(axes, sources)]
+    if cells.size:
+        kinds.flat[cells] = yield cells
+        sources.flat[cells] = cells
+
+
+def _mixed_blocks(kinds: Kinds) -> npt.NDArray[np.bool_]:
+    """Blocks between lattice points (one fewer along each axis) whose corners are of different kinds."""
+    low = high = kinds
+    for axis in range(kinds.ndim):
+        first, last = (slice(None),) * axis + (slice(None, -1),), (slice(None),) * axis + (slice(1, None),)
+        low, high = np.minimum(low[first], low[last]), np.maximum(high[first], high[last])
+    return low != high
+
+
+def _infer(coarse: list[Cells], fine: list[Cells], kinds: Kinds, sources: Cells) -> None:
+    """Gives the new points of the finer lattice what the nearest point of the coarser one has."""
+    places, nearest = np.ix_(*fine), np.ix_(*(_nearest(c, f) for c, f in zip(coarse, fine, strict=True)))
+    unknown = kinds[places] == UNKNOWN
+    kinds[places] = np.where(unknown, kinds[nearest], kinds[places])
+    sources[places] = np.where(unknown, sources[nearest], sources[places])
+
+
+def _nearest(coarse: Cells, fine: Cells) -> Cells:
+    """For each index of the finer lattice the nearest one of the coarser; of two the lower."""
+    above = np.searchsorted(coarse, fine)
+    below = np.maximum(above - 1, 0)
+    return np.where(fine - coarse[below] <= coarse[above] - fine, coarse[below], coarse[above])
+
+
+def _points_of(blocks: npt.NDArray[np.bool_], coarse: list[Cells], fine: list[Cells]) -> npt.NDArray[np.bool_]:
+    """Points of the lattice ``fine`` in some of the blocks between points of ``coarse``, or on their border."""
+    result = np.zeros([len(axis) for axis in fine], dtype=bool)
+    sides = [
+        (np.maximum(np.searchsorted(c, f) - 1, 0), np.minimum(np.searchsorted(c, f, side="right") - 1, len(c) - 2))
+        for c, f in zip(coarse, fine, strict=True)
+    ]
+    for corner in np.ndindex(*(2,) * len(fine)):
+        result |= blocks[np.ix_(*(side[k] for side, k in zip(sides, corner, strict=True)))]
+    return result
+
+
+def _beside_others(kinds: Kinds) -> npt.NDArray[np.bool_]:
+    """Cells with a neighbour (also across corners) of another kind."""
+    from scipy.ndimage import maximum_filter, minimum_filter
+
+    beside: npt.NDArray[np.bool_] = maximum_filter(kinds, 3) != minimum_filter(kinds, 3)
+    return beside

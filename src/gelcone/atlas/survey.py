@@ -1,0 +1,344 @@
+"""Sweeps of any size: an analysis in every cell of a plan, by any workers, kept in a store while it runs.
+
+The grid's cells are computed all of them, or level by level with `gelcone.atlas.refinement`; what is not computed takes
+its values from a computed cell nearby. Cells go to the workers in tasks of about a second.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Generator, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import dataset
+from gelcone._version import __version__
+from gelcone.atlas.analyses import compute, find_analysis
+from gelcone.atlas.cells import Plan, meaning_of, quantity_of
+from gelcone.atlas.refinement import Cells, Kinds, refine
+from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of, open_store, read_plan
+from gelcone.atlas.workers import Workers, threads
+from gelcone.errors import InputError
+from gelcone.motion.flow import Outcome, Stopped
+from gelcone.motion.regime import Regime
+from gelcone.motion.response import start_states
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TASK_CELLS = 64
+"""Cells of a task at most: some seconds of work, many lanes of the integrator."""
+FLUSH_SECONDS = 2.0
+"""What is done goes to the store at least so often."""
+REFINABLE = ("regime", "section")
+"""Analyses whose cells have a kind, so that a map of them can be refined where it changes."""
+_EVIDENCE = ("regime", "sign")
+
+
+@dataclass(frozen=True)
+class Tally:
+    """How far a sweep is. ``asked`` counts the cells asked for up to now, of which ``computed`` are there (``found`` of
+    them from before, in the store); ``inferred`` is known at the end."""
+
+    cells: int
+    asked: int = 0
+    computed: int = 0
+    found: int = 0
+    inferred: int = 0
+    failed: int = 0
+    chaotic: int = 0
+    steps: int = 0
+    seconds: float = 0.0
+
+    def record(self) -> dict[str, Any]:
+        """The totals as plain data."""
+        return {
+            "cells": self.cells,
+            "computed": self.computed,
+            "computed_before": self.found,
+            "inferred": self.inferred,
+            "failed": self.failed,
+            "integrator_steps": self.steps,
+            "wall_time_s": round(self.seconds, 3),
+        }
+
+
+Progress = Callable[[Tally], None]
+
+
+def survey(
+    plan: Plan,
+    analysis: str = "regime",
+    *,
+    coarsest: int | None = None,
+    store: str | Path | None = None,
+    resume: bool = False,
+    workers: Workers | None = None,
+    progress: Progress = lambda tally: None,
+) -> xr.Dataset:
+    """An analysis in every cell of a plan.
+
+    Parameters
+    ----------
+    plan : which parameters are swept over which values, and which are drawn.
+    analysis : one of `gelcone.atlas.analyses.ANALYSES`. Default ``"regime"``.
+    coarsest : computes only a lattice of at least so many points along each axis, and what is needed to follow every
+        change of regime, or of the exponent's sign, down to the finest cell. Default: all cells are computed.
+    store : folder that takes the results while they come, as a Zarr group.
+    resume : goes on with what the store holds, whose plan must be the same.
+    workers : who computes: `gelcone.atlas.workers.threads` (default, one a core) or ``cluster``.
+    progress : called with a `Tally` after each task.
+
+    Returns
+    -------
+    Dataset over the plan's axes with the variables of the analysis, ``status`` (of `Status`) and ``source``, the
+    flattened index of the cell whose values a cell carries: its own where it was computed. ``attrs["totals"]`` holds
+    the `Tally`.
+
+    Raises
+    ------
+    InputError : for an unknown analysis, one that cannot be refined, no cell inside its stretch limit, and what
+        `gelcone.atlas.store.open_store` refuses.
+    """
+    find_analysis(analysis)
+    if coarsest is not None and (analysis not in REFINABLE or plan.draws):
+        what = "draws of uncertain parameters" if plan.draws else f"the analysis {analysis}"
+        raise InputError(f"coarsest = {coarsest}: {what} cannot be refined; compute every cell")
+    start_states(*plan.at(plan.grid))
+    cells = _Cells(plan)
+    with ExitStack() as stack:
+        if store is not None:
+            record = plan_record(plan, analysis, coarsest)
+            held = stack.enter_context(open_store(Path(store), record, plan.dims, plan.shape, resume=resume))
+            cells.keep_in(held)
+        run = stack.enter_context((workers or threads())())
+        begun = time.monotonic()
+
+        def timed(tally: Tally) -> None:
+            progress(replace(tally, seconds=time.monotonic() - begun))
+
+        stack.enter_context(cells.flushed_at_the_end())
+        wanted = refine(plan.shape, coarsest) if coarsest is not None else _all(plan.size)
+        sources = _follow(wanted, partial(_work, cells, run, analysis, timed))
+        cells.infer(sources)
+        totals = replace(cells.tally, seconds=time.monotonic() - begun)
+        progress(totals)
+    return _label(plan, cells.fields, sources, totals, f"sweep: {analysis}")
+
+
+def _all(size: int) -> Generator[Cells, Kinds, Cells]:
+    """Asks for every cell."""
+    yield np.arange(size)
+    return np.arange(size)
+
+
+def _follow(wanted: Generator[Cells, Kinds, Cells], answer: Callable[[Cells], Kinds]) -> Cells:
+    """Answers what is asked for until nothing more is; what the asking comes to."""
+    try:
+        asked = next(wanted)
+        while True:
+            asked = wanted.send(answer(asked))
+    except StopIteration as ended:
+        sources: Cells = ended.value
+        return sources
+
+
+def _work(cells: _Cells, run: Any, analysis: str, progress: Progress, asked: Cells) -> Kinds:
+    """Has those of the cells computed that are not there yet; the kinds of all."""
+    cells.ask(asked)
+    missing = asked[~cells.computed[asked]]
+    tasks = np.array_split(missing, -(-missing.size // TASK_CELLS)) if missing.size else []
+    for parts, steps in run(partial(_task, cells.plan, analysis), tasks):
+        cells.take(parts, steps)
+        progress(cells.tally)
+    if not cells.fields:
+        raise InputError("the analysis raises an error in every cell; run one of them alone to see it")
+    return cells.kinds(asked)
+
+
+def _task(plan: Plan, analysis: str, cells: Cells) -> list[tuple[Cells, xr.Dataset | None]]:
+    """Computes some cells. Where that raises an error they are tried one by one; those that raise it have no result."""
+    try:
+        return [(cells, compute(plan, analysis, cells))]
+    except (Stopped, InputError, MemoryError):
+        raise
+    except Exception:
+        if cells.size == 1:
+            return [(cells, None)]
+    return [part for cell in np.split(cells, cells.size) for part in _task(plan, analysis, cell)]
+
+
+class _Cells:
+    """What is known of the cells of a plan, in memory and - with a store - on disk."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.fields: dict[str, Field] = {}
+        self.computed = np.zeros(plan.size, dtype=bool)
+        self.tally = Tally(plan.size)
+        self._store: Store | None = None
+        self._untaken: list[tuple[Cells, xr.Dataset | None]] = []
+        self._unwritten: list[Cells] = []
+        self._written_at = time.monotonic()
+
+    def keep_in(self, store: Store) -> None:
+        """Takes over what a store holds, and keeps there what comes."""
+        self._store, self.fields = store, store.read()
+        if self.fields:
+            self.computed = self.fields["status"].values == Status.COMPUTED
+
+    def ask(self, cells: Cells) -> None:
+        """Counts cells as asked for."""
+        found = int(self.computed[cells].sum())
+        tally = self.tally
+        self.tally = replace(tally, asked=tally.asked + cells.size, found=tally.found + found)
+        self._count(cells[self.computed[cells]])
+
+    def take(self, parts: list[tuple[Cells, xr.Dataset | None]], steps: int) -> None:
+        """Puts the results of a task in their places; cells without one carry that in their outcome."""
+        self.tally = replace(self.tally, steps=self.tally.steps + steps)
+        known = [result for _, result in parts if result is not None]
+        if not self.fields and known:
+            self._begin(known[0])
+        self._untaken += parts
+        if not self.fields:
+            return
+        for cells, result in self._untaken:
+            self.fields["outcome"].values[cells] = Outcome.ERROR
+            for name, variable in result.data_vars.items() if result is not None else ():
+                self.fields[str(name)].values[cells] = variable.values
+            self.fields["status"].values[cells] = Status.COMPUTED
+            self.computed[cells] = True
+            self._count(cells)
+            self._unwritten.append(cells)
+        self._untaken = []
+        if time.monotonic() - self._written_at > FLUSH_SECONDS:
+            self.flush()
+
+    def _count(self, cells: Cells) -> None:
+        tally = self.tally
+        failed = int((self.fields["outcome"].values[cells] != Outcome.OK).sum()) if self.fields else 0
+        chaotic = int((self.fields["regime"].values[cells] == Regime.CHAOTIC).sum()) if "regime" in self.fields else 0
+        self.tally = replace(
+            tally,
+            computed=tally.computed + cells.size,
+            failed=tally.failed + failed,
+            chaotic=tally.chaotic + chaotic,
+        )
+
+    def _begin(self, result: xr.Dataset) -> None:
+        size = self.plan.size
+        for name, variable in result.data_vars.items():
+            values = np.full((size, *variable.shape[1:]), fill_of(variable.dtype), dtype=variable.dtype)
+            self.fields[str(name)] = Field(tuple(map(str, variable.dims[1:])), values, dict(variable.attrs))
+        self.fields["status"] = Field((), np.zeros(size, dtype=np.uint8), STATUS_ATTRIBUTES)
+        if self._store is not None:
+            self._store.begin(self.fields, _coordinates(self.plan))
+
+    def flush(self) -> None:
+        """Brings the store up to date."""
+        if self._store is not None and self._unwritten:
+            self._store.write(self.fields, np.concatenate(self._unwritten))
+        self._unwritten, self._written_at = [], time.monotonic()
+
+    @contextmanager
+    def flushed_at_the_end(self) -> Iterator[None]:
+        """Writes what is done also when the work is interrupted."""
+        try:
+            yield
+        finally:
+            self.flush()
+
+    def infer(self, sources: Cells) -> None:
+        """Gives the cells that were not computed the values of those they were inferred from."""
+        inferred = np.flatnonzero(~self.computed)
+        for field in self.fields.values():
+            field.values[inferred] = field.values[sources[inferred]]
+        self.fields["status"].values[inferred] = Status.INFERRED
+        self.tally = replace(self.tally, inferred=inferred.size)
+        self._unwritten.append(inferred)
+
+    def kinds(self, cells: Cells) -> Kinds:
+        """A number for each kind that cells are told apart by; 0 for an analysis without kinds."""
+        if not all(name in self.fields for name in _EVIDENCE):
+            return np.zeros(cells.size, dtype=np.int64)
+        regime, sign = (self.fields[name].values[cells].astype(np.int64) for name in _EVIDENCE)
+        return 3 * regime + sign + 1
+
+
+# --- in words, and back -------------------------------------------------------------------------------------------
+
+
+def plan_record(plan: Plan, analysis: str, coarsest: int | None) -> dict[str, Any]:
+    """All that decides the numbers, as plain data."""
+    return {
+        "gelcone_version": __version__,
+        "analysis": analysis,
+        "model": json.loads(dataset.label(plan.model, {}, options={}, title="").attrs["model"]),
+        "over": {name: values.tolist() for name, values in plan.over.items()},
+        "draws": {name: values.tolist() for name, values in plan.draws.items()},
+        "coarsest": coarsest,
+        **json.loads(json.dumps(plan.options())),
+    }
+
+
+def stored_plan(path: str | Path) -> tuple[Plan, str, int | None]:
+    """Plan, analysis and coarsest lattice that a store was made for; `InputError` as `read_plan`."""
+    record = read_plan(Path(path))
+    import xarray as xr
+
+    model = dataset.model_of(xr.Dataset(attrs={"model": json.dumps(record["model"])}))
+    names = ("over", "draws", "initial", "transient", "budget", "tolerance", "rounds")
+    options = {name: record[name] for name in names} | {"initial": tuple(record["initial"])}
+    return Plan(model, **options), record["analysis"], record["coarsest"]
+
+
+def look(path: str | Path) -> xr.Dataset:
+    """What a store holds by now, whether its run goes on or not, as `survey` labels it.
+
+    Cells that are missing hold NaN, -1 or 0; ``status`` tells them. Raises `InputError` for what is no whole store.
+    """
+    plan, analysis, _ = stored_plan(path)
+    fields = Store(Path(path), {}, plan.dims, plan.shape).read()
+    if not fields:
+        raise InputError(f"{path}: holds no cell yet; look again when its run has come further")
+    status = fields["status"].values
+    tally = Tally(
+        plan.size, computed=int((status == Status.COMPUTED).sum()), inferred=int((status == Status.INFERRED).sum())
+    )
+    return _label(plan, fields, None, tally, f"sweep: {analysis}")
+
+
+def _coordinates(plan: Plan) -> dict[str, Field]:
+    coordinates = {
+        name: Field((name,), values, {"long_name": meaning_of(name), "units": "1", "quantity": quantity_of(name)})
+        for name, values in plan.over.items()
+    }
+    drawn = {
+        f"drawn_{name}": Field(("draw",), values, {"long_name": meaning_of(name), "units": "1", "quantity": "code"})
+        for name, values in plan.draws.items()
+    }
+    return coordinates | drawn
+
+
+def _label(
+    plan: Plan, fields: Mapping[str, Field], sources: npt.NDArray[np.intp] | None, tally: Tally, title: str
+) -> xr.Dataset:
+    result = dataset.label(plan.model, {}, options=plan.options(), title=title)
+    if sources is not None:
+        about = {"long_name": "flattened index of the cell whose values it carries", "units": "1", "quantity": "code"}
+        fields = {**fields, "source": Field((), sources, about)}
+    variables = {
+        name: (plan.dims + f.dims, f.values.reshape(plan.shape + f.values.shape[1:]), dict(f.attributes))
+        for name, f in fields.items()
+    }
+    coordinates = {name: (f.dims, f.values, dict(f.attributes)) for name, f in _coordinates(plan).items()}
+    result = result.assign_coords(coordinates).assign(variables)
+    return result.assign_attrs(totals=json.dumps(tally.record()))

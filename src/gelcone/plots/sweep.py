@@ -1,0 +1,85 @@
+"""Pictures of sweeps: a probability with its interval, and any variable over the first axes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone.errors import InputError
+from gelcone.plots.regime import edges
+from gelcone.plots.style import BLUE, axis_label, coordinate_axis, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDEST = 6
+"""Most variables that are drawn."""
+_BOOKKEEPING = ("status", "source", "outcome")
+
+
+def probability_figure(result: xr.Dataset) -> Figure:
+    """A probability over one parameter with its interval, or over two beside the width of its interval."""
+    if result["probability"].ndim == 1:
+        return styled(5.2, 3.2, lambda figure: _curve(result, figure.add_subplot()))
+    if result["probability"].ndim != 2:
+        raise InputError("a probability is drawn over one parameter or two; take a slice of the others")
+
+    def draw(figure: Figure) -> None:
+        left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+        _cells(result["probability"], result, left, "cividis", 1.0)
+        _cells((result["high"] - result["low"]).assign_attrs(long_name="width of the interval"), result, right, "Greys")
+        right.set_ylabel("")
+
+    return styled(7.2, 3.1, draw)
+
+
+def _curve(result: xr.Dataset, axes: Axes) -> None:
+    (name,) = map(str, result["probability"].dims)
+    axes.fill_between(result[name], result["low"], result["high"], color=BLUE, alpha=0.25, lw=0.0, label="interval")
+    axes.plot(result[name], result["probability"], color=BLUE, marker="o", ms=2.5, lw=1.2, label="share of the draws")
+    axes.set_ylim(-0.03, 1.03)
+    axes.set_ylabel(str(result["probability"].attrs["long_name"]))
+    coordinate_axis(axes, result, name, "bottom")
+    axes.legend(loc="best")
+
+
+def _cells(values: xr.DataArray, result: xr.Dataset, axes: Axes, colours: str, most: float | None = None) -> None:
+    x, y = map(str, values.dims)
+    mesh = axes.pcolormesh(
+        edges(result[x]),
+        edges(result[y]),
+        values.transpose(y, x),
+        cmap=colours,
+        vmin=0.0 if most else None,
+        vmax=most,
+        rasterized=True,
+    )
+    axes.figure.colorbar(mesh, ax=axes, pad=0.02)
+    axes.set_title(str(values.attrs["long_name"]), loc="left")
+    coordinate_axis(axes, result, x, "bottom")
+    coordinate_axis(axes, result, y, "left")
+
+
+def sweep_figure(result: xr.Dataset) -> Figure:
+    """The variables of a sweep over its first axis, a curve (or, for draws and further axes, a cloud) each."""
+    dims, there = result["status"].dims, result["status"] > 0
+    along = str(dims[0])
+    full = {str(n): v.where(there) for n, v in result.data_vars.items() if v.dims == dims and n not in _BOOKKEEPING}
+    names = [name for name, values in full.items() if np.isfinite(values).any()][:WIDEST]
+
+    def draw(figure: Figure) -> None:
+        panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, name in zip(panels, names, strict=True):
+            values = full[name].values.reshape(result.sizes[along], -1)
+            place = result[along].values if along in result.coords else np.arange(result.sizes[along])
+            axes.plot(place, values, color=BLUE, ls="-" if values.shape[1] == 1 else "", marker=".", ms=2.5, lw=1.0)
+            axes.set_ylabel(axis_label(result[name], name))
+        if along in result.coords:
+            coordinate_axis(panels[-1], result, along, "bottom")
+        else:
+            panels[-1].set_xlabel("draw")
+
+    return styled(5.6, 0.8 + 1.5 * len(names), draw)

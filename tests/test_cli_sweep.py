@@ -1,0 +1,80 @@
+import json
+
+import pytest
+
+from gelcone.cli import group
+from gelcone.errors import InputError
+
+SETTINGS = ["--set", "damping_ratio=0.05", "--set", "spring_stiffness=0.5", "--set", "drive_frequency=0.3"]
+QUICK = ["--transient", "300", "--budget", "1500"]
+MAP = ["map", *SETTINGS, "--over", "voltage=0:1.2:9", "--over", "prestretch=0.8:1.6:7", "--coarsest", "3", *QUICK]
+
+
+@pytest.fixture
+def run():
+    from click.testing import CliRunner
+
+    def call(*arguments):
+        result = CliRunner().invoke(group, [str(a) for a in arguments], standalone_mode=False)
+        if result.exception:
+            raise result.exception
+        return result.stdout
+
+    return call
+
+
+def test_a_map_is_stored_shown_and_resumed(run, tmp_path):
+    told = json.loads(run(*MAP, "--store", tmp_path / "s", "--json"))
+    assert told["totals"]["computed"] + told["totals"]["inferred"] == told["totals"]["cells"] == 63
+    assert told["totals"]["integrator_steps"] > 0 == told["totals"]["failed"]
+    again = json.loads(run("map", "--resume", tmp_path / "s", "--json"))
+    assert again["regime"] == told["regime"]
+    assert again["totals"]["computed_before"] == told["totals"]["computed"]
+    shown = json.loads(run("show", tmp_path / "s", "--json", "--out", tmp_path / "o"))
+    assert shown["counts"] == told["counts"]
+    assert shown["status"] == told["status"]
+    assert (tmp_path / "o" / "show.png").stat().st_size > 5000
+    text = run("show", tmp_path / "s")
+    assert "0 missing of 63" in text
+    with pytest.raises(InputError, match=r"damping_ratio is 0\.05 there and 0\.1 here"):
+        run(*[a.replace("0.05", "0.1") for a in MAP], "--resume", tmp_path / "s")
+
+
+def test_uniform_computes_every_cell(run):
+    told = json.loads(run(*MAP, "--uniform", "--json"))
+    assert told["totals"]["computed"] == 63
+
+
+def test_probability_of_chaos(run, tmp_path):
+    arguments = ["sweep", *SETTINGS, "--over", "voltage=0.3,2", "--uncertain", "prestretch=1~0.02", "--count", "8"]
+    told = json.loads(run(*arguments, *QUICK, "--json", "--out", tmp_path))
+    assert told["dims"] == ["voltage", "draw"]
+    assert told["probability"]["probability"][0] == 0.0
+    assert told["probability"]["low"][1] <= told["probability"]["probability"][1] <= told["probability"]["high"][1]
+    assert len(told["draws"]["prestretch"]) == 8
+    assert (tmp_path / "sweep.png").stat().st_size > 5000
+    assert "probability of chaos" in run(*arguments, *QUICK)
+
+
+def test_limits_over_three_parameters(run):
+    over = ["--over", "prestretch=0.9,1.1", "--over", "spring_stiffness=0.5,1", "--over", "drive_frequency=0.3,0.5"]
+    told = json.loads(run("sweep", *over, "--analysis", "limits", "--json"))
+    assert told["dims"] == ["prestretch", "spring_stiffness", "drive_frequency"]
+    assert told["pitchfork_voltage"][0][0][0] == told["pitchfork_voltage"][0][0][1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["sweep"], "over: is empty"),
+        (["sweep", "--over", "voltage=0:1:3", "--uncertain", "prestretch=1"], "must be name=low:high"),
+        (["sweep", "--over", "voltage=0:1:3", "--analysis", "regimes"], "did you mean 'regime'"),
+        (["map", "--store", "a", "--resume", "b"], "--store and --resume"),
+        (["map", "--threads", "1", "--workers", "2"], "give one of them"),
+        (["map", "--resume", "nothing-there"], "no such store"),
+        (["show", "nothing-there"], "no such store"),
+    ],
+)
+def test_bad_input(run, arguments, message):
+    with pytest.raises(InputError, match=message):
+        run(*arguments)

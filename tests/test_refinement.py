@@ -1,0 +1,75 @@
+import itertools
+
+import numpy as np
+import pytest
+
+from gelcone.atlas.refinement import refine
+from gelcone.errors import InputError
+
+
+def follow(kinds, coarsest):
+    """What `refine` asks for of a grid of known kinds: how often each cell, and the sources in the end."""
+    wanted, asked = refine(kinds.shape, coarsest), np.zeros(kinds.size, dtype=int)
+    cells = next(wanted)
+    while True:
+        assert (np.diff(cells) > 0).all()
+        asked[cells] += 1
+        try:
+            cells = wanted.send(kinds.flat[cells])
+        except StopIteration as ended:
+            return asked, ended.value
+
+
+def disc(n):
+    y, x = np.mgrid[0 : 1 : n * 1j, 0 : 1 : n * 1j]
+    return (np.hypot(x - 0.5, y - 0.4) < 0.3).astype(int) + 2 * (y > 0.8 + 0.05 * np.sin(9 * x))
+
+
+GRIDS = {
+    "disc and wave": disc(100),
+    "line": (np.linspace(0, 1, 1001) > 0.3123).astype(int),
+    "solid": (np.add.outer(np.linspace(0, 1, 33), np.multiply.outer(np.linspace(0, 1, 20), [0.1, 0.6, 1])) > 0.9) * 1,
+    "all of a kind": np.zeros((65, 30), dtype=int),
+    "noise": np.random.default_rng(1).integers(0, 2, (40, 50)),
+    "as coarse as can be": np.array([[0, 1], [1, 1]]),
+}
+
+
+@pytest.mark.parametrize("name", GRIDS)
+@pytest.mark.parametrize("coarsest", [2, 9, 16])
+def test_each_cell_is_asked_for_once_or_has_a_computed_source(name, coarsest):
+    kinds = GRIDS[name]
+    asked, sources = follow(kinds, coarsest)
+    assert set(np.unique(asked)) <= {0, 1}
+    np.testing.assert_array_equal(sources == np.arange(kinds.size), asked == 1)
+    assert (asked[sources] == 1).all()
+
+
+@pytest.mark.parametrize("name", ["disc and wave", "line", "solid"])
+def test_kinds_are_those_of_the_whole_grid(name):
+    kinds = GRIDS[name]
+    _, sources = follow(kinds, 16)
+    np.testing.assert_array_equal(kinds.flat[sources], kinds.ravel())
+
+
+def test_work_grows_like_the_length_of_smooth_borders():
+    """Four times the cells, twice the border."""
+    work = [follow(disc(n), 16)[0].sum() for n in (128, 256, 512)]
+    for less, more in itertools.pairwise(work):
+        assert 1.7 < more / less < 2.3
+    assert work[-1] < 0.05 * 512**2
+
+
+def test_uncomputed_cells_have_no_neighbour_of_another_kind():
+    kinds = GRIDS["noise"].repeat(6, axis=0).repeat(6, axis=1)
+    asked, sources = follow(kinds, 16)
+    found = kinds.flat[sources].reshape(kinds.shape)
+    for axis in (0, 1):
+        change = np.flatnonzero(np.diff(found, axis=axis))
+        for side in (np.take(asked.reshape(kinds.shape), range(k, k + found.shape[axis] - 1), axis) for k in (0, 1)):
+            assert (side.flat[change] == 1).all()
+
+
+def test_a_lattice_of_one_point_is_refused():
+    with pytest.raises(InputError, match="coarsest = 1: must be at least 2"):
+        next(refine((10, 10), 1))
