@@ -63,9 +63,8 @@ def main(points: int, mode: str) -> None:
         part = np.s_[::stride, ::stride]
         sizes.append((points - 1) // stride)
         spent.append(work[part][replayed(kinds[part])].sum() / work[part].mean())
-        print(
-            f"  {sizes[-1]:4d} cells a side: work of {spent[-1]:8.0f} cells, {sizes[-1] ** 2 / spent[-1]:.2f} times less"
-        )
+        saved = sizes[-1] ** 2 / spent[-1]
+        print(f"  {sizes[-1]:4d} cells a side: work of {spent[-1]:8.0f} cells, {saved:.2f} times less")
     if len(sizes) > 1:
         print(f"  work grows with the power {np.polyfit(np.log(sizes), np.log(spent), 1)[0]:.2f} of the cells a side")
     few = Plan(plan.model, {name: values[:: (points - 1) // 16] for name, values in over.items()}, preset.initial)
