@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from gelcone.device import find_device as find_device
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
+    from gelcone.film import ContinuumFilm as ContinuumFilm
+    from gelcone.film import read_film as read_film
     from gelcone.laws import LAWS as LAWS
     from gelcone.laws import Gent as Gent
     from gelcone.laws import NeoHookean as NeoHookean
@@ -68,16 +70,20 @@ if TYPE_CHECKING:
     from gelcone.motion.section import section as section
     from gelcone.motion.spectrum import spectrum as spectrum
     from gelcone.si import to_si as to_si
+    from gelcone.validation.fit import fit_film as fit_film
+    from gelcone.validation.fit import write_film as write_film
 
 _HOME = {
     "basin": "atlas.grid",
     "bifurcation": "atlas.bifurcation",
     "cluster": "atlas.workers",
     "ConeModel": "model",
+    "ContinuumFilm": "film",
     "Device": "device",
     "draw": "atlas.samples",
     "extrema": "motion.section",
     "find_device": "device",
+    "fit_film": "validation.fit",
     "floquet_multipliers": "motion.floquet",
     "fold_voltages": "motion.equilibrium",
     "Gent": "laws",
@@ -103,6 +109,7 @@ _HOME = {
     "Plan": "atlas.cells",
     "PullIn": "motion.equilibrium",
     "Regime": "motion.regime",
+    "read_film": "film",
     "regime": "motion.regime",
     "save": "dataset",
     "section": "motion.section",
@@ -117,6 +124,7 @@ _HOME = {
     "to_si": "si",
     "tongues": "motion.floquet",
     "Uniform": "atlas.samples",
+    "write_film": "validation.fit",
     "Yeoh": "laws",
 }
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
@@ -19,6 +19,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from gelcone.errors import InputError, unknown_name
+from gelcone.film import ContinuumFilm
 from gelcone.materials import Material, Record, find_material, si, text
 from gelcone.model import PRESTRETCH_MODES, ConeModel
 from gelcone.units import FieldError, format_si
@@ -90,6 +91,9 @@ class Device(Record):
     voltage_offset : its constant part, V. Default 0.
     frequency : f, Hz, positive.
     prestretch, prestretch_mode, meridional_prestretch, hoop_prestretch : as in `ConeModel`.
+    film : ``"cone"`` (default), the homogeneous cone; ``"continuum"``, the continuum film, fitted on first use and kept
+        (see `gelcone.validation.fit.find_film`); or a file that ``gelcone validate --fit`` wrote, in a device file
+        relative to it.
     release_height : the disc is held there and let go at t = 0, m. Default: it starts from rest, see `initial_state`.
     release_velocity : its velocity at t = 0, m/s. Default 0.
 
@@ -119,6 +123,7 @@ class Device(Record):
     prestretch_mode: str = "radial"
     meridional_prestretch: Annotated[float | None, si("1", above=0.0)] = None
     hoop_prestretch: Annotated[float | None, si("1", above=0.0)] = None
+    film: Annotated[str, BeforeValidator(text)] = "cone"
     release_height: Annotated[float | None, si("m")] = None
     release_velocity: Annotated[float, si("m/s")] = 0.0
 
@@ -166,7 +171,7 @@ class Device(Record):
             raise FieldError(next(iter(lengths)), f"{told} values; give lists of one length")
         self._check_scales()
         with np.errstate(all="ignore"):
-            self._check_heights(self.to_model())
+            self._check_heights(self.cone_model())
         return self
 
     def _check_scales(self) -> None:
@@ -219,7 +224,20 @@ class Device(Record):
         )
 
     def to_model(self) -> ConeModel:
-        """The dimensionless model; drive arrays make an ensemble of their length."""
+        """The dimensionless model with its ``film``; drive arrays make an ensemble of their length."""
+        model = self.cone_model()
+        return model if self.film == "cone" else model.replace(film=self.film_for(model))
+
+    def film_for(self, model: ConeModel, *, starting: Callable[[], None] = lambda: None) -> ContinuumFilm | None:
+        """The film that ``film`` names, None for the cone; ``starting`` is called before one is fitted."""
+        if self.film == "cone":
+            return None
+        from gelcone.validation.fit import find_film
+
+        return find_film(self.film, model, self.disc_radius / self.film_radius, starting=starting)
+
+    def cone_model(self) -> ConeModel:
+        """`to_model` with the film as a homogeneous cone."""
         s = self.scales
         parameters = {
             "damping_ratio": self.damping_coefficient * s.time / (2.0 * self.moving_mass),
@@ -283,6 +301,9 @@ class Device(Record):
         except (ValueError, RecursionError) as error:
             raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
         try:
+            film = values.get("film")
+            if isinstance(film, str) and film not in ("cone", "continuum"):
+                values["film"] = str(path.parent / film)
             return cls(**{"name": path.stem} | values)
         except FieldError as error:
             line = _line_of(error.field, source)
@@ -325,6 +346,8 @@ def _highest(model: ConeModel) -> float | None:
 
     A q + B + G/q - 3 = J is quadratic in q = 1 + x^2.
     """
+    if model.film is not None:
+        return float(model.film.reach)
     limit = float(model.strain_limit())
     if not float(model.strain(0.0)) < limit:
         return None
@@ -348,6 +371,8 @@ def _rest_equilibrium(model: ConeModel) -> float:
     rest = float(c.rest)
     # Beyond this height film and spring both pull back: the film does once A > G/q^2, the spring beyond its own rest.
     beyond = 1.0 + max(abs(rest), math.sqrt(max(0.0, math.sqrt(float(c.G / c.A)) - 1.0)))
+    if model.film is not None:
+        beyond = math.inf
     highest = min(beyond, (1.0 - 1e-9) * (_highest(model) or 0.0))
     # symmetric about 0 to the last bit, so that a spring free at 0 leaves the disc at exactly 0
     half = np.linspace(0.0, highest, 1001)

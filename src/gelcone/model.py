@@ -6,13 +6,15 @@ film's stretches are l1 = lm sqrt(q), l2 = lh, l3 = 1/(l1 l2), and with A = lm^2
 
     I1 - 3 = A q + B + G/q - 3.
 
+A `gelcone.film.ContinuumFilm`, fitted to the film as a continuum, may stand in for the homogeneous cone's force.
+
 Energies are per mu Vol (shear modulus times film volume), times per 1/Omega0 = sqrt(m (b-a)^2 / (mu Vol)).
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -21,6 +23,7 @@ import numpy.typing as npt
 
 from gelcone import drive
 from gelcone.errors import InputError, unknown_name
+from gelcone.film import ContinuumFilm, film_from_json
 from gelcone.laws import LAWS, StrainEnergyLaw, find_law
 from gelcone.quantity import Array, Quantity
 
@@ -93,16 +96,56 @@ def dissipation(velocity: Any, c: Coefficients) -> Any:
 # --- what follows from it by Euler-Lagrange, in the form that runs fastest (tests prove both equal) -----------------
 
 
-def acceleration(x: Any, velocity: Any, voltage: Any, c: Coefficients, law: StrainEnergyLaw) -> tuple[Any, Any]:
+Body = StrainEnergyLaw | ContinuumFilm
+"""What resists the disc: a law in the homogeneous cone, or a continuum film that was fitted for one."""
+
+
+def film_stiffness(xx: Any, squared: Any, c: Coefficients, body: Body) -> tuple[Any, Any]:
+    """h of the film in x (h - v^2), and its derivative with respect to x^2, at x^2 and v^2.
+
+    In the homogeneous cone the voltage plays no part in it.
+    """
+    if isinstance(body, ContinuumFilm):
+        return body.stiffness(xx, squared)
+    return body.film_stiffness(1.0 + xx, c.A, c.B, c.G, c.law)
+
+
+def acceleration(x: Any, velocity: Any, voltage: Any, c: Coefficients, body: Body) -> tuple[Any, Any]:
     """x'' of the equation of motion, and its derivative with respect to x.
 
-    x'' = kappa x0 - 2 zeta x' + g x, g = v^2 - kappa - h(q), where h is the law's film stiffness;
-    the derivative is g - 2 x^2 dh/dq.
+    x'' = kappa x0 - 2 zeta x' + g x, g = v^2 - kappa - h, where h is the stiffness of law or film;
+    the derivative is g - 2 x^2 dh/d(x^2).
     """
-    xx = x * x
-    h, h_slope = law.film_stiffness(1.0 + xx, c.A, c.B, c.G, c.law)
-    g = voltage * voltage - c.kappa - h
+    xx, squared = x * x, voltage * voltage
+    h, h_slope = film_stiffness(xx, squared, c, body)
+    g = squared - c.kappa - h
     return c.kappa * c.rest - 2.0 * c.zeta * velocity + x * g, g - 2.0 * xx * h_slope
+
+
+def electric_force(x: Any, voltage: Any, c: Coefficients, body: Body) -> Any:
+    """What the voltage adds to x'': v^2 x in the homogeneous cone, what it takes from the force of a continuum film."""
+    squared = voltage * voltage
+    if not isinstance(body, ContinuumFilm):
+        return squared * x
+    xx = x * x
+    return x * (squared - body.stiffness(xx, squared)[0] + body.stiffness(xx, 0.0)[0])
+
+
+def electric_pull(x: Any, voltage: Any, c: Coefficients, body: Body) -> Any:
+    """Derivative of x'' with respect to v^2: x in the homogeneous cone."""
+    return x * body.gain(x * x, voltage * voltage) if isinstance(body, ContinuumFilm) else x
+
+
+class FilmState(NamedTuple):
+    """True stretches, true stresses over mu, true field over sqrt(mu/eps), and (I1 - 3) over the stretch limit."""
+
+    meridional_stretch: Any
+    hoop_stretch: Any
+    thickness_stretch: Any
+    meridional_stress: Any
+    hoop_stress: Any
+    true_field: Any
+    limit_share: Any
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -125,10 +168,13 @@ class ConeModel:
     rest_height : x0 = h0/(b-a), where the spring is free. Default 0.
     law : a `StrainEnergyLaw` or the name of one in `LAWS`. Default Gent.
     law_parameters : the law's own numbers other than ``stretch_limit``, by name (Yeoh: ``yeoh_c2``, ``yeoh_c3``).
+    film : a `ContinuumFilm` fitted for this law and pre-stretch, or its JSON text, in place of the homogeneous cone.
+        Default None: the cone.
 
     Raises
     ------
-    InputError : for a value out of bounds, or arrays that do not broadcast.
+    InputError : for a value out of bounds, arrays that do not broadcast, or a film that was fitted for another law or
+        pre-stretch.
     """
 
     damping_ratio: Any = PARAMETERS["damping_ratio"].default
@@ -144,6 +190,7 @@ class ConeModel:
     rest_height: Any = PARAMETERS["rest_height"].default
     law: Any = "gent"
     law_parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    film: Any = None
 
     def __post_init__(self) -> None:
         law = find_law(self.law) if isinstance(self.law, str) else self.law
@@ -167,7 +214,22 @@ class ConeModel:
         values |= self._checked_law_parameters(law)
         for name, value in values.items():
             object.__setattr__(self, name, value)
+        if self.film is not None:
+            object.__setattr__(self, "film", self._checked_film())
         self.shape  # noqa: B018 - arrays that do not broadcast are refused here
+
+    def _checked_film(self) -> ContinuumFilm:
+        film = film_from_json(self.film) if isinstance(self.film, str) else self.film
+        if not isinstance(film, ContinuumFilm):
+            raise InputError(f"film = {film!r}: must be a ContinuumFilm, or None for the homogeneous cone")
+        own = {"stretch_limit": self.stretch_limit} | dict(self.law_parameters)
+        differences = film.differences(self.law.name, own, self.stretches)
+        if differences:
+            raise InputError(
+                f"the continuum film does not fit the model: {'; '.join(differences)}; fit another film for each law "
+                "and pre-stretch (gelcone validate --fit, or gelcone.fit_film), or leave it out for the cone"
+            )
+        return film
 
     def _checked_law_parameters(self, law: StrainEnergyLaw) -> dict[str, Any]:
         given = dict(self.law_parameters)
@@ -189,7 +251,7 @@ class ConeModel:
 
         Raises `InputError` with the nearest name for one that is not known.
         """
-        names = set(parameter_names()) - {"stretch_limit"}
+        names = {*parameter_names(), "film"} - {"stretch_limit"}
         own = {name for law in LAWS.values() for name in law.parameters} - {"stretch_limit"}
         for name in parameters:
             if name not in names | own | {"stretch_limit"}:
@@ -203,7 +265,8 @@ class ConeModel:
         values |= self.law_parameters
         if "stretch_limit" in self.law.parameters:
             values["stretch_limit"] = self.stretch_limit
-        return values | {"prestretch_mode": self.prestretch_mode, "law": self.law.name}
+        values |= {"prestretch_mode": self.prestretch_mode, "law": self.law.name}
+        return values if self.film is None else values | {"film": self.film.to_json()}
 
     def replace(self, **changes: Any) -> ConeModel:
         """A copy with some parameters changed, by their flat names; a new law starts from its own defaults."""
@@ -212,7 +275,7 @@ class ConeModel:
         fields = {f.name for f in dataclasses.fields(self)}
         known = [*parameter_names(), *getattr(law, "parameters", ())]
         for name in changes:
-            if name not in known and name != "law_parameters":
+            if name not in known and name not in ("law_parameters", "film"):
                 raise unknown_name("model parameter", name, known)
         own = dict(self.law_parameters) if law is self.law else {}
         own |= {k: changes.pop(k) for k in list(changes) if k not in fields}
@@ -245,10 +308,16 @@ class ConeModel:
             name: value if isinstance(value, str) else np.broadcast_to(value, self.shape).ravel()[index]
             for name, value in self.parameters().items()
         }
-        values["law"] = self.law
+        values |= {"law": self.law, "film": self.film}
         fields = {f.name for f in dataclasses.fields(self)}
         own = {k: values.pop(k) for k in list(values) if k not in fields}
         return ConeModel(**values, law_parameters=own)
+
+    @property
+    def body(self) -> Body:
+        """What resists the disc: the continuum film if there is one, else the law in the homogeneous cone."""
+        body: Body = self.law if self.film is None else self.film
+        return body
 
     @property
     def stretches(self) -> tuple[Any, Any]:
@@ -289,33 +358,65 @@ class ConeModel:
         return x, self.coefficients(max(0, x.ndim - len(self.shape)))
 
     def strain(self, x: ArrayLike) -> Any:
-        """I1 - 3 at displacements of the ensemble's shape followed by any sample axes."""
-        return strain(*self._at(x))
+        """I1 - 3 at displacements of the ensemble's shape followed by any sample axes; of a continuum film x^2."""
+        x, c = self._at(x)
+        return strain(x, c) if self.film is None else x * x
 
     def strain_limit(self, trailing: int = 0) -> Any:
-        """The I1 - 3 that the film cannot reach."""
-        return self.law.strain_limit(self.coefficients(trailing).law)
+        """The I1 - 3 that the film cannot reach; of a continuum film the largest x^2 that it was fitted for."""
+        return self.law.strain_limit(self.coefficients(trailing).law) if self.film is None else self.film.limit
 
     def energy(self, x: ArrayLike) -> Any:
-        """Energy of film and spring; NaN beyond the stretch limit."""
+        """Energy of film and spring without voltage; NaN beyond the stretch limit."""
         x, c = self._at(x)
-        return self.law.energy(strain(x, c), c.law) + spring_energy(x, c)
+        film = self.law.energy(strain(x, c), c.law) if self.film is None else self.film.work(x)
+        return film + spring_energy(x, c)
 
     def force(self, x: ArrayLike, voltage: Any = 0.0) -> Any:
         """Static force that holds the disc at x against film, spring and a constant voltage, per mu Vol/(b-a).
 
-        NaN at and beyond the stretch limit.
+        NaN at and beyond the stretch limit, and beyond the voltage at which a continuum film pulls in.
         """
         x, c = self._at(x)
-        return self._within(x, c, -acceleration(x, 0.0, voltage, c, self.law)[0])
+        return self._within(x, lambda: -acceleration(x, 0.0, voltage, c, self.body)[0])
 
     def stiffness(self, x: ArrayLike, voltage: Any = 0.0) -> Any:
-        """Slope of `force`: positive where an equilibrium is stable; NaN at and beyond the stretch limit."""
+        """Slope of `force`: positive where an equilibrium is stable; NaN where that is."""
         x, c = self._at(x)
-        return self._within(x, c, -acceleration(x, 0.0, voltage, c, self.law)[1])
+        return self._within(x, lambda: -acceleration(x, 0.0, voltage, c, self.body)[1])
 
-    def _within(self, x: Array, c: Coefficients, values: Any) -> Any:
-        return np.where(strain(x, c) < self.law.strain_limit(c.law), values, np.nan)[()]
+    def film_state(self, x: ArrayLike, voltage: Any) -> FilmState:
+        """What x and the voltage do to the film; in a continuum film beside the disc, where the meridian is stretched
+        most, but for the hoop stress, which is the smallest of all rings."""
+        x, c = self._at(x)
+        trailing = max(0, x.ndim - len(self.shape))
+        squared = voltage * voltage
+        q = 1.0 + x * x if self.film is None else self.film.squared_stretch(x * x, squared)
+        l1, l2 = np.sqrt(c.A * q), np.sqrt(c.B) + 0.0 * x
+        l3 = 1.0 / (l1 * l2)
+        invariant = c.A * q + c.B + c.G / q - 3.0
+        response = self.law.response(invariant, c.law)
+        hoop = (l2 * l2 - l3 * l3) * response - squared * q
+        meridional = (l1 * l1 - l3 * l3) * response - squared * q
+        if self.film is not None:
+            hoop = np.minimum(hoop, self.film.smallest_hoop_stress(x * x, squared))
+            # a film that pushes the disc is compressed along its whole meridian
+            pull = self.film.stiffness(x * x, squared)[0] - squared
+            meridional = np.where(pull < 0.0, np.minimum(meridional, pull), meridional)
+        return FilmState(
+            meridional_stretch=l1,
+            hoop_stretch=l2,
+            thickness_stretch=l3,
+            meridional_stress=meridional,
+            hoop_stress=hoop,
+            true_field=np.abs(voltage) * np.sqrt(q),
+            limit_share=invariant / self.law.strain_limit(self.coefficients(trailing).law),
+        )
+
+    def _within(self, x: Array, compute: Callable[[], Any]) -> Any:
+        inside = self.strain(x) < self.strain_limit(max(0, x.ndim - len(self.shape)))
+        with np.errstate(all="ignore" if self.film else None):
+            return np.where(inside, compute(), np.nan)[()]
 
 
 def _infinite(value: Any) -> bool:

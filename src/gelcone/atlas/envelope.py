@@ -200,8 +200,10 @@ class _Plane:
         x = run["displacement"].values
         span = PERIODS * model.drive_period
         supplied = run["supplied_energy"].values[:, -1] - run["supplied_energy"].values[:, 0]
-        strain = model.strain(x)
-        shares = {name: run[f"validity_{name}"].values for name in ("hoop_slack", "meridional_slack", "breakdown")}
+        shares = {
+            name: run[f"validity_{name}"].values
+            for name in ("hoop_slack", "meridional_slack", "breakdown", "near_limit")
+        }
 
         def where_ran(values: Any) -> Array:
             return np.where(ran, values, np.nan)
@@ -215,7 +217,7 @@ class _Plane:
             "dielectric breakdown": np.where(np.isnan(shares["breakdown"]), np.nan, ~ran | (shares["breakdown"] > 0.0)),
             "hoop slack": (~ran | (shares["hoop_slack"] > 0.0)).astype(float),
             "meridional slack": (~ran | (shares["meridional_slack"] > 0.0)).astype(float),
-            "stretch limit": (~ran | (strain.max(axis=1) >= NEAR_LIMIT * model.strain_limit())).astype(float),
+            "stretch limit": (~ran | (shares["near_limit"] > 0.0)).astype(float),
             "chaos": (evidence.regime == Regime.CHAOTIC).astype(float),
         }
 
@@ -266,15 +268,7 @@ def _static(
     levels = np.linspace(0.0, highest, STATIC_POINTS + 1)
     ramp = stroke_and_blocked_force(model, levels)
     x = ramp["displacement"].values
-    q = 1.0 + x * x
-    lm, lh = (float(stretch) for stretch in model.stretches)
-    l1, l2 = lm * np.sqrt(q), lh
-    l3 = 1.0 / (l1 * l2)
-    e = model.strain(x)
-    response = model.law.response(e, model.coefficients().law)
-    hoop = (l2 * l2 - l3 * l3) * response - levels**2 * q
-    meridional = (l1 * l1 - l3 * l3) * response - levels**2 * q
-    field = levels * np.sqrt(q)
+    state = model.film_state(x, levels)
     stiffness = model.stiffness(x, levels)
     curves = {
         "peak_voltage": levels,
@@ -282,16 +276,16 @@ def _static(
         "stroke": ramp["stroke"].values,
         "blocked_force": ramp["blocked_force"].values,
         "natural_frequency": np.sqrt(np.maximum(stiffness, 0.0)),
-        "static_field": field,
-        "static_hoop_stress": hoop,
-        "static_meridional_stress": meridional,
+        "static_field": state.true_field,
+        "static_hoop_stress": state.hoop_stress,
+        "static_meridional_stress": state.meridional_stress,
     }
     flat = float(model.rest_height) * float(model.spring_stiffness) == 0.0
     limits = [
-        np.nan if field_limit is None else _first(levels, field - field_limit),
-        _first(levels, -hoop),
-        _first(levels, -meridional),
-        _first(levels, e - NEAR_LIMIT * float(model.strain_limit())),
+        np.nan if field_limit is None else _first(levels, state.true_field - field_limit),
+        _first(levels, -state.hoop_stress),
+        _first(levels, -state.meridional_stress),
+        _first(levels, state.limit_share - NEAR_LIMIT),
         float(pitchfork_voltage(model)) if flat else np.nan,
         float(pull_in_voltage(model)["pull_in_voltage"]),
     ]

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., Any])
 MOST_POINTS = 10_000_000
 PRESET = "gelcone.preset"
+FILM = "gelcone.film"
+RADIUS_RATIO = "radius_ratio"
+DEFAULT_RADIUS_RATIO = 0.2
 
 
 @dataclass(frozen=True)
@@ -31,8 +34,16 @@ class Subject:
 
 
 def subject_options(function: F) -> F:
-    """DEVICE, --preset, --set and --initial; the preset waits in the context for `read_subject`."""
+    """DEVICE, --preset, --film, --set and --initial; preset and film wait in the context for `read_subject`."""
     for decorate in (
+        click.option(
+            "--film",
+            metavar="cone|continuum|FILE",
+            expose_value=False,
+            callback=_keep(FILM),
+            help="The film as a homogeneous cone (default); as a continuum, fitted on first use and kept (for the "
+            "device's a/b, or --set radius_ratio=..., default 0.2); or one that gelcone validate --fit wrote.",
+        ),
         click.option(
             "--initial", metavar="X,U", help="Initial displacement and velocity (with a device also '5 mm,0 m/s')."
         ),
@@ -43,7 +54,7 @@ def subject_options(function: F) -> F:
             "--preset",
             metavar="NAME",
             expose_value=False,
-            callback=_keep_preset,
+            callback=_keep(PRESET),
             help="Start from a parameter set of the source paper: table1, base, fast or spring.",
         ),
         click.argument("device", required=False, metavar="[DEVICE]"),
@@ -52,9 +63,18 @@ def subject_options(function: F) -> F:
     return function
 
 
-def _keep_preset(context: click.Context, _: click.Parameter, name: str | None) -> None:
-    if name is not None:
-        context.meta[PRESET] = name
+def _keep(key: str) -> Callable[[click.Context, click.Parameter, str | None], None]:
+    def keep(context: click.Context, _: click.Parameter, name: str | None) -> None:
+        if name is not None:
+            context.meta[key] = name
+
+    return keep
+
+
+def film_choice() -> str | None:
+    """What --film says, or None."""
+    context = click.get_current_context(silent=True)
+    return context.meta.get(FILM) if context else None
 
 
 def output_options(function: F) -> F:
@@ -76,6 +96,8 @@ def read_subject(device: str | None, settings: tuple[str, ...], initial: str | N
     """
     given = read_settings(settings)
     context = click.get_current_context(silent=True)
+    choice = film_choice()
+    ratio = given.pop(RADIUS_RATIO, None) if choice == "continuum" and device is None else None
     preset = context.meta.get(PRESET) if context else None
     if preset is not None:
         if device is not None:
@@ -83,9 +105,11 @@ def read_subject(device: str | None, settings: tuple[str, ...], initial: str | N
         from gelcone.paper.presets import find_preset
 
         start = find_preset(preset)
-        return Subject(start.model.replace(**given), None, _initial(initial, None) or start.initial)
+        model = _with_film(start.model.replace(**given), choice, ratio)
+        return Subject(model, None, _initial(initial, None) or start.initial)
     if device is None:
-        return Subject(ConeModel.from_parameters(given), None, _initial(initial, None) or (1.0, 0.0))
+        model = _with_film(ConeModel.from_parameters(given), choice, ratio)
+        return Subject(model, None, _initial(initial, None) or (1.0, 0.0))
     from gelcone.device import Device, find_device
 
     names = parameter_names()
@@ -95,11 +119,28 @@ def read_subject(device: str | None, settings: tuple[str, ...], initial: str | N
         if name.split(".")[0] not in Device.field_names():
             raise unknown_name("parameter of a device or of the model", name, [*Device.field_names(), *names])
     found = find_device(device)
+    if choice is not None:
+        of_device = {"film": choice} | of_device
     if of_device:
         found = found.replace(**of_device)
+    found.film_for(found.cone_model(), starting=_fitting)
     model = found.to_model()
     model = model.replace(**of_model) if of_model else model
     return Subject(model, found, _initial(initial, found) or found.initial_state())
+
+
+def _with_film(model: ConeModel, choice: str | None, ratio: Any) -> ConeModel:
+    if choice is None:
+        return model
+    from gelcone.validation.fit import find_film
+
+    return model.replace(
+        film=find_film(choice, model, DEFAULT_RADIUS_RATIO if ratio is None else ratio, starting=_fitting)
+    )
+
+
+def _fitting() -> None:
+    click.echo("fitting the continuum film (seconds, once for each geometry, law and pre-stretch) ...", err=True)
 
 
 def read_settings(settings: tuple[str, ...]) -> dict[str, Any]:

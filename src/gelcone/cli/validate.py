@@ -9,10 +9,21 @@ import click
 import numpy as np
 
 from gelcone.cli.motions import shortened
-from gelcone.cli.options import Subject, output_options, read_settings, read_subject, subject_options
+from gelcone.cli.options import (
+    DEFAULT_RADIUS_RATIO,
+    RADIUS_RATIO,
+    Subject,
+    film_choice,
+    output_options,
+    read_settings,
+    read_subject,
+    subject_options,
+)
 from gelcone.cli.output import check_folder, common_json, deliver, heading, progress_bar, si_json
 from gelcone.cli.sweeps import read_values
+from gelcone.dataset import check_writable
 from gelcone.errors import InputError
+from gelcone.model import ConeModel
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,8 +31,6 @@ if TYPE_CHECKING:
     from gelcone.quantity import Array
 
 NAME = "validate"
-RADIUS_RATIO = "radius_ratio"
-DEFAULT_RADIUS_RATIO = 0.2
 FORCES = (
     "force that holds the disc against film and field at a constant voltage, per mu Vol/(b-a), without the spring; "
     "the voltage enters both models as -v^2/2 times the squared area ratio, v = Phi sqrt(eps/mu)/H with the mounted H"
@@ -56,6 +65,13 @@ IN_SI = ("displacement", "constant_voltage", "cone_force", "continuum_force", "r
     help="Mark where a film without wrinkles is compressed, or let it wrinkle (tension field).",
 )
 @click.option("--elements", type=int, default=200, show_default=True, help="Finite elements along the radius.")
+@click.option(
+    "--fit",
+    "fit_file",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write the continuum film as a fitted force there, for --film of every command.",
+)
 @output_options
 def command(
     device: str | None,
@@ -65,6 +81,7 @@ def command(
     voltages: str | None,
     wrinkles: Any,
     elements: int,
+    fit_file: Path | None,
     out: Path | None,
     force: bool,
     as_json: bool,
@@ -81,22 +98,28 @@ def command(
     """
     if initial is not None:
         raise InputError("--initial: the disc is held at each displacement; leave it out")
+    if film_choice() is not None:
+        raise InputError("--film: the cone and the continuum are both computed here; leave it out")
     own, others = split_settings(settings)
     subject = read_subject(device, others, None)
     ratio = radius_ratio(own, subject)
     x = read_values("--displacements", displacements, "rest_height", subject.device)
     levels = constant_voltages(voltages, settings, subject)
     check_folder(out, NAME, force)
+    if fit_file is not None:
+        check_writable([fit_file], force=force)
     from gelcone.plots.validation import validation_figure
     from gelcone.validation.compare import compare, with_mesh_table
 
     # the film alone: a voltage that is given as a list makes levels, not members
-    film = subject.model.replace(voltage=0.0, voltage_bias=0.0, drive_frequency=1.0)
+    film = subject.model.replace(voltage=0.0, voltage_bias=0.0, drive_frequency=1.0, film=None)
     with progress_bar(NAME, hidden=as_json) as progress:
         result = compare(
             film, ratio, displacements=x, voltages=levels, wrinkles=wrinkles, elements=elements, progress=progress
         )
     result = with_mesh_table(result, ratio)
+    if fit_file is not None:
+        write_fit(film, ratio, fit_file, force)
     deliver(
         NAME,
         result,
@@ -108,6 +131,16 @@ def command(
         force=force,
         as_json=as_json,
     )
+
+
+def write_fit(model: ConeModel, ratio: Any, path: Path, force: bool) -> None:
+    """Fits the film and writes it; says on standard error how well it fits."""
+    from gelcone.validation.fit import fit_film, write_film
+
+    fitted = fit_film(model, ratio)
+    write_film(fitted, path, force=force)
+    told = ", ".join(f"{name} {error:.1%}" for name, error in fitted.errors)
+    click.echo(f"{path}: continuum film up to |x| = {fitted.reach:.4g}; largest error of the force: {told}", err=True)
 
 
 def split_settings(settings: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:

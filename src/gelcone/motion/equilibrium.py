@@ -9,6 +9,10 @@ dF/dx = x dw/dx: an equilibrium is stable where w grows with |x|, and two of the
 dw/dx = kappa x0/x^2 + 2 x dh/dq = 0. Between neighbouring folds w is monotone and holds one equilibrium at most, so
 that none is missed however close two come. With x0 = 0 the disc may also rest at x = 0, stably up to the pitchfork at
 v^2 = kappa + h(1).
+
+In a continuum film h depends on v^2 as well, but the force still falls as the voltage rises, so that w(x) is the root
+of F(x, v) = 0 in v^2 and dF/dx has the sign of x dw/dx as before. It has no state above the v^2 at which it pulls in:
+what lies there is no equilibrium, and a ramp that comes there ends.
 """
 
 from __future__ import annotations
@@ -26,8 +30,8 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.errors import InputError
-from gelcone.laws import StrainEnergyLaw
-from gelcone.model import PARAMETERS, Coefficients, ConeModel
+from gelcone.film import ContinuumFilm
+from gelcone.model import PARAMETERS, Body, Coefficients, ConeModel, electric_force, film_stiffness
 from gelcone.motion.flow import Outcome
 from gelcone.quantity import Array
 
@@ -38,8 +42,11 @@ SEARCH_RANGE = 1000.0
 """Largest |x| that is searched where the stretch limit, if there is one, leaves room for more."""
 WALL_DISTANCE = 1e-12
 """Share of the reachable displacements left out before the stretch limit, where the force is lost to rounding."""
+NEAR_PULL_IN = 1.0 - 1e-9
+"""Share of the v^2 at which a continuum film pulls in up to which its slope, infinite there, is taken."""
 ROUNDING = 1e-14
 """Voltages squared that differ by less are one: an equilibrium then lies on its fold or pitchfork."""
+BISECTIONS = 60
 FORCE_SAMPLES = 401
 
 
@@ -50,6 +57,7 @@ class PullIn(IntEnum):
     PITCHFORK = 1
     FOLD = 2
     SEARCH_RANGE = 3
+    FILM = 4
 
     @property
     def meaning(self) -> str:
@@ -62,6 +70,7 @@ _MEANINGS = {
     PullIn.PITCHFORK: "loses stability in a pitchfork: the flat film buckles to either side",
     PullIn.FOLD: "meets an unstable equilibrium in a fold and vanishes",
     PullIn.SEARCH_RANGE: f"leaves the searched displacements, |x| up to {SEARCH_RANGE:g}",
+    PullIn.FILM: "comes to where the continuum film itself has no state: it pulls in, or its fit ends",
 }
 
 
@@ -126,15 +135,21 @@ def static(model: ConeModel, voltages: npt.ArrayLike, displacements: npt.ArrayLi
 def pitchfork_voltage(model: ConeModel) -> Array:
     """Constant voltage at which the flat film loses its stability, of the ensemble's shape.
 
-    It is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J). NaN where x = 0 is no equilibrium
-    (``rest_height`` with a spring), cannot be reached or is unstable without voltage already.
+    It is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of a continuum film. NaN
+    where x = 0 is no equilibrium (``rest_height`` with a spring), cannot be reached or is unstable without voltage
+    already, or where a continuum film pulls in before.
     """
     flat = np.zeros(model.shape)
     with np.errstate(all="ignore"):
         stiffness = np.asarray(model.stiffness(flat), dtype=float)
         rests = np.asarray(model.spring_stiffness) * np.asarray(model.rest_height) == 0.0
         exists = (stiffness >= -ROUNDING) & rests & (model.strain(flat) < model.strain_limit())
-        return np.where(exists, np.sqrt(np.maximum(stiffness, 0.0)), np.nan)
+        squared = np.maximum(stiffness, 0.0)
+        if model.film is not None:
+            cones = _cones(model)
+            squared = np.reshape([float(cone.squared(0.0)) for cone in cones], model.shape)
+            exists &= squared < cones[0].highest_squared
+        return np.where(exists, np.sqrt(squared), np.nan)
 
 
 def fold_voltages(model: ConeModel) -> xr.Dataset:
@@ -184,8 +199,8 @@ def stroke_and_blocked_force(
     Dataset over the ensemble's dims and ``constant_voltage``: ``displacement`` of the disc and its ``stroke`` from
     ``rest_displacement``, on the branch that the ramp follows and past its end on the one it goes to (after a pitchfork
     the positive one), NaN where it goes to infinity; ``losses``, how many losses of stability the ramp has passed;
-    ``blocked_force`` v^2 x, with which the disc pushes (away from the flat film) on a stop that holds it where it rests
-    without voltage.
+    ``blocked_force``, what the voltage adds to the force (v^2 x in the cone), with which the disc pushes (away from the
+    flat film) on a stop that holds it where it rests without voltage.
     """
     levels = _voltages(voltages)
     cones = _cones(model)
@@ -193,6 +208,8 @@ def stroke_and_blocked_force(
     reached = [_on_ramp(cone, rest, levels**2) for cone, rest in zip(cones, rests, strict=True)]
     place, losses = (np.stack([row[k] for row in reached]) for k in range(2))
     rest = np.array(rests)
+    with np.errstate(all="ignore"):
+        blocked = np.stack([electric_force(x, levels, cone.c, cone.body) for x, cone in zip(rests, cones, strict=True)])
     dims = ("constant_voltage",)
     return _label(
         model,
@@ -200,7 +217,7 @@ def stroke_and_blocked_force(
         {
             "displacement": (dims, place, "displacement on a slow voltage ramp", "length"),
             "stroke": (dims, place - rest[:, None], "displacement from the rest without voltage", "length"),
-            "blocked_force": (dims, levels**2 * rest[:, None] + 0.0, "force on a stop at the rest position", "force"),
+            "blocked_force": (dims, blocked + 0.0, "force on a stop at the rest position", "force"),
             "losses": (dims, losses, "losses of stability passed on the ramp", "count"),
             "rest_displacement": ((), rest, "stable equilibrium without voltage", "length"),
         },
@@ -220,7 +237,7 @@ class _Cone:
     ``wall`` tells a ``highest`` at the stretch limit from one at the end of the search.
     """
 
-    law: StrainEnergyLaw
+    body: Body
     c: Coefficients
     lowest: float
     highest: float
@@ -240,6 +257,11 @@ class _Cone:
         """Whether x = 0 is an equilibrium at every voltage."""
         return self.offset == 0.0 and self.lowest == 0.0
 
+    @property
+    def highest_squared(self) -> float:
+        """The v^2 at which the flat film pulls in; infinite for a cone."""
+        return float(self.body.highest_squared(0.0)) if isinstance(self.body, ContinuumFilm) else math.inf
+
     @cached_property
     def segments(self) -> dict[int, list[tuple[float, float]]]:
         """For either side of x = 0, from the inside out, the stretches on each of which w is monotone."""
@@ -251,30 +273,45 @@ class _Cone:
     def inside(self, x: Array) -> npt.NDArray[np.bool_]:
         return (np.abs(x) >= self.lowest) & (np.abs(x) <= self.highest)
 
-    def film(self, x: Any) -> tuple[Any, Any]:
-        """The film's stiffness h and dh/dq."""
+    def film(self, x: Any, squared: Any) -> tuple[Any, Any]:
+        """The film's stiffness h and its derivative by x^2."""
         with np.errstate(all="ignore"):
-            return self.law.film_stiffness(1.0 + x * x, self.c.A, self.c.B, self.c.G, self.c.law)
+            # an array even of one number: the root of a negative float would be complex
+            return film_stiffness(np.square(x), np.float64(1.0) * squared, self.c, self.body)
 
     def force(self, x: Any, squared: Any) -> Any:
         """F(x, v), with v^2 given."""
-        return x * (self.c.kappa + self.film(x)[0] - squared) - self.offset
+        return x * (self.c.kappa + self.film(x, squared)[0] - squared) - self.offset
 
     def slope(self, x: Any, squared: Any) -> Any:
         """dF/dx."""
-        h, h_slope = self.film(x)
+        h, h_slope = self.film(x, squared)
         return self.c.kappa + h - squared + 2.0 * x * x * h_slope
 
     def squared(self, x: Any) -> Any:
-        """w(x): the v^2 that makes x an equilibrium; at x = 0 its limit, with a rest height infinite."""
+        """w(x): the v^2 that makes x an equilibrium; at x = 0 its limit, with a rest height infinite.
+
+        Where it would exceed what a continuum film withstands, it goes on as in the cone.
+        """
+        if isinstance(self.body, ContinuumFilm):
+            return _balance(self.body, self.c, x)
         if self.offset == 0.0:
-            return self.c.kappa + self.film(x)[0]
+            return self.c.kappa + self.film(x, 0.0)[0]
         with np.errstate(divide="ignore"):
-            return self.c.kappa + self.film(x)[0] - self.offset / np.asarray(x, dtype=float)
+            return self.c.kappa + self.film(x, 0.0)[0] - self.offset / np.asarray(x, dtype=float)
 
     def turning(self, x: Any) -> Any:
-        """x^2 dw/dx, smooth also at x = 0."""
-        return self.offset + 2.0 * x * x * x * self.film(x)[1]
+        """x^2 dw/dx, or with a continuum film what has its sign and x^2 dF/dx; smooth also at x = 0."""
+        squared = 0.0
+        if isinstance(self.body, ContinuumFilm):
+            squared = np.clip(self.squared(x), 0.0, NEAR_PULL_IN * self.body.highest_squared(x * x))
+        return self.offset + 2.0 * x * x * x * self.film(x, squared)[1]
+
+    def excess(self, x: Any) -> Any:
+        """w(x) over the v^2 at which a continuum film pulls in, less 1: positive where there is no equilibrium."""
+        if not isinstance(self.body, ContinuumFilm):
+            return np.full(np.shape(x), -1.0)[()]
+        return self.squared(x) / self.body.highest_squared(x * x) - 1.0
 
 
 def _cones(model: ConeModel) -> list[_Cone]:
@@ -284,7 +321,7 @@ def _cones(model: ConeModel) -> list[_Cone]:
     limits = np.broadcast_to(members.strain_limit(), members.shape)
     rows = np.stack([np.broadcast_to(row, members.shape) for row in (*c[:-1], *c.law)])
     cones = [
-        _cone(members.law, Coefficients._make([*row[:6], tuple(row[6:])]), float(limit))
+        _cone(members.body, Coefficients._make([*row[:6], tuple(row[6:])]), float(limit))
         for row, limit in zip(rows.T.tolist(), limits, strict=True)
     ]
     if not any(cone.reachable for cone in cones):
@@ -297,21 +334,40 @@ def _cones(model: ConeModel) -> list[_Cone]:
     return cones
 
 
-def _cone(law: StrainEnergyLaw, c: Coefficients, limit: float) -> _Cone:
+def _cone(body: Body, c: Coefficients, limit: float) -> _Cone:
     """I1 - 3 = A q + B + G/q - 3 < limit holds between the two roots of a quadratic in q, as far as q >= 1."""
+    if isinstance(body, ContinuumFilm):
+        return _Cone(body, c, 0.0, body.reach * (1.0 - WALL_DISTANCE), wall=True)
     half = 0.5 * (limit + 3.0 - c.B)
     middle = math.sqrt(c.A * c.G)
     if math.isinf(limit):
-        return _Cone(law, c, 0.0, SEARCH_RANGE, wall=False)
+        return _Cone(body, c, 0.0, SEARCH_RANGE, wall=False)
     if half <= middle:
-        return _Cone(law, c, math.nan, math.nan, wall=True)
+        return _Cone(body, c, math.nan, math.nan, wall=True)
     above = (half + math.sqrt(half - middle) * math.sqrt(half + middle)) / c.A
     below = c.G / (c.A * above)
     if above <= 1.0:
-        return _Cone(law, c, math.nan, math.nan, wall=True)
+        return _Cone(body, c, math.nan, math.nan, wall=True)
     end = math.sqrt(above - 1.0) * (1.0 - WALL_DISTANCE)
     begin = math.sqrt(below - 1.0) * (1.0 + WALL_DISTANCE) if below > 1.0 else 0.0
-    return _Cone(law, c, begin, min(end, SEARCH_RANGE), wall=end <= SEARCH_RANGE)
+    return _Cone(body, c, begin, min(end, SEARCH_RANGE), wall=end <= SEARCH_RANGE)
+
+
+def _balance(film: ContinuumFilm, c: Coefficients, x: Any) -> Any:
+    """v^2 at which film and field hold the spring at x, by bisection: their pull k falls as the voltage rises."""
+    x = np.asarray(x, dtype=float)
+    s, highest = x * x, film.highest_squared(x * x)
+    with np.errstate(all="ignore"):
+        wanted = c.kappa * ((c.rest / x if c.kappa * c.rest else 0.0) - 1.0) + 0.0 * x
+        ends = [np.zeros_like(s), NEAR_PULL_IN * highest]
+        pulls = [film.stiffness(s, squared)[0] - squared for squared in ends]
+        low, high = ends
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            above = film.stiffness(s, middle)[0] - middle > wanted
+            low, high = np.where(above, middle, low), np.where(above, high, middle)
+        beyond = np.where(wanted < pulls[1], highest + pulls[1] - wanted, 0.5 * (low + high))
+        return np.where(wanted > pulls[0], pulls[0] - wanted, beyond)[()]
 
 
 def _root(function: Callable[[float], Any], a: float, b: float) -> float:
@@ -370,10 +426,10 @@ def _equilibria(cone: _Cone, squared: float) -> list[_Equilibrium]:
         segments = cone.segments[side]
         for segment in segments:
             x = _on_segment(cone, squared, segment)
-            if x is not None:
+            if x is not None and cone.excess(x) < 0.0:
                 found[x] = _rises(cone, segment)
         found |= {fold: False for _, fold in segments[:-1] if _equal(float(cone.squared(fold)), squared)}
-    if cone.flat:
+    if cone.flat and squared < cone.highest_squared:
         at_pitchfork = _equal(float(cone.squared(0.0)), squared)
         found[0.0] = _rises(cone, cone.segments[1][0]) if at_pitchfork else bool(cone.squared(0.0) > squared)
     return [_Equilibrium(x, float(cone.slope(x, squared)), found[x]) for x in sorted(found)]
@@ -407,6 +463,8 @@ def _ramp(cone: _Cone, rest: float) -> list[_Leg]:
     low, side = 0.0, -1 if rest < 0.0 else 1
     if rest == 0.0:
         low = max(float(cone.squared(0.0)), 0.0)
+        if low >= cone.highest_squared:
+            return [_Leg(0.0, cone.highest_squared, 0.0, (0.0, 0.0), PullIn.FILM)]
         legs.append(_Leg(0.0, low, 0.0, (0.0, 0.0), PullIn.PITCHFORK))
     segments = [s for s in cone.segments[side] if abs(s[1]) > abs(rest)]
     for segment in segments:
@@ -417,9 +475,33 @@ def _ramp(cone: _Cone, rest: float) -> list[_Leg]:
         begin = _on_segment(cone, low, segment)
         end = PullIn.FOLD if not outermost else PullIn.NEVER if cone.wall else PullIn.SEARCH_RANGE
         high = math.inf if end == PullIn.NEVER else top
+        lost = _film_lost(cone, segment, begin)
+        if lost is not None:
+            legs.append(
+                _Leg(
+                    low,
+                    float(cone.squared(lost)),
+                    segment[0] if begin is None else begin,
+                    (segment[0], lost),
+                    PullIn.FILM,
+                )
+            )
+            break
         legs.append(_Leg(low, high, segment[0] if begin is None else begin, segment, end))
         low = top
     return legs
+
+
+def _film_lost(cone: _Cone, segment: tuple[float, float], begin: float | None) -> float | None:
+    """Where on a rising segment a continuum film pulls in, or its fit ends; None if it does not."""
+    if not isinstance(cone.body, ContinuumFilm):
+        return None
+    x = np.linspace(segment[0] if begin is None else begin, segment[1], FORCE_SAMPLES)
+    over = np.flatnonzero(cone.excess(x) >= 0.0)
+    if not over.size:
+        return float(x[-1]) if segment is cone.segments[-1 if x[-1] < 0.0 else 1][-1] else None
+    k = int(over[0])
+    return float(x[0]) if k == 0 else _root(cone.excess, x[k - 1], x[k])
 
 
 def _pull_in(cone: _Cone, rest: float) -> tuple[float, PullIn, float, float]:
@@ -443,7 +525,7 @@ def _on_ramp(cone: _Cone, rest: float, squared: Array) -> tuple[Array, npt.NDArr
     for i, (value, lost) in enumerate(zip(squared, losses, strict=True)):
         if lost < len(legs):
             leg = legs[lost]
-            x = 0.0 if leg.end == PullIn.PITCHFORK else _on_segment(cone, float(value), leg.segment)
+            x = 0.0 if leg.segment == (0.0, 0.0) else _on_segment(cone, float(value), leg.segment)
             nearest = leg.segment[1] if _equal(leg.high, float(value)) else leg.begin
             place[i] = nearest if x is None else x
     return place, losses
@@ -512,7 +594,7 @@ def _padded(rows: Sequence[Array]) -> Array:
 
 def _real_folds(cone: _Cone) -> list[tuple[float, float]]:
     """(voltage, displacement) of the folds at a real voltage, in that order."""
-    folds = [x for side in (-1, 1) for _, x in cone.segments[side][:-1]]
+    folds = [x for side in (-1, 1) for _, x in cone.segments[side][:-1] if cone.excess(x) < 0.0]
     return sorted((math.sqrt(w), x) for x in folds if (w := float(cone.squared(x))) >= 0.0)
 
 
@@ -579,8 +661,8 @@ def _trace(cone: _Cone, highest: float) -> tuple[Array, Array, Array]:
             pieces += [_piece(cone, segment, _closer_to_ends(begin, end)), gap]
     if cone.flat:
         pitchfork = float(cone.squared(0.0))
-        lost = math.sqrt(max(pitchfork, 0.0))
-        voltage = np.unique([0.0, lost, highest])
+        lost = math.sqrt(min(max(pitchfork, 0.0), cone.highest_squared))
+        voltage = np.unique([0.0, lost, min(highest, math.sqrt(cone.highest_squared))])
         slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, pitchfork - voltage**2)
         pieces += [np.stack([0.0 * voltage, voltage, slope]), gap]
     place, voltage, slope = np.concatenate(pieces, axis=1)
@@ -598,7 +680,9 @@ def _piece(cone: _Cone, segment: tuple[float, float], x: Array) -> Array:
     """Rows displacement, voltage and slope x dw/dx; the slope is exactly 0 in a fold or pitchfork."""
     events = [end for end in segment if abs(end) < cone.highest]
     slope = np.where(np.isin(x, events), 0.0, cone.turning(x) / np.where(x == 0.0, 1.0, x))
-    return np.stack([x, np.sqrt(np.maximum(cone.squared(x), 0.0)), slope])
+    squared = cone.squared(x)
+    rows = np.stack([x, np.sqrt(np.maximum(squared, 0.0)), slope])
+    return np.where(cone.excess(x) < 0.0, rows, np.nan)
 
 
 def _closer_to_ends(begin: float, end: float) -> Array:

@@ -24,8 +24,7 @@ import numpy.typing as npt
 
 from gelcone import drive
 from gelcone.errors import InputError, MissingDependency, unknown_name
-from gelcone.laws import StrainEnergyLaw
-from gelcone.model import Coefficients, ConeModel, acceleration
+from gelcone.model import Body, Coefficients, ConeModel, acceleration, electric_force, strain
 from gelcone.quantity import Array
 
 LANES = 8
@@ -52,6 +51,7 @@ class Outcome(IntEnum):
     STEP_LIMIT = 3
     NOT_FINITE = 4
     ERROR = 5
+    PULLED_IN = 6
 
     @property
     def meaning(self) -> str:
@@ -65,6 +65,8 @@ _MEANINGS = {
     Outcome.STRETCH_LIMIT: "came closer to the stretch limit than double precision resolves; raise stretch_limit, "
     "lower the voltage or start with less energy",
     Outcome.STEP_LIMIT: f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too stiff",
+    Outcome.PULLED_IN: "left the displacements and voltages at which the continuum film has a state (it pulls in), or "
+    "those of its fit; lower the voltage or start with less energy",
     Outcome.NOT_FINITE: "became infinite, because the energy has no bound there (a film without stretch limit, or "
     "deviations sampled too rarely), or did not start from finite numbers",
     Outcome.ERROR: "the analysis raised an error there; run this point alone to see it",
@@ -142,9 +144,10 @@ def integrate(
         start=t0,
         times=sample_times,
         keep=keep,
+        fitted=model.film is not None,
         limit=limit,
         time_scale=1.0 / np.sqrt(1.0 + _stiffness(parameters)),
-        integrators=_Integrators(model.law, keep, tolerance, len(parameters)),
+        integrators=_Integrators(model.body, keep, tolerance, len(parameters)),
         result=Trajectories(
             times=sample_times,
             states=np.full((count, sample_times.shape[1], 2), np.nan),
@@ -239,12 +242,13 @@ def _set_up(heyoka: Any) -> None:
         heyoka.llvm_state.set_diskcache_enabled(False)
 
 
-def equations(law: StrainEnergyLaw, keep: Keep, law_size: int) -> list[tuple[Any, Any]]:
+def equations(body: Body, keep: Keep, law_size: int) -> list[tuple[Any, Any]]:
     """The system that is compiled, as heyoka (variable, derivative) pairs.
 
     ``"tangents"`` adds two deviations (the columns of the tangent map), which share the film's division with the
     motion and so cost half of what a general variational system does; ``"work"`` adds the quadratures of the power
-    v^2 x x' of the electric force and of the dissipated power 2 zeta x'^2.
+    v^2 x x' of the electric force (in a continuum film: of what the voltage takes from the film's force) and of the
+    dissipated power 2 zeta x'^2.
     """
     hk = import_heyoka()
     par = hk.par
@@ -252,7 +256,7 @@ def equations(law: StrainEnergyLaw, keep: Keep, law_size: int) -> list[tuple[Any
     c = Coefficients(zeta, kappa, rest, A, B, G, tuple(par[9 + i] for i in range(law_size)))
     x, u = hk.make_vars("x", "u")
     voltage = drive.voltage(hk.time, amplitude, bias, frequency, hk)
-    rate, slope = acceleration(x, u, voltage, c, law)
+    rate, slope = acceleration(x, u, voltage, c, body)
     system = [(x, u), (u, rate)]
     if keep == "tangents":
         for column in "12":
@@ -260,14 +264,15 @@ def equations(law: StrainEnergyLaw, keep: Keep, law_size: int) -> list[tuple[Any
             system += [(dx, du), (du, slope * dx - 2.0 * c.zeta * du)]
     elif keep == "work":
         worked, dissipated = hk.make_vars("worked", "dissipated")
-        system += [(worked, voltage * voltage * x * u), (dissipated, 2.0 * c.zeta * u * u)]
+        system += [(worked, electric_force(x, voltage, c, body) * u), (dissipated, 2.0 * c.zeta * u * u)]
     return system
 
 
 def _runtime_parameters(model: ConeModel) -> Array:
     """The numbers of all members in the order in which `equations` reads them, shape (parameters, members)."""
     c = model.coefficients()
-    rows = [*c[:-1], model.voltage, model.voltage_bias, model.drive_frequency, *c.law]
+    law = c.law if model.film is None else ()
+    rows = [*c[:-1], model.voltage, model.voltage_bias, model.drive_frequency, *law]
     return np.stack([np.broadcast_to(row, model.shape).ravel() for row in rows])
 
 
@@ -276,9 +281,9 @@ _BENIGN = np.array([0.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0])
 
 
 @cache
-def _template(law: StrainEnergyLaw, keep: Keep, tolerance: float, law_size: int) -> Any:
+def _template(body: Body, keep: Keep, tolerance: float, law_size: int) -> Any:
     hk = import_heyoka()
-    system = equations(law, keep, law_size)
+    system = equations(body, keep, law_size)
     return hk.taylor_adaptive_batch(system, np.zeros((len(system), LANES)), tol=tolerance)
 
 
@@ -288,8 +293,8 @@ class _Integrators:
     _lock = threading.Lock()
     _idle: dict[Any, queue.SimpleQueue[Any]] = {}
 
-    def __init__(self, law: StrainEnergyLaw, keep: Keep, tolerance: float, parameters: int):
-        self._key = (law, keep, tolerance, parameters - len(_BENIGN))
+    def __init__(self, body: Body, keep: Keep, tolerance: float, parameters: int):
+        self._key = (body, keep, tolerance, parameters - len(_BENIGN))
         with self._lock:
             self._queue = self._idle.setdefault(self._key, queue.SimpleQueue())
 
@@ -314,6 +319,7 @@ class _Job:
     start: Array
     times: Array
     keep: Keep
+    fitted: bool
     limit: Array
     time_scale: Array
     integrators: _Integrators
@@ -470,10 +476,22 @@ class _Lanes:
                 self._retire_lost(reports)
                 return values
             for lane, outcome in failed.items():
+                self._keep_reached(lane, samples, values[:, :, lane])
                 self._retire(lane, outcome)
                 state[:, lane] = self.integrator.state[:, lane]
             self.integrator.state[:] = state
             self.integrator.set_dtime(*clock)
+
+    def _keep_reached(self, lane: int, samples: npt.NDArray[np.int64], values: Array) -> None:
+        """The samples that a continuum film gave before it pulled in: its end is a state, not a loss of digits."""
+        if not (self.job.fitted and lane < self.members.size and self.alive[lane]):
+            return
+        result, member = self.job.result, self.members[lane]
+        inside = values[:, 0] ** 2 < self.job.limit[member]
+        reached = (samples >= 0) & np.isfinite(values).all(axis=1) & inside
+        result.states[member, samples[reached]] = values[reached, :2]
+        if result.work is not None:
+            result.work[member, samples[reached]] = values[reached, 2:]
 
     def _failure(self, lane: int, report: Any) -> Outcome:
         """Why a lane did not arrive; judged by the lane alone, since one lane's failure is reported for all."""
@@ -490,7 +508,7 @@ class _Lanes:
 
     def _stop_at_each(self, times: Array, samples: npt.NDArray[np.int64]) -> tuple[Array, list[Any]]:
         integrator, reports = self.integrator, []
-        values = np.empty((len(samples), *integrator.state.shape))
+        values = np.full((len(samples), *integrator.state.shape), np.nan)
         for k, sample in enumerate(samples):
             integrator.propagate_until(times[k + 1], max_steps=STEPS_PER_CALL)
             values[k] = integrator.state
@@ -515,14 +533,21 @@ class _Lanes:
         self.integrator.state[:, lane] = 0.0
         if lane < self.members.size and self.alive[lane]:
             self.alive[lane] = False
+            if self.job.fitted and outcome != Outcome.STEP_LIMIT:
+                outcome = Outcome.PULLED_IN
             self.job.result.outcome[self.members[lane]] = outcome
+
+    def _strains(self, x: Array) -> Array:
+        """I1 - 3 at displacements (members, samples), or what a continuum film has in its place."""
+        if self.job.fitted:
+            return x * x
+        zeta, kappa, rest, A, B, G = self.job.parameters[:6, self.members, None]
+        return np.asarray(strain(x, Coefficients(zeta, kappa, rest, A, B, G, ())))
 
     def store(self, samples: npt.NDArray[np.int64], values: Array) -> None:
         """Keeps the samples of the members that are alive and inside; ``values`` (samples, variables, lanes)."""
         values = np.moveaxis(values, 2, 0)[: self.members.size]
-        A, B, G = self.job.parameters[3:6, self.members, None]
-        q = 1.0 + values[:, :, 0] ** 2
-        beyond = self.alive & (A * q + B + G / q - 3.0 >= self.job.limit[self.members, None]).any(axis=1)
+        beyond = self.alive & (self._strains(values[:, :, 0]) >= self.job.limit[self.members, None]).any(axis=1)
         for lane in np.flatnonzero(beyond):
             self._retire(int(lane), Outcome.STRETCH_LIMIT)
         result = self.job.result

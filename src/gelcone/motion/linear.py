@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.errors import InputError
-from gelcone.model import ConeModel
+from gelcone.model import ConeModel, electric_pull
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.quantity import Array
 
@@ -44,8 +44,8 @@ def equilibrium_under_bias(model: ConeModel, bias: float) -> float:
 def state_space(model: ConeModel, device: Device | None = None) -> StateSpace:
     """The model linearised about its equilibrium under the constant voltage ``voltage_bias``.
 
-    x'' = -2 zeta x' - K x + 2 v0 x0 v, with the stiffness K there; without a bias the voltage has no first-order effect
-    and B is zero.
+    x'' = -2 zeta x' - K x + 2 v0 x0 v (less in a continuum film), with the stiffness K there; without a bias the
+    voltage has no first-order effect and B is zero.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def state_space(model: ConeModel, device: Device | None = None) -> StateSpace:
     bias = float(model.voltage_bias)
     place = equilibrium_under_bias(model, bias)
     stiffness, damping = float(model.stiffness(place, bias)), float(model.damping_ratio)
-    gain = 2.0 * bias * place
+    gain = 2.0 * bias * float(electric_pull(place, bias, model.coefficients(), model.body))
     time, length, volt = (1.0, 1.0, 1.0) if device is None else _scales(device)
     return StateSpace(
         A=np.array([[0.0, 1.0], [-stiffness / time**2, -2.0 * damping / time]]),

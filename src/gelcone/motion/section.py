@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from gelcone import dataset, drive
 from gelcone.errors import InputError
-from gelcone.model import ConeModel, acceleration
+from gelcone.model import ConeModel, acceleration, electric_pull
 from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome, integrate
 from gelcone.motion.response import start_states
 from gelcone.quantity import Array
@@ -343,16 +343,16 @@ def _acceleration(members: ConeModel, times: Array, x: Array, u: Array) -> Array
     """x'' at (members, samples)."""
     c = members.coefficients(trailing=1)
     amplitude, bias, omega = _drive_of(members)
-    return acceleration(x, u, drive.voltage(times, amplitude, bias, omega), c, members.law)[0]
+    return acceleration(x, u, drive.voltage(times, amplitude, bias, omega), c, members.body)[0]
 
 
 def _jerk(members: ConeModel, times: Array, x: Array, u: Array, a: Array) -> Array:
-    """x''' at (members, samples): the slope in x times x', less 2 zeta x'', and the change of v^2 times x."""
+    """x''' at (members, samples): the slope in x times x', less 2 zeta x'', and the change of v^2 times its pull."""
     c = members.coefficients(trailing=1)
     amplitude, bias, omega = _drive_of(members)
     voltage, rate = drive.voltage(times, amplitude, bias, omega), drive.voltage_rate(times, amplitude, omega)
-    slope = acceleration(x, u, voltage, c, members.law)[1]
-    return slope * u - 2.0 * c.zeta * a + 2.0 * voltage * rate * x
+    slope = acceleration(x, u, voltage, c, members.body)[1]
+    return slope * u - 2.0 * c.zeta * a + 2.0 * voltage * rate * electric_pull(x, voltage, c, members.body)
 
 
 def _drive_of(members: ConeModel) -> tuple[Array, ...]:

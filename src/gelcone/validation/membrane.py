@@ -162,7 +162,7 @@ def membrane(
 def solve(film: Film, x: Array, levels: Array, told: Callable[[float], None] = lambda _: None) -> list[list[State]]:
     """The states at every voltage and displacement, those of a lowered disc by the raised one that mirrors it."""
     heights, squares = np.unique(np.abs(x)).tolist(), np.unique(levels**2).tolist()
-    raised = _raised(film, heights)
+    raised = raised_film(film, heights)
     rows: list[list[State]] = []
     for height in heights:
         rows.append(_charged(film, height, raised.get(height), squares, rows[-1] if rows else None))
@@ -178,12 +178,12 @@ def solve(film: Film, x: Array, levels: Array, told: Callable[[float], None] = l
     return [[found[v * v, abs(h)] for h in x.tolist()] for v in levels.tolist()]
 
 
-def _raised(film: Film, heights: list[float]) -> dict[float, Point]:
+def raised_film(film: Film, heights: list[float]) -> dict[float, Point]:
     """The film without voltage at those heights at which it is in tension."""
     start = flat(film, 0.0)
     points: dict[float, Point] = {}
     point = None
-    for height in (h for h in heights if 0.0 < h < _highest(film)):
+    for height in (h for h in heights if 0.0 < h < highest_span(film)):
         if point is None:
             guess = newton(film, cone(film, height, start), 0.0) or _settled(film, cone(film, height), 0.0)
             point = guess if guess is not None and guess.stable and not slackens(guess) else None
@@ -207,7 +207,7 @@ def _charged(
     if height == 0.0:
         return [_flat_state(film, square) for square in squares]
     if start is None:
-        return [State(None, _why_not_raised(film, height), 0, 0.0)] * len(squares)
+        return [State(None, _why_notraised_film(film, height), 0, 0.0)] * len(squares)
     state = State(start, Ending.CONVERGED, 0, 0.0)
     states = []
     for k, square in enumerate(squares):
@@ -252,8 +252,8 @@ def _flat_state(film: Film, square: float) -> State:
     return State(point, Ending.COMPRESSED if compressed else Ending.CONVERGED, 0, square)
 
 
-def _why_not_raised(film: Film, height: float) -> Ending:
-    if height >= _highest(film):
+def _why_notraised_film(film: Film, height: float) -> Ending:
+    if height >= highest_span(film):
         return Ending.BEYOND_LIMIT
     start = flat(film, 0.0)
     return Ending.NOT_CONVERGED if start is None or start.forces.least >= 0.0 else Ending.TENSION_LOST
@@ -329,7 +329,7 @@ def _compressed(film: Film, states: dict[float, State], square: float) -> dict[f
     return found
 
 
-def _highest(film: Film) -> float:
+def highest_span(film: Film) -> float:
     """A height that no film of this law spans: somewhere it is stretched at least by the slant, lm sqrt(1 + x^2).
 
     With the hoop free to narrow, I1 - 3 = s + 2/sqrt(s) - 3 at the squared stretch s.
@@ -364,7 +364,7 @@ def _field(film: Film, coarse: Film, state: State, side: float) -> dict[str, Any
         scalars = dict.fromkeys(_SCALARS, np.nan) | dict.fromkeys(_FLAGS, False)
         return known | scalars | dict.fromkeys(_PROFILES, nothing)
     position = found.position
-    along, hoop, stress, hoop_stress = _stress_state(film, position, found.squared)
+    along, hoop, stress, hoop_stress = stress_state(film, position, found.squared)
     slack, hoop_slack = _slack(film, position, found.squared)
     share = limit_shares(film, position)
     overhang = stretches(film, position)[0].min() < 0.0
@@ -412,7 +412,7 @@ def limit_shares(film: Film, position: Array) -> Array:
     return np.asarray(strain(film, along**2 + up**2, hoop**2) / film.model.strain_limit())
 
 
-def _stress_state(film: Film, position: Array, squared: float) -> tuple[Array, ...]:
+def stress_state(film: Film, position: Array, squared: float) -> tuple[Array, ...]:
     """True stretches and true stresses over mu at the nodes, each (nodes,)."""
     along, up, hoop = (_at_nodes(film, values) for values in stretches(film, position, film.at_nodes))
     m, n = along**2 + up**2, hoop**2
@@ -506,7 +506,7 @@ def single(model: ConeModel, index: int) -> ConeModel:
 
 def _check_reachable(films: list[Film], x: Array) -> None:
     flat_strain = [float(film.model.strain(0.0)) for film in films]
-    highest = max(_highest(film) for film in films)
+    highest = max(highest_span(film) for film in films)
     if all(flat >= float(film.model.strain_limit()) for flat, film in zip(flat_strain, films, strict=True)):
         raise InputError(
             f"the pre-stretch alone gives I1 - 3 = {min(flat_strain):.4g}, which must be less than the stretch limit; "
