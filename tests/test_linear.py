@@ -17,6 +17,14 @@ BIASED = ConeModel(
 )
 
 
+def test_python_control_takes_the_matrices_as_they_are():
+    control = pytest.importorskip("control")
+    system = control.StateSpace(*state_space(BIASED))
+    found = small_signal_response(BIASED, [0.3, 1.0, 1.7])
+    response = control.frequency_response(system, [0.3, 1.0, 1.7])
+    np.testing.assert_allclose(np.abs(np.ravel(response.frdata)), found["gain"], rtol=1e-12)
+
+
 # SciPy warns of every transfer function whose numerator is of lower order than its denominator.
 @pytest.mark.filterwarnings("ignore:Badly conditioned filter coefficients")
 def test_scipy_takes_the_matrices_and_agrees_with_the_gain():

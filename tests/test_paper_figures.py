@@ -4,12 +4,11 @@ import re
 
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from test_paper_motions import tiny_studies
+from test_paper_motions import STUDIES, tiny_studies
 
 from gelcone.paper.figures import FIGURES
 from gelcone.paper.figures.marks import listed
 from gelcone.paper.presets import load_presets
-from gelcone.paper.studies.motions import STUDIES
 from gelcone.plots.style import save_figure
 
 OWN = {study.name for study in STUDIES}

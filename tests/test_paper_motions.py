@@ -8,14 +8,16 @@ import pytest
 import xarray as xr
 
 import gelcone
+from gelcone.atlas.frequency import BRANCHES
 from gelcone.motion.flow import Outcome
 from gelcone.motion.regime import Regime
 from gelcone.paper.effort import QUICK
 from gelcone.paper.presets import find_preset
-from gelcone.paper.studies import motions
+from gelcone.paper.studies import practical, resonance, spectra, statics, triples
 
 TINY = replace(QUICK, name="tiny", section_points=40, frequencies=24, spectrum_periods=16, window=100.0)
-TRIPLES = tuple(motions.TRIPLES)
+STUDIES = tuple(study for module in (statics, triples, spectra, practical, resonance) for study in module.STUDIES)
+TRIPLES = tuple(triples.TRIPLES)
 MOTIONS = (*TRIPLES, "frequency-responses")
 
 
@@ -23,7 +25,7 @@ MOTIONS = (*TRIPLES, "frequency-responses")
 def tiny_studies():
     """All studies by name, computed once for the tests of the figures as well."""
     found = {}
-    for study in motions.STUDIES:
+    for study in STUDIES:
         shares: list[float] = []
         found[study.name] = study.compute(TINY, shares.append)
         assert sum(shares) == pytest.approx(1.0, abs=1e-6), study.name
@@ -35,7 +37,7 @@ def studies():
     return tiny_studies()
 
 
-@pytest.mark.parametrize("name", [study.name for study in motions.STUDIES])
+@pytest.mark.parametrize("name", [study.name for study in STUDIES])
 def test_every_study_says_what_it_is_and_comes_back_from_netcdf_as_it_was(studies, name, tmp_path):
     study = studies[name]
     assert {"title", "model", "options", "gelcone_version", "preset", "parameter"} <= set(study.attrs)
@@ -72,7 +74,7 @@ def test_the_long_run_goes_on_where_the_section_ends(studies, name):
 
 @pytest.mark.parametrize("name", TRIPLES)
 def test_the_model_of_a_study_is_the_one_of_its_parameter_set(studies, name):
-    preset, parameter, values, changes = motions.TRIPLES[name]
+    preset, parameter, values, changes = triples.TRIPLES[name]
     expected = find_preset(preset).model.replace(**changes, **{parameter: np.array(values)}).parameters()
     found = gelcone.model_of(studies[name]).parameters()
     for key, value in expected.items():
@@ -117,7 +119,7 @@ def test_slack_agrees_with_the_time_response(voltage):
     model = gelcone.ConeModel(voltage=0.0, voltage_bias=voltage, prestretch=1.2, damping_ratio=0.0)
     run = gelcone.simulate(model, (1.0, 0.0), periods=2.0)
     expected = np.minimum(run["hoop_stress"], run["meridional_stress"]).values < 0.0
-    np.testing.assert_array_equal(motions._slack(model, run["displacement"].values, voltage), expected)
+    np.testing.assert_array_equal(statics._slack(model, run["displacement"].values, voltage), expected)
 
 
 def test_energies_end_at_the_stretch_limit_and_give_the_force(studies):
@@ -218,28 +220,14 @@ def test_a_stiff_spring_resonates_at_half_its_natural_frequency_as_linear_theory
 
 def test_the_softest_spring_jumps_and_is_hysteretic(studies):
     own = studies["frequency"].sel(spring_stiffness=0.1)
-    up, down = (own["amplitude"].sel(sweep=s).values for s in motions.SWEEPS)
+    up, down = (own["amplitude"].sel(sweep=s).values for s in BRANCHES)
     assert np.abs(up - down).max() > 0.2 * up.max()
-
-
-def test_a_swing_is_read_between_its_samples():
-    t = np.linspace(0.0, 2.0 * np.pi, 33)
-    np.testing.assert_allclose(motions._highest(np.stack([np.cos(t - 1.234), np.cos(t - 3.0)])), 1.0, atol=2e-4)
-    assert np.isnan(motions._highest(np.full((1, 5), np.nan))).all()
-
-
-def test_a_failed_member_stays_nan_and_leaves_the_others_alone():
-    model = find_preset("fast").model.replace(stretch_limit=np.array([0.3, 50.0]))
-    swing = motions._settled_swing(model, np.tile([1.0, 0.0], (2, 1)))
-    assert list(swing.outcome) == [Outcome.OUTSIDE, Outcome.OK]
-    assert np.isnan(swing.amplitude[0])
-    assert np.isfinite(swing.amplitude[1])
 
 
 def test_motions_of_a_member_that_cannot_start_are_nan():
     preset = find_preset("fast")
     model = preset.model.replace(stretch_limit=np.array([0.3, 50.0]))
-    study = motions.motions(preset, model, "stretch_limit", TINY, lambda share: None)
+    study = triples.motions(preset, model, "stretch_limit", TINY, lambda share: None)
     assert isinstance(study, xr.Dataset)
     assert list(study["outcome"].values) == [Outcome.OUTSIDE, Outcome.OK]
     assert np.isnan(study["late_displacement"].values[0]).all()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.device import Device
+
+
+PHASES = 720
+"""Places in a drive period at which the stroke of two harmonics is read."""
 
 
 class StateSpace(NamedTuple):
@@ -74,6 +79,43 @@ def state_space(model: ConeModel, device: Device | None = None) -> StateSpace:
 def _scales(device: Device) -> tuple[float, float, float]:
     scales = device.scales
     return scales.time, scales.length, scales.voltage
+
+
+@dataclass(frozen=True)
+class LinearResponse:
+    """``stroke`` (frequencies,), and the complex amplitudes of the first two ``harmonics`` (2, frequencies) of the
+    drive: the displacement is the imaginary part of harmonic times exp(i k omega t)."""
+
+    stroke: Array
+    harmonics: npt.NDArray[np.complex128]
+
+
+def linear_response(model: ConeModel, frequencies: Array) -> LinearResponse:
+    """The response to the model's own drive, linearised about the equilibrium under its mean-square voltage.
+
+    The force goes with v^2 = (v0 + v sin)^2: its part at the drive frequency with 2 v0 v, at twice that with v^2/2.
+    With a bias and a small amplitude this is `small_signal_response`. NaN where there is no equilibrium, or an unstable
+    one. ``model`` is a single one, ``frequencies`` are angular.
+    """
+    bias, amplitude = float(model.voltage_bias), float(model.voltage)
+    level = float(np.hypot(bias, amplitude / np.sqrt(2.0)))
+    damping = float(model.damping_ratio)
+    try:
+        place = equilibrium_under_bias(model, level)
+        stiffness = float(model.stiffness(place, level))
+    except InputError:
+        place, stiffness = np.nan, np.nan
+    if not stiffness > 0.0:
+        stiffness = np.nan
+    omega = np.asarray(frequencies, dtype=float)
+    # A cosine that is subtracted is a sine a quarter of a turn behind.
+    forces = (2.0 * bias * amplitude * place, -0.5j * amplitude**2 * place)
+    harmonics = np.stack(
+        [force / (stiffness - (k * omega) ** 2 + 2j * damping * k * omega) for k, force in enumerate(forces, start=1)]
+    )
+    turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)
+    motion = (harmonics[0, :, None] * turn + harmonics[1, :, None] * turn**2).imag
+    return LinearResponse(np.ptp(motion, axis=1), harmonics)
 
 
 def small_signal_response(model: ConeModel, frequencies: npt.ArrayLike) -> xr.Dataset:

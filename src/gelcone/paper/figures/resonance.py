@@ -10,7 +10,7 @@ import numpy as np
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.figures.marks import fixed_parameters, symbol
 from gelcone.paper.figures.triptych import from_the_start, in_the_long_run
-from gelcone.paper.studies.motions import RESPONSE_STIFFNESS, STIFFNESSES
+from gelcone.paper.studies.resonance import RESPONSE_STIFFNESS, STIFFNESSES
 from gelcone.plots.style import BLACK, GREY, styled
 
 if TYPE_CHECKING:

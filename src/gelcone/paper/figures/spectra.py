@@ -10,7 +10,8 @@ import numpy as np
 from gelcone.motion.regime import Regime
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.figures.marks import listed, motion_colour
-from gelcone.paper.studies.motions import SETS, TRIPLES
+from gelcone.paper.studies.spectra import SETS
+from gelcone.paper.studies.triples import TRIPLES
 from gelcone.plots.style import BLACK, GREY, styled
 from gelcone.words import motion_in_words
 

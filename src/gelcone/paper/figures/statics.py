@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.figures.marks import fixed_parameters, listed
-from gelcone.paper.studies.motions import LIMITS, STATIC_VOLTAGES, SURFACES
+from gelcone.paper.studies.statics import LIMITS, STATIC_VOLTAGES, SURFACES
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, styled
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from gelcone.motion.regime import Regime
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.figures.marks import film_legend, fixed_parameters, listed, mark_slack, motion_colour, symbol
-from gelcone.paper.studies.motions import TRIPLES
+from gelcone.paper.studies.triples import TRIPLES
 from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.plots.style import BLACK, GREY, styled
 from gelcone.words import motion_in_words

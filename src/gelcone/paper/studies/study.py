@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from gelcone.model import ConeModel
+from gelcone.motion.lyapunov import default_transient
+from gelcone.motion.regime import classify, label_evidence
+from gelcone.motion.response import start_states
 from gelcone.paper.effort import Effort
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Progress = Callable[[float], None]
+
+DECAYS = 20.0
 
 
 @dataclass(frozen=True)
@@ -24,3 +33,35 @@ class Study:
     name: str
     compute: Callable[[Effort, Progress], xr.Dataset]
     work: float = 1.0
+
+
+def kinds_of(model: ConeModel, initial: tuple[float, float], effort: Effort) -> xr.Dataset:
+    """`gelcone.regime` with the patience of this effort, and time for the least damped member to decay."""
+    transient = max(float(default_transient(model).max()), DECAYS / float(np.min(model.damping_ratio)))
+    states = start_states(model, initial)
+    evidence = classify(model.take(slice(None)), states, transient=transient, rounds=effort.rounds)
+    return label_evidence(model, evidence, {"transient": transient, "rounds": effort.rounds}, "regime of motion")
+
+
+def merged(*parts: xr.Dataset) -> xr.Dataset:
+    import xarray as xr
+
+    return xr.merge(parts, compat="no_conflicts", join="exact", combine_attrs="override")
+
+
+def about(
+    result: xr.Dataset,
+    model_from: xr.Dataset,
+    preset: str,
+    parameter: str,
+    effort: Effort,
+    options: Mapping[str, Any],
+    title: str,
+) -> xr.Dataset:
+    """The result with the attributes of all studies, and those that ``model_from`` has of the model."""
+    result.attrs = dict(model_from.attrs) | {"title": title, "options": json.dumps(dict(options))}
+    return result.assign_attrs(preset=preset, parameter=parameter, window=effort.window)
+
+
+def meaning(long_name: str, quantity: str) -> dict[str, str]:
+    return {"long_name": long_name, "units": "1", "quantity": quantity}

@@ -1,0 +1,97 @@
+"""Studies behind figure 12: amplitude over drive frequency for six stiffnesses, and motions around a resonance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.atlas.frequency import frequency_response
+from gelcone.model import ConeModel
+from gelcone.motion.equilibrium import static as static_curves
+from gelcone.paper.effort import Effort
+from gelcone.paper.presets import find_preset
+from gelcone.paper.studies.study import Progress, Study, about
+from gelcone.paper.studies.triples import motions
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STIFFNESSES = (0.1, 0.5, 1.0, 5.0, 10.0, 20.0)
+BAND = (0.05, 6.0)
+"""Drive frequencies swept: from far below half the lowest natural frequency to above the highest one."""
+
+
+def frequency(effort: Effort, progress: Progress) -> xr.Dataset:
+    """Amplitude over drive frequency for six spring stiffnesses, in a sweep up and one down.
+
+    The variables of `gelcone.frequency_response` over ``spring_stiffness``, ``sweep`` and ``step``, whose drive
+    frequency is ``swept_frequency``, closer together around half the ``natural_frequency`` and around it.
+    """
+    preset = find_preset("spring")
+    single = preset.model.replace(spring_stiffness=np.array(STIFFNESSES))
+    natural = natural_frequencies(single)
+    grid = _frequencies(natural, float(np.asarray(single.damping_ratio)), effort.frequencies)
+    result = frequency_response(single, grid, preset.initial, progress=progress)
+    own: dict[str, dataset.Variable] = {
+        "natural_frequency": ((), natural, "frequency of small swings at the mean-square voltage", "frequency"),
+    }
+    result = result.assign(dataset.label(single, own, options={}, title="").data_vars)
+    result = result.swap_dims(member="spring_stiffness").rename(branch="sweep")
+    options = {"initial": list(preset.initial)}
+    return about(result, result, preset.name, "drive_frequency", effort, options, "amplitude over drive frequency")
+
+
+def natural_frequencies(model: ConeModel) -> Array:
+    """Frequencies of small swings about the stable equilibrium under the drive's mean-square voltage, (members,)."""
+    at = static_curves(model, float(np.asarray(model.voltage)) / np.sqrt(2.0)).isel(constant_voltage=0)
+    return np.sqrt(at["slope"].where(at["stable"]).max("equilibrium").values)
+
+
+def _frequencies(natural: Array, damping: float, count: int) -> Array:
+    """Drive frequencies (members, count): even ones on a log scale, and more around the resonances.
+
+    The force has twice the drive's frequency, so the disc resonates at half its natural frequency; at the natural
+    frequency itself the drive excites parametrically.
+    """
+    near_half, near_whole = int(0.35 * count), int(0.25 * count)
+    even = np.geomspace(*BAND, count - near_half - near_whole)
+    return np.stack(
+        [
+            np.sort(
+                np.concatenate(
+                    [
+                        even,
+                        0.5 * own + _around(min(4.0 * damping, 0.35 * own), near_half),
+                        own + _around(min(8.0 * damping, 0.4 * own), near_whole),
+                    ]
+                )
+            )
+            for own in natural
+        ]
+    )
+
+
+def _around(reach: float, count: int) -> Array:
+    """Offsets up to ``reach`` to either side, closer together in the middle."""
+    u = np.linspace(-1.0, 1.0, count)
+    return reach * (0.3 * u + 0.7 * u**3)
+
+
+RESPONSE_STIFFNESS = 1.0
+RESPONSES = (0.7, 1.0, 1.5)
+"""Drive frequencies of the responses, over that of the forced resonance, half the natural frequency."""
+
+
+def frequency_responses(effort: Effort, progress: Progress) -> xr.Dataset:
+    """Motions below, at and above the forced resonance of one stiffness, see `motions`."""
+    preset = find_preset("spring")
+    one = preset.model.replace(spring_stiffness=np.array([RESPONSE_STIFFNESS]))
+    resonance = 0.5 * natural_frequencies(one)[0]
+    model = preset.model.replace(spring_stiffness=RESPONSE_STIFFNESS, drive_frequency=resonance * np.array(RESPONSES))
+    return motions(preset, model, "drive_frequency", effort, progress)
+
+
+STUDIES = (Study("frequency", frequency, work=4.0), Study("frequency-responses", frequency_responses, work=0.5))

@@ -1,0 +1,133 @@
+"""Studies behind figures 4, 5, 7, 10 and 11: motions at three values of a parameter side by side.
+
+Whatever the paper shows over a window from the start stands beside the same for the long run.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import dataset
+from gelcone.model import ConeModel
+from gelcone.motion.flow import Outcome
+from gelcone.motion.lyapunov import finite_exponents
+from gelcone.motion.response import simulate
+from gelcone.motion.section import Progress as MaybeProgress
+from gelcone.motion.section import repeat_of, section, weighted
+from gelcone.paper.effort import Effort
+from gelcone.paper.presets import Preset, find_preset
+from gelcone.paper.studies.study import Progress, Study, about, kinds_of, meaning, merged
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SPACING = 0.05
+"""Between samples of a time response; the fastest motions shown take about 2 for a swing."""
+LATE_REPEATS = 32
+"""Drive repeats of the long run that are kept densely."""
+
+TRIPLES: dict[str, tuple[str, str, tuple[float, float, float], dict[str, float]]] = {
+    "damping": ("base", "damping_ratio", (0.001, 0.05, 0.5), {"voltage": 0.5}),
+    "limit": ("fast", "stretch_limit", (1.0, 10.0, 100.0), {"voltage": 1.005}),
+    "voltage": ("base", "voltage", (0.5, 1.04, 1.7), {}),
+    "prestretch": ("base", "prestretch", (0.8, 1.0, 1.5), {"voltage": 1.0}),
+    "spring": ("spring", "spring_stiffness", (1.0, 5.0, 10.0), {}),
+}
+"""Study -> parameter set, the parameter and its three values, and what else differs from the set. Only the voltage 1.04
+is from the paper's text; the other values are reconstructed."""
+
+
+def triple(name: str, effort: Effort, progress: Progress) -> xr.Dataset:
+    """The motions at three values of a parameter, see `motions`."""
+    preset_name, parameter, values, changes = TRIPLES[name]
+    preset = find_preset(preset_name)
+    model = preset.model.replace(**changes, **{parameter: np.array(values)})
+    return motions(preset, model, parameter, effort, progress)
+
+
+def motions(preset: Preset, model: ConeModel, parameter: str, effort: Effort, progress: Progress) -> xr.Dataset:
+    """Motions of an ensemble over one parameter: over a window from the start, and in the long run.
+
+    Dataset over the parameter with
+
+    * the window: ``displacement``, ``velocity`` and ``slack`` over ``time``; with the prefix ``window_`` the
+      ``lowest`` and ``highest`` displacement and the shares ``validity_*`` of its time (``slack``: either stress);
+      ``early_section_*`` over ``early_repeat``; ``finite`` exponents with their running estimate;
+    * the long run, after the transient that the regime took to settle: the same with the prefix ``late_``, over
+      ``late_time`` from a whole drive repeat on; the section ``section_*`` over ``repeat``;
+    * the variables of `gelcone.regime` (its ``lowest`` and ``highest``, coarsely sampled, left out).
+    """
+    kinds = kinds_of(model, preset.initial, effort)
+    progress(0.3)
+    repeat = repeat_of(model)
+    settled = int(np.ceil((kinds["settled_time"].values / repeat).max()))
+    early_repeats = int(effort.window / repeat.min()) + 1
+    early = section(model, preset.initial, repeats=early_repeats, discard=0, progress=weighted(progress, 0.1))
+    late = section(
+        model, preset.initial, repeats=effort.section_points, discard=settled, progress=weighted(progress, 0.3)
+    )
+    finite = finite_exponents(model.take(slice(None)), np.tile(preset.initial, (model.size, 1)), effort.window, {})
+    parts = [
+        kinds.drop_vars(["lowest", "highest", "section"]),
+        _finite(model, finite),
+        _points(early, "early_section", "early_repeat"),
+        _points(late, "section", "repeat"),
+        _window(model, preset.initial, effort.window, "window", weighted(progress, 0.2)),
+        _long_run(model, late, preset, weighted(progress, 0.1)),
+    ]
+    result = merged(*parts).swap_dims(member=parameter)
+    options = {"initial": list(preset.initial), "window": effort.window, "settled_repeats": settled}
+    return about(result, kinds, preset.name, parameter, effort, options, f"motions at three values of {parameter}")
+
+
+def _points(points: xr.Dataset, prefix: str, dim: str) -> xr.Dataset:
+    """Section points under the names ``prefix_displacement`` and ``prefix_velocity`` over ``dim``."""
+    named = points[["displacement", "velocity"]].drop_vars("time").rename(repeat=dim)
+    return named.rename(displacement=f"{prefix}_displacement", velocity=f"{prefix}_velocity")
+
+
+def _long_run(model: ConeModel, late: xr.Dataset, preset: Preset, progress: MaybeProgress) -> xr.Dataset:
+    """The time response that follows the last point of a section; NaN for a member that has failed before."""
+    ends = np.stack([late[name].isel(repeat=-1).values for name in ("displacement", "velocity")], axis=-1)
+    states = np.where(np.isfinite(ends), ends, np.asarray(preset.initial))
+    run = _window(model, states, LATE_REPEATS * float(repeat_of(model).max()), "late", progress)
+    ran = late["outcome"] == Outcome.OK
+    return run if ran.all() else run.where(ran)
+
+
+def _window(model: ConeModel, states: npt.ArrayLike, length: float, name: str, progress: MaybeProgress) -> xr.Dataset:
+    """A time response from ``states`` with its extent and validity, named after the window that it covers."""
+    times = np.linspace(0.0, length, round(length / SPACING) + 1)
+    run = simulate(model, states, times=times, progress=progress)
+    slack = (run["hoop_stress"] < 0.0) | (run["meridional_stress"] < 0.0)
+    kept = run[["displacement", "velocity"]]
+    kept = kept.assign(slack=slack.astype(np.int8).assign_attrs(meaning("1 where the film is slack", "code")))
+    shares = {str(n): f"{name}_{n}" for n in run if str(n).startswith("validity_") and n != "validity_breakdown"}
+    ends = {"lowest": run["displacement"].min("time"), "highest": run["displacement"].max("time")}
+    described = {
+        f"{name}_validity_slack": kept["slack"].mean("time").assign_attrs(meaning("share of slack film", "share"))
+    } | {f"{name}_{end}": value.assign_attrs(meaning(f"{end} displacement", "length")) for end, value in ends.items()}
+    if name == "late":
+        kept = kept.rename({n: f"late_{n}" for n in ("displacement", "velocity", "slack", "time")})
+    else:
+        kept = kept.assign(initial=run["initial"])
+    return merged(kept.assign(described), run[list(shares)].rename(shares))
+
+
+def _finite(model: ConeModel, finite: tuple[Array, Array]) -> xr.Dataset:
+    """The exponents over the window from the start as a Dataset."""
+    values, running = finite
+    variables = {
+        "finite": (("exponent",), values, "Lyapunov exponents per unit time over the window", "rate"),
+        "finite_time": (("window",), running[..., 0], "window length, from the start", "time"),
+        "finite_exponent": (("window",), running[..., 1], "largest exponent over that window", "rate"),
+    }
+    return dataset.label(model, variables, options={}, title="")
+
+
+STUDIES = tuple(Study(name, partial(triple, name)) for name in TRIPLES)
