@@ -8,6 +8,7 @@ exactly, which every result checks on itself.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -121,7 +122,7 @@ def _average_group(
 
 def shear_level(time: Array) -> Array:
     """The exponent that regular motion without damping may seem to have after so long an average."""
-    return SHEAR * np.log(np.maximum(time, np.e)) / np.maximum(time, np.e)
+    return SHEAR * np.log(np.maximum(time, math.e)) / np.maximum(time, math.e)
 
 
 def steady_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
