@@ -21,7 +21,7 @@ from gelcone import (
 from gelcone.plots.basin import SHADES, attractor_colours, attractor_in_words, basin_figure, shade
 from gelcone.plots.bifurcation import bifurcation_figure, refined_edges
 from gelcone.plots.lyapunov import lyapunov_figure
-from gelcone.plots.map import exponent_map, map_figure
+from gelcone.plots.map import exponent_bar, exponent_map, map_figure
 from gelcone.plots.regime import REGIME_COLOURS, edges, regime_figure
 from gelcone.plots.style import save_figure
 from gelcone.words import motion_in_words, with_error
@@ -255,6 +255,27 @@ def test_the_first_parameter_lies_along_x(cells):
     assert axes.get_xlabel() == "voltage"
     assert np.ma.getdata(mesh.get_array()).shape == (4, 3)
     np.testing.assert_array_equal(edges([1.0, 2.0, 4.0]), [0.5, 1.5, 3.0, 5.0])
+
+
+def test_equal_exponents_of_both_signs_have_equal_depth(cells):
+    """Also where one side is far smaller: it is seen, and zero is neutral; the bar shows what occurs."""
+    from matplotlib.figure import Figure
+
+    low = cells.copy(deep=True)
+    low["lyapunov"][..., 0] = np.linspace(-0.01, 0.08, 12).reshape(cells["regime"].shape)
+    figure = Figure()
+    axes = figure.add_subplot()
+    mesh = exponent_map(low, axes)
+    exponent_bar(mesh, axes, figure)
+    depth = {value: np.asarray(mesh.to_rgba([value]))[0, :3].min() for value in (0.0, 0.01, -0.01, 0.08)}
+    assert mesh.norm(0.0) == pytest.approx(0.5)
+    assert mesh.norm(0.02) + mesh.norm(-0.02) == pytest.approx(1.0)
+    assert depth[0.0] > 0.95
+    assert depth[-0.01] == pytest.approx(depth[0.01], abs=0.1)
+    assert depth[0.08] < 0.2 < depth[-0.01] < 0.85
+    bar = figure.axes[1]
+    np.testing.assert_allclose(bar.get_ylim(), (-0.01, 0.08))
+    np.testing.assert_allclose(bar.get_yticks(), [-0.01, -0.005, 0.0, 0.005, 0.01, 0.02, 0.05])
 
 
 # --- basins ------------------------------------------------------------------------------------------------------

@@ -230,6 +230,20 @@ def test_an_attractor_beside_chaos_is_found():
     assert cycle.attractors_beside(free_of_them, section).tolist() == [False]
 
 
+def test_a_cycle_of_three_repeats_beside_chaos_is_found():
+    """Seven starts of eight end on it after a while; from within the chaos it is there for all to find."""
+    model = ConeModel(
+        damping_ratio=0.01,
+        spring_stiffness=0.5,
+        voltage=1.0849956684398172,
+        drive_frequency=0.3,
+        prestretch=0.8304300120728514,
+    ).take(slice(None))
+    section = integrate(model, (1.0, 0.0), model.drive_repeat * np.arange(100, 300)).states
+    assert cycle.periods_of(section, 1e-3)[0].tolist() == [0]
+    assert cycle.attractors_beside(model, section).tolist() == [True]
+
+
 def test_left_the_domain():
     model = ConeModel(
         spring_stiffness=0.5,

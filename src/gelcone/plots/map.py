@@ -11,6 +11,7 @@ from gelcone.errors import InputError
 from gelcone.motion.regime import Regime
 from gelcone.plots.regime import cell_legend, edges, mark_failed, mark_flagged, regime_cells
 from gelcone.plots.style import coordinate_axis, styled
+from gelcone.quantity import Array
 from gelcone.words import rate_unit
 
 if TYPE_CHECKING:
@@ -33,8 +34,7 @@ def map_figure(cells: xr.Dataset, lines: Lines | None = None) -> Figure:
 
     def draw(figure: Figure) -> None:
         left, right = figure.subplots(1, 2, sharex=True, sharey=True)
-        mesh = exponent_map(cells, left)
-        figure.colorbar(mesh, ax=left, pad=0.02)
+        exponent_bar(exponent_map(cells, left), left, figure)
         regime_map(cells, right)
         right.set_ylabel("")
         for axes in (left, right):
@@ -63,18 +63,20 @@ def marks(cells: xr.Dataset) -> tuple[Any, Any, Any]:
 
 
 def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
-    """Largest exponent, blue below zero and red above, each side with its own scale; failed cells hatched."""
+    """Largest exponent, blue below zero and red above; failed cells hatched.
+
+    Equal amounts have equal depth on both sides. It goes with the root of the exponent, so that a small side, as the
+    damping's beside chaos, shows too.
+    """
     from matplotlib import colormaps
-    from matplotlib.colors import ListedColormap, TwoSlopeNorm
+    from matplotlib.colors import FuncNorm, ListedColormap
 
     # Less than its darkest ends, so that marks and lines show everywhere.
     colours = ListedColormap(colormaps["RdBu_r"](np.linspace(0.1, 0.9, 256)))
     x, y = axes_names(cells)
     exponent = cells["lyapunov"].isel(exponent=0).transpose(y, x).values
-    finite = np.append(exponent[np.isfinite(exponent)], 0.0)
-    low, high = -finite.min(), finite.max()
-    # A side without cells is as long as the other.
-    norm = TwoSlopeNorm(0.0, -(low or high or 1.0), high or low or 1.0)
+    bound = np.abs(exponent[np.isfinite(exponent)]).max(initial=0.0) or 1.0
+    norm = FuncNorm((signed_root, signed_square), -bound, bound)
     borders = edges(cells[x]), edges(cells[y])
     mesh = axes.pcolormesh(*borders, exponent, cmap=colours, norm=norm, rasterized=True)
     _, failed, flagged = marks(cells)
@@ -83,6 +85,32 @@ def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
     label_axes(axes, cells)
     axes.set_title(f"largest exponent ({rate_unit(cells['lyapunov'])})", loc="left")
     return mesh
+
+
+def signed_root(values: Any) -> Any:
+    """The root of the amount, with the sign."""
+    return np.sign(values) * np.sqrt(np.abs(values))
+
+
+def signed_square(values: Any) -> Any:
+    """The inverse of `signed_root`."""
+    return np.sign(values) * np.square(values)
+
+
+def exponent_bar(mesh: QuadMesh, axes: Axes, figure: Figure) -> None:
+    """The colours of an exponent map, from its lowest to its highest value and zero."""
+    bar = figure.colorbar(mesh, ax=axes, pad=0.02)
+    values: Array = np.ma.filled(np.ma.asarray(mesh.get_array()), np.nan)
+    shown = np.append(values[np.isfinite(values)], 0.0)
+    low, high = (shown.min(), shown.max()) if shown.any() else (-1.0, 1.0)
+    bound = max(-low, high)
+    decade = 10.0 ** np.floor(np.log10(bound))
+    amounts = [digit * decade / 10**k for digit in (1, 2, 5) for k in (0, 1)]
+    marked = [sign * amount for amount in amounts for sign in (-1, 1) if amount > 0.05 * bound]
+    ticks = sorted([0.0, *(tick for tick in marked if low <= tick <= high)])
+    bar.ax.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    bar.ax.minorticks_off()
+    bar.ax.set_ylim(low, high)
 
 
 def regime_map(cells: xr.Dataset, axes: Axes) -> None:
