@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from gelcone.atlas.bifurcation import bifurcation as bifurcation
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
     from gelcone.atlas.cells import Plan as Plan
+    from gelcone.atlas.frequency import frequency_response as frequency_response
     from gelcone.atlas.grid import basin as basin
     from gelcone.atlas.grid import parameter_map as parameter_map
     from gelcone.atlas.samples import Normal as Normal
@@ -62,6 +63,8 @@ if TYPE_CHECKING:
     from gelcone.motion.floquet import tongues as tongues
     from gelcone.motion.flow import Outcome as Outcome
     from gelcone.motion.flow import integrate as integrate
+    from gelcone.motion.linear import small_signal_response as small_signal_response
+    from gelcone.motion.linear import state_space as state_space
     from gelcone.motion.lyapunov import lyapunov as lyapunov
     from gelcone.motion.regime import Regime as Regime
     from gelcone.motion.regime import regime as regime
@@ -86,6 +89,7 @@ _HOME = {
     "fit_film": "validation.fit",
     "floquet_multipliers": "motion.floquet",
     "fold_voltages": "motion.equilibrium",
+    "frequency_response": "atlas.frequency",
     "Gent": "laws",
     "InputError": "errors",
     "integrate": "motion.flow",
@@ -114,7 +118,9 @@ _HOME = {
     "save": "dataset",
     "section": "motion.section",
     "simulate": "motion.response",
+    "small_signal_response": "motion.linear",
     "spectrum": "motion.spectrum",
+    "state_space": "motion.linear",
     "static": "motion.equilibrium",
     "StrainEnergyLaw": "laws",
     "stroke_and_blocked_force": "motion.equilibrium",

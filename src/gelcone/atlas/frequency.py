@@ -50,6 +50,8 @@ def frequency_response(
 ) -> xr.Dataset:
     """The settled motion over drive frequency, in a sweep up and one down, each from the last state of the one before.
 
+    Where several motions coexist, closer frequencies follow each of them further.
+
     Parameters
     ----------
     model : one actuator, or an ensemble of one dimension, with damping; the frequencies replace its own.
@@ -181,8 +183,9 @@ def _peaks(model: ConeModel, grids: Array, swept: Swing, progress: Progress, flo
         # Neither the frequencies nor the settling tell heights apart any closer.
         error = height - heights[members, second] + RETURN_TOLERANCE * np.abs(swept.highest[members, best])
         edges = np.column_stack([low, np.sort(places, axis=1), high])
-        low = np.where(edges < at[:, None], edges, -np.inf).max(axis=1, initial=-np.inf)
-        high = np.where(edges > at[:, None], edges, np.inf).min(axis=1, initial=np.inf)
+        # At an end of the frequencies there is nothing on the other side.
+        low = np.where(edges < at[:, None], edges, low[:, None]).max(axis=1)
+        high = np.where(edges > at[:, None], edges, high[:, None]).min(axis=1)
         if progress is not None:
             progress(1.0 / NARROWINGS)
     return _Peaks(at, low, high, height, error)

@@ -24,6 +24,7 @@ COMMANDS = {
     "sweep": "Any analysis over any parameters, and the probability of chaos.",
     "show": "What the store of a map or sweep holds by now.",
     "basin": "Which motions coexist: the attractor of each initial state.",
+    "frequency": "Stroke over drive frequency, swept up and down: resonances and jumps.",
     "envelope": "Where a device is safe to drive, and which limit comes first.",
     "validate": "Is the cone right? Its force against the film as a continuum.",
     "devices": "List the device files that ship.",

@@ -1,0 +1,105 @@
+"""Picture of a frequency response: stroke in sweeps up and down, and its phase, beside linear theory."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, axis_label, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LOOKS: dict[str, dict[str, Any]] = {
+    "up": {"color": BLUE, "lw": 1.4, "marker": "^", "ms": 3.0},
+    "down": {"color": VERMILION, "lw": 0.9, "marker": "v", "ms": 3.0},
+}
+LINEAR: dict[str, Any] = {"color": GREY, "lw": 1.1, "ls": "--", "zorder": 1.5}
+FEW = 60
+"""Points are marked one by one up to this many."""
+WIDE = 5.0
+"""Frequencies that go over more than this ratio are drawn on a log scale."""
+
+
+def frequency_figure(response: xr.Dataset) -> Figure:
+    """Stroke over drive frequency above the phase of the driven harmonic, for a single actuator."""
+
+    def draw(figure: Figure) -> None:
+        stroke, phase = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1.0])
+        strokes(response, stroke)
+        phases(response, phase)
+        frequency = response["drive_frequency"]
+        if float(frequency[-1] / frequency[0]) > WIDE:
+            phase.set_xscale("log")
+        phase.set_xlim(float(frequency[0]), float(frequency[-1]))
+        phase.set_xlabel(axis_label(frequency, "drive frequency"))
+        figure.legend(*stroke.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        figure.suptitle(response.attrs.get("device", ""), fontsize=9.0)
+
+    return styled(6.4, 5.0, draw)
+
+
+def strokes(response: xr.Dataset, axes: Axes) -> None:
+    """Both sweeps with their jumps, what does not follow the drive marked, and the stroke by linear theory."""
+    frequency = response["drive_frequency"].values
+    for branch, look in LOOKS.items():
+        own = response.sel(branch=branch)
+        shown = look if frequency.size <= FEW else look | {"marker": ""}
+        axes.plot(frequency, own["stroke"], **shown, label=f"swept {branch}")
+        kinds = {"subharmonic": (own["period"] > 1, "white"), "not periodic": (own["period"] == 0, BLACK)}
+        for label, (which, fill) in kinds.items():
+            axes.plot(
+                frequency,
+                own["stroke"].where(which),
+                ls="",
+                marker="o",
+                ms=4.5,
+                mfc=fill,
+                mec=look["color"],
+                mew=0.8,
+                zorder=2.5,
+                label=f"{label}, swept {branch}" if bool(which.any()) else None,
+            )
+        peak = 2.0 * own["peak_amplitude"]
+        axes.plot(own["peak_frequency"], peak, "D", ms=5.0, mfc="none", mec=look["color"], label=f"highest, {branch}")
+    axes.plot(frequency, response["linear_stroke"], **LINEAR, label="linear theory")
+    arrows(response, axes)
+    top = float(np.nanmax([*response["stroke"].values.ravel(), *(2.0 * response["peak_amplitude"].values)]))
+    # A linear resonance without end would squeeze all else.
+    axes.set_ylim(0.0, 1.1 * top if top > 0.0 else None)
+    axes.set_ylabel(axis_label(response["stroke"], "stroke, peak to peak"))
+
+
+def arrows(response: xr.Dataset, axes: Axes) -> None:
+    """An arrow for each jump, in the colour of the sweep that jumps."""
+    columns = (response[f"jump_{name}"].values for name in ("branch", "low", "high", "from", "to"))
+    for branch, low, high, before, after in zip(*columns, strict=True):
+        at = 0.5 * (low + high)
+        style = {"arrowstyle": "->", "color": LOOKS[str(branch)]["color"], "lw": 1.2, "shrinkA": 0.0, "shrinkB": 0.0}
+        axes.annotate("", (at, 2.0 * after), (at, 2.0 * before), arrowprops=style)
+
+
+def phases(response: xr.Dataset, axes: Axes) -> None:
+    """Phase of the harmonic that the drive excites most by linear theory."""
+    harmonic = int(response["linear_amplitude"].max("drive_frequency").fillna(0.0).argmax("harmonic"))
+    own = response.isel(harmonic=harmonic)
+    frequency = response["drive_frequency"].values
+    for branch, look in LOOKS.items():
+        values = _without_turns(own["harmonic_phase"].sel(branch=branch).values)
+        axes.plot(frequency, values, color=look["color"], lw=look["lw"])
+    axes.plot(frequency, _without_turns(own["linear_phase"].values), **LINEAR)
+    multiple = int(own["harmonic"])
+    name = "phase" if multiple == 1 else f"phase at {multiple} x\nthe drive frequency"
+    axes.set_ylabel(f"{name}\n(degrees)")
+    axes.set_ylim(-315.0, 45.0)
+    axes.set_yticks(np.arange(-270.0, 1.0, 90.0))
+
+
+def _without_turns(phase: Any) -> Any:
+    """Phases between -315 and 45 degrees, with a gap where the line would cross from one end to the other."""
+    phase = (np.asarray(phase) + 315.0) % 360.0 - 315.0
+    jumps = np.abs(np.diff(phase, append=phase[-1:])) > 180.0
+    return np.where(jumps, np.nan, phase)
