@@ -238,6 +238,7 @@ def test_a_cycle_of_three_repeats_beside_chaos_is_found():
         voltage=1.0849956684398172,
         drive_frequency=0.3,
         prestretch=0.8304300120728514,
+        prestretch_mode="equibiaxial",
     ).take(slice(None))
     section = integrate(model, (1.0, 0.0), model.drive_repeat * np.arange(100, 300)).states
     assert cycle.periods_of(section, 1e-3)[0].tolist() == [0]
