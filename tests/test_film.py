@@ -243,3 +243,14 @@ def test_a_continuum_film_is_fitted_once(tmp_path, monkeypatch):
     assert find_film("cone", CONE) is None
     with pytest.raises(InputError, match="fitted for one prestretch"):
         find_film("continuum", CONE.replace(prestretch=[1.0, 1.1]))
+
+
+@pytest.mark.parametrize(("prestretch", "stiffness"), [(1.0, 0.0), (1.5, 1.5**2 - 1.5**-4)])
+def test_a_flat_film_of_even_tension_has_the_stiffness_of_theory(prestretch, stiffness):
+    """(R w')' = 0 in a film of even tension N: 2 (1 - r) N/((1 + r) ln(1/r)), here with the neo-Hookean tension."""
+    pytest.importorskip("skfem")
+    film = gelcone.fit_film(ConeModel(law="neo-hookean", prestretch=prestretch, prestretch_mode="equibiaxial"), 0.3)
+    share = 2.0 * 0.7 / (1.3 * np.log(1.0 / 0.3))
+    for squared in (0.0, 0.2):
+        assert film.stiffness(0.0, squared)[0] - squared == pytest.approx(share * (stiffness - squared), abs=1e-12)
+    assert dict(film.errors).get("nearly flat", 0.0) < 0.01

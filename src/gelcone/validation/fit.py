@@ -29,7 +29,7 @@ from gelcone.validation.membrane import (
 )
 from gelcone.validation.path import Ending, Point, cone, flat, newton, reach
 
-ELEMENTS = 48
+ELEMENTS = 32
 FARTHEST = 6.0
 """Largest displacement that is fitted, in b - a, where the stretch limit leaves room for more."""
 LIMIT_SHARE = 0.97
@@ -42,10 +42,12 @@ FREE_SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)
 """Of that voltage squared, at which the compressed film near the flat one is followed."""
 CEILING_MARGIN = 0.97
 """Share of the highest V up to which states are fitted: at the fold itself the force has no slope."""
-TAUT, HOOP_SLACK, SLACK = range(3)
-KINDS = ("taut", "hoop slack", "near slack")
-WEIGHTS = (1.0, 0.1, 0.02)
-"""Of the three kinds of states in the fit: only the first is a film that does not wrinkle."""
+TAUT, HOOP_SLACK, SLACK, FLAT = range(4)
+KINDS = ("taut", "hoop slack", "near slack", "nearly flat")
+WEIGHTS = (1.0, 0.1, 0.02, 1.0)
+"""Of the kinds of states in the fit. Only the first is a film that does not wrinkle; the last, a compressed film that
+is all but flat, decides the stability of rest."""
+NEARLY_FLAT = 0.03
 DEGREES = {"rest": 9, "field": 6, "fold": 5, "field_squared": 3, "ceiling": 6, "local": 7}
 """Number of coefficients of each polynomial."""
 WALLS, FARTHEST_WALL = 30, 20.0
@@ -248,7 +250,7 @@ def _compressed(film: Film, squared: float) -> list[_State]:
 def _state(film: Film, point: Point, *, slack: bool = False) -> _State:
     along, _, _, hoop_stress = stress_state(film, point.position, point.squared)
     smallest = float(np.min(hoop_stress))
-    kind = SLACK if slack else HOOP_SLACK if smallest < 0.0 else TAUT
+    kind = FLAT if slack and point.height < NEARLY_FLAT else SLACK if slack else HOOP_SLACK if smallest < 0.0 else TAUT
     disc = float(along[0]) ** 2 / float(film.coefficients.A)
     return _State(point.height**2, point.squared, point.force / point.height, kind, disc, smallest)
 
@@ -277,12 +279,18 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
     parts["field"] = parts["field"] * squared[:, None]
     parts["fold"] = parts["fold"] * (1.0 - np.sqrt(1.0 - share) - 0.5 * share)[:, None]
     parts["field_squared"] = parts["field_squared"] * squared[:, None] ** 2
+    exact = _flat(film)
+    base = np.zeros_like(s) if exact is None else exact[0] + squared * (1.0 - exact[1])
+    if exact is not None:
+        # what is fitted vanishes at t = -1, or its error would open tongues of instability that are not there
+        rise = 1.0 + _powers(variable, s, 2)[:, 1:]
+        parts = {name: part * rise for name, part in parts.items()}
     smooth = np.concatenate(list(parts.values()), axis=1)
 
     def fit(wall: float) -> tuple[Array, Array]:
-        columns = np.column_stack([smooth, 1.0 / (1.0 - s / wall)])
-        found = _least_squares(columns, stiffness + squared, weights)
-        return found, columns @ found - stiffness - squared
+        columns = np.column_stack([smooth, s / (wall - s)])
+        found = _least_squares(columns, stiffness + squared - base, weights)
+        return found, columns @ found + base - stiffness - squared
 
     # without a stretch limit, the pole stands for a law that stiffens
     highest = min(1.2 * highest_span(film) ** 2, FARTHEST_WALL * farthest)
@@ -291,6 +299,15 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
     found, error = fit(wall)
     pieces = np.split(found, np.cumsum([DEGREES[name] for name in parts]))
     numbers = dict(zip(parts, pieces, strict=False))
+    strength = float(pieces[-1][0])
+    if exact is not None:
+        numbers = {
+            name: np.asarray(np.polynomial.polynomial.polymul(values, (1.0, 1.0))) for name, values in numbers.items()
+        }
+        numbers["rest"][0] += exact[0]
+        numbers["field"][0] += 1.0 - exact[1]
+    # the term of the wall is 1/(1 - s/wall) = 1 + s/(wall - s)
+    numbers["rest"][0] -= strength
     local = np.concatenate([(p := _powers(variable, s, DEGREES["local"])), squared[:, None] * p], axis=1)
     taut = np.array(WEIGHTS)[kind]
     disc_stretch = _least_squares(local, disc, taut / disc)
@@ -305,7 +322,7 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
         wall=wall,
         variable=variable,
         **{name: _tuple(values) for name, values in numbers.items()},
-        wall_strength=float(pieces[-1][0]),
+        wall_strength=strength,
         ceiling=_tuple(ceiling),
         disc_stretch=_halves(disc_stretch),
         hoop_stress=_halves(hoop_stress),
@@ -315,6 +332,21 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
             if (kind == k).any()
         ),
     )
+
+
+def _flat(film: Film) -> tuple[float, float] | None:
+    """Stiffness of the flat film without voltage, and how fast V weakens it, where they are known exactly.
+
+    With equal pre-stretches the tension N = (A - G) response - V of the flat film is the same everywhere; raised a
+    little it satisfies (R w')' = 0, hence the stiffness 2 (1 - r) N/((1 + r) ln(1/r)) for a/b = r.
+    """
+    lm, lh = film.model.stretches
+    if lm != lh:
+        return None
+    c, r = film.coefficients, film.radius_ratio
+    share = 2.0 * (1.0 - r) / ((1.0 + r) * np.log(1.0 / r))
+    tension = (c.A - c.G) * film.model.law.response(c.A + c.B + c.G - 3.0, c.law)
+    return float(share * tension), float(share)
 
 
 def _powers(variable: tuple[float, float], s: Array, count: int) -> Array:

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from gelcone.dataset import model_of
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.figures.marks import fixed_parameters, listed
+from gelcone.paper.studies.continuum import MISSING
 from gelcone.paper.studies.statics import LIMITS, STATIC_VOLTAGES, SURFACES
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, styled
+from gelcone.validation.path import Ending
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,6 +33,7 @@ def force_figure(studies: Mapping[str, xr.Dataset]) -> Figure:
     def fill(figure: Figure) -> None:
         left, right = figure.subplots(1, 2, width_ratios=[1.25, 1.0])
         force_over_displacement(study, left)
+        continuum_markers(studies["continuum"], study, left)
         equilibria_over_voltage(study, right)
         figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3)
         figure.suptitle(
@@ -58,6 +62,26 @@ def force_over_displacement(study: xr.Dataset, axes: Axes) -> None:
     axes.margins(x=0.0)
     axes.set_xlabel("displacement $x$")
     axes.set_ylabel("static force on the disc")
+
+
+def continuum_markers(continuum: xr.Dataset, study: xr.Dataset, axes: Axes) -> None:
+    """The continuum's force and the spring's, at the paper's radius ratio: filled where the film is in tension, open
+    where it would have to be compressed; nothing where it has no state. Without that study, nothing at all."""
+    if MISSING in continuum.attrs:
+        return
+    spring = float(model_of(study).spring_stiffness)
+    own = continuum.isel(member=0)
+    for colour, voltage in zip(CYCLE, own["constant_voltage"].values, strict=False):
+        one = own.sel(constant_voltage=voltage)
+        force = one["continuum_force"] + spring * one["displacement"]
+        for ending, fill in ((Ending.CONVERGED, colour), (Ending.COMPRESSED, "white")):
+            shown = force.where((one["ending"] == ending) & (one["folds"] == 0))
+            for side in (1.0, -1.0):
+                axes.plot(
+                    side * one["displacement"], side * shown, "s", ms=4.0, mfc=fill, mec=colour, mew=1.0, ls="none"
+                )
+    axes.plot([], [], "s", ms=4.0, color=BLACK, label="continuum in tension")
+    axes.plot([], [], "s", ms=4.0, mfc="white", mec=BLACK, label="continuum, compressed")
 
 
 def equilibria_over_voltage(study: xr.Dataset, axes: Axes) -> None:
@@ -158,8 +182,9 @@ FIGURES = (
         "flat state loses its stability to two buckled ones, so that the curve at the highest voltage meets zero three "
         "times, with slopes +, -, +. A film without pre-stretch has no hoop tension to lose when flat: under voltage "
         "it is slack at all displacements shown (dashed), so that these equilibria are those of the model and not yet "
-        "those of a real membrane.",
-        ("static",),
+        "those of a real membrane. Squares: the force of an axisymmetric membrane with a/b = 0.2 and the spring. Where "
+        "there are none at a voltage, that film has lost its tension or pulled in.",
+        ("static", "continuum"),
         force_figure,
     ),
     PaperFigure(

@@ -1,10 +1,10 @@
 """All computations behind the paper's figures and claims, by name."""
 
-from gelcone.paper.studies import diagrams, limits, maps, practical, resonance, spectra, statics, triples
+from gelcone.paper.studies import continuum, diagrams, limits, maps, practical, resonance, spectra, statics, triples
 from gelcone.paper.studies.study import Study
 
 STUDIES: dict[str, Study] = {
     study.name: study
-    for module in (statics, triples, spectra, practical, resonance, diagrams, maps, limits)
+    for module in (statics, continuum, triples, spectra, practical, resonance, diagrams, maps, limits)
     for study in module.STUDIES
 }

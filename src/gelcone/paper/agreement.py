@@ -1,0 +1,124 @@
+"""The cone against the continuum: how far they agree in figure 3, and which thresholds survive the correction."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone.paper.studies.continuum import MISSING
+from gelcone.paper.verdicts import Finding, Number
+from gelcone.quantity import Array
+from gelcone.validation.path import Ending
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CLOSE = 0.05
+"""Forces agree closely where they differ by at most this share of the continuum's largest: what a plot shows."""
+NEARLY_ALL = 0.95
+"""Share of the displacements at which the continuum needs a state in tension to be compared at a voltage."""
+SURVIVES = 0.2
+"""A threshold survives when the corrected one lies within this share of the cone's, in states that the film has."""
+
+
+def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
+    """Whether cone and continuum agree closely at all voltages of figure 3, at the paper's radius ratio."""
+    study, thresholds = studies["continuum"], studies["corrected"]
+    missing = study.attrs.get(MISSING) or thresholds.attrs.get(MISSING)
+    if missing:
+        return Finding(
+            holds=None,
+            numbers=(),
+            why=f"Nothing was computed: {missing}. After that, gelcone paper --force fem-agreement computes it.",
+        )
+    reached, off = shares_in_tension(study), deviations(study)
+    agrees = (reached >= NEARLY_ALL) & (off <= CLOSE)
+    ratios, voltages = study["radius_ratio"].values, study["constant_voltage"].values
+    limit, cone_limit = (study[name].values[0] for name in ("limit_displacement", "cone_limit_displacement"))
+
+    def deviation(i: int) -> float:
+        return float(np.nanmax(np.abs(study["deviation"].values[i, 0])))
+
+    numbers = [
+        Number(f"largest deviation of the cone's force at v = 0, a/b = {r:g}", deviation(i), error=1e-3)
+        for i, r in enumerate(ratios)
+    ]
+    numbers += [
+        Number(f"share of the displacements with a film in tension, v = {v:g}, a/b = {r:g}", float(reached[i, k]))
+        for i, r in enumerate(ratios)
+        for k, v in enumerate(voltages)
+    ]
+    numbers += [
+        Number(f"displacement at {part:.0%} of the stretch limit beside the disc (cone {far:.4g})", float(near))
+        for part, near, far in zip(study["share"].values, limit, cone_limit, strict=True)
+    ]
+    return Finding(
+        holds=bool(agrees[0].all()),
+        share=float(np.mean(agrees.all(axis=1))),
+        neighbourhood="radius ratios a/b " + " and ".join(f"{r:g}" for r in ratios),
+        numbers=tuple(numbers),
+        why=_why(agrees[0], voltages, deviation(0), float(ratios[0])),
+        unseen="Without voltage the cone is nowhere softer than the film and overestimates its force by up to "
+        f"{deviation(0):.0%}, because the continuum's meridian is not straight, but steep beside the disc. There the "
+        f"film reaches half of its stretch limit at a displacement of {limit[1]:.3g}, the cone only at {cone_limit[1]:.3g}. "
+        "Below, what becomes of the paper's threshold voltages when the continuum takes the cone's place.",
+        details=threshold_table(thresholds),
+    )
+
+
+def shares_in_tension(study: xr.Dataset) -> Array:
+    """Share of the displacements at which the continuum rests in tension and has not pulled in, (ratios, voltages)."""
+    held = (study["ending"] == Ending.CONVERGED) & (study["folds"] == 0)
+    return np.asarray(held.mean("displacement").values)
+
+
+def deviations(study: xr.Dataset) -> Array:
+    """Largest difference of the forces over the continuum's largest, (ratios, voltages); infinite without any."""
+    force = study["continuum_force"].where((study["ending"] == Ending.CONVERGED) & (study["folds"] == 0))
+    off = abs(study["cone_force"] - force).max("displacement") / abs(force).max("displacement")
+    return np.asarray(off.fillna(np.inf).values)
+
+
+def _why(agrees: Array, voltages: Array, largest: float, ratio: float) -> str:
+    if agrees.all():
+        return f"Both forces lie within {CLOSE:.0%} of each other at all voltages."
+    failing = ", ".join(f"{v:g}" for v, fine in zip(voltages, agrees, strict=True) if not fine)
+    return (
+        f"They do not agree within {CLOSE:.0%} at v = {failing}. Without voltage the two differ by up to {largest:.0%} "
+        f"for a/b = {ratio:g}; at the higher voltages a film without pre-stretch has lost its tension or pulled in, so "
+        "that there is hardly a force to agree with."
+    )
+
+
+def threshold_table(study: xr.Dataset) -> dict[str, str]:
+    """Each threshold of the paper: in the cone, corrected, and whether it survives."""
+    rows = {}
+    for k, name in enumerate(json.loads(study.attrs["threshold_names"])):
+        cone, corrected, lost = (study[n].values[k] for n in ("cone", "corrected", "lost"))
+        rows[str(name)] = f"cone {_interval(cone)}; " + _told(cone, corrected, float(lost))
+    return rows
+
+
+def survives(cone: Array, corrected: Array) -> bool:
+    """Whether a corrected threshold exists and lies within `SURVIVES` of the cone's, middle to middle."""
+    return bool(abs(np.mean(corrected) / np.mean(cone) - 1.0) <= SURVIVES)
+
+
+def _told(cone: Array, corrected: Array, lost: float) -> str:
+    if np.isfinite(corrected).all():
+        change = float(np.mean(corrected) / np.mean(cone) - 1.0)
+        kept = "survives" if survives(cone, corrected) else "does not survive"
+        return f"corrected {_interval(corrected)} ({change:+.0%}): {kept}"
+    if np.isfinite(lost):
+        return f"corrected none: the film has no state above {lost:.3g}, it pulls in before: does not survive"
+    return "corrected none in the searched range: does not survive"
+
+
+def _interval(ends: Array) -> str:
+    low, high = map(float, ends)
+    if not np.isfinite(low + high):
+        return "none in the searched range"
+    return f"{low:.4g}" if high - low < 1e-4 * high else f"{0.5 * (low + high):.4g} [{low:.4g}, {high:.4g}]"

@@ -1,0 +1,162 @@
+"""The cone beside the film as a continuum: the forces of figure 3, and what becomes of the paper's thresholds."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.errors import MissingDependency
+from gelcone.model import ConeModel
+from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
+from gelcone.motion.floquet import onset_voltage
+from gelcone.motion.flow import Outcome
+from gelcone.motion.regime import Regime, classify
+from gelcone.paper.effort import Effort
+from gelcone.paper.presets import find_preset
+from gelcone.paper.studies.statics import STATIC_VOLTAGES
+from gelcone.paper.studies.study import Progress, Study
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.film import ContinuumFilm
+
+RADIUS_RATIOS = (0.2, 0.5)
+"""That of the paper's Table 1, and a larger disc."""
+ELEMENTS = 30
+FARTHEST = 1.3
+"""Largest displacement, as far as figure 3 shows."""
+CHAOS = (0.9, 1.1)
+"""Voltages between which the cone at the base set becomes chaotic; the corrected film is tried up to the lower one."""
+SOFT = 0.1
+"""Smallest spring stiffness of figure 12."""
+HIGH_PRESTRETCH = 1.5
+MISSING = "missing"
+"""Attribute of a study that could not be computed, with the reason."""
+
+
+class Threshold(NamedTuple):
+    """A threshold in the cone and in the corrected model, each an interval; ``lost`` is the voltage at which the
+    corrected film has no state any more where that comes first (NaN if it does not)."""
+
+    name: str
+    cone: tuple[float, float]
+    corrected: tuple[float, float]
+    lost: float
+
+
+def continuum(effort: Effort, progress: Progress) -> xr.Dataset:
+    """Force of film and field over displacement at the voltages of figure 3, cone and continuum, for three radius
+    ratios; without scikit-fem a Dataset that says so."""
+    from gelcone.validation.compare import compare
+
+    model = find_preset("table1").model.replace(voltage=0.0)
+    x = np.linspace(0.1, FARTHEST, 8 if effort.name == "quick" else 15)
+    try:
+        result = compare(
+            model, RADIUS_RATIOS, displacements=x, voltages=STATIC_VOLTAGES, elements=ELEMENTS, progress=progress
+        )
+    except MissingDependency as error:
+        return _missing(model, error)
+    return result.assign_attrs(preset="table1")
+
+
+def corrected(effort: Effort, progress: Progress) -> xr.Dataset:
+    """The paper's thresholds in the cone and with the continuum film of a/b = 0.2 in its place."""
+    from gelcone.validation.fit import fit_film
+
+    base, fast = find_preset("base").model, find_preset("fast").model
+    stretched = base.replace(prestretch=HIGH_PRESTRETCH, prestretch_mode="equibiaxial")
+    try:
+        film, tight = (fit_film(m, RADIUS_RATIOS[0], progress=lambda s: progress(0.3 * s)) for m in (base, stretched))
+    except MissingDependency as error:
+        return _missing(base, error)
+    start = np.array(find_preset("base").initial)
+    rows = [
+        _pitchfork("static pitchfork, set base", base, film),
+        _pitchfork("static pitchfork, set fast", fast, film),
+        _pitchfork(f"static pitchfork, spring stiffness {SOFT:g}", base.replace(spring_stiffness=SOFT), film),
+        _pitchfork(f"static pitchfork, set base with equi-biaxial pre-stretch {HIGH_PRESTRETCH:g}", stretched, tight),
+        _onset("loss of stability of rest under the drive, set base", base, film),
+        _onset("loss of stability of rest under the drive, set fast", fast, film),
+        _chaos("chaos, set base", base, film, start, 9 if effort.name == "quick" else 33),
+    ]
+    progress(0.4)
+    pairs = {
+        "cone": ([row.cone for row in rows], "threshold in the homogeneous cone"),
+        "corrected": ([row.corrected for row in rows], "threshold with the continuum film"),
+    }
+    ends = ("threshold", "end")
+    numbers: dict[str, dataset.Variable] = {
+        name: (ends, np.array(values), meaning, "voltage") for name, (values, meaning) in pairs.items()
+    }
+    lost = np.array([row.lost for row in rows])
+    numbers["lost"] = (ends[:1], lost, "voltage at which the continuum film has no state any more", "voltage")
+    result = dataset.label(base, numbers, options={}, title="thresholds in the corrected model")
+    names = json.dumps([row.name for row in rows])
+    errors = json.dumps(dict(film.errors))
+    return result.assign_attrs(preset="base", threshold_names=names, fit_errors=errors)
+
+
+def _missing(model: ConeModel, error: MissingDependency) -> xr.Dataset:
+    return dataset.label(model, {}, options={}, title="continuum").assign_attrs({MISSING: str(error)})
+
+
+def _pitchfork(name: str, model: ConeModel, film: ContinuumFilm) -> Threshold:
+    cone = float(pitchfork_voltage(model))
+    fitted = model.replace(film=film)
+    found = float(pitchfork_voltage(fitted))
+    if np.isnan(found):
+        return Threshold(name, (cone, cone), (np.nan, np.nan), float(pull_in_voltage(fitted)["pull_in_voltage"]))
+    return Threshold(name, (cone, cone), _with_fit_error(fitted, found), np.nan)
+
+
+def _with_fit_error(model: ConeModel, voltage: float) -> tuple[float, float]:
+    """The interval that the error of the fit leaves, by the membrane itself at a small height and that voltage."""
+    from gelcone.validation.membrane import membrane
+
+    x = 0.02
+    own = membrane(model, model.film.radius_ratio, displacements=x, voltages=voltage, elements=ELEMENTS)
+    difference = (
+        float(own["force"].values.ravel()[0]) / x - float(model.film.stiffness(x * x, voltage**2)[0]) + voltage**2
+    )
+    off = abs(difference) / (2.0 * voltage * float(model.film.gain(0.0, voltage**2)))
+    return voltage - off, voltage + off
+
+
+def _onset(name: str, model: ConeModel, film: ContinuumFilm) -> Threshold:
+    cone, fitted = (onset_voltage(m) for m in (model, model.replace(film=film)))
+    ends = [_interval(found) for found in (cone, fitted)]
+    lost = np.nan if np.isfinite(ends[1][0]) else float(np.sqrt(film.highest_squared(0.0)))
+    return Threshold(name, ends[0], ends[1], lost)
+
+
+def _interval(found: xr.Dataset) -> tuple[float, float]:
+    onset, error = float(found["onset_voltage"]), float(found["onset_error"])
+    return onset - error, onset + error
+
+
+def _chaos(name: str, model: ConeModel, film: ContinuumFilm, start: Array, count: int) -> Threshold:
+    """The first voltage with chaos from the paper's start: between which of evenly spaced ones it lies."""
+    voltages = np.linspace(*CHAOS, count)
+    cone = _first(voltages, classify(model.replace(voltage=voltages), start).regime == Regime.CHAOTIC)
+    lower = np.linspace(0.1, CHAOS[0], count)
+    seen = classify(model.replace(voltage=lower, film=film), start)
+    corrected = _first(lower, seen.regime == Regime.CHAOTIC)
+    lost = _first(lower, seen.outcome == Outcome.PULLED_IN)
+    return Threshold(name, cone, corrected, lost[1])
+
+
+def _first(voltages: Array, met: Any) -> tuple[float, float]:
+    found = np.flatnonzero(met)
+    if not found.size:
+        return np.nan, np.nan
+    k = int(found[0])
+    return float(voltages[max(k - 1, 0)]), float(voltages[k])
+
+
+STUDIES = (Study("continuum", continuum, work=3.0), Study("corrected", corrected, work=8.0))
