@@ -25,12 +25,7 @@ def number(entry: dict[str, object]) -> str:
     if not entry["numbers"]:
         return ""
     first = entry["numbers"][0]  # type: ignore[index]
-    text = f"{first['value']:.4g}"
-    if first["low"] is not None:
-        text += f" [{first['low']:.4g}, {first['high']:.4g}]"
-    elif first["error"]:
-        text += f" ± {first['error']:.2g}"
-    return f"{text} {first['unit']}".strip() + f": {first['meaning']}"
+    return f"{first['text']}: {first['meaning']}"
 
 
 def table(run: dict[str, object]) -> str:

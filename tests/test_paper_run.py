@@ -132,6 +132,7 @@ def test_a_run_writes_data_figures_claims_and_report(laboratory, tmp_path):
         "low": None,
         "high": None,
         "unit": "",
+        "text": "none",
     }
 
 

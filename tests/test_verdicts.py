@@ -58,9 +58,16 @@ def test_numbers_and_words_do_not_sway_a_verdict():
 @pytest.mark.parametrize(
     ("number", "text"),
     [
-        (Number("threshold", 1.04321, error=0.00312), "1.043 ± 0.0031"),
-        (Number("voltage", 1.04321, low=1.03, high=1.05), "1.043 [1.03, 1.05]"),
-        (Number("stroke", 12.3456, error=0.1, unit="mm"), "12.35 ± 0.1 mm"),
+        (Number("threshold", 1.04321, error=0.00312), "1.0432 ± 0.0031"),
+        (Number("voltage", 1.04321, low=1.03, high=1.05), "1.043 [1.030, 1.050]"),
+        (Number("share", 0.2, low=0.03622, high=0.6245), "0.20 [0.04, 0.62]"),
+        (Number("stroke", 12.3456, error=0.1, unit="mm"), "12.35 ± 0.10 mm"),
+        (Number("count", 3.0, error=0.0), "3"),
+        (Number("difference", 0.018374, error=1e-9), "0.01837"),
+        (Number("large", 1234.6, error=120.0), "1235 ± 120"),
+        (Number("tiny", 3.2e-10, error=4e-11), "3.2e-10 ± 4e-11"),
+        (Number("peak", 0.7321, error=math.inf), "0.7321 (error unknown)"),
+        (Number("largest without chaos", math.nan, error=0.1), "none"),
         (Number("ratio", 0.5), "0.5"),
     ],
 )

@@ -181,7 +181,7 @@ def claim_record(judged: JudgedClaim) -> dict[str, Any]:
 
 def _number_record(number: Number) -> dict[str, Any]:
     values = {name: _finite(getattr(number, name)) for name in ("value", "error", "low", "high")}
-    return {"meaning": number.meaning, **values, "unit": number.unit}
+    return {"meaning": number.meaning, **values, "unit": number.unit, "text": str(number)}
 
 
 def _finite(value: float | None) -> float | None:

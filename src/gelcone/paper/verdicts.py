@@ -7,11 +7,17 @@ fixed-step integrator while that integrator is beyond the stretch limit. The ver
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 
 WIDE = 0.5
 """A claim that holds on at least this share of the neighbouring parameters is not owed to their choice."""
+
+
+DIGITS = 4
+"""Digits of a number that is as good as exact."""
+MOST_DECIMALS = 7
 
 
 class Verdict(Enum):
@@ -37,12 +43,21 @@ class Number:
     unit: str = ""
 
     def __str__(self) -> str:
+        """To the digits that the error or the interval leaves; an error below those shown says that all are right."""
+        if math.isnan(self.value):
+            return "none"
         unit = f" {self.unit}" if self.unit else ""
+        interval = (self.low, self.high) if self.low is not None and self.high is not None else None
+        spread = self.error if self.error is not None else interval[1] - interval[0] if interval else 0.0
+        if not math.isfinite(spread):
+            return f"{self.value:.{DIGITS}g}{unit} (error unknown)"
+        if spread <= 0.5 * abs(self.value) * 10.0**-DIGITS:
+            return f"{self.value:.{DIGITS}g}{unit}"
+        decimals = 1 - math.floor(math.log10(spread))
+        form = f".{max(decimals, 0)}f" if decimals <= MOST_DECIMALS else ".2g"
         if self.error is not None:
-            return f"{self.value:.4g} ± {self.error:.2g}{unit}"
-        if self.low is not None and self.high is not None:
-            return f"{self.value:.4g} [{self.low:.5g}, {self.high:.5g}]{unit}"
-        return f"{self.value:.5g}{unit}"
+            return f"{self.value:{form}} ± {self.error:{form}}{unit}"
+        return f"{self.value:{form}} [{self.low:{form}}, {self.high:{form}}]{unit}"
 
 
 @dataclass(frozen=True)
