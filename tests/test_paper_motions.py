@@ -13,10 +13,13 @@ from gelcone.motion.flow import Outcome
 from gelcone.motion.regime import Regime
 from gelcone.paper.effort import QUICK
 from gelcone.paper.presets import find_preset
-from gelcone.paper.studies import practical, resonance, spectra, statics, triples
+from gelcone.paper.studies import continuum, practical, resonance, spectra, statics, triples
 
 TINY = replace(QUICK, name="tiny", section_points=40, frequencies=24, spectrum_periods=16, window=100.0)
-STUDIES = tuple(study for module in (statics, triples, spectra, practical, resonance) for study in module.STUDIES)
+STUDIES = (
+    *(study for module in (statics, triples, spectra, practical, resonance) for study in module.STUDIES),
+    next(study for study in continuum.STUDIES if study.name == "continuum"),
+)
 TRIPLES = tuple(triples.TRIPLES)
 MOTIONS = (*TRIPLES, "frequency-responses")
 
@@ -40,7 +43,7 @@ def studies():
 @pytest.mark.parametrize("name", [study.name for study in STUDIES])
 def test_every_study_says_what_it_is_and_comes_back_from_netcdf_as_it_was(studies, name, tmp_path):
     study = studies[name]
-    assert {"title", "model", "options", "gelcone_version", "preset", "parameter"} <= set(study.attrs)
+    assert {"title", "model", "options", "gelcone_version", "preset"} <= set(study.attrs)
     for variable in study.variables.values():
         assert variable.attrs.get("long_name") or variable.dims in (("sweep",), ("set",))
     gelcone.save(study, tmp_path / "study.nc")

@@ -318,7 +318,7 @@ def test_the_page_forbids_requests(page, tmp_path):
 def test_the_quick_report_from_end_to_end(tmp_path):
     """Every study, figure and claim: one test, because the run takes about a minute on two cores."""
     quick = run(quick=True, out=tmp_path / "paper")
-    assert len(quick.claims) == 20
+    assert len(quick.claims) == 21
     check_figures(quick)
     for judged in quick.claims:
         check_evidence(judged)

@@ -222,12 +222,12 @@ def test_an_attractor_beside_chaos_is_found():
     """Chaos and an attracting cycle at the same parameters, started from the section around that cycle."""
     model = ConeModel(**SET, voltage=1.0).take(slice(None))
     section = integrate(model, (1.0, 0.0), model.drive_repeat * np.arange(1, 65)).states
-    assert cycle.attractors_beside(model, section).tolist() == [True]
+    assert cycle.attractors_beside(model, section, 24).tolist() == [True]
     free_of_them = ConeModel(spring_stiffness=0.9, damping_ratio=0.1, drive_frequency=1.5, voltage=2.5).take(
         slice(None)
     )
     section = integrate(free_of_them, (1.0, 0.0), free_of_them.drive_repeat * np.arange(1, 200)).states[:, 100:]
-    assert cycle.attractors_beside(free_of_them, section).tolist() == [False]
+    assert cycle.attractors_beside(free_of_them, section, 24).tolist() == [False]
 
 
 def test_a_cycle_of_three_repeats_beside_chaos_is_found():
@@ -242,7 +242,7 @@ def test_a_cycle_of_three_repeats_beside_chaos_is_found():
     ).take(slice(None))
     section = integrate(model, (1.0, 0.0), model.drive_repeat * np.arange(100, 300)).states
     assert cycle.periods_of(section, 1e-3)[0].tolist() == [0]
-    assert cycle.attractors_beside(model, section).tolist() == [True]
+    assert cycle.attractors_beside(model, section, 24).tolist() == [True]
 
 
 def test_left_the_domain():

@@ -37,7 +37,6 @@ NEGLIGIBLE = 1e-8
 SAME_POINT = 1e-6
 """Points of a cycle that are closer than this share of its size are one."""
 SMALLEST_SIZE = 1e-3
-STARTS_BESIDE = 24
 STEPS_BESIDE = 8
 CLOSE_BESIDE = 1e-4
 """Newton's method from chaos stops after so many steps, or when the next is this small beside the motion's size."""
@@ -178,20 +177,21 @@ def _newton_step(
     return step, log_moduli / times[:, -1:], path
 
 
-def attractors_beside(model: ConeModel, section: Array, **flow_options: Any) -> npt.NDArray[np.bool_]:
+def attractors_beside(model: ConeModel, section: Array, starts: int, **flow_options: Any) -> npt.NDArray[np.bool_]:
     """Whether Newton's method finds an attracting cycle or rest from chaos, given its ``section`` (members, points, 2).
 
-    It starts from the points that return the closest. Chaos with an attractor beside it often ends there, however long
-    it has lasted. An attractor that is found is there; one that is not found may be there all the same.
+    It makes so many ``starts``, from the points that return the closest. Chaos with an attractor beside it often ends
+    there, however long it has lasted. An attractor that is found is there; one that is not found may be there all the
+    same.
     """
-    members = np.repeat(np.arange(len(section)), STARTS_BESIDE)
+    members = np.repeat(np.arange(len(section)), starts)
     several = model.take(members)
     farthest = FARTHEST_BESIDE * np.abs(section).max(axis=1)[members]
     mirrored = np.broadcast_to(several.rest_height, several.shape) == 0.0
     found = np.zeros(members.size, dtype=bool)
     options = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), TOLERANCE_BESIDE)}
     for repeats, sign in MAPS_BESIDE:
-        begin = _closest_returns(section, repeats, sign)
+        begin = _closest_returns(section, repeats, sign, starts)
         for group, clock in clocks(several):
             tried = mirrored[group] | (sign > 0.0)
             part = group[tried]
@@ -199,13 +199,13 @@ def attractors_beside(model: ConeModel, section: Array, **flow_options: Any) -> 
                 found[part] |= _attracted(
                     several.take(part), begin[part], farthest[part], clock.take(tried), repeats, sign, options
                 )
-    return np.asarray(found.reshape(-1, STARTS_BESIDE).any(axis=1))
+    return np.asarray(found.reshape(-1, starts).any(axis=1))
 
 
-def _closest_returns(section: Array, repeats: int, sign: float) -> Array:
-    """`STARTS_BESIDE` points of each section whose images are the nearest to them, (members * starts, 2)."""
+def _closest_returns(section: Array, repeats: int, sign: float, starts: int) -> Array:
+    """So many points of each section whose images are the nearest to them, (members * starts, 2)."""
     gap = np.abs(sign * section[:, repeats:] - section[:, :-repeats]).max(axis=2)
-    nearest = np.argsort(gap, axis=1, kind="stable")[:, :STARTS_BESIDE, None]
+    nearest = np.argsort(gap, axis=1, kind="stable")[:, :starts, None]
     return np.take_along_axis(section, nearest, axis=1).reshape(-1, 2)
 
 

@@ -47,6 +47,8 @@ REST_TOLERANCE = 1e-6
 ROUNDS = 5
 """A motion that has not settled is looked at again this many times, each after as long as all before together: chaos
 that ends in a cycle often lasts for ten transients, and is told from the lasting kind by little but patience."""
+STARTS_A_ROUND = 5
+"""Starts of the search for attractors beside chaos, for each of the rounds."""
 FOLLOW_TOLERANCE = 1e-10
 """Tolerance of the later rounds, which only have to arrive: a motion that settles forgets the error, chaos has none."""
 TEST_POINTS = (200, 800)
@@ -140,8 +142,8 @@ def classify(
     """The regime of every member of a flattened ensemble from its initial state (members, 2), with the evidence.
 
     The workhorse behind `regime`, bifurcation diagrams and maps: a member's result depends on nothing but itself.
-    ``rounds`` says how often a motion that has not settled is looked at again; fewer than the default are faster and
-    take chaos that does not last for chaos.
+    ``rounds`` says how often a motion that has not settled is looked at again, and how long attractors are looked for
+    beside chaos; fewer than the default are faster and take chaos that does not last for chaos.
     """
     evidence = Evidence.blank(model.size)
     evidence.final[:] = states
@@ -154,7 +156,7 @@ def classify(
         if not open_members.size:
             break
     wandering = _alive(np.flatnonzero(np.isnan(evidence.cycle_distance)), evidence)
-    measures = (partial(_measure, budget=budget), _second_opinion)
+    measures = (partial(_measure, budget=budget), partial(_second_opinion, rounds=rounds))
     wandering = _examine(measures, model, wandering, evidence, flow_options)
     # What was chaotic may have ended while it was measured.
     ended = wandering[_unsettled(model, wandering, evidence) & ~_is_chaotic(evidence, wandering)]
@@ -284,7 +286,7 @@ def _measure(
 
 
 def _second_opinion(
-    model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]
+    model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any], *, rounds: int
 ) -> None:
     """The 0-1 test of the members that do not return and may not be slow: chaotic ones, and all without damping."""
     damped = np.broadcast_to(model.damping_ratio, model.shape) > 0.0
@@ -293,13 +295,18 @@ def _second_opinion(
         part = members[wandering]
         if not part.size:
             return
-        _test(model.take(wandering), part, evidence, points, options)
+        _test(model.take(wandering), part, evidence, points, rounds, options)
         unclear = ~((evidence.zero_one[part] < REGULAR_K) | (evidence.zero_one[part] > CHAOTIC_K))
         wandering[wandering] = unclear & (evidence.outcome[part] == Outcome.OK)
 
 
 def _test(
-    model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, points: int, options: dict[str, Any]
+    model: ConeModel,
+    members: npt.NDArray[np.intp],
+    evidence: Evidence,
+    points: int,
+    rounds: int,
+    options: dict[str, Any],
 ) -> None:
     """The 0-1 test, taken where in the repeat the motion varies the most, and whether chaos has an attractor beside."""
     repeat = np.broadcast_to(model.drive_repeat, model.shape)
@@ -314,7 +321,9 @@ def _test(
     damped = np.broadcast_to(model.damping_ratio, model.shape) > 0.0
     chaotic = np.flatnonzero(damped & _is_chaotic(evidence, members) & (flow.outcome == Outcome.OK))
     if chaotic.size:
-        evidence.beside[members[chaotic]] = attractors_beside(model.take(chaotic), section[chaotic], **options)
+        starts = STARTS_A_ROUND * rounds
+        found = attractors_beside(model.take(chaotic), section[chaotic], starts, **options)
+        evidence.beside[members[chaotic]] = found
 
 
 def drifts(section: Array) -> npt.NDArray[np.bool_]:

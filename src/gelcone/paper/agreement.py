@@ -63,7 +63,8 @@ def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
         why=_why(agrees[0], voltages, deviation(0), float(ratios[0])),
         unseen="Without voltage the cone is nowhere softer than the film and overestimates its force by up to "
         f"{deviation(0):.0%}, because the continuum's meridian is not straight, but steep beside the disc. There the "
-        f"film reaches half of its stretch limit at a displacement of {limit[1]:.3g}, the cone only at {cone_limit[1]:.3g}. "
+        f"film reaches half of its stretch limit at a displacement of {limit[1]:.3g}, the cone only at "
+        f"{cone_limit[1]:.3g}. "
         "Below, what becomes of the paper's threshold voltages when the continuum takes the cone's place.",
         details=threshold_table(thresholds),
     )

@@ -7,15 +7,15 @@ import hashlib
 import json
 import os
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from gelcone._version import __version__
 from gelcone.dataset import write_whole
 from gelcone.errors import InputError
-from gelcone.film import FORMAT, ContinuumFilm, read_film
+from gelcone.film import ContinuumFilm, read_film
 from gelcone.model import ConeModel
 from gelcone.quantity import Array
 from gelcone.validation.film import Film, check_radius_ratio, mesh_film
@@ -126,7 +126,7 @@ def find_film(
     parameters = dict(model.law_parameters) | own | {"meridional_prestretch": lm, "hoop_prestretch": lh}
     alone = ConeModel.from_parameters(parameters | {"law": model.law.name, "spring_stiffness": 0.0})
     told = {name: float(value) for name, value in parameters.items()}
-    told = {"law": model.law.name, "radius_ratio": float(radius_ratio), "version": __version__, "format": FORMAT} | told
+    told = {"law": model.law.name, "radius_ratio": float(radius_ratio), "program": _program()} | told
     path = _cache_folder() / f"{hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:24]}.json"
     with contextlib.suppress(InputError):
         return read_film(path)
@@ -144,6 +144,14 @@ def write_film(film: ContinuumFilm, path: str | Path, *, force: bool = False) ->
 
 def _write_text(path: Path, text: str) -> None:
     path.write_text(text + "\n", encoding="utf-8")
+
+
+@cache
+def _program() -> str:
+    """Digest of what a fit depends on, or a kept film would outlive a change of it."""
+    here = Path(__file__).parent
+    sources = sorted([*here.glob("*.py"), *(here.parent / name for name in ("film.py", "laws.py", "model.py"))])
+    return hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()
 
 
 def _cache_folder() -> Path:

@@ -182,8 +182,8 @@ FIGURES = (
         "flat state loses its stability to two buckled ones, so that the curve at the highest voltage meets zero three "
         "times, with slopes +, -, +. A film without pre-stretch has no hoop tension to lose when flat: under voltage "
         "it is slack at all displacements shown (dashed), so that these equilibria are those of the model and not yet "
-        "those of a real membrane. Squares: the force of an axisymmetric membrane with a/b = 0.2 and the spring. Where "
-        "there are none at a voltage, that film has lost its tension or pulled in.",
+        "those of a real membrane. Squares: the force of an axisymmetric membrane of the paper's radius ratio, and "
+        "of the spring. Where there are none at a voltage, that film has lost its tension or pulled in.",
         ("static", "continuum"),
         force_figure,
     ),

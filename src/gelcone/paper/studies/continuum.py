@@ -67,25 +67,11 @@ def continuum(effort: Effort, progress: Progress) -> xr.Dataset:
 
 def corrected(effort: Effort, progress: Progress) -> xr.Dataset:
     """The paper's thresholds in the cone and with the continuum film of a/b = 0.2 in its place."""
-    from gelcone.validation.fit import fit_film
-
-    base, fast = find_preset("base").model, find_preset("fast").model
-    stretched = base.replace(prestretch=HIGH_PRESTRETCH, prestretch_mode="equibiaxial")
+    base = find_preset("base").model
     try:
-        film, tight = (fit_film(m, RADIUS_RATIOS[0], progress=lambda s: progress(0.3 * s)) for m in (base, stretched))
+        rows, errors = _thresholds(effort, progress)
     except MissingDependency as error:
         return _missing(base, error)
-    start = np.array(find_preset("base").initial)
-    rows = [
-        _pitchfork("static pitchfork, set base", base, film),
-        _pitchfork("static pitchfork, set fast", fast, film),
-        _pitchfork(f"static pitchfork, spring stiffness {SOFT:g}", base.replace(spring_stiffness=SOFT), film),
-        _pitchfork(f"static pitchfork, set base with equi-biaxial pre-stretch {HIGH_PRESTRETCH:g}", stretched, tight),
-        _onset("loss of stability of rest under the drive, set base", base, film),
-        _onset("loss of stability of rest under the drive, set fast", fast, film),
-        _chaos("chaos, set base", base, film, start, 9 if effort.name == "quick" else 33),
-    ]
-    progress(0.4)
     pairs = {
         "cone": ([row.cone for row in rows], "threshold in the homogeneous cone"),
         "corrected": ([row.corrected for row in rows], "threshold with the continuum film"),
@@ -98,8 +84,37 @@ def corrected(effort: Effort, progress: Progress) -> xr.Dataset:
     numbers["lost"] = (ends[:1], lost, "voltage at which the continuum film has no state any more", "voltage")
     result = dataset.label(base, numbers, options={}, title="thresholds in the corrected model")
     names = json.dumps([row.name for row in rows])
-    errors = json.dumps(dict(film.errors))
-    return result.assign_attrs(preset="base", threshold_names=names, fit_errors=errors)
+    return result.assign_attrs(preset="base", threshold_names=names, fit_errors=json.dumps(errors))
+
+
+def _thresholds(effort: Effort, progress: Progress) -> tuple[list[Threshold], dict[str, float]]:
+    """The thresholds in both models, and the errors of the fit at the base set."""
+    base, fast = find_preset("base").model, find_preset("fast").model
+    stretched = base.replace(prestretch=HIGH_PRESTRETCH, prestretch_mode="equibiaxial")
+    film = _film(base)
+    progress(0.3)
+    tight = _film(stretched)
+    progress(0.3)
+    start = np.array(find_preset("base").initial)
+    rows = [
+        _pitchfork("static pitchfork, set base", base, film),
+        _pitchfork("static pitchfork, set fast", fast, film),
+        _pitchfork(f"static pitchfork, spring stiffness {SOFT:g}", base.replace(spring_stiffness=SOFT), film),
+        _pitchfork(f"static pitchfork, set base with equi-biaxial pre-stretch {HIGH_PRESTRETCH:g}", stretched, tight),
+        _onset("loss of stability of rest under the drive, set base", base, film),
+        _onset("loss of stability of rest under the drive, set fast", fast, film),
+        _chaos("chaos, set base", base, film, start, 9 if effort.name == "quick" else 33),
+    ]
+    progress(0.4)
+    return rows, dict(film.errors)
+
+
+def _film(model: ConeModel) -> ContinuumFilm:
+    from gelcone.validation.fit import find_film
+
+    film = find_film("continuum", model, RADIUS_RATIOS[0])
+    assert film is not None
+    return film
 
 
 def _missing(model: ConeModel, error: MissingDependency) -> xr.Dataset:
