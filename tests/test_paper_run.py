@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import time
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -38,7 +39,8 @@ class Laboratory:
             progress(0.25)
             progress(0.75)
             values = np.random.default_rng(len(name)).normal(size=effort.diagram_values)
-            return xr.Dataset({"x": ("time", values, {"units": "1", "long_name": name})}, attrs={"title": name})
+            attrs = {"title": name, "totals": str(time.perf_counter())}
+            return xr.Dataset({"x": ("time", values, {"units": "1", "long_name": name})}, attrs=attrs)
 
         return Study(name, compute, work=0.1)
 
