@@ -61,13 +61,22 @@ def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
         neighbourhood="radius ratios a/b " + " and ".join(f"{r:g}" for r in ratios),
         numbers=tuple(numbers),
         why=_why(agrees[0], voltages, deviation(0), float(ratios[0])),
-        unseen="Without voltage the cone is nowhere softer than the film and overestimates its force by up to "
-        f"{deviation(0):.0%}, because the continuum's meridian is not straight, but steep beside the disc. There the "
-        f"film reaches half of its stretch limit at a displacement of {limit[1]:.3g}, the cone only at "
-        f"{cone_limit[1]:.3g}. "
+        unseen=f"{_over_or_under(study['deviation'].values[0, 0])} The continuum's meridian is not straight, but steep "
+        f"beside the disc: there the film reaches half of its stretch limit at a displacement of {limit[1]:.3g}, the "
+        f"cone only at {cone_limit[1]:.3g}. "
         "Below, what becomes of the paper's threshold voltages when the continuum takes the cone's place.",
         details=threshold_table(thresholds),
     )
+
+
+def _over_or_under(deviation: Array) -> str:
+    """Where the cone's force is too large and where too small, without voltage."""
+    high, low = float(np.nanmax(deviation)), float(np.nanmin(deviation))
+    if low >= 0.0:
+        return f"Without voltage the cone overestimates the force everywhere, by up to {high:.0%}."
+    if high <= 0.0:
+        return f"Without voltage the cone underestimates the force everywhere, by up to {-low:.0%}."
+    return f"Without voltage the cone overestimates the force by up to {high:.0%} and underestimates it by {-low:.0%}."
 
 
 def shares_in_tension(study: xr.Dataset) -> Array:
