@@ -1,5 +1,6 @@
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -74,6 +75,7 @@ def test_a_refined_map_has_the_regimes_of_the_uniform_one(whole):
 
 def test_who_computes_and_in_which_tasks_changes_no_bit(whole, monkeypatch):
     monkeypatch.setattr(module, "TASK_CELLS", 5)
+    monkeypatch.setattr(module, "FEWEST_CELLS", 3)
     same(survey(PLAN, coarsest=COARSE, workers=workers.threads(1)), whole)
 
 
@@ -88,6 +90,38 @@ def test_every_analysis_is_a_sweep(name):
     one = analyses.compute(plan, name, np.array([4]))
     for variable in one.data_vars:
         np.testing.assert_array_equal(result[variable].values.reshape(6, -1)[4], one[variable].values.ravel())
+
+
+@pytest.mark.parametrize(("cells", "team"), [(0, 2), (5, 2), (289, 2), (289, 1), (5000, 64)])
+def test_tasks_hold_every_cell_once_and_are_small_at_the_end(cells, team):
+    tasks = list(module._tasks(np.arange(cells), team))
+    np.testing.assert_array_equal(np.concatenate([np.arange(0), *tasks]), np.arange(cells))
+    sizes = [task.size for task in tasks]
+    assert sizes == sorted(sizes, reverse=True)
+    assert all(size <= module.TASK_CELLS for size in sizes)
+    assert all(size <= module.FEWEST_CELLS for size in sizes[-team:])
+
+
+def test_no_task_carries_the_whole_grid():
+    plan = Plan(FAST, {"voltage": np.linspace(0.0, 1.0, 500), "prestretch": np.linspace(0.5, 1.0, 500)})
+    assert plan.grid["voltage"].size == 250_000
+    assert len(pickle.dumps(plan)) < 20_000
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_tasks_are_given_out_only_a_little_ahead(count):
+    asked = []
+
+    def tasks():
+        for task in range(200):
+            asked.append(task)
+            yield task
+
+    with workers.threads(count)() as team:
+        answers = team.run(lambda task: task, tasks())
+        first = next(answers)[0]
+        assert len(asked) <= 2 * workers.AHEAD * count
+        assert sorted([first, *(answer for answer, _ in answers)]) == list(range(200))
 
 
 def test_three_parameters_and_a_line():

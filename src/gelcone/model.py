@@ -304,8 +304,9 @@ class ConeModel:
 
     def take(self, index: Any) -> ConeModel:
         """The members at ``index`` of the flattened ensemble, as a one-dimensional ensemble."""
+        shape = self.shape
         values = {
-            name: value if isinstance(value, str) else np.broadcast_to(value, self.shape).ravel()[index]
+            name: value if isinstance(value, str) else np.broadcast_to(value, shape).ravel()[index]
             for name, value in self.parameters().items()
         }
         values |= {"law": self.law, "film": self.film}

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -90,10 +89,14 @@ class Plan:
     def size(self) -> int:
         return int(np.prod(self.shape))
 
-    @cached_property
+    @property
     def grid(self) -> dict[str, Array]:
         """Value of every swept and drawn name at every cell, flattened."""
-        places = dict(zip(self.dims, np.indices(self.shape).reshape(len(self.shape), -1), strict=True))
+        return self.values(np.arange(self.size))
+
+    def values(self, cells: npt.NDArray[np.intp]) -> dict[str, Array]:
+        """Value of every swept and drawn name at some cells of the flattened grid."""
+        places = dict(zip(self.dims, np.unravel_index(cells, self.shape), strict=True))
         swept = {name: values[places[name]] for name, values in self.over.items()}
         return swept | {name: values[places["draw"]] for name, values in self.draws.items()}
 
@@ -109,11 +112,6 @@ class Plan:
         if not model.shape:
             model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
         return model, states
-
-    def compute(self, cells: npt.NDArray[np.intp], threads: int | None = None) -> Evidence:
-        """The evidence of some cells of the flattened grid."""
-        model, states = self.at({name: values[cells] for name, values in self.grid.items()})
-        return self.classify(model, states, threads)
 
     def classify(
         self, model: ConeModel, states: Array, threads: int | None = None, progress: Progress | None = None

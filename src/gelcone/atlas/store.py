@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from gelcone.errors import InputError, MissingDependency
 
-TILE_CELLS = 4096
+TILE_CELLS = 16384
 """Cells of a tile at most; a tile is as wide along each axis."""
 PLAN = "gelcone_plan"
 COMPRESSION = 3
@@ -78,6 +78,7 @@ class Store:
         arrays = {name: group[name] for name in names if name not in self.dims and not name.startswith("drawn_")}
         if any(array.shape[: len(self.shape)] != self.shape for array in arrays.values()):
             raise _damaged(self.path, "its arrays do not have the shape of its plan")
+        self.tile = tuple(arrays["status"].chunks)
         status = self._read_whole("status", arrays["status"])
         written = [tile for tile in self._tiles() if status[tile].any()]
         for name, array in arrays.items():
@@ -114,7 +115,7 @@ class Store:
         Raises `InputError` where the disk is full or not writable: what was written before is not touched by it.
         """
         places = np.unravel_index(cells, self.shape)
-        tiles = sorted(set(zip(*(place // width for place, width in zip(places, self.tile, strict=True)), strict=True)))
+        tiles = np.unique([place // width for place, width in zip(places, self.tile, strict=True)], axis=1).T
         names = sorted(fields, key=lambda name: name == "status")
         # Else a tile that holds what stands for nothing would not be written, and look like one that got lost.
         with _import_zarr().config.set({"array.write_empty_chunks": True}):

@@ -24,9 +24,9 @@ from gelcone.atlas.analyses import compute, find_analysis
 from gelcone.atlas.cells import Plan, meaning_of, quantity_of
 from gelcone.atlas.refinement import Cells, Kinds, refine
 from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of, open_store, read_plan
-from gelcone.atlas.workers import Workers, threads
+from gelcone.atlas.workers import Team, Workers, threads
 from gelcone.errors import InputError
-from gelcone.motion.flow import Outcome, Stopped
+from gelcone.motion.flow import LANES, Outcome, Stopped
 from gelcone.motion.regime import Regime
 from gelcone.motion.response import start_states
 
@@ -35,8 +35,12 @@ if TYPE_CHECKING:
 
 TASK_CELLS = 64
 """Cells of a task at most: some seconds of work, many lanes of the integrator."""
+FEWEST_CELLS = 16
+"""Cells of a task, where there are as many: with fewer the lanes stay empty, and a cell costs a quarter more."""
 FLUSH_SECONDS = 2.0
-"""What is done goes to the store at least so often."""
+"""What is done goes to the store so often, or ..."""
+FLUSH_SHARE = 0.05
+"""... less often, where writing would take more than this share of the time."""
 REFINABLE = ("regime", "section")
 """Analyses whose cells have a kind, so that a map of them can be refined where it changes."""
 _EVIDENCE = ("regime", "sign")
@@ -118,7 +122,7 @@ def survey(
             record = plan_record(plan, analysis, coarsest)
             held = stack.enter_context(open_store(Path(store), record, plan.dims, plan.shape, resume=resume))
             cells.keep_in(held)
-        run = stack.enter_context((workers or threads())())
+        team = stack.enter_context((workers or threads())())
         begun = time.monotonic()
 
         def timed(tally: Tally) -> None:
@@ -126,7 +130,7 @@ def survey(
 
         stack.enter_context(cells.flushed_at_the_end())
         wanted = refine(plan.shape, coarsest) if coarsest is not None else _all(plan.size)
-        sources = _follow(wanted, partial(_work, cells, run, analysis, timed))
+        sources = _follow(wanted, partial(_work, cells, team, analysis, timed))
         cells.infer(sources)
         totals = replace(cells.tally, seconds=time.monotonic() - begun)
         progress(totals)
@@ -150,17 +154,26 @@ def _follow(wanted: Generator[Cells, Kinds, Cells], answer: Callable[[Cells], Ki
         return sources
 
 
-def _work(cells: _Cells, run: Any, analysis: str, progress: Progress, asked: Cells) -> Kinds:
+def _work(cells: _Cells, team: Team, analysis: str, progress: Progress, asked: Cells) -> Kinds:
     """Has those of the cells computed that are not there yet; the kinds of all."""
     cells.ask(asked)
-    missing = asked[~cells.computed[asked]]
-    tasks = np.array_split(missing, -(-missing.size // TASK_CELLS)) if missing.size else []
-    for parts, steps in run(partial(_task, cells.plan, analysis), tasks):
+    tasks = _tasks(asked[~cells.computed[asked]], team.size)
+    for parts, steps in team.run(partial(_task, cells.plan, analysis), tasks):
         cells.take(parts, steps)
         progress(cells.tally)
     if not cells.fields:
         raise InputError("the analysis raises an error in every cell; run one of them alone to see it")
     return cells.kinds(asked)
+
+
+def _tasks(cells: Cells, team: int) -> Iterator[Cells]:
+    """Cuts cells into tasks, the smaller the fewer cells are left, so that no worker is busy long after the others."""
+    first = 0
+    while first < cells.size:
+        share = (cells.size - first) // (2 * team) // LANES * LANES
+        last = first + min(max(share, FEWEST_CELLS), TASK_CELLS)
+        yield cells[first:last]
+        first = last
 
 
 def _task(plan: Plan, analysis: str, cells: Cells) -> list[tuple[Cells, xr.Dataset | None]]:
@@ -186,7 +199,7 @@ class _Cells:
         self._store: Store | None = None
         self._untaken: list[tuple[Cells, xr.Dataset | None]] = []
         self._unwritten: list[Cells] = []
-        self._written_at = time.monotonic()
+        self._write_at = time.monotonic() + FLUSH_SECONDS
 
     def keep_in(self, store: Store) -> None:
         """Takes over what a store holds, and keeps there what comes."""
@@ -219,7 +232,7 @@ class _Cells:
             self._count(cells)
             self._unwritten.append(cells)
         self._untaken = []
-        if time.monotonic() - self._written_at > FLUSH_SECONDS:
+        if time.monotonic() > self._write_at:
             self.flush()
 
     def _count(self, cells: Cells) -> None:
@@ -244,9 +257,11 @@ class _Cells:
 
     def flush(self) -> None:
         """Brings the store up to date."""
+        begun = time.monotonic()
         if self._store is not None and self._unwritten:
             self._store.write(self.fields, np.concatenate(self._unwritten))
-        self._unwritten, self._written_at = [], time.monotonic()
+        ended = time.monotonic()
+        self._unwritten, self._write_at = [], ended + max(FLUSH_SECONDS, (ended - begun) / FLUSH_SHARE)
 
     @contextmanager
     def flushed_at_the_end(self) -> Iterator[None]:

@@ -1,15 +1,16 @@
 """Who does the tasks of a sweep: threads of this process, processes of this machine, or a running dask cluster.
 
-Each is a context manager that gives ``run(function, tasks)``, an iterator over the results as they come. The numbers do
-not depend on who computes them.
+Each is a context manager that gives a `Team`. The numbers do not depend on who computes them.
 """
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from itertools import islice
 from typing import Any, Protocol, TypeVar
 
 from gelcone._version import __version__
@@ -19,6 +20,10 @@ from gelcone.motion.flow import Watch, available_threads, watching
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 CONNECT_SECONDS = 10
+AHEAD = 4
+"""Tasks that each worker is given ahead of time: it never waits, and what is in memory does not grow with the sweep."""
+FEWEST_AHEAD = 64
+"""Tasks given to a cluster at least, whose workers may come later."""
 
 
 class Run(Protocol):
@@ -27,7 +32,15 @@ class Run(Protocol):
     def __call__(self, function: Callable[[Task], Answer], tasks: Iterable[Task]) -> Iterator[tuple[Answer, int]]: ...
 
 
-Workers = Callable[[], AbstractContextManager[Run]]
+@dataclass(frozen=True)
+class Team:
+    """``size``, how many work side by side, and ``run(function, tasks)``, an iterator over the results as they come."""
+
+    size: int
+    run: Run
+
+
+Workers = Callable[[], AbstractContextManager[Team]]
 
 
 def threads(count: int | None = None) -> Workers:
@@ -36,16 +49,21 @@ def threads(count: int | None = None) -> Workers:
         raise InputError(f"threads = {count!r}: must be at least 1; leave it out to use all cores")
 
     @contextmanager
-    def start() -> Iterator[Run]:
-        stop = threading.Event()
-        pool = ThreadPoolExecutor(count or available_threads())
+    def start() -> Iterator[Team]:
+        stop, size = threading.Event(), count or available_threads()
+        pool = ThreadPoolExecutor(size)
 
         def run(function: Callable[[Task], Answer], tasks: Iterable[Task]) -> Iterator[tuple[Answer, int]]:
-            for done in as_completed([pool.submit(_watched, function, task, stop) for task in tasks]):
-                yield done.result()
+            futures = (pool.submit(_watched, function, task, stop) for task in tasks)
+            given = set(islice(futures, AHEAD * size))
+            while given:
+                done, given = wait(given, return_when=FIRST_COMPLETED)
+                given.update(islice(futures, len(done)))
+                while done:
+                    yield done.pop().result()
 
         try:
-            yield run
+            yield Team(size, run)
         finally:
             stop.set()
             pool.shutdown(cancel_futures=True)
@@ -68,20 +86,26 @@ def cluster(workers: int | None = None, scheduler: str | None = None) -> Workers
         raise InputError(f"workers = {workers}: must be at least 1")
 
     @contextmanager
-    def start() -> Iterator[Run]:
+    def start() -> Iterator[Team]:
         distributed = _import_distributed()
         with _client(distributed, workers, scheduler) as client:
+            size = max(sum(client.nthreads().values()), 1)
 
             def run(function: Callable[[Task], Answer], tasks: Iterable[Task]) -> Iterator[tuple[Answer, int]]:
-                futures = [client.submit(_watched, function, task, pure=False) for task in tasks]
+                futures = (client.submit(_watched, function, task, pure=False) for task in tasks)
+                given = set(islice(futures, max(AHEAD * size, FEWEST_AHEAD)))
                 try:
-                    for future in distributed.as_completed(futures):
+                    done = distributed.as_completed(given)
+                    for future in done:
                         yield _result(distributed, future)
-                        future.release()
+                        given.remove(future)
+                        for further in islice(futures, 1):
+                            given.add(further)
+                            done.add(further)
                 finally:
-                    client.cancel(futures)
+                    client.cancel(list(given))
 
-            yield run
+            yield Team(size, run)
 
     return start
 
