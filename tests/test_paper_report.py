@@ -127,8 +127,8 @@ def test_the_page_says_what_is_needed_to_judge_it(page):
         "spring stiffness κ 0.9 reconstructed 0.5 reconstructed",
         "initial displacement and velocity 1, 0 reconstructed",
         "Redraw it with gelcone paper 8 . Its data: data/swing.nc",
-        "1.043 ± 0.0031",
-        "0.2 [0.1, 0.3] mm",
+        "1.0432 ± 0.0031",
+        "0.20 [0.10, 0.30] mm",
         "share of the neighbouring parameters (voltages) on which it holds 0.1",
         "Claims whose figure is not drawn here gelcone paper 12 draws what shows them.",
     ):

@@ -453,6 +453,7 @@ class _Lanes:
         self.smallest_step = SMALLEST_STEP * np.minimum(1.0, 10.0 * job.time_scale[self.padded])
         self.smallest_step[np.isinf(job.limit[self.padded])] = 0.0
         self.outcomes = import_heyoka().taylor_outcome
+        self.arrived = (self.outcomes.time_limit,) * LANES
         integrator.set_time(job.start[self.padded])
         integrator.pars[:] = job.parameters[:, self.padded]
         integrator.state[:] = 0.0
@@ -470,8 +471,7 @@ class _Lanes:
             state = self.integrator.state.copy()
             clock = [part.copy() for part in self.integrator.dtime]
             values, reports = advance(times, samples)
-            failed = {lane: self._failure(lane, report) for lane, report in enumerate(reports[-1])}
-            failed = {lane: outcome for lane, outcome in failed.items() if outcome}
+            failed = self._failures(reports[-1])
             if not failed:
                 self._retire_lost(reports)
                 return values
@@ -493,6 +493,14 @@ class _Lanes:
         if result.work is not None:
             result.work[member, samples[reached]] = values[reached, 2:]
 
+    def _failures(self, report: Any) -> dict[int, Outcome]:
+        """The lanes that did not arrive, each with the reason."""
+        ends, _, _, steps = zip(*report, strict=True)
+        if ends == self.arrived and max(steps) < STEPS_PER_CALL:
+            return {}
+        failed = {lane: self._failure(lane, each) for lane, each in enumerate(report)}
+        return {lane: outcome for lane, outcome in failed.items() if outcome}
+
     def _failure(self, lane: int, report: Any) -> Outcome:
         """Why a lane did not arrive; judged by the lane alone, since one lane's failure is reported for all."""
         end, smallest, _, steps = report
@@ -513,19 +521,21 @@ class _Lanes:
             integrator.propagate_until(times[k + 1], max_steps=STEPS_PER_CALL)
             values[k] = integrator.state
             reports.append(integrator.propagate_res)
-            if any(self._failure(lane, report) for lane, report in enumerate(reports[-1])):
+            if self._failures(reports[-1]):
                 break
             if sample >= 0:
                 integrator.state[2:] = _IDENTITY
         return values, reports
 
     def _retire_lost(self, reports: list[Any]) -> None:
-        for report in reports:
-            for lane, (_, smallest, _, steps) in enumerate(report[: self.members.size]):
-                member = self.members[lane]
-                self.job.result.steps[member] += steps if self.alive[lane] else 0
-                if smallest < self.smallest_step[lane]:
-                    self._retire(lane, Outcome.STRETCH_LIMIT)
+        smallest, steps = (np.array([[lane[k] for lane in report] for report in reports]) for k in (1, 3))
+        lost = smallest < self.smallest_step
+        for lane, member in enumerate(self.members):
+            if self.alive[lane]:
+                calls = 1 + int(lost[:, lane].argmax()) if lost[:, lane].any() else len(reports)
+                self.job.result.steps[member] += int(steps[:calls, lane].sum())
+            if lost[:, lane].any():
+                self._retire(lane, Outcome.STRETCH_LIMIT)
 
     def _retire(self, lane: int, outcome: Outcome) -> None:
         self.integrator.pars[:, lane] = 0.0
