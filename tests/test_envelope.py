@@ -5,10 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gelcone.atlas.envelope import DRIVEN_LIMITS, STATIC_LIMITS, envelope
+from gelcone.atlas.driven import DRIVEN_LIMITS, Drive, Plane, driven
+from gelcone.atlas.envelope import STATIC_LIMITS, envelope
 from gelcone.errors import InputError
 from gelcone.model import ConeModel
+from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
+from gelcone.motion.regime import Regime
+from gelcone.motion.response import simulate
 
 TAUT = ConeModel(
     damping_ratio=0.1, voltage=0.3, voltage_bias=0.3, rest_height=0.6, meridional_prestretch=1.2, hoop_prestretch=1.5
@@ -67,6 +71,59 @@ def test_onset_of_rest_separates_decay_from_growth(flat):
         model = FLAT.replace(drive_frequency=omega, voltage=onset * np.array([0.99, 1.01]))
         end = np.abs(integrate(model, (1e-6, 0.0), [200 * 2 * np.pi / omega]).states[:, 0]).max(axis=1)
         assert end[0] < 1e-6 < end[1]
+
+
+def test_in_the_window_the_source_gives_what_the_damper_takes(taut):
+    peak = taut["recommended_peak"].values
+    model = TAUT.replace(drive_frequency=taut["drive_frequency"].values, voltage=peak / 2, voltage_bias=peak / 2)
+    periods = 400
+    settled = integrate(model, (0.5, 0.0), model.drive_period[:, None] * periods).states[:, -1]
+    run = simulate(model, settled, periods=1)
+    given = np.diff(run["supplied_energy"].values[:, [0, -1]])[:, 0]
+    taken = np.diff(run["dissipated_energy"].values[:, [0, -1]])[:, 0]
+    np.testing.assert_allclose(given, taken, rtol=1e-6)
+    np.testing.assert_allclose(taut["window_power"], given / model.drive_period, rtol=1e-6)
+    np.testing.assert_allclose(taut["window_stroke"], np.ptp(run["displacement"].values, axis=1), rtol=1e-3)
+
+
+def test_a_motionless_film_is_a_capacitor_that_takes_no_power(flat):
+    peak, omega = flat["recommended_peak"].values, flat["drive_frequency"].values
+    assert (flat["window_regime"] == Regime.REST).all()
+    np.testing.assert_allclose(flat["window_power"], 0.0, atol=1e-9)
+    # v sin(omega t) across the capacitance 1: root mean squares v/sqrt 2 and v omega/sqrt 2
+    np.testing.assert_allclose(flat["window_apparent_power"], 0.5 * peak**2 * omega, rtol=1e-2)
+
+
+def test_at_the_edge_of_the_window_no_limit_is_met(taut):
+    drive = Drive.of(TAUT)
+    plane = Plane(TAUT, drive, float(taut["rest_displacement"]), 1.2, None)
+    edge = plane.look(taut["drive_frequency"].values, taut["recommended_peak"].values)
+    for name in DRIVEN_LIMITS[:-1]:
+        assert (edge[name] == 0.0).all(), name
+
+
+def test_default_frequencies_hold_the_first_resonances_and_the_models_own():
+    plane = Plane(TAUT, Drive.of(TAUT), 0.3, None, None)
+    natural = plane.natural_frequency()
+    found = plane.default_frequencies(0.6)
+    for wanted in (float(TAUT.drive_frequency), 0.5 * natural, natural, 2.0 * natural):
+        assert np.abs(found / wanted - 1.0).min() < 0.03
+    assert (np.diff(found) > 0.0).all()
+    assert found[-1] <= 3.0 * natural
+
+
+def test_frequencies_are_added_where_the_lowest_limit_falls_steeply():
+    omegas, volts = np.array([1.3, 1.7, 2.4]), np.array([0.6, 1.2])
+    taut = FLAT.replace(damping_ratio=0.03, spring_stiffness=1.0, meridional_prestretch=1.5, hoop_prestretch=1.5)
+    plane = Plane(taut, Drive(1.0, 0.0), 0.0, None, None)
+    found = driven(plane, omegas, volts, refine=True, progress=lambda share: None)
+    assert found["frequency"].size > omegas.size
+    assert (np.diff(found["frequency"]) > 0.0).all()
+    assert found["low"].shape == (found["frequency"].size, len(DRIVEN_LIMITS))
+    onset = found["low"][:, -1]
+    for omega, low in zip(found["frequency"], onset, strict=True):
+        alone = onset_voltage(plane.model.replace(drive_frequency=omega), highest=1.2)["onset_voltage"]
+        assert low == pytest.approx(float(alone.fillna(np.inf)), rel=1e-9)
 
 
 def test_without_a_dielectric_strength_breakdown_is_unknown_not_skipped(flat):

@@ -90,6 +90,12 @@ def test_the_powers_are_the_rates_of_the_energies(law):
     assert (result.dissipated_power >= 0.0).all()
 
 
+def test_the_current_is_the_rate_of_the_charge():
+    result = simulate(ConeModel(**FULL), (0.6, 0.2), times=np.linspace(0.0, 5.0, 2001))
+    charge = result.drive_voltage * (1.0 + result.displacement**2)
+    np.testing.assert_allclose(result.current, np.gradient(charge, result.time, edge_order=2), atol=1e-5)
+
+
 def test_energies_are_counted_from_time_zero_also_when_it_is_not_sampled():
     model = ConeModel(**FULL)
     late = simulate(model, (0.6, 0.2), times=[2.0, 3.0])
@@ -424,7 +430,7 @@ def test_an_ensemble_beyond_the_memory_is_refused_before_it_is_begun(monkeypatch
     with pytest.raises(InputError) as error:
         simulate(ConeModel(voltage=np.linspace(0.0, 1.0, 800)))
     assert str(error.value) == (
-        "800 members of 2000 samples need about 0.461 GB of memory, this machine has 0.4; take fewer members or samples"
+        "800 members of 2000 samples need about 0.486 GB of memory, this machine has 0.4; take fewer members or samples"
     )
 
 

@@ -52,6 +52,7 @@ class Scales:
     energy : mu Vol, J.
     power : mu Vol Omega0, W.
     voltage : H sqrt(mu/eps), V.
+    current : power/voltage, A.
     field : sqrt(mu/eps), V/m.
     stress : mu, Pa.
     frequency : Omega0/(2 pi), Hz: the ordinary frequency of one unit of the angular omega.
@@ -64,6 +65,7 @@ class Scales:
     energy: float
     power: float
     voltage: float
+    current: float
     field: float
     stress: float
     frequency: float
@@ -218,6 +220,7 @@ class Device(Record):
             energy=energy,
             power=energy * rate,
             voltage=self.film_thickness * field,
+            current=energy * rate / (self.film_thickness * field),
             field=field,
             stress=self.material.shear_modulus,
             frequency=rate / (2.0 * math.pi),

@@ -17,7 +17,9 @@ READ_AS = {
     "stiffness": ("N/m", 1.0),
     "energy": ("mJ", 1e3),
     "power": ("mW", 1e3),
+    "apparent power": ("mVA", 1e3),
     "voltage": ("V", 1.0),
+    "current": ("mA", 1e3),
     "field": ("V/um", 1e-6),
     "stress": ("kPa", 1e-3),
     "frequency": ("Hz", 1.0),
@@ -31,6 +33,8 @@ def factor(device: Device, quantity: str) -> float:
     scales = device.scales
     if quantity == "stiffness":
         scale = scales.force / scales.length
+    elif quantity == "apparent power":
+        scale = scales.power
     elif quantity == "rate":
         scale = 1.0 / scales.time
     else:

@@ -7,50 +7,24 @@ to the constant peak voltage reached on a slow ramp; driven limits to the settle
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.atlas.driven import DRIVEN_LIMITS, Drive, Plane, driven, is_flat, peak_of
 from gelcone.errors import InputError
 from gelcone.model import ConeModel
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage, stroke_and_blocked_force
-from gelcone.motion.floquet import onset_voltage
-from gelcone.motion.flow import Outcome
-from gelcone.motion.regime import Regime, classify
-from gelcone.motion.response import NEAR_LIMIT, simulate
+from gelcone.motion.response import NEAR_LIMIT
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
 STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "pitchfork", "pull-in")
-DRIVEN_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "chaos", "onset of rest")
-"""``onset of rest``: rest loses its stability under the drive (Floquet), where rest is flat."""
 STATIC_POINTS = 400
-BISECTIONS = 6
-CHUNK = 128
-PERIODS = 12.0
-"""Drive periods of the settled motion that are looked at."""
-NUDGE = 1e-3
-"""Displacement by which each motion starts off its rest, so that an unstable rest shows."""
-
-
-@dataclass(frozen=True)
-class Drive:
-    """The device's drive with its peak scaled to 1: shares of amplitude and bias."""
-
-    amplitude: float
-    bias: float
-
-    @classmethod
-    def of(cls, model: ConeModel) -> Drive:
-        peak = abs(float(model.voltage_bias)) + float(model.voltage)
-        if peak == 0.0:
-            raise InputError("voltage = 0: the envelope scales the device's drive; give it an amplitude or a bias")
-        return cls(float(model.voltage) / peak, float(model.voltage_bias) / peak)
 
 
 def envelope(
@@ -67,22 +41,34 @@ def envelope(
 
     Parameters
     ----------
-    model : a single model; its drive gives the proportion of amplitude to bias, its frequency the point of operation.
-    field_limit : dielectric strength over sqrt(mu/eps). Left out, breakdown is reported as unknown (NaN).
+    model : a single model; its drive gives the proportion of amplitude to bias, and its own point of operation.
+    field_limit : dielectric strength over sqrt(mu/eps). Left out, breakdown is reported as unknown (NaN), and the
+        window takes no account of it.
     peaks : increasing peak voltages of the driven plane; default 24 up to twice the model's own peak.
-    frequencies : increasing drive frequencies; default 24 from a tenth to three times the natural frequency at rest.
+    frequencies : increasing drive frequencies; default some 30 from a tenth to three times the natural frequency at
+        rest, the first resonances and the model's own among them, and more where the lowest limit changes steeply.
     margin : share of the lowest limit that the recommended voltage stays below it. Default 0.2.
 
     Returns
     -------
     Dataset with, over ``peak_voltage`` (quasi-static): ``static_displacement``, ``stroke``, ``blocked_force``,
     ``natural_frequency``, ``static_field``, ``static_hoop_stress``, ``static_meridional_stress``; over
-    ``static_limit``: ``static_limit_voltage`` (infinity: not reached, NaN: unknown). Over ``drive_frequency`` and
-    ``driven_peak``: ``driven_stroke``, ``driven_power`` (mean power of the source), ``driven_field``, ``regime``,
-    ``outcome``; over ``driven_limit`` and ``drive_frequency``: ``limit_low`` and ``limit_high``, the interval of the
-    peak voltage in which the limit is first met (both infinite: not up to the highest peak; both NaN: unknown or not
-    applicable); ``first_limit``, its index (-1: none), and ``recommended_peak``, the lowest known limit, driven or
-    quasi-static, less the margin.
+    ``static_limit``: ``static_limit_voltage`` (infinity: not reached, NaN: unknown or not applicable); and
+    ``recommended_constant``, the lowest of them less the margin.
+
+    Over ``drive_frequency`` and ``driven_peak``, of the settled motion: ``driven_stroke``, ``driven_power``,
+    ``driven_apparent_power``, ``driven_field``, ``regime``, ``outcome``. Over ``driven_limit`` and
+    ``drive_frequency``: ``limit_low`` and ``limit_high``, the interval of the peak voltage in which the limit is first
+    met (both infinite: not up to the highest peak; both NaN: unknown or not applicable).
+
+    Over ``drive_frequency``: ``first_limit``, its index (-1: none); ``recommended_peak``, the lowest known limit,
+    driven or quasi-static, less the margin; and at that peak, the window's edge, ``window_stroke``, ``window_power``,
+    ``window_apparent_power`` and ``window_regime``; NaN where there is no window.
+
+    The power is the mean of 2 zeta x'^2 over 12 drive periods: what the damper takes up - friction, or the work on a
+    load that acts as one - and in a settled motion just what the voltage source gives, since an ideal capacitor takes
+    none. The apparent power, which the amplifier must be built for, is the product of the root mean squares of voltage
+    and current d(v q)/dtau.
 
     Raises
     ------
@@ -92,45 +78,53 @@ def envelope(
         raise InputError(f"an envelope is that of a single device, not of an ensemble of shape {model.shape}")
     if not 0.0 <= margin < 1.0:
         raise InputError(f"margin = {margin:g}: must be at least 0 and below 1")
-    drive = Drive.of(model)
-    own_peak = float(model.voltage) + abs(float(model.voltage_bias))
-    report = progress or (lambda share: None)
+    drive, own_peak = Drive.of(model), peak_of(model)
     rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
-    natural = float(np.sqrt(max(model.stiffness(rest), 0.0)))
-    volts = _axis("peaks", peaks, np.linspace(own_peak / 12.0, 2.0 * own_peak, 24))
-    omegas = _axis("frequencies", frequencies, np.geomspace(0.1 * natural, 3.0 * natural, 24))
-    plane = _Plane(model, drive, rest, field_limit, threads)
-    shape = (len(omegas), len(volts))
-    grid_omega, grid_peak = (mesh.ravel() for mesh in np.meshgrid(omegas, volts, indexing="ij"))
-    seen = plane.look(grid_omega, grid_peak, lambda share: report(0.6 * share))
-    low, high = _driven_limits(plane, seen, omegas, volts, lambda share: report(0.4 * share))
-    static, static_limits = _static(model, drive, field_limit, max(float(volts[-1]), own_peak))
-    known = np.where(np.isnan(low), np.inf, low)
+    plane = Plane(model, drive, rest, field_limit, threads)
+    volts = np.linspace(own_peak / 12.0, 2.0 * own_peak, 24) if peaks is None else _axis("peaks", peaks)
+    refine = frequencies is None
+    omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
+    found = driven(plane, omegas, volts, refine=refine, progress=progress or (lambda share: None))
+    static, static_limits = _static(model, field_limit, max(float(volts[-1]), 2.0 * own_peak))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
-    first = np.where(np.isfinite(known.min(axis=0)), known.argmin(axis=0), -1)
-    recommended = (1.0 - margin) * np.minimum(np.minimum(known.min(axis=0), lowest_static), volts[-1])
+    low = np.where(np.isnan(found["low"]), np.inf, found["low"])
+    lowest = low.min(axis=1)
+    omegas, share = found["frequency"], 1.0 - margin
+    recommended = share * np.minimum(np.minimum(lowest, lowest_static), volts[-1])
+    edge = plane.look(omegas, recommended)
+    window = {name: np.where(recommended > 0.0, edge[name], np.nan) for name in _WINDOW}
     of_peak, of_frequency, of_both = ("peak_voltage",), ("drive_frequency",), ("drive_frequency", "driven_peak")
+    of_limit = ("driven_limit", "drive_frequency")
     return dataset.label(
         model,
         {name: (of_peak, values, *_STATIC[name]) for name, values in static.items() if name != "peak_voltage"}
-        | {name: (of_both, seen[name].reshape(shape), *_DRIVEN[name]) for name in _DRIVEN}
+        | {name: (of_both, found[name.removeprefix("driven_")], *_DRIVEN[name]) for name in _DRIVEN}
+        | {f"window_{name}": (of_frequency, window[name], *_WINDOW[name]) for name in _WINDOW}
         | {
-            "static_limit_voltage": (
-                ("static_limit",),
-                static_limits,
-                "peak voltage of the quasi-static limit",
+            "static_limit_voltage": (("static_limit",), static_limits, "voltage of the quasi-static limit", "voltage"),
+            "limit_low": (of_limit, found["low"].T, "the limit lies above this peak voltage", "voltage"),
+            "limit_high": (of_limit, found["high"].T, "and at or below this one", "voltage"),
+            "first_limit": (
+                of_frequency,
+                np.where(np.isfinite(lowest), low.argmin(axis=1), -1),
+                "index of the limit that comes first, -1 if none",
+                "code",
+            ),
+            "recommended_peak": (of_frequency, recommended, "recommended highest peak voltage", "voltage"),
+            "recommended_constant": (
+                (),
+                share * np.minimum(lowest_static, static["peak_voltage"][-1]),
+                "recommended highest constant voltage",
                 "voltage",
             ),
-            "limit_low": (("driven_limit", *of_frequency), low, "the limit lies above this peak voltage", "voltage"),
-            "limit_high": (("driven_limit", *of_frequency), high, "and at or below this one", "voltage"),
-            "first_limit": (of_frequency, first, "index of the limit that comes first, -1 if none", "code"),
-            "recommended_peak": (of_frequency, recommended, "recommended highest peak voltage", "voltage"),
             "rest_displacement": ((), np.array(rest), "rest without voltage", "length"),
         },
         coords={
             "peak_voltage": (of_peak, static["peak_voltage"], "constant peak voltage", "voltage"),
             "drive_frequency": (of_frequency, omegas, "drive frequency", "frequency"),
             "driven_peak": (("driven_peak",), volts, "peak voltage of the drive", "voltage"),
+            "own_peak": ((), own_peak, "peak voltage of the device's own drive", "voltage"),
+            "own_frequency": ((), float(model.drive_frequency), "frequency of the device's own drive", "frequency"),
             "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
             "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
         },
@@ -150,120 +144,31 @@ _STATIC = {
 }
 _DRIVEN = {
     "driven_stroke": ("stroke of the settled motion, peak to peak", "length"),
-    "driven_power": ("mean power of the voltage source", "power"),
+    "driven_power": ("mean power from the voltage source to the damper", "power"),
+    "driven_apparent_power": ("root mean square voltage times current", "apparent power"),
     "driven_field": ("highest true field", "field"),
     "regime": ("kind of motion", "code"),
     "outcome": ("how the run ended", "code"),
 }
+_WINDOW = {
+    "stroke": ("stroke at the recommended peak voltage, peak to peak", "length"),
+    "power": ("mean power from the voltage source to the damper there", "power"),
+    "apparent_power": ("root mean square voltage times current there", "apparent power"),
+    "regime": ("kind of motion there", "code"),
+}
 
 
-def _axis(name: str, values: npt.ArrayLike | None, default: Array) -> Array:
-    axis = default if values is None else np.atleast_1d(np.asarray(values, dtype=float))
+def _axis(name: str, values: npt.ArrayLike) -> Array:
+    axis = np.atleast_1d(np.asarray(values, dtype=float))
     if axis.ndim != 1 or axis.size < 2 or not np.isfinite(axis).all() or axis[0] <= 0.0 or (np.diff(axis) <= 0.0).any():
         raise InputError(f"{name}: must be at least 2 positive numbers that increase")
     return axis
 
 
-# --- driven ---------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class _Plane:
-    """The device at any peak voltage and drive frequency, started off its rest."""
-
-    model: ConeModel
-    drive: Drive
-    rest: float
-    field_limit: float | None
-    threads: int | None
-
-    def at(self, omegas: Array, peaks: Array) -> ConeModel:
-        return self.model.replace(
-            drive_frequency=omegas, voltage=self.drive.amplitude * peaks, voltage_bias=self.drive.bias * peaks
-        )
-
-    def look(self, omegas: Array, peaks: Array, progress: Callable[[float], None]) -> dict[str, Any]:
-        """What the settled motion does at pairs of frequency and peak, arrays (pairs,); and which limits it meets."""
-        parts = []
-        for first in range(0, len(omegas), CHUNK):
-            part = slice(first, first + CHUNK)
-            parts.append(self._look(self.at(omegas[part], peaks[part])))
-            progress(len(parts[-1]["regime"]) / len(omegas))
-        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-
-    def _look(self, model: ConeModel) -> dict[str, Any]:
-        start = np.tile([self.rest + NUDGE, 0.0], (model.size, 1))
-        evidence = classify(model, start, threads=self.threads)
-        ran = evidence.outcome == Outcome.OK
-        after = np.where(ran[:, None], evidence.final, start)
-        run = simulate(model, after, periods=PERIODS, field_limit=self.field_limit, threads=self.threads)
-        x = run["displacement"].values
-        span = PERIODS * model.drive_period
-        supplied = run["supplied_energy"].values[:, -1] - run["supplied_energy"].values[:, 0]
-        shares = {
-            name: run[f"validity_{name}"].values
-            for name in ("hoop_slack", "meridional_slack", "breakdown", "near_limit")
-        }
-
-        def where_ran(values: Any) -> Array:
-            return np.where(ran, values, np.nan)
-
-        return {
-            "driven_stroke": where_ran(np.ptp(x, axis=1)),
-            "driven_power": where_ran(supplied / span),
-            "driven_field": where_ran(run["true_field"].values.max(axis=1)),
-            "regime": evidence.regime.astype(float),
-            "outcome": evidence.outcome.astype(float),
-            "dielectric breakdown": np.where(np.isnan(shares["breakdown"]), np.nan, ~ran | (shares["breakdown"] > 0.0)),
-            "hoop slack": (~ran | (shares["hoop_slack"] > 0.0)).astype(float),
-            "meridional slack": (~ran | (shares["meridional_slack"] > 0.0)).astype(float),
-            "stretch limit": (~ran | (shares["near_limit"] > 0.0)).astype(float),
-            "chaos": (evidence.regime == Regime.CHAOTIC).astype(float),
-        }
-
-
-def _driven_limits(
-    plane: _Plane, seen: dict[str, Any], omegas: Array, volts: Array, progress: Callable[[float], None]
-) -> tuple[Array, Array]:
-    """Intervals of the peak voltage in which each limit is first met, (limits, frequencies) each."""
-    low = np.full((len(DRIVEN_LIMITS), len(omegas)), np.nan)
-    high = low.copy()
-    for row, name in enumerate(DRIVEN_LIMITS[:-1]):
-        met = seen[name].reshape(len(omegas), len(volts))
-        unknown = np.isnan(met).any(axis=1)
-        first = np.argmax(met > 0.0, axis=1)
-        reached = (met > 0.0).any(axis=1)
-        low[row] = np.where(reached, np.where(first > 0, volts[np.maximum(first - 1, 0)], 0.0), np.inf)
-        high[row] = np.where(reached, volts[first], np.inf)
-        low[row, unknown] = high[row, unknown] = np.nan
-        open_ = np.flatnonzero(reached & ~unknown)
-        for _ in range(BISECTIONS if open_.size else 0):
-            middle = 0.5 * (low[row, open_] + high[row, open_])
-            now = plane.look(omegas[open_], middle, lambda share: None)[name] > 0.0
-            high[row, open_] = np.where(now, middle, high[row, open_])
-            low[row, open_] = np.where(now, low[row, open_], middle)
-        progress(1.0 / len(DRIVEN_LIMITS))
-    low[-1], high[-1] = _onset(plane, omegas, float(volts[-1]))
-    progress(1.0 / len(DRIVEN_LIMITS))
-    return low, high
-
-
-def _onset(plane: _Plane, omegas: Array, highest: float) -> tuple[Any, Any]:
-    """Peak voltages at which flat rest loses stability under a pure sine; NaN where rest is not flat or biased."""
-    model = plane.model
-    if float(model.rest_height) * float(model.spring_stiffness) != 0.0 or plane.drive.bias != 0.0:
-        return np.nan, np.nan
-    found = onset_voltage(model.replace(drive_frequency=omegas), highest=highest)
-    onset = np.where(np.isnan(found["onset_voltage"].values), np.inf, found["onset_voltage"].values)
-    return onset, onset + np.nan_to_num(found["onset_error"].values)
-
-
 # --- quasi-static ---------------------------------------------------------------------------------------------------
 
 
-def _static(
-    model: ConeModel, drive: Drive, field_limit: float | None, highest: float
-) -> tuple[dict[str, Array], Array]:
+def _static(model: ConeModel, field_limit: float | None, highest: float) -> tuple[dict[str, Array], Array]:
     """Curves over the constant peak voltage, and the voltage of each of `STATIC_LIMITS`."""
     levels = np.linspace(0.0, highest, STATIC_POINTS + 1)
     ramp = stroke_and_blocked_force(model, levels)
@@ -280,13 +185,12 @@ def _static(
         "static_hoop_stress": state.hoop_stress,
         "static_meridional_stress": state.meridional_stress,
     }
-    flat = float(model.rest_height) * float(model.spring_stiffness) == 0.0
-    limits = [
+    limits: list[Any] = [
         np.nan if field_limit is None else _first(levels, state.true_field - field_limit),
         _first(levels, -state.hoop_stress),
         _first(levels, -state.meridional_stress),
         _first(levels, state.limit_share - NEAR_LIMIT),
-        float(pitchfork_voltage(model)) if flat else np.nan,
+        float(pitchfork_voltage(model)) if is_flat(model) else np.nan,
         float(pull_in_voltage(model)["pull_in_voltage"]),
     ]
     return curves, np.array(limits)

@@ -52,10 +52,11 @@ def simulate(
     -------
     Dataset over the ensemble's dims and ``time`` (``sample`` where the members' drive frequencies differ).
     Energies and powers are per mu Vol; the field energy v^2 q/2 belongs to what is stored, and ``supplied_energy`` is
-    the work of the voltage source, the integral of v d(v q). ``hoop_slack``, ``meridional_slack`` (a true stress is
-    negative), ``breakdown`` (the true field exceeds ``field_limit``) and ``near_limit`` (the strain is within 1 % of
-    the stretch limit) flag where the model stops being true. ``validity_*`` are the shares of the run's time during
-    which they do, taken on an even grid of times whichever samples are kept; NaN for the breakdown when it is unknown.
+    the work of the voltage source, the integral of v d(v q), whose ``current`` is d(v q)/dtau. ``hoop_slack``,
+    ``meridional_slack`` (a true stress is negative), ``breakdown`` (the true field exceeds ``field_limit``) and
+    ``near_limit`` (the strain is within 1 % of the stretch limit) flag where the model stops being true.
+    ``validity_*`` are the shares of the run's time during which they do, taken on an even grid of times whichever
+    samples are kept; NaN for the breakdown when it is unknown.
     With a continuum film stretches, stresses and field are those beside the disc, but for the hoop stress, which is the
     smallest of all rings.
 
@@ -211,6 +212,7 @@ _MEANINGS = {
     "field_energy": ("energy of the electric field", "energy"),
     "supplied_energy": ("energy put in by the voltage source since the start", "energy"),
     "dissipated_energy": ("energy dissipated since the start", "energy"),
+    "current": ("current into the film", "current"),
     "input_power": ("power of the voltage source", "power"),
     "dissipated_power": ("power dissipated", "power"),
     "energy_residual": ("energy put in less stored and dissipated (zero in exact arithmetic)", "energy"),
@@ -242,12 +244,12 @@ def _variables(members: ConeModel, run: Trajectories) -> dict[str, Array]:
     if members.film is None:
         q = 1.0 + x * x
         film, field = unloaded, -electric_energy(x, v)
-        power = v * (change * q + 2.0 * v * x * u)
+        current = change * q + 2.0 * v * x * u
     else:
         area = members.film.area(x, v * v)
         film, field = members.film.work(x, v * v) + 0.5 * v * v * (area - 1.0), 0.5 * v * v * area
         # charge is v times the area, whose rate the fit has in no closed form
-        power = v * np.stack([np.gradient(v_i * a, t) for v_i, a, t in zip(v, area, run.times, strict=True)])
+        current = np.stack([np.gradient(v_i * a, t) for v_i, a, t in zip(v, area, run.times, strict=True)])
     mechanical = 0.5 * u * u + unloaded + spring
     stored = film - unloaded + field
     return {
@@ -266,7 +268,8 @@ def _variables(members: ConeModel, run: Trajectories) -> dict[str, Array]:
         "field_energy": field,
         "supplied_energy": electric_work + stored - stored[:, :1],
         "dissipated_energy": dissipated,
-        "input_power": power,
+        "current": current,
+        "input_power": v * current,
         "dissipated_power": 2.0 * c.zeta * u * u,
         "energy_residual": electric_work - dissipated - (mechanical - mechanical[:, :1]),
     }

@@ -1,12 +1,12 @@
-"""Picture of an operating envelope: limits over drive frequency, statics over voltage, stroke within the window."""
+"""Picture of an operating envelope: limits over drive frequency, statics over voltage, what the window yields."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.plots.style import BLACK, BLUE, CYCLE, GREEN, GREY, SKY, axis_label, styled
+from gelcone.plots.style import BLACK, BLUE, CYCLE, GREEN, GREY, VERMILION, axis_label, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,18 +17,21 @@ MARKERS = "os^vDP"
 
 
 def envelope_figure(envelope: xr.Dataset) -> Figure:
-    """Limits and recommended window over drive frequency; beside it statics and the stroke of the driven motion."""
+    """Limits and recommended window over drive frequency; beside it statics, and stroke and power at its edge."""
 
     def draw(figure: Figure) -> None:
-        grid = figure.add_gridspec(2, 2, width_ratios=[1.6, 1.0])
+        grid = figure.add_gridspec(3, 2, width_ratios=[1.6, 1.0])
         limits = figure.add_subplot(grid[:, 0])
         driven_limits(envelope, limits)
-        static_curves(envelope, figure.add_subplot(grid[0, 1]))
-        driven_stroke(envelope, figure.add_subplot(grid[1, 1]))
+        force = figure.add_subplot(grid[0, 1])
+        static_curves(envelope, force)
+        natural_frequency(envelope, figure.add_subplot(grid[1, 1], sharex=force))
+        force.tick_params(labelbottom=False)
+        window_yield(envelope, figure.add_subplot(grid[2, 1], sharex=limits))
         figure.legend(*limits.get_legend_handles_labels(), loc="outside lower center", ncols=3)
         figure.suptitle(envelope.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(7.4, 5.0, draw)
+    return styled(7.4, 5.6, draw)
 
 
 def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
@@ -36,49 +39,85 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     frequency = envelope["drive_frequency"].values
     highest = float(envelope["driven_peak"].max())
     window = envelope["recommended_peak"].values
-    axes.fill_between(frequency, 0.0, window, color=GREEN, alpha=0.18, lw=0, label="recommended window")
+    if (window > 0.0).any():
+        axes.fill_between(frequency, 0.0, window, color=GREEN, alpha=0.18, lw=0, label="recommended window")
     looks = zip(envelope["driven_limit"].values, CYCLE, MARKERS, strict=True)
     for row, (name, colour, marker) in enumerate(looks):
         low, high = envelope["limit_low"].values[row], envelope["limit_high"].values[row]
         middle = np.where(np.isfinite(high), 0.5 * (low + high), np.nan)
+        look: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3.5, "lw": 0.9}
         if np.isfinite(middle).any():
-            axes.plot(frequency, middle, color=colour, marker=marker, ms=3.5, lw=0.9, label=f"{name}, driven")
+            axes.plot(frequency, middle, **look, label=f"{name}, driven", clip_on=False)
         elif np.isnan(low).all() and name == "dielectric breakdown":
-            axes.plot(
-                [], [], color=colour, marker=marker, ms=3.5, label="dielectric breakdown: unknown, no strength given"
-            )
+            axes.plot([], [], **look, label="dielectric breakdown: unknown,\nno strength given")
     styles = ("-", "--", "-.", ":", (0, (5, 1)), (0, (1, 1)))
     voltages = envelope["static_limit_voltage"].values
     for name, voltage, style in zip(envelope["static_limit"].values, voltages, styles, strict=True):
-        if np.isfinite(voltage) and voltage <= 1.2 * highest:
+        if np.isfinite(voltage) and voltage <= 1.05 * highest:
             axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{name}, quasi-static")
-    axes.set_xscale("log")
-    axes.xaxis.set_minor_formatter("")
+    own = float(envelope["own_frequency"]), float(envelope["own_peak"])
+    if frequency[0] <= own[0] <= frequency[-1]:
+        axes.plot(*own, "*", color=BLACK, ms=8.0, ls="", label="the device's own drive")
+    frequency_axis(envelope, axes)
     axes.set_ylim(0.0, 1.05 * highest)
-    axes.set_xlabel(axis_label(envelope["drive_frequency"], "drive frequency"))
     axes.set_ylabel(axis_label(envelope["driven_peak"], "peak voltage"))
+
+
+def frequency_axis(envelope: xr.Dataset, axes: Axes) -> None:
+    """A log scale with plain numbers: the frequencies of one device go over little more than a decade."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlim(*envelope["drive_frequency"].values[[0, -1]])
+    axes.set_xlabel(axis_label(envelope["drive_frequency"], "drive frequency"))
 
 
 def static_curves(envelope: xr.Dataset, axes: Axes) -> None:
-    """Stroke and blocked force over the constant voltage."""
+    """Stroke and blocked force over the constant voltage, the recommended part of which is shaded."""
     volts = envelope["peak_voltage"].values
-    axes.plot(volts, envelope["stroke"], color=BLUE)
+    twin_curves(axes, volts, envelope["stroke"], "static stroke", envelope["blocked_force"], "blocked force")
+    shade(envelope, axes)
+
+
+def natural_frequency(envelope: xr.Dataset, axes: Axes) -> None:
+    """Natural frequency about the equilibrium over the constant voltage."""
+    axes.plot(envelope["peak_voltage"], envelope["natural_frequency"], color=BLUE)
+    shade(envelope, axes)
+    axes.set_ylim(bottom=0.0)
     axes.set_xlabel(axis_label(envelope["peak_voltage"], "constant voltage"))
-    axes.set_ylabel(axis_label(envelope["stroke"], "static stroke"), color=BLUE)
+    axes.set_ylabel(axis_label(envelope["natural_frequency"], "natural freq."))
+
+
+def shade(envelope: xr.Dataset, axes: Axes) -> None:
+    """The recommended constant voltages."""
+    axes.axvspan(0.0, float(envelope["recommended_constant"]), color=GREEN, alpha=0.18, lw=0)
+    axes.set_xlim(0.0, float(envelope["peak_voltage"].max()))
+
+
+def window_yield(envelope: xr.Dataset, axes: Axes) -> None:
+    """Stroke and mean power at the edge of the recommended window over drive frequency."""
+    frequency = envelope["drive_frequency"].values
+    twin_curves(axes, frequency, envelope["window_stroke"], "stroke", envelope["window_power"], "mean power")
+    frequency_axis(envelope, axes)
+    axes.set_title("at the window's edge", fontsize=8.0, pad=2.0)
+    if not np.nan_to_num(envelope["window_stroke"].values > 0.0).any():
+        axes.text(0.5, 0.5, "no window", transform=axes.transAxes, ha="center", va="center", color=GREY)
+
+
+def twin_curves(axes: Axes, x: np.ndarray, left: xr.DataArray, name: str, right: xr.DataArray, other_name: str) -> None:
+    """One curve on the left axis, another, dashed, on the right; both from 0 on where nothing lies below."""
     other = axes.twinx()
-    other.plot(volts, envelope["blocked_force"], color=BLACK, ls="--")
-    other.set_ylabel(axis_label(envelope["blocked_force"], "blocked force"))
+    for own, values, colour, style in ((axes, left, BLUE, "-"), (other, right, VERMILION, "--")):
+        own.plot(x, values, color=colour, ls=style)
+        small = not (np.abs(np.nan_to_num(values.values)) > 1e-9).any()
+        if small:
+            own.set_ylim(0.0, 1.0)
+            own.set_yticks([0.0])
+        elif not (values.values < 0.0).any():
+            own.set_ylim(bottom=0.0)
+    axes.set_ylabel(axis_label(left, name), color=BLUE)
+    other.set_ylabel(axis_label(right, other_name), color=VERMILION)
     other.spines["right"].set_visible(True)
-
-
-def driven_stroke(envelope: xr.Dataset, axes: Axes) -> None:
-    """Stroke of the driven motion over frequency and peak voltage, with the edge of the recommended window."""
-    frequency, peaks = envelope["drive_frequency"].values, envelope["driven_peak"].values
-    image = axes.pcolormesh(frequency, peaks, envelope["driven_stroke"].values.T, cmap="cividis", rasterized=True)
-    axes.plot(frequency, envelope["recommended_peak"], color=SKY, lw=1.2)
-    axes.set_xscale("log")
-    axes.xaxis.set_minor_formatter("")
-    axes.set_xlabel(axis_label(envelope["drive_frequency"], "drive frequency"))
-    axes.set_ylabel(axis_label(envelope["driven_peak"], "peak voltage"))
-    assert axes.figure is not None
-    axes.figure.colorbar(image, ax=axes, label=axis_label(envelope["driven_stroke"], "driven stroke"))

@@ -1,0 +1,99 @@
+"""`gelcone envelope`: the table an engineer reads, JSON with power, SI units, what is unknown, one-line errors."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from gelcone.cli import main
+from gelcone.dataset import load
+from gelcone.plots.envelope import envelope_figure
+
+PUMP = ["biased-pump", "--over", "drive_frequency=8 Hz,10 Hz", "--over", "voltage=1000 V:2600 V:5"]
+FLAT = ["--set", "damping_ratio=0.1", "--set", "voltage=0.8", "--set", "prestretch=1.3"]
+FLAT += ["--over", "drive_frequency=0.7,1.5", "--over", "voltage=0.4,0.8"]
+
+
+@pytest.fixture
+def gelcone(monkeypatch, capsys, tmp_path):
+    """Runs the command in an empty folder: exit code, standard output and standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["gelcone", "envelope", *arguments])
+        with pytest.raises(SystemExit) as left:
+            main()
+        printed = capsys.readouterr()
+        return left.value.code, printed.out, printed.err
+
+    return run
+
+
+def test_the_object_holds_limits_window_stroke_and_power_in_si(gelcone):
+    code, out, err = gelcone(*PUMP, "--json")
+    assert (code, err) == (0, "")
+    content = json.loads(out)
+    np.testing.assert_allclose(content["drive_frequency"], [8.0, 10.0])
+    units = content["units"]
+    assert [units[f"window_{name}"] for name in ("stroke", "power", "apparent_power")] == ["mm", "mW", "mVA"]
+    assert content["static_limits"]["pitchfork"] == "not applicable"
+    assert content["driven_limits"]["onset of rest"] == "not applicable"
+    low = np.array(content["driven_limits"]["hoop slack"]["low"])
+    assert (np.array(content["recommended_peak"]) <= 0.8 * low + 1e-9).all()
+    assert content["first_limit"] == ["hoop slack"] * 2
+    assert content["window_motion"] == ["periodic"] * 2
+    power, apparent = content["window_power"], content["window_apparent_power"]
+    assert (np.array(power) > 0.0).all()
+    assert (np.array(power) < 0.2 * np.array(apparent)).all()
+    assert content["recommended_constant"] == pytest.approx(0.8 * content["static_limits"]["hoop slack"])
+
+
+def test_the_text_says_what_comes_first_what_the_window_yields_and_where_the_device_is(gelcone, tmp_path):
+    code, out, err = gelcone(*PUMP, "--out", "there")
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    assert any(line.split()[:2] == ["dielectric", "breakdown"] and "2825 V" in line for line in lines)
+    assert "frequency (Hz)    up to (V)   stroke (mm)   power (mW)    apparent (mVA)" in out
+    assert "its own drive, 1800 V at 10 Hz: above the window, 1690 V there, and below a limit" in out
+    figure = envelope_figure(load(tmp_path / "there" / "envelope.nc"))
+    labels = figure.axes[0].get_legend_handles_labels()[1]
+    assert {"recommended window", "hoop slack, driven", "the device's own drive"} <= set(labels)
+    assert {"mean power (mW)", "natural freq. (Hz)", "blocked force (N)"} <= {a.get_ylabel() for a in figure.axes}
+
+
+def test_without_a_dielectric_strength_text_object_and_figure_say_unknown(gelcone, tmp_path):
+    code, out, _ = gelcone(*FLAT, "--out", ".")
+    assert code == 0
+    assert "the dielectric strength is not given: the window takes no account of breakdown" in out
+    assert "within the window the film stays at rest" in out
+    labels = envelope_figure(load(tmp_path / "envelope.nc")).axes[0].get_legend_handles_labels()[1]
+    assert any("unknown" in label for label in labels)
+    content = json.loads(gelcone(*FLAT, "--json")[1])
+    assert content["static_limits"]["dielectric breakdown"] == "unknown"
+    assert content["driven_limits"]["dielectric breakdown"] == "unknown"
+    assert content["window_motion"] == ["rest", "rest"]
+
+
+def test_a_film_that_is_slack_from_the_start_has_no_window(gelcone):
+    code, out, _ = gelcone(*FLAT[:4], *FLAT[6:])
+    assert code == 0
+    assert "no driven window is recommended: hoop slack from 0 on at every frequency" in out
+    assert "no constant voltage is recommended: the film is slack from 0 on; pre-stretch it" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--over", "damping_ratio=0.1,0.2"], "an envelope is over drive_frequency and voltage"),
+        (["--initial", "1,0"], "starts from the device's rest"),
+        (["--margin", "1"], "margin = 1"),
+        (["--set", "voltage=0"], "give it an amplitude or a bias"),
+        (["--over", "drive_frequency=8 Hz,10 Hz"], "units need a device"),
+    ],
+)
+def test_bad_input_is_one_line(gelcone, arguments, message):
+    code, out, err = gelcone(*arguments)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
