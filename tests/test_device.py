@@ -67,6 +67,7 @@ def test_scales_by_hand():
         energy=energy,
         power=energy * rate,
         voltage=1e4,
+        current=energy * rate / 1e4,
         field=1e7,
         stress=1e4,
         frequency=rate / (2 * math.pi),

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.motion.regime import Regime
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREEN, GREY, VERMILION, axis_label, styled
 
 if TYPE_CHECKING:
@@ -80,6 +81,8 @@ def static_curves(envelope: xr.Dataset, axes: Axes) -> None:
     volts = envelope["peak_voltage"].values
     twin_curves(axes, volts, envelope["stroke"], "static stroke", envelope["blocked_force"], "blocked force")
     shade(envelope, axes)
+    if not (np.abs(envelope["stroke"].values) > 1e-9).any():
+        say(axes, "the film stays flat")
 
 
 def natural_frequency(envelope: xr.Dataset, axes: Axes) -> None:
@@ -103,8 +106,15 @@ def window_yield(envelope: xr.Dataset, axes: Axes) -> None:
     twin_curves(axes, frequency, envelope["window_stroke"], "stroke", envelope["window_power"], "mean power")
     frequency_axis(envelope, axes)
     axes.set_title("at the window's edge", fontsize=8.0, pad=2.0)
-    if not np.nan_to_num(envelope["window_stroke"].values > 0.0).any():
-        axes.text(0.5, 0.5, "no window", transform=axes.transAxes, ha="center", va="center", color=GREY)
+    if not (envelope["recommended_peak"].values > 0.0).any():
+        say(axes, "no window")
+    elif (envelope["window_regime"].values == Regime.REST).all():
+        say(axes, "the film stays at rest")
+
+
+def say(axes: Axes, words: str) -> None:
+    """Words in place of a curve."""
+    axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=GREY)
 
 
 def twin_curves(axes: Axes, x: np.ndarray, left: xr.DataArray, name: str, right: xr.DataArray, other_name: str) -> None:
