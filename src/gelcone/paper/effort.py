@@ -22,5 +22,5 @@ class Effort:
     window: float = 500.0
 
 
-FULL = Effort("full", 201, ("up", "down"), (81, 65), 1500, 160, 400, (25, 60), rounds=5, bisections=8)
+FULL = Effort("full", 201, ("up", "down"), (65, 65), 1500, 160, 400, (25, 60), rounds=5, bisections=8)
 QUICK = Effort("quick", 41, (), (17, 17), 200, 48, 64, (7, 18), rounds=2, bisections=4)
