@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from gelcone.atlas.bifurcation import bifurcation as bifurcation
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
     from gelcone.atlas.cells import Plan as Plan
+    from gelcone.atlas.envelope import envelope as envelope
     from gelcone.atlas.frequency import frequency_response as frequency_response
     from gelcone.atlas.grid import basin as basin
     from gelcone.atlas.grid import parameter_map as parameter_map
@@ -84,6 +85,7 @@ _HOME = {
     "ContinuumFilm": "film",
     "Device": "device",
     "draw": "atlas.samples",
+    "envelope": "atlas.envelope",
     "extrema": "motion.section",
     "find_device": "device",
     "fit_film": "validation.fit",

@@ -167,25 +167,24 @@ def _limits(
     plane: Plane, seen: dict[str, Array], omegas: Array, volts: Array, progress: Progress
 ) -> tuple[Array, Array]:
     """Intervals of the peak voltage in which each limit is first met, (frequencies, limits) each."""
-    low = np.full((len(omegas), len(DRIVEN_LIMITS)), np.nan)
-    high = low.copy()
-    for k, name in enumerate(DRIVEN_LIMITS[:-1]):
-        met = seen[name]
-        unknown = np.isnan(met).any(axis=1)
-        first = np.argmax(met > 0.0, axis=1)
-        reached = (met > 0.0).any(axis=1)
-        low[:, k] = np.where(reached, np.where(first > 0, volts[np.maximum(first - 1, 0)], 0.0), np.inf)
-        high[:, k] = np.where(reached, volts[first], np.inf)
-        low[unknown, k] = high[unknown, k] = np.nan
-        open_ = np.flatnonzero(reached & ~unknown)
-        for _ in range(BISECTIONS if open_.size else 0):
-            middle = 0.5 * (low[open_, k] + high[open_, k])
-            now = plane.look(omegas[open_], middle)[name] > 0.0
-            high[open_, k] = np.where(now, middle, high[open_, k])
-            low[open_, k] = np.where(now, low[open_, k], middle)
-        progress(1.0 / len(DRIVEN_LIMITS))
+    met = np.stack([seen[name] for name in DRIVEN_LIMITS[:-1]], axis=1)
+    reached, first = (met > 0.0).any(axis=2), np.argmax(met > 0.0, axis=2)
+    below = np.concatenate([[0.0], volts])
+    low, high = np.full((2, len(omegas), len(DRIVEN_LIMITS)), np.nan)
+    low[:, :-1] = np.where(reached, below[first], np.inf)
+    high[:, :-1] = np.where(reached, volts[first], np.inf)
+    unknown = np.isnan(met).any(axis=2)
+    low[:, :-1][unknown] = high[:, :-1][unknown] = np.nan
+    rows, columns = np.nonzero(reached & ~unknown)
+    for _ in range(BISECTIONS if rows.size else 0):
+        middle = 0.5 * (low[rows, columns] + high[rows, columns])
+        now = plane.look(omegas[rows], middle)
+        hit = np.stack([now[name] for name in DRIVEN_LIMITS[:-1]])[columns, np.arange(rows.size)] > 0.0
+        high[rows, columns] = np.where(hit, middle, high[rows, columns])
+        low[rows, columns] = np.where(hit, low[rows, columns], middle)
+        progress(0.9 / BISECTIONS)
     low[:, -1], high[:, -1] = _onset(plane, omegas, float(volts[-1]))
-    progress(1.0 / len(DRIVEN_LIMITS))
+    progress(0.1 if rows.size else 1.0)
     return low, high
 
 
