@@ -40,6 +40,18 @@ def test_a_map_is_stored_shown_and_resumed(run, tmp_path):
         run(*[a.replace("0.05", "0.1") for a in MAP], "--resume", tmp_path / "s")
 
 
+def test_a_store_knows_its_device(run, tmp_path):
+    device = ["map", "biased-pump", "--over", "voltage=0 V:400 V:4", "--over", "prestretch=1.1:1.4:3", "--uniform"]
+    told = json.loads(run(*device, "--transient", "50", "--budget", "100", "--store", tmp_path / "s", "--json"))
+    for command in (["map", "--resume"], ["show"]):
+        again = json.loads(run(*command, tmp_path / "s", "--json"))
+        assert again["device"] == told["device"] == "biased pumping cone"
+        assert "0 to 400 V" in run(*command, tmp_path / "s")
+    assert json.loads(run("map", "--resume", tmp_path / "s", "--json"))["si"] == told["si"]
+    with pytest.raises(InputError, match="give it alone, and the store's own sweep is taken"):
+        run("map", "biased-pump", "--resume", tmp_path / "s")
+
+
 def test_uniform_computes_every_cell(run):
     told = json.loads(run(*MAP, "--uniform", "--json"))
     assert told["totals"]["computed"] == 63

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import control
 import numpy as np
 import pytest
 from scipy import signal
@@ -18,16 +17,22 @@ BIASED = ConeModel(
 )
 
 
+def test_python_control_takes_the_matrices_as_they_are():
+    control = pytest.importorskip("control")
+    system = control.StateSpace(*state_space(BIASED))
+    found = small_signal_response(BIASED, [0.3, 1.0, 1.7])
+    response = control.frequency_response(system, [0.3, 1.0, 1.7])
+    np.testing.assert_allclose(np.abs(np.ravel(response.frdata)), found["gain"], rtol=1e-12)
+
+
 # SciPy warns of every transfer function whose numerator is of lower order than its denominator.
 @pytest.mark.filterwarnings("ignore:Badly conditioned filter coefficients")
-def test_scipy_and_python_control_take_the_matrices_as_they_are_and_agree_with_the_gain():
-    omega, matrices = np.array([0.3, 1.0, 1.7]), state_space(BIASED)
+def test_scipy_takes_the_matrices_and_agrees_with_the_gain():
+    omega = np.array([0.3, 1.0, 1.7])
+    _, response = signal.StateSpace(*state_space(BIASED)).freqresp(omega)
     found = small_signal_response(BIASED, omega)
-    _, by_scipy = signal.StateSpace(*matrices).freqresp(omega)
-    by_control = control.frequency_response(control.ss(*matrices), omega).frdata.ravel()
-    for response in (by_scipy, by_control):
-        np.testing.assert_allclose(found["gain"], np.abs(response), rtol=1e-12)
-        np.testing.assert_allclose(found["phase"], np.degrees(np.angle(response)), rtol=1e-12)
+    np.testing.assert_allclose(found["gain"], np.abs(response), rtol=1e-12)
+    np.testing.assert_allclose(found["phase"], np.degrees(np.angle(response)), rtol=1e-12)
 
 
 def test_the_gain_is_that_of_a_small_motion_of_the_full_model():

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from gelcone.atlas.frequency import frequency_response as frequency_response
     from gelcone.atlas.grid import basin as basin
     from gelcone.atlas.grid import parameter_map as parameter_map
+    from gelcone.atlas.record import look as look
     from gelcone.atlas.samples import Normal as Normal
     from gelcone.atlas.samples import Uniform as Uniform
     from gelcone.atlas.samples import draw as draw
     from gelcone.atlas.samples import probability as probability
-    from gelcone.atlas.survey import look as look
     from gelcone.atlas.survey import survey as survey
     from gelcone.atlas.workers import cluster as cluster
     from gelcone.atlas.workers import threads as threads
@@ -98,7 +98,7 @@ _HOME = {
     "LAWS": "laws",
     "load": "dataset",
     "load_materials": "materials",
-    "look": "atlas.survey",
+    "look": "atlas.record",
     "lyapunov": "motion.lyapunov",
     "Material": "materials",
     "MissingDependency": "errors",

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.atlas import workers
 from gelcone.atlas.cells import Plan, meaning_of, quantity_of
-from gelcone.atlas.survey import Tally, survey
+from gelcone.atlas.record import Tally
+from gelcone.atlas.survey import survey
 from gelcone.model import ConeModel
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.regime import ROUNDS, Evidence, Regime, label_evidence

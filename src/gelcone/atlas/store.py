@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from itertools import product
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -143,9 +144,17 @@ def _write_part(array: Any, part: tuple[slice, ...], values: npt.NDArray[Any]) -
 
 @contextmanager
 def open_store(
-    path: Path, plan: dict[str, Any] | None, dims: tuple[str, ...], shape: tuple[int, ...], *, resume: bool
+    path: Path,
+    plan: dict[str, Any],
+    dims: tuple[str, ...],
+    shape: tuple[int, ...],
+    *,
+    about: Mapping[str, str] = MappingProxyType({}),
+    resume: bool,
 ) -> Iterator[Store]:
     """The store at ``path``, made for ``plan`` or - to ``resume`` - found there with the same one, for this run alone.
+
+    ``about`` are further attributes of one that is made.
 
     Raises
     ------
@@ -156,11 +165,11 @@ def open_store(
     if resume:
         found = read_plan(path)
         if found != plan:
-            raise InputError(f"{path}: holds another sweep: {difference(found, plan or {})}; choose another store")
+            raise InputError(f"{path}: holds another sweep: {difference(found, plan)}; choose another store")
     else:
         with _explained(path):
             path.mkdir(parents=True, exist_ok=True)
-            if any(path.iterdir()):
+            if any(entry.suffix != ".partial" for entry in path.iterdir()):
                 raise InputError(f"{path}: is not empty; go on with it by --resume {path}, or choose another store")
     with _locked(path):
         for partial in path.rglob("*.partial"):  # of a run that was killed while it wrote
@@ -169,22 +178,30 @@ def open_store(
             if resume and not _consolidated(path):
                 _consolidate(path)
             elif not resume:
-                _create_group(path, plan or {})
-        yield Store(path, plan or {}, dims, shape)
+                _create_group(path, {PLAN: json.dumps(plan), **about})
+        yield Store(path, plan, dims, shape)
 
 
 def read_plan(path: Path) -> dict[str, Any]:
     """The plan that a store was made for; `InputError` for what is not a store of gelcone."""
-    group = _open_group(path)
-    try:
-        plan = json.loads(group.attrs[PLAN])
-    except KeyError:
-        raise InputError(f"{path}: is a Zarr group, but not one that gelcone wrote; give a store of gelcone") from None
-    except ValueError:
-        raise _damaged(path, "its plan cannot be read") from None
-    if not isinstance(plan, dict):
-        raise _damaged(path, "its plan cannot be read")
+    plan = read_attribute(path, PLAN)
+    if plan is None:
+        raise InputError(f"{path}: is a Zarr group, but not one that gelcone wrote; give a store of gelcone")
     return plan
+
+
+def read_attribute(path: Path, name: str) -> dict[str, Any] | None:
+    """An attribute of a store that holds a JSON object; None where there is none."""
+    text = _open_group(path).attrs.get(name)
+    if text is None:
+        return None
+    try:
+        value = json.loads(text)
+    except (TypeError, ValueError):
+        value = None
+    if not isinstance(value, dict):
+        raise _damaged(path, f"its attribute {name} cannot be read")
+    return value
 
 
 def difference(stored: Mapping[str, Any], asked: Mapping[str, Any]) -> str:
@@ -244,8 +261,8 @@ def _import_zarr() -> Any:
     return zarr
 
 
-def _create_group(path: Path, plan: dict[str, Any]) -> None:
-    _import_zarr().create_group(store=path, zarr_format=3, attributes={PLAN: json.dumps(plan)})
+def _create_group(path: Path, attributes: dict[str, str]) -> None:
+    _import_zarr().create_group(store=path, zarr_format=3, attributes=attributes)
 
 
 def _consolidate(path: Path) -> None:

@@ -6,24 +6,21 @@ its values from a computed cell nearby. Cells go to the workers in tasks of abou
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from gelcone import dataset
-from gelcone._version import __version__
 from gelcone.atlas.analyses import compute, find_analysis
-from gelcone.atlas.cells import Plan, meaning_of, quantity_of
+from gelcone.atlas.cells import Plan
+from gelcone.atlas.record import Tally, coordinates, device_record, label, plan_record
 from gelcone.atlas.refinement import Cells, Kinds, refine
-from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of, open_store, read_plan
+from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of, open_store
 from gelcone.atlas.workers import Team, Workers, threads
 from gelcone.errors import InputError
 from gelcone.motion.flow import LANES, Outcome, Stopped
@@ -32,6 +29,8 @@ from gelcone.motion.response import start_states
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gelcone.device import Device
 
 TASK_CELLS = 64
 """Cells of a task at most: some seconds of work, many lanes of the integrator."""
@@ -46,34 +45,6 @@ REFINABLE = ("regime", "section")
 _EVIDENCE = ("regime", "sign")
 
 
-@dataclass(frozen=True)
-class Tally:
-    """How far a sweep is. ``asked`` counts the cells asked for up to now, of which ``computed`` are there (``found`` of
-    them from before, in the store); ``inferred`` is known at the end."""
-
-    cells: int
-    asked: int = 0
-    computed: int = 0
-    found: int = 0
-    inferred: int = 0
-    failed: int = 0
-    chaotic: int = 0
-    steps: int = 0
-    seconds: float = 0.0
-
-    def record(self) -> dict[str, Any]:
-        """The totals as plain data."""
-        return {
-            "cells": self.cells,
-            "computed": self.computed,
-            "computed_before": self.found,
-            "inferred": self.inferred,
-            "failed": self.failed,
-            "integrator_steps": self.steps,
-            "wall_time_s": round(self.seconds, 3),
-        }
-
-
 Progress = Callable[[Tally], None]
 
 
@@ -84,6 +55,7 @@ def survey(
     coarsest: int | None = None,
     store: str | Path | None = None,
     resume: bool = False,
+    device: Device | None = None,
     workers: Workers | None = None,
     progress: Progress = lambda tally: None,
 ) -> xr.Dataset:
@@ -97,6 +69,7 @@ def survey(
         change of regime, or of the exponent's sign, down to the finest cell. Default: all cells are computed.
     store : folder that takes the results while they come, as a Zarr group.
     resume : goes on with what the store holds, whose plan must be the same.
+    device : what the plan's model comes from; the store keeps it, so that what it holds can be shown in SI units.
     workers : who computes: `gelcone.atlas.workers.threads` (default, one a core) or ``cluster``.
     progress : called with a `Tally` after each task.
 
@@ -119,9 +92,10 @@ def survey(
     cells = _Cells(plan)
     with ExitStack() as stack:
         if store is not None:
-            record = plan_record(plan, analysis, coarsest)
-            held = stack.enter_context(open_store(Path(store), record, plan.dims, plan.shape, resume=resume))
-            cells.keep_in(held)
+            record, about = plan_record(plan, analysis, coarsest), device_record(device)
+            cells.keep_in(
+                stack.enter_context(open_store(Path(store), record, plan.dims, plan.shape, about=about, resume=resume))
+            )
         team = stack.enter_context((workers or threads())())
         begun = time.monotonic()
 
@@ -134,7 +108,7 @@ def survey(
         cells.infer(sources)
         totals = replace(cells.tally, seconds=time.monotonic() - begun)
         progress(totals)
-    return _label(plan, cells.fields, sources, totals, f"sweep: {analysis}")
+    return label(plan, cells.fields, sources, totals, f"sweep: {analysis}")
 
 
 def _all(size: int) -> Generator[Cells, Kinds, Cells]:
@@ -253,7 +227,7 @@ class _Cells:
             self.fields[str(name)] = Field(tuple(map(str, variable.dims[1:])), values, dict(variable.attrs))
         self.fields["status"] = Field((), np.zeros(size, dtype=np.uint8), STATUS_ATTRIBUTES)
         if self._store is not None:
-            self._store.begin(self.fields, _coordinates(self.plan))
+            self._store.begin(self.fields, coordinates(self.plan))
 
     def flush(self) -> None:
         """Brings the store up to date."""
@@ -286,74 +260,3 @@ class _Cells:
             return np.zeros(cells.size, dtype=np.int64)
         regime, sign = (self.fields[name].values[cells].astype(np.int64) for name in _EVIDENCE)
         return 3 * regime + sign + 1
-
-
-# --- in words, and back -------------------------------------------------------------------------------------------
-
-
-def plan_record(plan: Plan, analysis: str, coarsest: int | None) -> dict[str, Any]:
-    """All that decides the numbers, as plain data."""
-    return {
-        "gelcone_version": __version__,
-        "analysis": analysis,
-        "model": json.loads(dataset.label(plan.model, {}, options={}, title="").attrs["model"]),
-        "over": {name: values.tolist() for name, values in plan.over.items()},
-        "draws": {name: values.tolist() for name, values in plan.draws.items()},
-        "coarsest": coarsest,
-        **json.loads(json.dumps(plan.options())),
-    }
-
-
-def stored_plan(path: str | Path) -> tuple[Plan, str, int | None]:
-    """Plan, analysis and coarsest lattice that a store was made for; `InputError` as `read_plan`."""
-    record = read_plan(Path(path))
-    import xarray as xr
-
-    model = dataset.model_of(xr.Dataset(attrs={"model": json.dumps(record["model"])}))
-    names = ("over", "draws", "initial", "transient", "budget", "tolerance", "rounds")
-    options = {name: record[name] for name in names} | {"initial": tuple(record["initial"])}
-    return Plan(model, **options), record["analysis"], record["coarsest"]
-
-
-def look(path: str | Path) -> xr.Dataset:
-    """What a store holds by now, whether its run goes on or not, as `survey` labels it.
-
-    Cells that are missing hold NaN, -1 or 0; ``status`` tells them. Raises `InputError` for what is no whole store.
-    """
-    plan, analysis, _ = stored_plan(path)
-    fields = Store(Path(path), {}, plan.dims, plan.shape).read()
-    if not fields:
-        raise InputError(f"{path}: holds no cell yet; look again when its run has come further")
-    status = fields["status"].values
-    tally = Tally(
-        plan.size, computed=int((status == Status.COMPUTED).sum()), inferred=int((status == Status.INFERRED).sum())
-    )
-    return _label(plan, fields, None, tally, f"sweep: {analysis}")
-
-
-def _coordinates(plan: Plan) -> dict[str, Field]:
-    coordinates = {
-        name: Field((name,), values, {"long_name": meaning_of(name), "units": "1", "quantity": quantity_of(name)})
-        for name, values in plan.over.items()
-    }
-    drawn = {
-        f"drawn_{name}": Field(("draw",), values, {"long_name": meaning_of(name), "units": "1", "quantity": "code"})
-        for name, values in plan.draws.items()
-    }
-    return coordinates | drawn
-
-
-def _label(
-    plan: Plan, fields: Mapping[str, Field], sources: npt.NDArray[np.intp] | None, tally: Tally, title: str
-) -> xr.Dataset:
-    result = dataset.label(plan.model, {}, options=plan.options(), title=title)
-    if sources is not None:
-        about = {"long_name": "flattened index of the cell whose values it carries", "units": "1", "quantity": "code"}
-        fields = {**fields, "source": Field((), sources, about)}
-    variables = {
-        name: (plan.dims + f.dims, f.values.reshape(plan.shape + f.values.shape[1:]), dict(f.attributes))
-        for name, f in fields.items()
-    }
-    coordinates = {name: (f.dims, f.values, dict(f.attributes)) for name, f in _coordinates(plan).items()}
-    result = result.assign_coords(coordinates).assign(variables)
-    return result.assign_attrs(totals=json.dumps(tally.record()))

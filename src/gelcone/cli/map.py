@@ -77,15 +77,16 @@ def command(
     kept = surveys.one_store(store, resume)
     who = surveys.read_workers(threads, workers, scheduler)
     from gelcone.atlas.cells import Plan
-    from gelcone.atlas.survey import stored_plan, survey
+    from gelcone.atlas.record import stored_device, stored_plan
+    from gelcone.atlas.survey import survey
     from gelcone.plots.map import map_figure
 
     lattice: int | None
-    if resume is not None and surveys.only_resume():
+    if resume is not None and surveys.from_store(resume, over):
         plan, analysis, lattice = stored_plan(resume)
         if analysis != "regime" or len(plan.dims) != 2 or plan.draws:
             raise InputError(f"{resume}: holds no map but a sweep; go on with `gelcone sweep --resume {resume}`")
-        subject = Subject(plan.model, None, plan.initial)
+        subject = Subject(plan.model, stored_device(resume), plan.initial)
     else:
         subject = single(read_subject(device, settings, initial), NAME)
         swept = read_over(over, subject.device)
@@ -100,7 +101,15 @@ def command(
         lattice = None if uniform else coarsest
     check_folder(out, NAME, force)
     with surveys.tally_shown(NAME) as progress:
-        result = survey(plan, coarsest=lattice, store=kept, resume=resume is not None, workers=who, progress=progress)
+        result = survey(
+            plan,
+            coarsest=lattice,
+            store=kept,
+            resume=resume is not None,
+            device=subject.device,
+            workers=who,
+            progress=progress,
+        )
     deliver(
         NAME, result, subject, figure=map_figure, report=report, summary=summary, out=out, force=force, as_json=as_json
     )

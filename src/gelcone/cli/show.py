@@ -28,7 +28,7 @@ def command(store: Path, out: Path | None, force: bool, as_json: bool) -> None:
     \b
     gelcone show map.zarr --out results
     """
-    from gelcone.atlas.survey import look, stored_plan
+    from gelcone.atlas.record import look, stored_device, stored_plan
 
     check_folder(out, NAME, force)
     plan, _, _ = stored_plan(store)
@@ -36,7 +36,7 @@ def command(store: Path, out: Path | None, force: bool, as_json: bool) -> None:
     deliver(
         NAME,
         result,
-        Subject(plan.model, None, plan.initial),
+        Subject(plan.model, stored_device(store), plan.initial),
         figure=figure,
         report=report,
         summary=summary,

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from gelcone.cli.options import PRESET
+from gelcone.cli.options import FILM, PRESET
 from gelcone.errors import InputError
 
 if TYPE_CHECKING:
-    from gelcone.atlas.survey import Tally
+    from gelcone.atlas.record import Tally
     from gelcone.atlas.workers import Workers
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -58,13 +58,20 @@ def read_workers(threads: int | None, workers: int | None, scheduler: str | None
     return kinds.cluster(workers, scheduler)
 
 
-def only_resume() -> bool:
-    """Whether the command line describes no sweep of its own, so that the store's is taken."""
+def from_store(resume: Path, given: object) -> bool:
+    """Whether the sweep is the store's own, as the command line describes none; `InputError` for a part of one."""
     from click.core import ParameterSource
 
     context = click.get_current_context()
-    given = [n for n in context.params if context.get_parameter_source(n) != ParameterSource.DEFAULT]
-    return not (set(given) - _BESIDE_THE_SWEEP) and PRESET not in context.meta
+    typed = {name for name in context.params if context.get_parameter_source(name) != ParameterSource.DEFAULT}
+    if typed <= _BESIDE_THE_SWEEP and not context.meta.keys() & {PRESET, FILM}:
+        return True
+    if not given:
+        raise InputError(
+            f"--resume {resume}: give it alone, and the store's own sweep is taken, or with all of the sweep "
+            "(device, --set, --over), and it is compared"
+        )
+    return False
 
 
 def one_store(store: Path | None, resume: Path | None) -> Path | None:

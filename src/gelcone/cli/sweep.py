@@ -72,13 +72,14 @@ def command(
     kept = surveys.one_store(store, resume)
     who = surveys.read_workers(threads, workers, scheduler)
     from gelcone.atlas.cells import Plan
+    from gelcone.atlas.record import stored_device, stored_plan
     from gelcone.atlas.samples import draw
-    from gelcone.atlas.survey import stored_plan, survey
+    from gelcone.atlas.survey import survey
 
     lattice = None
-    if resume is not None and surveys.only_resume():
+    if resume is not None and surveys.from_store(resume, over or uncertain):
         plan, analysis, lattice = stored_plan(resume)
-        subject = Subject(plan.model, None, plan.initial)
+        subject = Subject(plan.model, stored_device(resume), plan.initial)
     else:
         subject = single(read_subject(device, settings, initial), NAME)
         spread = read_uncertain(uncertain)
@@ -88,7 +89,14 @@ def command(
     check_folder(out, NAME, force)
     with surveys.tally_shown(NAME) as progress:
         result = survey(
-            plan, analysis, coarsest=lattice, store=kept, resume=resume is not None, workers=who, progress=progress
+            plan,
+            analysis,
+            coarsest=lattice,
+            store=kept,
+            resume=resume is not None,
+            device=subject.device,
+            workers=who,
+            progress=progress,
         )
     deliver(
         NAME,
