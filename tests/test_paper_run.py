@@ -167,7 +167,7 @@ def test_what_computes_is_part_of_the_program_and_what_shows_is_not():
     assert {"model.py", "motion/flow.py", "paper/studies/maps.py", "paper/presets.toml", "materials.toml"} <= names
     assert "devices/paper-table1.toml" in names
     assert not {name for name in names if name.startswith(("cli", "plots", "paper/figures"))}
-    assert "paper/claims.py" not in names
+    assert "paper/claims/claim.py" not in names
 
 
 # --- what is continued ------------------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ SHOWING = (
     "cli",
     "plots",
     "paper/figures",
-    "paper/claims.py",
+    "paper/claims",
     "paper/reading.py",
     "paper/report.py",
     "paper/run.py",

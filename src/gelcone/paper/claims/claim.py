@@ -1,0 +1,34 @@
+"""A claim of the paper.
+
+Every check returns a `Finding` made of numbers; the verdict follows from it by the rules in `verdicts.judge`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from gelcone.paper.verdicts import Finding
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Studies = Mapping[str, "xr.Dataset"]
+Check = Callable[[Studies], Finding]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim: ``check`` turns the Datasets of its ``studies``, by name, into a finding; ``figure`` shows it."""
+
+    name: str
+    statement: str
+    figure: int
+    studies: tuple[str, ...]
+    check: Callable[[Studies], Finding]
+
+
+def claim(name: str, statement: str, figure: int, *studies: str) -> Callable[[Check], Claim]:
+    """Makes a claim of a check."""
+    return lambda check: Claim(name, statement, figure, studies, check)

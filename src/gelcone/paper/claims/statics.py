@@ -1,0 +1,74 @@
+"""What the paper claims about statics and the linear limit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gelcone.paper.agreement import agreement
+from gelcone.paper.claims.claim import Studies, claim
+from gelcone.paper.verdicts import Finding, Number
+
+LINEAR = 0.01
+"""An oscillation counts as linear while its period is within this share of the linear one."""
+
+
+@claim(
+    "static-bistable",
+    "At the highest of three voltages the static curve meets zero force three times, with slopes +, -, +.",
+    3,
+    "static",
+)
+def static_bistable(studies: Studies) -> Finding:
+    study = studies["static"]
+    counts = study["equilibria"].values.ravel()
+    highest = study.isel(constant_voltage=-1)
+    slopes = highest["slope"].values.ravel()
+    slopes = slopes[np.isfinite(slopes)]
+    places = highest["equilibrium_displacement"].values.ravel()
+    pitchfork = float(study["pitchfork_voltage"])
+    return Finding(
+        holds=bool(counts[-1] == 3 and (np.sign(slopes) == [1, -1, 1]).all()),
+        numbers=(
+            Number("equilibria at the highest voltage", float(counts[-1]), error=0.0),
+            *(Number(f"slope at x = {x:.4g}", float(s), error=1e-9) for x, s in zip(places, slopes, strict=False)),
+            Number("pitchfork voltage, the square root of the small-signal stiffness", pitchfork, error=1e-9),
+        ),
+        why="Above the pitchfork voltage the flat state is unstable between two buckled ones; this follows from the "
+        "energy alone.",
+        unseen="The flat film is slack at these voltages: with pre-stretch 1 the hoop stress is compressive.",
+    )
+
+
+fem_agreement = claim(
+    "fem-agreement",
+    "The model's force agrees closely with that of commercial finite elements at all three voltages.",
+    3,
+    "continuum",
+    "corrected",
+)(agreement)
+
+
+@claim(
+    "linear-limit",
+    "Without damping and voltage and with the stretch limit at infinity the device is a linear oscillator.",
+    6,
+    "linear-limit",
+)
+def linear_limit(studies: Studies) -> Finding:
+    study = studies["linear-limit"]
+    amplitude, ratio = study["amplitude"].values, study["period_ratio"].values
+    off = np.abs(ratio - 1.0)
+    linear = off < LINEAR
+    reach = float(np.interp(LINEAR, off, amplitude))
+    return Finding(
+        holds=bool(linear[-1]),
+        share=reach / float(amplitude[-1]),
+        neighbourhood="initial displacements from 0 to the paper's own, 1",
+        numbers=(
+            Number("largest displacement with the period within 1 % of the linear one", reach, error=1e-3),
+            Number("period at the displacement 1 over the linear period", float(ratio[-1]), error=1e-5),
+        ),
+        why="The film's force x (1 - 1/q^2) is cubic at the flat state: linear means small, whatever the stretch "
+        "limit.",
+        unseen="How small the motion must be; at the paper's own initial state the oscillator is not linear.",
+    )
