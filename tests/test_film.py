@@ -9,7 +9,7 @@ import pytest
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
 from gelcone.film import ContinuumFilm, film_from_json, read_film
-from gelcone.motion.equilibrium import PullIn
+from gelcone.motion.balance import PullIn
 
 BASE = ConeModel(spring_stiffness=0.9, damping_ratio=0.01, drive_frequency=0.3, voltage=0.5)
 

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from gelcone.materials import Material as Material
     from gelcone.materials import load_materials as load_materials
     from gelcone.model import ConeModel as ConeModel
-    from gelcone.motion.equilibrium import PullIn as PullIn
+    from gelcone.motion.balance import PullIn as PullIn
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages
     from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
     from gelcone.motion.equilibrium import pull_in_voltage as pull_in_voltage
@@ -113,7 +113,7 @@ _HOME = {
     "probability": "atlas.samples",
     "pull_in_voltage": "motion.equilibrium",
     "Plan": "atlas.cells",
-    "PullIn": "motion.equilibrium",
+    "PullIn": "motion.balance",
     "Regime": "motion.regime",
     "read_film": "film",
     "regime": "motion.regime",

@@ -207,7 +207,7 @@ def _charged(
     if height == 0.0:
         return [_flat_state(film, square) for square in squares]
     if start is None:
-        return [State(None, _why_notraised_film(film, height), 0, 0.0)] * len(squares)
+        return [State(None, _why_not_raised(film, height), 0, 0.0)] * len(squares)
     state = State(start, Ending.CONVERGED, 0, 0.0)
     states = []
     for k, square in enumerate(squares):
@@ -252,7 +252,7 @@ def _flat_state(film: Film, square: float) -> State:
     return State(point, Ending.COMPRESSED if compressed else Ending.CONVERGED, 0, square)
 
 
-def _why_notraised_film(film: Film, height: float) -> Ending:
+def _why_not_raised(film: Film, height: float) -> Ending:
     if height >= highest_span(film):
         return Ending.BEYOND_LIMIT
     start = flat(film, 0.0)
