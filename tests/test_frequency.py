@@ -119,6 +119,28 @@ def test_a_result_is_labelled_and_comes_back_as_it_was(jumping, tmp_path):
     assert gelcone.load(tmp_path / "response.nc").identical(jumping)
 
 
+def test_films_at_rest_do_not_jump_and_follow_the_drive():
+    flat = ConeModel(damping_ratio=0.2, voltage=0.1)
+    found = frequency_response(flat, [0.5, 1.0, 1.5])
+    assert float(found["stroke"].max()) < 1e-8
+    assert (found["period"] == 1).all()
+    assert found.sizes["jump"] == 0
+
+
+def test_a_softening_cone_jumps_up_and_down_at_different_frequencies():
+    """The resonance bends to lower frequencies: swept down, the motion stays large for longer than swept up."""
+    bent = ConeModel(
+        damping_ratio=0.01, voltage=0.06, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, law="neo-hookean"
+    )
+    found = frequency_response(bent, np.linspace(1.39, 1.45, 13), (0.8, 0.0))
+    assert found["jump_branch"].values.tolist() == ["down", "up"]
+    assert float(found["jump_high"][0]) < float(found["jump_low"][1])
+    falls, rises = (found["jump_to"] / found["jump_from"]).values
+    assert falls < 0.5
+    assert rises > 2.0
+    assert (found["period"] == 1).all()
+
+
 # --- swings -----------------------------------------------------------------------------------------------------------
 
 

@@ -401,8 +401,9 @@ class ConeModel:
         meridional = (l1 * l1 - l3 * l3) * response - squared * q
         if self.film is not None:
             hoop = np.minimum(hoop, self.film.smallest_hoop_stress(x * x, squared))
-            # a film that pushes the disc is compressed along its whole meridian
-            pull = self.film.stiffness(x * x, squared)[0] - squared
+            # a film that pushes the disc is compressed along its whole meridian; NaN where it has pulled in
+            with np.errstate(all="ignore"):
+                pull = self.film.stiffness(x * x, squared)[0] - squared
             meridional = np.where(pull < 0.0, np.minimum(meridional, pull), meridional)
         return FilmState(
             meridional_stretch=l1,

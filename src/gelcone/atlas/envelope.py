@@ -190,7 +190,7 @@ def _static(model: ConeModel, field_limit: float | None, highest: float) -> tupl
         _first(levels, -state.hoop_stress),
         _first(levels, -state.meridional_stress),
         _first(levels, state.limit_share - NEAR_LIMIT),
-        float(pitchfork_voltage(model)) if is_flat(model) else np.nan,
+        float(np.nan_to_num(pitchfork_voltage(model), nan=np.inf)) if is_flat(model) else np.nan,
         float(pull_in_voltage(model)["pull_in_voltage"]),
     ]
     return curves, np.array(limits)

@@ -18,6 +18,7 @@ from gelcone.model import ConeModel
 from gelcone.motion.cycle import RETURN_TOLERANCE
 from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome
 from gelcone.motion.linear import linear_response
+from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.response import start_states
 from gelcone.motion.section import Progress, weighted
 from gelcone.motion.swing import HARMONICS, Swing, settled_swing
@@ -32,7 +33,7 @@ NUDGE = 1e-4
 DIFFERENT = 0.02
 """Sweeps differ where their strokes do by this share of the larger one, or more."""
 NEGLIGIBLE = 1e-3
-"""Strokes below this share of the largest one are not told apart."""
+"""Strokes below this share of the largest one are not told apart, nor those of a rest."""
 NARROWINGS = 3
 NARROWED_AT = 7
 """Frequencies inside a peak's bracket at which each narrowing looks; the bracket shrinks to a quarter."""
@@ -211,7 +212,7 @@ def differing(swept: Swing) -> npt.NDArray[np.bool_]:
     """Where the sweeps (members, branches, steps) differ; not where both are chaotic, whose strokes always do."""
     up, down = np.moveaxis(swept.amplitude, 1, 0)
     apart = np.abs(up - down) > DIFFERENT * np.fmax(up, down)
-    apart &= np.fmax(up, down) > NEGLIGIBLE * np.nanmax(swept.amplitude, initial=0.0)
+    apart &= np.fmax(up, down) > max(NEGLIGIBLE * np.nanmax(swept.amplitude, initial=0.0), REST_TOLERANCE)
     return np.asarray(apart & (swept.period != 0).any(axis=1))
 
 

@@ -95,6 +95,8 @@ def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str,
 
 def summary(shown: xr.Dataset, subject: Subject) -> str:
     """What a person reads on the terminal: the peak and what is not periodic on each sweep, and the jumps."""
+    from gelcone.plots.frequency import kinds_of_motion
+
     hertz, length = unit_of(shown["drive_frequency"]), unit_of(shown["stroke"])
     frequency = shown["drive_frequency"].values
     lines = [
@@ -107,7 +109,7 @@ def summary(shown: xr.Dataset, subject: Subject) -> str:
         stroke, error = 2.0 * float(own["peak_amplitude"]), 2.0 * float(own["peak_amplitude_error"])
         at = f"{float(own['peak_frequency']):.5g} [{float(own['peak_low']):.5g}, {float(own['peak_high']):.5g}]{hertz}"
         lines.append(f"swept {branch:5s} largest stroke {stroke:.4g} ± {error:.1g}{length} at {at}")
-        counts = {"subharmonic": int((own["period"] > 1).sum()), "not periodic": int((own["period"] == 0).sum())}
+        counts = {kind: int(which.sum()) for kind, which in kinds_of_motion(own).items()}
         told = ", ".join(f"{kind} at {n}" for kind, n in counts.items() if n)
         if told:
             lines.append(f"            {told} of {frequency.size} frequencies")

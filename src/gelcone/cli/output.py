@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from gelcone.cli.options import Subject
     from gelcone.device import Device
+    from gelcone.film import ContinuumFilm
 
 SCALED_PARAMETERS = {
     "voltage": "voltage",
@@ -110,7 +111,15 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     """First lines of a text: what was computed on, with those parameters that are one number and not swept."""
     numbers = {k: v for k, v in subject.model.parameters().items() if isinstance(v, float) and k not in swept}
     name = subject.device.name if subject.device else "cone model, dimensionless"
-    return [name, "  " + ", ".join(f"{k} {v:.4g}" for k, v in numbers.items())]
+    lines = [name, "  " + ", ".join(f"{k} {v:.4g}" for k, v in numbers.items())]
+    film = subject.model.film
+    return lines if film is None else [*lines, f"  film as a continuum, {film_errors(film)}"]
+
+
+def film_errors(film: ContinuumFilm) -> str:
+    """How far a fitted film reaches, and how well its force was fitted."""
+    told = ", ".join(f"{name} {error:.1%}" for name, error in film.errors) or "not known"
+    return f"a/b = {film.radius_ratio:.4g}, up to |x| = {film.reach:.4g}; largest error of its force: {told}"
 
 
 def outcome_lines(result: xr.Dataset) -> list[str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gelcone.cli.options import Subject, output_options, read_subject, read_times, subject_options
-from gelcone.cli.output import check_folder, deliver, outcome_names, parameters_json, progress_bar
+from gelcone.cli.output import check_folder, deliver, heading, outcome_names, parameters_json, progress_bar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,9 +91,7 @@ def summary(shown: xr.Dataset, subject: Subject) -> str:
     """What a person reads on the terminal."""
     from gelcone.motion.flow import Outcome
 
-    lines = [subject.device.name if subject.device else "cone model, dimensionless"]
-    numbers = {k: v for k, v in subject.model.parameters().items() if not isinstance(v, str)}
-    lines.append("  " + ", ".join(f"{k} {v:.4g}" for k, v in numbers.items() if isinstance(v, float)))
+    lines = heading(subject)
     time, x = shown["time"], shown["displacement"]
     units = {
         n: "" if shown[n].attrs["units"] == "1" else " " + shown[n].attrs["units"] for n in ("time", "displacement")

@@ -185,5 +185,7 @@ def event_lines(member: xr.Dataset) -> list[str]:
         return [*lines, "slow voltage ramp from 0: no stable equilibrium to start from"]
     if kind == PullIn.NEVER:
         return [*lines, f"slow voltage ramp from 0: {kind.meaning}"]
-    where = "it leaves it gradually" if begin == end else f"goes on to {end:.4g}{length}"
-    return [*lines, f"slow voltage ramp from 0: at {voltage:.4g}{volt} the disc {kind.meaning} ({where})"]
+    told = f"slow voltage ramp from 0: at {voltage:.4g}{volt} the disc {kind.meaning}"
+    if np.isinf(end):
+        return [*lines, told]
+    return [*lines, f"{told} ({'it leaves it gradually' if begin == end else f'goes on to {end:.4g}{length}'})"]

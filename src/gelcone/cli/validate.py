@@ -19,7 +19,7 @@ from gelcone.cli.options import (
     read_subject,
     subject_options,
 )
-from gelcone.cli.output import check_folder, common_json, deliver, heading, progress_bar, si_json
+from gelcone.cli.output import check_folder, common_json, deliver, film_errors, heading, progress_bar, si_json
 from gelcone.cli.sweeps import read_values
 from gelcone.dataset import check_writable
 from gelcone.errors import InputError
@@ -139,8 +139,7 @@ def write_fit(model: ConeModel, ratio: Any, path: Path, force: bool) -> None:
 
     fitted = fit_film(model, ratio)
     write_film(fitted, path, force=force)
-    told = ", ".join(f"{name} {error:.1%}" for name, error in fitted.errors)
-    click.echo(f"{path}: continuum film up to |x| = {fitted.reach:.4g}; largest error of the force: {told}", err=True)
+    click.echo(f"{path}: continuum film, {film_errors(fitted)}", err=True)
 
 
 def split_settings(settings: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:

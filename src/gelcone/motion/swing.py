@@ -11,6 +11,7 @@ import numpy.typing as npt
 from gelcone.model import ConeModel
 from gelcone.motion.cycle import periods_of
 from gelcone.motion.flow import Outcome, integrate
+from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.section import repeat_of
 from gelcone.quantity import Array
 
@@ -86,7 +87,7 @@ def highest(x: Array) -> Array:
 
 
 def settled_swing(model: ConeModel, states: Array, **flow_options: Any) -> Swing:
-    """The swing after a transient; a damped motion whose section points do not return yet is given more time.
+    """The swing after a transient, a rest with period 1; a motion whose points do not return yet is given more time.
 
     At first `DECAYS` decay times (at least `SHORTEST`), and then up to `ROUNDS` - 1 times as long as all before.
     """
@@ -106,4 +107,6 @@ def settled_swing(model: ConeModel, states: Array, **flow_options: Any) -> Swing
             open_ = open_[(settled.period[open_] == 0) & (settled.outcome[open_] == Outcome.OK)]
         if not open_.size:
             break
+    # what is left of a motion that dies out has no period of its own
+    settled.period[(settled.amplitude < REST_TOLERANCE) & (settled.outcome == Outcome.OK)] = 1
     return settled

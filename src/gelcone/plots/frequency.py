@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.motion.flow import Outcome
 from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, axis_label, styled
 
 if TYPE_CHECKING:
@@ -49,8 +50,7 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
         own = response.sel(branch=branch)
         shown = look if frequency.size <= FEW else look | {"marker": ""}
         axes.plot(frequency, own["stroke"], **shown, label=f"swept {branch}")
-        kinds = {"subharmonic": (own["period"] > 1, "white"), "not periodic": (own["period"] == 0, BLACK)}
-        for label, (which, fill) in kinds.items():
+        for (label, which), fill in zip(kinds_of_motion(own).items(), ("white", BLACK), strict=True):
             axes.plot(
                 frequency,
                 own["stroke"].where(which),
@@ -71,6 +71,11 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
     # A linear resonance without end would squeeze all else.
     axes.set_ylim(0.0, 1.1 * top if top > 0.0 else None)
     axes.set_ylabel(axis_label(response["stroke"], "stroke, peak to peak"))
+
+
+def kinds_of_motion(own: xr.Dataset) -> dict[str, xr.DataArray]:
+    """What does not follow the drive -> the frequencies of one sweep at which it is so; failed runs are neither."""
+    return {"subharmonic": own["period"] > 1, "not periodic": (own["period"] == 0) & (own["outcome"] == Outcome.OK)}
 
 
 def arrows(response: xr.Dataset, axes: Axes) -> None:

@@ -18,7 +18,7 @@ from gelcone.errors import InputError
 from gelcone.film import ContinuumFilm, read_film
 from gelcone.model import ConeModel
 from gelcone.quantity import Array
-from gelcone.validation.film import Film, check_radius_ratio, mesh_film
+from gelcone.validation.film import Film, check_radius_ratio, import_skfem, mesh_film
 from gelcone.validation.membrane import (
     DEFAULT_RADIUS_RATIO,
     highest_span,
@@ -130,6 +130,7 @@ def find_film(
     path = _cache_folder() / f"{hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:24]}.json"
     with contextlib.suppress(InputError):
         return read_film(path)
+    import_skfem()
     starting()
     film = fit_film(alone, radius_ratio)
     with contextlib.suppress(InputError):  # no place to keep it: it is fitted again next time
