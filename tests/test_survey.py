@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ import xarray as xr
 from gelcone.atlas import analyses, record, store, workers
 from gelcone.atlas import survey as module
 from gelcone.atlas.cells import Plan
+from gelcone.atlas.envelope import envelope
+from gelcone.atlas.frequency import frequency_response
 from gelcone.atlas.record import Tally, look, stored_plan
 from gelcone.atlas.store import Status
 from gelcone.atlas.survey import survey
@@ -80,17 +83,36 @@ def test_who_computes_and_in_which_tasks_changes_no_bit(whole, monkeypatch):
     same(survey(PLAN, coarsest=COARSE, workers=workers.threads(1)), whole)
 
 
-@pytest.mark.parametrize("name", analyses.ANALYSES)
+@pytest.mark.parametrize("name", sorted({*analyses.ANALYSES} - {"envelope"}))
 def test_every_analysis_is_a_sweep(name):
     plan = Plan(FAST, {"voltage": [0.3, 0.9], "stretch_limit": [0.3, 30.0, 60.0]}, **QUICK)
     result = survey(plan, name)
     assert result["outcome"].dims == ("voltage", "stretch_limit")
-    outside = name == "limits" or Outcome.OUTSIDE
-    assert (result["outcome"].sel(stretch_limit=0.3) == (Outcome.OK if name == "limits" else outside)).all()
+    outside = Outcome.OK if name == "limits" else Outcome.OUTSIDE  # those start from rest
+    assert (result["outcome"].sel(stretch_limit=0.3) == outside).all()
     assert (result["outcome"].sel(stretch_limit=30.0) == Outcome.OK).all()
     one = analyses.compute(plan, name, np.array([4]))
     for variable in one.data_vars:
         np.testing.assert_array_equal(result[variable].values.reshape(6, -1)[4], one[variable].values.ravel())
+
+
+def test_a_sweep_of_envelopes_and_of_responses():
+    model = FAST.replace(rest_height=0.5, spring_stiffness=1.5, voltage_bias=0.3)
+    plan = Plan(model, {"drive_frequency": [0.4, 0.8], "voltage": [0.0, 0.4]}, **QUICK)
+    ends = survey(replace(plan, model=model.replace(voltage_bias=0.0)), "envelope")
+    assert ends["outcome"].values.tolist() == [[Outcome.ERROR, Outcome.OK]] * 2  # no drive, no envelope
+    alone = envelope(model.replace(voltage_bias=0.0, voltage=0.4), frequencies=[0.4, 0.8], margin=0.0)
+    for k in range(2):
+        slack = float(alone["limit_high"].sel(driven_limit="hoop slack")[k])
+        assert float(ends["driven_hoop_slack_voltage"][k, 1]) == slack
+        assert float(ends["safe_peak_voltage"][k, 1]) == float(alone["recommended_peak"][k])
+    static = alone["static_limit_voltage"].sel(static_limit="hoop slack")
+    assert float(ends["hoop_slack_voltage"][0, 1]) == pytest.approx(float(static), rel=1e-12)
+    moved = survey(plan, "response")
+    swept = frequency_response(model.replace(voltage=0.4), [0.4, 0.8], (1.0, 0.0))
+    np.testing.assert_allclose(moved["stroke"][:, 1], swept["stroke"].sel(branch="up"), rtol=1e-6)
+    np.testing.assert_array_equal(moved["linear_stroke"][:, 1], swept["linear_stroke"])
+    assert float(moved["stroke"][0, 0]) < 4.2e-9  # twenty decay times
 
 
 @pytest.mark.parametrize(("cells", "team"), [(0, 2), (5, 2), (289, 2), (289, 1), (5000, 64)])

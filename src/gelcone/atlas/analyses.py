@@ -14,14 +14,18 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.atlas.cells import Plan
-from gelcone.errors import unknown_name
+from gelcone.atlas.driven import DRIVEN_LIMITS
+from gelcone.atlas.envelope import STATIC_LIMITS, limits_at
+from gelcone.errors import InputError, unknown_name
 from gelcone.model import ConeModel
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import Outcome
+from gelcone.motion.linear import linear_response
 from gelcone.motion.lyapunov import average, default_transient
 from gelcone.motion.regime import label_evidence
 from gelcone.motion.section import repeats_lasting, settle
+from gelcone.motion.swing import Swing, settled_swing
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -81,11 +85,68 @@ def limits(plan: Plan, model: ConeModel, states: Array) -> xr.Dataset:
     return dataset.label(model, variables, outcome=outcome, options={}, title="limits")
 
 
+def responses(plan: Plan, model: ConeModel, states: Array) -> xr.Dataset:
+    """The settled motion at full drive and the linear response to it: over drive frequencies, a frequency response.
+
+    Each cell starts from its initial state; `gelcone.frequency_response` sweeps up and down. Without damping no motion
+    settles, and the outcome says so.
+    """
+    damped = np.broadcast_to(model.damping_ratio, model.shape) > 0.0
+    found, linear = Swing.blank(model.size), np.full(model.size, np.nan)
+    found.outcome[~damped] = Outcome.ERROR
+    if damped.any():
+        found.put(damped, settled_swing(model.take(damped), states[damped], tolerance=plan.tolerance, threads=1))
+    for cell in np.flatnonzero(found.outcome == Outcome.OK):
+        alone = model.take(cell)
+        linear[cell] = linear_response(alone, np.array([alone.drive_frequency])).stroke[0]
+    phase = np.where(np.abs(found.harmonics) > 0.0, np.degrees(np.angle(found.harmonics)), np.nan)
+    variables = {
+        "stroke": ((), 2.0 * found.amplitude, "stroke of the settled motion, peak to peak", "length"),
+        "lowest": ((), found.lowest, "lowest displacement", "length"),
+        "highest": ((), found.highest, "highest displacement", "length"),
+        "period": ((), found.period, "period in drive repeats, 0 if none", "count"),
+        "harmonic_amplitude": (("harmonic",), np.abs(found.harmonics), "amplitudes of harmonics 1 to 4", "length"),
+        "harmonic_phase": (("harmonic",), phase, "their phases, degrees ahead of the voltage's", "angle"),
+        "linear_stroke": ((), linear, "stroke by linear theory", "length"),
+    }
+    return dataset.label(model, variables, outcome=found.outcome, options={}, title="responses")
+
+
+def envelopes(plan: Plan, model: ConeModel, states: Array) -> xr.Dataset:
+    """Peak voltages at which an operating envelope ends, quasi-static and at the cell's drive frequency.
+
+    As `gelcone.envelope` finds them from rest, up to twice the cell's own peak voltage, which must not be 0; dielectric
+    breakdown needs a strength and is left out.
+    """
+    static = [name for name in STATIC_LIMITS if name != "dielectric breakdown"]
+    moving = [name for name in DRIVEN_LIMITS if name != "dielectric breakdown"]
+    meanings = {"safe peak": "below every limit", "driven error": "width to which the driven limits are known"}
+    meanings |= {name: f"quasi-static limit: {name}" for name in static}
+    meanings |= {f"driven {name}": f"limit at the drive frequency: {name}" for name in moving}
+    found = {name: np.full(model.size, np.nan) for name in meanings}
+    outcome = np.full(model.size, Outcome.OUTSIDE)
+    for cell in np.flatnonzero(model.strain(np.zeros(model.size)) < model.strain_limit()):
+        try:
+            values, outcome[cell] = limits_at(model.take(cell)), Outcome.OK
+        except InputError:
+            values, outcome[cell] = {}, Outcome.ERROR
+        for name, value in values.items():
+            if name in found:
+                found[name][cell] = value
+    variables = {
+        f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, meanings[name], "voltage")
+        for name, values in found.items()
+    }
+    return dataset.label(model, variables, outcome=outcome, options={}, title="envelopes")
+
+
 ANALYSES: Mapping[str, Analysis] = {
     "regime": regimes,
     "section": sections,
     "lyapunov": exponents,
     "limits": limits,
+    "response": responses,
+    "envelope": envelopes,
 }
 
 

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "pitchfork", "pull-in")
+PEAKS = (1.0 / 12.0, 2.0, 24)
+"""Peak voltages over the model's own that are looked at: from, to, how many."""
 STATIC_POINTS = 400
 
 
@@ -81,7 +83,7 @@ def envelope(
     drive, own_peak = Drive.of(model), peak_of(model)
     rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
     plane = Plane(model, drive, rest, field_limit, threads)
-    volts = np.linspace(own_peak / 12.0, 2.0 * own_peak, 24) if peaks is None else _axis("peaks", peaks)
+    volts = own_peak * np.linspace(*PEAKS) if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
     omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
     found = driven(plane, omegas, volts, refine=refine, progress=progress or (lambda share: None))
@@ -130,6 +132,30 @@ def envelope(
         },
         options={"field_limit": field_limit, "margin": margin},
         title="operating envelope",
+    )
+
+
+def limits_at(model: ConeModel) -> dict[str, float]:
+    """The limits of a single model at its own drive frequency as peak voltages, but for dielectric breakdown.
+
+    Quasi-static ones by name, driven ones after "driven", known to within the "driven error"; infinity where one is not
+    met up to twice the model's own peak, NaN where it does not apply. "safe peak" lies below all of them. Raises
+    `InputError` for a drive without voltage.
+    """
+    own_peak = peak_of(model)
+    rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
+    plane = Plane(model, Drive.of(model), rest, None, threads=1)
+    volts = own_peak * np.linspace(*PEAKS)
+    found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=lambda share: None)
+    low, high = found["low"][0], found["high"][0]
+    static = _static(model, None, float(volts[-1]))[1]
+    with np.errstate(invalid="ignore"):
+        error = np.fmax.reduce(np.where(np.isfinite(high), high - low, 0.0))
+    safe = min(np.fmin.reduce(low), np.fmin.reduce(static), volts[-1])
+    return (
+        {"safe peak": float(safe), "driven error": float(error)}
+        | {name: float(value) for name, value in zip(STATIC_LIMITS, static, strict=True)}
+        | {f"driven {name}": float(value) for name, value in zip(DRIVEN_LIMITS, high, strict=True)}
     )
 
 

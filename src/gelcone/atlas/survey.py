@@ -36,10 +36,10 @@ TASK_CELLS = 64
 """Cells of a task at most: some seconds of work, many lanes of the integrator."""
 FEWEST_CELLS = 16
 """Cells of a task, where there are as many: with fewer the lanes stay empty, and a cell costs a quarter more."""
-FLUSH_SECONDS = 2.0
-"""What is done goes to the store so often, or ..."""
+FLUSH_SECONDS, LONGEST_FLUSH_SECONDS = 2.0, 10.0
+"""What is done goes to the store so often: as a large map's writing takes longer, less often."""
 FLUSH_SHARE = 0.05
-"""... less often, where writing would take more than this share of the time."""
+"""Share of the time that writing takes, within these bounds."""
 REFINABLE = ("regime", "section")
 """Analyses whose cells have a kind, so that a map of them can be refined where it changes."""
 _EVIDENCE = ("regime", "sign")
@@ -234,8 +234,9 @@ class _Cells:
         begun = time.monotonic()
         if self._store is not None and self._unwritten:
             self._store.write(self.fields, np.concatenate(self._unwritten))
-        ended = time.monotonic()
-        self._unwritten, self._write_at = [], ended + max(FLUSH_SECONDS, (ended - begun) / FLUSH_SHARE)
+        pause = (time.monotonic() - begun) / FLUSH_SHARE
+        self._unwritten = []
+        self._write_at = time.monotonic() + min(max(pause, FLUSH_SECONDS), LONGEST_FLUSH_SECONDS)
 
     @contextmanager
     def flushed_at_the_end(self) -> Iterator[None]:

@@ -77,15 +77,21 @@ def known(result: xr.Dataset) -> xr.Dataset:
 
 def summary(shown: xr.Dataset, subject: Subject) -> str:
     """What a person reads on the terminal."""
-    axes = [dim for dim in shown["status"].dims if dim in shown.coords]
-    missing = int((shown["status"] == 0).sum())
     totals = json.loads(shown.attrs["totals"])
+    missing = int((shown["status"] == 0).sum())
+    told = f"{totals['computed']} cells computed, {totals['inferred']} inferred, {missing} missing of {totals['cells']}"
+    return "\n".join([*head_lines(shown, subject), told, *regime_lines(shown)])
+
+
+def head_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
+    """What was computed on, over which axes and draws, and what failed."""
+    axes = [dim for dim in shown["status"].dims if dim in shown.coords]
     drawn = [str(name)[len("drawn_") :] for name in shown.coords if str(name).startswith("drawn_")]
     lines = [*heading(subject, [*axes, *drawn]), grid_text(shown, axes), *outcome_lines(known(shown))]
     lines += [f"{shown.sizes['draw']} draws of {', '.join(drawn)}"] if drawn else []
-    lines.append(
-        f"{totals['computed']} cells computed, {totals['inferred']} inferred, {missing} missing of {totals['cells']}"
-    )
-    if "regime" in shown:
-        lines.append(counts_text(regime_counts(shown)))
-    return "\n".join(line for line in lines if line)
+    return [line for line in lines if line]
+
+
+def regime_lines(shown: xr.Dataset) -> list[str]:
+    """How often each regime was found, where that was the question."""
+    return [counts_text(regime_counts(shown))] if "regime" in shown else []

@@ -36,7 +36,13 @@ NAME = "sweep"
 @click.option("--count", type=int, default=64, show_default=True, help="Draws of the uncertain parameters.")
 @click.option("--method", default="sobol", show_default=True, help="How they are drawn: sobol or latin-hypercube.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the draws.")
-@click.option("--analysis", default="regime", show_default=True, help="regime, section, lyapunov or limits.")
+@click.option(
+    "--analysis",
+    default="regime",
+    show_default=True,
+    help="regime, section, lyapunov, limits (stability of rest), response (stroke and harmonics at full drive; over "
+    "drive_frequency a frequency response) or envelope (highest peak voltages).",
+)
 @budget_options
 @surveys.survey_options
 @output_options
@@ -147,7 +153,8 @@ def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str,
 
 def summary(shown: xr.Dataset, subject: Subject) -> str:
     """What a person reads on the terminal."""
-    lines = [show.summary(shown, subject), surveys.totals_line(json.loads(shown.attrs["totals"]))]
+    totals = surveys.totals_line(json.loads(shown.attrs["totals"]))
+    lines = [*show.head_lines(shown, subject), *show.regime_lines(shown), totals]
     if "draw" in shown.dims and "regime" in shown:
         from gelcone.atlas.samples import probability
 

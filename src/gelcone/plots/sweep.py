@@ -64,11 +64,14 @@ def _cells(values: xr.DataArray, result: xr.Dataset, axes: Axes, colours: str, m
 
 
 def sweep_figure(result: xr.Dataset) -> Figure:
-    """The variables of a sweep over its first axis, a curve (or, for draws and further axes, a cloud) each."""
+    """The variables of a sweep: maps over two axes, else curves over the first (clouds, with draws or further axes)."""
     dims, there = result["status"].dims, result["status"] > 0
     along = str(dims[0])
     full = {str(n): v.where(there) for n, v in result.data_vars.items() if v.dims == dims and n not in _BOOKKEEPING}
     names = [name for name, values in full.items() if np.isfinite(values).any()][:WIDEST]
+
+    if len(dims) == 2 and all(dim in result.coords for dim in dims):
+        return _maps({name: full[name] for name in names}, result)
 
     def draw(figure: Figure) -> None:
         panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
@@ -83,3 +86,17 @@ def sweep_figure(result: xr.Dataset) -> Figure:
             panels[-1].set_xlabel("draw")
 
     return styled(5.6, 0.8 + 1.5 * len(names), draw)
+
+
+def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
+    rows = -(-len(shown) // 2)
+
+    def draw(figure: Figure) -> None:
+        panels = figure.subplots(rows, 2, squeeze=False).ravel()
+        for axes, (name, values) in zip(panels, shown.items(), strict=False):
+            _cells(values.where(np.isfinite(values)), result, axes, "viridis")
+            axes.set_title(axis_label(result[name], name.replace("_", " ")), loc="left")
+        for axes in panels[len(shown) :]:
+            axes.remove()
+
+    return styled(7.2, 0.4 + 2.5 * rows, draw)
