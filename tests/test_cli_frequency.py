@@ -77,6 +77,12 @@ def test_the_text_tells_jumps_and_subharmonics_and_the_figure_draws_them(gelcone
     assert {"swept up", "swept down", "subharmonic, swept up", "linear theory"} <= set(labels)
 
 
+def test_a_stroke_that_is_largest_at_an_end_says_so(gelcone):
+    ends = gelcone("biased-pump", "--over", "drive_frequency=9 Hz:10 Hz:3")[1]
+    assert ends.count("an end of the frequencies: it may rise beyond") == 2
+    assert "linear theory: largest stroke 13.3 mm at 10 Hz" in ends
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -237,6 +237,7 @@ def test_a_device_survives_pickling(device):
         ({"film_radius": None}, "film_radius: is missing; give the radius at which the film is clamped in m"),
         ({"film_radius": 0}, "film_radius = 0: must be greater than 0 m"),
         ({"film_thickness": "-1 mm"}, "film_thickness = '-1 mm': must be greater than 0 m"),
+        ({"film_thickness": 0.0}, "film_thickness = 0.0: must be greater than 0 m"),
         ({"moving_mass": 0.0}, "moving_mass = 0.0: must be greater than 0 kg"),
         ({"damping_coefficient": -1}, "damping_coefficient = -1: must be at least 0 N s/m"),
         ({"spring_rate": [1, 2]}, "spring_rate = [1, 2]: must be one value, not several"),

@@ -1,6 +1,7 @@
 """The film as a continuum: against exact states, an independent shooting solution, and the cone it should become."""
 
 import itertools
+import time
 
 import numpy as np
 import pytest
@@ -328,6 +329,13 @@ def test_a_curve_holds_the_points_that_single_runs_find(v):
         point = membrane(ConeModel(), 0.2, displacements=place, voltages=v, elements=60)
         assert point.ending.item() == curve["ending"][k]
         np.testing.assert_allclose(point.force.item(), curve["force"][k], rtol=1e-9)
+
+
+def test_fifty_points_on_two_hundred_elements_take_less_than_five_seconds_of_one_core():
+    begin = time.process_time()
+    curve = membrane(ConeModel(), 0.2, displacements=np.linspace(0.04, 2.0, 50), elements=200)
+    assert time.process_time() - begin < 5.0
+    assert (curve["ending"] == Ending.CONVERGED).all()
 
 
 def test_hoop_slack_is_marked():

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
 from gelcone.cli.motions import shortened, single
 from gelcone.cli.options import Subject, output_options, read_subject, subject_options
@@ -108,13 +109,19 @@ def summary(shown: xr.Dataset, subject: Subject) -> str:
         own = shown.sel(branch=branch)
         stroke, error = 2.0 * float(own["peak_amplitude"]), 2.0 * float(own["peak_amplitude_error"])
         at = f"{float(own['peak_frequency']):.5g} [{float(own['peak_low']):.5g}, {float(own['peak_high']):.5g}]{hertz}"
-        lines.append(f"swept {branch:5s} largest stroke {stroke:.4g} ± {error:.1g}{length} at {at}")
+        ends = float(own["peak_frequency"]) in (frequency[0], frequency[-1])
+        rising = ", an end of the frequencies: it may rise beyond" if ends else ""
+        lines.append(f"swept {branch:5s} largest stroke {stroke:.4g} ± {error:.1g}{length} at {at}{rising}")
         counts = {kind: int(which.sum()) for kind, which in kinds_of_motion(own).items()}
         told = ", ".join(f"{kind} at {n}" for kind, n in counts.items() if n)
         if told:
             lines.append(f"            {told} of {frequency.size} frequencies")
-    highest = shown["linear_stroke"].values.max()
-    lines.append(f"linear theory: largest stroke {highest:.4g}{length}" if highest == highest else "no linear theory")
+    linear = shown["linear_stroke"].values
+    if np.isfinite(linear).all():
+        k = int(linear.argmax())
+        lines.append(f"linear theory: largest stroke {linear[k]:.4g}{length} at {frequency[k]:.5g}{hertz}")
+    else:
+        lines.append("no linear theory: no stable equilibrium under the drive's mean square")
     return "\n".join([*lines, *shortened(jump_lines(shown, hertz, length))])
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.motion.regime import Regime
-from gelcone.plots.style import BLACK, BLUE, CYCLE, GREEN, GREY, VERMILION, axis_label, styled
+from gelcone.plots.style import BLACK, BLUE, CYCLE, GREEN, GREY, VERMILION, axis_label, log_ticks, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,13 +65,8 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
 
 
 def frequency_axis(envelope: xr.Dataset, axes: Axes) -> None:
-    """A log scale with plain numbers: the frequencies of one device go over little more than a decade."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    """The drive frequencies on a log scale."""
+    log_ticks(axes)
     axes.set_xlim(*envelope["drive_frequency"].values[[0, -1]])
     axes.set_xlabel(axis_label(envelope["drive_frequency"], "drive frequency"))
 

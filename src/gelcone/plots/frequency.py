@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.motion.flow import Outcome
-from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, axis_label, styled
+from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, axis_label, log_ticks, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +34,7 @@ def frequency_figure(response: xr.Dataset) -> Figure:
         phases(response, phase)
         frequency = response["drive_frequency"]
         if float(frequency[-1] / frequency[0]) > WIDE:
-            phase.set_xscale("log")
+            log_ticks(phase)
         phase.set_xlim(float(frequency[0]), float(frequency[-1]))
         phase.set_xlabel(axis_label(frequency, "drive frequency"))
         figure.legend(*stroke.get_legend_handles_labels(), loc="outside lower center", ncols=3)

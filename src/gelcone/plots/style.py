@@ -88,6 +88,16 @@ def axis_label(variable: xr.DataArray, name: str) -> str:
     return name if units == "1" else f"{name} ({units})"
 
 
+def log_ticks(axes: Axes) -> None:
+    """A log scale along the bottom with plain numbers, for what goes over a decade or two."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
 def coordinate_axis(axes: Axes, result: xr.Dataset, name: str, side: Literal["bottom", "left", "top", "right"]) -> bool:
     """Labels an axis with a swept coordinate; tells whether there is one.
 
