@@ -375,9 +375,10 @@ def wait_for_cells(path, process):
     raise AssertionError("no cell came")
 
 
-def test_ctrl_c_ends_soon_and_leaves_a_store_to_resume(tmp_path):
+@pytest.mark.parametrize("who", [["--threads", "2"], ["--workers", "2"]], ids=["threads", "processes"])
+def test_ctrl_c_ends_soon_and_leaves_a_store_to_resume(tmp_path, who):
     path = tmp_path / "s"
-    process = subprocess.Popen([*COMMAND, "--store", str(path)], stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen([*COMMAND, *who, "--store", str(path)], stderr=subprocess.PIPE, text=True)
     wait_for_cells(path, process)
     told = time.monotonic()
     process.send_signal(signal.SIGINT)
@@ -404,8 +405,18 @@ def test_processes_give_the_same_bits_also_when_one_dies(whole, monkeypatch):
         result = survey(
             PLAN, coarsest=COARSE, workers=workers.cluster(scheduler=cluster.scheduler_address), progress=kill
         )
+        monkeypatch.setattr(workers, "__version__", "9.9")
+        with pytest.raises(InputError, match=r"its workers have .*, here is 9\.9; install the same"):
+            survey(PLAN, workers=workers.cluster(scheduler=cluster.scheduler_address))
     assert killed
     same(result, whole)
+
+
+def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(workers, "CONNECT_SECONDS", 1)
+    with pytest.raises(InputError, match="scheduler tcp://localhost:9: does not answer; start one"):
+        survey(PLAN, workers=workers.cluster(scheduler="tcp://localhost:9"))
 
 
 def test_workers_are_checked():

@@ -5,10 +5,12 @@ Each is a context manager that gives a `Team`. The numbers do not depend on who 
 
 from __future__ import annotations
 
+import os
+import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any, Protocol, TypeVar
@@ -134,7 +136,11 @@ def _client(distributed: Any, workers: int | None, scheduler: str | None) -> Ite
             distributed.LocalCluster(n_workers=workers, processes=True, **options) as local,
             distributed.Client(local) as client,
         ):
-            yield client
+            try:
+                yield client
+            except BaseException:
+                _end_now(local)
+                raise
         return
     try:
         client = distributed.Client(scheduler, timeout=CONNECT_SECONDS)
@@ -146,6 +152,15 @@ def _client(distributed: Any, workers: int | None, scheduler: str | None) -> Ite
     with client:
         _check_versions(client, scheduler)
         yield client
+
+
+def _end_now(local: Any) -> None:
+    """Ends the processes of a local cluster without waiting for their tasks."""
+    for nanny in list(local.workers.values()):
+        nanny.auto_restart = False
+        if nanny.pid is not None:
+            with suppress(ProcessLookupError):
+                os.kill(nanny.pid, signal.SIGKILL)
 
 
 def _check_versions(client: Any, scheduler: str) -> None:
