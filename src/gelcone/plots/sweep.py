@@ -48,9 +48,10 @@ def _curve(result: xr.Dataset, axes: Axes) -> None:
 
 def _cells(values: xr.DataArray, result: xr.Dataset, axes: Axes, colours: str, most: float | None = None) -> None:
     x, y = map(str, values.dims)
+    across, up = (result[f"{name}_si"] if f"{name}_si" in result.coords else result[name] for name in (x, y))
     mesh = axes.pcolormesh(
-        edges(result[x]),
-        edges(result[y]),
+        edges(across),
+        edges(up),
         values.transpose(y, x),
         cmap=colours,
         vmin=0.0 if most else None,
@@ -59,8 +60,8 @@ def _cells(values: xr.DataArray, result: xr.Dataset, axes: Axes, colours: str, m
     )
     axes.figure.colorbar(mesh, ax=axes, pad=0.02)
     axes.set_title(str(values.attrs["long_name"]), loc="left")
-    coordinate_axis(axes, result, x, "bottom")
-    coordinate_axis(axes, result, y, "left")
+    axes.set_xlabel(axis_label(across, x.replace("_", " ")))
+    axes.set_ylabel(axis_label(up, y.replace("_", " ")))
 
 
 def sweep_figure(result: xr.Dataset) -> Figure:
