@@ -83,12 +83,20 @@ def test_a_stroke_that_is_largest_at_an_end_says_so(gelcone):
     assert "linear theory: largest stroke 13.3 mm at 10 Hz" in ends
 
 
+def test_without_frequencies_the_band_lies_around_the_natural_one(gelcone):
+    """Of the flat film without bias: sqrt(kappa)."""
+    _, out, _ = gelcone("--set", "voltage=0.1", "--set", "damping_ratio=0.1", "--json")
+    content = json.loads(out)
+    natural = content["parameters"]["spring_stiffness"] ** 0.5
+    np.testing.assert_allclose(content["drive_frequency"], natural * np.geomspace(0.1, 3.0, 81))
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--over", "voltage=0:1:5"], "takes drive_frequency alone"),
         ([*BAND, "--over", "voltage=0:1:5"], "takes drive_frequency alone"),
-        ([], "takes drive_frequency alone"),
+        (["--set", "voltage_bias=5", "--set", "stretch_limit=inf"], "beyond pull-in"),
         (["--over", "drive_frequency=1"], "at least two values"),
         (["--over", "drive_frequency=9 Hz:13 Hz:5"], "units need a device"),
         (["--set", "voltage=0.5,1", *BAND], "starts from one actuator"),

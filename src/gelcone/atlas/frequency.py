@@ -17,7 +17,7 @@ from gelcone.errors import InputError
 from gelcone.model import ConeModel
 from gelcone.motion.cycle import RETURN_TOLERANCE
 from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome
-from gelcone.motion.linear import linear_response
+from gelcone.motion.linear import linear_response, state_space
 from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.response import start_states
 from gelcone.motion.section import Progress, weighted
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 BRANCHES = ("up", "down")
+SPAN = (0.1, 3.0, 81)
+"""Frequencies over the natural one where none are given: from, to, how many."""
 NUDGE = 1e-4
 """A sweep moves each state by this much before it goes on, lest it stays on a motion that has become unstable."""
 DIFFERENT = 0.02
@@ -42,7 +44,7 @@ BISECTIONS = 6
 
 def frequency_response(
     model: ConeModel,
-    frequencies: npt.ArrayLike,
+    frequencies: npt.ArrayLike | None = None,
     initial: npt.ArrayLike = (1.0, 0.0),
     *,
     tolerance: float = DEFAULT_TOLERANCE,
@@ -57,7 +59,8 @@ def frequency_response(
     ----------
     model : one actuator, or an ensemble of one dimension, with damping; the frequencies replace its own.
     frequencies : angular drive frequencies, positive and increasing, at least two: shape (frequencies,), or (members,
-        frequencies) for members with frequencies of their own.
+        frequencies) for members with frequencies of their own. Default for one actuator: 81, evenly on a log scale,
+        from a tenth to three times its natural frequency under the bias.
     initial : displacement and velocity from which each sweep starts, shape (2,) or (members, 2). Default (1, 0).
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
@@ -86,6 +89,8 @@ def frequency_response(
     InputError : for frequencies that do not increase or do not fit, a model without damping, an ensemble of more than
         one dimension or over the drive frequency, or no member inside its stretch limit.
     """
+    if frequencies is None:
+        frequencies = _around_resonance(model)
     grid = _grid(model, frequencies)
     flat = model.take(slice(None))
     members = np.repeat(np.arange(flat.size), len(BRANCHES))
@@ -99,6 +104,13 @@ def frequency_response(
     shared = np.ndim(frequencies) < 2
     result = _label(model, grid, shared, _by_branch(swept), peaks, options)
     return result.assign(_jump_variables(jumps, bool(model.shape)))
+
+
+def _around_resonance(model: ConeModel) -> Array:
+    if model.shape:
+        raise InputError("frequencies: an ensemble has no default; give them")
+    stiffness = -state_space(model).A[1, 0]
+    return np.asarray(np.sqrt(stiffness) * np.geomspace(*SPAN))
 
 
 def _grid(model: ConeModel, frequencies: npt.ArrayLike) -> Array:

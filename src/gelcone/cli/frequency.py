@@ -26,7 +26,10 @@ CURVES = ("stroke", "lowest", "highest", "harmonic_amplitude", "harmonic_phase")
 
 @click.command(NAME)
 @subject_options
-@over_option("The drive frequencies, drive_frequency=from:to:count or =f1,f2,...")
+@over_option(
+    "The drive frequencies, drive_frequency=from:to:count or =f1,f2,... [default: a tenth to three times the natural "
+    "frequency]"
+)
 @output_options
 def command(
     device: str | None,
@@ -40,12 +43,13 @@ def command(
     """Stroke over drive frequency at full drive, swept up and down: resonances, jumps, and linear theory beside it.
 
     \b
+    gelcone frequency biased-pump
     gelcone frequency biased-pump --over "drive_frequency=4 Hz:20 Hz:80" --out results
     gelcone frequency --preset spring --set spring_stiffness=0.1 --over drive_frequency=0.2:1:81 --json
     """
     subject = single(read_subject(device, settings, initial), NAME)
     swept = read_over(over, subject.device)
-    if list(swept) != ["drive_frequency"]:
+    if list(swept) not in ([], ["drive_frequency"]):
         raise InputError(
             "--over: a frequency response takes drive_frequency alone, as in --over drive_frequency=0.1:2:80"
         )
@@ -54,7 +58,7 @@ def command(
     from gelcone.plots.frequency import frequency_figure
 
     with progress_bar(NAME, hidden=as_json) as progress:
-        result = frequency_response(subject.model, swept["drive_frequency"], subject.initial, progress=progress)
+        result = frequency_response(subject.model, swept.get("drive_frequency"), subject.initial, progress=progress)
     deliver(
         NAME,
         result,
