@@ -1,6 +1,26 @@
 """What all tests need."""
 
 import signal
+import sys
+
+import pytest
 
 # A shell that runs its jobs in the background has them ignore interrupts, and so would the processes of the tests.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def command_line(monkeypatch, capsys, tmp_path):
+    """Runs ``gelcone`` with the given arguments in an empty folder: exit code, standard output and standard error."""
+    from gelcone.cli import main
+
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["gelcone", *map(str, arguments)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        printed = capsys.readouterr()
+        return left.value.code, printed.out, printed.err
+
+    return run

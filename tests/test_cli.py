@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 import gelcone
-from gelcone import ConeModel, cli
+from gelcone import ConeModel
 from gelcone.cli.options import read_settings, read_value
 from gelcone.cli.output import parameters_json, plain
 
@@ -22,18 +22,8 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 
 @pytest.fixture
-def run(monkeypatch, capsys, tmp_path):
-    """Calls the command line in an empty folder; gives exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["gelcone", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            cli.main()
-        captured = capsys.readouterr()
-        return exit_.value.code, captured.out, captured.err
-
-    return call
+def run(command_line):
+    return command_line
 
 
 def started(*arguments, **options):

@@ -1,12 +1,10 @@
 """`gelcone lyapunov`, `regime`, `bifurcation`, `map` and `basin`: JSON, files, SI units, text, one-line errors."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
 
-from gelcone.cli import main
 from gelcone.cli.bifurcation import read_sweeps
 from gelcone.cli.motions import MOST_PRINTED, shortened
 from gelcone.dataset import load
@@ -23,18 +21,8 @@ UNIT = "per unit dimensionless time"
 
 
 @pytest.fixture
-def gelcone(monkeypatch, capsys, tmp_path):
-    """Runs the command line in an empty folder: exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["gelcone", *map(str, arguments)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        printed = capsys.readouterr()
-        return left.value.code, printed.out, printed.err
-
-    return run
+def gelcone(command_line):
+    return command_line
 
 
 @pytest.fixture

@@ -1,12 +1,11 @@
 """`gelcone envelope`: the table an engineer reads, JSON with power, SI units, what is unknown, one-line errors."""
 
 import json
-import sys
+from functools import partial
 
 import numpy as np
 import pytest
 
-from gelcone.cli import main
 from gelcone.dataset import load
 from gelcone.plots.envelope import envelope_figure
 
@@ -16,18 +15,8 @@ FLAT += ["--over", "drive_frequency=0.7,1.5", "--over", "voltage=0.4,0.8"]
 
 
 @pytest.fixture
-def gelcone(monkeypatch, capsys, tmp_path):
-    """Runs the command in an empty folder: exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["gelcone", "envelope", *arguments])
-        with pytest.raises(SystemExit) as left:
-            main()
-        printed = capsys.readouterr()
-        return left.value.code, printed.out, printed.err
-
-    return run
+def gelcone(command_line):
+    return partial(command_line, "envelope")
 
 
 def test_the_object_holds_limits_window_stroke_and_power_in_si(gelcone):

@@ -8,7 +8,6 @@ import pytest
 from test_film import film_like_the_cone
 
 import gelcone
-from gelcone.cli import main
 
 MODEL = ["--set", "law=neo-hookean", "--set", "damping_ratio=0.1", "--set", "voltage=0.4", "--set", "rest_height=0.3"]
 COMMANDS = {
@@ -24,20 +23,11 @@ COMMANDS = {
 
 
 @pytest.fixture
-def run(monkeypatch, capsys, tmp_path):
-    """Runs a command in an empty folder that holds ``film.json``: exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
+def run(monkeypatch, command_line, tmp_path):
+    """Runs a command in an empty folder that holds ``film.json``."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     gelcone.write_film(film_like_the_cone(errors=(("taut", 0.0123),)), tmp_path / "film.json")
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["gelcone", *arguments])
-        with pytest.raises(SystemExit) as left:
-            main()
-        printed = capsys.readouterr()
-        return left.value.code, printed.out, printed.err
-
-    return run
+    return command_line
 
 
 SAME = {

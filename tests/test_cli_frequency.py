@@ -1,12 +1,11 @@
 """`gelcone frequency`: JSON, files, SI units, text and figure, one-line errors."""
 
 import json
-import sys
+from functools import partial
 
 import numpy as np
 import pytest
 
-from gelcone.cli import main
 from gelcone.dataset import load
 from gelcone.device import find_device
 from gelcone.plots.frequency import frequency_figure
@@ -17,18 +16,8 @@ HERTZ = ["biased-pump", "--over", "drive_frequency=9 Hz:13 Hz:5"]
 
 
 @pytest.fixture
-def gelcone(monkeypatch, capsys, tmp_path):
-    """Runs the command in an empty folder: exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["gelcone", "frequency", *arguments])
-        with pytest.raises(SystemExit) as left:
-            main()
-        printed = capsys.readouterr()
-        return left.value.code, printed.out, printed.err
-
-    return run
+def gelcone(command_line):
+    return partial(command_line, "frequency")
 
 
 def test_the_object_holds_both_sweeps_their_peaks_and_the_jump(gelcone):

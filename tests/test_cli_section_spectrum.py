@@ -1,12 +1,10 @@
 """`gelcone section` and `gelcone spectrum`: JSON, files, units of a device, and one-line errors."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
 
-from gelcone.cli import main
 from gelcone.dataset import load
 
 MODEL = [
@@ -39,17 +37,8 @@ stretch_limit = 50
 
 
 @pytest.fixture
-def gelcone(monkeypatch, capsys):
-    """Runs the command line: exit code, standard output and standard error."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["gelcone", *map(str, arguments)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        printed = capsys.readouterr()
-        return left.value.code, printed.out, printed.err
-
-    return run
+def gelcone(command_line):
+    return command_line
 
 
 @pytest.fixture

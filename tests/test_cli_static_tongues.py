@@ -1,13 +1,11 @@
 """`gelcone static`, `gelcone tongues` and --over: JSON, files, units of a device, and one-line errors."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
 
 from gelcone import ConeModel, InputError, find_device, load, onset_voltage, static
-from gelcone.cli import main
 from gelcone.cli.sweeps import read_over, read_values
 
 TABLE1 = ["--set", "spring_stiffness=1.5"]
@@ -15,17 +13,8 @@ COARSE = ["--over", "drive_frequency=0.5:2:4", "--over", "voltage=0:2:9"]
 
 
 @pytest.fixture
-def gelcone(monkeypatch, capsys):
-    """Runs the command line: exit code, standard output and standard error."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["gelcone", *map(str, arguments)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        printed = capsys.readouterr()
-        return left.value.code, printed.out, printed.err
-
-    return run
+def gelcone(command_line):
+    return command_line
 
 
 @pytest.fixture

@@ -8,7 +8,6 @@ import pytest
 
 pytest.importorskip("skfem")
 
-from gelcone.cli import main
 from gelcone.dataset import load
 from gelcone.device import find_device
 from gelcone.model import ConeModel
@@ -18,17 +17,8 @@ FAST = ("--elements", 40)
 
 
 @pytest.fixture
-def gelcone(monkeypatch, capsys):
-    """Runs the command line: exit code, standard output and standard error."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["gelcone", *map(str, arguments)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        printed = capsys.readouterr()
-        return left.value.code, printed.out, printed.err
-
-    return run
+def gelcone(command_line):
+    return command_line
 
 
 def test_forces_side_by_side_as_json(gelcone):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gelcone.paper.agreement import agreement, survives, threshold_table
 from gelcone.paper.claims import CLAIMS
+from gelcone.paper.claims.agreement import agreement, survives, threshold_table
 from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import STUDIES
 from gelcone.paper.studies.continuum import MISSING

@@ -11,7 +11,7 @@ import pytest
 from gelcone.dataset import load, save
 from gelcone.errors import InputError
 from gelcone.model import ConeModel
-from gelcone.motion import cycle
+from gelcone.motion import cycle, tangents
 from gelcone.motion import regime as module
 from gelcone.motion.cycle import periods_of
 from gelcone.motion.flow import Outcome, integrate
@@ -159,18 +159,18 @@ def test_no_cycle_is_found_in_the_middle_of_a_decay():
 def test_log_multipliers_equal_eigenvalues_and_stay_exact_where_they_vanish():
     rng = np.random.default_rng(6)
     maps = rng.normal(size=(50, 5, 2, 2))
-    product, log_scale = cycle.chained(maps)
+    product, log_scale = tangents.chained(maps)
     whole = maps[:, 0]
     for k in range(1, 5):
         whole = maps[:, k] @ whole
     determinant = np.log(np.abs(np.linalg.det(whole)))
     positive = np.linalg.det(whole) > 0.0
-    found = cycle.log_multipliers(product, log_scale, determinant)[positive]
+    found = tangents.log_multipliers(product, log_scale, determinant)[positive]
     expected = np.sort(np.log(np.abs(np.linalg.eigvals(whole[positive]))), axis=1)[:, ::-1]
     np.testing.assert_allclose(found, expected, atol=1e-9)
     tiny = np.tile(np.diag([1e-3, 1e-9]), (1, 200, 1, 1))
-    product, log_scale = cycle.chained(tiny)
-    logs = cycle.log_multipliers(product, log_scale, np.array([200 * np.log(1e-12)]))
+    product, log_scale = tangents.chained(tiny)
+    logs = tangents.log_multipliers(product, log_scale, np.array([200 * np.log(1e-12)]))
     np.testing.assert_allclose(logs[0], [200 * np.log(1e-3), 200 * np.log(1e-9)], rtol=1e-12)
 
 

@@ -24,6 +24,7 @@ from gelcone.model import PARAMETERS, ConeModel
 from gelcone.motion.equilibrium import pitchfork_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.response import start_states
+from gelcone.motion.tangents import chained
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -341,24 +342,17 @@ def _maps(members: ConeModel, options: _Options, progress: Progress | None = Non
                 progress=part,
             )
             assert run.tangents is not None
-            result[:, rows], outcome[rows] = _chained(run.tangents), run.outcome
+            result[:, rows], outcome[rows] = _trace_and_area(run.tangents), run.outcome
     log_product = -2.0 * zeta * repeat
     return _Maps(result[0], result[1], log_product, np.expm1(result[2] - log_product), repeat, outcome)
 
 
-def _chained(tangents: Array) -> tuple[Array, Array, Array]:
+def _trace_and_area(tangents: Array) -> tuple[Array, Array, Array]:
     """Trace over a scale, the scale's logarithm, and the logarithm of the determinant, of the product of all pieces."""
-    product = np.broadcast_to(np.eye(2), (len(tangents), 2, 2))
-    log_scale, log_determinant = np.zeros((2, len(tangents)))
-    for k in range(tangents.shape[1]):
-        piece = tangents[:, k]
-        product = piece @ product
-        scale = np.abs(product).max(axis=(1, 2))
-        product = product / scale[:, None, None]
-        log_scale += np.log(scale)
-        with np.errstate(invalid="ignore"):
-            log_determinant += np.log(piece[:, 0, 0] * piece[:, 1, 1] - piece[:, 0, 1] * piece[:, 1, 0])
-    return np.trace(product, axis1=1, axis2=2), log_scale, log_determinant
+    product, log_scale = chained(tangents)
+    with np.errstate(invalid="ignore"):
+        areas = np.log(tangents[..., 0, 0] * tangents[..., 1, 1] - tangents[..., 0, 1] * tangents[..., 1, 0])
+    return np.trace(product, axis1=1, axis2=2), log_scale, areas.sum(axis=1)
 
 
 # --- searching over the voltage -------------------------------------------------------------------------------------

@@ -122,3 +122,24 @@ def qr_growth(tangents: Array, frames: Array) -> tuple[Array, Array]:
             growth[:, k, 0] = np.log(length)
             growth[:, k, 1] = np.log(np.abs(height))
     return growth, frames
+
+
+def chained(tangents: Array) -> tuple[Array, Array]:
+    """Product of tangent maps (members, stretches, 2, 2), scaled to entries of at most 1, and log of the scale."""
+    product, log_scale = np.broadcast_to(np.eye(2), (len(tangents), 2, 2)), np.zeros(len(tangents))
+    for k in range(tangents.shape[1]):
+        product = tangents[:, k] @ product
+        scale = np.abs(product).max(axis=(1, 2))
+        product, log_scale = product / scale[:, None, None], log_scale + np.log(scale)
+    return product, log_scale
+
+
+def log_multipliers(product: Array, log_scale: Array, log_determinant: Array) -> Array:
+    """Logarithms of the moduli of both eigenvalues of scaled maps (members, 2, 2), the larger first.
+
+    The smaller one comes from the determinant, which the trace would lose to rounding.
+    """
+    half = 0.5 * np.abs(product[:, 0, 0] + product[:, 1, 1])
+    square = half * half - np.exp(log_determinant - 2.0 * log_scale)
+    larger = np.where(square >= 0.0, log_scale + np.log(half + np.sqrt(np.abs(square))), 0.5 * log_determinant)
+    return np.stack([larger, log_determinant - larger], axis=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gelcone.paper.agreement import agreement
+from gelcone.paper.claims.agreement import agreement
 from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.verdicts import Finding, Number
 

@@ -50,7 +50,7 @@ class Threshold(NamedTuple):
 
 
 def continuum(effort: Effort, progress: Progress) -> xr.Dataset:
-    """Force of film and field over displacement at the voltages of figure 3, cone and continuum, for three radius
+    """Force of film and field over displacement at the voltages of figure 3, cone and continuum, for both radius
     ratios; without scikit-fem a Dataset that says so."""
     from gelcone.validation.compare import compare
 
