@@ -46,7 +46,9 @@ def main(folder: Path) -> None:
         with Image.open(folder / f"{name}.png") as picture:
             size = (WIDTH, round(picture.height * WIDTH / picture.width))
             small = picture.convert("RGB").resize(size, Image.Resampling.LANCZOS)
-            small.quantize(96).save(ROOT / "docs" / f"{name}.png", optimize=True)
+            # the palette covers rare colours too: median cut, the default, turns the few blue pixels grey
+            palette = small.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+            palette.save(ROOT / "docs" / f"{name}.png", optimize=True)
 
 
 if __name__ == "__main__":
