@@ -197,15 +197,20 @@ def test_averaging_goes_on_until_the_sign_is_certain_or_the_budget_spent():
 
 
 def test_chaos_that_ends_in_a_cycle_has_the_exponents_of_the_cycle():
-    """Both multipliers of that cycle are complex: each exponent is -zeta, however much chaos the average has seen."""
-    model = ConeModel(spring_stiffness=0.9, damping_ratio=0.01, drive_frequency=0.1, voltage=[1.2, 1.7])
-    result = lyapunov(model, window=50.0, budget=8_000.0)
-    assert result["cycle"].values.tolist() == [2, 0]
-    assert result["sign"].values.tolist() == [-1, 1]
-    np.testing.assert_allclose(result["asymptotic"][0], -0.01, rtol=1e-9)
-    assert float(result["standard_error"][0, 0]) < 1e-7
-    running = result["running_exponent"].values[0]
-    assert running[np.isfinite(running)][-1] > -0.009
+    """Both multipliers of that cycle are complex: each exponent is -zeta, however much chaos the average has seen.
+
+    How long the chaos lasts hangs on rounding, hence many starts; at a higher voltage it does not end.
+    """
+    model = ConeModel(spring_stiffness=0.9, damping_ratio=0.01, drive_frequency=0.1, voltage=[1.2] * 16 + [1.7])
+    starts = np.stack([np.linspace(0.9, 1.1, 17), np.zeros(17)], axis=1)
+    result = lyapunov(model, starts, window=50.0, transient=500.0, budget=8_000.0)
+    assert result["cycle"].values[-1] == 0
+    assert result["sign"].values[-1] == 1
+    ended = result.isel(member=result["cycle"].values == 2)
+    np.testing.assert_allclose(ended["asymptotic"], -0.01, rtol=1e-9)
+    assert (ended["standard_error"].values < 1e-7).all()
+    seen = [running[np.isfinite(running)][-1] for running in ended["running_exponent"].values]
+    assert max(seen) > -0.009
 
 
 def test_without_damping_exponents_are_averages():

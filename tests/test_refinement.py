@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
-from gelcone.atlas.refinement import refine
+from gelcone.atlas.refinement import border_dimension, refine
 from gelcone.errors import InputError
 
 
@@ -73,3 +73,33 @@ def test_uncomputed_cells_have_no_neighbour_of_another_kind():
 def test_a_lattice_of_one_point_is_refused():
     with pytest.raises(InputError, match="coarsest = 1: must be at least 2"):
         next(refine((10, 10), 1))
+
+
+def carpet(levels):
+    """Sierpinski's carpet: the middle of each of three by three squares is another kind."""
+    kinds = np.zeros((1, 1), dtype=int)
+    for _ in range(levels):
+        row = np.concatenate([kinds, kinds, kinds], axis=1)
+        kinds = np.concatenate([row, np.concatenate([kinds, np.ones_like(kinds), kinds], axis=1), row])
+    return kinds
+
+
+@pytest.mark.parametrize(
+    ("kinds", "expected", "within"),
+    [
+        (disc(512), 1.0, 0.05),
+        (np.random.default_rng(3).integers(0, 50, (256, 300)), 2.0, 0.02),
+        (carpet(6), np.log(8) / np.log(3), 0.08),
+        (np.random.default_rng(3).integers(0, 50, 4096), 1.0, 0.02),
+    ],
+    ids=["smooth", "noise", "carpet", "noise on a line"],
+)
+def test_borders_have_the_dimension_of_their_boxes(kinds, expected, within):
+    dimension, error = border_dimension(kinds)
+    assert dimension == pytest.approx(expected, abs=within)
+    assert error < within
+
+
+def test_borders_without_boxes_of_three_sizes_have_no_dimension():
+    assert border_dimension(np.zeros((200, 200), dtype=int)) is None
+    assert border_dimension(np.random.default_rng(1).integers(0, 2, (20, 200))) is None

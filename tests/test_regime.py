@@ -288,7 +288,7 @@ def test_what_has_not_settled_is_transient_and_flagged():
 def test_growth_away_from_unstable_rest_is_no_chaos():
     """Just above the onset a deviation grows for longer than there is patience: a positive exponent, and no chaos."""
     model = ConeModel(spring_stiffness=1.5, damping_ratio=0.05, drive_frequency=1.1, voltage=[0.6959, 0.697, 0.71])
-    evidence = classify(model, np.tile([1e-4, 0.0], (3, 1)))
+    evidence = classify(model, np.tile([3e-5, 0.0], (3, 1)))
     assert [Regime(code).label for code in evidence.regime] == ["transient", "transient", "periodic"]
     assert evidence.flag.tolist() == [True, True, False]
     assert (evidence.sign[:2] == 1).all()

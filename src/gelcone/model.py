@@ -16,6 +16,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -287,7 +288,7 @@ class ConeModel:
             changes |= {"meridional_prestretch": None, "hoop_prestretch": None}
         return dataclasses.replace(self, **({"law_parameters": own} | changes))
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Shape of the ensemble; ``()`` for a single actuator."""
         arrays = {k: np.shape(v) for k, v in self.parameters().items() if not isinstance(v, str)}

@@ -29,7 +29,8 @@ DEVICE = "gelcone_device"
 @dataclass(frozen=True)
 class Tally:
     """How far a sweep is. ``asked`` counts the cells asked for up to now, of which ``computed`` are there (``found`` of
-    them from before, in the store); ``inferred`` is known at the end."""
+    them from before, in the store); ``inferred`` and ``border``, the dimension of the borders between kinds with its
+    error, are known at the end."""
 
     cells: int
     asked: int = 0
@@ -40,6 +41,7 @@ class Tally:
     chaotic: int = 0
     steps: int = 0
     seconds: float = 0.0
+    border: tuple[float, float] | None = None
 
     def record(self) -> dict[str, Any]:
         """The totals as plain data."""
@@ -51,6 +53,7 @@ class Tally:
             "failed": self.failed,
             "integrator_steps": self.steps,
             "wall_time_s": round(self.seconds, 3),
+            "border_dimension": self.border and [round(number, 3) for number in self.border],
         }
 
 

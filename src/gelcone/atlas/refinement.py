@@ -6,6 +6,10 @@ elsewhere the kind of the corners is taken over. Each level is repeated until no
 so that a border is followed to its end, and at the end every cell next to one of another kind is computed. What is
 computed depends on the kinds found alone, not on the order of the work. An island that lies between the points of the
 coarsest lattice is missed: that lattice says how small a feature may be.
+
+What is saved depends on the borders: the cells at them grow with the power of the grid's fineness that is the borders'
+dimension (`border_dimension`), 1 for smooth ones in the plane. Chaos and periodic windows lie interleaved so that it is
+near 2, and then little can be inferred at any fineness.
 """
 
 from __future__ import annotations
@@ -22,6 +26,8 @@ Cells = npt.NDArray[np.intp]
 Kinds = npt.NDArray[np.int64]
 UNKNOWN = -(2**31)
 """No kind of a cell."""
+FEWEST_BOXES = 8
+"""Boxes along the shorter axis, of the largest that are counted for the dimension of borders."""
 
 
 def refine(shape: tuple[int, ...], coarsest: int) -> Generator[Cells, Kinds, Cells]:
@@ -57,6 +63,41 @@ def refine(shape: tuple[int, ...], coarsest: int) -> Generator[Cells, Kinds, Cel
     while (beside := _beside_others(kinds))[_inferred(axes, sources)].any():
         yield from _compute(axes, beside, kinds, sources)
     return sources.ravel()
+
+
+def border_dimension(kinds: Kinds) -> tuple[float, float] | None:
+    """Box-counting dimension of the borders between kinds, and the standard error of its fit.
+
+    The number of boxes that hold cells of several kinds grows with this power as the boxes are halved, from some
+    `FEWEST_BOXES` along the shorter axis down to two cells a side (Falconer, Fractal Geometry (2014), chapter 2). None
+    where there are fewer than three sizes of boxes, or no borders in one of them.
+    """
+    low, high = kinds, kinds
+    for axis in range(kinds.ndim):
+        low, high = _neighbours(np.minimum, low, axis, 1), _neighbours(np.maximum, high, axis, 1)
+    counts: list[float] = []
+    smallest = np.prod(low.shape)
+    while min(low.shape) >= FEWEST_BOXES:
+        # As many boxes as fit with fractions of boxes, which the whole ones stand for.
+        counts.append((low != high).mean() * smallest / 2.0 ** (len(counts) * kinds.ndim))
+        for axis in range(kinds.ndim):
+            low, high = _neighbours(np.minimum, low, axis, 2), _neighbours(np.maximum, high, axis, 2)
+    if len(counts) < 3 or min(counts) == 0:
+        return None
+    halvings = -np.arange(len(counts), dtype=float)
+    logarithms = np.log2(counts)
+    slope, offset = np.polyfit(halvings, logarithms, 1)
+    left = logarithms - offset - slope * halvings
+    error = np.sqrt((left**2).sum() / (len(counts) - 2) / ((halvings - halvings.mean()) ** 2).sum())
+    return float(slope), float(error)
+
+
+def _neighbours(choose: np.ufunc, values: Kinds, axis: int, stride: int) -> Kinds:
+    """The lower or higher of each pair of neighbours along an axis; with ``stride`` 2 each belongs to one pair."""
+    pairs = (values.shape[axis] - 1) if stride == 1 else values.shape[axis] // 2
+    first = stride * np.arange(pairs)
+    result: Kinds = choose(values.take(first, axis), values.take(first + 1, axis))
+    return result
 
 
 def _lattice(shape: tuple[int, ...], strides: list[int]) -> list[Cells]:

@@ -19,7 +19,7 @@ import numpy as np
 from gelcone.atlas.analyses import compute, find_analysis
 from gelcone.atlas.cells import Plan
 from gelcone.atlas.record import Tally, coordinates, device_record, label, plan_record
-from gelcone.atlas.refinement import Cells, Kinds, refine
+from gelcone.atlas.refinement import Cells, Kinds, border_dimension, refine
 from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of, open_store
 from gelcone.atlas.workers import Team, Workers, threads
 from gelcone.errors import InputError
@@ -252,7 +252,8 @@ class _Cells:
         for field in self.fields.values():
             field.values[inferred] = field.values[sources[inferred]]
         self.fields["status"].values[inferred] = Status.INFERRED
-        self.tally = replace(self.tally, inferred=inferred.size)
+        border = border_dimension(self.kinds(np.arange(self.plan.size)).reshape(self.plan.shape))
+        self.tally = replace(self.tally, inferred=inferred.size, border=border)
         self._unwritten.append(inferred)
 
     def kinds(self, cells: Cells) -> Kinds:

@@ -5,6 +5,7 @@ Each is a context manager that gives a `Team`. The numbers do not depend on who 
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import threading
@@ -155,7 +156,8 @@ def _client(distributed: Any, workers: int | None, scheduler: str | None) -> Ite
 
 
 def _end_now(local: Any) -> None:
-    """Ends the processes of a local cluster without waiting for their tasks."""
+    """Ends the processes of a local cluster without waiting for their tasks or for what their connections say."""
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     for nanny in list(local.workers.values()):
         nanny.auto_restart = False
         if nanny.pid is not None:

@@ -129,4 +129,9 @@ def totals_line(totals: dict[str, Any]) -> str:
         parts.append(f"{totals['inferred']} inferred")
     if totals["failed"]:
         parts.append(f"{totals['failed']} failed")
-    return f"{', '.join(parts)}; {totals['integrator_steps']:,} steps in {totals['wall_time_s']:.3g} s"
+    line = f"{', '.join(parts)}; {totals['integrator_steps']:,} steps in {totals['wall_time_s']:.3g} s"
+    if totals["border_dimension"] is None:
+        return line
+    dimension, error = totals["border_dimension"]
+    power = "the work of refining grows with that power of the cells a side"
+    return f"{line}\nborders between regimes: dimension {dimension:.2f} ± {error:.2f} ({power})"

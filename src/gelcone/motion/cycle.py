@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from gelcone.model import ConeModel
 from gelcone.motion.flow import Outcome, integrate
-from gelcone.motion.tangents import CERTAIN, FLOOR, Clock, chained, clocks, log_multipliers, qr_growth
+from gelcone.motion.tangents import CERTAIN, FLOOR, LONG_STRETCH, Clock, chained, clocks, log_multipliers, qr_growth
 from gelcone.quantity import Array
 
 RETURNS = 64
@@ -42,7 +42,7 @@ CLOSE_BESIDE = 1e-4
 """Newton's method from chaos stops after so many steps, or when the next is this small beside the motion's size."""
 FARTHEST_BESIDE = 1.2
 """It is given up where it leads further out than this many times the extent of the chaos."""
-TOLERANCE_BESIDE = 1e-10
+TOLERANCE_BESIDE = 1e-7
 MAPS_BESIDE = ((1, 1.0), (1, -1.0), (2, 1.0), (3, 1.0))
 """Repeats and sign of the maps whose fixed points are looked for beside chaos. Minus the map over one repeat has the
 cycles of two repeats that are their own mirror image; most cycles that chaos falls into are of these kinds."""
@@ -192,8 +192,9 @@ def attractors_beside(model: ConeModel, section: Array, starts: int, **flow_opti
     options = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), TOLERANCE_BESIDE)}
     for repeats, sign in MAPS_BESIDE:
         begin = _closest_returns(section, repeats, sign, starts)
-        for group, clock in clocks(several):
-            tried = mirrored[group] | (sign > 0.0)
+        done = np.repeat(found.reshape(-1, starts).any(axis=1), starts)
+        for group, clock in clocks(several, LONG_STRETCH):
+            tried = (mirrored[group] | (sign > 0.0)) & ~done[group]
             part = group[tried]
             if part.size:
                 found[part] |= _attracted(

@@ -354,14 +354,18 @@ def _stiffness(parameters: Array) -> Array:
 
 
 def _batches(job: _Job, gaps: Array, members: npt.NDArray[np.intp]) -> Iterator[_Batch]:
-    """Batches of members with the same plan of calls: a plan depends on the member alone, so its numbers do too."""
-    span = CALL_SPAN * job.time_scale
+    """Batches of members with the same plan of calls: a plan depends on the member alone, so its numbers do too.
+
+    Pieces and calls are powers of 2, so that there are few plans and the batches are full.
+    """
+    span, samples = CALL_SPAN * job.time_scale, gaps.shape[1]
     widest = np.maximum(gaps.max(axis=1), 1e-12)
-    call = 2 ** np.floor(np.log2(np.clip(span / widest, 1.0, 4096.0))).astype(int)
+    most = min(2.0 ** np.ceil(np.log2(samples)), 4096.0)
+    call = 2 ** np.floor(np.log2(np.clip(span / widest, 1.0, most))).astype(int)
+    pieces = np.where(gaps > 0.0, 2 ** np.ceil(np.log2(np.maximum(gaps / span[:, None], 1.0))).astype(np.int64), 0)
     plans: dict[tuple[int, bytes], list[int]] = {}
-    for member in members[np.argsort((gaps.sum(axis=1) / span)[members], kind="stable")]:
-        pieces = np.ceil(gaps[member] / span[member]).astype(np.int64)
-        plans.setdefault((int(call[member]), pieces.tobytes()), []).append(int(member))
+    for member in members[np.argsort((gaps.sum(axis=1) / span)[members], kind="stable")].tolist():
+        plans.setdefault((int(call[member]), pieces[member].tobytes()), []).append(member)
     for (call_size, pieces_bytes), plan in plans.items():
         for first in range(0, len(plan), LANES):
             yield _Batch(np.array(plan[first : first + LANES]), np.frombuffer(pieces_bytes, dtype=np.int64), call_size)
@@ -409,38 +413,34 @@ def _advance(job: _Job, batch: _Batch, integrator: Any) -> Iterator[float]:
     """Runs one batch to the end, yielding the share done after each call."""
     lanes = _Lanes(job, batch.members, integrator)
     reached = job.start[lanes.padded]
-    last = np.cumsum(batch.pieces)
-    total = int(last[-1])
-    for first in range(0, total, batch.call):
-        stretches = np.arange(first, min(first + batch.call, total))
-        times, samples = _stretches(job, lanes.padded, batch.pieces, last, stretches)
-        values = lanes.propagate(np.concatenate([reached[None], times]), samples)
-        kept = samples >= 0
-        lanes.store(samples[kept], values[kept])
-        reached = times[-1]
-        yield stretches.size / total
+    times, samples = _stretches(job, lanes.padded, batch.pieces)
+    for first in range(0, len(samples), batch.call):
+        part = slice(first, first + batch.call)
+        values = lanes.propagate(np.concatenate([reached[None], times[part]]), samples[part])
+        kept = samples[part] >= 0
+        lanes.store(samples[part][kept], values[kept])
+        reached = times[part][-1]
+        yield len(values) / len(samples)
 
 
 def _stretches(
-    job: _Job,
-    members: npt.NDArray[np.intp],
-    pieces: npt.NDArray[np.int64],
-    last: npt.NDArray[np.int64],
-    stretches: npt.NDArray[np.int64],
+    job: _Job, members: npt.NDArray[np.intp], pieces: npt.NDArray[np.int64]
 ) -> tuple[Array, npt.NDArray[np.int64]]:
-    """Where each of the ``stretches`` ends, shape (stretches, members), and the sample that it gives, or -1.
-
-    ``last`` says how many stretches there are up to the end of each sample's gap.
-    """
-    samples = np.searchsorted(last, stretches, side="right")
-    share = ((stretches + 1 - last[samples]) / pieces[samples] + 1.0)[:, None]
-    ends = job.times[members[None, :], samples[:, None]]
-    begins = np.where(samples[:, None] > 0, job.times[members[None, :], samples[:, None] - 1], job.start[members])
-    times = np.where(share == 1.0, ends, begins + (ends - begins) * share)
-    return times, np.where(share[:, 0] == 1.0, samples, -1)
+    """Where each of a batch's stretches ends, shape (stretches, members), and the sample that it gives, or -1."""
+    ends = np.concatenate([job.start[members][None], job.times[members].T])
+    samples = np.repeat(np.arange(pieces.size), pieces)
+    left = np.cumsum(pieces)[samples] - np.arange(1, samples.size + 1)
+    share = (1.0 - left / pieces[samples])[:, None]
+    between = ends[samples] + (ends[samples + 1] - ends[samples]) * share
+    return np.where(share == 1.0, ends[samples + 1], between), np.where(left == 0, samples, -1)
 
 
 _IDENTITY = np.array([[1.0], [0.0], [0.0], [1.0]])
+
+
+_Advance = tuple[Array, list[tuple[float, ...]], list[tuple[int, ...]], dict[int, Outcome]]
+"""States at the ends of the stretches; smallest step and number of steps of each lane in each call of the integrator;
+lanes that did not arrive, and why."""
 
 
 class _Lanes:
@@ -470,10 +470,9 @@ class _Lanes:
         while True:
             state = self.integrator.state.copy()
             clock = [part.copy() for part in self.integrator.dtime]
-            values, reports = advance(times, samples)
-            failed = self._failures(reports[-1])
+            values, smallest, steps, failed = advance(times, samples)
             if not failed:
-                self._retire_lost(reports)
+                self._count_steps(np.array(smallest) < self.smallest_step, np.array(steps))
                 return values
             for lane, outcome in failed.items():
                 self._keep_reached(lane, samples, values[:, :, lane])
@@ -493,13 +492,36 @@ class _Lanes:
         if result.work is not None:
             result.work[member, samples[reached]] = values[reached, 2:]
 
-    def _failures(self, report: Any) -> dict[int, Outcome]:
-        """The lanes that did not arrive, each with the reason."""
-        ends, _, _, steps = zip(*report, strict=True)
+    def _read_grid(self, times: Array, samples: npt.NDArray[np.int64]) -> _Advance:
+        values = self.integrator.propagate_grid(times, max_steps=STEPS_PER_CALL)[-1][1:]
+        smallest, steps, failed = self._report()
+        return values, [smallest], [steps], failed
+
+    def _stop_at_each(self, times: Array, samples: npt.NDArray[np.int64]) -> _Advance:
+        integrator, state = self.integrator, self.integrator.state
+        values = np.full((len(samples), *state.shape), np.nan)
+        failed: dict[int, Outcome] = {}
+        smallest, steps = [], []
+        for k, sample in enumerate(samples.tolist()):
+            integrator.propagate_until(times[k + 1], max_steps=STEPS_PER_CALL)
+            values[k] = state
+            least, count, failed = self._report()
+            smallest.append(least)
+            steps.append(count)
+            if failed:
+                break
+            if sample >= 0:
+                state[2:] = _IDENTITY
+        return values, smallest, steps, failed
+
+    def _report(self) -> tuple[tuple[float, ...], tuple[int, ...], dict[int, Outcome]]:
+        """Smallest step and number of steps of each lane in the last call; lanes that did not arrive, and why."""
+        report = self.integrator.propagate_res
+        ends, smallest, _, steps = zip(*report, strict=True)
         if ends == self.arrived and max(steps) < STEPS_PER_CALL:
-            return {}
+            return smallest, steps, {}
         failed = {lane: self._failure(lane, each) for lane, each in enumerate(report)}
-        return {lane: outcome for lane, outcome in failed.items() if outcome}
+        return smallest, steps, {lane: outcome for lane, outcome in failed.items() if outcome}
 
     def _failure(self, lane: int, report: Any) -> Outcome:
         """Why a lane did not arrive; judged by the lane alone, since one lane's failure is reported for all."""
@@ -510,32 +532,14 @@ class _Lanes:
             return Outcome.NOT_FINITE if far or self.smallest_step[lane] == 0.0 else Outcome.STRETCH_LIMIT
         return Outcome.STEP_LIMIT if steps >= STEPS_PER_CALL else Outcome.OK
 
-    def _read_grid(self, times: Array, samples: npt.NDArray[np.int64]) -> tuple[Array, list[Any]]:
-        values = self.integrator.propagate_grid(times, max_steps=STEPS_PER_CALL)[-1][1:]
-        return values, [self.integrator.propagate_res]
-
-    def _stop_at_each(self, times: Array, samples: npt.NDArray[np.int64]) -> tuple[Array, list[Any]]:
-        integrator, reports = self.integrator, []
-        values = np.full((len(samples), *integrator.state.shape), np.nan)
-        for k, sample in enumerate(samples):
-            integrator.propagate_until(times[k + 1], max_steps=STEPS_PER_CALL)
-            values[k] = integrator.state
-            reports.append(integrator.propagate_res)
-            if self._failures(reports[-1]):
-                break
-            if sample >= 0:
-                integrator.state[2:] = _IDENTITY
-        return values, reports
-
-    def _retire_lost(self, reports: list[Any]) -> None:
-        smallest, steps = (np.array([[lane[k] for lane in report] for report in reports]) for k in (1, 3))
-        lost = smallest < self.smallest_step
-        for lane, member in enumerate(self.members):
-            if self.alive[lane]:
-                calls = 1 + int(lost[:, lane].argmax()) if lost[:, lane].any() else len(reports)
-                self.job.result.steps[member] += int(steps[:calls, lane].sum())
-            if lost[:, lane].any():
-                self._retire(lane, Outcome.STRETCH_LIMIT)
+    def _count_steps(self, lost: npt.NDArray[np.bool_], steps: npt.NDArray[np.int64]) -> None:
+        """Adds up the ``steps`` (calls, lanes) of the members, and retires those whose digits were ``lost``."""
+        some = lost.any()
+        if some:  # what comes after the loss does not count
+            steps = np.where(np.cumsum(lost, axis=0) - lost > 0, 0, steps)
+        self.job.result.steps[self.members] += steps.sum(axis=0)[: self.members.size] * self.alive
+        for lane in np.flatnonzero(lost.any(axis=0)) if some else ():
+            self._retire(int(lane), Outcome.STRETCH_LIMIT)
 
     def _retire(self, lane: int, outcome: Outcome) -> None:
         self.integrator.pars[:, lane] = 0.0
@@ -557,14 +561,15 @@ class _Lanes:
     def store(self, samples: npt.NDArray[np.int64], values: Array) -> None:
         """Keeps the samples of the members that are alive and inside; ``values`` (samples, variables, lanes)."""
         values = np.moveaxis(values, 2, 0)[: self.members.size]
-        beyond = self.alive & (self._strains(values[:, :, 0]) >= self.job.limit[self.members, None]).any(axis=1)
-        for lane in np.flatnonzero(beyond):
+        beyond = self._strains(values[:, :, 0]) >= self.job.limit[self.members, None]
+        for lane in np.flatnonzero(self.alive & beyond.any(axis=1)) if beyond.any() else ():
             self._retire(int(lane), Outcome.STRETCH_LIMIT)
-        result = self.job.result
-        for lane in np.flatnonzero(self.alive):
-            member = self.members[lane]
-            result.states[member, samples] = values[lane, :, :2]
-            if result.tangents is not None:
-                result.tangents[member, samples] = values[lane, :, 2:].reshape(-1, 2, 2).swapaxes(-1, -2)
-            if result.work is not None:
-                result.work[member, samples] = values[lane, :, 2:]
+        members = self.members
+        if not self.alive.all():
+            members, values = members[self.alive], values[self.alive]
+        result, kept = self.job.result, (members[:, None], samples)
+        result.states[kept] = values[:, :, :2]
+        if result.tangents is not None:
+            result.tangents[kept] = values[:, :, 2:].reshape(*values.shape[:2], 2, 2).swapaxes(-1, -2)
+        if result.work is not None:
+            result.work[kept] = values[:, :, 2:]

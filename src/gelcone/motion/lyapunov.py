@@ -23,7 +23,7 @@ from gelcone.motion.cycle import cycles_reached
 from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome
 from gelcone.motion.response import start_states
 from gelcone.motion.section import repeats_lasting, settle
-from gelcone.motion.tangents import CERTAIN, FLOOR, Clock, TangentRun, advance, clocks
+from gelcone.motion.tangents import CERTAIN, FLOOR, STRETCH, Clock, TangentRun, advance, clocks
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -61,11 +61,13 @@ class Exponents:
     states: Array
 
 
-def average(model: ConeModel, states: Array, *, budget: float, **flow_options: Any) -> Exponents:
+def average(
+    model: ConeModel, states: Array, *, budget: float, stretch: float = STRETCH, **flow_options: Any
+) -> Exponents:
     """Averages from ``states`` on (at a whole repeat) until the sign of the largest exponent is certain.
 
     ``model`` is a flattened ensemble, of which members with NaN states are left out; ``budget`` the longest averaging
-    time, at least `FEWEST_BLOCKS` blocks.
+    time, at least `FEWEST_BLOCKS` blocks; ``stretch`` as in `clocks`.
     """
     count = len(states)
     result = Exponents(
@@ -78,7 +80,7 @@ def average(model: ConeModel, states: Array, *, budget: float, **flow_options: A
         states=np.full((count, 2), np.nan),
     )
     ran = np.asarray(np.isfinite(states).all(axis=1))
-    for group, clock in clocks(model):
+    for group, clock in clocks(model, stretch):
         members = group[ran[group]]
         if members.size:
             own = clock.take(ran[group])

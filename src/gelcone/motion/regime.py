@@ -36,7 +36,7 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome, integrate
 from gelcone.motion.lyapunov import average, check_budgets, default_transient, shear_level
 from gelcone.motion.response import start_states
 from gelcone.motion.section import repeats_lasting, settle
-from gelcone.motion.tangents import CERTAIN, FLOOR
+from gelcone.motion.tangents import CERTAIN, FLOOR, LONG_STRETCH
 from gelcone.motion.zero_one import zero_one
 from gelcone.quantity import Array
 
@@ -50,7 +50,8 @@ that ends in a cycle often lasts for ten transients, and is told from the lastin
 STARTS_A_ROUND = 5
 """Starts of the search for attractors beside chaos, for each of the rounds."""
 FOLLOW_TOLERANCE = 1e-10
-"""Tolerance of the later rounds, which only have to arrive: a motion that settles forgets the error, chaos has none."""
+"""Tolerance of damped motions that have not settled at first: one that settles later forgets the error, and of chaos
+only averages are taken, which are uncertain by far more."""
 TEST_POINTS = (200, 800)
 """Points of the 0-1 test, and of its repetition where the first is no clear answer."""
 ENDED = 1e-3
@@ -148,16 +149,21 @@ def classify(
     evidence = Evidence.blank(model.size)
     evidence.final[:] = states
     duration = default_transient(model) if transient is None else np.full(model.size, float(transient))
+    loose = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), FOLLOW_TOLERANCE)}
     open_members = np.arange(model.size)
     for trial in range(rounds):
-        _settle(model, open_members, duration, trial, evidence, flow_options)
-        open_members = _examine((_look, _find_cycle), model, open_members, evidence, flow_options)
+        options = loose if trial else flow_options
+        _settle(model, open_members, duration, trial, evidence, options)
+        open_members = _examine((_look,), model, open_members, evidence, options)
+        open_members = _examine((_find_cycle,), model, open_members, evidence, flow_options)
         open_members = open_members[_unsettled(model, open_members, evidence)]
         if not open_members.size:
             break
     wandering = _alive(np.flatnonzero(np.isnan(evidence.cycle_distance)), evidence)
+    damped = np.broadcast_to(model.damping_ratio, model.shape).ravel()[wandering] > 0.0
     measures = (partial(_measure, budget=budget), partial(_second_opinion, rounds=rounds))
-    wandering = _examine(measures, model, wandering, evidence, flow_options)
+    _examine(measures, model, wandering[~damped], evidence, flow_options)
+    wandering = _examine(measures, model, wandering[damped], evidence, loose)
     # What was chaotic may have ended while it was measured.
     ended = wandering[_unsettled(model, wandering, evidence) & ~_is_chaotic(evidence, wandering)]
     _examine((_look, _find_cycle), model, ended, evidence, flow_options)
@@ -196,7 +202,6 @@ def _settle(
     part, span = model.take(members), duration[members] * 2 ** max(trial - 1, 0)
     if trial:  # the look before was part of the time that this round is to last
         span = np.maximum(span - RETURNS * np.broadcast_to(part.drive_repeat, part.shape), 0.0)
-        options = options | {"tolerance": max(options.get("tolerance", 0.0), FOLLOW_TOLERANCE)}
     repeats = repeats_lasting(part, span)
     evidence.final[members], evidence.outcome[members] = settle(part, evidence.final[members], repeats, **options)
     evidence.settled_time[members] += span
@@ -277,7 +282,7 @@ def _measure(
     model: ConeModel, members: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any], *, budget: float
 ) -> None:
     """The exponents of those that are on no cycle, by averaging."""
-    result = average(model, evidence.final[members], budget=budget, **options)
+    result = average(model, evidence.final[members], budget=budget, stretch=LONG_STRETCH, **options)
     evidence.exponents[members], evidence.standard_error[members] = result.values, result.standard_error
     evidence.averaged_time[members], evidence.sign[members] = result.time, result.sign
     evidence.outcome[members] = result.outcome

@@ -19,6 +19,8 @@ from gelcone.quantity import Array
 STRETCH = 16.0
 """Tangent maps are restarted after this many fastest linear time scales: deviations then grow by so little that neither
 the step control nor the area between them suffers."""
+LONG_STRETCH = 64.0
+"""The same where a few digits of the larger deviation are enough; the area between both may be lost to rounding."""
 BLOCK = 64.0
 """Shortest block of an average: longer than chaotic motions remember."""
 CERTAIN = 3.0
@@ -46,10 +48,13 @@ class Clock:
         return Clock(self.per_repeat, self.block, self.repeat[index], self.repeats[index])
 
 
-def clocks(model: ConeModel) -> list[tuple[npt.NDArray[np.intp], Clock]]:
-    """Members grouped by their stretches per repeat and per block, each group with its clock."""
+def clocks(model: ConeModel, stretch: float = STRETCH) -> list[tuple[npt.NDArray[np.intp], Clock]]:
+    """Members grouped by their stretches per repeat and per block, each group with its clock.
+
+    ``stretch`` is the longest, in fastest linear time scales.
+    """
     repeat = np.broadcast_to(model.drive_repeat, model.shape).ravel()
-    longest = STRETCH / fastest_rate(model)
+    longest = stretch / fastest_rate(model)
     per_repeat = 2 ** np.ceil(np.log2(np.maximum(repeat / longest, 1.0))).astype(int)
     repeats = np.maximum(np.floor(longest / repeat), 1.0)
     block = per_repeat * np.ceil(BLOCK / (repeat * repeats)).astype(int)
@@ -90,13 +95,17 @@ class TangentRun:
 def advance(model: ConeModel, run: TangentRun, clock: Clock, stretches: int, **flow_options: Any) -> Array:
     """Moves ``run`` on by some stretches; the logarithmic growth of each, shape (members, stretches, 2).
 
-    ``model`` is a flattened ensemble of the run's members. NaN from where a member fails.
+    ``model`` is a flattened ensemble of the run's members. NaN from where a member fails. Over stretches longer than
+    `STRETCH` the second growth is what Liouville's theorem leaves of -2 zeta: an exponent, but no check of the first.
     """
     phase = (run.done % clock.per_repeat) / clock.per_repeat * clock.repeat
     times = phase[:, None] + clock.spacing[:, None] * np.arange(1, stretches + 1)
     flow = integrate(model, run.states, times, start=phase, keep="tangents", **flow_options)
     assert flow.tangents is not None
     growth, run.frames = qr_growth(flow.tangents, run.frames)
+    shrinking = -2.0 * np.broadcast_to(model.damping_ratio, model.shape) * clock.spacing
+    long = clock.spacing * fastest_rate(model) > STRETCH * (1.0 + 1e-9)
+    growth[long, :, 1] = shrinking[long, None] - growth[long, :, 0]
     run.states = flow.states[:, -1]
     run.done += stretches
     run.outcome = np.where(run.outcome == Outcome.OK, flow.outcome, run.outcome)
