@@ -1,13 +1,14 @@
 """What a refined map saves, what it misses, and how its work grows: the base set over voltage and pre-stretch.
 
-    python benchmarks/maps.py [POINTS] [MODE]      (default 65, that is 64 cells and one a side; radial)
+    python benchmarks/maps.py [POINTS] [MODE] [SAMPLE]   (default 65, that is 64 cells and one a side; radial; 4,096)
 
-The uniform map of POINTS by POINTS cells (a power of 2 and one, so that grids nest) is computed with the refined one:
-integrator steps of both and their ratio (target 10 at 512), cells whose regime differs (target at most 0.5 %), and how
-many of those lie away from every border of the uniform map. Then the refinement is replayed on the nested grids, and
-the exponent with which its work grows is fitted: 1 for smooth borders, 2 for a uniform map. The work of a cell is there
-the time that was integrated for it. Last a uniform map on one thread and on two (target 1.85), and by one process and
-two (target 1.8), each from when its workers are there.
+The uniform map of POINTS by POINTS cells (a power of 2 and one, so that grids nest) stands beside the refined one: all
+of its cells, or where it has more than SAMPLE, so many drawn at random, which give its work and its regimes with a
+standard error. Printed are the integrator steps of both and their ratio (target 10 at 512), the share of cells whose
+regime differs (target at most 0.5 %), and the borders' dimension. Then the refinement is replayed on the nested grids,
+and the exponent with which its work grows is fitted: 1 for smooth borders, 2 for a uniform map. The work of a cell is
+there the time that was integrated for it. Last a uniform map on one thread and on two (target 1.85), and by one process
+and two (target 1.8), each from when its workers are there.
 """
 
 from __future__ import annotations
@@ -18,14 +19,18 @@ import sys
 import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
+from gelcone.atlas.analyses import compute
 from gelcone.atlas.cells import Plan
 from gelcone.atlas.refinement import refine
 from gelcone.atlas.survey import survey
 from gelcone.atlas.workers import cluster, threads
+from gelcone.motion.flow import Watch, watching
 from gelcone.paper.presets import find_preset
 
 COARSEST = 16
 SMALLEST = 17
+SAMPLE = 4096
+BATCH = 64
 
 
 def replayed(kinds: np.ndarray) -> np.ndarray:
@@ -40,24 +45,44 @@ def replayed(kinds: np.ndarray) -> np.ndarray:
             return computed
 
 
-def main(points: int, mode: str) -> None:
+def sampled(plan: Plan, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Regimes of some cells, and the integrator steps that each batch of `BATCH` of them takes."""
+    regimes, steps = [], []
+    for batch in np.split(cells, np.arange(BATCH, cells.size, BATCH)):
+        watch = Watch()
+        with watching(watch):
+            regimes.append(compute(plan, "regime", batch)["regime"].values)
+        steps.append(watch.steps)
+    return np.concatenate(regimes), np.array(steps)
+
+
+def main(points: int, mode: str, sample: int) -> None:
     preset = find_preset("base")
     over = {"voltage": np.linspace(0.0, 2.0, points), "prestretch": np.linspace(0.4, 2.0, points)}
     plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial)
-    uniform, refined = survey(plan), survey(plan, coarsest=COARSEST)
-    steps = [json.loads(result.attrs["totals"])["integrator_steps"] for result in (uniform, refined)]
-    regime = uniform["regime"].values
-    differs = regime != refined["regime"].values
-    border = maximum_filter(regime, 3) != minimum_filter(regime, 3)
-    computed = json.loads(refined.attrs["totals"])["computed"]
+    refined = survey(plan, coarsest=COARSEST)
+    totals = json.loads(refined.attrs["totals"])
     print(f"base, {mode} pre-stretch, {points} x {points} cells, coarsest lattice {COARSEST}")
+    print(f"  refined: {totals['computed']} of {plan.size} cells computed, {totals['integrator_steps']:.3e} steps")
+    if totals["border_dimension"]:
+        print("  borders of dimension {:.2f} +- {:.2f}".format(*totals["border_dimension"]))
+    cells = np.random.default_rng(0).permutation(plan.size)[: min(sample, plan.size) // BATCH * BATCH]
+    regimes, steps = sampled(plan, cells)
+    known = refined["regime"].values
+    border = maximum_filter(known, 3) != minimum_filter(known, 3)
+    differs = regimes != known.flat[cells]
+    whole = steps.mean() / BATCH * plan.size
+    error = steps.std() / np.sqrt(steps.size) / steps.mean()
     print(
-        f"  steps: uniform {steps[0]:.3e}, refined {steps[1]:.3e}, ratio {steps[0] / steps[1]:.2f} (target 10 at 512)"
+        f"  uniform, {cells.size} cells: {whole:.3e} steps (+- {100 * error:.1f} %), "
+        f"{whole / totals['integrator_steps']:.2f} times those of the refined map (target 10 at 512)"
     )
-    print(f"  cells computed {computed} of {regime.size}; at a border of the uniform map {100 * border.mean():.1f} %")
-    print(f"  another regime: {100 * differs.mean():.2f} % (<= 0.5), of them {(differs & ~border).sum()} off a border")
-    kinds = 3 * regime.astype(int) + uniform["sign"].values
-    work = (uniform["settled_time"] + uniform["averaged_time"]).values
+    print(
+        f"  another regime: {100 * differs.mean():.2f} +- {100 * np.sqrt(differs.mean() / cells.size):.2f} % of them "
+        f"(target 0.5), {(differs & ~border.flat[cells]).sum()} cells of {differs.sum()} off the refined map's borders"
+    )
+    kinds = 3 * known.astype(int) + refined["sign"].values
+    work = (refined["settled_time"] + refined["averaged_time"]).values
     sizes, spent = [], []
     while (stride := 2 ** len(sizes)) <= (points - 1) // (SMALLEST - 1):
         part = np.s_[::stride, ::stride]
@@ -76,4 +101,5 @@ def main(points: int, mode: str) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 65, sys.argv[2] if len(sys.argv) > 2 else "radial")
+    given = dict(enumerate(sys.argv))
+    main(int(given.get(1, 65)), given.get(2, "radial"), int(given.get(3, SAMPLE)))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
 from gelcone.film import ContinuumFilm, film_from_json, read_film
+from gelcone.motion import flow
 from gelcone.motion.balance import PullIn
 
 BASE = ConeModel(spring_stiffness=0.9, damping_ratio=0.01, drive_frequency=0.3, voltage=0.5)
@@ -49,6 +51,13 @@ def fitted():
 
 
 # --- a film that is the cone: every analysis goes through it ----------------------------------------------------------
+
+
+def test_a_film_from_another_process_needs_no_new_program():
+    flow.integrate(TWIN, (0.1, 0.0), [1.0])
+    programs = flow._template.cache_info().currsize
+    flow.integrate(pickle.loads(pickle.dumps(TWIN)), (0.1, 0.0), [1.0])
+    assert flow._template.cache_info().currsize == programs
 
 
 def test_a_film_with_the_cones_force_moves_like_the_cone():

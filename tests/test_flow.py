@@ -1,6 +1,7 @@
 """The flow: certified trajectories, exact facts, ensembles to the last bit, outcomes, tangents, and its contract."""
 
 import json
+import pickle
 import sys
 import threading
 from pathlib import Path
@@ -12,7 +13,7 @@ from scipy.linalg import expm
 
 from gelcone import drive
 from gelcone.errors import InputError, MissingDependency
-from gelcone.laws import Gent
+from gelcone.laws import LAWS, Gent
 from gelcone.model import ConeModel
 from gelcone.motion import flow
 from gelcone.motion.flow import Outcome, integrate
@@ -495,3 +496,12 @@ def test_a_law_of_ones_own_is_compiled_too():
     model = ConeModel(law=Doubled(), stretch_limit=5.0)
     expected = integrate(ConeModel(stretch_limit=5.0), (0.5, 0.0), [3.0])
     np.testing.assert_array_equal(integrate(model, (0.5, 0.0), [3.0]).states, expected.states)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_model_from_another_process_needs_no_new_program(law):
+    model = ConeModel(voltage=0.3, law=law)
+    integrate(model, (0.1, 0.0), [1.0])
+    programs = flow._template.cache_info().currsize
+    integrate(pickle.loads(pickle.dumps(model)), (0.1, 0.0), [1.0])
+    assert flow._template.cache_info().currsize == programs
