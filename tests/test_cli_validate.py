@@ -100,6 +100,9 @@ def test_the_figure_marks_every_kind_of_point(tmp_path):
     }
     drawn = [line for line in axes[0].lines if line.get_marker() == "o" and np.size(line.get_xdata())]
     assert sum(int(np.isfinite(np.asarray(line.get_ydata(), dtype=float)).sum()) for line in drawn) >= 6
+    taut = validation_figure(result.isel(constant_voltage=[0]))
+    labels = [text.get_text() for text in taut.axes[0].get_legend().get_texts()]
+    assert labels == ["cone, voltage 0", "continuum, taut"]
 
 
 def test_a_device_takes_units_and_has_its_own_radius_ratio(gelcone):

@@ -9,6 +9,7 @@ from gelcone import (
     ConeModel,
     InputError,
     Outcome,
+    Plan,
     Regime,
     basin,
     bifurcation,
@@ -16,6 +17,7 @@ from gelcone import (
     lyapunov,
     parameter_map,
     regime,
+    survey,
     to_si,
 )
 from gelcone.plots.basin import SHADES, attractor_colours, attractor_in_words, basin_figure, shade
@@ -24,6 +26,7 @@ from gelcone.plots.lyapunov import lyapunov_figure
 from gelcone.plots.map import exponent_bar, exponent_map, map_figure
 from gelcone.plots.regime import REGIME_COLOURS, edges, regime_figure
 from gelcone.plots.style import save_figure
+from gelcone.plots.sweep import sweep_figure
 from gelcone.words import motion_in_words, with_error
 
 QUICK = {"transient": 60.0, "budget": 100.0}
@@ -318,3 +321,11 @@ def test_an_unstable_rest_is_told(states):
     attractor["attractor_lowest"].values[()] = attractor["attractor_highest"].values[()] = -1e-9
     assert attractor_in_words(attractor).startswith("rest, unstable: ")
     assert attractor_in_words(attractor).endswith("at 0")
+
+
+def test_a_sweep_of_few_values_has_a_tick_for_each():
+    over = {"voltage": [0.0, 0.1, 0.2], "damping_ratio": [0.3, 0.4]}
+    cells = survey(Plan(MODEL, over, **QUICK), "response")
+    bars = [axes for axes in sweep_figure(cells).axes if axes.get_label() == "<colorbar>"]
+    values = [float(v) for bar in bars for v in bar.get_yticks() if len(bar.get_yticks()) == 1]
+    assert 0.0 in values  # the period: rest everywhere

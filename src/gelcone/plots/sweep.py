@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 WIDEST = 6
 """Most variables that are drawn."""
+FEW = 6
+"""Values that get a tick each on the bar of a map that takes no others, such as periods."""
 _BOOKKEEPING = ("status", "source", "outcome")
 
 
@@ -58,7 +60,10 @@ def _cells(values: xr.DataArray, result: xr.Dataset, axes: Axes, colours: str, m
         vmax=most,
         rasterized=True,
     )
-    axes.figure.colorbar(mesh, ax=axes, pad=0.02)
+    bar = axes.figure.colorbar(mesh, ax=axes, pad=0.02)
+    there = np.unique(values.values[np.isfinite(values.values)])
+    if there.size <= FEW:
+        bar.set_ticks(there.tolist())
     axes.set_title(str(values.attrs["long_name"]), loc="left")
     axes.set_xlabel(axis_label(across, x.replace("_", " ")))
     axes.set_ylabel(axis_label(up, y.replace("_", " ")))

@@ -18,6 +18,12 @@ if TYPE_CHECKING:
 MOST_ROWS = 3
 MOST_VOLTAGES = 4
 MOST_SHAPES = 3
+_CONTINUUM = (
+    ("o", True, "continuum, taut"),
+    ("o", False, "continuum, slack: not physical"),
+    ("X", False, "continuum, pulled in"),
+)
+"""Marker, whether it is filled, and meaning of each kind of force of the continuum."""
 
 
 def validation_figure(result: xr.Dataset) -> Figure:
@@ -32,9 +38,17 @@ def validation_figure(result: xr.Dataset) -> Figure:
             profiles(member, row[1])
             stretch_curves(member, row[2])
             row[0].set_title(name, loc="left")
-        for axes in grid[0]:
-            columns = 2 if axes is grid[0][0] else 1
-            axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.1 if drawn[0][0] else 1.0), ncols=columns)
+        for column in grid.T:
+            said = [pair for axes in column for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
+            handles = {label: handle for handle, label in reversed(said)}
+            order = list(dict.fromkeys(label for _, label in said))
+            column[0].legend(
+                [handles[label] for label in order],
+                order,
+                loc="lower center",
+                bbox_to_anchor=(0.5, 1.1 if drawn[0][0] else 1.0),
+                ncols=2 if column[0] is grid[0][0] else 1,
+            )
         figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
 
     return styled(9.6, 1.1 + 2.7 * len(drawn), draw)
@@ -57,6 +71,7 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
     compressive, crossed where it has pulled in."""
     axes.axhline(0.0, color=GREY, lw=0.8)
     count = member.sizes["constant_voltage"]
+    seen: set[str] = set()
     for colour, i in zip(
         CYCLE, np.unique(np.linspace(0, count - 1, min(count, MOST_VOLTAGES)).astype(int)), strict=False
     ):
@@ -66,15 +81,17 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
         axes.plot(one["displacement"], one["cone_force"], color=colour, label=label)
         slack = (one["hoop_slack"] | one["meridional_slack"]).values
         pulled = one["folds"].values > 0
-        for marker, fill, chosen in (("o", colour, ~slack), ("o", "white", slack & ~pulled), ("X", "white", pulled)):
-            force = one["continuum_force"].where(chosen & ~(pulled & (marker == "o")))
+        kinds = (~slack & ~pulled, slack & ~pulled, pulled)
+        for (marker, filled, label), chosen in zip(_CONTINUUM, kinds, strict=True):
+            force = one["continuum_force"].where(chosen)
+            fill = colour if filled else "white"
             axes.plot(one["displacement"], force, marker, ms=4.0, mec=colour, mfc=fill, mew=0.8, ls="none")
-    for marker, fill, label in (
-        ("o", BLACK, "continuum, taut"),
-        ("o", "white", "continuum, slack: not physical"),
-        ("X", "white", "continuum, pulled in"),
-    ):
-        axes.plot([], [], marker, ms=4.0, mec=BLACK, mfc=fill, mew=0.8, ls="none", label=label)
+            if np.isfinite(force).any():
+                seen.add(label)
+    for marker, filled, label in _CONTINUUM:
+        if label in seen:
+            fill = BLACK if filled else "white"
+            axes.plot([], [], marker, ms=4.0, mec=BLACK, mfc=fill, mew=0.8, ls="none", label=label)
     limit_forces(member, axes)
     axes.set_xlabel(axis_label(member["displacement"], "displacement"))
     axes.set_ylabel(axis_label(member["cone_force"], "force on the disc, film and field"))
