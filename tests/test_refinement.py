@@ -3,12 +3,12 @@ import itertools
 import numpy as np
 import pytest
 
-from gelcone.atlas.refinement import border_dimension, refine
+from gelcone.atlas.refinement import CHECKED_SHARE, MOST_CHECKED, border_dimension, refine
 from gelcone.errors import InputError
 
 
 def follow(kinds, coarsest):
-    """What `refine` asks for of a grid of known kinds: how often each cell, and the sources in the end."""
+    """What `refine` asks for of a grid of known kinds: how often each cell, and what it comes to."""
     wanted, asked = refine(kinds.shape, coarsest), np.zeros(kinds.size, dtype=int)
     cells = next(wanted)
     while True:
@@ -39,7 +39,8 @@ GRIDS = {
 @pytest.mark.parametrize("coarsest", [2, 9, 16])
 def test_each_cell_is_asked_for_once_or_has_a_computed_source(name, coarsest):
     kinds = GRIDS[name]
-    asked, sources = follow(kinds, coarsest)
+    asked, refined = follow(kinds, coarsest)
+    sources = refined.sources
     assert set(np.unique(asked)) <= {0, 1}
     np.testing.assert_array_equal(sources == np.arange(kinds.size), asked == 1)
     assert (asked[sources] == 1).all()
@@ -48,7 +49,7 @@ def test_each_cell_is_asked_for_once_or_has_a_computed_source(name, coarsest):
 @pytest.mark.parametrize("name", ["disc and wave", "line", "solid"])
 def test_kinds_are_those_of_the_whole_grid(name):
     kinds = GRIDS[name]
-    _, sources = follow(kinds, 16)
+    sources = follow(kinds, 16)[1].sources
     np.testing.assert_array_equal(kinds.flat[sources], kinds.ravel())
 
 
@@ -62,12 +63,39 @@ def test_work_grows_like_the_length_of_smooth_borders():
 
 def test_uncomputed_cells_have_no_neighbour_of_another_kind():
     kinds = GRIDS["noise"].repeat(6, axis=0).repeat(6, axis=1)
-    asked, sources = follow(kinds, 16)
-    found = kinds.flat[sources].reshape(kinds.shape)
+    asked, refined = follow(kinds, 16)
+    found = kinds.flat[refined.sources].reshape(kinds.shape)
     for axis in (0, 1):
         change = np.flatnonzero(np.diff(found, axis=axis))
         for side in (np.take(asked.reshape(kinds.shape), range(k, k + found.shape[axis] - 1), axis) for k in (0, 1)):
             assert (side.flat[change] == 1).all()
+
+
+def test_the_check_finds_out_how_much_is_missed():
+    """Dust that the lattices do not see: what is missed among the cells drawn is what is missed among all inferred."""
+    kinds = (np.random.default_rng(4).random((401, 401)) < 0.02).astype(int)
+    kinds[::8, ::8] = 0
+    _, refined = follow(kinds, 32)
+    inferred = refined.sources != np.arange(kinds.size)
+    wrong = (kinds.flat[refined.sources] != kinds.ravel())[inferred].mean()
+    assert refined.checked == MOST_CHECKED
+    assert wrong > 0.01
+    assert refined.missed / refined.checked == pytest.approx(wrong, abs=3 * np.sqrt(wrong / refined.checked))
+
+
+def test_what_the_check_finds_is_followed():
+    """A bar that lies between the points of the coarsest lattice, and of which a cell is sure to be drawn."""
+    kinds = np.zeros((65, 400), dtype=int)
+    kinds[2:4, 3:397] = 1
+    _, refined = follow(kinds, 9)
+    assert refined.missed > 0
+    assert refined.checked <= CHECKED_SHARE * kinds.size
+    np.testing.assert_array_equal(kinds.flat[refined.sources], kinds.ravel())
+
+
+def test_a_grid_of_smooth_borders_passes_its_check():
+    _, refined = follow(disc(200), 16)
+    assert (refined.checked, refined.missed) == (MOST_CHECKED, 0)
 
 
 def test_a_lattice_of_one_point_is_refused():

@@ -2,9 +2,11 @@ import json
 import os
 import pickle
 import signal
+import socket
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -58,7 +60,10 @@ def test_a_cell_is_what_it_is_alone(whole):
 
 
 def test_a_refined_map_says_where_its_values_come_from(whole):
-    assert 0 < json.loads(whole.attrs["totals"])["inferred"] < PLAN.size
+    totals = json.loads(whole.attrs["totals"])
+    assert 0 < totals["inferred"] < PLAN.size
+    assert 0 <= totals["missed"] <= totals["checked"] <= 0.05 * PLAN.size
+    assert totals["checked"] > 0
     inferred = whole["status"].values.ravel() == Status.INFERRED
     source = whole["source"].values.ravel()
     np.testing.assert_array_equal(inferred, source != np.arange(PLAN.size))
@@ -389,11 +394,21 @@ def test_ctrl_c_ends_soon_and_leaves_a_store_to_resume(tmp_path, who):
     assert 0 < int((held["status"] == Status.COMPUTED).sum()) < held["status"].size
 
 
+def test_processes_start_also_where_dasks_usual_port_is_taken():
+    pytest.importorskip("distributed")
+    few = Plan(FAST, {"voltage": [0.1, 0.2]}, **QUICK)
+    with socket.socket() as taken:
+        with suppress(OSError):  # taken already
+            taken.bind(("127.0.0.1", 8787))
+            taken.listen()
+        same(survey(few, workers=workers.cluster(1)), survey(few))  # a warning would be an error
+
+
 def test_processes_give_the_same_bits_also_when_one_dies(whole, monkeypatch):
     distributed = pytest.importorskip("distributed")
     monkeypatch.setattr(module, "TASK_CELLS", 8)
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs="CRITICAL"
+        n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
     ) as cluster:
         victims = [nanny.pid for nanny in cluster.workers.values()]
         killed = []

@@ -29,8 +29,8 @@ DEVICE = "gelcone_device"
 @dataclass(frozen=True)
 class Tally:
     """How far a sweep is. ``asked`` counts the cells asked for up to now, of which ``computed`` are there (``found`` of
-    them from before, in the store); ``inferred`` and ``border``, the dimension of the borders between kinds with its
-    error, are known at the end."""
+    them from before, in the store). Known at the end: ``inferred``; ``checked`` and ``missed`` as in `Refined`; and
+    ``border``, the dimension of the borders between kinds with its error."""
 
     cells: int
     asked: int = 0
@@ -41,6 +41,8 @@ class Tally:
     chaotic: int = 0
     steps: int = 0
     seconds: float = 0.0
+    checked: int = 0
+    missed: int = 0
     border: tuple[float, float] | None = None
 
     def record(self) -> dict[str, Any]:
@@ -53,6 +55,8 @@ class Tally:
             "failed": self.failed,
             "integrator_steps": self.steps,
             "wall_time_s": round(self.seconds, 3),
+            "checked": self.checked,
+            "missed": self.missed,
             "border_dimension": self.border and [round(number, 3) for number in self.border],
         }
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.errors import InputError, unknown_name
@@ -97,6 +98,20 @@ def draw(
     return {name: uncertain[name].at(inside[:, k]) for k, name in enumerate(uncertain)}
 
 
+def share_interval(hits: npt.ArrayLike, count: npt.ArrayLike, confidence: float = 0.95) -> tuple[Array, Array]:
+    """The interval of a share of which ``hits`` of ``count`` independent draws are seen.
+
+    Clopper and Pearson, Biometrika 26 (1934) 404.
+    """
+    from scipy.special import betaincinv
+
+    k, n = np.asarray(hits), np.asarray(count)
+    tail = 0.5 * (1.0 - confidence)
+    low = np.where(k > 0, betaincinv(np.maximum(k, 1), n - k + 1, tail), 0.0)
+    high = np.where(k < n, betaincinv(k + 1, np.maximum(n - k, 1), 1.0 - tail), 1.0)
+    return low, high
+
+
 def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence: float = 0.95) -> xr.Dataset:
     """How likely a kind of motion is at every point of a grid, by the draws made there.
 
@@ -120,15 +135,11 @@ def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence:
         raise InputError("the sweep has no draws of the regime; give uncertain parameters and the analysis 'regime'")
     if not 0.0 < confidence < 1.0:
         raise InputError(f"confidence = {confidence}: must be between 0 and 1")
-    from scipy.special import betaincinv
-
     regime, failed = cells["regime"], cells["outcome"].isin([Outcome.STEP_LIMIT, Outcome.ERROR])
     decided = ~failed & (regime != Regime.TRANSIENT) & (regime >= 0)
     n = decided.sum("draw")
     k = (decided & (regime == kind)).sum("draw")
-    tail = 0.5 * (1.0 - confidence)
-    low = np.where(k > 0, betaincinv(np.maximum(k, 1), n - k + 1, tail), 0.0)
-    high = np.where(k < n, betaincinv(k + 1, np.maximum(n - k, 1), 1.0 - tail), 1.0)
+    low, high = share_interval(k, n, confidence)
     share = np.where(n > 0, k / np.maximum(n, 1), np.nan)
     options = {"kind": kind.label, "confidence": confidence}
     result = dataset.label(dataset.model_of(cells), {}, options=options, title=f"probability: {kind.label}")

@@ -19,7 +19,7 @@ import numpy as np
 from gelcone.atlas.analyses import compute, find_analysis
 from gelcone.atlas.cells import Plan
 from gelcone.atlas.record import Tally, coordinates, device_record, label, plan_record
-from gelcone.atlas.refinement import Cells, Kinds, border_dimension, refine
+from gelcone.atlas.refinement import Cells, Kinds, Refined, border_dimension, refine
 from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of, open_store
 from gelcone.atlas.workers import Team, Workers, threads
 from gelcone.errors import InputError
@@ -104,28 +104,28 @@ def survey(
 
         stack.enter_context(cells.flushed_at_the_end())
         wanted = refine(plan.shape, coarsest) if coarsest is not None else _all(plan.size)
-        sources = _follow(wanted, partial(_work, cells, team, analysis, timed))
-        cells.infer(sources)
+        refined = _follow(wanted, partial(_work, cells, team, analysis, timed))
+        cells.infer(refined)
         totals = replace(cells.tally, seconds=time.monotonic() - begun)
         progress(totals)
-    return label(plan, cells.fields, sources, totals, f"sweep: {analysis}")
+    return label(plan, cells.fields, refined.sources, totals, f"sweep: {analysis}")
 
 
-def _all(size: int) -> Generator[Cells, Kinds, Cells]:
+def _all(size: int) -> Generator[Cells, Kinds, Refined]:
     """Asks for every cell."""
     yield np.arange(size)
-    return np.arange(size)
+    return Refined(np.arange(size))
 
 
-def _follow(wanted: Generator[Cells, Kinds, Cells], answer: Callable[[Cells], Kinds]) -> Cells:
+def _follow(wanted: Generator[Cells, Kinds, Refined], answer: Callable[[Cells], Kinds]) -> Refined:
     """Answers what is asked for until nothing more is; what the asking comes to."""
     try:
         asked = next(wanted)
         while True:
             asked = wanted.send(answer(asked))
     except StopIteration as ended:
-        sources: Cells = ended.value
-        return sources
+        refined: Refined = ended.value
+        return refined
 
 
 def _work(cells: _Cells, team: Team, analysis: str, progress: Progress, asked: Cells) -> Kinds:
@@ -246,14 +246,15 @@ class _Cells:
         finally:
             self.flush()
 
-    def infer(self, sources: Cells) -> None:
+    def infer(self, refined: Refined) -> None:
         """Gives the cells that were not computed the values of those they were inferred from."""
         inferred = np.flatnonzero(~self.computed)
         for field in self.fields.values():
-            field.values[inferred] = field.values[sources[inferred]]
+            field.values[inferred] = field.values[refined.sources[inferred]]
         self.fields["status"].values[inferred] = Status.INFERRED
         border = border_dimension(self.kinds(np.arange(self.plan.size)).reshape(self.plan.shape))
-        self.tally = replace(self.tally, inferred=inferred.size, border=border)
+        checked, missed = refined.checked, refined.missed
+        self.tally = replace(self.tally, inferred=inferred.size, checked=checked, missed=missed, border=border)
         self._unwritten.append(inferred)
 
     def kinds(self, cells: Cells) -> Kinds:

@@ -132,7 +132,7 @@ def _import_distributed() -> Any:
 @contextmanager
 def _client(distributed: Any, workers: int | None, scheduler: str | None) -> Iterator[Any]:
     if scheduler is None:
-        options = {"threads_per_worker": 1, "dashboard_address": None, "silence_logs": "CRITICAL"}
+        options = {"threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "silence_logs": "CRITICAL"}
         with (
             distributed.LocalCluster(n_workers=workers, processes=True, **options) as local,
             distributed.Client(local) as client,

@@ -151,7 +151,7 @@ def summary(shown: xr.Dataset, subject: Subject) -> str:
     lines = [*heading(subject, shown["regime"].dims), grid_text(shown, shown["regime"].dims), *outcome_lines(shown)]
     counts = regime_counts(shown)
     lines.append(f"{counts_text(counts)} ({100.0 * counts.get('chaotic', 0) / shown['regime'].size:.3g} % chaotic)")
-    lines.append(surveys.totals_line(json.loads(shown.attrs["totals"])))
+    lines.append(surveys.totals_lines(json.loads(shown.attrs["totals"])))
     return "\n".join([*lines, *exponent_lines(shown), *flag_line(shown)])
 
 

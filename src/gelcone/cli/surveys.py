@@ -120,8 +120,8 @@ def _chaotic(tally: Tally) -> str:
     return f"{100.0 * tally.chaotic / max(tally.computed, 1):.3g} % chaotic"
 
 
-def totals_line(totals: dict[str, Any]) -> str:
-    """What a run computed, in one line."""
+def totals_lines(totals: dict[str, Any]) -> str:
+    """What a run computed, what its check found, and the dimension of the borders."""
     parts = [f"{totals['computed']} of {totals['cells']} cells computed"]
     if totals["computed_before"]:
         parts.append(f"{totals['computed_before']} of them before")
@@ -129,9 +129,18 @@ def totals_line(totals: dict[str, Any]) -> str:
         parts.append(f"{totals['inferred']} inferred")
     if totals["failed"]:
         parts.append(f"{totals['failed']} failed")
-    line = f"{', '.join(parts)}; {totals['integrator_steps']:,} steps in {totals['wall_time_s']:.3g} s"
-    if totals["border_dimension"] is None:
-        return line
-    dimension, error = totals["border_dimension"]
-    power = "the work of refining grows with that power of the cells a side"
-    return f"{line}\nborders between regimes: dimension {dimension:.2f} ± {error:.2f} ({power})"
+    lines = [f"{', '.join(parts)}; {totals['integrator_steps']:,} steps in {totals['wall_time_s']:.3g} s"]
+    if totals["checked"]:
+        from gelcone.atlas.samples import share_interval
+
+        checked, missed = totals["checked"], totals["missed"]
+        low, high = share_interval(missed, checked)
+        lines.append(
+            f"check: of {checked} inferred cells, drawn and computed, {missed} were of another regime: "
+            f"{100 * missed / checked:.2g} % [{100 * low:.2g}, {100 * high:.2g}]"
+        )
+    if totals["border_dimension"] is not None:
+        dimension, error = totals["border_dimension"]
+        power = "the work of refining grows with that power of the cells a side"
+        lines.append(f"borders between regimes: dimension {dimension:.2f} ± {error:.2f} ({power})")
+    return "\n".join(lines)

@@ -153,7 +153,7 @@ def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str,
 
 def summary(shown: xr.Dataset, subject: Subject) -> str:
     """What a person reads on the terminal."""
-    totals = surveys.totals_line(json.loads(shown.attrs["totals"]))
+    totals = surveys.totals_lines(json.loads(shown.attrs["totals"]))
     lines = [*show.head_lines(shown, subject), *show.regime_lines(shown), totals]
     if "draw" in shown.dims and "regime" in shown:
         from gelcone.atlas.samples import probability
