@@ -113,6 +113,13 @@ def test_a_sweep_of_envelopes_and_of_responses():
         assert float(ends["safe_peak_voltage"][k, 1]) == float(alone["recommended_peak"][k])
     static = alone["static_limit_voltage"].sel(static_limit="hoop slack")
     assert float(ends["hoop_slack_voltage"][0, 1]) == pytest.approx(float(static), rel=1e-12)
+    assert np.isnan(ends["driven_dielectric_breakdown_voltage"]).all()
+    weak = survey(replace(plan, model=model.replace(voltage_bias=0.0), field_limit=0.3), "envelope")
+    low = envelope(model.replace(voltage_bias=0.0, voltage=0.4), frequencies=[0.4, 0.8], margin=0.0, field_limit=0.3)
+    for k in range(2):
+        breaks = float(low["limit_high"].sel(driven_limit="dielectric breakdown")[k])
+        assert float(weak["driven_dielectric_breakdown_voltage"][k, 1]) == breaks < 0.3
+        assert float(weak["safe_peak_voltage"][k, 1]) == float(low["recommended_peak"][k])
     moved = survey(plan, "response")
     swept = frequency_response(model.replace(voltage=0.4), [0.4, 0.8], (1.0, 0.0))
     np.testing.assert_allclose(moved["stroke"][:, 1], swept["stroke"].sel(branch="up"), rtol=1e-6)

@@ -116,23 +116,20 @@ def envelopes(plan: Plan, model: ConeModel, states: Array) -> xr.Dataset:
     """Peak voltages at which an operating envelope ends, quasi-static and at the cell's drive frequency.
 
     As `gelcone.envelope` finds them from rest, up to twice the cell's own peak voltage, which must not be 0; dielectric
-    breakdown needs a strength and is left out.
+    breakdown is unknown (NaN) and of no account where the plan has no ``field_limit``.
     """
-    static = [name for name in STATIC_LIMITS if name != "dielectric breakdown"]
-    moving = [name for name in DRIVEN_LIMITS if name != "dielectric breakdown"]
     meanings = {"safe peak": "below every limit", "driven error": "width to which the driven limits are known"}
-    meanings |= {name: f"quasi-static limit: {name}" for name in static}
-    meanings |= {f"driven {name}": f"limit at the drive frequency: {name}" for name in moving}
+    meanings |= {name: f"quasi-static limit: {name}" for name in STATIC_LIMITS}
+    meanings |= {f"driven {name}": f"limit at the drive frequency: {name}" for name in DRIVEN_LIMITS}
     found = {name: np.full(model.size, np.nan) for name in meanings}
     outcome = np.full(model.size, Outcome.OUTSIDE)
     for cell in np.flatnonzero(model.strain(np.zeros(model.size)) < model.strain_limit()):
         try:
-            values, outcome[cell] = limits_at(model.take(cell)), Outcome.OK
+            values, outcome[cell] = limits_at(model.take(cell), plan.field_limit), Outcome.OK
         except InputError:
             values, outcome[cell] = {}, Outcome.ERROR
         for name, value in values.items():
-            if name in found:
-                found[name][cell] = value
+            found[name][cell] = value
     variables = {
         f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, meanings[name], "voltage")
         for name, values in found.items()

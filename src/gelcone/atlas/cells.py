@@ -45,6 +45,7 @@ class Plan:
     rounds : as in `gelcone.motion.regime.classify`.
     draws : name -> values, as many of each: draws of uncertain parameters. Each is made at every point of the grid, as
         a last axis ``draw``. Default none.
+    field_limit : dielectric strength over sqrt(mu/eps), for the analysis ``"envelope"``. Default unknown.
 
     Raises
     ------
@@ -60,6 +61,7 @@ class Plan:
     tolerance: float = DEFAULT_TOLERANCE
     rounds: int = ROUNDS
     draws: Mapping[str, Any] = field(default_factory=dict)
+    field_limit: float | None = None
 
     def __post_init__(self) -> None:
         if self.model.shape:
@@ -67,6 +69,8 @@ class Plan:
         check_budgets(transient=self.transient, budget=self.budget)
         if self.rounds < 1:
             raise InputError(f"rounds = {self.rounds}: must be at least 1")
+        if self.field_limit is not None and not self.field_limit > 0.0:
+            raise InputError(f"field_limit = {self.field_limit:g}: must be positive; leave it out where it is unknown")
         if np.shape(self.initial) != (2,):
             raise InputError(f"initial = {self.initial!r}: must be a displacement and a velocity")
         if not (self.over or self.draws):
@@ -149,6 +153,7 @@ class Plan:
             "budget": self.budget,
             "tolerance": self.tolerance,
             "rounds": self.rounds,
+            "field_limit": self.field_limit,
         }
 
 

@@ -135,8 +135,8 @@ def envelope(
     )
 
 
-def limits_at(model: ConeModel) -> dict[str, float]:
-    """The limits of a single model at its own drive frequency as peak voltages, but for dielectric breakdown.
+def limits_at(model: ConeModel, field_limit: float | None) -> dict[str, float]:
+    """The limits of a single model at its own drive frequency as peak voltages; ``field_limit`` as in `envelope`.
 
     Quasi-static ones by name, driven ones after "driven", known to within the "driven error"; infinity where one is not
     met up to twice the model's own peak, NaN where it does not apply. "safe peak" lies below all of them. Raises
@@ -144,11 +144,11 @@ def limits_at(model: ConeModel) -> dict[str, float]:
     """
     own_peak = peak_of(model)
     rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
-    plane = Plane(model, Drive.of(model), rest, None, threads=1)
+    plane = Plane(model, Drive.of(model), rest, field_limit, threads=1)
     volts = own_peak * np.linspace(*PEAKS)
     found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=lambda share: None)
     low, high = found["low"][0], found["high"][0]
-    static = _static(model, None, float(volts[-1]))[1]
+    static = _static(model, field_limit, float(volts[-1]))[1]
     with np.errstate(invalid="ignore"):
         error = np.fmax.reduce(np.where(np.isfinite(high), high - low, 0.0))
     safe = min(np.fmin.reduce(low), np.fmin.reduce(static), volts[-1])

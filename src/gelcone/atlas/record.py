@@ -80,7 +80,7 @@ def stored_plan(path: str | Path) -> tuple[Plan, str, int | None]:
     import xarray as xr
 
     model = dataset.model_of(xr.Dataset(attrs={"model": json.dumps(record["model"])}))
-    names = ("over", "draws", "initial", "transient", "budget", "tolerance", "rounds")
+    names = ("over", "draws", "initial", "transient", "budget", "tolerance", "rounds", "field_limit")
     options = {name: record[name] for name in names} | {"initial": tuple(record["initial"])}
     return Plan(model, **options), record["analysis"], record["coarsest"]
 

@@ -91,7 +91,8 @@ def command(
         spread = read_uncertain(uncertain)
         draws = draw(spread, count, method=method, seed=seed) if spread else {}  # type: ignore[arg-type]
         swept = read_over(over, subject.device)
-        plan = Plan(subject.model, swept, subject.initial, transient, budget, draws=draws)
+        field_limit = subject.device.breakdown_field() if subject.device and analysis == "envelope" else None
+        plan = Plan(subject.model, swept, subject.initial, transient, budget, draws=draws, field_limit=field_limit)
     check_folder(out, NAME, force)
     with surveys.tally_shown(NAME) as progress:
         result = survey(
