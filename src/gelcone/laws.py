@@ -27,8 +27,9 @@ class StrainEnergyLaw(ABC):
     * `response_slope` - the derivative of `response` with respect to I1;
     * `strain_limit` - the I1 - 3 that the film cannot reach (infinity if there is none).
 
-    `film_stiffness` follows from these; override it where a cheaper closed form exists, as `Gent` does. The tests
-    in ``tests/test_laws.py`` run over `LAWS` and prove each of these functions against the energy.
+    `film_stiffness` follows from these; override it where a cheaper closed form exists, as `Gent` does. A law that
+    holds numbers of its own is best a frozen dataclass: equal laws share a compiled program, also between processes.
+    The tests in ``tests/test_laws.py`` run over `LAWS` and prove each of these functions against the energy.
     """
 
     name: ClassVar[str]
