@@ -34,8 +34,12 @@ def start(*arguments: str) -> subprocess.Popen[bytes]:
 
 
 def written(store: Path) -> list[int]:
-    """When the first and the last of a tile's fields were written last, 0 where they are not there."""
-    return [max((p.stat().st_mtime_ns for p in store.glob(f"{name}/c/*/*")), default=0) for name in FIELDS]
+    """When the first and the last of a tile's fields were written last, 0 where they are not there.
+
+    Not what is only half written: that gets its name, and so loses its own, at any moment.
+    """
+    whole = [[p for p in store.glob(f"{name}/c/*/*") if p.suffix != ".partial"] for name in FIELDS]
+    return [max((p.stat().st_mtime_ns for p in files), default=0) for files in whole]
 
 
 def cells(store: Path) -> int:

@@ -448,3 +448,13 @@ def test_workers_are_checked():
         workers.cluster(0)
     with pytest.raises(InputError, match="threads = 0"):
         workers.threads(0)
+
+
+def test_a_store_of_another_version_says_so(tmp_path, monkeypatch):
+    whole_record = module.plan_record
+    monkeypatch.setattr(
+        module, "plan_record", lambda *given: {k: v for k, v in whole_record(*given).items() if k != "field_limit"}
+    )
+    survey(Plan(FAST, {"voltage": [0.1, 0.2]}, **QUICK), store=tmp_path / "s")
+    with pytest.raises(InputError, match=r"its plan lacks field_limit; it was made by another version"):
+        stored_plan(tmp_path / "s")

@@ -79,8 +79,13 @@ def stored_plan(path: str | Path) -> tuple[Plan, str, int | None]:
     record = read_plan(Path(path))
     import xarray as xr
 
-    model = dataset.model_of(xr.Dataset(attrs={"model": json.dumps(record["model"])}))
     names = ("over", "draws", "initial", "transient", "budget", "tolerance", "rounds", "field_limit")
+    if missing := [name for name in ("analysis", "coarsest", "model", *names) if name not in record]:
+        raise InputError(
+            f"{path}: its plan lacks {missing[0]}; it was made by another version ({record.get('gelcone_version')}): "
+            "use that one, or choose another store"
+        )
+    model = dataset.model_of(xr.Dataset(attrs={"model": json.dumps(record["model"])}))
     options = {name: record[name] for name in names} | {"initial": tuple(record["initial"])}
     return Plan(model, **options), record["analysis"], record["coarsest"]
 

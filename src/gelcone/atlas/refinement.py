@@ -90,16 +90,13 @@ def border_dimension(kinds: Kinds) -> tuple[float, float] | None:
     `FEWEST_BOXES` along the shorter axis down to two cells a side (Falconer, Fractal Geometry (2014), chapter 2). None
     where there are fewer than three sizes of boxes, or no borders in one of them.
     """
-    low, high = kinds, kinds
-    for axis in range(kinds.ndim):
-        low, high = _neighbours(np.minimum, low, axis, 1), _neighbours(np.maximum, high, axis, 1)
+    low, high = _blocks(kinds, kinds)
     counts: list[float] = []
     smallest = np.prod(low.shape)
     while min(low.shape) >= FEWEST_BOXES:
         # As many boxes as fit with fractions of boxes, which the whole ones stand for.
         counts.append((low != high).mean() * smallest / 2.0 ** (len(counts) * kinds.ndim))
-        for axis in range(kinds.ndim):
-            low, high = _neighbours(np.minimum, low, axis, 2), _neighbours(np.maximum, high, axis, 2)
+        low, high = _blocks(low, high, apart=2)
     if len(counts) < 3 or min(counts) == 0:
         return None
     halvings = -np.arange(len(counts), dtype=float)
@@ -110,12 +107,16 @@ def border_dimension(kinds: Kinds) -> tuple[float, float] | None:
     return float(slope), float(error)
 
 
-def _neighbours(choose: np.ufunc, values: Kinds, axis: int, stride: int) -> Kinds:
-    """The lower or higher of each pair of neighbours along an axis; with ``stride`` 2 each belongs to one pair."""
-    pairs = (values.shape[axis] - 1) if stride == 1 else values.shape[axis] // 2
-    first = stride * np.arange(pairs)
-    result: Kinds = choose(values.take(first, axis), values.take(first + 1, axis))
-    return result
+def _blocks(low: Kinds, high: Kinds, apart: int = 1) -> tuple[Kinds, Kinds]:
+    """Lowest and highest kind of each block of two neighbours a side; each belongs to one block where they are 2 apart.
+
+    ``low`` and ``high`` are those of the neighbours.
+    """
+    for axis in range(low.ndim):
+        first = np.arange(0, low.shape[axis] - 1, apart)
+        low = np.minimum(low.take(first, axis), low.take(first + 1, axis))
+        high = np.maximum(high.take(first, axis), high.take(first + 1, axis))
+    return low, high
 
 
 def _lattice(shape: tuple[int, ...], strides: list[int]) -> list[Cells]:
@@ -157,10 +158,7 @@ def _drawn(inferred: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
 
 def _mixed_blocks(kinds: Kinds) -> npt.NDArray[np.bool_]:
     """Blocks between lattice points (one fewer along each axis) whose corners are of different kinds."""
-    low = high = kinds
-    for axis in range(kinds.ndim):
-        first, last = (slice(None),) * axis + (slice(None, -1),), (slice(None),) * axis + (slice(1, None),)
-        low, high = np.minimum(low[first], low[last]), np.maximum(high[first], high[last])
+    low, high = _blocks(kinds, kinds)
     return low != high
 
 

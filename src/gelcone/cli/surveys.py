@@ -136,7 +136,7 @@ def totals_lines(totals: dict[str, Any]) -> str:
         checked, missed = totals["checked"], totals["missed"]
         low, high = share_interval(missed, checked)
         lines.append(
-            f"check: of {checked} inferred cells, drawn and computed, {missed} were of another regime: "
+            f"check: of {checked} inferred cells, drawn and computed, {missed} were of another regime or sign: "
             f"{100 * missed / checked:.2g} % [{100 * low:.2g}, {100 * high:.2g}]"
         )
     if totals["border_dimension"] is not None:

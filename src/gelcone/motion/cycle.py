@@ -43,6 +43,7 @@ CLOSE_BESIDE = 1e-4
 FARTHEST_BESIDE = 1.2
 """It is given up where it leads further out than this many times the extent of the chaos."""
 TOLERANCE_BESIDE = 1e-7
+"""Errors of its integration: far below that closeness, as only whether a cycle is there and attracts is asked."""
 MAPS_BESIDE = ((1, 1.0), (1, -1.0), (2, 1.0), (3, 1.0))
 """Repeats and sign of the maps whose fixed points are looked for beside chaos. Minus the map over one repeat has the
 cycles of two repeats that are their own mirror image; most cycles that chaos falls into are of these kinds."""

@@ -387,7 +387,8 @@ def regime(
     transient : time after which the motion is first looked at; default `default_transient`. A motion that has not
         settled on a cycle is followed for 16 times as long before it is measured.
     budget : longest averaging time of the exponents. Default 20,000.
-    tolerance : relative error of one integration step. Default 1e-15.
+    tolerance : relative error of one integration step. Default 1e-15. A damped motion that has not settled when it is
+        first looked at goes on, and is measured, with at least 1e-10: it forgets the error, or is chaotic.
 
     Returns
     -------
