@@ -31,10 +31,11 @@ from typing import Any
 import numpy as np
 from scipy.integrate import odeint
 
-from gelcone.model import ConeModel
+from gelcone.codes import Regime
 from gelcone.motion.flow import integrate
-from gelcone.motion.regime import Regime, classify
+from gelcone.motion.regime import classify
 from gelcone.motion.zero_one import zero_one
+from gelcone.physics.model import ConeModel
 
 TARGET = 0.99
 TOLERANCES = (1e-13, 1e-12)

@@ -30,10 +30,10 @@ os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_
 import numpy as np
 from scipy.integrate import odeint
 
-from gelcone.laws import Gent
-from gelcone.model import ConeModel
 from gelcone.motion.flow import DEFAULT_TOLERANCE, LANES, _runtime_parameters, equations, import_heyoka
 from gelcone.motion.tangents import TangentRun, advance, clocks, qr_growth
+from gelcone.physics.laws import Gent
+from gelcone.physics.model import ConeModel
 
 PERIOD = 2.0 * pi
 SPAN = 10

@@ -20,12 +20,12 @@ import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from gelcone.atlas.analyses import compute
-from gelcone.atlas.cells import Plan
+from gelcone.atlas.plan import Plan
 from gelcone.atlas.refinement import refine
 from gelcone.atlas.survey import survey
 from gelcone.atlas.workers import cluster, threads
-from gelcone.motion.flow import Watch, watching
-from gelcone.paper.presets import find_preset
+from gelcone.presets import find_preset
+from gelcone.progress import Watch, watching
 
 COARSEST = 16
 SMALLEST = 17

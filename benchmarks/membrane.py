@@ -12,9 +12,9 @@ import time
 
 import numpy as np
 
-from gelcone.model import ConeModel
-from gelcone.validation.membrane import membrane
-from gelcone.validation.path import Ending
+from gelcone.continuum.membrane import membrane
+from gelcone.continuum.path import Ending
+from gelcone.physics.model import ConeModel
 
 DISPLACEMENTS = np.linspace(0.04, 2.0, 50)
 FILMS = {

@@ -23,9 +23,9 @@ PROGRAM = """
 import json, resource, sys
 import numpy as np
 from gelcone.atlas import analyses
-from gelcone.atlas.cells import Plan
+from gelcone.atlas.plan import Plan
 from gelcone.atlas.survey import survey
-from gelcone.model import ConeModel
+from gelcone.physics.model import ConeModel
 
 size, store, uniform = int(sys.argv[1]), sys.argv[2], sys.argv[3] == "uniform"
 over = {"voltage": np.linspace(0.0, 0.2, size), "prestretch": np.linspace(1.0, 1.2, size)}

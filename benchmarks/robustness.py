@@ -16,10 +16,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from gelcone.laws import Gent, NeoHookean, StrainEnergyLaw
-from gelcone.model import Coefficients, ConeModel, dissipation, lagrangian
+from gelcone.codes import Outcome
 from gelcone.motion import flow
-from gelcone.motion.flow import Outcome, available_threads, import_heyoka, integrate
+from gelcone.motion.flow import available_threads, import_heyoka, integrate
+from gelcone.physics.laws import Gent, NeoHookean, StrainEnergyLaw
+from gelcone.physics.model import Coefficients, ConeModel, dissipation, lagrangian
 
 SAMPLES = 6
 LONGEST = 20.0

@@ -23,8 +23,9 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import odeint
 
-from gelcone.model import ConeModel
-from gelcone.motion.flow import LANES, Outcome, import_heyoka, integrate
+from gelcone.codes import Outcome
+from gelcone.motion.flow import LANES, import_heyoka, integrate
+from gelcone.physics.model import ConeModel
 
 MEMBERS = 512
 PERIODS = 200

@@ -8,8 +8,10 @@ import pytest
 import xarray as xr
 
 import gelcone
-from gelcone import ConeModel, InputError, si
-from gelcone.dataset import check_writable, label, model_of, outcome_array, write_together, write_whole
+from gelcone import ConeModel, InputError
+from gelcone.dataset import label, model_of, outcome_array
+from gelcone.devices import si
+from gelcone.files import check_writable, write_together, write_whole
 
 
 def write_text(text):

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from gelcone.cli import group
 from gelcone.errors import InputError
-from gelcone.paper.presets import find_preset, load_presets
+from gelcone.presets import find_preset, load_presets
 
 # Name -> drive frequency, spring stiffness, damping ratio as the project's table gives them; None: not in it.
 TABLE = {

@@ -22,37 +22,33 @@ from gelcone._version import __version__
 if TYPE_CHECKING:
     from gelcone.atlas.bifurcation import bifurcation as bifurcation
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
-    from gelcone.atlas.cells import Plan as Plan
-    from gelcone.atlas.envelope import envelope as envelope
-    from gelcone.atlas.frequency import frequency_response as frequency_response
-    from gelcone.atlas.grid import basin as basin
-    from gelcone.atlas.grid import parameter_map as parameter_map
+    from gelcone.atlas.maps import basin as basin
+    from gelcone.atlas.maps import parameter_map as parameter_map
+    from gelcone.atlas.plan import Plan as Plan
     from gelcone.atlas.record import look as look
-    from gelcone.atlas.samples import Normal as Normal
-    from gelcone.atlas.samples import Uniform as Uniform
-    from gelcone.atlas.samples import draw as draw
-    from gelcone.atlas.samples import probability as probability
     from gelcone.atlas.survey import survey as survey
+    from gelcone.atlas.uncertain import Normal as Normal
+    from gelcone.atlas.uncertain import Uniform as Uniform
+    from gelcone.atlas.uncertain import draw as draw
+    from gelcone.atlas.uncertain import probability as probability
     from gelcone.atlas.workers import cluster as cluster
     from gelcone.atlas.workers import threads as threads
+    from gelcone.codes import Outcome as Outcome
+    from gelcone.codes import Regime as Regime
+    from gelcone.continuum.fit import fit_film as fit_film
+    from gelcone.continuum.fit import write_film as write_film
     from gelcone.dataset import load as load
     from gelcone.dataset import model_of as model_of
     from gelcone.dataset import save as save
-    from gelcone.device import Device as Device
-    from gelcone.device import find_device as find_device
+    from gelcone.devices.device import Device as Device
+    from gelcone.devices.device import find_device as find_device
+    from gelcone.devices.materials import Material as Material
+    from gelcone.devices.materials import load_materials as load_materials
+    from gelcone.devices.si import to_si as to_si
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
-    from gelcone.film import ContinuumFilm as ContinuumFilm
-    from gelcone.film import read_film as read_film
-    from gelcone.laws import LAWS as LAWS
-    from gelcone.laws import Gent as Gent
-    from gelcone.laws import NeoHookean as NeoHookean
-    from gelcone.laws import StrainEnergyLaw as StrainEnergyLaw
-    from gelcone.laws import Yeoh as Yeoh
-    from gelcone.materials import Material as Material
-    from gelcone.materials import load_materials as load_materials
-    from gelcone.model import ConeModel as ConeModel
     from gelcone.motion.balance import PullIn as PullIn
+    from gelcone.motion.envelope import envelope as envelope
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages
     from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
     from gelcone.motion.equilibrium import pull_in_voltage as pull_in_voltage
@@ -62,60 +58,64 @@ if TYPE_CHECKING:
     from gelcone.motion.floquet import floquet_multipliers as floquet_multipliers
     from gelcone.motion.floquet import onset_voltage as onset_voltage
     from gelcone.motion.floquet import tongues as tongues
-    from gelcone.motion.flow import Outcome as Outcome
     from gelcone.motion.flow import integrate as integrate
+    from gelcone.motion.frequency import frequency_response as frequency_response
     from gelcone.motion.linear import small_signal_response as small_signal_response
     from gelcone.motion.linear import state_space as state_space
     from gelcone.motion.lyapunov import lyapunov as lyapunov
-    from gelcone.motion.regime import Regime as Regime
     from gelcone.motion.regime import regime as regime
     from gelcone.motion.response import simulate as simulate
     from gelcone.motion.section import extrema as extrema
     from gelcone.motion.section import section as section
     from gelcone.motion.spectrum import spectrum as spectrum
-    from gelcone.si import to_si as to_si
-    from gelcone.validation.fit import fit_film as fit_film
-    from gelcone.validation.fit import write_film as write_film
+    from gelcone.physics.film.continuum import ContinuumFilm as ContinuumFilm
+    from gelcone.physics.film.continuum import read_film as read_film
+    from gelcone.physics.laws import LAWS as LAWS
+    from gelcone.physics.laws import Gent as Gent
+    from gelcone.physics.laws import NeoHookean as NeoHookean
+    from gelcone.physics.laws import StrainEnergyLaw as StrainEnergyLaw
+    from gelcone.physics.laws import Yeoh as Yeoh
+    from gelcone.physics.model import ConeModel as ConeModel
 
 _HOME = {
-    "basin": "atlas.grid",
+    "basin": "atlas.maps",
     "bifurcation": "atlas.bifurcation",
     "cluster": "atlas.workers",
-    "ConeModel": "model",
-    "ContinuumFilm": "film",
-    "Device": "device",
-    "draw": "atlas.samples",
-    "envelope": "atlas.envelope",
+    "ConeModel": "physics.model",
+    "ContinuumFilm": "physics.film.continuum",
+    "Device": "devices.device",
+    "draw": "atlas.uncertain",
+    "envelope": "motion.envelope",
     "extrema": "motion.section",
-    "find_device": "device",
-    "fit_film": "validation.fit",
+    "find_device": "devices.device",
+    "fit_film": "continuum.fit",
     "floquet_multipliers": "motion.floquet",
     "fold_voltages": "motion.equilibrium",
-    "frequency_response": "atlas.frequency",
-    "Gent": "laws",
+    "frequency_response": "motion.frequency",
+    "Gent": "physics.laws",
     "InputError": "errors",
     "integrate": "motion.flow",
-    "LAWS": "laws",
+    "LAWS": "physics.laws",
     "load": "dataset",
-    "load_materials": "materials",
+    "load_materials": "devices.materials",
     "look": "atlas.record",
     "lyapunov": "motion.lyapunov",
-    "Material": "materials",
+    "Material": "devices.materials",
     "MissingDependency": "errors",
     "model_of": "dataset",
-    "NeoHookean": "laws",
-    "Normal": "atlas.samples",
+    "NeoHookean": "physics.laws",
+    "Normal": "atlas.uncertain",
     "Onset": "motion.floquet",
     "onset_voltage": "motion.floquet",
-    "Outcome": "motion.flow",
-    "parameter_map": "atlas.grid",
+    "Outcome": "codes",
+    "parameter_map": "atlas.maps",
     "pitchfork_voltage": "motion.equilibrium",
-    "probability": "atlas.samples",
+    "probability": "atlas.uncertain",
     "pull_in_voltage": "motion.equilibrium",
-    "Plan": "atlas.cells",
+    "Plan": "atlas.plan",
     "PullIn": "motion.balance",
-    "Regime": "motion.regime",
-    "read_film": "film",
+    "Regime": "codes",
+    "read_film": "physics.film.continuum",
     "regime": "motion.regime",
     "save": "dataset",
     "section": "motion.section",
@@ -124,16 +124,16 @@ _HOME = {
     "spectrum": "motion.spectrum",
     "state_space": "motion.linear",
     "static": "motion.equilibrium",
-    "StrainEnergyLaw": "laws",
+    "StrainEnergyLaw": "physics.laws",
     "stroke_and_blocked_force": "motion.equilibrium",
     "survey": "atlas.survey",
     "threads": "atlas.workers",
     "thresholds_of": "atlas.bifurcation",
-    "to_si": "si",
+    "to_si": "devices.si",
     "tongues": "motion.floquet",
-    "Uniform": "atlas.samples",
-    "write_film": "validation.fit",
-    "Yeoh": "laws",
+    "Uniform": "atlas.uncertain",
+    "write_film": "continuum.fit",
+    "Yeoh": "physics.laws",
 }
 
 __all__ = ["__version__", *_HOME]

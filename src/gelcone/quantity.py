@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import reprlib
 from dataclasses import dataclass
 from typing import Any
@@ -53,3 +54,13 @@ class Quantity:
             raise InputError(f"{name} = {smallest:g}: must be {bound}; its default is {self.default:g}")
         array.setflags(write=False)
         return float(array) if array.ndim == 0 else array
+
+
+def check_count(name: str, value: Any, least: int) -> None:
+    """`InputError` unless ``value`` is a whole number of at least ``least``."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise InputError(f"{name} = {value!r}: must be a whole number") from None
+    if isinstance(value, bool) or number < least:
+        raise InputError(f"{name} = {value!r}: must be at least {least}")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from gelcone.motion.flow import Outcome
-from gelcone.motion.regime import Regime
+from gelcone.codes import Outcome, Regime
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,19 +13,19 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.atlas.cells import Plan
-from gelcone.atlas.driven import DRIVEN_LIMITS
-from gelcone.atlas.envelope import STATIC_LIMITS, limits_at
+from gelcone.atlas.plan import Plan
+from gelcone.codes import Outcome
 from gelcone.errors import InputError, unknown_name
-from gelcone.model import ConeModel
+from gelcone.motion.driven import DRIVEN_LIMITS
+from gelcone.motion.envelope import STATIC_LIMITS, limits_at
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
-from gelcone.motion.flow import Outcome
 from gelcone.motion.linear import linear_response
 from gelcone.motion.lyapunov import average, default_transient
 from gelcone.motion.regime import label_evidence
 from gelcone.motion.section import repeats_lasting, settle
 from gelcone.motion.swing import Swing, settled_swing
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

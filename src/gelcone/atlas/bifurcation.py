@@ -10,13 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.atlas.cells import STATES, Plan, Progress, meaning_of, quantity_of
+from gelcone.atlas.plan import STATES, Plan, Progress, meaning_of, quantity_of
+from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
-from gelcone.model import ConeModel
-from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome
+from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.lyapunov import default_transient
-from gelcone.motion.regime import ROUNDS, Evidence, Regime, label_evidence
+from gelcone.motion.regime import ROUNDS, Evidence, label_evidence
 from gelcone.motion.section import repeats_lasting, settle
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

@@ -13,14 +13,14 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone._version import __version__
-from gelcone.atlas.cells import Plan, meaning_of, quantity_of
+from gelcone.atlas.plan import Plan, meaning_of, quantity_of
 from gelcone.atlas.store import Field, Status, Store, read_attribute, read_plan
 from gelcone.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.device import Device
+    from gelcone.devices.device import Device
 
 DEVICE = "gelcone_device"
 """Attribute of a store that holds the device behind its plan, if there is one."""
@@ -100,7 +100,7 @@ def stored_device(path: str | Path) -> Device | None:
     record = read_attribute(Path(path), DEVICE)
     if record is None:
         return None
-    from gelcone.device import Device
+    from gelcone.devices.device import Device
 
     return Device(**record)
 

@@ -17,20 +17,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.atlas.analyses import compute, find_analysis
-from gelcone.atlas.cells import Plan
+from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import Tally, coordinates, device_record, label, plan_record
 from gelcone.atlas.refinement import Cells, Kinds, Refined, border_dimension, refine
 from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of, open_store
 from gelcone.atlas.workers import Team, Workers, threads
+from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
-from gelcone.motion.flow import LANES, Outcome, Stopped
-from gelcone.motion.regime import Regime
+from gelcone.motion.flow import LANES
 from gelcone.motion.response import start_states
+from gelcone.progress import Stopped
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.device import Device
+    from gelcone.devices.device import Device
 
 TASK_CELLS = 64
 """Cells of a task at most: some seconds of work, many lanes of the integrator."""

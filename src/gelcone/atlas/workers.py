@@ -18,7 +18,8 @@ from typing import Any, Protocol, TypeVar
 
 from gelcone._version import __version__
 from gelcone.errors import InputError, MissingDependency
-from gelcone.motion.flow import Watch, available_threads, watching
+from gelcone.motion.flow import available_threads
+from gelcone.progress import Watch, watching
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")

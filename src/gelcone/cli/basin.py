@@ -20,7 +20,7 @@ from gelcone.quantity import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.device import Device
+    from gelcone.devices.device import Device
 
 NAME = "basin"
 QUANTITIES = {"displacement": "length", "velocity": "velocity"}
@@ -59,7 +59,7 @@ def command(
     subject = single(read_subject(device, settings, initial), NAME)
     swept = read_states(over, subject.device)
     check_folder(out, NAME, force)
-    from gelcone.atlas.grid import basin
+    from gelcone.atlas.maps import basin
     from gelcone.plots.basin import basin_figure
 
     with progress_bar(NAME, hidden=as_json) as progress:

@@ -11,7 +11,7 @@ from gelcone.cli.output import print_json
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def command(as_json: bool) -> None:
     """List the device files that ship; `gelcone simulate NAME` runs one."""
-    from gelcone.device import Device, shipped_devices
+    from gelcone.devices.device import Device, shipped_devices
 
     devices = {stem: (path, Device.from_toml(path)) for stem, path in shipped_devices().items()}
     if as_json:

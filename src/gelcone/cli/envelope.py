@@ -58,7 +58,7 @@ def command(
         if name not in AXES:
             raise InputError(f"--over {name}: an envelope is over drive_frequency and voltage; leave it out")
     check_folder(out, NAME, force)
-    from gelcone.atlas.envelope import envelope
+    from gelcone.motion.envelope import envelope
     from gelcone.plots.envelope import envelope_figure
 
     options: Any = {AXES[name]: values for name, values in axes.items()}
@@ -80,7 +80,7 @@ def command(
 
 def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object; voltages, frequencies and so on in SI units for a device."""
-    from gelcone.motion.regime import Regime
+    from gelcone.codes import Regime
 
     values = (*STATIC, *DRIVEN, *WINDOW, "recommended_constant")
     common = common_json(result.drop_vars("outcome").assign(outcome=0), subject)

@@ -54,7 +54,7 @@ def command(
             "--over: a frequency response takes drive_frequency alone, as in --over drive_frequency=0.1:2:80"
         )
     check_folder(out, NAME, force)
-    from gelcone.atlas.frequency import frequency_response
+    from gelcone.motion.frequency import frequency_response
     from gelcone.plots.frequency import frequency_figure
 
     with progress_bar(NAME, hidden=as_json) as progress:

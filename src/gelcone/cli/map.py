@@ -76,7 +76,7 @@ def command(
     """
     kept = surveys.one_store(store, resume)
     who = surveys.read_workers(threads, workers, scheduler)
-    from gelcone.atlas.cells import Plan
+    from gelcone.atlas.plan import Plan
     from gelcone.atlas.record import stored_device, stored_plan
     from gelcone.atlas.survey import survey
     from gelcone.plots.map import map_figure

@@ -11,7 +11,7 @@ from gelcone.cli.output import print_json
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def command(as_json: bool) -> None:
     """List the measured gels that ship, with their sources."""
-    from gelcone.materials import load_materials
+    from gelcone.devices.materials import load_materials
 
     materials = load_materials()
     if as_json:

@@ -50,7 +50,7 @@ def single(subject: Subject, command: str) -> Subject:
 
 def regime_names(codes: Any) -> Any:
     """Codes of `Regime` as names, nested lists for arrays."""
-    from gelcone.motion.regime import Regime
+    from gelcone.codes import Regime
 
     return np.vectorize(lambda code: Regime(code).label, otypes=[object])(np.asarray(codes)).tolist()
 
@@ -62,7 +62,7 @@ def periods_json(periods: Any) -> Any:
 
 def regime_counts(result: xr.Dataset) -> dict[str, int]:
     """How many cells move in each way that occurs; failed ones are counted by `outcome_lines`."""
-    from gelcone.motion.regime import Regime
+    from gelcone.codes import Regime
 
     codes = result["regime"].values.ravel()
     return {kind.label: int((codes == kind).sum()) for kind in Regime if (codes == kind).any()}
@@ -75,8 +75,7 @@ def counts_text(counts: dict[str, int]) -> str:
 
 def marked_cells(result: xr.Dataset) -> dict[str, list[dict[str, Any]]]:
     """The cells that failed, each with its outcome, and those whose evidence does not agree, each with its regime."""
-    from gelcone.motion.flow import Outcome
-    from gelcone.motion.regime import Regime
+    from gelcone.codes import Outcome, Regime
 
     def cells(which: Any, kind: str, name: Callable[[int], str]) -> list[dict[str, Any]]:
         places = [np.nonzero(which)[axis] for axis in range(which.ndim)]

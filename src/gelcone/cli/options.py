@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from gelcone.errors import InputError, unknown_name
-from gelcone.model import ConeModel, parameter_names
+from gelcone.physics.model import ConeModel, parameter_names
 
 if TYPE_CHECKING:
-    from gelcone.device import Device
+    from gelcone.devices.device import Device
 
 F = TypeVar("F", bound=Callable[..., Any])
 MOST_POINTS = 10_000_000
@@ -102,7 +102,7 @@ def read_subject(device: str | None, settings: tuple[str, ...], initial: str | N
     if preset is not None:
         if device is not None:
             raise InputError(f"--preset {preset} and the device {device!r} are both given; give one or the other")
-        from gelcone.paper.presets import find_preset
+        from gelcone.presets import find_preset
 
         start = find_preset(preset)
         model = _with_film(start.model.replace(**given), choice, ratio)
@@ -110,7 +110,7 @@ def read_subject(device: str | None, settings: tuple[str, ...], initial: str | N
     if device is None:
         model = _with_film(ConeModel.from_parameters(given), choice, ratio)
         return Subject(model, None, _initial(initial, None) or (1.0, 0.0))
-    from gelcone.device import Device, find_device
+    from gelcone.devices.device import Device, find_device
 
     names = parameter_names()
     of_model = {k: v for k, v in given.items() if k in names and k not in Device.field_names()}
@@ -132,7 +132,7 @@ def read_subject(device: str | None, settings: tuple[str, ...], initial: str | N
 def _with_film(model: ConeModel, choice: str | None, ratio: Any) -> ConeModel:
     if choice is None:
         return model
-    from gelcone.validation.fit import find_film
+    from gelcone.continuum.fit import find_film
 
     return model.replace(
         film=find_film(choice, model, DEFAULT_RADIUS_RATIO if ratio is None else ratio, starting=_fitting)
@@ -209,7 +209,7 @@ def read_measure(option: str, text: str, quantity: str, device: Device | None) -
     except ValueError:
         if device is None:
             raise InputError(f"{option} {text.strip()!r}: must be a number (units need a device)") from None
-        from gelcone.units import parse
+        from gelcone.devices.units import parse
 
         si_unit = {"length": "m", "velocity": "m/s", "time": "s"}[quantity]
         return parse(option, text.strip(), si_unit) / float(getattr(device.scales, quantity))

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gelcone.cli.options import Subject
-    from gelcone.device import Device
-    from gelcone.film import ContinuumFilm
+    from gelcone.devices.device import Device
+    from gelcone.physics.film.continuum import ContinuumFilm
 
 SCALED_PARAMETERS = {
     "voltage": "voltage",
@@ -63,7 +63,7 @@ def in_si(result: xr.Dataset, subject: Subject) -> xr.Dataset:
     """
     if subject.device is None:
         return result
-    from gelcone.si import READ_AS, factor, to_si
+    from gelcone.devices.si import READ_AS, factor, to_si
 
     shown = to_si(result, subject.device)
     for name, variable in shown.data_vars.items():
@@ -85,7 +85,7 @@ def parameter_scale(name: str, device: Device) -> tuple[float, str] | None:
     """What one dimensionless unit of a parameter is for a device, and in which unit; None for one without a scale."""
     if name not in SCALED_PARAMETERS:
         return None
-    from gelcone.si import READ_AS, factor
+    from gelcone.devices.si import READ_AS, factor
 
     quantity = SCALED_PARAMETERS[name]
     return factor(device, quantity), READ_AS[quantity][0]
@@ -124,7 +124,7 @@ def film_errors(film: ContinuumFilm) -> str:
 
 def outcome_lines(result: xr.Dataset) -> list[str]:
     """How many runs did not end well, and what to do about them."""
-    from gelcone.motion.flow import Outcome
+    from gelcone.codes import Outcome
 
     codes = result["outcome"].values.ravel()
     counts = {outcome: int((codes == outcome).sum()) for outcome in Outcome if outcome}
@@ -134,7 +134,7 @@ def outcome_lines(result: xr.Dataset) -> list[str]:
 def check_folder(out: Path | None, name: str, force: bool) -> None:
     """Refuses a result that exists or a folder that cannot be written, before any work is done."""
     if out is not None:
-        from gelcone.dataset import check_writable
+        from gelcone.files import check_writable
 
         check_writable(result_paths(out, name), force=force)
 
@@ -146,7 +146,8 @@ def result_paths(out: Path, name: str) -> tuple[Path, Path]:
 
 def write_results(out: Path, name: str, result: xr.Dataset, figure: Figure, force: bool) -> tuple[Path, Path]:
     """Writes NAME.nc and NAME.png; both appear whole or none does."""
-    from gelcone.dataset import write_netcdf, write_together
+    from gelcone.dataset import write_netcdf
+    from gelcone.files import write_together
     from gelcone.plots.style import draw_file
 
     data, picture = result_paths(out, name)
@@ -193,7 +194,7 @@ def parameters_json(model: Any) -> dict[str, Any]:
 
 def outcome_names(result: xr.Dataset) -> Any:
     """The outcome of a single run as a name, of an ensemble as (nested) lists of names."""
-    from gelcone.motion.flow import Outcome
+    from gelcone.codes import Outcome
 
     names = np.vectorize(lambda code: Outcome(code).name.lower())(result["outcome"].values)
     return names.tolist()

@@ -92,7 +92,7 @@ def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str,
 
 def summary(shown: xr.Dataset, subject: Subject) -> str:
     """What a person reads on the terminal."""
-    from gelcone.motion.flow import Outcome
+    from gelcone.codes import Outcome
 
     lines = [subject.device.name if subject.device else "cone model, dimensionless"]
     codes = shown["outcome"].values.ravel()

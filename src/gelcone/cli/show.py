@@ -52,7 +52,7 @@ def figure(result: xr.Dataset) -> Figure:
     from gelcone.plots.sweep import probability_figure, sweep_figure
 
     if "regime" in result and "draw" in result.dims and 2 <= len(result["regime"].dims) <= 3:
-        from gelcone.atlas.samples import probability
+        from gelcone.atlas.uncertain import probability
 
         return probability_figure(probability(result))
     if "regime" in result and result["regime"].ndim == 2:

@@ -89,7 +89,7 @@ def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str,
 
 def summary(shown: xr.Dataset, subject: Subject) -> str:
     """What a person reads on the terminal."""
-    from gelcone.motion.flow import Outcome
+    from gelcone.codes import Outcome
 
     lines = heading(subject)
     time, x = shown["time"], shown["displacement"]

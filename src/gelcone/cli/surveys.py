@@ -131,7 +131,7 @@ def totals_lines(totals: dict[str, Any]) -> str:
         parts.append(f"{totals['failed']} failed")
     lines = [f"{', '.join(parts)}; {totals['integrator_steps']:,} steps in {totals['wall_time_s']:.3g} s"]
     if totals["checked"]:
-        from gelcone.atlas.samples import share_interval
+        from gelcone.atlas.uncertain import share_interval
 
         checked, missed = totals["checked"], totals["missed"]
         low, high = share_interval(missed, checked)

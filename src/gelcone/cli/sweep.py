@@ -19,7 +19,7 @@ from gelcone.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.atlas.samples import Distribution
+    from gelcone.atlas.uncertain import Distribution
 
 NAME = "sweep"
 
@@ -77,10 +77,10 @@ def command(
     """
     kept = surveys.one_store(store, resume)
     who = surveys.read_workers(threads, workers, scheduler)
-    from gelcone.atlas.cells import Plan
+    from gelcone.atlas.plan import Plan
     from gelcone.atlas.record import stored_device, stored_plan
-    from gelcone.atlas.samples import draw
     from gelcone.atlas.survey import survey
+    from gelcone.atlas.uncertain import draw
 
     lattice = None
     if resume is not None and surveys.from_store(resume, over or uncertain):
@@ -120,7 +120,7 @@ def command(
 
 def read_uncertain(texts: Iterable[str]) -> dict[str, Distribution]:
     """``name=low:high`` and ``name=mean~deviation`` as distributions."""
-    from gelcone.atlas.samples import Normal, Uniform
+    from gelcone.atlas.uncertain import Normal, Uniform
 
     spread: dict[str, Distribution] = {}
     for text in texts:
@@ -145,7 +145,7 @@ def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str,
     content |= {str(name): variable for name, variable in result.data_vars.items()}
     content["draws"] = {str(n)[len("drawn_") :]: c for n, c in result.coords.items() if str(n).startswith("drawn_")}
     if "draw" in result.dims and "regime" in result:
-        from gelcone.atlas.samples import probability
+        from gelcone.atlas.uncertain import probability
 
         chance = probability(result)
         content["probability"] = {str(name): variable for name, variable in chance.data_vars.items()}
@@ -157,7 +157,7 @@ def summary(shown: xr.Dataset, subject: Subject) -> str:
     totals = surveys.totals_lines(json.loads(shown.attrs["totals"]))
     lines = [*show.head_lines(shown, subject), *show.regime_lines(shown), totals]
     if "draw" in shown.dims and "regime" in shown:
-        from gelcone.atlas.samples import probability
+        from gelcone.atlas.uncertain import probability
 
         chance = probability(shown)
         highest = chance.isel(chance["probability"].argmax(...)) if chance["probability"].ndim else chance

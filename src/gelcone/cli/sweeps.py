@@ -9,11 +9,11 @@ import click
 
 from gelcone.cli.options import read_range
 from gelcone.errors import InputError
-from gelcone.model import parameter_quantity
+from gelcone.physics.model import parameter_quantity
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
-    from gelcone.device import Device
+    from gelcone.devices.device import Device
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -92,7 +92,7 @@ def _plain(option: str, texts: list[str], name: str, device: Device | None) -> l
         remedy = "give a range from:to:count or a list v1,v2,..."
         needs = " (units need a device)" if name in _IN_SI else ""
         raise InputError(f"{option} {texts[bare.index(False)]!r}: must be a number; {remedy}{needs}")
-    from gelcone.units import parse
+    from gelcone.devices.units import parse
 
     unit, (scale, *over) = _IN_SI[name]
     # a bare number among values with units would be dimensionless, which is hardly what was meant

@@ -21,9 +21,9 @@ from gelcone.cli.options import (
 )
 from gelcone.cli.output import check_folder, common_json, deliver, film_errors, heading, progress_bar, si_json
 from gelcone.cli.sweeps import read_values
-from gelcone.dataset import check_writable
 from gelcone.errors import InputError
-from gelcone.model import ConeModel
+from gelcone.files import check_writable
+from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,8 +108,8 @@ def command(
     check_folder(out, NAME, force)
     if fit_file is not None:
         check_writable([fit_file], force=force)
+    from gelcone.continuum.compare import compare, with_mesh_table
     from gelcone.plots.validation import validation_figure
-    from gelcone.validation.compare import compare, with_mesh_table
 
     # the film alone: a voltage that is given as a list makes levels, not members
     film = subject.model.replace(voltage=0.0, voltage_bias=0.0, drive_frequency=1.0, film=None)
@@ -135,7 +135,7 @@ def command(
 
 def write_fit(model: ConeModel, ratio: Any, path: Path, force: bool) -> None:
     """Fits the film and writes it; says on standard error how well it fits."""
-    from gelcone.validation.fit import fit_film, write_film
+    from gelcone.continuum.fit import fit_film, write_film
 
     fitted = fit_film(model, ratio)
     write_film(fitted, path, force=force)
@@ -194,7 +194,7 @@ def _points(result: xr.Dataset) -> list[str]:
 
 def ending_names(result: xr.Dataset) -> Any:
     """How each point's search ended, as names."""
-    from gelcone.validation.path import Ending
+    from gelcone.continuum.path import Ending
 
     return np.vectorize(lambda code: Ending(code).name.lower(), otypes=[object])(result["ending"].values).tolist()
 
@@ -212,7 +212,7 @@ def summary(shown: xr.Dataset, subject: Subject) -> str:
 
 def voltage_lines(member: xr.Dataset) -> list[str]:
     """At each voltage the deviation of the cone where the film is taut, and what became of it elsewhere."""
-    from gelcone.validation.path import Ending
+    from gelcone.continuum.path import Ending
     from gelcone.words import unit_of
 
     lines = [

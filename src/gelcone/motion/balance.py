@@ -29,8 +29,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.errors import InputError
-from gelcone.film import ContinuumFilm
-from gelcone.model import Body, Coefficients, ConeModel, film_stiffness
+from gelcone.physics.film.continuum import ContinuumFilm
+from gelcone.physics.model import Body, Coefficients, ConeModel, film_stiffness
 from gelcone.quantity import Array
 
 SEARCH_RANGE = 1000.0

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.model import ConeModel
-from gelcone.motion.flow import Outcome, integrate
+from gelcone.codes import Outcome
+from gelcone.motion.flow import integrate
 from gelcone.motion.tangents import CERTAIN, FLOOR, LONG_STRETCH, Clock, chained, clocks, log_multipliers, qr_growth
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 RETURNS = 64

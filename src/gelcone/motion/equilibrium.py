@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.model import PARAMETERS, ConeModel, electric_force
 from gelcone.motion.balance import (
     ROUNDING,
     SEARCH_RANGE,
@@ -29,7 +29,7 @@ from gelcone.motion.balance import (
     root_on_segment,
     same_squared,
 )
-from gelcone.motion.flow import Outcome
+from gelcone.physics.model import PARAMETERS, ConeModel, electric_force
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

@@ -20,11 +20,11 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.errors import InputError
-from gelcone.model import PARAMETERS, ConeModel
 from gelcone.motion.equilibrium import pitchfork_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.response import start_states
 from gelcone.motion.tangents import chained
+from gelcone.physics.model import PARAMETERS, ConeModel
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

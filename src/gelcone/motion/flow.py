@@ -13,64 +13,29 @@ import queue
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
-from dataclasses import dataclass, field
-from enum import IntEnum
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from gelcone import drive
+from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, Outcome
 from gelcone.errors import InputError, MissingDependency, unknown_name
-from gelcone.model import Body, Coefficients, ConeModel, acceleration, electric_force, strain
+from gelcone.physics import drive
+from gelcone.physics.model import Body, Coefficients, ConeModel, acceleration, electric_force, strain
+from gelcone.progress import Stopped, Watch, _watched
 from gelcone.quantity import Array
 
 LANES = 8
 DEFAULT_TOLERANCE = 1e-15
 DISK_CACHE_BYTES = 512 * 2**20
-CALL_SPAN = 2000.0
-"""Longest stretch of motion handed to the integrator at once, in units of the fastest linear time scale: between such
-calls an interrupt is heard and a failing member is told apart from its neighbours."""
-STEPS_PER_CALL = 800_000
 SMALLEST_STEP = 2e-8
 """A shorter step means that the film came so close to its stretch limit that the distance, and with it the force, is
 lost to rounding (measured by ``benchmarks/robustness.py``). It shrinks with the time scale of very stiff members."""
 
 Keep = Literal["states", "tangents", "work"]
 KEEPS: tuple[Keep, ...] = get_args(Keep)
-
-
-class Outcome(IntEnum):
-    """How the run of one member ended; everything but ``OK`` leaves NaN from where it happened."""
-
-    OK = 0
-    OUTSIDE = 1
-    STRETCH_LIMIT = 2
-    STEP_LIMIT = 3
-    NOT_FINITE = 4
-    ERROR = 5
-    PULLED_IN = 6
-
-    @property
-    def meaning(self) -> str:
-        """One line: what happened, and what to do."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    Outcome.OK: "ok",
-    Outcome.OUTSIDE: "starts beyond the stretch limit; start lower or raise stretch_limit",
-    Outcome.STRETCH_LIMIT: "came closer to the stretch limit than double precision resolves; raise stretch_limit, "
-    "lower the voltage or start with less energy",
-    Outcome.STEP_LIMIT: f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too stiff",
-    Outcome.PULLED_IN: "left the displacements and voltages at which the continuum film has a state (it pulls in), or "
-    "those of its fit; lower the voltage or start with less energy",
-    Outcome.NOT_FINITE: "became infinite, because the energy has no bound there (a film without stretch limit, or "
-    "deviations sampled too rarely), or did not start from finite numbers",
-    Outcome.ERROR: "the analysis raised an error there; run this point alone to see it",
-}
 
 
 @dataclass(frozen=True)
@@ -164,32 +129,6 @@ def integrate(
     if watch is not None:
         watch.steps += int(job.result.steps.sum())
     return job.result
-
-
-class Stopped(Exception):
-    """The integration was told to stop by its `Watch`."""
-
-
-@dataclass
-class Watch:
-    """Over all that one thread integrates: ``steps`` counts the integrator's steps, ``stop`` ends it soon when set."""
-
-    stop: threading.Event = field(default_factory=threading.Event)
-    steps: int = 0
-
-
-_watched = threading.local()
-
-
-@contextmanager
-def watching(watch: Watch) -> Iterator[None]:
-    """Puts ``watch`` over what this thread integrates inside; once told to stop, `integrate` raises `Stopped`."""
-    before = getattr(_watched, "watch", None)
-    _watched.watch = watch
-    try:
-        yield
-    finally:
-        _watched.watch = before
 
 
 def _check_options(keep: str, tolerance: float, threads: int | None) -> None:

@@ -10,14 +10,14 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.errors import InputError
-from gelcone.model import ConeModel, electric_pull
 from gelcone.motion.equilibrium import stroke_and_blocked_force
+from gelcone.physics.model import ConeModel, electric_pull
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.device import Device
+    from gelcone.devices.device import Device
 
 
 PHASES = 720

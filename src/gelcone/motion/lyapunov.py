@@ -17,13 +17,14 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.model import ConeModel
 from gelcone.motion.cycle import cycles_reached
-from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome
+from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.response import start_states
 from gelcone.motion.section import repeats_lasting, settle
 from gelcone.motion.tangents import CERTAIN, FLOOR, STRETCH, Clock, TangentRun, advance, clocks
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.model import ConeModel
+from gelcone.codes import Outcome, Regime
 from gelcone.motion.cycle import (
     LONGEST_PERIOD,
     NEAR_RETURN,
@@ -32,12 +31,13 @@ from gelcone.motion.cycle import (
     follow,
     periods_of,
 )
-from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome, integrate
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.lyapunov import average, check_budgets, default_transient, shear_level
 from gelcone.motion.response import start_states
 from gelcone.motion.section import repeats_lasting, settle
 from gelcone.motion.tangents import CERTAIN, FLOOR, LONG_STRETCH
 from gelcone.motion.zero_one import zero_one
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -59,22 +59,6 @@ ENDED = 1e-3
 DRIFT_WINDOWS = 8
 CHAOTIC_K = 0.8
 REGULAR_K = 0.2
-
-
-class Regime(IntEnum):
-    """Kinds of motion."""
-
-    REST = 0
-    PERIODIC = 1
-    QUASI_PERIODIC = 2
-    CHAOTIC = 3
-    TRANSIENT = 4
-    LEFT_THE_DOMAIN = 5
-
-    @property
-    def label(self) -> str:
-        """The name in words, as printed and in JSON."""
-        return "quasi-periodic" if self is Regime.QUASI_PERIODIC else self.name.lower().replace("_", " ")
 
 
 @dataclass

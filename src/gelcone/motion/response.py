@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gelcone import dataset, drive
+from gelcone import dataset
+from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.model import ConeModel, electric_energy, spring_energy
-from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome, Trajectories, integrate
+from gelcone.motion.flow import DEFAULT_TOLERANCE, Trajectories, integrate
+from gelcone.physics import drive
+from gelcone.physics.model import ConeModel, electric_energy, spring_energy
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

@@ -6,25 +6,26 @@ phase of the drive stays as exact after a million repeats as in the first.
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gelcone import dataset, drive
+from gelcone import dataset
+from gelcone.codes import Outcome
+from gelcone.dataset import with_initial
 from gelcone.errors import InputError
-from gelcone.model import ConeModel, acceleration, electric_pull
-from gelcone.motion.flow import DEFAULT_TOLERANCE, Outcome, integrate
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.response import start_states
-from gelcone.quantity import Array
+from gelcone.physics import drive
+from gelcone.physics.model import ConeModel, acceleration, electric_pull
+from gelcone.progress import Progress, split_progress, weighted
+from gelcone.quantity import Array, check_count
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Progress = Callable[[float], None] | None
 
 CLOCK_REPEATS = 1000
 """Most repeats between two returns of the clock to 0."""
@@ -427,16 +428,6 @@ def _padded(found: list[tuple[npt.NDArray[np.intp], Array]], count: int) -> tupl
 # --- shared with the spectrum -----------------------------------------------------------------------------------------
 
 
-def check_count(name: str, value: Any, least: int) -> None:
-    """`InputError` unless ``value`` is a whole number of at least ``least``."""
-    try:
-        number = operator.index(value)
-    except TypeError:
-        raise InputError(f"{name} = {value!r}: must be a whole number") from None
-    if isinstance(value, bool) or number < least:
-        raise InputError(f"{name} = {value!r}: must be at least {least}")
-
-
 def _checked_phase(phase: Any) -> float:
     try:
         value = float(phase)
@@ -445,27 +436,3 @@ def _checked_phase(phase: Any) -> float:
     if not 0.0 <= value < 1.0:
         raise InputError(f"phase = {value:g}: must be at least 0 and below 1, the share of the drive repeat gone by")
     return value
-
-
-def weighted(progress: Progress, weight: float) -> Progress:
-    """A progress whose whole is the share ``weight`` of the given one's."""
-    if progress is None:
-        return None
-    report = progress
-    return lambda share: report(weight * share)
-
-
-def split_progress(progress: Progress, first: float, second: float, share: float = 1.0) -> tuple[Progress, Progress]:
-    """Two progresses that add up to ``share`` of the given one, in the ratio of two amounts of work."""
-    whole = first + second
-    return weighted(progress, share * first / whole), weighted(progress, share * second / whole)
-
-
-def with_initial(result: xr.Dataset, model: ConeModel, states0: Array) -> xr.Dataset:
-    """``result`` with the initial states (members, 2) beside it."""
-    result["initial"] = (
-        (*dataset.member_dims(model), "state"),
-        states0.reshape((*model.shape, 2)),
-        {"long_name": "initial displacement and velocity", "units": "1"},
-    )
-    return result

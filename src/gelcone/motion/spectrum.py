@@ -15,27 +15,24 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.dataset import with_initial
 from gelcone.errors import InputError
-from gelcone.model import ConeModel
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.response import start_states
 from gelcone.motion.section import (
     MOST_PER_REPEAT,
     STILL,
-    Progress,
     blocks,
-    check_count,
     fastest,
     next_power_of_two,
     pieces,
     repeat_of,
     samples_per_repeat,
     settle,
-    split_progress,
-    weighted,
-    with_initial,
 )
-from gelcone.quantity import Array
+from gelcone.physics.model import ConeModel
+from gelcone.progress import Progress, split_progress, weighted
+from gelcone.quantity import Array, check_count
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.model import ConeModel
+from gelcone.codes import Outcome
 from gelcone.motion.cycle import periods_of
-from gelcone.motion.flow import Outcome, integrate
+from gelcone.motion.flow import integrate
 from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.section import repeat_of
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 REPEATS = 24

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.model import ConeModel
-from gelcone.motion.flow import Outcome, integrate
+from gelcone.codes import Outcome
+from gelcone.motion.flow import integrate
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 STRETCH = 16.0

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gelcone import drive
-from gelcone.model import Coefficients, ConeModel, acceleration, strain
+from gelcone.physics import drive
+from gelcone.physics.model import Coefficients, ConeModel, acceleration, strain
 from gelcone.quantity import Array
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.motion.regime import Regime
+from gelcone.codes import Regime
 from gelcone.motion.tangents import CERTAIN
 from gelcone.paper.verdicts import Number
 

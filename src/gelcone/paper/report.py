@@ -14,9 +14,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gelcone.model import parameter_quantity
-from gelcone.paper.presets import Preset, load_presets
 from gelcone.paper.verdicts import Finding, Number, Verdict, judge
+from gelcone.physics.model import parameter_quantity
+from gelcone.presets import Preset, load_presets
 
 if TYPE_CHECKING:
     from gelcone.paper.claims import Claim

@@ -19,8 +19,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gelcone._version import __version__
-from gelcone.dataset import check_writable, load, save, write_together
+from gelcone.dataset import load, save
 from gelcone.errors import InputError, unknown_name
+from gelcone.files import check_writable, write_together
 from gelcone.paper.effort import FULL, QUICK, Effort
 from gelcone.paper.report import DrawnFigure, JudgedClaim, report_html
 from gelcone.paper.stamp import stamp

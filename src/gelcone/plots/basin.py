@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.motion.regime import Regime
+from gelcone.codes import Regime
 from gelcone.plots.map import label_axes, marks
 from gelcone.plots.regime import REGIME_COLOURS, cell_legend, edges, mark_failed, mark_flagged, regime_cells
 from gelcone.plots.style import styled

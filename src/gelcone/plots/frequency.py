@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.motion.flow import Outcome
+from gelcone.codes import Outcome
 from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, axis_label, log_ticks, styled
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.codes import Regime
 from gelcone.errors import InputError
-from gelcone.motion.regime import Regime
 from gelcone.plots.regime import cell_legend, edges, mark_failed, mark_flagged, regime_cells
 from gelcone.plots.style import coordinate_axis, styled
 from gelcone.quantity import Array

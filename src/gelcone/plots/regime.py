@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.motion.regime import Regime
+from gelcone.codes import Regime
 from gelcone.plots.response import members
 from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, SKY, VERMILION, YELLOW, styled
 from gelcone.quantity import Array

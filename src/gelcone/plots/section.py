@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.motion.flow import Outcome
+from gelcone.codes import Outcome
 from gelcone.plots.response import members
 from gelcone.plots.style import CYCLE, axis_label, styled
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
-from gelcone.dataset import write_whole
+from gelcone.files import write_whole
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.continuum.path import Ending
 from gelcone.plots.style import BLACK, CYCLE, GREY, axis_label, styled
-from gelcone.validation.path import Ending
 from gelcone.words import unit_of
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.continuum.path import Ending
 from gelcone.paper.studies.continuum import MISSING
 from gelcone.paper.verdicts import Finding, Number
 from gelcone.quantity import Array
-from gelcone.validation.path import Ending
 
 if TYPE_CHECKING:
     import xarray as xr

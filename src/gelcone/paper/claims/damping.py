@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from gelcone.paper.claims.claim import Studies, claim
-from gelcone.paper.presets import find_preset
 from gelcone.paper.reading import chaotic, finite_positive, fixed_branch, share, share_number
 from gelcone.paper.verdicts import Finding, Number
+from gelcone.presets import find_preset
 
 
 @claim(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.motion.regime import Regime
+from gelcone.codes import Regime
 from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.reading import chaotic, finite_positive, positive, share, share_number
 from gelcone.paper.verdicts import Finding, Number

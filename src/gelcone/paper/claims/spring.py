@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gelcone.motion.regime import Regime
+from gelcone.codes import Regime
 from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.reading import fixed_branch, share
 from gelcone.paper.verdicts import Finding, Number

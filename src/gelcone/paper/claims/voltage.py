@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.paper.claims.claim import Studies, claim
-from gelcone.paper.presets import find_preset
 from gelcone.paper.reading import chaotic, finite_positive, first_chaos, fixed_branch, positive, share, share_number
 from gelcone.paper.verdicts import Finding, Number
+from gelcone.presets import find_preset
 
 if TYPE_CHECKING:
     import xarray as xr

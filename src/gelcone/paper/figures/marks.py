@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.motion.regime import Regime
+from gelcone.codes import Regime
 from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.plots.style import BLACK, GREY
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.motion.regime import Regime
+from gelcone.codes import Regime
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.studies.diagrams import PANELS, diagram_name
 from gelcone.paper.studies.maps import MODES

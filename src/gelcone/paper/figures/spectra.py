@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.motion.regime import Regime
+from gelcone.codes import Regime
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.figures.marks import listed, motion_colour
 from gelcone.paper.studies.spectra import SETS

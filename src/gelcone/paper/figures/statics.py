@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from gelcone.continuum.path import Ending
 from gelcone.dataset import model_of
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.figures.marks import fixed_parameters, listed
 from gelcone.paper.studies.continuum import MISSING
 from gelcone.paper.studies.statics import LIMITS, STATIC_VOLTAGES, SURFACES
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, styled
-from gelcone.validation.path import Ending
 
 if TYPE_CHECKING:
     import xarray as xr

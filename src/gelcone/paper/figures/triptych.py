@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from gelcone.motion.regime import Regime
+from gelcone.codes import Regime
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.figures.marks import film_legend, fixed_parameters, listed, mark_slack, motion_colour, symbol
 from gelcone.paper.studies.triples import TRIPLES

@@ -8,22 +8,22 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gelcone import dataset
+from gelcone.codes import Outcome, Regime
 from gelcone.errors import MissingDependency
-from gelcone.model import ConeModel
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
-from gelcone.motion.flow import Outcome
-from gelcone.motion.regime import Regime, classify
+from gelcone.motion.regime import classify
 from gelcone.paper.effort import Effort
-from gelcone.paper.presets import find_preset
 from gelcone.paper.studies.statics import STATIC_VOLTAGES
 from gelcone.paper.studies.study import Progress, Study
+from gelcone.physics.model import ConeModel
+from gelcone.presets import find_preset
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.film import ContinuumFilm
+    from gelcone.physics.film.continuum import ContinuumFilm
 
 RADIUS_RATIOS = (0.2, 0.5)
 """That of the paper's Table 1, and a larger disc."""
@@ -52,7 +52,7 @@ class Threshold(NamedTuple):
 def continuum(effort: Effort, progress: Progress) -> xr.Dataset:
     """Force of film and field over displacement at the voltages of figure 3, cone and continuum, for both radius
     ratios; without scikit-fem a Dataset that says so."""
-    from gelcone.validation.compare import compare
+    from gelcone.continuum.compare import compare
 
     model = find_preset("table1").model.replace(voltage=0.0)
     x = np.linspace(0.1, FARTHEST, 8 if effort.name == "quick" else 15)
@@ -110,7 +110,7 @@ def _thresholds(effort: Effort, progress: Progress) -> tuple[list[Threshold], di
 
 
 def _film(model: ConeModel) -> ContinuumFilm:
-    from gelcone.validation.fit import find_film
+    from gelcone.continuum.fit import find_film
 
     film = find_film("continuum", model, RADIUS_RATIOS[0])
     assert film is not None
@@ -132,7 +132,7 @@ def _pitchfork(name: str, model: ConeModel, film: ContinuumFilm) -> Threshold:
 
 def _with_fit_error(model: ConeModel, voltage: float) -> tuple[float, float]:
     """The interval that the error of the fit leaves, by the membrane itself at a small height and that voltage."""
-    from gelcone.validation.membrane import membrane
+    from gelcone.continuum.membrane import membrane
 
     x = 0.02
     own = membrane(model, model.film.radius_ratio, displacements=x, voltages=voltage, elements=ELEMENTS)

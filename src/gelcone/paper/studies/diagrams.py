@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.atlas.bifurcation import bifurcation
-from gelcone.atlas.cells import Plan
-from gelcone.model import ConeModel
+from gelcone.atlas.plan import Plan
 from gelcone.motion.floquet import floquet_multipliers
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.paper.effort import Effort
-from gelcone.paper.presets import find_preset
 from gelcone.paper.studies.study import Progress, Study
+from gelcone.physics.model import ConeModel
+from gelcone.presets import find_preset
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone import dataset
-from gelcone.atlas.grid import parameter_map
-from gelcone.model import ConeModel
+from gelcone.atlas.maps import parameter_map
 from gelcone.motion.flow import integrate
 from gelcone.motion.regime import classify
 from gelcone.motion.swing import swing
 from gelcone.paper.effort import Effort
 from gelcone.paper.fixed_step import fixed_step
-from gelcone.paper.presets import find_preset
 from gelcone.paper.studies.study import Progress, Study
+from gelcone.physics.model import ConeModel
+from gelcone.presets import find_preset
 
 if TYPE_CHECKING:
     import xarray as xr

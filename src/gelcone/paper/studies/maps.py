@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.atlas.cells import Plan
-from gelcone.atlas.grid import label_cells
+from gelcone.atlas.maps import label_cells
+from gelcone.atlas.plan import Plan
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.paper.effort import Effort
-from gelcone.paper.presets import find_preset
 from gelcone.paper.studies.diagrams import rest_stability
 from gelcone.paper.studies.study import Progress, Study
+from gelcone.presets import find_preset
 
 if TYPE_CHECKING:
     import xarray as xr

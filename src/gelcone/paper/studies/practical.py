@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone import dataset
-from gelcone.device import Device, find_device
-from gelcone.model import ConeModel
+from gelcone.devices.device import Device, find_device
+from gelcone.devices.si import to_si
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.regime import classify, label_evidence
 from gelcone.motion.response import simulate
-from gelcone.motion.section import Progress as MaybeProgress
-from gelcone.motion.section import weighted
 from gelcone.motion.swing import swing
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about, merged
 from gelcone.paper.studies.triples import SPACING
-from gelcone.si import to_si
+from gelcone.physics.model import ConeModel
+from gelcone.progress import Progress as MaybeProgress
+from gelcone.progress import weighted
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone import dataset
-from gelcone.atlas.frequency import frequency_response
-from gelcone.model import ConeModel
 from gelcone.motion.equilibrium import static as static_curves
+from gelcone.motion.frequency import frequency_response
 from gelcone.paper.effort import Effort
-from gelcone.paper.presets import find_preset
 from gelcone.paper.studies.study import Progress, Study, about
 from gelcone.paper.studies.triples import motions
+from gelcone.physics.model import ConeModel
+from gelcone.presets import find_preset
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

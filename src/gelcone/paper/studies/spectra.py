@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.motion.section import repeat_of, weighted
+from gelcone.motion.section import repeat_of
 from gelcone.motion.spectrum import FEWEST_PERIODS, spectrum
 from gelcone.paper.effort import Effort
-from gelcone.paper.presets import find_preset
 from gelcone.paper.studies.study import Progress, Study, about, kinds_of, merged
 from gelcone.paper.studies.triples import TRIPLES
+from gelcone.presets import find_preset
+from gelcone.progress import weighted
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.model import ConeModel
 from gelcone.motion.equilibrium import static as static_curves
 from gelcone.paper.effort import Effort
-from gelcone.paper.presets import find_preset
 from gelcone.paper.studies.study import Progress, Study, about, meaning
+from gelcone.physics.model import ConeModel
+from gelcone.presets import find_preset
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.model import ConeModel
 from gelcone.motion.lyapunov import default_transient
 from gelcone.motion.regime import classify, label_evidence
 from gelcone.motion.response import start_states
 from gelcone.paper.effort import Effort
+from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
     import xarray as xr

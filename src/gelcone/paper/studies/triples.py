@@ -12,15 +12,16 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.model import ConeModel
-from gelcone.motion.flow import Outcome
+from gelcone.codes import Outcome
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.motion.response import simulate
-from gelcone.motion.section import Progress as MaybeProgress
-from gelcone.motion.section import repeat_of, section, weighted
+from gelcone.motion.section import repeat_of, section
 from gelcone.paper.effort import Effort
-from gelcone.paper.presets import Preset, find_preset
 from gelcone.paper.studies.study import Progress, Study, about, kinds_of, meaning, merged
+from gelcone.physics.model import ConeModel
+from gelcone.presets import Preset, find_preset
+from gelcone.progress import Progress as MaybeProgress
+from gelcone.progress import weighted
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

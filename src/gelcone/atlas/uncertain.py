@@ -1,0 +1,155 @@
+"""Uncertain parameters: draws of them for a sweep, and what the draws say about the chance of a kind of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import dataset
+from gelcone.codes import Outcome, Regime
+from gelcone.errors import InputError, unknown_name
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Method = Literal["sobol", "latin-hypercube"]
+METHODS: tuple[Method, ...] = get_args(Method)
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """Anything between two bounds, with the same density."""
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.low) and np.isfinite(self.high) and self.low < self.high):
+            raise InputError(f"{self.low:g}:{self.high:g}: a uniform distribution goes from a lower to a higher bound")
+
+    def at(self, share: Array) -> Array:
+        """Values below which lie these shares of the distribution."""
+        return self.low + (self.high - self.low) * share
+
+
+@dataclass(frozen=True)
+class Normal:
+    """The normal distribution of a mean and a standard deviation."""
+
+    mean: float
+    deviation: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.mean) and np.isfinite(self.deviation) and self.deviation > 0.0):
+            raise InputError(f"{self.mean:g}~{self.deviation:g}: the standard deviation must be positive")
+
+    def at(self, share: Array) -> Array:
+        """Values below which lie these shares of the distribution."""
+        from scipy.special import ndtri
+
+        values: Array = self.mean + self.deviation * ndtri(share)
+        return values
+
+
+Distribution = Uniform | Normal
+
+
+def draw(
+    uncertain: Mapping[str, Distribution], count: int, *, method: Method = "sobol", seed: int = 0
+) -> dict[str, Array]:
+    """Draws of independent uncertain parameters that fill their ranges evenly: for `Plan`'s ``draws``.
+
+    Parameters
+    ----------
+    uncertain : name -> distribution.
+    count : number of draws, at least 2; powers of 2 suit Sobol's sequence.
+    method : ``"sobol"``, scrambled (Owen, J. Complexity 14 (1998) 466; default), or ``"latin-hypercube"`` (McKay et
+        al., Technometrics 21 (1979) 239).
+    seed : the same seed gives the same draws.
+
+    Raises
+    ------
+    InputError : for nothing uncertain, fewer than 2 draws or an unknown method.
+    """
+    if not uncertain:
+        raise InputError("uncertain: is empty; give at least one parameter and its distribution")
+    if count < 2:
+        raise InputError(f"count = {count}: must be at least 2 draws")
+    if method not in METHODS:
+        raise unknown_name("method of drawing", str(method), METHODS)
+    import warnings
+
+    from scipy.stats import qmc
+
+    dimension = len(uncertain)
+    if method == "sobol":
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", category=UserWarning)  # that a number of draws is no power of 2
+            shares = qmc.Sobol(dimension, seed=seed).random(count)
+    else:
+        shares = qmc.LatinHypercube(dimension, seed=seed).random(count)
+    inside = np.clip(shares, 0.5 / 2**53, 1.0 - 2.0**-53)
+    return {name: uncertain[name].at(inside[:, k]) for k, name in enumerate(uncertain)}
+
+
+def share_interval(hits: npt.ArrayLike, count: npt.ArrayLike, confidence: float = 0.95) -> tuple[Array, Array]:
+    """The interval of a share of which ``hits`` of ``count`` independent draws are seen.
+
+    Clopper and Pearson, Biometrika 26 (1934) 404.
+    """
+    from scipy.special import betaincinv
+
+    k, n = np.asarray(hits), np.asarray(count)
+    tail = 0.5 * (1.0 - confidence)
+    low = np.where(k > 0, betaincinv(np.maximum(k, 1), n - k + 1, tail), 0.0)
+    high = np.where(k < n, betaincinv(k + 1, np.maximum(n - k, 1), 1.0 - tail), 1.0)
+    return low, high
+
+
+def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence: float = 0.95) -> xr.Dataset:
+    """How likely a kind of motion is at every point of a grid, by the draws made there.
+
+    Parameters
+    ----------
+    cells : what `gelcone.survey` gives of a plan with draws and the analysis ``"regime"``.
+    kind : default chaos.
+    confidence : of the interval. Default 0.95.
+
+    Returns
+    -------
+    Dataset over the grid: ``probability``, the share of the decided draws; ``low`` and ``high``, its interval (Clopper
+    and Pearson, Biometrika 26 (1934) 404: exact for independent draws, and wider than it need be for the even ones of
+    `draw`); ``decided``, the number of draws behind it: not those that failed or did not settle.
+
+    Raises
+    ------
+    InputError : for a sweep without draws or regimes, or a confidence that is not between 0 and 1.
+    """
+    if "draw" not in cells.dims or "regime" not in cells:
+        raise InputError("the sweep has no draws of the regime; give uncertain parameters and the analysis 'regime'")
+    if not 0.0 < confidence < 1.0:
+        raise InputError(f"confidence = {confidence}: must be between 0 and 1")
+    regime, failed = cells["regime"], cells["outcome"].isin([Outcome.STEP_LIMIT, Outcome.ERROR])
+    decided = ~failed & (regime != Regime.TRANSIENT) & (regime >= 0)
+    n = decided.sum("draw")
+    k = (decided & (regime == kind)).sum("draw")
+    low, high = share_interval(k, n, confidence)
+    share = np.where(n > 0, k / np.maximum(n, 1), np.nan)
+    options = {"kind": kind.label, "confidence": confidence}
+    result = dataset.label(dataset.model_of(cells), {}, options=options, title=f"probability: {kind.label}")
+    about = {
+        "probability": (share, f"probability that the motion is {kind.label}", "share"),
+        "low": (np.where(n > 0, low, 0.0), f"lower end of its {100.0 * confidence:g} % interval", "share"),
+        "high": (np.where(n > 0, high, 1.0), f"upper end of its {100.0 * confidence:g} % interval", "share"),
+        "decided": (n.values, "draws that are decided", "count"),
+    }
+    variables = {
+        name: (n.dims, values, {"long_name": meaning, "units": "1", "quantity": quantity})
+        for name, (values, meaning, quantity) in about.items()
+    }
+    return result.assign_coords({str(dim): cells[dim] for dim in n.dims}).assign(variables)

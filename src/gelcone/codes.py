@@ -1,0 +1,57 @@
+"""Outcomes of runs and kinds of motion: the numbers in results, and what they mean in words."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+STEPS_PER_CALL = 800_000
+CALL_SPAN = 2000.0
+"""Longest stretch of motion handed to the integrator at once, in units of the fastest linear time scale: between such
+calls an interrupt is heard and a failing member is told apart from its neighbours."""
+
+
+class Outcome(IntEnum):
+    """How the run of one member ended; everything but ``OK`` leaves NaN from where it happened."""
+
+    OK = 0
+    OUTSIDE = 1
+    STRETCH_LIMIT = 2
+    STEP_LIMIT = 3
+    NOT_FINITE = 4
+    ERROR = 5
+    PULLED_IN = 6
+
+    @property
+    def meaning(self) -> str:
+        """One line: what happened, and what to do."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    Outcome.OK: "ok",
+    Outcome.OUTSIDE: "starts beyond the stretch limit; start lower or raise stretch_limit",
+    Outcome.STRETCH_LIMIT: "came closer to the stretch limit than double precision resolves; raise stretch_limit, "
+    "lower the voltage or start with less energy",
+    Outcome.STEP_LIMIT: f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too stiff",
+    Outcome.PULLED_IN: "left the displacements and voltages at which the continuum film has a state (it pulls in), or "
+    "those of its fit; lower the voltage or start with less energy",
+    Outcome.NOT_FINITE: "became infinite, because the energy has no bound there (a film without stretch limit, or "
+    "deviations sampled too rarely), or did not start from finite numbers",
+    Outcome.ERROR: "the analysis raised an error there; run this point alone to see it",
+}
+
+
+class Regime(IntEnum):
+    """Kinds of motion."""
+
+    REST = 0
+    PERIODIC = 1
+    QUASI_PERIODIC = 2
+    CHAOTIC = 3
+    TRANSIENT = 4
+    LEFT_THE_DOMAIN = 5
+
+    @property
+    def label(self) -> str:
+        """The name in words, as printed and in JSON."""
+        return "quasi-periodic" if self is Regime.QUASI_PERIODIC else self.name.lower().replace("_", " ")

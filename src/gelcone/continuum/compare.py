@@ -1,0 +1,282 @@
+"""The cone model beside the continuum: force, nearness of the stretch limit, and how far the mesh can be trusted."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import dataset
+from gelcone.continuum.membrane import (
+    DEFAULT_ELEMENTS,
+    DEFAULT_RADIUS_RATIO,
+    Wrinkles,
+    check_displacements,
+    check_voltages,
+    ensemble,
+    limit_shares,
+    membrane,
+    single,
+    solve,
+)
+from gelcone.continuum.mesh import Film, interpolated, mesh_film
+from gelcone.continuum.path import Ending, Point, cone, flat, newton, reach, slackens
+from gelcone.errors import InputError
+from gelcone.physics.model import ConeModel
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LIMIT_SHARES = (0.1, 0.5, 0.9)
+"""Shares of the stretch limit for which the displacements are sought."""
+LIMIT_STEPS = 40
+MESHES = (5, 10, 20, 40, 80)
+FORCE_ORDER, SHAPE_ORDER = 4, 3
+"""Powers of the element size with which the errors of force (an energy) and shape of quadratic elements fall."""
+
+MESH_VARIABLES = {
+    "force": ("force of the continuum on the disc", "force"),
+    "force_error": ("its distance from that of a mesh four times finer than the finest", "force"),
+    "force_order": (f"observed order of the force; {FORCE_ORDER} is promised", "count"),
+    "shape_error": ("root mean square distance of the rings from that mesh", "length"),
+    "shape_order": (f"observed order of the shape; {SHAPE_ORDER} is promised", "count"),
+}
+"""What a mesh-convergence table holds -> its meaning and scale."""
+
+
+def compare(
+    model: ConeModel,
+    radius_ratio: npt.ArrayLike = DEFAULT_RADIUS_RATIO,
+    *,
+    displacements: npt.ArrayLike,
+    voltages: npt.ArrayLike = 0.0,
+    wrinkles: Wrinkles = "mark",
+    elements: int = DEFAULT_ELEMENTS,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """What `membrane` finds, and beside it the cone model of the same film.
+
+    Parameters and errors are those of `membrane`.
+
+    Returns
+    -------
+    Its Dataset, in which ``continuum_force`` takes the place of ``force``, with ``cone_force``, ``cone_stretch`` (along
+    the meridian) and ``cone_limit_share`` of the homogeneous cone. Both forces are those of film and field at a
+    constant voltage, -v^2/2 times the squared area ratio included, without the spring. ``deviation`` is
+    cone_force/continuum_force - 1: positive where the cone overestimates the force, NaN where the film is compressed
+    along its meridian or has pulled in. ``limit_displacement`` and ``cone_limit_displacement`` over ``share`` are the
+    displacements at which the largest I1 - 3 reaches that share of the stretch limit without voltage; NaN for a law
+    without limit.
+    """
+    result = membrane(
+        model,
+        radius_ratio,
+        displacements=displacements,
+        voltages=voltages,
+        wrinkles=wrinkles,
+        elements=elements,
+        progress=progress,
+    )
+    model, ratios = ensemble(model, radius_ratio)
+    x, levels = result["displacement"].values, result["constant_voltage"].values
+    members = [single(model, i) for i in range(model.size)]
+    alone = [member.replace(spring_stiffness=0.0) for member in members]
+    with np.errstate(all="ignore"):
+        force = np.array([[member.force(x, v) for v in levels] for member in alone])
+        share = np.array([np.tile(m.strain(x) / m.strain_limit(), (levels.size, 1)) for m in members])
+    cone_stretch = np.array([member.stretches[0] * np.sqrt(1.0 + x * x) for member in members])
+    held = result["force"].values.reshape(force.shape)
+    ending, folds = (result[name].values.reshape(force.shape) for name in ("ending", "folds"))
+    pulls = (ending == Ending.CONVERGED) & (folds == 0) & (held * np.sign(x) > 0.0)
+    deviation = np.where(pulls, force / np.where(pulls, held, np.nan) - 1.0, np.nan)
+    films = [mesh_film(member, ratio, elements) for member, ratio in zip(members, ratios, strict=True)]
+    reached = np.array([limit_displacements(film) for film in films])
+    cones = np.array([[_cone_limit(member, share) for share in LIMIT_SHARES] for member in members])
+    at = ("constant_voltage", "displacement")
+    beside = dataset.label(
+        model,
+        {
+            "cone_force": (at, force, "static force of the homogeneous cone on the disc", "force"),
+            "deviation": (at, deviation, "force of the cone over that of the continuum, less 1", "ratio"),
+            "cone_stretch": (at[1:], cone_stretch, "true meridional stretch of the cone", "stretch"),
+            "cone_limit_share": (at, share, "share of the stretch limit in the cone, (I1-3)/limit", "ratio"),
+            "limit_displacement": (("share",), reached, "where the continuum reaches the share", "length"),
+            "cone_limit_displacement": (("share",), cones, "where the cone reaches the share", "length"),
+        },
+        coords={"share": (("share",), np.array(LIMIT_SHARES), "share of the stretch limit", "ratio")},
+        options={"elements": elements, "wrinkles": wrinkles},
+        title="cone and continuum",
+    )
+    merged = result.rename(force="continuum_force").assign(beside.data_vars).assign_coords(beside.coords)
+    return merged.assign_attrs(beside.attrs)
+
+
+def limit_displacements(film: Film, shares: Sequence[float] = LIMIT_SHARES) -> Array:
+    """Displacements at which the largest I1 - 3 of the film reaches shares of its stretch limit, without voltage.
+
+    NaN where it does not: in a film without limit, or past which Newton's method does not come.
+    """
+    found = np.full(len(shares), np.nan)
+    step = 1.2 * _cone_limit(film.model, max(shares)) / LIMIT_STEPS
+    if not step > 0.0:
+        return found
+    before: Point | None = None
+    for k in range(1, LIMIT_STEPS + 1):
+        after = _raised_to(film, before, k * step)
+        if before is not None and after is None:
+            break
+        if before is not None and after is not None:
+            low, high = (limit_shares(film, point.position).max() for point in (before, after))
+            for i in np.flatnonzero((low < np.asarray(shares)) & (np.asarray(shares) <= high)):
+                found[i] = _crossing(film, before, after.height, shares[int(i)])
+        before = after
+    return found
+
+
+def _crossing(film: Film, below: Point, highest: float, share: float) -> float:
+    """The height between a point and a higher one at which the largest share of the stretch limit is ``share``."""
+    from scipy.optimize import brentq
+
+    def excess(height: float) -> float:
+        point = below if height == below.height else reach(film, below, "height", height)[0]
+        return np.nan if point is None else float(limit_shares(film, point.position).max()) - share
+
+    return float(brentq(excess, below.height, highest, xtol=1e-8))
+
+
+def _raised_to(film: Film, below: Point | None, height: float) -> Point | None:
+    """The film without voltage, in tension, at a height; from a lower one, or else from the cone."""
+    if below is not None:
+        return reach(film, below, "height", height)[0]
+    point = newton(film, cone(film, height, flat(film, 0.0)), 0.0)
+    return point if point is not None and point.stable and not slackens(point) else None
+
+
+def _cone_limit(model: ConeModel, share: float) -> float:
+    """The displacement at which the cone reaches a share of its stretch limit; NaN if it never does.
+
+    A q + B + G/q - 3 = share times the limit is quadratic in q = 1 + x^2.
+    """
+    c, limit = model.coefficients(), float(model.strain_limit())
+    half = 0.5 * (share * limit + 3.0 - float(c.B))
+    inside = half * half - float(c.A * c.G)
+    if not np.isfinite(limit) or half <= 0.0 or inside < 0.0:
+        return float("nan")
+    q = (half + np.sqrt(inside)) / float(c.A)
+    return float(np.sqrt(q - 1.0)) if q >= 1.0 else float("nan")
+
+
+# --- the mesh --------------------------------------------------------------------------------------------------------
+
+
+def mesh_convergence(
+    model: ConeModel,
+    radius_ratio: float = DEFAULT_RADIUS_RATIO,
+    *,
+    displacement: float = 1.0,
+    voltage: float = 0.0,
+    elements: Sequence[int] = MESHES,
+) -> xr.Dataset:
+    """How force and shape converge with the number of elements, and the observed order.
+
+    Parameters
+    ----------
+    model : one actuator.
+    radius_ratio, displacement, voltage : as in `membrane`, one number each.
+    elements : at least two increasing numbers of elements, each dividing the next. Default 5 to 80, doubled each time.
+
+    Returns
+    -------
+    Dataset over ``elements``: ``force``, ``force_error`` and ``shape_error`` (root mean square distance of the rings,
+    in b - a) against a mesh four times finer than the finest, and ``force_order`` and ``shape_order`` between a mesh
+    and the one before (NaN for the first). Quadratic elements promise 4 and 3.
+
+    Raises
+    ------
+    InputError : where a mesh finds no film in tension at that displacement and voltage.
+    """
+    counts = [int(n) for n in elements]
+    if len(counts) < 2 or any(b <= a or b % a for a, b in itertools.pairwise(counts)):
+        raise InputError(f"elements = {list(elements)}: must be at least two, each a multiple of the one before")
+    x, v = float(check_displacements(displacement)[0]), float(check_voltages(voltage)[0])
+    meshes = [mesh_film(model, radius_ratio, n) for n in (*counts, 4 * counts[-1])]
+    points = [_point(film, x, v) for film in meshes]
+    exact, fine = points[-1], meshes[-1]
+    force = np.array([point.force for point in points[:-1]])
+    force_error = np.abs(force - exact.force)
+    shape_error = np.array([_distance(f, p, fine, exact) for f, p in zip(meshes[:-1], points, strict=False)])
+    ratio = np.log(np.array(counts[1:]) / np.array(counts[:-1]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        orders = [np.append(np.nan, np.log(e[:-1] / e[1:]) / ratio) for e in (force_error, shape_error)]
+    along = ("elements",)
+    values = dict(zip(MESH_VARIABLES, (force, force_error, orders[0], shape_error, orders[1]), strict=True))
+    return dataset.label(
+        model,
+        {name: (along, values[name], *told) for name, told in MESH_VARIABLES.items()},
+        coords={"elements": (along, np.array(counts), "quadratic elements along the radius", "count")},
+        options={"radius_ratio": meshes[0].radius_ratio, "displacement": x, "voltage": v},
+        title="convergence of the mesh",
+    )
+
+
+def _point(film: Film, x: float, voltage: float) -> Point:
+    state = solve(film, np.array([x]), np.array([voltage]))[0][0]
+    if state.ending != Ending.CONVERGED or state.point is None or x == 0.0:
+        raise InputError(
+            f"displacement = {x:g} at voltage = {voltage:g}, {len(film.unknowns)} elements: {state.ending.meaning}; "
+            "choose one at which the film is in tension"
+        )
+    return state.point
+
+
+def _distance(film: Film, point: Point, fine: Film, exact: Point) -> float:
+    """Root mean square distance of the rings from those of a finer mesh, over the width of the film."""
+    shape = np.stack([interpolated(film, point.position[k::2], fine.place) for k in (0, 1)])
+    squared = np.sum((shape - exact.position.reshape(-1, 2).T) ** 2, axis=0)
+    return float(np.sqrt(np.sum(0.5 * (squared[1:] + squared[:-1]) * np.diff(fine.place))))
+
+
+def with_mesh_table(result: xr.Dataset, radius_ratio: npt.ArrayLike = DEFAULT_RADIUS_RATIO) -> xr.Dataset:
+    """What `compare` found, and for each member `mesh_convergence` at one of its points.
+
+    That point is the middle one of those in tension, at the lowest voltage; ``mesh_displacement`` and ``mesh_voltage``
+    tell it. The table's variables have ``mesh_`` before their names and run over ``mesh_elements``; NaN for a member
+    that is in tension nowhere, or not on all meshes.
+    """
+    model, ratios = ensemble(dataset.model_of(result), radius_ratio)
+    shape = (model.size, result.sizes["constant_voltage"], result.sizes["displacement"])
+    held = np.isfinite(result["deviation"].values.reshape(shape))
+    rows = []
+    for i, ratio in enumerate(ratios):
+        row = {name: np.full(len(MESHES), np.nan) for name in MESH_VARIABLES}
+        point = np.full(2, np.nan)
+        points = np.argwhere(held[i])
+        if len(points):
+            lowest = points[points[:, 0] == points[0, 0]]
+            k, j = lowest[len(lowest) // 2]
+            point = np.array([result["displacement"].values[j], result["constant_voltage"].values[k]])
+            with contextlib.suppress(InputError):
+                table = mesh_convergence(single(model, i), ratio, displacement=abs(point[0]), voltage=point[1])
+                row = {name: table[name].values for name in MESH_VARIABLES}
+        rows.append(row | {"displacement": point[0], "voltage": point[1]})
+    along = ("mesh_elements",)
+    variables: dict[str, dataset.Variable] = {
+        f"mesh_{name}": (along, np.stack([row[name] for row in rows]), meaning, quantity)
+        for name, (meaning, quantity) in MESH_VARIABLES.items()
+    }
+    for name, quantity in (("displacement", "length"), ("voltage", "voltage")):
+        values = np.array([row[name] for row in rows])
+        variables[f"mesh_{name}"] = ((), values, f"{name} at which the mesh was varied", quantity)
+    table = dataset.label(
+        model,
+        variables,
+        coords={"mesh_elements": (along, np.array(MESHES), "quadratic elements along the radius", "count")},
+        options={},
+        title="convergence of the mesh",
+    )
+    return result.assign(table.data_vars).assign_coords(mesh_elements=table["mesh_elements"])

@@ -1,0 +1,336 @@
+"""Equilibria of a `Film` under growing loads: Newton with the consistent tangent, load steps, arc length past folds.
+
+Two loads: the height of the disc and v^2. A step follows the tangent of the path and is corrected by Newton; it is
+halved where the correction is not small beside it, so that no step jumps to another branch.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from enum import IntEnum
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from gelcone.continuum.mesh import BAND, Film, Forces, electric_forces, energy, forces, reachable, tangent
+from gelcone.quantity import Array
+
+Load = Literal["height", "squared"]
+
+DISC_HEIGHT = 1
+"""Place of the disc's height among the unknowns."""
+FREE = slice(2, -2)
+"""The unknowns that are neither on the disc nor on the rim."""
+TOLERANCE = 1e-12
+"""Residual forces of an equilibrium, over the largest force of a ring on a node."""
+ROUNDING = 1e-15
+"""Residual forces that rounding leaves, over the largest stiffness."""
+MOST_ITERATIONS, MOST_HALVINGS = 40, 12
+"""Of Newton's method from a rough guess, and of one of its steps."""
+STEP_ITERATIONS, STEP_HALVINGS = 8, 3
+"""The same from the end of a load step, where more would lead elsewhere."""
+LARGEST_CORRECTION = 0.3
+"""Of a step, over its length; a larger one may lead to another branch."""
+LONGEST_STEP = 0.5
+"""Largest displacement of a step, in b - a."""
+SMALLEST_STEP: dict[Load, float] = {"height": 1e-3, "squared": 3e-2}
+"""Share of the way to the next load below which a path counts as ended; for the voltage the arc length takes over."""
+MOST_ARC_STEPS = 100
+MOST_ARC_ITERATIONS = 6
+ARC_LENGTH = 0.05
+"""First step along the arc: root mean square of the displacements in b - a, beside the change of v^2."""
+LONGEST_ARC = 0.5
+ARC_TOLERANCE = 1e-8
+"""As `TOLERANCE`, before the last Newton steps at a given voltage."""
+
+
+class Ending(IntEnum):
+    """How the search for the film's state at one displacement and voltage ended."""
+
+    CONVERGED = 0
+    COMPRESSED = 1
+    BEYOND_LIMIT = 2
+    TENSION_LOST = 3
+    PULLED_IN = 4
+    NOT_CONVERGED = 5
+    UNRESOLVED = 6
+
+    @property
+    def meaning(self) -> str:
+        """One line: what happened."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    Ending.CONVERGED: "converged: in tension along the meridian, reached by raising the disc and then the voltage",
+    Ending.COMPRESSED: "converged, but compressed along the meridian: only a film that cannot wrinkle rests there",
+    Ending.BEYOND_LIMIT: "no film of this law spans that height within its stretch limit",
+    Ending.TENSION_LOST: "lost its tension along the meridian on the way: a slack film holds no such state",
+    Ending.PULLED_IN: "pulled in on the way, where the voltage has a fold; bulged, the film keeps no tension there",
+    Ending.NOT_CONVERGED: "the path of equilibria could not be followed to this load",
+    Ending.UNRESOLVED: "found, but the mesh is too coarse for it: take more elements",
+}
+
+
+class Point(NamedTuple):
+    """An equilibrium: the unknowns, v^2, the forces, and whether the energy has a minimum there."""
+
+    position: Array
+    squared: float
+    forces: Forces
+    stable: bool
+
+    @property
+    def height(self) -> float:
+        """Height of the disc in b - a."""
+        return float(self.position[DISC_HEIGHT])
+
+    @property
+    def force(self) -> float:
+        """Force that holds the disc, per mu Vol/(b - a)."""
+        return float(self.forces.internal[DISC_HEIGHT])
+
+
+# --- one equilibrium -------------------------------------------------------------------------------------------------
+
+
+def newton(film: Film, guess: Array, squared: float, within: float = math.inf) -> Point | None:
+    """The equilibrium near a guess whose ends are in place; None if Newton's method does not find one.
+
+    ``within``: the largest displacement from the guess, for one that should be close.
+    """
+    if not reachable(film, guess):
+        return None
+    most, halvings = (MOST_ITERATIONS, MOST_HALVINGS) if math.isinf(within) else (STEP_ITERATIONS, STEP_HALVINGS)
+    position, now = guess, forces(film, guess, squared)
+    for _ in range(most):
+        band = _regular(film, position, squared)
+        step = np.zeros_like(position)
+        step[FREE] = -_solved(band, now.internal)
+        allowed = TOLERANCE * now.scale + ROUNDING * float(np.abs(band).max()) * max(1.0, float(np.abs(position).max()))
+        if _residual(now) <= allowed:
+            return _polished(film, position, step, squared, now)
+        damped = _damped(film, position, step, squared, max(allowed, _residual(now)), halvings)
+        if damped is None or np.abs(damped[0] - guess).max() > within:
+            return None
+        position, now = damped
+    return None
+
+
+def _damped(
+    film: Film, position: Array, step: Array, squared: float, most: float, halvings: int
+) -> tuple[Array, Forces] | None:
+    """The longest of ever shorter steps that leaves less than ``most`` of the residual forces; None if none does.
+
+    A film that may wrinkle rests in a minimum of its energy: there a lower energy will do, for the stiffness jumps
+    where rings tighten.
+    """
+    before = energy(film, position, squared) if film.relaxed else math.nan
+    for _ in range(halvings):
+        moved = position + step
+        if reachable(film, moved):
+            now = forces(film, moved, squared)
+            if _residual(now) < most or (film.relaxed and energy(film, moved, squared) < before):
+                return moved, now
+        step = 0.5 * step
+    return None
+
+
+def _polished(film: Film, position: Array, step: Array, squared: float, now: Forces) -> Point:
+    """The point, after one more step where that still helps: the forces are then exact to rounding."""
+    moved = position + step
+    if reachable(film, moved) and _residual(then := forces(film, moved, squared)) < _residual(now):
+        position, now = moved, then
+    return Point(position, squared, now, _positive(_regular(film, position, squared)))
+
+
+def _residual(f: Forces) -> float:
+    return float(np.abs(f.internal[FREE]).max())
+
+
+def _regular(film: Film, position: Array, squared: float) -> Array:
+    """The tangent of the free unknowns; for a flat film with its heights held at 0, which symmetry makes an equilibrium
+    even where no tension holds it."""
+    band = tangent(film, position, squared)
+    if not position[1::2].any():
+        band[BAND, 1::2] = 1.0
+    return band[:, FREE]
+
+
+def _solved(band: Array, right: Array) -> Array:
+    from scipy.linalg import LinAlgError, solve_banded
+
+    try:
+        return np.asarray(solve_banded((BAND, BAND), band, right[FREE], check_finite=False))
+    except LinAlgError:  # exactly singular: no step from here
+        return np.full(right[FREE].shape, np.nan)
+
+
+def _positive(band: Array) -> bool:
+    """Whether the tangent is positive definite: whether the equilibrium is stable against all axisymmetric motion."""
+    from scipy.linalg import LinAlgError, cholesky_banded
+
+    try:
+        cholesky_banded(band[: BAND + 1], check_finite=False)
+    except LinAlgError:
+        return False
+    return True
+
+
+# --- along a load ----------------------------------------------------------------------------------------------------
+
+
+def flat(film: Film, squared: float) -> Point | None:
+    """The flat film under v^2, its rings where the pre-stresses balance; None where none is found.
+
+    By symmetry it is an equilibrium even where no tension keeps it flat; ``stable`` tells whether one does.
+    """
+    start = newton(film, np.zeros(film.size), 0.0)
+    found = start if start is None or squared == 0.0 else reach(film, start, "squared", squared)[0]
+    if found is None:
+        return None
+    return found._replace(stable=_positive(tangent(film, found.position, squared)[:, FREE]))
+
+
+def cone(film: Film, height: float, below: Point | None = None) -> Array:
+    """A guess: the homogeneous cone, with the radial displacements of ``below`` if given."""
+    position = np.zeros(film.size) if below is None else below.position.copy()
+    position[1::2] = height * (1.0 - film.place)
+    return position
+
+
+def reach(film: Film, start: Point, load: Load, target: float) -> tuple[Point | None, Point]:
+    """The equilibrium at a load, reached in steps from ``start``, and the last one found on the way.
+
+    A film that starts stable and in tension stays so: the path ends where it would not.
+    """
+    point, begin = start, _load(start, load)
+    step = target - begin
+    while _load(point, load) != target:
+        remaining = target - _load(point, load)
+        whole = abs(step) >= abs(remaining)
+        step = remaining if whole else step
+        found = _step(film, point, load, target if whole else _load(point, load) + step)
+        if found is None:
+            step *= 0.5
+            if abs(step) < SMALLEST_STEP[load] * abs(target - begin):
+                return None, point
+        else:
+            point, step = found, 2.0 * step
+    return point, point
+
+
+def _load(point: Point, load: Load) -> float:
+    return point.height if load == "height" else point.squared
+
+
+def _step(film: Film, point: Point, load: Load, target: float) -> Point | None:
+    way = (target - _load(point, load)) * _rate(film, point, load)
+    guess = point.position + way
+    if load == "height":
+        guess[DISC_HEIGHT] = target
+    length = float(np.abs(way).max())
+    if not length <= LONGEST_STEP:
+        return None
+    within = LARGEST_CORRECTION * length + 1e-9
+    found = newton(film, guess, target if load == "squared" else point.squared, within)
+    if found is None or (slackens(found) and not slackens(point)):
+        return None
+    # flat, symmetry carries the film through any loss of stability
+    return found if found.stable == point.stable or found.height == 0.0 else None
+
+
+def slackens(point: Point) -> bool:
+    """Whether the meridian of a raised film is compressed anywhere."""
+    return point.height != 0.0 and point.forces.least < 0.0
+
+
+def _rate(film: Film, point: Point, load: Load) -> Array:
+    """Change of the unknowns with the load along the path."""
+    rate = np.zeros(film.size)
+    band = tangent(film, point.position, point.squared)
+    if load == "height":
+        rate[DISC_HEIGHT] = 1.0
+        pull = np.zeros(film.size)
+        coupled = np.arange(min(BAND + DISC_HEIGHT + 1, film.size))
+        pull[coupled] = band[BAND + coupled - DISC_HEIGHT, DISC_HEIGHT]
+    else:
+        pull = electric_forces(film, point.position, point.squared)
+    if not point.position[1::2].any():
+        band[BAND, 1::2] = 1.0
+    rate[FREE] = -_solved(band[:, FREE], pull)
+    return rate
+
+
+# --- past folds of the voltage, at a held disc -----------------------------------------------------------------------
+
+
+class Arc(NamedTuple):
+    """A point on a path and the direction of the path there; ``folds``, the turns of the voltage passed so far."""
+
+    point: Point
+    position: Array
+    squared: float
+    folds: int
+
+
+def arc(film: Film, start: Point) -> Iterator[Arc]:
+    """Points at equal arc length along the equilibria of a held disc, from ``start`` towards higher voltage.
+
+    Ends after `MOST_ARC_STEPS`, where no further point is found, where v^2 returns to 0 and where tension is lost;
+    that last point is given out.
+    """
+    here = _arc(film, start, None)
+    length, shortest = ARC_LENGTH, 1e-6 * ARC_LENGTH
+    for _ in range(MOST_ARC_STEPS):
+        point = None
+        while point is None:
+            if length < shortest:
+                return
+            point = _corrected(film, here, length)
+            length *= 0.5 if point is None else 1.0
+        if point.squared < 0.0:
+            return
+        here = _arc(film, point, here)
+        yield here
+        if slackens(point):
+            return
+        length = min(2.0 * length, LONGEST_ARC)
+
+
+def _size(position: Array, squared: float) -> float:
+    """Length of a step: the root mean square of the displacements beside the change of v^2."""
+    return math.sqrt(float(position @ position) / position.size + squared * squared)
+
+
+def _arc(film: Film, point: Point, before: Arc | None) -> Arc:
+    rate = _rate(film, point, "squared")
+    size = _size(rate, 1.0)
+    position, squared = rate / size, 1.0 / size
+    if before is None:
+        return Arc(point, position, squared, 0)
+    if float(position @ before.position) / position.size + squared * before.squared < 0.0:
+        position, squared = -position, -squared
+    return Arc(point, position, squared, before.folds + (squared * before.squared < 0.0))
+
+
+def _corrected(film: Film, here: Arc, length: float) -> Point | None:
+    """The equilibrium in the plane across the path at a distance; None if Newton leaves it or does not converge."""
+    guess = here.point.position + length * here.position
+    position, squared = guess.copy(), here.point.squared + length * here.squared
+    for _ in range(MOST_ARC_ITERATIONS):
+        if not reachable(film, position) or not math.isfinite(squared):
+            return None
+        now = forces(film, position, squared)
+        if _residual(now) <= ARC_TOLERANCE * now.scale:
+            return newton(film, position, squared, LARGEST_CORRECTION * length)
+        band = _regular(film, position, squared)
+        toward, along = np.zeros_like(position), np.zeros_like(position)
+        toward[FREE] = -_solved(band, now.internal)
+        along[FREE] = -_solved(band, electric_forces(film, position, squared))
+        out = float((position - guess + toward) @ here.position) / position.size
+        out += (squared - here.point.squared - length * here.squared) * here.squared
+        change = -out / (float(along @ here.position) / position.size + here.squared)
+        position, squared = position + toward + change * along, squared + change
+    return None

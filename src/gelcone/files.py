@@ -1,0 +1,82 @@
+"""Files that appear whole or not at all, and the checks before anything is written."""
+
+from __future__ import annotations
+
+import errno
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+
+from gelcone.errors import InputError
+
+
+def write_whole(path: Path, write: Callable[[Path], None], *, force: bool = False) -> None:
+    """Writes a file that appears whole or not at all; an existing one is kept unless ``force``.
+
+    Raises `InputError` for an existing file or a folder that cannot be written.
+    """
+    write_together({path: write}, force=force)
+
+
+def write_together(writers: Mapping[Path, Callable[[Path], None]], *, force: bool = False) -> None:
+    """Writes several files that appear whole and only when all are written; see `write_whole`."""
+    check_writable(writers, force=force)
+    temporaries: dict[Path, Path] = {}
+    try:
+        for path, write in writers.items():
+            temporaries[path] = temporary = _temporary(path)
+            write(temporary)
+            temporary.chmod(0o666 & ~_umask())
+        for path, temporary in temporaries.items():
+            temporary.replace(path)
+    finally:
+        for temporary in temporaries.values():
+            temporary.unlink(missing_ok=True)
+
+
+def check_writable(paths: Iterable[Path], *, force: bool = False) -> None:
+    """Refuses, without touching anything, files that exist (unless ``force``) or that could not be written."""
+    for path in paths:
+        try:
+            there = _is_there(path)
+            nearest = next(parent for parent in path.absolute().parents if _is_there(parent))
+        except (OSError, ValueError) as error:
+            raise _unwritable(path, error) from None
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; choose another one to write to")
+        if there and not force:
+            raise InputError(f"{path}: exists already; choose another folder or give --force to overwrite it")
+        if not nearest.is_dir():
+            raise _unwritable(path, NotADirectoryError(errno.ENOTDIR, f"{nearest} is a file"))
+        if not os.access(nearest, os.W_OK | os.X_OK):
+            raise _unwritable(path, PermissionError(errno.EACCES, "no permission"))
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return True
+
+
+def _unwritable(path: Path, error: Exception) -> InputError:
+    reason = getattr(error, "strerror", None) or error
+    return InputError(f"{path.parent}: cannot be written ({reason}); choose another folder")
+
+
+def _temporary(path: Path) -> Path:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+    except OSError as error:
+        raise _unwritable(path, error) from None
+    os.close(handle)
+    return Path(name)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,202 @@
+"""The driven half of an operating envelope: what the settled motion does over peak voltage and drive frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gelcone.codes import Outcome, Regime
+from gelcone.errors import InputError
+from gelcone.motion.equilibrium import stroke_and_blocked_force
+from gelcone.motion.floquet import onset_voltage
+from gelcone.motion.regime import classify
+from gelcone.motion.response import simulate
+from gelcone.physics.model import ConeModel
+from gelcone.quantity import Array
+
+DRIVEN_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "chaos", "onset of rest")
+"""``onset of rest``: rest loses its stability under the drive (Floquet), where rest is flat."""
+BISECTIONS = 6
+CHUNK = 128
+PERIODS = 12.0
+"""Drive periods of the settled motion that are looked at."""
+NUDGE = 1e-3
+"""Displacement by which each motion starts off its rest, so that an unstable rest shows."""
+SPAN = (0.1, 3.0, 24)
+"""Drive frequencies over the natural one that are looked at: from, to, how many."""
+RESONANCES = (0.5, 1.0, 2.0)
+"""Drive frequencies over the natural one where the first resonances lie: by a sine, by a bias, parametric."""
+TOO_CLOSE = 0.03
+"""Frequencies nearer to each other than this share tell nothing new."""
+STEEP = 0.1
+"""Between frequencies whose lowest limits differ by more than this share another one is looked at."""
+REFINEMENTS = 2
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The device's drive with its peak scaled to 1: shares of amplitude and bias."""
+
+    amplitude: float
+    bias: float
+
+    @classmethod
+    def of(cls, model: ConeModel) -> Drive:
+        peak = peak_of(model)
+        if peak == 0.0:
+            raise InputError("voltage = 0: the envelope scales the device's drive; give it an amplitude or a bias")
+        return cls(float(model.voltage) / peak, float(model.voltage_bias) / peak)
+
+
+def peak_of(model: ConeModel) -> float:
+    """The highest voltage of a single model's drive."""
+    return abs(float(model.voltage_bias)) + float(model.voltage)
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A single model at any peak voltage and drive frequency, started off its rest."""
+
+    model: ConeModel
+    drive: Drive
+    rest: float
+    field_limit: float | None
+    threads: int | None
+
+    def at(self, omegas: Array, peaks: Array) -> ConeModel:
+        return self.model.replace(
+            drive_frequency=omegas, voltage=self.drive.amplitude * peaks, voltage_bias=self.drive.bias * peaks
+        )
+
+    def natural_frequency(self, peak: float = 0.0) -> float:
+        """About the equilibrium under the drive's mean-square voltage; NaN where there is no stable one."""
+        level = peak * float(np.hypot(self.drive.bias, self.drive.amplitude / np.sqrt(2.0)))
+        place = float(stroke_and_blocked_force(self.model, [level])["displacement"][0])
+        with np.errstate(invalid="ignore"):
+            return float(np.sqrt(self.model.stiffness(place, level)))
+
+    def default_frequencies(self, own_peak: float) -> Array:
+        """Frequencies around the natural one, those of the first resonances and the model's own among them."""
+        natural = self.natural_frequency()
+        naturals = np.array([natural, self.natural_frequency(own_peak)])
+        special = np.concatenate([[self.model.drive_frequency], np.outer(RESONANCES, naturals).ravel()])
+        kept: list[float] = []
+        for omega in [*special[np.isfinite(special)], *natural * np.geomspace(*SPAN)]:
+            inside = SPAN[0] * natural <= omega <= SPAN[1] * natural
+            if inside and all(abs(omega / other - 1.0) > TOO_CLOSE for other in kept):
+                kept.append(float(omega))
+        return np.sort(kept)
+
+    def look(self, omegas: Array, peaks: Array, progress: Progress = lambda share: None) -> dict[str, Array]:
+        """What the settled motion does at pairs of frequency and peak, arrays (pairs,); and which limits it meets."""
+        parts = []
+        for first in range(0, len(omegas), CHUNK):
+            part = slice(first, first + CHUNK)
+            parts.append(self._look(self.at(omegas[part], peaks[part])))
+            progress(len(parts[-1]["regime"]) / len(omegas))
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+    def _look(self, model: ConeModel) -> dict[str, Array]:
+        start = np.tile([self.rest + NUDGE, 0.0], (model.size, 1))
+        evidence = classify(model, start, threads=self.threads)
+        ran = evidence.outcome == Outcome.OK
+        after = np.where(ran[:, None], evidence.final, start)
+        run = simulate(model, after, periods=PERIODS, field_limit=self.field_limit, threads=self.threads)
+        shares = {name: run[f"validity_{name}"].values for name in _SLACK_AND_LIMIT.values()}
+        breakdown = run["validity_breakdown"].values
+        voltage, current = (np.sqrt(np.mean(run[name].values ** 2, axis=1)) for name in ("drive_voltage", "current"))
+
+        def where_ran(values: Any) -> Array:
+            return np.where(ran, values, np.nan)
+
+        return {
+            "stroke": where_ran(np.ptp(run["displacement"].values, axis=1)),
+            "power": where_ran(run["dissipated_energy"].values[:, -1] / (PERIODS * model.drive_period)),
+            "apparent_power": where_ran(voltage * current),
+            "field": where_ran(run["true_field"].values.max(axis=1)),
+            "regime": evidence.regime.astype(float),
+            "outcome": evidence.outcome.astype(float),
+            "dielectric breakdown": np.where(np.isnan(breakdown), np.nan, ~ran | (breakdown > 0.0)),
+            "chaos": (evidence.regime == Regime.CHAOTIC).astype(float),
+        } | {limit: (~ran | (shares[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
+
+
+_SLACK_AND_LIMIT = {
+    "hoop slack": "hoop_slack",
+    "meridional slack": "meridional_slack",
+    "stretch limit": "near_limit",
+}
+
+
+def driven(plane: Plane, omegas: Array, volts: Array, *, refine: bool, progress: Progress) -> dict[str, Array]:
+    """All that `Plane.look` sees, each (frequencies, peaks); ``low`` and ``high`` (frequencies, limits), the intervals
+    of the peak voltage in which each limit is first met; and ``frequency`` (frequencies,).
+
+    With ``refine`` a frequency is added wherever the lowest limit changes steeply between two.
+    """
+    rounds = REFINEMENTS if refine else 0
+    found = _rows(plane, omegas, volts, lambda share: progress(share / (1.0 + 0.5 * rounds)))
+    for _ in range(rounds):
+        known, lowest = found["frequency"], np.fmin.reduce(found["low"], axis=1)
+        lowest = np.clip(lowest, volts[0], volts[-1])
+        steep = np.abs(np.diff(np.log(lowest))) > np.log1p(STEEP)
+        between = np.sqrt(known[1:] * known[:-1])[steep & (known[1:] / known[:-1] > (1.0 + TOO_CLOSE) ** 2)]
+        if between.size:
+            more = _rows(plane, between, volts, lambda share: None)
+            order = np.argsort(np.concatenate([known, between]))
+            found = {name: np.concatenate([values, more[name]])[order] for name, values in found.items()}
+        progress(0.5 / (1.0 + 0.5 * rounds))
+    return found
+
+
+def _rows(plane: Plane, omegas: Array, volts: Array, progress: Progress) -> dict[str, Array]:
+    """`driven` at the given frequencies."""
+    grid_omega, grid_peak = (mesh.ravel() for mesh in np.meshgrid(omegas, volts, indexing="ij"))
+    seen = plane.look(grid_omega, grid_peak, lambda share: progress(0.6 * share))
+    found = {name: values.reshape(len(omegas), len(volts)) for name, values in seen.items()}
+    low, high = _limits(plane, found, omegas, volts, lambda share: progress(0.4 * share))
+    return found | {"low": low, "high": high, "frequency": omegas}
+
+
+def _limits(
+    plane: Plane, seen: dict[str, Array], omegas: Array, volts: Array, progress: Progress
+) -> tuple[Array, Array]:
+    """Intervals of the peak voltage in which each limit is first met, (frequencies, limits) each."""
+    met = np.stack([seen[name] for name in DRIVEN_LIMITS[:-1]], axis=1)
+    reached, first = (met > 0.0).any(axis=2), np.argmax(met > 0.0, axis=2)
+    below = np.concatenate([[0.0], volts])
+    low, high = np.full((2, len(omegas), len(DRIVEN_LIMITS)), np.nan)
+    low[:, :-1] = np.where(reached, below[first], np.inf)
+    high[:, :-1] = np.where(reached, volts[first], np.inf)
+    unknown = np.isnan(met).any(axis=2)
+    low[:, :-1][unknown] = high[:, :-1][unknown] = np.nan
+    rows, columns = np.nonzero(reached & ~unknown)
+    for _ in range(BISECTIONS if rows.size else 0):
+        middle = 0.5 * (low[rows, columns] + high[rows, columns])
+        now = plane.look(omegas[rows], middle)
+        hit = np.stack([now[name] for name in DRIVEN_LIMITS[:-1]])[columns, np.arange(rows.size)] > 0.0
+        high[rows, columns] = np.where(hit, middle, high[rows, columns])
+        low[rows, columns] = np.where(hit, low[rows, columns], middle)
+        progress(0.9 / BISECTIONS)
+    low[:, -1], high[:, -1] = _onset(plane, omegas, float(volts[-1]))
+    progress(0.1 if rows.size else 1.0)
+    return low, high
+
+
+def _onset(plane: Plane, omegas: Array, highest: float) -> tuple[Any, Any]:
+    """Peak voltages at which flat rest loses stability under a pure sine; NaN where rest is not flat or biased."""
+    if not is_flat(plane.model) or plane.drive.bias != 0.0:
+        return np.nan, np.nan
+    found = onset_voltage(plane.model.replace(drive_frequency=omegas), highest=highest)
+    onset = np.where(np.isnan(found["onset_voltage"].values), np.inf, found["onset_voltage"].values)
+    return onset, onset + np.nan_to_num(found["onset_error"].values)
+
+
+def is_flat(model: ConeModel) -> bool:
+    """Whether a single model's flat film is an equilibrium."""
+    return float(model.rest_height) * float(model.spring_stiffness) == 0.0

@@ -1,0 +1,234 @@
+"""Operating envelope of a device: which limit comes first on the way up, at rest and at every drive frequency.
+
+The drive is scaled as a whole, so that its peak - bias plus amplitude - says how high it is. Quasi-static limits belong
+to the constant peak voltage reached on a slow ramp; driven limits to the settled motion that grows out of rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import dataset
+from gelcone.errors import InputError
+from gelcone.motion.driven import DRIVEN_LIMITS, Drive, Plane, driven, is_flat, peak_of
+from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage, stroke_and_blocked_force
+from gelcone.motion.response import NEAR_LIMIT
+from gelcone.physics.model import ConeModel
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "pitchfork", "pull-in")
+PEAKS = (1.0 / 12.0, 2.0, 24)
+"""Peak voltages over the model's own that are looked at: from, to, how many."""
+STATIC_POINTS = 400
+
+
+def envelope(
+    model: ConeModel,
+    *,
+    field_limit: float | None = None,
+    peaks: npt.ArrayLike | None = None,
+    frequencies: npt.ArrayLike | None = None,
+    margin: float = 0.2,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Limits over peak voltage and drive frequency, which comes first, and the window that is recommended.
+
+    Parameters
+    ----------
+    model : a single model; its drive gives the proportion of amplitude to bias, and its own point of operation.
+    field_limit : dielectric strength over sqrt(mu/eps). Left out, breakdown is reported as unknown (NaN), and the
+        window takes no account of it.
+    peaks : increasing peak voltages of the driven plane; default 24 up to twice the model's own peak.
+    frequencies : increasing drive frequencies; default some 30 from a tenth to three times the natural frequency at
+        rest, the first resonances and the model's own among them, and more where the lowest limit changes steeply.
+    margin : share of the lowest limit that the recommended voltage stays below it. Default 0.2.
+
+    Returns
+    -------
+    Dataset with, over ``peak_voltage`` (quasi-static): ``static_displacement``, ``stroke``, ``blocked_force``,
+    ``natural_frequency``, ``static_field``, ``static_hoop_stress``, ``static_meridional_stress``; over
+    ``static_limit``: ``static_limit_voltage`` (infinity: not reached, NaN: unknown or not applicable); and
+    ``recommended_constant``, the lowest of them less the margin.
+
+    Over ``drive_frequency`` and ``driven_peak``, of the settled motion: ``driven_stroke``, ``driven_power``,
+    ``driven_apparent_power``, ``driven_field``, ``regime``, ``outcome``. Over ``driven_limit`` and
+    ``drive_frequency``: ``limit_low`` and ``limit_high``, the interval of the peak voltage in which the limit is first
+    met (both infinite: not up to the highest peak; both NaN: unknown or not applicable).
+
+    Over ``drive_frequency``: ``first_limit``, its index (-1: none); ``recommended_peak``, the lowest known limit,
+    driven or quasi-static, less the margin; and at that peak, the window's edge, ``window_stroke``, ``window_power``,
+    ``window_apparent_power`` and ``window_regime``; NaN where there is no window.
+
+    The power is the mean of 2 zeta x'^2 over 12 drive periods: what the damper takes up - friction, or the work on a
+    load that acts as one - and in a settled motion just what the voltage source gives, since an ideal capacitor takes
+    none. The apparent power, which the amplifier must be built for, is the product of the root mean squares of voltage
+    and current d(v q)/dtau.
+
+    Raises
+    ------
+    InputError : for an ensemble, a drive without voltage, a margin outside [0, 1), or axes that do not increase.
+    """
+    if model.shape:
+        raise InputError(f"an envelope is that of a single device, not of an ensemble of shape {model.shape}")
+    if not 0.0 <= margin < 1.0:
+        raise InputError(f"margin = {margin:g}: must be at least 0 and below 1")
+    drive, own_peak = Drive.of(model), peak_of(model)
+    rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
+    plane = Plane(model, drive, rest, field_limit, threads)
+    volts = own_peak * np.linspace(*PEAKS) if peaks is None else _axis("peaks", peaks)
+    refine = frequencies is None
+    omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
+    found = driven(plane, omegas, volts, refine=refine, progress=progress or (lambda share: None))
+    static, static_limits = _static(model, field_limit, max(float(volts[-1]), 2.0 * own_peak))
+    lowest_static = np.nanmin(static_limits, initial=np.inf)
+    low = np.where(np.isnan(found["low"]), np.inf, found["low"])
+    lowest = low.min(axis=1)
+    omegas, share = found["frequency"], 1.0 - margin
+    recommended = share * np.minimum(np.minimum(lowest, lowest_static), volts[-1])
+    edge = plane.look(omegas, recommended)
+    window = {name: np.where(recommended > 0.0, edge[name], np.nan) for name in _WINDOW}
+    of_peak, of_frequency, of_both = ("peak_voltage",), ("drive_frequency",), ("drive_frequency", "driven_peak")
+    of_limit = ("driven_limit", "drive_frequency")
+    return dataset.label(
+        model,
+        {name: (of_peak, values, *_STATIC[name]) for name, values in static.items() if name != "peak_voltage"}
+        | {name: (of_both, found[name.removeprefix("driven_")], *_DRIVEN[name]) for name in _DRIVEN}
+        | {f"window_{name}": (of_frequency, window[name], *_WINDOW[name]) for name in _WINDOW}
+        | {
+            "static_limit_voltage": (("static_limit",), static_limits, "voltage of the quasi-static limit", "voltage"),
+            "limit_low": (of_limit, found["low"].T, "the limit lies above this peak voltage", "voltage"),
+            "limit_high": (of_limit, found["high"].T, "and at or below this one", "voltage"),
+            "first_limit": (
+                of_frequency,
+                np.where(np.isfinite(lowest), low.argmin(axis=1), -1),
+                "index of the limit that comes first, -1 if none",
+                "code",
+            ),
+            "recommended_peak": (of_frequency, recommended, "recommended highest peak voltage", "voltage"),
+            "recommended_constant": (
+                (),
+                share * np.minimum(lowest_static, static["peak_voltage"][-1]),
+                "recommended highest constant voltage",
+                "voltage",
+            ),
+            "rest_displacement": ((), np.array(rest), "rest without voltage", "length"),
+        },
+        coords={
+            "peak_voltage": (of_peak, static["peak_voltage"], "constant peak voltage", "voltage"),
+            "drive_frequency": (of_frequency, omegas, "drive frequency", "frequency"),
+            "driven_peak": (("driven_peak",), volts, "peak voltage of the drive", "voltage"),
+            "own_peak": ((), own_peak, "peak voltage of the device's own drive", "voltage"),
+            "own_frequency": ((), float(model.drive_frequency), "frequency of the device's own drive", "frequency"),
+            "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
+            "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
+        },
+        options={"field_limit": field_limit, "margin": margin},
+        title="operating envelope",
+    )
+
+
+def limits_at(model: ConeModel, field_limit: float | None) -> dict[str, float]:
+    """The limits of a single model at its own drive frequency as peak voltages; ``field_limit`` as in `envelope`.
+
+    Quasi-static ones by name, driven ones after "driven", known to within the "driven error"; infinity where one is not
+    met up to twice the model's own peak, NaN where it does not apply. "safe peak" lies below all of them. Raises
+    `InputError` for a drive without voltage.
+    """
+    own_peak = peak_of(model)
+    rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
+    plane = Plane(model, Drive.of(model), rest, field_limit, threads=1)
+    volts = own_peak * np.linspace(*PEAKS)
+    found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=lambda share: None)
+    low, high = found["low"][0], found["high"][0]
+    static = _static(model, field_limit, float(volts[-1]))[1]
+    with np.errstate(invalid="ignore"):
+        error = np.fmax.reduce(np.where(np.isfinite(high), high - low, 0.0))
+    safe = min(np.fmin.reduce(low), np.fmin.reduce(static), volts[-1])
+    return (
+        {"safe peak": float(safe), "driven error": float(error)}
+        | {name: float(value) for name, value in zip(STATIC_LIMITS, static, strict=True)}
+        | {f"driven {name}": float(value) for name, value in zip(DRIVEN_LIMITS, high, strict=True)}
+    )
+
+
+_STATIC = {
+    "static_displacement": ("displacement on a slow voltage ramp", "length"),
+    "stroke": ("displacement from the rest without voltage", "length"),
+    "blocked_force": ("force on a stop at the rest position", "force"),
+    "natural_frequency": ("natural frequency about the equilibrium", "frequency"),
+    "static_field": ("true electric field", "field"),
+    "static_hoop_stress": ("true hoop stress", "stress"),
+    "static_meridional_stress": ("true meridional stress", "stress"),
+}
+_DRIVEN = {
+    "driven_stroke": ("stroke of the settled motion, peak to peak", "length"),
+    "driven_power": ("mean power from the voltage source to the damper", "power"),
+    "driven_apparent_power": ("root mean square voltage times current", "apparent power"),
+    "driven_field": ("highest true field", "field"),
+    "regime": ("kind of motion", "code"),
+    "outcome": ("how the run ended", "code"),
+}
+_WINDOW = {
+    "stroke": ("stroke at the recommended peak voltage, peak to peak", "length"),
+    "power": ("mean power from the voltage source to the damper there", "power"),
+    "apparent_power": ("root mean square voltage times current there", "apparent power"),
+    "regime": ("kind of motion there", "code"),
+}
+
+
+def _axis(name: str, values: npt.ArrayLike) -> Array:
+    axis = np.atleast_1d(np.asarray(values, dtype=float))
+    if axis.ndim != 1 or axis.size < 2 or not np.isfinite(axis).all() or axis[0] <= 0.0 or (np.diff(axis) <= 0.0).any():
+        raise InputError(f"{name}: must be at least 2 positive numbers that increase")
+    return axis
+
+
+# --- quasi-static ---------------------------------------------------------------------------------------------------
+
+
+def _static(model: ConeModel, field_limit: float | None, highest: float) -> tuple[dict[str, Array], Array]:
+    """Curves over the constant peak voltage, and the voltage of each of `STATIC_LIMITS`."""
+    levels = np.linspace(0.0, highest, STATIC_POINTS + 1)
+    ramp = stroke_and_blocked_force(model, levels)
+    x = ramp["displacement"].values
+    state = model.film_state(x, levels)
+    stiffness = model.stiffness(x, levels)
+    curves = {
+        "peak_voltage": levels,
+        "static_displacement": x,
+        "stroke": ramp["stroke"].values,
+        "blocked_force": ramp["blocked_force"].values,
+        "natural_frequency": np.sqrt(np.maximum(stiffness, 0.0)),
+        "static_field": state.true_field,
+        "static_hoop_stress": state.hoop_stress,
+        "static_meridional_stress": state.meridional_stress,
+    }
+    limits: list[Any] = [
+        np.nan if field_limit is None else _first(levels, state.true_field - field_limit),
+        _first(levels, -state.hoop_stress),
+        _first(levels, -state.meridional_stress),
+        _first(levels, state.limit_share - NEAR_LIMIT),
+        float(np.nan_to_num(pitchfork_voltage(model), nan=np.inf)) if is_flat(model) else np.nan,
+        float(pull_in_voltage(model)["pull_in_voltage"]),
+    ]
+    return curves, np.array(limits)
+
+
+def _first(levels: Array, excess: Array) -> float:
+    """Level at which ``excess`` first passes zero, linear between points; infinity if it never does."""
+    over = np.flatnonzero(excess > 0.0)
+    if not over.size:
+        return np.inf
+    k = int(over[0])
+    if k == 0 or not np.isfinite(excess[k - 1]):
+        return float(levels[k])
+    before, after = excess[k - 1], excess[k]
+    return float(levels[k - 1] + (levels[k] - levels[k - 1]) * before / (before - after))

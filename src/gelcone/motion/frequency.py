@@ -1,0 +1,330 @@
+"""Frequency response at full drive, by sweeps up and down: resonances, jumps and what is not periodic.
+
+Beside it stands the linear response to the same drive, which is all there is as long as the drive is small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import dataset
+from gelcone.codes import Outcome
+from gelcone.errors import InputError
+from gelcone.motion.cycle import RETURN_TOLERANCE
+from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.linear import linear_response, state_space
+from gelcone.motion.regime import REST_TOLERANCE
+from gelcone.motion.response import start_states
+from gelcone.motion.swing import HARMONICS, Swing, settled_swing
+from gelcone.physics.model import ConeModel
+from gelcone.progress import Progress, weighted
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+BRANCHES = ("up", "down")
+SPAN = (0.1, 3.0, 81)
+"""Frequencies over the natural one where none are given: from, to, how many."""
+NUDGE = 1e-4
+"""A sweep moves each state by this much before it goes on, lest it stays on a motion that has become unstable."""
+DIFFERENT = 0.02
+"""Sweeps differ where their strokes do by this share of the larger one, or more."""
+NEGLIGIBLE = 1e-3
+"""Strokes below this share of the largest one are not told apart, nor those of a rest."""
+NARROWINGS = 3
+NARROWED_AT = 7
+"""Frequencies inside a peak's bracket at which each narrowing looks; the bracket shrinks to a quarter."""
+BISECTIONS = 6
+
+
+def frequency_response(
+    model: ConeModel,
+    frequencies: npt.ArrayLike | None = None,
+    initial: npt.ArrayLike = (1.0, 0.0),
+    *,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """The settled motion over drive frequency, in a sweep up and one down, each from the last state of the one before.
+
+    Where several motions coexist, closer frequencies follow each of them further.
+
+    Parameters
+    ----------
+    model : one actuator, or an ensemble of one dimension, with damping; the frequencies replace its own.
+    frequencies : angular drive frequencies, positive and increasing, at least two: shape (frequencies,), or (members,
+        frequencies) for members with frequencies of their own. Default for one actuator: 81, evenly on a log scale,
+        from a tenth to three times its natural frequency under the bias.
+    initial : displacement and velocity from which each sweep starts, shape (2,) or (members, 2). Default (1, 0).
+    tolerance : relative error of one integration step. Default 1e-15.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Returns
+    -------
+    Dataset over the ensemble's dim, ``branch`` (up, down) and ``drive_frequency`` (for frequencies of the members' own:
+    ``step``, with ``swept_frequency`` over both), with
+
+    * ``lowest``, ``highest``, ``stroke`` (between them) and ``amplitude`` (half of that) of the displacement;
+      ``period`` in drive repeats: 1 where the motion follows the drive, more for subharmonics, 0 where none up to 16
+      was found (chaos, or not settled); ``outcome``;
+    * over ``harmonic``, multiples of the drive frequency: ``harmonic_amplitude`` and ``harmonic_phase`` in degrees
+      ahead of sin(harmonic omega t), where the voltage is sin(omega t);
+    * over ``branch``, its highest peak: ``peak_frequency`` between ``peak_low`` and ``peak_high``, ``peak_amplitude``
+      and ``peak_amplitude_error``;
+    * over ``jump``, each end of a range in which the sweeps differ: ``jump_branch``, the sweep that jumps there,
+      between the frequencies ``jump_low`` and ``jump_high``, from the amplitude ``jump_from`` to ``jump_to``;
+      for an ensemble also ``jump_member``, its index;
+    * the linear response to the same drive: ``linear_stroke``, ``linear_amplitude`` and ``linear_phase`` over
+      ``harmonic``, see `gelcone.motion.linear.linear_response`; NaN where there is no equilibrium.
+
+    Raises
+    ------
+    InputError : for frequencies that do not increase or do not fit, a model without damping, an ensemble of more than
+        one dimension or over the drive frequency, or no member inside its stretch limit.
+    """
+    if frequencies is None:
+        frequencies = _around_resonance(model)
+    grid = _grid(model, frequencies)
+    flat = model.take(slice(None))
+    members = np.repeat(np.arange(flat.size), len(BRANCHES))
+    states = start_states(model, initial)[members]
+    both, grids = flat.take(members), grid[members]
+    flow = {"tolerance": tolerance, "threads": threads}
+    swept = _sweep(both, grids, states, weighted(progress, 0.75), flow)
+    peaks = _peaks(both, grids, swept, weighted(progress, 0.15), flow)
+    jumps = _jumps(flat, grid, _by_branch(swept), weighted(progress, 0.1), flow)
+    options = {"initial": np.asarray(initial, dtype=float).tolist(), "tolerance": tolerance, "nudge": NUDGE}
+    shared = np.ndim(frequencies) < 2
+    result = _label(model, grid, shared, _by_branch(swept), peaks, options)
+    return result.assign(_jump_variables(jumps, bool(model.shape)))
+
+
+def _around_resonance(model: ConeModel) -> Array:
+    if model.shape:
+        raise InputError("frequencies: an ensemble has no default; give them")
+    stiffness = -state_space(model).A[1, 0]
+    return np.asarray(np.sqrt(stiffness) * np.geomspace(*SPAN))
+
+
+def _grid(model: ConeModel, frequencies: npt.ArrayLike) -> Array:
+    """The checked frequencies of every member, (members, frequencies)."""
+    if len(model.shape) > 1:
+        raise InputError(f"a frequency response takes an ensemble of one dimension, not of shape {model.shape}")
+    if np.ndim(model.drive_frequency):
+        raise InputError("drive_frequency: is what is swept; give the model a single one")
+    if not (np.asarray(model.damping_ratio) > 0.0).all():
+        raise InputError("damping_ratio = 0: without damping no motion settles; give it some")
+    try:
+        omega = np.asarray(frequencies, dtype=float)
+        grid = np.broadcast_to(omega, (model.size, omega.shape[-1] if omega.ndim else 0))
+    except (TypeError, ValueError):
+        raise InputError(
+            f"frequencies: must be numbers of shape (frequencies,) or ({model.size}, frequencies)"
+        ) from None
+    if omega.ndim > 2 or grid.shape[1] < 2:
+        raise InputError("frequencies: must be at least 2; a single one is simulated with `simulate`")
+    if not np.isfinite(grid).all() or not (grid > 0.0).all() or not (np.diff(grid, axis=1) > 0.0).all():
+        raise InputError("frequencies: must be positive and increase; sort them and leave out doubles")
+    return grid
+
+
+# --- sweeps -----------------------------------------------------------------------------------------------------------
+
+
+def _sweep(model: ConeModel, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]) -> Swing:
+    """Swings (members, steps) at the frequencies ``grids``; odd members are swept down."""
+    count = grids.shape[1]
+    down = np.arange(model.size) % len(BRANCHES) == 1
+    swept = Swing.blank(*grids.shape)
+    members, states = np.arange(model.size), initial
+    for k in range(count):
+        step = np.where(down, count - 1 - k, k)
+        now = settled_swing(model.replace(drive_frequency=grids[members, step]), states, **flow)
+        swept.put((members, step), now)
+        lost = (now.outcome != Outcome.OK)[:, None]
+        states = np.where(lost, initial, now.final + np.array([NUDGE, 0.0]))
+        if progress is not None:
+            progress(1.0 / count)
+    return swept
+
+
+def _by_branch(swept: Swing) -> Swing:
+    """(members * branches, ...) as (members, branches, ...)."""
+    return Swing(**{n: v.reshape(-1, len(BRANCHES), *v.shape[1:]) for n, v in vars(swept).items()})
+
+
+# --- peaks ------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Peaks:
+    """Highest peak of each sweep, arrays (members,)."""
+
+    frequency: Array
+    low: Array
+    high: Array
+    amplitude: Array
+    error: Array
+
+
+def _peaks(model: ConeModel, grids: Array, swept: Swing, progress: Progress, flow: dict[str, Any]) -> _Peaks:
+    """Narrows down the highest point of each sweep between its neighbours, starting from the motion there."""
+    members, amplitude = np.arange(model.size), np.where(np.isnan(swept.amplitude), -1.0, swept.amplitude)
+    best = amplitude.argmax(axis=1)
+    around = np.clip(best[:, None] + np.array([-1, 0, 1]), 0, grids.shape[1] - 1)
+    low, at, high = grids[members[:, None], around].T
+    height, error = amplitude[members, best], np.full(model.size, np.inf)
+    state = swept.final[members, best]
+    shares = np.arange(1, NARROWED_AT + 1) / (NARROWED_AT + 1)
+    for _ in range(NARROWINGS):
+        tried = low[:, None] + (high - low)[:, None] * shares
+        ensemble = model.take(np.repeat(members, NARROWED_AT)).replace(drive_frequency=tried.ravel())
+        now = settled_swing(ensemble, np.repeat(state, NARROWED_AT, axis=0), **flow)
+        # What was highest before stays in the race, lest a narrow peak is lost between the new frequencies.
+        heights = np.column_stack([now.amplitude.reshape(tried.shape), height])
+        places, finals = np.column_stack([tried, at]), now.final.reshape(*tried.shape, 2)
+        finals = np.concatenate([finals, state[:, None]], axis=1)
+        first, second = np.argsort(-np.nan_to_num(heights, nan=-1.0), axis=1, kind="stable")[:, :2].T
+        at, height, state = places[members, first], heights[members, first], finals[members, first]
+        # Neither the frequencies nor the settling tell heights apart any closer.
+        error = height - heights[members, second] + RETURN_TOLERANCE * np.abs(swept.highest[members, best])
+        edges = np.column_stack([low, np.sort(places, axis=1), high])
+        # At an end of the frequencies there is nothing on the other side.
+        low = np.where(edges < at[:, None], edges, low[:, None]).max(axis=1)
+        high = np.where(edges > at[:, None], edges, high[:, None]).min(axis=1)
+        if progress is not None:
+            progress(1.0 / NARROWINGS)
+    return _Peaks(at, low, high, height, error)
+
+
+# --- jumps ------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Jumps:
+    """Ends of the ranges in which the sweeps differ, arrays (jumps,): ``member``, ``branch`` that jumps there (index),
+    the frequencies between which it does, and its amplitude ``before`` and ``after``."""
+
+    member: npt.NDArray[np.intp]
+    branch: npt.NDArray[np.intp]
+    low: Array
+    high: Array
+    before: Array
+    after: Array
+
+
+def differing(swept: Swing) -> npt.NDArray[np.bool_]:
+    """Where the sweeps (members, branches, steps) differ; not where both are chaotic, whose strokes always do."""
+    up, down = np.moveaxis(swept.amplitude, 1, 0)
+    apart = np.abs(up - down) > DIFFERENT * np.fmax(up, down)
+    apart &= np.fmax(up, down) > max(NEGLIGIBLE * np.nanmax(swept.amplitude, initial=0.0), REST_TOLERANCE)
+    return np.asarray(apart & (swept.period != 0).any(axis=1))
+
+
+def _jumps(model: ConeModel, grid: Array, swept: Swing, progress: Progress, flow: dict[str, Any]) -> _Jumps:
+    """Both ends of each range in which the sweeps differ, narrowed down by following both motions outwards.
+
+    The sweep down jumps at the lower end of the range, the one up at its upper end. An end that is an end of the
+    frequencies is none.
+    """
+    differ = differing(swept)
+    change = np.diff(differ.astype(int), axis=1)
+    member, edge = np.nonzero(change)
+    begins = change[member, edge] > 0
+    branch = np.where(begins, BRANCHES.index("down"), BRANCHES.index("up"))
+    inside, outside = np.where(begins, edge + 1, edge), np.where(begins, edge, edge + 1)
+    inner, outer = grid[member, inside], grid[member, outside]
+    amplitude = swept.amplitude[member, :, inside]
+    rows = np.arange(member.size)
+    before, after = amplitude[rows, branch], amplitude[rows, 1 - branch]
+    states = swept.final[member, :, inside]
+    for _ in range(BISECTIONS if member.size else 0):
+        middle = 0.5 * (inner + outer)
+        both = model.take(np.repeat(member, len(BRANCHES))).replace(drive_frequency=np.repeat(middle, len(BRANCHES)))
+        now = _by_branch(settled_swing(both, states.reshape(-1, 2), **flow))
+        apart = differing(Swing(**{name: values[:, :, None] for name, values in vars(now).items()}))[:, 0]
+        inner, outer = np.where(apart, middle, inner), np.where(apart, outer, middle)
+        states = np.where(apart[:, None, None], now.final, states)
+        before = np.where(apart, now.amplitude[rows, branch], before)
+        after = np.where(apart, now.amplitude[rows, 1 - branch], after)
+    if progress is not None:
+        progress(1.0)
+    return _Jumps(member, branch, np.minimum(inner, outer), np.maximum(inner, outer), before, after)
+
+
+# --- labels -----------------------------------------------------------------------------------------------------------
+
+
+def _label(
+    model: ConeModel, grid: Array, shared: bool, swept: Swing, peaks: _Peaks, options: dict[str, Any]
+) -> xr.Dataset:
+    import xarray as xr
+
+    step = "drive_frequency" if shared else "step"
+    each, wave, linear_wave = ("branch", step), ("branch", "harmonic", step), ("harmonic", step)
+    shape = (-1, len(BRANCHES))
+    harmonics = np.moveaxis(swept.harmonics, -1, 2)
+    phase = np.where(np.abs(harmonics) > 0.0, np.degrees(np.angle(harmonics)), np.nan)
+    linear = [linear_response(model.take(i), own) for i, own in enumerate(grid)]
+    lines = np.zeros((len(linear), len(HARMONICS), grid.shape[1]), dtype=complex)
+    lines[:, :2] = [response.harmonics for response in linear]
+    line_phase = np.where(np.abs(lines) > 0.0, np.degrees(np.angle(lines)), np.nan)
+    variables: dict[str, dataset.Variable] = {
+        "amplitude": (each, swept.amplitude, "half of what the settled motion covers", "length"),
+        "stroke": (each, 2.0 * swept.amplitude, "stroke of the settled motion, peak to peak", "length"),
+        "lowest": (each, swept.lowest, "lowest displacement", "length"),
+        "highest": (each, swept.highest, "highest displacement", "length"),
+        "period": (each, swept.period, "period in drive repeats, 0 if none", "count"),
+        "harmonic_amplitude": (wave, np.abs(harmonics), "amplitude of a harmonic of the drive", "length"),
+        "harmonic_phase": (wave, phase, "phase of the harmonic, degrees ahead of the voltage's", "angle"),
+        "linear_stroke": ((step,), np.stack([one.stroke for one in linear]), "stroke by linear theory", "length"),
+        "linear_amplitude": (linear_wave, np.abs(lines), "amplitude of a harmonic by linear theory", "length"),
+        "linear_phase": (linear_wave, line_phase, "phase of the harmonic by linear theory, degrees", "angle"),
+        "peak_frequency": (
+            ("branch",),
+            peaks.frequency.reshape(shape),
+            "drive frequency of the highest peak",
+            "frequency",
+        ),
+        "peak_low": (("branch",), peaks.low.reshape(shape), "the peak lies above this frequency", "frequency"),
+        "peak_high": (("branch",), peaks.high.reshape(shape), "the peak lies below this frequency", "frequency"),
+        "peak_amplitude": (("branch",), peaks.amplitude.reshape(shape), "amplitude at the peak", "length"),
+        "peak_amplitude_error": (
+            ("branch",),
+            peaks.error.reshape(shape),
+            "error of the amplitude at the peak",
+            "length",
+        ),
+    }
+    over = grid[0] if shared else grid
+    coords: dict[str, dataset.Variable] = {
+        "drive_frequency" if shared else "swept_frequency": ((step,), over, "drive frequency", "frequency"),
+        "harmonic": (("harmonic",), np.array(HARMONICS), "multiple of the drive frequency", "count"),
+    }
+    result = dataset.label(model, variables, coords=coords, options=options, title="frequency response")
+    outcome = swept.outcome if model.shape else swept.outcome[0]
+    result["outcome"] = dataset.outcome_array(outcome, (*dataset.member_dims(model), *each))
+    return result.assign_coords(branch=xr.DataArray(list(BRANCHES), dims="branch"))
+
+
+def _jump_variables(jumps: _Jumps, ensemble: bool) -> dict[str, Any]:
+    def column(values: Any, long_name: str, quantity: str) -> tuple[str, Any, dict[str, str]]:
+        return "jump", np.asarray(values), {"long_name": long_name, "units": "1", "quantity": quantity}
+
+    names = np.array(BRANCHES)[jumps.branch]
+    member = {"jump_member": column(jumps.member, "member of the ensemble that jumps", "count")}
+    return {
+        "jump_branch": column(names, "sweep that jumps", "code"),
+        "jump_low": column(jumps.low, "the jump lies above this frequency", "frequency"),
+        "jump_high": column(jumps.high, "and at or below this one", "frequency"),
+        "jump_from": column(jumps.before, "amplitude before the jump", "length"),
+        "jump_to": column(jumps.after, "amplitude after the jump", "length"),
+    } | (member if ensemble else {})

@@ -1,0 +1,1 @@
+"""Films: what resists and drives the disc."""

@@ -1,0 +1,261 @@
+"""The corrected film: the continuum's force as a smooth function of displacement and voltage squared.
+
+In the equation of motion the homogeneous cone pulls the disc back with x (h(q) - v^2). A `ContinuumFilm` stands in for
+h - v^2 with what `gelcone.continuum.fit.fit_film` fitted to the membrane, as a function of s = x^2 and V = v^2:
+
+    k(s, V) = P(t) + w/(1 - s/wall) - V (1 - Q(t)) + V^2 R(t) + (1 - y - V C(t)/2) S(t),
+    t = t0 + t1/(1 + s),    y = sqrt(1 - V C(t)).
+
+P, Q, R, S and C are polynomials. The term with ``wall`` is the stretch limit of the film as a whole; 1/C(t) is the
+highest V at which the film has a state (it pulls in in a fold, where its force changes like the square root y). Beyond
+either there is no number to extrapolate from: k is NaN there, and a trajectory that comes there ends.
+
+The film has no inertia of its own, so that any such force has an energy: integral of x k over x.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.errors import InputError
+
+FORMAT = 1
+"""Of the files; raised when an older one can no longer be read."""
+QUADRATURE = 32
+"""Gauss points of the energy, an integral of a smooth function."""
+
+Polynomial = tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContinuumFilm:
+    """The fitted force of one film; `gelcone.continuum.fit.fit_film` makes one, `read_film` reads one from a file.
+
+    Parameters
+    ----------
+    radius_ratio : a/b that it was fitted for.
+    law, law_parameters : name of the strain-energy law and its own numbers, in the order of their names.
+    prestretches : meridional and hoop pre-stretch.
+    reach : largest |x| that the fit covers.
+    wall : s at which the film as a whole reaches its stretch limit, more than reach^2.
+    variable : t0 and t1.
+    rest, wall_strength, field, field_squared, fold, ceiling : P, w, Q, R, S and C.
+    disc_stretch : two polynomials a, b; (deformed over mounted length along the meridian beside the disc)^2 is
+        a(t) + V b(t).
+    hoop_stress : the same for the smallest true hoop stress of all rings, over mu.
+    errors : kind of state -> largest error of k, over |k| + 0.3 V + 0.02, at the states that were fitted.
+    """
+
+    radius_ratio: float
+    law: str
+    law_parameters: tuple[tuple[str, float], ...]
+    prestretches: tuple[float, float]
+    reach: float
+    wall: float
+    variable: tuple[float, float]
+    rest: Polynomial
+    wall_strength: float
+    field: Polynomial
+    field_squared: Polynomial
+    fold: Polynomial
+    ceiling: Polynomial
+    disc_stretch: tuple[Polynomial, Polynomial]
+    hoop_stress: tuple[Polynomial, Polynomial]
+    errors: tuple[tuple[str, float], ...] = ()
+
+    # --- what the equation of motion takes -----------------------------------------------------------------------
+
+    def stiffness(self, s: Any, squared: Any) -> tuple[Any, Any]:
+        """k + V, which takes the place of the law's h, and its derivative by s.
+
+        Works on floats, arrays and heyoka expressions.
+        """
+        r = 1.0 / (1.0 + s)
+        t = self.variable[0] + self.variable[1] * r
+        powers = self._powers(t)
+        t_slope = -self.variable[1] * r * r
+        p, p_slope = _value(self.rest, powers), _slope(self.rest, powers)
+        f, f_slope = _value(self.field, powers), _slope(self.field, powers)
+        g, g_slope = _value(self.field_squared, powers), _slope(self.field_squared, powers)
+        fold, fold_slope = _value(self.fold, powers), _slope(self.fold, powers)
+        share = squared * _value(self.ceiling, powers)
+        y = (1.0 - share) ** 0.5
+        bend = 1.0 - y - 0.5 * share
+        bend_slope = 0.5 * squared * _slope(self.ceiling, powers) * (1.0 / y - 1.0)
+        value = p + squared * (f + squared * g) + bend * fold
+        slope = (p_slope + squared * (f_slope + squared * g_slope) + bend * fold_slope + bend_slope * fold) * t_slope
+        near = 1.0 / (1.0 - s * (1.0 / self.wall))
+        value = value + self.wall_strength * near
+        return value, slope + (self.wall_strength / self.wall) * near * near
+
+    def gain(self, s: Any, squared: Any) -> Any:
+        """-dk/dV: how fast the voltage weakens the film; 1 for the homogeneous cone."""
+        powers = self._powers(self._t(s))
+        ceiling = _value(self.ceiling, powers)
+        y = (1.0 - squared * ceiling) ** 0.5
+        bend_rate = 0.5 * ceiling * (1.0 / y - 1.0) * _value(self.fold, powers)
+        linear = _value(self.field, powers) + 2.0 * squared * _value(self.field_squared, powers)
+        return 1.0 - linear - bend_rate
+
+    def _t(self, s: Any) -> Any:
+        return self.variable[0] + self.variable[1] / (1.0 + s)
+
+    def _powers(self, t: Any) -> list[Any]:
+        most = max(len(p) for p in (self.rest, self.field, self.field_squared, self.fold, self.ceiling))
+        powers = [1.0, t]
+        while len(powers) < most:
+            powers.append(powers[len(powers) // 2] * powers[(len(powers) + 1) // 2])
+        return powers
+
+    # --- what else is asked of a film ------------------------------------------------------------------------------
+
+    @property
+    def limit(self) -> float:
+        """The largest s = x^2 that a trajectory may come to."""
+        return self.reach * self.reach
+
+    def highest_squared(self, s: Any) -> Any:
+        """The highest V at which the film has a state."""
+        return 1.0 / _polynomial(self.ceiling, self._t(np.asarray(s, dtype=float)))
+
+    def squared_stretch(self, s: Any, squared: Any) -> Any:
+        """(Deformed over mounted length along the meridian)^2 beside the disc, where it is largest."""
+        return self._local(self.disc_stretch, s, squared)
+
+    def smallest_hoop_stress(self, s: Any, squared: Any) -> Any:
+        """The smallest true hoop stress of all rings over mu; negative where the film wrinkles."""
+        return self._local(self.hoop_stress, s, squared)
+
+    def _local(self, pair: tuple[Polynomial, Polynomial], s: Any, squared: Any) -> Any:
+        t = self._t(np.asarray(s, dtype=float))
+        return _polynomial(pair[0], t) + squared * _polynomial(pair[1], t)
+
+    def work(self, x: npt.ArrayLike, squared: npt.ArrayLike = 0.0) -> Any:
+        """Work against film and field from the flat film to x at constant V: the integral of x k over x."""
+        s = np.asarray(x, dtype=float) ** 2
+
+        def smooth(at: Any) -> Any:
+            return self.stiffness(at, squared)[0] - squared - self.wall_strength / (1.0 - at / self.wall)
+
+        with np.errstate(all="ignore"):
+            # the term of the wall in closed form: no quadrature follows it up to there
+            return 0.5 * _integral(smooth, s) - 0.5 * self.wall_strength * self.wall * np.log1p(-s / self.wall)
+
+    def area(self, x: npt.ArrayLike, squared: npt.ArrayLike) -> Any:
+        """Mean square of the deformed over the mounted area, -2 dE/dV of the energy E: 1 + x^2 in the cone.
+
+        The charge on the film is v times this, and the energy of the field V/2 times this.
+        """
+        s = np.asarray(x, dtype=float) ** 2
+        with np.errstate(all="ignore"):
+            return 1.0 + _integral(lambda at: self.gain(at, squared), s)
+
+    def differences(self, law: str, law_parameters: dict[str, Any], prestretches: tuple[Any, Any]) -> list[str]:
+        """In words, in what a model differs from the film that was fitted."""
+        told = []
+        if law != self.law:
+            told.append(f"law = {law}, fitted for {self.law}")
+        pairs = [(name, law_parameters.get(name), own) for name, own in self.law_parameters]
+        pairs += [
+            (name, given, own)
+            for name, given, own in zip(
+                ("meridional pre-stretch", "hoop pre-stretch"), prestretches, self.prestretches, strict=True
+            )
+        ]
+        for name, given, own in pairs:
+            if given is not None and not np.all(np.asarray(given, dtype=float) == own):
+                shown = f"{float(given):g}" if np.ndim(given) == 0 else f"{np.size(given)} values"
+                told.append(f"{name} = {shown}, fitted for {own:g}")
+        return told
+
+    def to_json(self) -> str:
+        """The film as JSON text, which `film_from_json` reads back exactly."""
+        values = dataclasses.asdict(self)
+        return json.dumps({"gelcone_film": FORMAT} | values | _named(self))
+
+
+def _finite(value: float) -> float | str:
+    return value if math.isfinite(value) else "inf"
+
+
+def _named(film: ContinuumFilm) -> dict[str, Any]:
+    return {
+        "law_parameters": {name: _finite(value) for name, value in film.law_parameters},
+        "errors": dict(film.errors),
+    }
+
+
+def film_from_json(text: str, origin: str = "film") -> ContinuumFilm:
+    """The film that `ContinuumFilm.to_json` wrote; `InputError` naming ``origin`` for text that is not one."""
+    remedy = "write a new one with gelcone validate --fit"
+    try:
+        values = json.loads(text)
+        number = values.pop("gelcone_film")
+        if number != FORMAT:
+            raise InputError(f"{origin}: is a film of format {number}, this gelcone reads {FORMAT}; {remedy}")
+        for name in ("law_parameters", "errors"):
+            values[name] = tuple((str(key), float(value)) for key, value in values[name].items())
+        for name, value in values.items():
+            if isinstance(value, list):
+                values[name] = tuple(tuple(map(float, v)) if isinstance(v, list) else float(v) for v in value)
+        film = ContinuumFilm(**values)
+        bad = not (0.0 < film.reach < math.inf and film.limit < film.wall < math.inf and len(film.variable) == 2)
+        numbers = [*film.rest, *film.field, *film.field_squared, *film.fold, *film.ceiling, film.wall_strength]
+        if bad or not np.isfinite(numbers).all():
+            raise ValueError("a number is out of bounds")
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise InputError(
+            f"{origin}: is no film that gelcone wrote ({type(error).__name__}: {error}); {remedy}"
+        ) from None
+    return film
+
+
+def read_film(path: str | Path) -> ContinuumFilm:
+    """The film in a JSON file; `InputError` for one that cannot be read or used."""
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(
+            f"{path}: cannot be read ({reason}); give a film that gelcone validate --fit wrote, cone or continuum"
+        ) from None
+    return film_from_json(text, str(path))
+
+
+def _integral(function: Callable[[Any], Any], s: Any) -> Any:
+    """From 0 to s, by Gauss's quadrature over log(1 + s), in which the polynomials in 1/(1 + s) are entire."""
+    places, weights = np.polynomial.legendre.leggauss(QUADRATURE)
+    total, most = 0.0, np.log1p(s)
+    for place, weight in zip(0.5 * (places + 1.0), 0.5 * weights, strict=True):
+        total = total + weight * function(np.expm1(most * place)) * np.exp(most * place)
+    return total * most
+
+
+# --- polynomials ---------------------------------------------------------------------------------------------------
+
+
+def _value(coefficients: Polynomial, powers: list[Any]) -> Any:
+    total = coefficients[0] * powers[0]
+    for factor, power in zip(coefficients[1:], powers[1:], strict=False):
+        total = total + factor * power
+    return total
+
+
+def _slope(coefficients: Polynomial, powers: list[Any]) -> Any:
+    total: Any = 0.0
+    for k, factor in enumerate(coefficients[1:]):
+        total = total + ((k + 1) * factor) * powers[k]
+    return total
+
+
+def _polynomial(coefficients: Polynomial, t: Any) -> Any:
+    return np.polynomial.polynomial.polyval(t, coefficients)

@@ -1,0 +1,51 @@
+"""Long work: how far it is, and how it is told to stop."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+Progress = Callable[[float], None] | None
+"""Called with the share of the work just done; the shares add up to 1."""
+
+
+class Stopped(Exception):
+    """The integration was told to stop by its `Watch`."""
+
+
+@dataclass
+class Watch:
+    """Over all that one thread integrates: ``steps`` counts the integrator's steps, ``stop`` ends it soon when set."""
+
+    stop: threading.Event = field(default_factory=threading.Event)
+    steps: int = 0
+
+
+_watched = threading.local()
+
+
+@contextmanager
+def watching(watch: Watch) -> Iterator[None]:
+    """Puts ``watch`` over what this thread integrates inside; once told to stop, `integrate` raises `Stopped`."""
+    before = getattr(_watched, "watch", None)
+    _watched.watch = watch
+    try:
+        yield
+    finally:
+        _watched.watch = before
+
+
+def weighted(progress: Progress, weight: float) -> Progress:
+    """A progress whose whole is the share ``weight`` of the given one's."""
+    if progress is None:
+        return None
+    report = progress
+    return lambda share: report(weight * share)
+
+
+def split_progress(progress: Progress, first: float, second: float, share: float = 1.0) -> tuple[Progress, Progress]:
+    """Two progresses that add up to ``share`` of the given one, in the ratio of two amounts of work."""
+    whole = first + second
+    return weighted(progress, share * first / whole), weighted(progress, share * second / whole)

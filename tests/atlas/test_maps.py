@@ -1,0 +1,191 @@
+"""Cells, maps, bifurcation diagrams and basins."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from gelcone import dataset
+from gelcone.atlas import plan
+from gelcone.atlas.bifurcation import bifurcation, thresholds_of
+from gelcone.atlas.maps import basin, parameter_map
+from gelcone.atlas.plan import Plan, join
+from gelcone.codes import Regime
+from gelcone.errors import InputError
+from gelcone.motion.floquet import onset_voltage
+from gelcone.motion.regime import Evidence, regime
+from gelcone.physics.model import ConeModel
+
+FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
+QUICK = {"transient": 300.0, "budget": 1500.0, "rounds": 2}
+
+
+def test_cells_do_not_depend_on_order_or_grouping():
+    plan = Plan(FAST, {"voltage": np.linspace(0.3, 1.7, 5), "stretch_limit": np.array([0.3, 1.2, 50.0])}, **QUICK)
+    whole = plan.run(threads=2)
+    order = np.random.default_rng(1).permutation(plan.size)
+    parts = join([plan.classify(*plan.at(plan.values(part)), threads=1) for part in (order[:4], order[4:])])
+    for field in fields(Evidence):
+        np.testing.assert_array_equal(getattr(parts, field.name), getattr(whole, field.name)[order])
+
+
+def test_cells_do_not_depend_on_how_many_are_computed_together(monkeypatch):
+    plan = Plan(FAST, {"voltage": np.linspace(0.2, 1.4, 7)}, **QUICK)
+    whole = plan.run()
+    monkeypatch.setattr(plan, "CHUNK", 3)
+    shares = []
+    pieces = plan.run(progress=shares.append)
+    for field in fields(Evidence):
+        np.testing.assert_array_equal(getattr(pieces, field.name), getattr(whole, field.name), field.name)
+    assert len(shares) == 3
+    assert sum(shares) == pytest.approx(1.0)
+
+
+def test_a_map_is_its_cells_one_by_one():
+    """The regime of a cell is that of the model with its values, and the first name varies slowest."""
+    plane = parameter_map(FAST, {"voltage": [0.4, 1.0, 1.6], "damping_ratio": [0.05, 0.2]}, budget=1500.0)
+    for voltage, damping in [(0.4, 0.2), (1.6, 0.05), (1.0, 0.2)]:
+        alone = regime(FAST.replace(voltage=voltage, damping_ratio=damping), budget=1500.0)
+        cell = plane.sel(voltage=voltage, damping_ratio=damping)
+        for name in ("regime", "period", "lyapunov", "standard_error", "highest", "flag"):
+            np.testing.assert_array_equal(cell[name].values, alone[name].values, name)
+
+
+def test_cells_outside_the_stretch_limit_do_not_stop_the_map():
+    plane = parameter_map(FAST, {"stretch_limit": [0.3, 5.0, 50.0], "voltage": [0.3, 1.2]}, **QUICK)
+    assert (plane["regime"].sel(stretch_limit=0.3) == Regime.LEFT_THE_DOMAIN).all()
+    assert (plane["outcome"].sel(stretch_limit=[5.0, 50.0]) == 0).all()
+    assert plane["regime"].dims == ("stretch_limit", "voltage")
+    model = dataset.model_of(plane)
+    np.testing.assert_array_equal(model.voltage, [[0.3, 1.2]] * 3)
+
+
+def test_the_first_threshold_is_the_onset_of_rest():
+    onset = float(onset_voltage(FAST)["onset_voltage"])
+    values = onset * np.array([0.8, 0.9, 1.1, 1.2])
+    diagram = bifurcation(FAST, "voltage", values, initial=((0.01, 0.0),), sweeps=(), bisections=5, **QUICK)
+    first = thresholds_of(diagram)[0]
+    assert first["from"] == "rest"
+    assert first["low"] - 0.01 * onset < onset < first["high"] + 0.01 * onset
+    assert first["high"] - first["low"] == pytest.approx(0.2 * onset / 2**5)
+
+
+def test_sweeps_up_and_down_show_hysteresis():
+    """Between its folds a lifted film of small stiffness keeps the side it comes from."""
+    model = ConeModel(
+        damping_ratio=0.1,
+        spring_stiffness=0.3,
+        hoop_prestretch=1.0,
+        voltage=0.05,
+        voltage_bias=1.2,
+        drive_frequency=0.5,
+    )
+    heights = np.linspace(-0.6, 0.6, 9)
+    diagram = bifurcation(
+        model, "rest_height", heights, initial=((-0.8, 0.0),), sweeps=("up", "down"), bisections=0, **QUICK
+    )
+    middle = 0.5 * (diagram["lowest"] + diagram["highest"])
+    gap = (middle.sel(branch="up") - middle.sel(branch="down")).values
+    assert np.abs(gap[4]) > 0.3
+    assert np.abs(gap[[0, -1]]).max() < 1e-3
+
+
+def test_sweeps_of_a_driven_film_show_where_rest_and_swing_coexist():
+    """Upwards the parametric swing holds on beyond the voltages at which, downwards, rest has become stable again."""
+    model = ConeModel(damping_ratio=0.05, spring_stiffness=1.5, drive_frequency=1.1)
+    diagram = bifurcation(model, "voltage", np.linspace(0.8, 1.2, 9), initial=((0.1, 0.0),), bisections=4, **QUICK)
+    up, down = (diagram["regime"].sel(branch=branch).values for branch in ("up", "down"))
+    assert (up == Regime.PERIODIC).all()
+    assert down[-1] == Regime.REST
+    assert down[0] == Regime.PERIODIC
+    assert [str(name) for name in diagram["branch"].values] == ["up", "down", "from 0.1,0"]
+    (change,) = (row for row in thresholds_of(diagram) if row["branch"] == "down")
+    assert (change["from"], change["to"]) == ("periodic", "rest")
+    # A start near rest answers the same on both sides of the interval.
+    margin = 0.02
+    beside = regime(model.replace(voltage=[change["low"] - margin, change["high"] + margin]), (0.01, 0.0))
+    assert beside["regime"].values.tolist() == [Regime.PERIODIC, Regime.REST]
+
+
+def test_thresholds_bracket_a_real_change():
+    diagram = bifurcation(FAST, "voltage", [0.6, 0.7, 0.8], initial=((0.5, 0.0),), sweeps=(), bisections=6)
+    (change,) = thresholds_of(diagram)
+    assert change["high"] - change["low"] == pytest.approx(0.1 / 2**6)
+    sides = regime(FAST.replace(voltage=[change["low"], change["high"]]), (0.5, 0.0))
+    names = [Regime(int(code)).label for code in sides["regime"].values]
+    assert names[0] == change["from"] == "rest"
+    assert names[1] != "rest"
+
+
+def test_a_sweep_goes_on_behind_values_that_cannot_start():
+    """The stretch limit is swept through values at which the film is torn: each later point starts afresh."""
+    diagram = bifurcation(FAST.replace(voltage=0.3), "stretch_limit", [0.2, 0.3, 1.0, 5.0], bisections=0, **QUICK)
+    for branch in ("up", "from 1,0"):
+        codes = diagram["regime"].sel(branch=branch).values
+        assert codes[0] == Regime.LEFT_THE_DOMAIN
+        assert codes[-1] == Regime.REST
+    # Downwards the disc is at rest already, which any limit allows.
+    assert (diagram["regime"].sel(branch="down") == Regime.REST).all()
+
+
+def test_progress_of_a_diagram_adds_up_to_one():
+    shares = []
+    bifurcation(FAST, "voltage", [0.2, 0.3, 0.4], bisections=1, progress=shares.append, **QUICK)
+    assert min(shares) > 0.0
+    assert sum(shares) == pytest.approx(1.0)
+
+
+def test_a_double_well_has_two_mirror_attractors_with_equal_shares():
+    model = ConeModel(damping_ratio=0.2, spring_stiffness=1.5, voltage=0.0, voltage_bias=1.5)
+    axis = np.linspace(-1.5, 1.5, 8)
+    found = basin(model, {"displacement": axis, "velocity": axis}, **QUICK)
+    assert found["attractor_share"].values.tolist() == [0.5, 0.5]
+    numbers = found["attractor"].values
+    assert (numbers != numbers[::-1, ::-1]).all()
+    np.testing.assert_allclose(np.sort(found["attractor_highest"]), [-0.98583, 0.98583], atol=1e-4)
+
+
+def test_results_read_back_as_they_were(tmp_path):
+    diagram = bifurcation(FAST, "voltage", [0.2, 0.3], sweeps=(), **QUICK)
+    dataset.save(diagram, tmp_path / "diagram.nc")
+    assert dataset.load(tmp_path / "diagram.nc").identical(diagram)
+
+
+@pytest.mark.parametrize(
+    ("over", "options", "message"),
+    [
+        ({"voltge": [0.0, 1.0]}, {}, "did you mean 'voltage'"),
+        ({"voltage": [1.0]}, {}, "at least 2"),
+        ({"voltage": [1.0, 0.5]}, {}, "must increase"),
+        ({"voltage": [-1.0, 0.5]}, {}, "at least 0"),
+        ({"voltage": [0.0, 1.0]}, {"budget": 0.0}, "budget"),
+        ({"voltage": [0.0, np.nan]}, {}, "must be"),
+        ({"voltage": [[0.0, 1.0]]}, {}, "in one dimension"),
+        ({"voltage": [0.0, 1.0]}, {"budget": 0.0}, "budget = 0: must be a positive"),
+        ({"voltage": [0.0, 1.0]}, {"transient": -1.0}, "transient = -1: must be a positive"),
+        ({"voltage": [0.0, 1.0]}, {"rounds": 0}, "rounds = 0: must be at least 1"),
+        ({"voltage": [0.0, 1.0]}, {"initial": (1.0,)}, "must be a displacement and a velocity"),
+        ({}, {}, "over: is empty"),
+        ({"stretch_limit": [0.1, 0.2]}, {}, "must exceed"),
+    ],
+)
+def test_bad_plans_are_refused(over, options, message):
+    with pytest.raises(InputError, match=message):
+        parameter_map(FAST, over, **options)
+
+
+def test_sweeps_and_states_are_checked():
+    with pytest.raises(InputError, match="'sideways'"):
+        bifurcation(FAST, "voltage", [0.1, 0.2], sweeps=("sideways",))
+    with pytest.raises(InputError, match="initial: is empty"):
+        bifurcation(FAST, "voltage", [0.1, 0.2], initial=())
+    with pytest.raises(InputError, match="holds a state twice"):
+        bifurcation(FAST, "voltage", [0.1, 0.2], initial=((1.0, 0.0), (1, 0)))
+    with pytest.raises(InputError, match="bisections = -1: must be at least 0"):
+        bifurcation(FAST, "voltage", [0.1, 0.2], bisections=-1)
+    with pytest.raises(InputError, match="belongs to the initial state"):
+        bifurcation(FAST, "displacement", [0.1, 0.2])
+    with pytest.raises(InputError, match="not from an ensemble"):
+        bifurcation(FAST.replace(voltage=[0.1, 0.2]), "damping_ratio", [0.1, 0.2])

@@ -1,0 +1,460 @@
+import json
+import os
+import pickle
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gelcone.atlas import analyses, record, store, workers
+from gelcone.atlas import survey as module
+from gelcone.atlas.plan import Plan
+from gelcone.atlas.record import Tally, look, stored_plan
+from gelcone.atlas.store import Status
+from gelcone.atlas.survey import survey
+from gelcone.codes import Outcome, Regime
+from gelcone.errors import InputError
+from gelcone.motion.envelope import envelope
+from gelcone.motion.frequency import frequency_response
+from gelcone.motion.regime import regime
+from gelcone.physics.model import ConeModel
+
+FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
+QUICK = {"transient": 300.0, "budget": 1500.0, "rounds": 1}
+PLAN = Plan(FAST, {"voltage": np.linspace(0.0, 1.2, 13), "prestretch": np.linspace(0.8, 1.6, 9)}, **QUICK)
+COARSE = 4
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return survey(PLAN, coarsest=COARSE)
+
+
+def same(one, other):
+    """Equal to the last bit, but for the time it took."""
+    xr.testing.assert_identical(one.drop_attrs(deep=False), other.drop_attrs(deep=False))
+
+
+def files(path):
+    """All that a store holds."""
+    return {str(p.relative_to(path)): p.read_bytes() for p in sorted(path.rglob("*")) if p.is_file()}
+
+
+# --- cells ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_cell_is_what_it_is_alone(whole):
+    place = {"voltage": 10, "prestretch": 2}
+    cell = whole.isel(place)
+    alone = regime(FAST.replace(**{n: float(cell[n]) for n in place}), transient=300.0, budget=1500.0)
+    assert int(cell["status"]) == Status.COMPUTED
+    for name in ("lowest", "highest", "return_distance"):
+        assert float(cell[name]) == float(alone[name])
+
+
+def test_a_refined_map_says_where_its_values_come_from(whole):
+    totals = json.loads(whole.attrs["totals"])
+    assert 0 < totals["inferred"] < PLAN.size
+    assert 0 <= totals["missed"] <= totals["checked"] <= 0.05 * PLAN.size
+    assert totals["checked"] > 0
+    inferred = whole["status"].values.ravel() == Status.INFERRED
+    source = whole["source"].values.ravel()
+    np.testing.assert_array_equal(inferred, source != np.arange(PLAN.size))
+    for name in ("regime", "highest", "settled_time"):
+        values = whole[name].values.ravel()
+        np.testing.assert_array_equal(values, values[source])
+
+
+def test_a_refined_map_has_the_regimes_of_the_uniform_one(whole):
+    uniform = survey(PLAN)
+    assert (uniform["status"] == Status.COMPUTED).all()
+    assert (uniform["regime"].values != whole["regime"].values).mean() <= 0.02
+    computed = whole["status"] == Status.COMPUTED
+    np.testing.assert_array_equal(uniform["highest"].where(computed), whole["highest"].where(computed))
+    totals = [json.loads(result.attrs["totals"])["integrator_steps"] for result in (whole, uniform)]
+    assert 0 < totals[0] < totals[1]
+
+
+def test_who_computes_and_in_which_tasks_changes_no_bit(whole, monkeypatch):
+    monkeypatch.setattr(module, "TASK_CELLS", 5)
+    monkeypatch.setattr(module, "FEWEST_CELLS", 3)
+    same(survey(PLAN, coarsest=COARSE, workers=workers.threads(1)), whole)
+
+
+@pytest.mark.parametrize("name", sorted({*analyses.ANALYSES} - {"envelope"}))
+def test_every_analysis_is_a_sweep(name):
+    plan = Plan(FAST, {"voltage": [0.3, 0.9], "stretch_limit": [0.3, 30.0, 60.0]}, **QUICK)
+    result = survey(plan, name)
+    assert result["outcome"].dims == ("voltage", "stretch_limit")
+    outside = Outcome.OK if name == "limits" else Outcome.OUTSIDE  # those start from rest
+    assert (result["outcome"].sel(stretch_limit=0.3) == outside).all()
+    assert (result["outcome"].sel(stretch_limit=30.0) == Outcome.OK).all()
+    one = analyses.compute(plan, name, np.array([4]))
+    for variable in one.data_vars:
+        np.testing.assert_array_equal(result[variable].values.reshape(6, -1)[4], one[variable].values.ravel())
+
+
+def test_a_sweep_of_envelopes_and_of_responses():
+    model = FAST.replace(rest_height=0.5, spring_stiffness=1.5, voltage_bias=0.3)
+    plan = Plan(model, {"drive_frequency": [0.4, 0.8], "voltage": [0.0, 0.4]}, **QUICK)
+    ends = survey(replace(plan, model=model.replace(voltage_bias=0.0)), "envelope")
+    assert ends["outcome"].values.tolist() == [[Outcome.ERROR, Outcome.OK]] * 2  # no drive, no envelope
+    alone = envelope(model.replace(voltage_bias=0.0, voltage=0.4), frequencies=[0.4, 0.8], margin=0.0)
+    for k in range(2):
+        slack = float(alone["limit_high"].sel(driven_limit="hoop slack")[k])
+        assert float(ends["driven_hoop_slack_voltage"][k, 1]) == slack
+        assert float(ends["safe_peak_voltage"][k, 1]) == float(alone["recommended_peak"][k])
+    static = alone["static_limit_voltage"].sel(static_limit="hoop slack")
+    assert float(ends["hoop_slack_voltage"][0, 1]) == pytest.approx(float(static), rel=1e-12)
+    assert np.isnan(ends["driven_dielectric_breakdown_voltage"]).all()
+    weak = survey(replace(plan, model=model.replace(voltage_bias=0.0), field_limit=0.3), "envelope")
+    low = envelope(model.replace(voltage_bias=0.0, voltage=0.4), frequencies=[0.4, 0.8], margin=0.0, field_limit=0.3)
+    for k in range(2):
+        breaks = float(low["limit_high"].sel(driven_limit="dielectric breakdown")[k])
+        assert float(weak["driven_dielectric_breakdown_voltage"][k, 1]) == breaks < 0.3
+        assert float(weak["safe_peak_voltage"][k, 1]) == float(low["recommended_peak"][k])
+    moved = survey(plan, "response")
+    swept = frequency_response(model.replace(voltage=0.4), [0.4, 0.8], (1.0, 0.0))
+    np.testing.assert_allclose(moved["stroke"][:, 1], swept["stroke"].sel(branch="up"), rtol=1e-6)
+    np.testing.assert_array_equal(moved["linear_stroke"][:, 1], swept["linear_stroke"])
+    assert float(moved["stroke"][0, 0]) < 4.2e-9  # twenty decay times
+
+
+@pytest.mark.parametrize(("cells", "team"), [(0, 2), (5, 2), (289, 2), (289, 1), (5000, 64)])
+def test_tasks_hold_every_cell_once_and_are_small_at_the_end(cells, team):
+    tasks = list(module._tasks(np.arange(cells), team))
+    np.testing.assert_array_equal(np.concatenate([np.arange(0), *tasks]), np.arange(cells))
+    sizes = [task.size for task in tasks]
+    assert sizes == sorted(sizes, reverse=True)
+    assert all(size <= module.TASK_CELLS for size in sizes)
+    assert all(size <= module.FEWEST_CELLS for size in sizes[-team:])
+
+
+def test_no_task_carries_the_whole_grid():
+    plan = Plan(FAST, {"voltage": np.linspace(0.0, 1.0, 500), "prestretch": np.linspace(0.5, 1.0, 500)})
+    assert plan.grid["voltage"].size == 250_000
+    assert len(pickle.dumps(plan)) < 20_000
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_tasks_are_given_out_only_a_little_ahead(count):
+    asked = []
+
+    def tasks():
+        for task in range(200):
+            asked.append(task)
+            yield task
+
+    with workers.threads(count)() as team:
+        answers = team.run(lambda task: task, tasks())
+        first = next(answers)[0]
+        assert len(asked) <= 2 * workers.AHEAD * count
+        assert sorted([first, *(answer for answer, _ in answers)]) == list(range(200))
+
+
+def test_three_parameters_and_a_line():
+    cube = survey(Plan(FAST, {"voltage": [0.2, 0.4], "prestretch": [1.0, 1.2], "damping_ratio": [0.1, 0.2]}, **QUICK))
+    assert cube["regime"].dims == ("voltage", "prestretch", "damping_ratio")
+    line = survey(Plan(FAST, {"voltage": np.linspace(0.0, 1.0, 33)}, **QUICK), coarsest=5)
+    assert line["regime"][0] == Regime.REST
+    assert line["regime"][-1] != Regime.REST
+    assert json.loads(line.attrs["totals"])["computed"] < 20
+
+
+def test_a_cell_that_raises_an_error_is_told_and_stops_nothing(monkeypatch):
+    find = analyses.find_analysis
+
+    def broken(name):
+        def analysis(plan, model, states):
+            if np.isclose(model.voltage, 0.5).any():
+                raise ZeroDivisionError("made up")
+            return find(name)(plan, model, states)
+
+        return analysis
+
+    monkeypatch.setattr(analyses, "find_analysis", broken)
+    result = survey(Plan(FAST, {"voltage": [0.3, 0.4, 0.5, 0.6]}, **QUICK))
+    assert result["outcome"].values.tolist() == [0, 0, Outcome.ERROR, 0]
+    assert np.isnan(result["highest"][2])
+    assert np.isfinite(result["highest"][[0, 1, 3]]).all()
+    assert json.loads(result.attrs["totals"])["failed"] == 1
+
+
+def test_progress_counts_every_cell():
+    tallies: list[Tally] = []
+    survey(PLAN, coarsest=COARSE, progress=tallies.append)
+    counts = [tally.computed for tally in tallies]
+    assert counts == sorted(counts)
+    assert counts[-1] + tallies[-1].inferred == PLAN.size
+    assert tallies[-1].steps > 0 < tallies[-1].seconds
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"analysis": "regimes"}, "did you mean 'regime'"),
+        ({"analysis": "limits", "coarsest": 4}, "limits cannot be refined"),
+        ({"coarsest": 1}, "at least 2"),
+    ],
+)
+def test_bad_sweeps_are_refused(options, message):
+    with pytest.raises(InputError, match=message):
+        survey(PLAN, **options)
+
+
+# --- the store --------------------------------------------------------------------------------------------------------
+
+
+def test_a_store_is_read_by_xarray_as_it_is(whole, tmp_path):
+    result = survey(PLAN, coarsest=COARSE, store=tmp_path / "s")
+    same(result, whole)
+    with xr.open_zarr(tmp_path / "s", chunks=None) as stored:
+        np.testing.assert_array_equal(stored["regime"], whole["regime"])
+        np.testing.assert_array_equal(stored["lyapunov"], whole["lyapunov"])
+        assert stored["lyapunov"].dims == ("voltage", "prestretch", "exponent")
+        np.testing.assert_array_equal(stored["voltage"], PLAN.over["voltage"])
+        assert stored["regime"].attrs["flag_meanings"] == whole["regime"].attrs["flag_meanings"]
+    same(look(tmp_path / "s"), whole.drop_vars("source"))
+    plan, analysis, coarsest = stored_plan(tmp_path / "s")
+    assert (analysis, coarsest, plan.options()) == ("regime", COARSE, PLAN.options())
+    assert plan.model.parameters() == FAST.parameters()
+
+
+class Interrupt(Exception):
+    pass
+
+
+def interrupted(path, after, **options):
+    """A run that stops after some tasks."""
+    seen = []
+
+    def stop(tally):
+        seen.append(tally)
+        if len(seen) == after:
+            raise Interrupt
+
+    with pytest.raises(Interrupt):
+        survey(PLAN, coarsest=COARSE, store=path, progress=stop, **options)
+
+
+def test_what_was_interrupted_goes_on_to_the_same_bytes(tmp_path, monkeypatch, whole):
+    monkeypatch.setattr(module, "TASK_CELLS", 7)
+    survey(PLAN, coarsest=COARSE, store=tmp_path / "undisturbed")
+    interrupted(tmp_path / "s", 2)
+    held = look(tmp_path / "s")
+    assert 0 < int((held["status"] == Status.COMPUTED).sum()) < PLAN.size
+    assert np.isnan(held["highest"].where(held["status"] == Status.MISSING)).all()
+    interrupted(tmp_path / "s", 4, resume=True)
+    result = survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+    same(result, whole)
+    assert json.loads(result.attrs["totals"])["computed_before"] > 0
+    assert files(tmp_path / "s") == files(tmp_path / "undisturbed")
+
+
+def test_another_plan_or_version_is_refused_with_the_difference(tmp_path, monkeypatch):
+    interrupted(tmp_path / "s", 1)
+    for changed, message in [
+        (Plan(FAST.replace(damping_ratio=0.06), PLAN.over, **QUICK), r"damping_ratio is 0\.05 there and 0\.06 here"),
+        (Plan(FAST, PLAN.over | {"voltage": [0.0, 1.0]}, **QUICK), r"voltage is 13 values from 0 to 1\.2 there and \["),
+        (Plan(FAST, PLAN.over, **(QUICK | {"budget": 1000.0})), "budget is 1500.0 there and 1000.0 here"),
+    ]:
+        with pytest.raises(InputError, match=message):
+            survey(changed, coarsest=COARSE, store=tmp_path / "s", resume=True)
+    with pytest.raises(InputError, match="coarsest is 4 there and missing here"):
+        survey(PLAN, store=tmp_path / "s", resume=True)
+    monkeypatch.setattr(record, "__version__", "9.9")
+    with pytest.raises(InputError, match=r"gelcone_version is .* there and 9\.9 here"):
+        survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+
+
+def test_a_store_belongs_to_one_run(tmp_path):
+    def second(tally):
+        with pytest.raises(InputError, match="another run is working on it"):
+            survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+        raise Interrupt
+
+    with pytest.raises(Interrupt):
+        survey(PLAN, coarsest=COARSE, store=tmp_path / "s", progress=second)
+    with pytest.raises(InputError, match="is not empty; go on with it by --resume"):
+        survey(PLAN, coarsest=COARSE, store=tmp_path / "s")
+    survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    path = tmp_path_factory.mktemp("stores") / "s"
+    survey(Plan(FAST, {"voltage": [0.3, 0.4, 0.5]}, **QUICK), store=path)
+    return path
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[:-3])
+
+
+def flip(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(bytes(content))
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda s: cut(s / "highest" / "c" / "0"), "is damaged: a tile of highest cannot be read"),
+        (lambda s: flip(s / "highest" / "c" / "0"), "is damaged: a tile of highest cannot be read"),
+        (lambda s: cut(s / "status" / "c" / "0"), "is damaged: a tile of status cannot be read"),
+        (lambda s: (s / "highest" / "c" / "0").unlink(), "is damaged: a tile of highest is gone"),
+        (lambda s: (s / "zarr.json").unlink(), "holds no metadata"),
+        (lambda s: cut(s / "zarr.json"), "is damaged: its metadata cannot be read"),
+        (lambda s: (s / "highest" / "zarr.json").unlink(), "is damaged: its array highest is gone"),
+    ],
+    ids=["cut tile", "changed tile", "cut status", "no tile", "no metadata", "cut metadata", "no array"],
+)
+def test_a_damaged_store_is_refused_in_one_line(stored, tmp_path, damage, message):
+    import shutil
+
+    path = tmp_path / "s"
+    shutil.copytree(stored, path)
+    damage(path)
+    for use in (look, lambda p: survey(*stored_plan(p)[:2], store=p, resume=True)):
+        with pytest.raises(InputError, match=message) as told:
+            use(path)
+        assert "\n" not in str(told.value)
+
+
+def test_a_run_killed_while_it_made_the_store_leaves_one_to_begin_again(tmp_path):
+    (tmp_path / "s").mkdir()
+    (tmp_path / "s" / "zarr.0123.partial").write_text("{")
+    survey(Plan(FAST, {"voltage": [0.3, 0.4]}, **QUICK), store=tmp_path / "s")
+    assert (look(tmp_path / "s")["status"] == Status.COMPUTED).all()
+
+
+def test_what_is_no_store_is_refused(tmp_path):
+    import zarr
+
+    with pytest.raises(InputError, match="no such store"):
+        look(tmp_path / "nothing")
+    with pytest.raises(InputError, match="holds no metadata"):
+        look(tmp_path)
+    zarr.create_group(store=tmp_path / "foreign", zarr_format=3)
+    with pytest.raises(InputError, match="not one that gelcone wrote"):
+        look(tmp_path / "foreign")
+
+
+@pytest.mark.parametrize(("number", "remedy"), [("ENOSPC", "free some space"), ("EROFS", "make it writable")])
+def test_a_full_or_read_only_disk_loses_nothing(tmp_path, monkeypatch, number, remedy):
+    import errno
+
+    interrupted(tmp_path / "s", 2)
+    before = files(tmp_path / "s")
+
+    def refuse(*_, **__):
+        raise OSError(getattr(errno, number), os.strerror(getattr(errno, number)))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(store, "_write_part", refuse)
+        with pytest.raises(InputError, match=f"what it holds is safe: {remedy} and go on with --resume"):
+            survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+    assert files(tmp_path / "s") == before
+    survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+    assert (look(tmp_path / "s")["status"] != Status.MISSING).all()
+
+
+# --- processes --------------------------------------------------------------------------------------------------------
+
+COMMAND = [
+    *(sys.executable, "-c", "from gelcone.cli import main; main()", "map"),
+    *("--set", "damping_ratio=0.05", "--set", "spring_stiffness=0.5", "--set", "drive_frequency=0.3"),
+    *("--over", "voltage=0:1.2:24", "--over", "prestretch=0.8:2:12", "--coarsest", "4", "--transient", "300"),
+    *("--budget", "1500"),
+]
+
+
+def wait_for_cells(path, process):
+    """Until a run has put some cells into its store."""
+    for _ in range(600):
+        if (path / "status" / "c").exists():
+            return
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.05)
+    raise AssertionError("no cell came")
+
+
+@pytest.mark.parametrize("who", [["--threads", "2"], ["--workers", "2"]], ids=["threads", "processes"])
+def test_ctrl_c_ends_soon_and_leaves_a_store_to_resume(tmp_path, who):
+    path = tmp_path / "s"
+    process = subprocess.Popen([*COMMAND, *who, "--store", str(path)], stderr=subprocess.PIPE, text=True)
+    wait_for_cells(path, process)
+    told = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=20.0)
+    assert time.monotonic() - told < 4.0  # two seconds on a machine that does nothing else
+    assert (process.returncode, error.strip()) == (130, "interrupted")
+    held = look(path)
+    assert 0 < int((held["status"] == Status.COMPUTED).sum()) < held["status"].size
+
+
+def test_processes_start_also_where_dasks_usual_port_is_taken():
+    pytest.importorskip("distributed")
+    few = Plan(FAST, {"voltage": [0.1, 0.2]}, **QUICK)
+    with socket.socket() as taken:
+        with suppress(OSError):  # taken already
+            taken.bind(("127.0.0.1", 8787))
+            taken.listen()
+        same(survey(few, workers=workers.cluster(1)), survey(few))  # a warning would be an error
+
+
+def test_processes_give_the_same_bits_also_when_one_dies(whole, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(module, "TASK_CELLS", 8)
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
+    ) as cluster:
+        victims = [nanny.pid for nanny in cluster.workers.values()]
+        killed = []
+
+        def kill(tally):
+            if not killed:
+                killed.append(os.kill(victims[0], signal.SIGKILL))
+
+        result = survey(
+            PLAN, coarsest=COARSE, workers=workers.cluster(scheduler=cluster.scheduler_address), progress=kill
+        )
+        monkeypatch.setattr(workers, "__version__", "9.9")
+        with pytest.raises(InputError, match=r"its workers have .*, here is 9\.9; install the same"):
+            survey(PLAN, workers=workers.cluster(scheduler=cluster.scheduler_address))
+    assert killed
+    same(result, whole)
+
+
+def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(workers, "CONNECT_SECONDS", 1)
+    with pytest.raises(InputError, match="scheduler tcp://localhost:9: does not answer; start one"):
+        survey(PLAN, workers=workers.cluster(scheduler="tcp://localhost:9"))
+
+
+def test_workers_are_checked():
+    with pytest.raises(InputError, match="give one of them"):
+        workers.cluster()
+    with pytest.raises(InputError, match="workers = 0: must be at least 1"):
+        workers.cluster(0)
+    with pytest.raises(InputError, match="threads = 0"):
+        workers.threads(0)
+
+
+def test_a_store_of_another_version_says_so(tmp_path, monkeypatch):
+    whole_record = module.plan_record
+    monkeypatch.setattr(
+        module, "plan_record", lambda *given: {k: v for k, v in whole_record(*given).items() if k != "field_limit"}
+    )
+    survey(Plan(FAST, {"voltage": [0.1, 0.2]}, **QUICK), store=tmp_path / "s")
+    with pytest.raises(InputError, match=r"its plan lacks field_limit; it was made by another version"):
+        stored_plan(tmp_path / "s")

@@ -1,0 +1,110 @@
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import binomtest
+
+from gelcone.atlas.plan import Plan
+from gelcone.atlas.survey import survey
+from gelcone.atlas.uncertain import Normal, Uniform, draw, probability
+from gelcone.codes import Outcome, Regime
+from gelcone.errors import InputError
+from gelcone.motion.regime import regime
+from gelcone.physics.model import ConeModel
+
+FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
+QUICK = {"transient": 300.0, "budget": 1500.0, "rounds": 1}
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin-hypercube"])
+def test_draws_follow_their_distributions(method):
+    draws = draw({"voltage": Uniform(0.5, 1.5), "prestretch": Normal(1.0, 0.1)}, 1024, method=method, seed=4)
+    assert draws["voltage"].min() >= 0.5 <= 1.5 >= draws["voltage"].max()
+    assert draws["voltage"].mean() == pytest.approx(1.0, abs=2e-3)
+    assert draws["voltage"].var() == pytest.approx(1.0 / 12.0, rel=1e-2)
+    assert draws["prestretch"].mean() == pytest.approx(1.0, abs=1e-3)
+    assert draws["prestretch"].std() == pytest.approx(0.1, rel=2e-2)
+    assert abs(np.corrcoef(*draws.values())[0, 1]) < 0.07
+    again = draw({"voltage": Uniform(0.5, 1.5), "prestretch": Normal(1.0, 0.1)}, 1024, method=method, seed=4)
+    np.testing.assert_array_equal(draws["prestretch"], again["prestretch"])
+
+
+def test_one_draw_of_each_stratum_in_a_latin_hypercube():
+    values = draw({"voltage": Uniform(0.0, 1.0)}, 50, method="latin-hypercube")["voltage"]
+    assert sorted((values * 50).astype(int)) == list(range(50))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Uniform(1.0, 1.0), "from a lower to a higher"),
+        (lambda: Normal(1.0, 0.0), "must be positive"),
+        (lambda: draw({}, 4), "is empty"),
+        (lambda: draw({"voltage": Uniform(0, 1)}, 1), "count = 1"),
+        (lambda: draw({"voltage": Uniform(0, 1)}, 4, method="sobel"), "did you mean 'sobol'"),
+        (lambda: Plan(FAST, {"voltage": [0.0, 1.0]}, draws={"voltage": [0.1, 0.2]}), "swept and drawn"),
+        (lambda: Plan(FAST, {}, draws={"voltage": [0.1], "prestretch": [1.0, 1.1]}), "as many of each"),
+        (lambda: Plan(FAST, {}, draws={"voltage": [-0.1, 0.2]}), "at least 0"),
+        (lambda: Plan(FAST, {}, draws={"volts": [0.1, 0.2]}), "'volts'"),
+    ],
+)
+def test_bad_draws_are_refused(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+def test_draws_are_cells_like_others():
+    plan = Plan(FAST, {"voltage": [0.3, 0.9]}, draws={"prestretch": [0.9, 1.0, 1.1]}, **QUICK)
+    result = survey(plan)
+    assert result["regime"].dims == ("voltage", "draw")
+    np.testing.assert_array_equal(result["drawn_prestretch"], [0.9, 1.0, 1.1])
+    alone = regime(FAST.replace(voltage=0.9, prestretch=1.1), transient=300.0, budget=1500.0)
+    assert float(result["highest"][1, 2]) == float(alone["highest"])
+    with pytest.raises(InputError, match="draws of uncertain parameters cannot be refined"):
+        survey(plan, coarsest=2)
+
+
+def test_draws_without_a_grid():
+    result = survey(Plan(FAST, {}, draws=draw({"voltage": Uniform(0.1, 0.4)}, 4), **QUICK))
+    assert result["regime"].dims == ("draw",)
+    assert float(probability(result, Regime.REST)["probability"]) == 1.0
+
+
+def made_up(regimes, outcomes=None):
+    regimes = np.asarray(regimes, dtype=np.int8)
+    outcomes = np.zeros(regimes.shape, dtype=np.int8) if outcomes is None else np.asarray(outcomes, dtype=np.int8)
+    return xr.Dataset(
+        {"regime": (("voltage", "draw"), regimes), "outcome": (("voltage", "draw"), outcomes)},
+        coords={"voltage": np.arange(len(regimes))},
+        attrs={"model": json.dumps(FAST.parameters())},
+    )
+
+
+def test_probability_and_its_interval_are_those_of_the_binomial():
+    chaos, rest, open_, left = Regime.CHAOTIC, Regime.REST, Regime.TRANSIENT, Regime.LEFT_THE_DOMAIN
+    rows = [[chaos] * 3 + [rest] * 5, [rest] * 8, [chaos] * 8, [chaos, rest, left, open_] * 2, [open_] * 8]
+    chance = probability(made_up(rows))
+    for row, (k, n) in zip(range(4), [(3, 8), (0, 8), (8, 8), (2, 6)], strict=True):
+        interval = binomtest(k, n).proportion_ci(0.95, method="exact")
+        assert float(chance["probability"][row]) == k / n
+        assert float(chance["low"][row]) == pytest.approx(interval.low, abs=1e-12)
+        assert float(chance["high"][row]) == pytest.approx(interval.high, abs=1e-12)
+    assert np.isnan(chance["probability"][4])
+    assert (float(chance["low"][4]), float(chance["high"][4]), int(chance["decided"][4])) == (0.0, 1.0, 0)
+    failed = probability(made_up([[chaos, rest]], [[Outcome.ERROR, Outcome.OK]]))
+    assert (float(failed["probability"][0]), int(failed["decided"][0])) == (0.0, 1)
+
+
+def test_the_interval_covers_as_often_as_it_says():
+    rng, truth = np.random.default_rng(2), 0.3
+    rows = np.where(rng.random((2000, 20)) < truth, Regime.CHAOTIC, Regime.REST)
+    chance = probability(made_up(rows), confidence=0.9)
+    assert ((chance["low"] <= truth) & (truth <= chance["high"])).mean() > 0.9
+
+
+def test_a_probability_needs_draws():
+    with pytest.raises(InputError, match="no draws of the regime"):
+        probability(made_up([[0]]).isel(draw=0))
+    with pytest.raises(InputError, match="confidence = 1"):
+        probability(made_up([[0]]), confidence=1.0)

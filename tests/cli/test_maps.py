@@ -1,0 +1,299 @@
+"""`gelcone lyapunov`, `regime`, `bifurcation`, `map` and `basin`: JSON, files, SI units, text, one-line errors."""
+
+import json
+
+import numpy as np
+import pytest
+
+from gelcone.cli.bifurcation import read_sweeps
+from gelcone.cli.motions import MOST_PRINTED, shortened
+from gelcone.dataset import load
+from gelcone.devices.device import find_device
+
+MODEL = ["--set", "damping_ratio=0.3", "--set", "stretch_limit=5"]
+QUICK = ["--transient", "60", "--budget", "100"]
+SWEEP = ["--over", "voltage=1:2:3", "--bisections", "2"]
+GRID = ["--over", "voltage=0.5:2:3", "--over", "prestretch=0.7,1,2.8"]
+STATES = ["--over", "displacement=-2.6:2.6:5", "--over", "velocity=-1:1:3"]
+COMMANDS = {"lyapunov": [], "regime": [], "bifurcation": SWEEP, "map": GRID, "basin": STATES}
+REGIMES = {"rest", "periodic", "quasi-periodic", "chaotic", "transient", "left the domain"}
+UNIT = "per unit dimensionless time"
+
+
+@pytest.fixture
+def gelcone(command_line):
+    return command_line
+
+
+@pytest.fixture
+def found(gelcone):
+    """The JSON object that a command prints."""
+
+    def run(*arguments):
+        code, out, err = gelcone(*arguments, *QUICK, "--json")
+        assert (code, err) == (0, "")
+        assert len(out.splitlines()) == 1
+        return json.loads(out)
+
+    return run
+
+
+# --- JSON --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_object_says_what_it_was_computed_from(found, command):
+    content = found(command, *MODEL, *COMMANDS[command])
+    assert content["parameters"]["damping_ratio"] == 0.3
+    assert content["options"]["budget"] == 100.0
+    assert np.isin(np.ravel(content["outcome"]), ["ok", "outside"]).all()
+    assert ("initial" in content) == (command != "basin")
+    assert "device" not in content
+    assert "si" not in content
+
+
+def test_exponents(found):
+    content = found("lyapunov", *MODEL, "--window", 30)["lyapunov"]
+    assert content["unit"] == UNIT
+    assert content["values"] == content["asymptotic"]
+    for name in ("values", "standard_error", "finite", "asymptotic"):
+        assert len(content[name]) == 2
+    assert sum(content["values"]) == pytest.approx(-0.6, abs=1e-9)
+    assert sum(content["finite"]) == pytest.approx(-0.6, abs=1e-9)
+    assert abs(content["sum_residual"]) < 1e-9
+    assert content["averaged_time"] > 0.0
+
+
+def test_exponents_of_an_ensemble_are_lists_member_by_member(found):
+    content = found("lyapunov", *MODEL, "--set", "voltage=0.5,1")["lyapunov"]
+    assert np.shape(content["values"]) == np.shape(content["finite"]) == (2, 2)
+    one = found("lyapunov", *MODEL, "--set", "voltage=1")["lyapunov"]
+    assert content["values"][1] == one["values"]
+
+
+def test_regime_with_its_evidence(found):
+    content = found("regime", *MODEL)["regime"]
+    assert (content["name"], content["period"], content["symmetric"]) == ("rest", None, True)
+    evidence = content["evidence"]
+    assert evidence["lyapunov"]["values"][0] < 0.0
+    assert evidence["lyapunov"]["unit"] == UNIT
+    assert evidence["zero_one"] is None
+    assert evidence["disagrees"] is False
+    assert len(evidence["section"]["displacement"]) == len(evidence["section"]["velocity"]) > 1
+
+
+def test_regimes_of_an_ensemble_are_lists_member_by_member(found):
+    content = found("regime", *MODEL, "--set", "voltage=0.5,2")["regime"]
+    assert content["name"] == ["rest", "periodic"]
+    assert content["period"][0] is None
+    assert content["period"][1] >= 1
+
+
+def test_bifurcation_diagram_with_thresholds(found):
+    content = found("bifurcation", *MODEL, *SWEEP)
+    assert content["values"] == [1.0, 1.5, 2.0]
+    assert content["branches"].keys() == {"up", "down", "from 1,0"}
+    for branch in content["branches"].values():
+        assert set(branch["regime"]) <= REGIMES
+        assert len(branch["regime"]) == len(branch["lyapunov"]) == len(branch["standard_error"]) == 3
+    assert content["thresholds"]
+    for threshold in content["thresholds"]:
+        assert threshold.keys() == {"parameter", "from", "to", "low", "high", "branch"}
+        assert threshold["parameter"] == "voltage"
+        assert threshold["high"] - threshold["low"] == pytest.approx(0.5 / 4)
+        assert {threshold["from"], threshold["to"]} <= REGIMES
+    assert content["failed"] == []
+
+
+def test_a_diagram_without_sweeps_has_one_branch(found):
+    content = found("bifurcation", *MODEL, *SWEEP, "--sweeps", "none", "--initial", "0.5,0.1")
+    assert list(content["branches"]) == ["from 0.5,0.1"]
+    assert content["initial"] == [0.5, 0.1]
+
+
+def test_map_counts_and_names_its_failed_cells(found):
+    content = found("map", *MODEL, *GRID)
+    assert list(content["axes"]) == ["voltage", "prestretch"]
+    assert content["axes"]["prestretch"] == [0.7, 1.0, 2.8]
+    assert sum(content["counts"].values()) == 9
+    assert content["counts"]["left the domain"] == 3
+    assert content["chaotic_share"] == content["counts"].get("chaotic", 0) / 9
+    assert [cell["prestretch"] for cell in content["failed"]] == [2.8] * 3
+    assert {cell["outcome"] for cell in content["failed"]} == {"outside"}
+    exponents = content["lyapunov"]
+    assert np.shape(exponents["values"]) == np.shape(exponents["standard_error"]) == (3, 3)
+    assert [row[2] for row in exponents["values"]] == [None] * 3
+    assert [row[2] for row in content["regime"]] == ["left the domain"] * 3
+
+
+def test_basin_names_its_attractors(found):
+    content = found("basin", *MODEL, "--set", "voltage=2", *STATES)
+    shares = [attractor["share"] for attractor in content["attractors"]]
+    assert shares == sorted(shares, reverse=True)
+    numbers = np.array(content["attractor"])
+    assert numbers.shape == (5, 3)
+    for attractor in content["attractors"]:
+        assert attractor["regime"] in REGIMES
+        assert attractor["lowest"] <= attractor["highest"]
+        assert (numbers == attractor["number"]).mean() == pytest.approx(attractor["share"])
+    assert (numbers == -1).sum() >= len(content["failed"]) == 6
+
+
+def test_an_axis_of_a_basin_that_is_not_given_takes_its_default():
+    from gelcone.cli.basin import read_states
+
+    swept = read_states(["velocity=-1,0,2"], None)
+    np.testing.assert_array_equal(swept["displacement"], np.linspace(-2.0, 2.0, 81))
+    np.testing.assert_array_equal(swept["velocity"], [-1.0, 0.0, 2.0])
+    device = find_device("soft-film")
+    in_mm = read_states(["displacement=-5 mm:5 mm:3"], device)["displacement"]
+    np.testing.assert_allclose(in_mm * device.scales.length, [-5e-3, 0.0, 5e-3], atol=1e-18)
+
+
+# --- devices -----------------------------------------------------------------------------------------------------
+
+
+def test_exponents_of_a_device_also_per_second(found):
+    content = found("lyapunov", "soft-film")
+    scale = find_device("soft-film").scales.time
+    in_si = content["si"]["lyapunov"]
+    assert (in_si["unit"], in_si["time_unit"]) == ("1/s", "ms")
+    np.testing.assert_allclose(np.array(in_si["values"]) * scale, content["lyapunov"]["values"])
+    np.testing.assert_allclose(np.array(in_si["finite"]) * scale, content["lyapunov"]["finite"])
+    assert content["device"] == find_device("soft-film").name
+
+
+def test_regime_of_a_device_also_in_millimetres(found):
+    content = found("regime", "soft-film")
+    length = 1e3 * find_device("soft-film").scales.length
+    assert content["si"]["highest"]["units"] == "mm"
+    assert content["si"]["highest"]["values"] == pytest.approx(length * content["regime"]["evidence"]["highest"])
+
+
+def test_thresholds_of_a_device_also_in_volts(found, tmp_path):
+    over = ["--over", "voltage=0 V:800 V:3", "--sweeps", "none", "--bisections", "1"]
+    content = found("bifurcation", "soft-film", *over, "--set", "damping_coefficient=0.02", "--out", tmp_path)
+    volts = find_device("soft-film").scales.voltage
+    np.testing.assert_allclose(content["si"]["values"]["values"], [0.0, 400.0, 800.0], atol=1e-9)
+    assert content["si"]["values"]["units"] == "V"
+    assert len(content["si"]["thresholds"]) == len(content["thresholds"])
+    for own, in_si in zip(content["thresholds"], content["si"]["thresholds"], strict=True):
+        assert in_si["low"] == pytest.approx(volts * own["low"])
+        assert in_si["units"] == "V"
+    written = load(tmp_path / "bifurcation.nc")
+    assert written["voltage_si"].attrs["units"] == "V"
+    assert written["section"].attrs["units"] == "mm, m/s"
+    ends = written["section"].isel(state=0)
+    assert float(ends.max()) <= float(written["highest"].max()) + 1e-9
+
+
+def test_a_parameter_without_an_si_scale_stays_dimensionless(found):
+    content = found("map", "soft-film", "--over", "voltage=0 V,300 V", "--over", "prestretch=1.2,1.3")
+    assert content["si"]["voltage_si"]["units"] == "V"
+    assert content["si"]["lyapunov"]["units"] == "1/s"
+    assert "prestretch_si" not in content["si"]
+
+
+# --- text and files ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_text_and_files(gelcone, tmp_path, command):
+    out = tmp_path / "results"
+    arguments = [command, *MODEL, *COMMANDS[command], *QUICK, "--out", out]
+    code, text, err = gelcone(*arguments)
+    assert (code, err) == (0, "")
+    assert text.splitlines()[-2:] == [f"wrote {out / command}.nc", f"wrote {out / command}.png"]
+    assert "cone model, dimensionless" in text
+    assert load(out / f"{command}.nc").attrs["model"]
+    code, text, err = gelcone(*arguments)
+    assert (code, text) == (2, "")
+    assert "--force" in err
+    assert gelcone(*arguments, "--force")[0] == 0
+
+
+def test_exponents_in_text_say_their_error_and_their_time(gelcone):
+    _, text, _ = gelcone("lyapunov", *MODEL, *QUICK)
+    assert "±" in text
+    assert "per unit time" in text
+    assert "per drive repeat" in text
+    assert "certainly negative" in text
+    assert "per second" in gelcone("lyapunov", "soft-film", *QUICK)[1]
+
+
+def test_failed_cells_are_told_with_the_remedy(gelcone):
+    _, text, _ = gelcone("map", *MODEL, *GRID, *QUICK)
+    assert "3 of 9 run(s) failed: starts beyond the stretch limit; start lower or raise stretch_limit" in text
+    assert "left the domain 3" in text
+
+
+def test_thresholds_in_text(gelcone):
+    _, text, _ = gelcone("bifurcation", *MODEL, *SWEEP, *QUICK)
+    assert "changes of regime:" in text
+    assert "rest -> periodic at voltage" in text
+    _, text, _ = gelcone("bifurcation", *MODEL, "--over", "voltage=0,0.1", "--sweeps", "none", *QUICK)
+    assert "no change of regime" in text
+
+
+def test_an_ensemble_in_text_is_one_line_a_member(gelcone):
+    _, text, _ = gelcone("regime", *MODEL, "--set", "voltage=0.5,2", *QUICK)
+    assert "  voltage 0.5: rest; largest exponent" in text
+    assert "  voltage 2: periodic, period" in text
+
+
+def test_long_lists_are_cut():
+    lines = shortened([str(i) for i in range(MOST_PRINTED + 5)])
+    assert len(lines) == MOST_PRINTED + 1
+    assert "5 more" in lines[-1]
+    assert shortened(["a"]) == ["a"]
+
+
+# --- bad input ---------------------------------------------------------------------------------------------------
+
+BAD = {
+    "no parameter": (["bifurcation"], "takes one parameter, not 0"),
+    "two parameters": (["bifurcation", *GRID], "gelcone map"),
+    "one parameter of a map": (["map", "--over", "voltage=0:1:3"], "gelcone bifurcation"),
+    "three parameters": (["map", *GRID, "--over", "damping_ratio=0.1,0.2"], "not 3; fix the others with --set"),
+    "reversed": (["bifurcation", "--over", "voltage=2:0:5"], "empty or reversed"),
+    "empty": (["bifurcation", "--over", "voltage="], "--over"),
+    "one point": (["bifurcation", "--over", "voltage=1"], "at least two"),
+    "one point of a range": (["map", "--over", "voltage=0:1:1", "--over", "prestretch=1,2"], "1 points"),
+    "unknown": (["map", "--over", "voltag=0:1:3", "--over", "prestretch=1,2"], "did you mean 'voltage'?"),
+    "given twice": (["map", "--over", "voltage=0:1:3", "--over", "voltage=0:1:3"], "twice"),
+    "wrong sweeps": (["bifurcation", *SWEEP, "--sweeps", "sideways"], "must be up, down, up,down or none"),
+    "doubled sweeps": (["bifurcation", *SWEEP, "--sweeps", "up,up"], "must be up, down, up,down or none"),
+    "negative bisections": (["bifurcation", *SWEEP, "--bisections", "-1"], "at least 0"),
+    "an ensemble": (["map", *GRID, "--set", "damping_ratio=0.1,0.2"], "starts from one actuator, not 2"),
+    "no budget": (["lyapunov", "--budget", "0"], "budget = 0"),
+    "no transient": (["regime", "--transient", "0"], "transient = 0"),
+    "no window": (["lyapunov", "--window", "-1"], "window = -1"),
+    "not a number": (["regime", "--budget", "much"], "--budget"),
+    "nan": (["basin", *STATES, "--budget", "nan"], "budget = nan"),
+    "basin over a parameter": (["basin", "--over", "voltage=0:1:3"], "known: displacement, velocity"),
+    "basin over nothing": (["basin", "--over", "displacement"], "must be name=from:to:count"),
+    "basin reversed": (["basin", "--over", "displacement=1:-1:5"], "empty or reversed"),
+    "basin unsorted": (["basin", "--over", "displacement=1,0"], "must increase"),
+    "basin of one state": (["basin", "--over", "displacement=1"], "at least two"),
+    "basin twice": (["basin", *STATES, *STATES], "twice"),
+    "basin in words": (["basin", "--over", "displacement=a:b:3"], "must be a number"),
+    "basin with a start": (["basin", "--initial", "1,0"], "starts from a grid of states"),
+    "all outside": (["regime", "--set", "stretch_limit=0.1", "--initial", "1,0"], "start lower or raise it"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line_and_writes_nothing(gelcone, tmp_path, case):
+    arguments, told = BAD[case]
+    code, out, err = gelcone(*arguments, "--out", tmp_path / "results")
+    assert (code, out) == (2, "")
+    assert len(err.splitlines()) == 1
+    assert err.startswith("Error: ")
+    assert told in err
+    assert not (tmp_path / "results").exists()
+
+
+def test_sweeps():
+    assert read_sweeps("up,down") == ["up", "down"]
+    assert read_sweeps(" down ") == ["down"]
+    assert read_sweeps("none") == []

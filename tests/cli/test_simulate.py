@@ -1,0 +1,459 @@
+"""The command line: what it prints and writes, one line for every bad input, a fast start and a clean stop."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gelcone
+from gelcone import ConeModel
+from gelcone.cli.options import read_settings, read_value
+from gelcone.cli.output import parameters_json, plain
+
+REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "trajectories.json").read_text())
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.fixture
+def run(command_line):
+    return command_line
+
+
+def started(*arguments, **options):
+    """A true process of the command line."""
+    return subprocess.run(
+        [sys.executable, "-m", "gelcone", *arguments], capture_output=True, text=True, check=False, **options
+    )
+
+
+# --- JSON and text ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("case", REFERENCE, ids=[f"case{i}" for i in range(len(REFERENCE))])
+def test_times_agree_with_34_digit_arithmetic(run, case):
+    names = {
+        "zeta": "damping_ratio",
+        "k": "spring_stiffness",
+        "meridional": "meridional_prestretch",
+        "hoop": "hoop_prestretch",
+        "J": "stretch_limit",
+        "v": "voltage",
+        "omega": "drive_frequency",
+        "rest": "rest_height",
+    }
+    settings = [part for key, name in names.items() for part in ("--set", f"{name}={case['parameters'][key]}")]
+    table = np.array(case["trajectory"])
+    times = ",".join(map(str, table[:, 0]))
+    code, out, err = run("simulate", *settings, "--initial", ",".join(case["initial"]), "--times", times, "--json")
+    assert (code, err) == (0, "")
+    found = json.loads(out)
+    assert found["time"] == table[:, 0].tolist()
+    np.testing.assert_allclose(found["displacement"], table[:, 1], rtol=1e-12)
+    np.testing.assert_allclose(found["velocity"], table[:, 2], rtol=1e-12)
+    assert found["outcome"] == "ok"
+
+
+def test_json_holds_what_a_program_needs(run):
+    code, out, err = run("simulate", "--json", "--periods", "2")
+    assert (code, err) == (0, "")
+    assert len(out.splitlines()) == 1
+    found = json.loads(out)
+    assert {"time", "displacement", "velocity", "outcome", "parameters", "validity"} <= found.keys()
+    assert found["parameters"] == ConeModel().parameters() | {"law": "gent"}
+    assert found["validity"].keys() == {"hoop_slack", "meridional_slack", "breakdown", "near_limit"}
+    assert found["validity"]["breakdown"] is None
+    assert found["initial"] == [1.0, 0.0]
+    assert len(found["time"]) == len(found["displacement"]) == len(found["velocity"]) == 201
+    assert found["energy_residual"] < 1e-12
+
+
+def test_what_no_number_can_hold_is_null_and_an_infinite_limit_says_so(run):
+    arguments = ("simulate", "--set", "stretch_limit=inf", "--set", "voltage_bias=3", "--times", "1,900", "--json")
+    code, out, _ = run(*arguments)
+    found = json.loads(out)
+    assert code == 0
+    assert found["outcome"] == "not_finite"
+    assert found["displacement"][0] is None or np.isfinite(found["displacement"][0])
+    assert found["displacement"][1] is None
+    assert found["parameters"]["stretch_limit"] == "inf"
+
+
+@pytest.mark.parametrize("values", ["0.5,1", "0.5:1:2", " 0.5 , 1 "])
+def test_a_list_or_a_range_makes_an_ensemble(run, values):
+    code, out, _ = run("simulate", "--set", f"voltage={values}", "--times", "1,2,3", "--json")
+    found = json.loads(out)
+    assert code == 0
+    assert found["parameters"]["voltage"] == [0.5, 1.0]
+    assert found["outcome"] == ["ok", "ok"]
+    assert np.shape(found["displacement"]) == (2, 3)
+    assert np.shape(found["time"]) == (3,)
+    for voltage, displacement in zip((0.5, 1.0), found["displacement"], strict=True):
+        alone = gelcone.simulate(ConeModel(voltage=voltage), times=[1.0, 2.0, 3.0])
+        np.testing.assert_array_equal(alone.displacement, displacement)
+
+
+def test_the_summary_tells_range_and_validity(run):
+    code, out, err = run("simulate", "--set", "voltage=0.5,1.0", "--set", "stretch_limit=0.6", "--initial", "0.5,0")
+    assert (code, err) == (0, "")
+    assert "cone model, dimensionless" in out
+    assert "2 of 2: ok" in out
+    assert "displacement -0." in out
+    assert "hoop slack" in out
+    assert "unknown (no dielectric strength given)" in out
+
+
+def test_the_summary_says_why_a_member_failed(run):
+    code, out, _ = run("simulate", "--set", "stretch_limit=0.4,50", "--periods", "1")
+    assert code == 0
+    assert "1 of 2: ok" in out
+    assert f"1 of 2: {gelcone.Outcome.OUTSIDE.meaning}" in out
+
+
+# --- devices ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["paper-table1", "soft-film", "biased-pump"])
+def test_every_device_that_ships_runs_in_si_units(run, name):
+    code, out, _ = run("simulate", name, "--periods", "3", "--json")
+    assert code == 0
+    found = json.loads(out)
+    device = gelcone.find_device(name)
+    assert found["outcome"] == "ok"
+    assert found["device"] == device.name
+    assert found["validity"]["breakdown"] is not None
+    units = {name: entry["units"] for name, entry in found["si"].items()}
+    assert units == {"time": "ms", "displacement": "mm", "velocity": "m/s", "drive_voltage": "V"}
+    scale = 1e3 * device.scales.length
+    np.testing.assert_allclose(found["si"]["displacement"]["values"], scale * np.array(found["displacement"]))
+    assert found["si"]["time"]["values"][-1] == pytest.approx(3e3 / device.frequency)
+
+
+def test_a_device_may_be_changed_in_its_units_or_in_the_models(run):
+    base = json.loads(run("simulate", "paper-table1", "--times", "20 ms", "--json")[1])
+    same = json.loads(
+        run("simulate", "paper-table1", "--times", "20ms", "--set", "film_radius=50 mm", "--json")[1],
+    )
+    assert same == base
+    softer = json.loads(
+        run("simulate", "paper-table1", "--times", "20 ms", "--set", "material.shear_modulus=10 kPa", "--json")[1]
+    )
+    assert softer["parameters"]["spring_stiffness"] > base["parameters"]["spring_stiffness"]
+    direct = json.loads(run("simulate", "paper-table1", "--times", "20 ms", "--set", "voltage=0.2", "--json")[1])
+    assert direct["parameters"] == base["parameters"] | {"voltage": 0.2}
+
+
+def test_initial_states_and_times_of_a_device_may_have_units(run):
+    arguments = ("simulate", "paper-table1", "--initial", "5 mm, 10 mm/s", "--times", "0 ms, 1 ms", "--json")
+    found = json.loads(run(*arguments)[1])
+    assert found["si"]["displacement"]["values"][0] == pytest.approx(5.0, rel=1e-14)
+    assert found["si"]["velocity"]["values"][0] == pytest.approx(0.01, rel=1e-14)
+    np.testing.assert_allclose(found["si"]["time"]["values"], [0.0, 1.0], rtol=1e-14)
+
+
+def test_a_device_file_of_ones_own(run, tmp_path):
+    text = gelcone.devices.device.shipped_devices()["soft-film"].read_text()
+    (tmp_path / "mine.toml").write_text(text.replace('"500 V"', '"250 V"'))
+    mine = json.loads(run("simulate", "mine.toml", "--times", "1", "--json")[1])
+    theirs = json.loads(run("simulate", "soft-film", "--times", "1", "--json")[1])
+    assert 2.0 * mine["parameters"]["voltage"] == pytest.approx(theirs["parameters"]["voltage"])
+
+
+def test_devices_and_materials_are_listed(run):
+    code, out, err = run("devices")
+    assert (code, err) == (0, "")
+    assert "paper-table1" in out
+    devices = json.loads(run("devices", "--json")[1])
+    assert len(devices) == 3
+    assert all(Path(entry["file"]).is_file() for entry in devices.values())
+    code, out, err = run("materials")
+    assert (code, err) == (0, "")
+    assert "PVC-DBA 4:1: shear modulus 18.7 kPa" in out
+    assert "Polymers" in out
+    materials = json.loads(run("materials", "--json")[1])
+    assert materials["PVC-DBA 4:1"]["shear_modulus"] == pytest.approx(56.1e3 / 3.0)
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("device", [[], ["paper-table1"]])
+def test_out_writes_data_and_figure_and_never_twice(run, tmp_path, device):
+    arguments = ("simulate", *device, "--periods", "2", "--out", "results")
+    code, out, err = run(*arguments)
+    assert (code, err) == (0, "")
+    assert sorted(os.listdir("results")) == ["simulate.nc", "simulate.png"]
+    assert "wrote results/simulate.nc\nwrote results/simulate.png\n" in out
+    data, picture = Path("results/simulate.nc"), Path("results/simulate.png")
+    assert picture.read_bytes().startswith(PNG)
+    result = gelcone.load(data)
+    assert result.displacement.attrs["units"] == ("mm" if device else "1")
+    assert result.sizes["time"] == 201
+    before = data.read_bytes(), picture.read_bytes()
+
+    code, out, err = run(*arguments)
+    assert (code, out) == (2, "")
+    assert err == "Error: results/simulate.nc: exists already; choose another folder or give --force to overwrite it\n"
+    assert before == (data.read_bytes(), picture.read_bytes())
+
+    code, _, err = run(*arguments, "--force", "--set", "damping_ratio=0.3")
+    assert (code, err) == (0, "")
+    changed = gelcone.load(data)
+    assert not changed.displacement.equals(result.displacement)
+    assert sorted(os.listdir("results")) == ["simulate.nc", "simulate.png"]
+
+
+def test_a_lone_figure_is_not_overwritten_either(run):
+    os.mkdir("results")
+    Path("results/simulate.png").write_text("mine")
+    code, _, err = run("simulate", "--periods", "1", "--out", "results")
+    assert code == 2
+    assert "results/simulate.png: exists already" in err
+    assert os.listdir("results") == ["simulate.png"]
+
+
+def test_out_and_json_go_together(run):
+    code, out, _ = run("simulate", "--periods", "1", "--out", "results", "--json")
+    assert code == 0
+    assert json.loads(out)["displacement"] == gelcone.load("results/simulate.nc").displacement.values.tolist()
+
+
+def test_a_file_in_the_way_of_the_folder_is_refused_before_the_work(run, monkeypatch):
+    Path("file").write_text("mine")
+
+    def never(*arguments, **options):
+        raise AssertionError("the work was begun")
+
+    monkeypatch.setattr("gelcone.motion.response.simulate", never)
+    for folder in ("file", "file/below"):
+        code, out, err = run("simulate", "--out", folder)
+        assert (code, out) == (2, "")
+        assert err == f"Error: {folder}: cannot be written ({Path.cwd() / 'file'} is a file); choose another folder\n"
+    assert Path("file").read_text() == "mine"
+
+
+def test_a_figure_that_cannot_be_drawn_leaves_no_data_behind(run, monkeypatch):
+    def full(figure, path):
+        path.write_bytes(PNG)
+        raise OSError("No space left on device")
+
+    monkeypatch.setattr("gelcone.plots.style.draw_file", full)
+    code, _, err = run("simulate", "--periods", "1", "--out", "results")
+    assert code == 1
+    assert err == "Error: No space left on device\n"
+    assert os.listdir("results") == []
+
+
+# --- bad input --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        # names
+        (["simulat"], "'simulat' is not a command; did you mean 'simulate'?"),
+        (["simulate", "--perids", "3"], "--periods"),
+        (["simulate", "--set", "volage=1"], "'volage' is not a model parameter; did you mean 'voltage'?"),
+        (["simulate", "--set", "law=gnt"], "'gnt' is not a strain-energy law; did you mean 'gent'?"),
+        (["simulate", "--set", "prestretch_mode=radail"], "did you mean 'radial'?"),
+        (["simulate", "paper-table1", "--set", "film_radus=1"], "did you mean 'film_radius'?"),
+        (["simulate", "paper-table1", "--set", "material=PVC-DBA 4"], "did you mean 'PVC-DBA 4:1'?"),
+        (["simulate", "one.toml", "two.toml"], "unexpected extra argument (two.toml)"),
+        # types
+        (["simulate", "--set", "voltage=high"], "voltage = 'high': must be a number"),
+        (["simulate", "--set", "voltage=1,high"], "voltage = '1,high': must be a number"),
+        (["simulate", "--set", "voltage"], "--set 'voltage': must be name=value, for example --set voltage=1.04"),
+        (["simulate", "--set", "voltage="], "--set 'voltage=': must be name=value"),
+        (["simulate", "--set", "=1"], "--set '=1': must be name=value"),
+        (["simulate", "--set", "voltage=1", "--set", "voltage=2"], "--set voltage: is given twice; give it once"),
+        (["simulate", "--set", "voltage=1:2:x"], "'1:2:x': must be a range from:to:count"),
+        (["simulate", "--set", "voltage=2:1:5"], "'2:1:5': is empty or reversed"),
+        (["simulate", "--set", "voltage=0:1:1"], "'0:1:1': has 1 points; a range takes 2 to"),
+        (["simulate", "--set", "voltage=1,2", "--set", "rest_height=1,2,3"], "do not broadcast together"),
+        (["simulate", "--periods", "many"], "'many' is not a valid float"),
+        (["simulate", "--initial", "1"], "--initial '1': must be a displacement and a velocity"),
+        (["simulate", "--initial", "up,0"], "--initial 'up': must be a number"),
+        (["simulate", "--times", "soon"], "--times 'soon': must be a number"),
+        (["simulate", "--times", "1,,2"], "--times '': must be a number"),
+        # not a number, infinite
+        (["simulate", "--set", "voltage=nan"], "voltage = nan: must be a number"),
+        (["simulate", "--set", "voltage=inf"], "voltage = inf: must be finite"),
+        (["simulate", "--set", "voltage=0:inf:5"], "'0:inf:5': the ends of a range must be finite"),
+        (["simulate", "--set", "stretch_limit=nan"], "stretch_limit = nan: must be a number"),
+        (["simulate", "--initial", "nan,0"], "--initial nan: must be finite"),
+        (["simulate", "--initial", "1,inf"], "--initial inf: must be finite"),
+        (["simulate", "--times", "nan"], "--times nan: must be finite"),
+        (["simulate", "--periods", "nan"], "periods = nan: must be a positive number of drive periods"),
+        (["simulate", "--periods", "inf"], "periods = inf: must be a positive number of drive periods"),
+        # bounds
+        (["simulate", "--set", "drive_frequency=0"], "drive_frequency = 0: must be greater than 0"),
+        (["simulate", "--set", "damping_ratio=-0.1"], "damping_ratio = -0.1: must be at least 0"),
+        (["simulate", "--set", "prestretch=0"], "prestretch = 0: must be greater than 0"),
+        (["simulate", "--set", "voltage=0.5,-1"], "voltage = -1: must be at least 0"),
+        (["simulate", "--periods", "0"], "periods = 0: must be a positive number of drive periods"),
+        (["simulate", "--periods", "-2"], "periods = -2: must be a positive number of drive periods"),
+        (["simulate", "--times", "2,1"], "times: 1 comes after 2; they must increase, sort them"),
+        (["simulate", "--times", "-1,1"], "times: -1 is among them; they must be finite and not before 0"),
+        (["simulate", "--times", "0"], "times = 0: the run has no length; give at least one later time"),
+        (["simulate", "paper-table1", "--set", "film_radius=0"], "film_radius = 0.0: must be greater than 0 m"),
+        (["simulate", "paper-table1", "--set", "moving_mass=-1 g"], "moving_mass = '-1 g': must be greater than 0 kg"),
+        (["simulate", "paper-table1", "--set", "disc_radius=60 mm"], "must be less than film_radius = 50 mm"),
+        # the stretch limit
+        (
+            ["simulate", "--set", "stretch_limit=0.4"],
+            "stretch_limit = 0.4: must exceed I1 - 3 = 0.5 at the initial displacement 1; start lower or raise it",
+        ),
+        (["simulate", "--initial", "9,0"], "stretch_limit = 50: must exceed I1 - 3 = 80.01"),
+        (["simulate", "--initial", "1e200,0", "--set", "stretch_limit=inf"], "its strain is beyond what doubles hold"),
+        (["simulate", "paper-table1", "--initial", "900 mm,0"], "stretch_limit = 50: must exceed I1 - 3 ="),
+        # combinations
+        (["simulate", "--set", "law=yeoh", "--set", "stretch_limit=9"], "the yeoh law does not take it"),
+        (["simulate", "--set", "prestretch=1.1", "--set", "hoop_prestretch=1.1"], "give one or the other"),
+        # units that are not exact
+        (["simulate", "--initial", "5 mm,0"], "must be a number (units need a device)"),
+        (["simulate", "paper-table1", "--set", "voltage_amplitude=1,2 kV"], "holds a comma"),
+        (["simulate", "paper-table1", "--set", "film_radius=50 MM"], "'MM' is not a unit of length"),
+        (["simulate", "paper-table1", "--set", "film_radius=50 V"], "V is a unit of voltage, not of length"),
+        (["simulate", "paper-table1", "--set", "film_radius=about 50 mm"], "is not one decimal number and one unit"),
+        (["simulate", "paper-table1", "--times", "20 mm"], "is a unit of length, not of time"),
+        # files
+        (["simulate", "none.toml"], "none.toml: there is no such file"),
+        (["simulate", "paper-tabel1"], "paper-table1"),
+        (["simulate", "."], "is a folder"),
+        (["simulate", "broken.toml"], "broken.toml: broken TOML"),
+        (["simulate", "bytes.toml"], "bytes.toml: is not UTF-8 text"),
+        (["simulate", "empty.toml"], "empty.toml"),
+        (["simulate", "typo.toml"], "typo.toml, line 2"),
+        (["simulate", "--out", "x" * 300], "cannot be written (File name too long); choose another folder"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(run, arguments, message):
+    Path("broken.toml").write_text('name = "half\n')
+    Path("bytes.toml").write_bytes(b"\xff\xfe\x00")
+    Path("empty.toml").write_text("")
+    Path("typo.toml").write_text('name = "typo"\nfilm_radus = "50 mm"\n')
+    before = sorted(os.listdir())
+    code, out, err = run(*arguments)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("Error: ")
+    assert err.count("\n") == 1
+    assert err.endswith("\n")
+    assert message in err
+    assert sorted(os.listdir()) == before
+
+
+def test_a_missing_integrator_is_one_line(run, monkeypatch):
+    monkeypatch.setitem(sys.modules, "heyoka", None)
+    monkeypatch.setattr("gelcone.motion.flow._template", lambda *key: gelcone.motion.flow.import_heyoka())
+    code, out, err = run("simulate", "--periods", "1")
+    assert (code, out) == (1, "")
+    assert err.count("\n") == 1
+    assert "conda install -c conda-forge heyoka.py" in err
+
+
+# --- reading of values ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1.5", 1.5),
+        ("-2e-3", -0.002),
+        ("inf", np.inf),
+        ("1,2.5", [1.0, 2.5]),
+        ("0:2:5", [0.0, 0.5, 1.0, 1.5, 2.0]),
+        ("-1:1:2", [-1.0, 1.0]),
+        ("50 mm", "50 mm"),
+        ("radial", "radial"),
+        ("PVC-DBA 4:1", "PVC-DBA 4:1"),
+    ],
+)
+def test_values_are_numbers_lists_ranges_or_text(text, value):
+    np.testing.assert_array_equal(read_value(text), value)
+
+
+def test_settings_keep_what_follows_the_first_equals_sign():
+    assert read_settings(("name=a=b", " voltage = 1 ")) == {"name": "a=b", "voltage": 1.0}
+
+
+def test_plain_values_are_json():
+    content = {"a": np.array([1.0, np.nan, np.inf]), 3: (np.float32(2.0), np.int8(1)), "x": xr.DataArray([True])}
+    assert json.loads(json.dumps(plain(content), allow_nan=False)) == {
+        "a": [1.0, None, None],
+        "3": [2.0, 1],
+        "x": [True],
+    }
+    assert parameters_json(ConeModel(stretch_limit=[2.0, np.inf]))["stretch_limit"] == [2.0, "inf"]
+
+
+# --- true processes ---------------------------------------------------------------------------------------------------
+
+
+def test_help_and_version(run):
+    for arguments in ([], ["--help"], ["-h"], ["simulate", "--help"]):
+        code, out, err = run(*arguments)
+        assert (code, err) == (0, "")
+        assert out.startswith("Usage: gelcone")
+    assert run("--version")[1] == f"gelcone, version {gelcone.__version__}\n"
+
+
+HEAVY = {"heyoka", "matplotlib", "pandas", "xarray", "scipy", "pydantic", "h5py"}
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "import gelcone",
+        "import gelcone.cli",
+        "import sys; sys.argv[1:] = ['--help']\nfrom gelcone.cli import main\ntry: main()\nexcept SystemExit: pass",
+    ],
+)
+def test_starting_loads_nothing_heavy(statement):
+    code = f"{statement}\nimport sys\nprint(sorted({HEAVY!r} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_a_process_prints_one_line_for_bad_input_and_exits_with_2(tmp_path):
+    done = started("simulate", "--set", "volage=1", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "Error: 'volage' is not a model parameter; did you mean 'voltage'?\n"
+
+
+def test_a_process_prints_one_json_object(tmp_path):
+    done = started("simulate", "--times", "1,2", "--json", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["time"] == [1.0, 2.0]
+    assert os.listdir(tmp_path) == []
+
+
+def test_an_interrupt_ends_a_long_run_without_traceback_and_without_files(tmp_path):
+    """The run would take days; the sleep is for the imports, after which it has well begun."""
+    command = [sys.executable, "-m", "gelcone", "simulate", "--periods"]
+    begin = time.monotonic()
+    subprocess.run([*command, "1"], check=True, capture_output=True)
+    start_up = time.monotonic() - begin
+    process = subprocess.Popen(
+        [*command, "1e10", "--out", "results"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    time.sleep(1.0 + 2.0 * start_up)
+    process.send_signal(signal.SIGINT)
+    try:
+        out, err = process.communicate(timeout=20)
+    finally:
+        process.kill()
+    assert process.returncode == 130
+    assert out == ""
+    assert err.strip() == "interrupted"
+    assert os.listdir(tmp_path) == []

@@ -1,0 +1,375 @@
+"""Devices: SI in, model out, and back; files; and what is refused, in which words."""
+
+import dataclasses
+import json
+import math
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gelcone.devices.device import Device, Scales, find_device, shipped_devices
+from gelcone.devices.materials import Material
+from gelcone.errors import InputError
+
+BASE = {
+    "disc_radius": "10 mm",
+    "film_radius": "50 mm",
+    "film_thickness": "0.5 mm",
+    "spring_rate": 60.0,
+    "moving_mass": "20 g",
+    "damping_coefficient": "0.04 N s/m",
+    "material": "PVC-DBA 4:1",
+    "voltage_amplitude": "8 kV",
+    "frequency": 7.5,
+}
+TOML = """
+disc_radius = "10 mm"
+film_radius = 0.05
+film_thickness = "0.5 mm"   # film_raduis = 3
+spring_rate = 60
+moving_mass = "20 g"
+damping_coefficient = 0.04
+voltage_amplitude = ["8 kV", 9e3]
+frequency = 7.5
+
+[material]
+shear_modulus = "20 kPa"
+relative_permittivity = 5
+law = "neo-hookean"
+"""
+
+
+@pytest.fixture
+def device():
+    return Device(**BASE)
+
+
+# --- numbers ----------------------------------------------------------------------------------------------------------
+
+
+def test_scales_by_hand():
+    """Round numbers: b - a = 0.1 m, Vol = pi 0.03 0.001 m^3, mu = 1e4 Pa, so mu Vol = 0.3 pi J."""
+    material = {"shear_modulus": 1e4, "relative_permittivity": 1 / 8.8541878188e-2}  # eps = 1e-10 F/m
+    device = Device(
+        **BASE | {"disc_radius": 0.1, "film_radius": 0.2, "film_thickness": 1e-3, "moving_mass": 3.0},
+        **{f"material.{k}": v for k, v in material.items()},
+    )
+    energy = 0.3 * math.pi
+    rate = math.sqrt(energy / (3.0 * 0.01))
+    by_hand = Scales(
+        length=0.1,
+        time=1 / rate,
+        velocity=0.1 * rate,
+        force=energy / 0.1,
+        energy=energy,
+        power=energy * rate,
+        voltage=1e4,
+        current=energy * rate / 1e4,
+        field=1e7,
+        stress=1e4,
+        frequency=rate / (2 * math.pi),
+    )
+    assert dataclasses.asdict(device.scales) == pytest.approx(dataclasses.asdict(by_hand), rel=1e-14)
+
+
+def test_model_parameters_are_those_of_the_scaling_table(device):
+    device = device.replace(initial_height="8 mm", voltage_offset=-500.0, hoop_prestretch=1.2)
+    model, gel = device.to_model(), device.material
+    a, b, H, m, k, c = 0.01, 0.05, 0.0005, 0.02, 60.0, 0.04
+    energy = gel.shear_modulus * math.pi * (b**2 - a**2) * H
+    omega0 = math.sqrt(energy / (m * (b - a) ** 2))
+    volt = math.sqrt(gel.relative_permittivity * 8.8541878188e-12 / gel.shear_modulus) / H
+    assert model.damping_ratio == pytest.approx(c / (2 * m * omega0), rel=1e-14)
+    assert model.spring_stiffness == pytest.approx(k * (b - a) ** 2 / energy, rel=1e-14)
+    assert model.voltage == pytest.approx(8000 * volt, rel=1e-14)
+    assert model.voltage_bias == pytest.approx(-500 * volt, rel=1e-14)
+    assert model.drive_frequency == pytest.approx(2 * math.pi * 7.5 / omega0, rel=1e-14)
+    assert model.rest_height == pytest.approx(0.2, rel=1e-14)
+    assert model.stretches == (1.0, 1.2)
+    assert model.stretch_limit == 50.0
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    st.floats(1e-3, 0.1), st.floats(1e-3, 0.5), st.floats(1e-5, 1e-2), st.floats(1e-4, 1.0), st.floats(1e2, 1e6),
+    st.floats(0.0, 1e4), st.floats(0.0, 10.0), st.floats(1.0, 20.0), st.floats(0.0, 1e4), st.floats(0.1, 1e3),
+)  # fmt: skip
+def test_si_to_model_and_back(a, width, H, m, mu, k, c, eps, volts, hertz):
+    device = Device(
+        disc_radius=a,
+        film_radius=a + width,
+        film_thickness=H,
+        spring_rate=k,
+        moving_mass=m,
+        damping_coefficient=c,
+        material=Material(shear_modulus=mu, relative_permittivity=eps),
+        voltage_amplitude=volts,
+        frequency=hertz,
+    )
+    model, s = device.to_model(), device.scales
+    assert model.voltage * s.voltage == pytest.approx(volts, rel=1e-12)
+    assert model.drive_frequency * s.frequency == pytest.approx(hertz, rel=1e-12)
+    assert model.spring_stiffness * s.force / s.length == pytest.approx(k, rel=1e-12)
+    assert model.damping_ratio * 2 * s.force / s.velocity == pytest.approx(c, rel=1e-12)
+    assert s.force * s.length == pytest.approx(s.energy, rel=1e-12)
+    assert s.force * s.velocity == pytest.approx(s.power, rel=1e-12)
+    assert m * s.velocity**2 == pytest.approx(s.energy, rel=1e-12)
+    assert s.field * H == pytest.approx(s.voltage, rel=1e-12)
+    assert 0.5 * device.material.permittivity * s.field**2 == pytest.approx(0.5 * s.stress, rel=1e-12)
+
+
+def test_strings_and_numbers_agree(device):
+    assert Device(**device.parameters()) == device
+    assert device.film_radius == 0.05
+
+
+def test_drive_arrays_make_an_ensemble(device):
+    volts = np.linspace(1e3, 8e3, 5)
+    ensemble = device.replace(voltage_amplitude=volts, frequency=[5, 6, 7, 8, "9 Hz"])
+    model = ensemble.to_model()
+    assert model.shape == (5,)
+    np.testing.assert_allclose(model.voltage * ensemble.scales.voltage, volts, rtol=1e-14)
+    np.testing.assert_allclose(model.drive_frequency * ensemble.scales.frequency, [5, 6, 7, 8, 9], rtol=1e-14)
+    volts[0] = 0.0
+    assert ensemble.voltage_amplitude[0] == 1e3, "the device keeps its own copy"
+    assert ensemble.initial_state() == (0.0, 0.0)
+    assert Device(**json.loads(json.dumps(ensemble.parameters()))) == ensemble
+    assert ensemble != device
+
+
+def test_breakdown_field(device):
+    assert device.breakdown_field() is None
+    strong = device.replace({"material.dielectric_strength": "30 kV/mm"})
+    assert strong.breakdown_field() * strong.scales.field == pytest.approx(3e7)
+    weaker = strong.replace(dielectric_strength="20 V/um")
+    assert weaker.breakdown_field() * weaker.scales.field == pytest.approx(2e7)
+
+
+# --- the initial state ------------------------------------------------------------------------------------------------
+
+
+def test_release(device):
+    x, u = device.replace(release_height="40 mm", release_velocity="100 mm/s").initial_state()
+    assert x == pytest.approx(1.0, rel=1e-15)
+    assert u * device.scales.velocity == pytest.approx(0.1, rel=1e-15)
+
+
+def test_a_spring_free_at_zero_leaves_the_disc_flat(device):
+    assert device.initial_state() == (0.0, 0.0)
+    assert device.replace(spring_rate=0.0).initial_state() == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("height", ["20 mm", "-20 mm", "400 mm"])
+@pytest.mark.parametrize(
+    "film", [{}, {"hoop_prestretch": 1.4}, {"prestretch": 1.3, "prestretch_mode": "equibiaxial"}], ids=str
+)
+@pytest.mark.parametrize("law", ["gent", "neo-hookean", "yeoh"])
+def test_rest_is_a_stable_equilibrium_short_of_the_initial_height(device, height, film, law):
+    raised = device.replace({"initial_height": height, "material.law": law, **film})
+    model = raised.to_model()
+    x, _ = raised.initial_state()
+    assert 0.0 < x / model.rest_height < 1.0
+    assert model.stiffness(x) > 0.0
+    assert abs(model.force(x)) < 1e-13 * model.spring_stiffness * abs(model.rest_height)
+
+
+def test_a_compressed_film_rests_buckled_on_the_side_of_the_initial_height(device):
+    slack = device.replace(prestretch=0.5, prestretch_mode="equibiaxial", spring_rate=1.0)
+    assert slack.to_model().stiffness(0.0) < 0.0
+    for height in (0.0, 1e-3, -1e-3):
+        raised = slack.replace(initial_height=height)
+        x, _ = raised.initial_state()
+        assert x < 0.0 if height < 0.0 else x > 0.0
+        assert raised.to_model().force(x) == pytest.approx(0.0, abs=1e-12)
+        assert raised.to_model().stiffness(x) > 0.0
+
+
+def test_the_limit_height_named_in_the_message_is_the_stretch_limit(device):
+    with pytest.raises(InputError, match=r"release_height = 1 m: must be less than 285\.6 mm, where the film reaches"):
+        device.replace(release_height=1.0)
+    device.replace(release_height=0.2855)
+    model = device.to_model()
+    assert model.strain(0.2855 / 0.04) < 50.0 < model.strain(0.2857 / 0.04)
+
+
+# --- variants ---------------------------------------------------------------------------------------------------------
+
+
+def test_replace(device):
+    softer = device.replace({"material.shear_modulus": "10 kPa"}, film_radius="60 mm")
+    assert (softer.material.shear_modulus, softer.film_radius) == (1e4, 0.06)
+    assert softer.material.name == "PVC-DBA 4:1, changed"
+    assert device.film_radius == 0.05
+    assert softer.replace(material="PVC-DBA 4:1", film_radius=0.05) == device
+    direct = device.replace(prestretch=1.2).replace(hoop_prestretch=1.3)
+    assert (direct.prestretch, direct.to_model().stretches) == (None, (1.0, 1.3))
+    assert direct.replace(prestretch=1.1).to_model().stretches == (1.0, 1.1)
+    assert device.replace(release_height=0.01).replace(release_height=None) == device
+
+
+def test_a_device_survives_pickling(device):
+    assert pickle.loads(pickle.dumps(device)) == device
+    with pytest.raises(InputError) as caught:
+        device.replace(film_radius=0)
+    # Without the call stack, which a library that pickles tracebacks (dask.distributed does) would follow to its end.
+    error = caught.value.with_traceback(None)
+    error.__cause__ = error.__context__ = None
+    copy = pickle.loads(pickle.dumps(error))
+    assert (str(copy), copy.field) == (str(caught.value), "film_radius")
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"voltage_amplitude": "1,2 kV"}, "voltage_amplitude = '1,2 kV': holds a comma; write decimals with a point"),
+        (
+            {"film_radius": "50 MM"},
+            "film_radius = '50 MM': 'MM' is not a unit of length; give a number in m or a strin",
+        ),
+        ({"film_radius": math.nan}, "film_radius = nan: must be finite"),
+        ({"frequency": math.inf}, "frequency = inf: must be finite"),
+        ({"film_radius": None}, "film_radius: is missing; give the radius at which the film is clamped in m"),
+        ({"film_radius": 0}, "film_radius = 0: must be greater than 0 m"),
+        ({"film_thickness": "-1 mm"}, "film_thickness = '-1 mm': must be greater than 0 m"),
+        ({"film_thickness": 0.0}, "film_thickness = 0.0: must be greater than 0 m"),
+        ({"moving_mass": 0.0}, "moving_mass = 0.0: must be greater than 0 kg"),
+        ({"damping_coefficient": -1}, "damping_coefficient = -1: must be at least 0 N s/m"),
+        ({"spring_rate": [1, 2]}, "spring_rate = [1, 2]: must be one value, not several"),
+        (
+            {"disc_radius": "60 mm"},
+            "disc_radius = 60 mm: must be less than film_radius = 50 mm; make the disc smaller or the film larger",
+        ),
+        ({"film_raduis": 1}, "'film_raduis' is not a device field; did you mean 'film_radius'?"),
+        ({"voltage": 1}, "'voltage' belongs to the dimensionless model; a device takes 'voltage_amplitude'"),
+        (
+            {"stretch_limit": 1},
+            "'stretch_limit' belongs to the dimensionless model; a device takes 'material.stretch_l",
+        ),
+        (
+            {"disc_radius": None, "frequency": "x"},
+            "disc_radius: is missing; give the radius of the rigid disc in m (to",
+        ),
+        ({"disc_radius": None, "frequency": "x"}, "(to correct as well: frequency)"),
+        ({"material": "PVC-DBA 4:2"}, "material: 'PVC-DBA 4:2' is not a material; did you mean 'PVC-DBA 4:1'?"),
+        ({"material": 5}, "material = 5: must be the name of a library material or a table of its numbers"),
+        (
+            {"material": {"shear_modulus": 1}},
+            "material.relative_permittivity: is missing; give the relative permittivi",
+        ),
+        ({"material.shear_modulus": "3 V"}, "material.shear_modulus = '3 V': V is a unit of voltage, not of pressure"),
+        ({"material.shear_modulis": 3}, "'shear_modulis' is not a material field; did you mean 'shear_modulus'?"),
+        (
+            {"materal.shear_modulus": 3},
+            "'materal.shear_modulus' is not a device field; did you mean 'material.shear_mo",
+        ),
+        ({"voltage_amplitude": [1, -2]}, "voltage_amplitude[1] = -2: must be at least 0 V"),
+        ({"voltage_amplitude": []}, "voltage_amplitude = []: is empty; give at least one value"),
+        (
+            {"voltage_amplitude": [1, 2, 3], "frequency": [1, 2]},
+            "voltage_amplitude has 3, frequency has 2 values; give lists of one length",
+        ),
+        ({"prestretch": 1.2, "hoop_prestretch": 1.3}, "prestretch and meridional_prestretch/hoop_prestretch are both"),
+        ({"prestretch_mode": "radail"}, "prestretch_mode: 'radail' is not a pre-stretch mode; did you mean 'radial'?"),
+        (
+            {"prestretch": 8},
+            "prestretch: mounted flat, the film has I1 - 3 = 62.02, which must be less than its stretch",
+        ),
+        ({"prestretch": 1e-200}, "prestretch: mounted flat, the film has I1 - 3 = inf"),
+        ({"film_thickness": "1e-300 nm"}, "the sizes, mass and shear modulus give no finite time and energy"),
+        ({"name": ""}, "name = '': must be a non-empty text in quotes"),
+    ],
+)
+def test_bad_input_is_one_line(changes, message):
+    with pytest.raises(InputError) as caught:
+        Device(**BASE | changes)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+def test_from_toml(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(TOML, encoding="utf-8")
+    device = Device.from_toml(path)
+    assert (device.name, device.film_radius, device.material.law) == ("mine", 0.05, "neo-hookean")
+    np.testing.assert_array_equal(device.voltage_amplitude, [8e3, 9e3])
+    assert find_device(path) == find_device(str(path)) == device
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (TOML + "x = = 3", "mine.toml: broken TOML: Invalid value (at line 15, column 5)"),
+        (TOML.replace("film_radius", "film_raduis"), "mine.toml, line 3: 'film_raduis' is not a device field; did you"),
+        (TOML.replace("0.05", "'50 MM'"), "mine.toml, line 3: film_radius = '50 MM': 'MM' is not a unit of length"),
+        (TOML.replace("0.05", "1979-05-27"), "mine.toml, line 3: film_radius = datetime.date(1979, 5, 27): must be a"),
+        (TOML.replace('"8 kV"', '"8 mm"'), "mine.toml, line 8: voltage_amplitude[0] = '8 mm': mm is a unit of length"),
+        (TOML.replace("20 kPa", "20 kV"), "mine.toml, line 12: material.shear_modulus = '20 kV': kV is a unit of volt"),
+        (TOML.replace("frequency = 7.5", ""), "mine.toml: frequency: is missing; give the frequency of the drive in H"),
+        (TOML.replace("[material]", "[materiel]"), "mine.toml, line 11: 'materiel' is not a device field; did you mea"),
+    ],
+)
+def test_bad_files_are_told_with_the_line(tmp_path, text, message):
+    path = tmp_path / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        Device.from_toml(path)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    with pytest.raises(InputError, match=r"none\.toml: there is no such file; devices that ship: .*paper-table1"):
+        find_device(tmp_path / "none.toml")
+    with pytest.raises(InputError, match=r"is a folder; give a TOML file or a name; devices that ship"):
+        find_device(tmp_path)
+    with pytest.raises(InputError, match=r"paper-tabel1: there is no such file; devices that ship: .*paper-table1"):
+        find_device("paper-tabel1")
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(InputError, match=r"bytes\.toml: is not UTF-8 text \(byte 0\); save it as UTF-8"):
+        find_device(tmp_path / "bytes.toml")
+    with pytest.raises(InputError, match="cannot be read"):
+        find_device("a\0b")
+
+
+# --- the devices that ship --------------------------------------------------------------------------------------------
+
+
+def test_three_devices_ship():
+    assert set(shipped_devices()) == {"paper-table1", "soft-film", "biased-pump"}
+
+
+@pytest.mark.parametrize("name", ["paper-table1", "soft-film", "biased-pump"])
+def test_shipped_devices_say_where_each_number_comes_from(name):
+    device = find_device(name)
+    assert Device(**device.parameters()) == device
+    assert 0.01 <= device.to_model().damping_ratio <= 0.05
+    for line in shipped_devices()[name].read_text(encoding="utf-8").splitlines():
+        if "=" in line and not line.startswith(("#", "name", "prestretch_mode")):
+            assert "# " in line, line
+
+
+def test_table1_device():
+    device = find_device("paper-table1")
+    model = device.to_model()
+    assert (device.disc_radius, device.film_radius, device.film_thickness) == (0.01, 0.05, 0.0005)
+    assert device.material.name == "PVC-DBA 4:1"
+    assert model.spring_stiffness == pytest.approx(1.5, rel=1e-9)
+    assert (model.rest_height, model.stretch_limit, model.stretches) == (0.0, 50.0, (1.0, 1.0))
+    assert model.voltage == pytest.approx(0.9, abs=0.01)
+    assert device.initial_state() == pytest.approx((1.0, 0.0), rel=1e-15)
+
+
+def test_the_biased_pump_rests_out_of_plane():
+    device = find_device("biased-pump")
+    x, _ = device.initial_state()
+    assert x * device.scales.length == pytest.approx(0.0126, abs=1e-4)
+    assert device.to_model().voltage_bias > 0.0

@@ -1,0 +1,116 @@
+"""Materials: the library's figures and sources, and the record's checks."""
+
+import math
+
+import pytest
+
+from gelcone.devices.materials import Material, find_material, load_materials
+from gelcone.errors import InputError
+from gelcone.physics.laws import LAWS
+from gelcone.physics.model import ConeModel
+
+RUBBER = {"name": "rubber", "shear_modulus": "20 kPa", "relative_permittivity": 5}
+
+
+@pytest.mark.parametrize(("ratio", "kilopascal"), [("2:1", 288.8), ("4:1", 56.1), ("6:1", 24.7), ("8:1", 11.0)])
+def test_library_figures(ratio, kilopascal):
+    gel = load_materials()[f"PVC-DBA {ratio}"]
+    assert gel.name == f"PVC-DBA {ratio}"
+    assert gel.shear_modulus == pytest.approx(1e3 * kilopascal / 3, rel=1e-15)
+    assert gel.young_modulus == pytest.approx(1e3 * kilopascal, rel=1e-15)
+    assert list(gel.relative_permittivity_range) == [4.8, 7.3]
+    assert gel.relative_permittivity == pytest.approx((4.8 + 7.3) / 2, rel=1e-15)
+    assert (gel.law, gel.stretch_limit, gel.dielectric_strength) == ("gent", 50.0, None)
+
+
+def test_every_number_of_the_library_has_its_source():
+    assert len(load_materials()) == 4
+    for gel in load_materials().values():
+        assert set(gel.sources) == {"shear_modulus", "relative_permittivity", "stretch_limit"}
+        assert "Polymers 2025, 17(19), 2641" in gel.sources["shear_modulus"]
+        assert "midpoint" in gel.sources["relative_permittivity"]
+        assert "not measured on this gel" in gel.sources["stretch_limit"]
+
+
+def test_unknown_name_suggests_the_near_one():
+    with pytest.raises(InputError, match="'PVC-DBA 4:2' is not a material; did you mean 'PVC-DBA 4:1'"):
+        find_material("PVC-DBA 4:2")
+    with pytest.raises(InputError, match="'rubber' is not a material; known: PVC-DBA 2:1, PVC-DBA 4:1"):
+        find_material("rubber")
+
+
+def test_modulus_and_permittivity():
+    material = Material(young_modulus="60 kPa", relative_permittivity=5)
+    assert material.shear_modulus == pytest.approx(2e4)
+    assert material.permittivity == pytest.approx(5 * 8.8541878188e-12, rel=1e-15)
+    assert material.stretch_limit == LAWS["gent"].parameters["stretch_limit"].default
+
+
+@pytest.mark.parametrize(
+    ("law", "given"),
+    [
+        ("gent", {"stretch_limit": 12.0}),
+        ("gent", {"stretch_limit": math.inf}),
+        ("neo-hookean", {}),
+        ("yeoh", {"yeoh_c2": -0.01, "yeoh_c3": 0.002}),
+    ],
+)
+def test_every_law_reaches_the_model(law, given):
+    material = Material(**RUBBER, law=law, **given)
+    assert material.law_parameters == given
+    model = ConeModel.from_parameters({"law": material.law, **material.law_parameters})
+    assert {k: v for k, v in model.parameters().items() if k in given} == given
+
+
+@pytest.mark.parametrize("material", [Material(**RUBBER), find_material("PVC-DBA 6:1")])
+def test_parameters_give_the_material_back(material):
+    assert Material(**material.parameters()) == material
+    assert material.replace() == material
+
+
+def test_replace_drops_what_no_longer_holds():
+    gel = find_material("PVC-DBA 4:1")
+    changed = gel.replace(relative_permittivity=5.5, young_modulus="30 kPa")
+    assert changed.shear_modulus == pytest.approx(1e4)
+    assert changed.relative_permittivity_range is None
+    assert set(changed.sources) == {"stretch_limit"}
+    assert changed.name == "PVC-DBA 4:1, changed"
+    assert changed.replace(stretch_limit=20).name == "PVC-DBA 4:1, changed"
+    other_law = gel.replace(law="yeoh", yeoh_c2=0.1)
+    assert other_law.law_parameters == {"yeoh_c2": 0.1, "yeoh_c3": 0.0}
+    assert gel.relative_permittivity == pytest.approx(6.05), "the library's own is untouched"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"shear_modulus": "20 kV"}, "shear_modulus = '20 kV': kV is a unit of voltage, not of pressure; give a num"),
+        ({"shear_modulus": 0}, "shear_modulus = 0: must be greater than 0 Pa; give a larger one"),
+        ({"shear_modulus": None}, "shear_modulus: is missing; give the shear modulus in Pa"),
+        ({"young_modulus": 3e4}, "young_modulus and shear_modulus are both given; give one"),
+        ({"relative_permittivity": 0.5}, "relative_permittivity = 0.5: must be at least 1"),
+        (
+            {"relative_permittivity_range": [6, 7]},
+            "relative_permittivity_range = [6.0, 7.0]: must be [lowest, highest]",
+        ),
+        ({"relative_permittivity_range": 5}, "relative_permittivity_range = 5.0: must be [lowest, highest]"),
+        ({"law": "gnet"}, "law: 'gnet' is not a strain-energy law; did you mean 'gent'?"),
+        ({"law": 3}, "law = 3: must be a non-empty text in quotes"),
+        (
+            {"law": "yeoh", "stretch_limit": 3},
+            "stretch_limit: the yeoh law does not take it; it takes yeoh_c2, yeoh_c3",
+        ),
+        ({"yeoh_c2": 1}, "yeoh_c2: the gent law does not take it; it takes stretch_limit"),
+        ({"stretch_limit": -1}, "stretch_limit = -1: must be greater than 0"),
+        ({"stretch_limit": math.nan}, "stretch_limit = nan: must be finite"),
+        ({"dielectric_strength": "20 kV"}, "dielectric_strength = '20 kV': kV is a unit of voltage, not of electric"),
+        ({"shear_moduls": 3}, "'shear_moduls' is not a material field; did you mean 'shear_modulus'?"),
+        ({"name": 3}, "name = 3: must be a non-empty text in quotes"),
+        ({"sources": 3}, "sources = 3: must map field names to texts"),
+    ],
+)
+def test_bad_input_is_one_line(changes, message):
+    with pytest.raises(InputError) as caught:
+        Material(**RUBBER | changes)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)

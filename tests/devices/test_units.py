@@ -1,0 +1,158 @@
+"""Units: what is read, what is refused and how, and the way back."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gelcone.devices.units import DIMENSIONS, FieldError, format_si, parse, parse_many
+from gelcone.errors import InputError
+
+ALL_UNITS = [(si, unit) for si, dimension in DIMENSIONS.items() for unit in dimension.powers]
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("50 mm", "m", 0.05),
+        ("50mm", "m", 0.05),
+        ("0.3 mm", "m", 0.0003),
+        ("5 um", "m", 5e-6),
+        ("5 \u00b5m", "m", 5e-6),
+        ("5 \u03bcm", "m", 5e-6),
+        ("-2.5e-3 m", "m", -2.5e-3),
+        (".5 cm", "m", 0.005),
+        ("20 g", "kg", 0.02),
+        ("1.2 kV", "V", 1200.0),
+        ("3 mV", "V", 3e-3),
+        ("3 MV", "V", 3e6),
+        ("7.5 Hz", "Hz", 7.5),
+        ("20 kPa", "Pa", 2e4),
+        ("0.06 N/mm", "N/m", 60.0),
+        ("60 mN/mm", "N/m", 60.0),
+        ("0.04 N s/m", "N s/m", 0.04),
+        ("0.04 N*s/m", "N s/m", 0.04),
+        ("0.04 kg/s", "N s/m", 0.04),
+        ("20 V/um", "V/m", 2e7),
+        ("20 V/\u00b5m", "V/m", 2e7),
+        ("20 kV/mm", "V/m", 2e7),
+        ("20 MV/m", "V/m", 2e7),
+        ("5 us", "s", 5e-6),
+        ("10 mm/s", "m/s", 0.01),
+        ("500 mN", "N", 0.5),
+        ("1.2", "1", 1.2),
+    ],
+)
+def test_a_string_is_read_to_the_nearest_double(text, unit, value):
+    assert parse("field", text, unit) == value
+
+
+@pytest.mark.parametrize("number", [0.05, 1, np.float64(0.05), np.float32(0.5), np.int64(3), np.array(0.05)])
+def test_a_plain_number_means_si(number):
+    result = parse("field", number, "m")
+    assert type(result) is float
+    assert result == float(number)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "mm", "fifty mm", "50", "nan mm", "inf", "inf mm", "1e9999 mm"),
+        *("1,2 mm", "1_000 mm", "0x1 mm", "1/2 mm", "--1 mm", "1.2.3 mm", "1e mm", "5 0 mm", "\u0665 mm"),
+        *("50  mm", " 50 mm", "50 mm ", "50\u00a0mm", "50 mm\n"),
+        *("50 MM", "50 Mm", "50mm2", "50 m m", "50 meter", "50 kV", "50 V"),
+    ],
+)
+def test_what_is_not_exact_is_refused_in_one_line(text):
+    with pytest.raises(InputError) as caught:
+        parse("film_radius", text, "m")
+    message = str(caught.value)
+    assert "\n" not in message
+    assert message.startswith(f"film_radius = {text!r}: ")
+    assert "give a number in m or a string such as '50 mm' (units m, cm, mm, um, nm)" in message
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "reason"),
+    [
+        ("1,2 kV", "V", "holds a comma; write decimals with a point"),
+        ("50 MM", "m", "'MM' is not a unit of length"),
+        ("50", "m", "has no unit"),
+        ("50 V", "m", "V is a unit of voltage, not of length"),
+        ("", "m", "is not one decimal number and one unit"),
+        ("x", "1", "is not one decimal number; give a plain number such as 1.2"),
+        (math.nan, "m", "must be finite"),
+        (-math.inf, "m", "must be finite"),
+        (10**400, "m", "must be finite"),
+        ("1e999 m", "m", "must be finite"),
+        (True, "m", "must be a number or a string, not bool"),
+        (None, "m", "must be a number or a string, not NoneType"),
+        (1j, "m", "must be a number or a string, not complex"),
+        (b"5 mm", "m", "must be a number or a string, not bytes"),
+        ([1.0], "m", "must be one value, not several"),
+    ],
+)
+def test_the_message_says_why(value, unit, reason):
+    with pytest.raises(FieldError) as caught:
+        parse("field", value, unit)
+    assert reason in str(caught.value)
+    assert caught.value.field == "field"
+
+
+def test_bounds():
+    assert parse("field", "0 m", "m", least=0.0) == 0.0
+    assert parse("field", math.inf, "1", infinite=True) == math.inf
+    with pytest.raises(InputError, match=r"field = '0 mm': must be greater than 0 m; give a larger one, such as 50 mm"):
+        parse("field", "0 mm", "m", above=0.0)
+    with pytest.raises(InputError, match="field = -1: must be at least 0 V"):
+        parse("field", -1, "V", least=0.0)
+
+
+def test_many_values():
+    array = parse_many("field", ["1 kV", 2000, "3 kV"], "V")
+    np.testing.assert_array_equal(array, [1000.0, 2000.0, 3000.0])
+    assert not array.flags.writeable
+    np.testing.assert_array_equal(parse_many("field", np.linspace(0, 1, 5), "V"), np.linspace(0, 1, 5))
+    assert parse_many("field", "1 kV", "V") == 1000.0
+    assert parse_many("field", np.float64(3.0), "V") == 3.0
+    with pytest.raises(InputError, match=r"field\[1\] = '2 mm': mm is a unit of length, not of voltage"):
+        parse_many("field", ["1 kV", "2 mm"], "V")
+    with pytest.raises(InputError, match=r"field = \[\]: is empty; give at least one value"):
+        parse_many("field", [], "V")
+    with pytest.raises(InputError, match=r"the shape \(2, 3\): must be a number or one-dimensional"):
+        parse_many("field", np.ones((2, 3)), "V")
+
+
+@given(st.floats(1e-200, 1e200), st.sampled_from(["", "-", "+"]), st.sampled_from(ALL_UNITS), st.booleans())
+def test_round_trip_of_unit_strings(size, sign, pair, spaced):
+    si, unit = pair
+    text = f"{sign}{size!r}{' ' if spaced and unit else ''}{unit}"
+    expected = math.copysign(size, -1 if sign == "-" else 1) * 10.0 ** DIMENSIONS[si].powers[unit]
+    assert parse("field", text, si) == pytest.approx(expected, rel=1e-14)
+
+
+@given(st.floats(-1e12, 1e12), st.sampled_from(list(DIMENSIONS)), st.integers(1, 12))
+def test_what_is_written_is_read_back(value, si, digits):
+    written = format_si(value, si, digits)
+    assert parse("field", written, si) == pytest.approx(value, rel=0.6 * 10.0 ** (1 - digits), abs=1e-300)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "written"),
+    [
+        (0.0005, "m", "500 um"),
+        (0.05, "m", "50 mm"),
+        (0.99996, "m", "1 m"),
+        (8400.0, "V", "8.4 kV"),
+        (-0.0123, "m", "-12.3 mm"),
+        (0.0, "N/m", "0 N/m"),
+        (66.0912, "N/m", "66.09 N/m"),
+        (2e7, "V/m", "20 MV/m"),
+        (1.25, "1", "1.25"),
+        (math.nan, "m", "nan m"),
+    ],
+)
+def test_format(value, unit, written):
+    assert format_si(value, unit) == written

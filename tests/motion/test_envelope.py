@@ -1,0 +1,147 @@
+"""Operating envelope: limits against independent routes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gelcone.codes import Regime
+from gelcone.errors import InputError
+from gelcone.motion.driven import DRIVEN_LIMITS, Drive, Plane, driven
+from gelcone.motion.envelope import STATIC_LIMITS, envelope
+from gelcone.motion.floquet import onset_voltage
+from gelcone.motion.flow import integrate
+from gelcone.motion.response import simulate
+from gelcone.physics.model import ConeModel
+
+TAUT = ConeModel(
+    damping_ratio=0.1, voltage=0.3, voltage_bias=0.3, rest_height=0.6, meridional_prestretch=1.2, hoop_prestretch=1.5
+)
+FLAT = ConeModel(damping_ratio=0.1, voltage=1.2, spring_stiffness=0.5, hoop_prestretch=1.3, stretch_limit=8.0)
+
+
+@pytest.fixture(scope="module")
+def taut():
+    return envelope(TAUT, field_limit=1.2, peaks=np.linspace(0.2, 2.0, 8), frequencies=[0.02, 0.5], margin=0.25)
+
+
+@pytest.fixture(scope="module")
+def flat():
+    return envelope(FLAT, peaks=np.linspace(0.2, 2.4, 8), frequencies=[0.4, 0.9])
+
+
+def test_breakdown_and_slack_are_where_the_formulas_pass_zero(taut):
+    limits = dict(zip(STATIC_LIMITS, taut["static_limit_voltage"].values, strict=True))
+    x = np.interp(limits["dielectric breakdown"], taut["peak_voltage"], taut["static_displacement"])
+    assert limits["dielectric breakdown"] * np.sqrt(1 + x * x) == pytest.approx(1.2, rel=1e-4)
+    v = limits["hoop slack"]
+    x = np.interp(v, taut["peak_voltage"], taut["static_displacement"])
+    q, lm, lh = 1 + x * x, 1.2, 1.5
+    e = lm**2 * q + lh**2 + 1 / (lm**2 * lh**2 * q) - 3
+    assert (lh**2 - 1 / (lm**2 * lh**2 * q)) / (1 - e / 50) - v * v * q == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_slow_drive_meets_the_quasi_static_breakdown(taut):
+    row = DRIVEN_LIMITS.index("dielectric breakdown")
+    static = float(taut["static_limit_voltage"][STATIC_LIMITS.index("dielectric breakdown")])
+    assert float(taut["limit_low"][row, 0]) <= float(taut["limit_high"][row, 0])
+    assert float(taut["limit_high"][row, 0]) == pytest.approx(static, rel=0.03)
+
+
+def test_the_window_keeps_the_margin_to_the_lowest_limit(taut):
+    low = np.fmin(taut["limit_low"].min("driven_limit"), float(taut["static_limit_voltage"].min()))
+    np.testing.assert_allclose(taut["recommended_peak"], 0.75 * np.minimum(low, 2.0))
+
+
+def test_pull_in_is_met_by_a_slow_ramp_in_time(flat):
+    pitchfork = float(flat["static_limit_voltage"][STATIC_LIMITS.index("pull-in")])
+    levels = pitchfork * np.array([0.97, 1.03])
+    constant = FLAT.replace(voltage=0.0, voltage_bias=levels)
+    end = np.abs(integrate(constant, (1e-3, 0.0), [2000.0]).states[:, 0, 0])
+    assert end[0] < 1e-6
+    assert end[1] > 0.05
+
+
+def test_onset_of_rest_separates_decay_from_growth(flat):
+    row = DRIVEN_LIMITS.index("onset of rest")
+    for column, omega in enumerate(flat["drive_frequency"].values):
+        onset = float(flat["limit_low"][row, column])
+        if not np.isfinite(onset):
+            continue
+        model = FLAT.replace(drive_frequency=omega, voltage=onset * np.array([0.99, 1.01]))
+        end = np.abs(integrate(model, (1e-6, 0.0), [200 * 2 * np.pi / omega]).states[:, 0]).max(axis=1)
+        assert end[0] < 1e-6 < end[1]
+
+
+def test_in_the_window_the_source_gives_what_the_damper_takes(taut):
+    peak = taut["recommended_peak"].values
+    model = TAUT.replace(drive_frequency=taut["drive_frequency"].values, voltage=peak / 2, voltage_bias=peak / 2)
+    periods = 400
+    settled = integrate(model, (0.5, 0.0), model.drive_period[:, None] * periods).states[:, -1]
+    run = simulate(model, settled, periods=1)
+    given = np.diff(run["supplied_energy"].values[:, [0, -1]])[:, 0]
+    taken = np.diff(run["dissipated_energy"].values[:, [0, -1]])[:, 0]
+    np.testing.assert_allclose(given, taken, rtol=1e-6)
+    np.testing.assert_allclose(taut["window_power"], given / model.drive_period, rtol=1e-6)
+    np.testing.assert_allclose(taut["window_stroke"], np.ptp(run["displacement"].values, axis=1), rtol=1e-3)
+
+
+def test_a_motionless_film_is_a_capacitor_that_takes_no_power(flat):
+    peak, omega = flat["recommended_peak"].values, flat["drive_frequency"].values
+    assert (flat["window_regime"] == Regime.REST).all()
+    np.testing.assert_allclose(flat["window_power"], 0.0, atol=1e-9)
+    # v sin(omega t) across the capacitance 1: root mean squares v/sqrt 2 and v omega/sqrt 2
+    np.testing.assert_allclose(flat["window_apparent_power"], 0.5 * peak**2 * omega, rtol=1e-2)
+
+
+def test_at_the_edge_of_the_window_no_limit_is_met(taut):
+    drive = Drive.of(TAUT)
+    plane = Plane(TAUT, drive, float(taut["rest_displacement"]), 1.2, None)
+    edge = plane.look(taut["drive_frequency"].values, taut["recommended_peak"].values)
+    for name in DRIVEN_LIMITS[:-1]:
+        assert (edge[name] == 0.0).all(), name
+
+
+def test_default_frequencies_hold_the_first_resonances_and_the_models_own():
+    plane = Plane(TAUT, Drive.of(TAUT), 0.3, None, None)
+    natural = plane.natural_frequency()
+    found = plane.default_frequencies(0.6)
+    for wanted in (float(TAUT.drive_frequency), 0.5 * natural, natural, 2.0 * natural):
+        assert np.abs(found / wanted - 1.0).min() < 0.03
+    assert (np.diff(found) > 0.0).all()
+    assert found[-1] <= 3.0 * natural
+
+
+def test_frequencies_are_added_where_the_lowest_limit_falls_steeply():
+    omegas, volts = np.array([1.3, 1.7, 2.4]), np.array([0.6, 1.2])
+    taut = FLAT.replace(damping_ratio=0.03, spring_stiffness=1.0, meridional_prestretch=1.5, hoop_prestretch=1.5)
+    plane = Plane(taut, Drive(1.0, 0.0), 0.0, None, None)
+    found = driven(plane, omegas, volts, refine=True, progress=lambda share: None)
+    assert found["frequency"].size > omegas.size
+    assert (np.diff(found["frequency"]) > 0.0).all()
+    assert found["low"].shape == (found["frequency"].size, len(DRIVEN_LIMITS))
+    onset = found["low"][:, -1]
+    for omega, low in zip(found["frequency"], onset, strict=True):
+        alone = onset_voltage(plane.model.replace(drive_frequency=omega), highest=1.2)["onset_voltage"]
+        assert low == pytest.approx(float(alone.fillna(np.inf)), rel=1e-9)
+
+
+def test_without_a_dielectric_strength_breakdown_is_unknown_not_skipped(flat):
+    row = DRIVEN_LIMITS.index("dielectric breakdown")
+    assert np.isnan(flat["static_limit_voltage"][STATIC_LIMITS.index("dielectric breakdown")])
+    assert np.isnan(flat["limit_low"][row]).all()
+
+
+@pytest.mark.parametrize(
+    ("model", "options", "message"),
+    [
+        (ConeModel(voltage=[1.0, 2.0]), {}, "single device"),
+        (ConeModel(voltage=0.0), {}, "amplitude or a bias"),
+        (ConeModel(), {"margin": 1.0}, "margin = 1"),
+        (ConeModel(), {"peaks": [2.0, 1.0]}, "peaks"),
+        (ConeModel(), {"frequencies": [1.0]}, "frequencies"),
+    ],
+)
+def test_bad_input_is_refused(model, options, message):
+    with pytest.raises(InputError, match=message):
+        envelope(model, **options)

@@ -1,0 +1,182 @@
+"""Frequency response at full drive: the linear limit, hysteresis, jumps, peaks, bad input."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.codes import Outcome
+from gelcone.errors import InputError
+from gelcone.motion.frequency import frequency_response
+from gelcone.motion.linear import equilibrium_under_bias, small_signal_response
+from gelcone.motion.swing import HARMONICS, highest, settled_swing
+from gelcone.physics.model import ConeModel
+
+LINEAR = ConeModel(
+    damping_ratio=0.1, voltage=1e-4, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, stretch_limit=1e6
+)
+JUMPING = ConeModel(damping_ratio=0.05, voltage=0.5, rest_height=0.1, spring_stiffness=0.1, stretch_limit=50.0)
+"""The paper's softest spring: swept up, a swing of two drive repeats goes on beyond where it begins when swept down."""
+
+
+@pytest.fixture(scope="module")
+def small():
+    return frequency_response(LINEAR, np.linspace(0.4, 2.4, 7), (0.8, 0.0))
+
+
+@pytest.fixture(scope="module")
+def jumping():
+    return frequency_response(JUMPING, np.linspace(0.3, 0.8, 26))
+
+
+# --- the linear limit -------------------------------------------------------------------------------------------------
+
+
+def test_a_tiny_drive_about_a_bias_gives_the_analytic_response(small):
+    expected = small_signal_response(LINEAR, small["drive_frequency"].values)
+    first = small.sel(harmonic=1)
+    for branch in ("up", "down"):
+        np.testing.assert_allclose(
+            first["harmonic_amplitude"].sel(branch=branch), 1e-4 * expected["gain"], rtol=1e-4, err_msg=branch
+        )
+        apart = (first["harmonic_phase"].sel(branch=branch) - expected["phase"] + 180.0) % 360.0 - 180.0
+        assert float(np.abs(apart).max()) < 0.01
+        np.testing.assert_allclose(small["stroke"].sel(branch=branch), 2e-4 * expected["gain"], rtol=1e-3)
+    np.testing.assert_allclose(small["linear_stroke"], 2e-4 * expected["gain"], rtol=1e-3)
+    assert (small["period"] == 1).all()
+    assert small.sizes["jump"] == 0
+
+
+def test_the_peak_is_that_of_a_linear_oscillator(small):
+    place = equilibrium_under_bias(LINEAR, 0.6)
+    peak = np.sqrt(float(LINEAR.stiffness(place, 0.6)) - 2.0 * 0.1**2)
+    for branch in ("up", "down"):
+        own = small.sel(branch=branch)
+        assert float(own["peak_low"]) <= peak <= float(own["peak_high"])
+        assert float(own["peak_frequency"]) == pytest.approx(peak, rel=5e-3)
+
+
+def test_a_pure_sine_drives_at_twice_its_frequency():
+    model = LINEAR.replace(voltage=0.02, voltage_bias=0.0)
+    found = frequency_response(model, [0.3, 0.6, 0.9], (0.8, 0.0))
+    for phase in ("amplitude", "phase"):
+        large, linear = (found[f"{kind}_{phase}"].sel(harmonic=2) for kind in ("harmonic", "linear"))
+        np.testing.assert_allclose(large.sel(branch="up"), linear, rtol=1e-3)
+    assert (found["harmonic_amplitude"].sel(harmonic=[1, 3]) < 1e-9).all()
+    np.testing.assert_allclose(found["stroke"].sel(branch="up"), found["linear_stroke"], rtol=1e-3)
+
+
+# --- large motions ----------------------------------------------------------------------------------------------------
+
+
+def test_where_the_sweeps_differ_both_motions_are_there(jumping):
+    frequency = 0.6
+    ends = jumping["stroke"].sel(drive_frequency=frequency)
+    assert float(ends.sel(branch="up")) > 20.0 * float(ends.sel(branch="down"))
+    starts = np.array([(x, u) for x in np.linspace(-1.0, 1.0, 6) for u in (0.0, 0.5)])
+    model = JUMPING.replace(drive_frequency=frequency, damping_ratio=np.full(len(starts), 0.05))
+    late = gelcone.simulate(model, starts, periods=200)["displacement"].values[:, -1000:]
+    for stroke in ends.values:
+        assert np.abs(np.ptp(late, axis=1) / stroke - 1.0).min() < 2e-3
+
+
+def test_a_jump_ends_every_range_in_which_the_sweeps_differ(jumping):
+    jumps = jumping.isel(jump=slice(None))
+    assert list(jumps["jump_branch"].values[:2]) == ["down", "up"]
+    assert (jumps["jump_low"] < jumps["jump_high"]).all()
+    assert float((jumps["jump_high"] - jumps["jump_low"]).max()) < 0.02 / 2**5
+    up = jumping.sel(branch="up")
+    fall = int(np.argmax(-np.diff(up["stroke"].values)))
+    ends = jumping["drive_frequency"].values[[fall, fall + 1]]
+    assert ends[0] <= float(jumps["jump_low"][1]) < float(jumps["jump_high"][1]) <= ends[1]
+    assert 2.0 * float(jumps["jump_from"][1]) == pytest.approx(float(up["stroke"][fall]), rel=0.1)
+    assert float(jumps["jump_to"][1]) < 0.2 * float(jumps["jump_from"][1])
+
+
+def test_a_subharmonic_is_told_by_its_period_and_its_harmonic(jumping):
+    up = jumping.sel(branch="up")
+    at = up["drive_frequency"].where(up["period"] == 2, drop=True)
+    assert at.size >= 2
+    doubled = up.sel(drive_frequency=at)
+    assert (doubled["harmonic_amplitude"].sel(harmonic=1) > doubled["harmonic_amplitude"].sel(harmonic=2)).all()
+
+
+def test_members_do_not_depend_on_one_another():
+    model = JUMPING.replace(spring_stiffness=np.array([0.1, 5.0]))
+    grid = np.array([[0.3, 0.5, 0.7], [1.0, 1.1, 1.2]])
+    both = frequency_response(model, grid)
+    assert both["stroke"].dims == ("member", "branch", "step")
+    one = frequency_response(JUMPING.replace(spring_stiffness=5.0), grid[1])
+    np.testing.assert_array_equal(both["stroke"].isel(member=1), one["stroke"])
+    np.testing.assert_array_equal(both["swept_frequency"].isel(member=1), one["drive_frequency"])
+
+
+def test_a_result_is_labelled_and_comes_back_as_it_was(jumping, tmp_path):
+    for name in jumping.data_vars:
+        assert {"long_name", "units"} <= set(jumping[name].attrs), name
+    gelcone.save(jumping, tmp_path / "response.nc")
+    assert gelcone.load(tmp_path / "response.nc").identical(jumping)
+
+
+def test_films_at_rest_do_not_jump_and_follow_the_drive():
+    flat = ConeModel(damping_ratio=0.2, voltage=0.1)
+    found = frequency_response(flat, [0.5, 1.0, 1.5])
+    assert float(found["stroke"].max()) < 1e-8
+    assert (found["period"] == 1).all()
+    assert found.sizes["jump"] == 0
+
+
+def test_a_softening_cone_jumps_up_and_down_at_different_frequencies():
+    """The resonance bends to lower frequencies: swept down, the motion stays large for longer than swept up."""
+    bent = ConeModel(
+        damping_ratio=0.01, voltage=0.06, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, law="neo-hookean"
+    )
+    found = frequency_response(bent, np.linspace(1.39, 1.45, 13), (0.8, 0.0))
+    assert found["jump_branch"].values.tolist() == ["down", "up"]
+    assert float(found["jump_high"][0]) < float(found["jump_low"][1])
+    falls, rises = (found["jump_to"] / found["jump_from"]).values
+    assert falls < 0.5
+    assert rises > 2.0
+    assert (found["period"] == 1).all()
+
+
+# --- swings -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_swing_is_read_between_its_samples():
+    t = np.linspace(0.0, 2.0 * np.pi, 33)
+    np.testing.assert_allclose(highest(np.stack([np.cos(t - 1.234), np.cos(t - 3.0)])), 1.0, atol=2e-4)
+    assert np.isnan(highest(np.full((1, 5), np.nan))).all()
+
+
+def test_a_failed_member_stays_nan_and_leaves_the_others_alone():
+    model = LINEAR.replace(voltage_bias=0.0, hoop_prestretch=1.0, stretch_limit=np.array([0.3, 50.0]))
+    found = settled_swing(model, np.tile([1.0, 0.0], (2, 1)))
+    assert list(found.outcome) == [Outcome.OUTSIDE, Outcome.OK]
+    assert np.isnan(found.amplitude[0])
+    assert np.isfinite(found.amplitude[1])
+    assert found.harmonics.shape == (2, len(HARMONICS))
+
+
+# --- bad input --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("model", "frequencies", "message"),
+    [
+        (LINEAR, [1.0], "at least 2"),
+        (LINEAR, 1.0, "at least 2"),
+        (LINEAR, [2.0, 1.0], "increase"),
+        (LINEAR, [0.0, 1.0], "positive"),
+        (LINEAR, [1.0, np.nan], "positive"),
+        (LINEAR, [[1.0, 2.0], [1.0, 2.0]], r"shape \(frequencies,\) or \(1, frequencies\)"),
+        (LINEAR.replace(damping_ratio=0.0), [1.0, 2.0], "damping_ratio = 0"),
+        (LINEAR.replace(drive_frequency=[1.0, 2.0]), [1.0, 2.0], "drive_frequency: is what is swept"),
+        (LINEAR.replace(voltage=np.ones((2, 2))), [1.0, 2.0], "one dimension"),
+        (LINEAR.replace(stretch_limit=0.05, hoop_prestretch=1.0), [1.0, 2.0], "stretch_limit"),
+    ],
+)
+def test_bad_input_is_refused(model, frequencies, message):
+    with pytest.raises(InputError, match=message):
+        frequency_response(model, frequencies)

@@ -1,0 +1,393 @@
+"""Regimes: every kind with its evidence, cycles by Newton's method, flags, and a small labelled set."""
+
+import importlib.util
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gelcone.codes import Outcome, Regime
+from gelcone.dataset import load, save
+from gelcone.errors import InputError
+from gelcone.motion import cycle, tangents
+from gelcone.motion import regime as module
+from gelcone.motion.cycle import periods_of
+from gelcone.motion.flow import integrate
+from gelcone.motion.regime import Evidence, classify, regime
+from gelcone.motion.section import repeats_lasting, settle
+from gelcone.physics.model import ConeModel
+
+SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
+
+
+def one(initial=(1.0, 0.0), **parameters):
+    """The Dataset of a single model and its regime in words."""
+    result = regime(ConeModel(**parameters), initial)
+    return result, Regime(int(result["regime"])).label
+
+
+# --- rest and cycles --------------------------------------------------------------------------------------------------
+
+
+def test_rest_without_drive_and_below_the_onset():
+    for voltage in (0.0, 0.3):
+        result, name = one(**SET, voltage=voltage)
+        assert (name, int(result["period"]), int(result["flag"])) == ("rest", 0, 0)
+        assert float(result["lyapunov"][0]) == pytest.approx(-0.05, abs=1e-8)
+        assert float(result["highest"]) < 1e-5
+
+
+def test_rest_away_from_the_middle():
+    """A constant voltage beyond the pitchfork: the disc rests on the side it started on."""
+    for side in (1.0, -1.0):
+        result, name = one((side, 0.0), **SET, voltage=0.0, voltage_bias=1.2)
+        assert name == "rest"
+        assert side * float(result["lowest"]) > 0.1
+        assert not int(result["symmetric"])
+
+
+@pytest.mark.parametrize(
+    ("parameters", "initial", "period", "symmetric"),
+    [
+        (SET | {"voltage": 1.0}, (1.0, 0.0), 1, False),
+        ({"damping_ratio": 0.1, "voltage": 0.2, "voltage_bias": 0.3, "rest_height": 0.5}, (0.5, 0.0), 1, False),
+        (SET | {"voltage": 0.8}, (1.0, 0.0), 2, True),
+        (SET | {"voltage": 1.1}, (1.0, 0.0), 2, False),
+        (SET | {"voltage": 1.47, "damping_ratio": 0.01}, (1.0, 0.0), 3, False),
+        (
+            {
+                "spring_stiffness": 0.196,
+                "damping_ratio": 0.269,
+                "drive_frequency": 1.885,
+                "voltage": 1.769,
+                "voltage_bias": -0.375,
+                "stretch_limit": 93.9,
+            },
+            (1.0, 0.0),
+            4,
+            False,
+        ),
+    ],
+)
+def test_cycles(parameters, initial, period, symmetric):
+    result, name = one(initial, **parameters)
+    assert (name, int(result["period"]), bool(result["symmetric"])) == ("periodic", period, symmetric)
+    assert int(result["flag"]) == 0
+    assert int(result["sign"]) == -1
+    assert np.isnan(float(result["zero_one"]))
+    exponents = result["lyapunov"].values
+    assert exponents.sum() == pytest.approx(-2.0 * parameters["damping_ratio"], abs=1e-7)
+    assert float(result["cycle_distance"]) < 1e-4
+    # By simulation: the section goes over itself after the period, and after no divisor of it.
+    points = result["section"].values
+    size = np.abs(points).max()
+    gaps = [np.abs(points[n:] - points[:-n]).max() / size for n in range(1, period + 1)]
+    assert gaps[-1] < 1e-4
+    assert all(gap > 1e-2 for gap in gaps[:-1])
+
+
+def test_the_exponents_of_a_cycle_are_the_decay_of_a_deviation_from_it():
+    """A real multiplier near 1: a start beside the cycle comes back at the rate that the exponent says."""
+    model = ConeModel(**SET, voltage=1.5)
+    result = regime(model)
+    rate = float(result["lyapunov"][0])
+    assert -0.02 < rate < -0.01
+    repeat, point = float(model.drive_repeat), result["section"].values[-1]
+    cycle_after = 2 * repeat * np.arange(1, 21)
+    runs = integrate(model.take([0, 0]), [point, point + np.array([1e-6, 0.0])], cycle_after).states
+    apart = np.linalg.norm(runs[1] - runs[0], axis=1)
+    slope = np.log(apart[15] / apart[8]) / (cycle_after[15] - cycle_after[8])
+    assert slope == pytest.approx(rate, rel=1e-3)
+
+
+def test_a_slow_drive_that_squeezes_every_motion_together_once_a_repeat():
+    """Where the voltage vanishes all motions meet at rest; in between they go to one side and the other in turn."""
+    result, name = one(spring_stiffness=0.6, damping_ratio=0.4, drive_frequency=0.01, voltage=1.35)
+    assert np.abs(result["section"].values).max() < 1e-9
+    assert float(result["highest"]) > 3.0
+    assert float(result["lowest"]) < -3.0
+    assert (name, int(result["period"]), bool(result["symmetric"])) == ("periodic", 2, True)
+
+
+def test_a_slow_drift_is_no_cycle():
+    """A drive so fast that the decay over one of its repeats is below the tolerance of returns, far from rest."""
+    model = ConeModel(voltage=0.0, damping_ratio=0.01, spring_stiffness=1.5, drive_frequency=np.pi / 0.01)
+    evidence = classify(model.take(slice(None)), np.array([[2e-3, 0.0]]), transient=1.0)
+    assert Regime(evidence.regime[0]) in (Regime.REST, Regime.TRANSIENT)
+    assert evidence.period[0] == 0
+
+
+def test_periods_of_counts_repeats():
+    base = np.random.default_rng(0).normal(size=(1, 3, 2))
+    points = np.tile(base, (1, 22, 1))[:, :64]
+    period, distance = periods_of(np.concatenate([points, points + 1e-4 * np.arange(64)[:, None], points * 0.0]))
+    assert period.tolist() == [3, 0, 1]
+    assert distance[0] == 0.0
+
+
+# --- cycles by Newton's method ----------------------------------------------------------------------------------------
+
+
+def test_newton_finds_the_cycle_from_a_distance_and_says_how_far_it_was():
+    model = ConeModel(**SET, voltage=1.0).take(slice(None))
+    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
+    off = settled + np.array([[3e-3, -2e-3]])
+    exact, near = (cycle.find_cycles(model, states, np.array([1])) for states in (settled, off))
+    size = 1e-3 / 3e-3 * near.distance[0]
+    assert exact.found[0]
+    assert near.found[0]
+    assert exact.distance[0] < 1e-9
+    assert 1e-4 < size < 3e-3
+    np.testing.assert_allclose(near.exponents, exact.exponents, atol=10 * near.error.max())
+
+
+def test_a_multiple_of_the_period_gives_the_period():
+    model = ConeModel(**SET, voltage=0.8).take(slice(None))
+    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
+    found = [cycle.find_cycles(model, settled, np.array([n])) for n in (2, 4, 6)]
+    assert [c.period[0] for c in found] == [2, 2, 2]
+    assert all(c.symmetric[0] for c in found)
+    np.testing.assert_allclose(found[1].exponents, found[0].exponents, atol=1e-9)
+
+
+def test_no_cycle_is_found_in_the_middle_of_a_decay():
+    model = ConeModel(**SET, voltage=1.0).take(slice(None))
+    assert not cycle.find_cycles(model, np.array([[2.5, 0.0]]), np.array([1])).found[0]
+
+
+def test_log_multipliers_equal_eigenvalues_and_stay_exact_where_they_vanish():
+    rng = np.random.default_rng(6)
+    maps = rng.normal(size=(50, 5, 2, 2))
+    product, log_scale = tangents.chained(maps)
+    whole = maps[:, 0]
+    for k in range(1, 5):
+        whole = maps[:, k] @ whole
+    determinant = np.log(np.abs(np.linalg.det(whole)))
+    positive = np.linalg.det(whole) > 0.0
+    found = tangents.log_multipliers(product, log_scale, determinant)[positive]
+    expected = np.sort(np.log(np.abs(np.linalg.eigvals(whole[positive]))), axis=1)[:, ::-1]
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    tiny = np.tile(np.diag([1e-3, 1e-9]), (1, 200, 1, 1))
+    product, log_scale = tangents.chained(tiny)
+    logs = tangents.log_multipliers(product, log_scale, np.array([200 * np.log(1e-12)]))
+    np.testing.assert_allclose(logs[0], [200 * np.log(1e-3), 200 * np.log(1e-9)], rtol=1e-12)
+
+
+# --- the other kinds --------------------------------------------------------------------------------------------------
+
+
+def test_chaos_in_both_opinions():
+    result, name = one(spring_stiffness=0.9, damping_ratio=0.1, drive_frequency=1.5, voltage=2.5)
+    assert (name, int(result["flag"]), int(result["sign"])) == ("chaotic", 0, 1)
+    assert float(result["lyapunov"][0]) > 10.0 * float(result["standard_error"][0])
+    assert float(result["zero_one"]) > 0.9
+    assert int(result["period"]) == 0
+    assert np.isnan(float(result["cycle_distance"]))
+
+
+@pytest.mark.parametrize("voltage", [0.0, 0.1])
+def test_quasi_periodic_without_damping(voltage):
+    result, name = one(spring_stiffness=1.5, damping_ratio=0.0, voltage=voltage, drive_frequency=0.77)
+    assert (name, int(result["flag"]), int(result["sign"])) == ("quasi-periodic", 0, 0)
+    assert float(result["zero_one"]) < 0.2
+
+
+def test_chaos_without_damping():
+    result, name = one(spring_stiffness=0.5, damping_ratio=0.0, voltage=1.5, drive_frequency=0.3)
+    assert (name, int(result["sign"])) == ("chaotic", 1)
+
+
+def test_chaos_that_ends_in_a_cycle():
+    """Eight starts, each chaotic for some thousand time units: told by patience, and flagged while it lasts."""
+    model = ConeModel(
+        spring_stiffness=0.9,
+        damping_ratio=np.full(8, 0.01),
+        drive_frequency=0.1,
+        voltage=1.0667,
+        prestretch=0.72,
+    )
+    states = np.stack([np.linspace(0.2, 1.8, 8), np.zeros(8)], axis=1)
+    at_once, patient = classify(model, states, rounds=1), classify(model, states)
+    assert (at_once.regime == Regime.CHAOTIC).any()
+    assert at_once.settled_time.max() == 2000.0
+    settled = patient.regime == Regime.PERIODIC
+    assert settled.sum() >= 6
+    assert (settled | patient.flag).all()
+    assert (patient.period[settled] == 1).all()
+    assert patient.settled_time.max() > 3000.0
+
+
+def test_an_attractor_beside_chaos_is_found():
+    """Chaos and an attracting cycle at the same parameters, started from the section around that cycle."""
+    model = ConeModel(**SET, voltage=1.0).take(slice(None))
+    section = integrate(model, (1.0, 0.0), model.drive_repeat * np.arange(1, 65)).states
+    assert cycle.attractors_beside(model, section, 24).tolist() == [True]
+    free_of_them = ConeModel(spring_stiffness=0.9, damping_ratio=0.1, drive_frequency=1.5, voltage=2.5).take(
+        slice(None)
+    )
+    section = integrate(free_of_them, (1.0, 0.0), free_of_them.drive_repeat * np.arange(1, 200)).states[:, 100:]
+    assert cycle.attractors_beside(free_of_them, section, 24).tolist() == [False]
+
+
+def test_a_cycle_of_three_repeats_beside_chaos_is_found():
+    """Seven starts of eight end on it after a while; from within the chaos it is there for all to find."""
+    model = ConeModel(
+        damping_ratio=0.01,
+        spring_stiffness=0.5,
+        voltage=1.0849956684398172,
+        drive_frequency=0.3,
+        prestretch=0.8304300120728514,
+        prestretch_mode="equibiaxial",
+    ).take(slice(None))
+    section = integrate(model, (1.0, 0.0), model.drive_repeat * np.arange(100, 300)).states
+    assert cycle.periods_of(section, 1e-3)[0].tolist() == [0]
+    assert cycle.attractors_beside(model, section, 24).tolist() == [True]
+
+
+def test_left_the_domain():
+    model = ConeModel(
+        spring_stiffness=0.5,
+        damping_ratio=0.05,
+        drive_frequency=0.3,
+        voltage=[0.5, 0.0, 0.5],
+        voltage_bias=[0.0, 2.0, 0.0],
+        stretch_limit=[0.4, np.inf, 50.0],
+    )
+    result = regime(model)
+    assert [Regime(code).label for code in result["regime"].values[:2]] == ["left the domain"] * 2
+    assert result["outcome"].values.tolist() == [Outcome.OUTSIDE, Outcome.NOT_FINITE, Outcome.OK]
+    assert np.isnan(result["lyapunov"].values[:2]).all()
+    alone = regime(model.take([2]))
+    np.testing.assert_array_equal(alone["lyapunov"].values[0], result["lyapunov"].values[2])
+
+
+def test_a_model_with_more_starts_than_one_may_start_outside_with_some():
+    states = np.array([[0.1, 0.0], [30.0, 0.0]])
+    evidence = classify(ConeModel(**SET | {"damping_ratio": [0.05, 0.05]}, voltage=0.3), states)
+    assert [Regime(code).name for code in evidence.regime] == ["REST", "LEFT_THE_DOMAIN"]
+
+
+# --- flags ------------------------------------------------------------------------------------------------------------
+
+
+def test_rest_on_a_hilltop_is_flagged():
+    """Started exactly at rest where that is unstable, the disc stays; the exponent says that it would not."""
+    result, name = one((0.0, 0.0), **SET, voltage=2.0)
+    assert (name, int(result["flag"]), int(result["sign"])) == ("rest", 1, 1)
+
+
+def test_what_has_not_settled_is_transient_and_flagged():
+    """On the verge of the pitchfork of rest nothing settles within the time given."""
+    onset = float(np.sqrt(ConeModel(**SET, voltage=0.0).stiffness(0.0)))
+    result = regime(ConeModel(**SET, voltage=0.0, voltage_bias=onset), (0.3, 0.0), transient=20.0)
+    assert Regime(int(result["regime"])) in (Regime.TRANSIENT, Regime.PERIODIC, Regime.REST)
+    assert int(result["flag"]) == 1
+
+
+def test_growth_away_from_unstable_rest_is_no_chaos():
+    """Just above the onset a deviation grows for longer than there is patience: a positive exponent, and no chaos."""
+    model = ConeModel(spring_stiffness=1.5, damping_ratio=0.05, drive_frequency=1.1, voltage=[0.6959, 0.697, 0.71])
+    evidence = classify(model, np.tile([3e-5, 0.0], (3, 1)))
+    assert [Regime(code).label for code in evidence.regime] == ["transient", "transient", "periodic"]
+    assert evidence.flag.tolist() == [True, True, False]
+    assert (evidence.sign[:2] == 1).all()
+
+
+def test_drifts_are_told_from_chaos():
+    k = np.arange(200)
+    leaving = np.stack([1e-4 * (-1.02) ** k, 1e-4 * 1.02**k], axis=1)
+    wandering = np.random.default_rng(5).normal(size=(20, 200, 2))
+    settling = np.stack([0.98**k, 0.99**k], axis=1)
+    found = module.drifts(np.concatenate([leaving[None], settling[None], wandering]))
+    assert found.tolist() == [True] + [False] * 21
+
+
+def test_judging_flags_what_disagrees():
+    model = ConeModel(damping_ratio=np.full(6, 0.1))
+    evidence = Evidence.blank(6)
+    evidence.regime[:] = [Regime.TRANSIENT] * 3 + [Regime.PERIODIC] * 2 + [Regime.TRANSIENT]
+    evidence.sign[:] = [1, 1, 1, -1, 0, -1]
+    evidence.zero_one[:3] = [0.95, 0.4, 0.95]
+    evidence.beside[2] = True
+    module._judge(model, evidence)
+    assert [Regime(code).label for code in evidence.regime] == ["chaotic"] * 3 + ["periodic"] * 2 + ["transient"]
+    assert evidence.flag.tolist() == [False, True, True, False, True, True]
+
+
+# --- the contract -----------------------------------------------------------------------------------------------------
+
+
+def mixed():
+    """Ten members of all kinds, their drives repeating differently."""
+    model = ConeModel(
+        spring_stiffness=[0.5, 0.5, 0.5, 0.5, 0.9, 0.9, 1.5, 0.5, 0.9, 0.5],
+        damping_ratio=[0.05, 0.05, 0.05, 0.05, 0.1, 0.1, 0.0, 0.05, 0.1, 0.3],
+        drive_frequency=[0.3, 0.3, 0.3, 0.3, 1.5, 1.0, 0.77, 0.3, 3.0, 0.05],
+        voltage=[0.3, 0.8, 1.0, 2.0, 2.5, 2.5, 0.1, 0.5, 1.5, 1.2],
+        voltage_bias=[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.4, 0.0],
+        stretch_limit=[50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 0.4, 20.0, 50.0],
+    )
+    return model, np.tile([1.0, 0.0], (10, 1))
+
+
+def test_members_one_by_one_and_any_number_of_threads_give_the_same_to_the_last_bit():
+    model, states = mixed()
+    together, threaded = (classify(model, states, rounds=3, threads=n) for n in (1, 2))
+    assert len(set(together.regime.tolist())) >= 5
+    for field in fields(Evidence):
+        np.testing.assert_array_equal(getattr(together, field.name), getattr(threaded, field.name), field.name)
+    for i in range(model.size):
+        alone = classify(model.take([i]), states[[i]], rounds=3)
+        for field in fields(Evidence):
+            expected = getattr(together, field.name)[i]
+            np.testing.assert_array_equal(getattr(alone, field.name)[0], expected, f"{field.name} of {i}")
+
+
+def test_the_dataset_is_labelled_and_comes_back_from_a_file(tmp_path):
+    result = regime(ConeModel(**SET | {"voltage": [[0.3], [1.0]], "damping_ratio": [0.05, 0.1]}))
+    assert result["regime"].shape == (2, 2)
+    assert result["section"].shape == (2, 2, module.RETURNS, 2)
+    assert result["regime"].attrs["flag_meanings"].split()[:2] == ["rest", "periodic"]
+    for variable in result.data_vars.values():
+        assert {"long_name", "units"} <= set(variable.attrs)
+    save(result, tmp_path / "regime.nc")
+    assert load(tmp_path / "regime.nc").equals(result)
+
+
+@pytest.mark.parametrize("name", ["transient", "budget"])
+@pytest.mark.parametrize("value", [0.0, -3.0, np.nan, np.inf])
+def test_times_that_cannot_be_used_are_refused(name, value):
+    with pytest.raises(InputError, match=f"{name} = .*: must be a positive dimensionless time"):
+        regime(ConeModel(), **{name: value})
+
+
+def test_a_start_outside_is_refused_when_nobody_can_start():
+    with pytest.raises(InputError, match=r"stretch_limit = 0\.4: must exceed I1 - 3"):
+        regime(ConeModel(stretch_limit=0.4))
+
+
+# --- the labelled set -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def classification(monkeypatch):
+    path = Path(__file__).parents[2] / "benchmarks" / "classification.py"
+    spec = importlib.util.spec_from_file_location("classification", path)
+    benchmark = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, "classification", benchmark)
+    spec.loader.exec_module(benchmark)
+    return benchmark
+
+
+def test_certain_cases_are_named_right_or_flagged(classification, monkeypatch, capsys):
+    """The small version of ``benchmarks/classification.py``, with less patience for its labels."""
+    monkeypatch.setattr(classification, "PATIENCE", (4, 8))
+    monkeypatch.setattr(classification, "AVERAGE", 5_000.0)
+    monkeypatch.setattr(classification, "FEWEST_BLOCKS", 60)
+    monkeypatch.setattr(classification, "OPINION", 400)
+    code = classification.main(20)
+    printed = capsys.readouterr().out
+    assert code == 0, printed
+    assert "wrong without a flag: 0" in printed

@@ -1,0 +1,109 @@
+"""Claim fem-agreement and the thresholds of the corrected model: the rules on made-up numbers, and the studies."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gelcone.continuum.path import Ending
+from gelcone.paper.claims import CLAIMS
+from gelcone.paper.claims.agreement import agreement, survives, threshold_table
+from gelcone.paper.effort import QUICK
+from gelcone.paper.studies import STUDIES
+from gelcone.paper.studies.continuum import MISSING
+from gelcone.paper.verdicts import Verdict, judge
+
+
+def made_up(off=0.01, ending=Ending.CONVERGED, other=0.01):
+    """Forces at two radius ratios; the cone's is off by a share of the continuum's largest, ``other`` at the second."""
+    x = np.linspace(0.1, 1.0, 10)
+    continuum = np.tile(x, (2, 3, 1))
+    cone = continuum + np.array([off, other])[:, None, None]
+    dims = ("member", "constant_voltage", "displacement")
+    endings = np.full(cone.shape, int(Ending.CONVERGED))
+    endings[:, 2, :] = int(ending)
+    return xr.Dataset(
+        {
+            "cone_force": (dims, cone),
+            "continuum_force": (dims, continuum),
+            "deviation": (dims, cone / continuum - 1.0),
+            "ending": (dims, endings),
+            "folds": (dims, np.zeros(cone.shape, dtype=int)),
+            "limit_displacement": (("member", "share"), np.array([[1.0, 3.0], [2.0, 4.0]])),
+            "cone_limit_displacement": (("member", "share"), np.array([[2.0, 5.0], [2.0, 5.0]])),
+        },
+        coords={
+            "constant_voltage": [0.0, 1.0, 1.5],
+            "displacement": x,
+            "share": [0.1, 0.5],
+            "radius_ratio": ("member", [0.2, 0.5]),
+        },
+    )
+
+
+def thresholds(cone=(1.0, 1.0), corrected=(1.1, 1.1), lost=np.nan):
+    return xr.Dataset(
+        {
+            "cone": (("threshold", "end"), [cone]),
+            "corrected": (("threshold", "end"), [corrected]),
+            "lost": (("threshold",), [lost]),
+        },
+        attrs={"threshold_names": json.dumps(["pitchfork"])},
+    )
+
+
+@pytest.mark.parametrize(
+    ("verdict", "forces"),
+    [
+        (Verdict.REPRODUCED, {}),
+        (Verdict.REPRODUCED, {"off": 0.049, "other": 0.2}),
+        (Verdict.NOT_REPRODUCED, {"off": 0.06, "other": 0.2}),
+        (Verdict.CHOSEN, {"off": 0.06}),
+        (Verdict.NOT_REPRODUCED, {"ending": Ending.PULLED_IN}),
+        (Verdict.NOT_REPRODUCED, {"ending": Ending.COMPRESSED}),
+    ],
+)
+def test_the_verdict_follows_from_the_forces(verdict, forces):
+    found = agreement({"continuum": made_up(**forces), "corrected": thresholds()})
+    assert judge(found) is verdict
+    assert ("do not agree" in found.why) == (not found.holds)
+
+
+def test_without_scikit_fem_it_cannot_be_told():
+    missing = xr.Dataset(attrs={MISSING: "the continuum film needs scikit-fem; pip install 'gelcone[fem]'"})
+    found = agreement({"continuum": missing, "corrected": missing})
+    assert judge(found) is Verdict.UNDECIDABLE
+    assert "gelcone[fem]" in found.why
+
+
+def test_a_threshold_survives_within_a_fifth_and_where_the_film_has_a_state():
+    assert survives(np.array([1.0, 1.0]), np.array([1.15, 1.2]))
+    assert not survives(np.array([1.0, 1.0]), np.array([1.25, 1.25]))
+    assert not survives(np.array([1.0, 1.0]), np.array([np.nan, np.nan]))
+    told = threshold_table(thresholds())["pitchfork"]
+    assert told == "cone 1; corrected 1.1 (+10%): survives"
+    lost = threshold_table(thresholds(corrected=(np.nan, np.nan), lost=0.677))["pitchfork"]
+    assert "above 0.677" in lost
+    assert lost.endswith("does not survive")
+    assert "[0.9, 1.1]" in threshold_table(thresholds(cone=(0.9, 1.1)))["pitchfork"]
+
+
+def test_the_studies_and_what_they_find():
+    pytest.importorskip("skfem")
+    small = dataclasses.replace(QUICK)
+    studies = {name: STUDIES[name].compute(small, lambda share: None) for name in ("continuum", "corrected")}
+    found = CLAIMS["fem-agreement"].check(studies)
+    assert judge(found) is Verdict.NOT_REPRODUCED
+    assert 0.15 < found.numbers[0].value < 0.25
+    names = json.loads(studies["corrected"].attrs["threshold_names"])
+    soft = studies["corrected"].isel(threshold=names.index("static pitchfork, spring stiffness 0.1"))
+    # the flat film satisfies (R w')' = 0: its stiffness is that of the cone times 2 (1 - r)/((1 + r) ln(1/r))
+    share = 2.0 * 0.8 / (1.2 * np.log(5.0))
+    np.testing.assert_allclose(soft["corrected"].mean(), np.sqrt(0.1 / share), rtol=1e-3)
+    assert "does not survive" in found.details["chaos, set base"]
+    # a free film without pre-stretch runs away at v^2 = 0.4725 or a little above, with a stretch limit
+    assert float(studies["corrected"]["lost"][names.index("static pitchfork, set base")]) == pytest.approx(
+        0.687, rel=0.05
+    )

@@ -1,0 +1,57 @@
+"""Figures 3 to 12 of the paper, drawn from studies computed with little effort."""
+
+import re
+
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from gelcone.paper.figures import FIGURES
+from gelcone.paper.figures.marks import listed
+from gelcone.plots.style import save_figure
+from gelcone.presets import load_presets
+from tests.paper.test_motions import STUDIES, tiny_studies
+
+OWN = {study.name for study in STUDIES}
+DRAWN = [number for number, figure in FIGURES.items() if set(figure.studies) <= OWN]
+
+
+def test_the_figures_of_the_paper_are_there_in_order():
+    assert list(FIGURES) == list(range(3, 15))
+    assert list(range(3, 13)) == DRAWN
+
+
+@pytest.mark.parametrize("number", FIGURES)
+def test_a_figure_says_what_it_shows_and_where_its_values_are_from(number):
+    figure = FIGURES[number]
+    assert figure.number == number
+    assert set(figure.presets) <= set(load_presets())
+    assert len(figure.message.split()) > 40
+    assert re.search("text|reconstructed", figure.values)
+    # What is computed belongs into the claims: a message holds no number that a run could change.
+    assert not re.search(r"\d", figure.message)
+
+
+@pytest.mark.parametrize("number", DRAWN)
+def test_a_figure_draws_with_nothing_clipped(number):
+    figure = FIGURES[number]
+    drawn = figure.draw({name: tiny_studies()[name] for name in figure.studies})
+    FigureCanvasAgg(drawn).draw()
+    width, height = drawn.get_size_inches()
+    assert width <= 7.2
+    assert height <= 9.0
+    box = drawn.get_tightbbox()
+    assert (box.x0 > -0.02, box.y0 > -0.02, box.x1 < width + 0.02, box.y1 < height + 0.02) == (True,) * 4
+    for axes in drawn.axes:
+        if axes.get_label() != "<colorbar>":
+            assert axes.get_xlabel() or not any(label.get_visible() for label in axes.get_xticklabels())
+
+
+def test_a_figure_saves_the_same_bytes_each_time(tmp_path):
+    figure = FIGURES[3]
+    for name in ("one.svg", "two.svg"):
+        save_figure(figure.draw({name: tiny_studies()[name] for name in figure.studies}), tmp_path / name)
+    assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
+
+
+def test_numbers_are_listed_as_words():
+    assert listed((0.5, 1.04, 1.7)) == "0.5, 1.04 and 1.7"
