@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gelcone import dataset
-from gelcone.atlas import plan
+from gelcone.atlas import plan as plans
 from gelcone.atlas.bifurcation import bifurcation, thresholds_of
 from gelcone.atlas.maps import basin, parameter_map
 from gelcone.atlas.plan import Plan, join
@@ -34,7 +34,7 @@ def test_cells_do_not_depend_on_order_or_grouping():
 def test_cells_do_not_depend_on_how_many_are_computed_together(monkeypatch):
     plan = Plan(FAST, {"voltage": np.linspace(0.2, 1.4, 7)}, **QUICK)
     whole = plan.run()
-    monkeypatch.setattr(plan, "CHUNK", 3)
+    monkeypatch.setattr(plans, "CHUNK", 3)
     shares = []
     pieces = plan.run(progress=shares.append)
     for field in fields(Evidence):
