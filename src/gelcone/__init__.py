@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from gelcone.devices.si import to_si as to_si
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
-    from gelcone.motion.balance import PullIn as PullIn
     from gelcone.motion.envelope import envelope as envelope
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages
     from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
@@ -68,6 +67,7 @@ if TYPE_CHECKING:
     from gelcone.motion.section import extrema as extrema
     from gelcone.motion.section import section as section
     from gelcone.motion.spectrum import spectrum as spectrum
+    from gelcone.physics.balance import PullIn as PullIn
     from gelcone.physics.film.continuum import ContinuumFilm as ContinuumFilm
     from gelcone.physics.film.continuum import read_film as read_film
     from gelcone.physics.laws import LAWS as LAWS
@@ -113,7 +113,7 @@ _HOME = {
     "probability": "atlas.uncertain",
     "pull_in_voltage": "motion.equilibrium",
     "Plan": "atlas.plan",
-    "PullIn": "motion.balance",
+    "PullIn": "physics.balance",
     "Regime": "codes",
     "read_film": "physics.film.continuum",
     "regime": "motion.regime",

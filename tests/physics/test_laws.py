@@ -312,8 +312,8 @@ class Quadratic(StrainEnergyLaw):
 def test_a_law_of_ones_own_needs_no_more_than_the_interface():
     x = np.linspace(-2.0, 2.0, 9)
     stretch = {"meridional_prestretch": 0.9, "hoop_prestretch": 1.3}
-    own = ConeModel(law=Quadratic(), law_parameters={"quadratic_b": 0.3}, **stretch)
-    yeoh = ConeModel(law="yeoh", law_parameters={"yeoh_c2": 0.3}, **stretch)
+    own = ConeModel(law=Quadratic(), **{"quadratic_b": 0.3}, **stretch)
+    yeoh = ConeModel(law="yeoh", **{"yeoh_c2": 0.3}, **stretch)
     for quantity in ("strain", "energy", "force", "stiffness"):
         np.testing.assert_allclose(getattr(own, quantity)(x), getattr(yeoh, quantity)(x), rtol=1e-13, atol=1e-15)
     assert ConeModel(law=Quadratic()).law_parameters == {"quadratic_b": 0.1}

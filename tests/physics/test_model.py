@@ -113,7 +113,7 @@ def random_model(rng, law):
         drive_frequency=rng.uniform(0.2, 5.0),
         rest_height=rng.uniform(-1.0, 1.0),
         law=law,
-        law_parameters=own,
+        **own,
         **stretch,
     ), x
 
@@ -410,7 +410,7 @@ def test_arrays_broadcast_into_an_ensemble():
     assert (m.shape, m.size) == ((2, 3), 6)
     assert (ConeModel().shape, ConeModel().size) == ((), 1)
     assert ConeModel(voltage=[0.3]).shape == (1,)
-    assert ConeModel(law="yeoh", law_parameters={"yeoh_c2": [0.1, 0.2]}, voltage=np.ones((4, 1))).shape == (4, 2)
+    assert ConeModel(law="yeoh", **{"yeoh_c2": [0.1, 0.2]}, voltage=np.ones((4, 1))).shape == (4, 2)
 
 
 @pytest.mark.parametrize("samples", [(), (5,), (4, 5)])
@@ -480,7 +480,7 @@ def test_take_keeps_law_and_pre_stretch(kwargs):
 def test_the_model_does_not_change_with_the_arrays_it_was_made_from():
     volts = np.array([0.1, 0.2])
     c2 = np.array([0.1, 0.2])
-    m = ConeModel(voltage=volts, law="yeoh", law_parameters={"yeoh_c2": c2})
+    m = ConeModel(voltage=volts, law="yeoh", **{"yeoh_c2": c2})
     volts[0] = c2[0] = 9.0
     np.testing.assert_array_equal(m.voltage, [0.1, 0.2])
     np.testing.assert_array_equal(m.law_parameters["yeoh_c2"], [0.1, 0.2])
@@ -553,7 +553,7 @@ def test_replace_changes_what_it_is_told_and_nothing_else():
     changed = m.replace(voltage=0.9, stretch_limit=np.inf)
     assert_same(changed.parameters(), m.parameters() | {"voltage": 0.9, "stretch_limit": np.inf})
     np.testing.assert_array_equal(m.voltage, [0.1, 0.2])
-    yeoh = ConeModel(law="yeoh", law_parameters={"yeoh_c2": 0.1, "yeoh_c3": 0.2})
+    yeoh = ConeModel(law="yeoh", **{"yeoh_c2": 0.1, "yeoh_c3": 0.2})
     assert yeoh.replace(yeoh_c2=0.5).law_parameters == {"yeoh_c2": 0.5, "yeoh_c3": 0.2}
     assert yeoh.replace(voltage=1.0).law_parameters == yeoh.law_parameters
     assert yeoh.law_parameters == {"yeoh_c2": 0.1, "yeoh_c3": 0.2}
@@ -700,7 +700,7 @@ def test_an_array_of_stretch_limits_for_a_law_without_one_is_judged_as_a_number_
 
 def test_a_stretch_limit_given_twice_is_refused():
     with pytest.raises(InputError, match="stretch_limit"):
-        ConeModel(stretch_limit=8.0, law_parameters={"stretch_limit": 7.0})
+        ConeModel(stretch_limit=8.0, **{"stretch_limit": 7.0})
 
 
 @pytest.mark.parametrize("quantity", ["force", "stiffness"])

@@ -157,5 +157,5 @@ def find_analysis(name: str) -> Analysis:
 def compute(plan: Plan, analysis: str, cells: npt.NDArray[np.intp]) -> xr.Dataset:
     """An analysis of some cells of the flattened grid, over ``member`` in the order given."""
     model, states = plan.at(plan.values(cells))
-    result = find_analysis(analysis)(plan, model.take(slice(None)), states)
+    result = find_analysis(analysis)(plan, model.members(), states)
     return result.reset_coords(drop=True)

@@ -141,7 +141,7 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
     attrs = {"long_name": meaning_of(name), "units": "1", "quantity": quantity_of(name)}
     labelled = []
     for evidence in branches.values():
-        branch = label_evidence(model.take(slice(None)), evidence, plan.options(), "bifurcation diagram")
+        branch = label_evidence(model.members(), evidence, plan.options(), "bifurcation diagram")
         branch = branch.drop_vars([str(c) for c in branch.coords]).rename({"member": name})
         labelled.append(branch.assign_coords({name: (name, values, attrs)}))
     result = xr.concat(labelled, dim=xr.DataArray(list(branches), dims="branch", name="branch"))

@@ -165,7 +165,7 @@ def _same(evidence: Evidence, one: int, other: int) -> bool:
 def label_cells(plan: Plan, evidence: Evidence, title: str) -> xr.Dataset:
     """Evidence of all cells of a plan as a Dataset over the swept names."""
     flat, _ = plan.at(plan.grid)
-    result = label_evidence(flat.take(slice(None)), evidence, plan.options(), title)
+    result = label_evidence(flat.members(), evidence, plan.options(), title)
     single = dataset.label(plan.model, {}, options=plan.options(), title=title)
     names = [str(n) for n in result.coords]
     result = result.drop_vars(names)

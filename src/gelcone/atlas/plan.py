@@ -18,7 +18,7 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.lyapunov import check_budgets
 from gelcone.motion.regime import ROUNDS, Evidence, classify
 from gelcone.motion.response import start_states
-from gelcone.physics.model import PARAMETERS, ConeModel, parameter_quantity
+from gelcone.physics.model import ConeModel, parameter_quantity
 from gelcone.quantity import Array, Quantity
 
 Progress = Callable[[float], None]
@@ -164,10 +164,10 @@ def join(parts: list[Evidence]) -> Evidence:
 
 def swept_values(model: ConeModel, name: str, values: npt.ArrayLike) -> Array:
     """The checked values of a swept parameter or component of the initial state."""
-    known = [*PARAMETERS, *model.law.parameters, *STATES]
+    known = [*model.system.parameters, *STATES]
     if name not in known:
         raise unknown_name("parameter that can be swept", name, known)
-    quantity = STATES[name] if name in STATES else parameter_quantity(name)
+    quantity = STATES[name] if name in STATES else model.system.parameters[name]
     array = np.atleast_1d(np.asarray(quantity.check(name, values), dtype=float))
     if array.ndim != 1 or array.size < 2:
         raise InputError(f"{name}: a sweep needs at least 2 values in one dimension, not shape {array.shape}")
@@ -184,10 +184,10 @@ def drawn_values(model: ConeModel, draws: Mapping[str, Any], over: Mapping[str, 
     for name, values in draws.items():
         if name in over:
             raise InputError(f"{name}: is swept and drawn; do one or the other")
-        known = [*PARAMETERS, *model.law.parameters, *STATES]
+        known = [*model.system.parameters, *STATES]
         if name not in known:
             raise unknown_name("parameter that can be drawn", name, known)
-        quantity = STATES[name] if name in STATES else parameter_quantity(name)
+        quantity = STATES[name] if name in STATES else model.system.parameters[name]
         checked[name] = np.atleast_1d(np.asarray(quantity.check(name, values), dtype=float))
         if name not in STATES:
             model.replace(**{name: checked[name]})

@@ -55,7 +55,7 @@ def follow(model: ConeModel, states: Array, **flow_options: Any) -> tuple[Array,
 
     The last phase of each repeat is its end.
     """
-    repeat = np.broadcast_to(model.drive_repeat, model.shape)
+    repeat = np.broadcast_to(model.forcing_period, model.shape)
     times = repeat[:, None] * (np.arange(1, RETURNS * PHASES + 1) / PHASES)
     flow = integrate(model, states, times, **flow_options)
     return flow.states.reshape(len(states), RETURNS, PHASES, 2), flow.outcome

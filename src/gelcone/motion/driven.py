@@ -199,4 +199,4 @@ def _onset(plane: Plane, omegas: Array, highest: float) -> tuple[Any, Any]:
 
 def is_flat(model: ConeModel) -> bool:
     """Whether a single model's flat film is an equilibrium."""
-    return float(model.rest_height) * float(model.spring_stiffness) == 0.0
+    return bool(model.members().symmetric[0])

@@ -93,7 +93,7 @@ def frequency_response(
     if frequencies is None:
         frequencies = _around_resonance(model)
     grid = _grid(model, frequencies)
-    flat = model.take(slice(None))
+    flat = model.members()
     members = np.repeat(np.arange(flat.size), len(BRANCHES))
     states = start_states(model, initial)[members]
     both, grids = flat.take(members), grid[members]

@@ -41,7 +41,7 @@ RUNNING_POINTS = 200
 
 def default_transient(model: ConeModel) -> Array:
     """Time after which a motion counts as settled, (members,): 20 decay times (at most 5,000), 30 repeats or 200."""
-    repeat = np.broadcast_to(model.drive_repeat, model.shape).ravel()
+    repeat = np.broadcast_to(model.forcing_period, model.shape).ravel()
     damping = np.broadcast_to(model.damping_ratio, model.shape).ravel()
     decay = np.minimum(20.0 / np.maximum(damping, 1e-12), 5000.0)
     return np.maximum(np.maximum(30.0 * repeat, decay), 200.0)
@@ -206,7 +206,7 @@ def lyapunov(
     """
     check_budgets(window=window, transient=transient, budget=budget)
     states = start_states(model, initial)
-    flat = model.take(slice(None))
+    flat = model.members()
     options: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     report = progress or (lambda share: None)
     finite, finite_running = finite_exponents(flat, states, window, options)
@@ -221,7 +221,7 @@ def lyapunov(
     report(0.1)
     values, running = result.values, result.running
     damping = np.broadcast_to(flat.damping_ratio, flat.shape)
-    repeat = np.broadcast_to(flat.drive_repeat, flat.shape)
+    repeat = np.broadcast_to(flat.forcing_period, flat.shape)
     return dataset.label(
         model,
         {

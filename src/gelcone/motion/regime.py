@@ -185,7 +185,7 @@ def _settle(
     """Lets ``duration`` (of all members) pass, and in later trials as long as all before together."""
     part, span = model.take(members), duration[members] * 2 ** max(trial - 1, 0)
     if trial:  # the look before was part of the time that this round is to last
-        span = np.maximum(span - RETURNS * np.broadcast_to(part.drive_repeat, part.shape), 0.0)
+        span = np.maximum(span - RETURNS * np.broadcast_to(part.forcing_period, part.shape), 0.0)
     repeats = repeats_lasting(part, span)
     evidence.final[members], evidence.outcome[members] = settle(part, evidence.final[members], repeats, **options)
     evidence.settled_time[members] += span
@@ -298,7 +298,7 @@ def _test(
     options: dict[str, Any],
 ) -> None:
     """The 0-1 test, taken where in the repeat the motion varies the most, and whether chaos has an attractor beside."""
-    repeat = np.broadcast_to(model.drive_repeat, model.shape)
+    repeat = np.broadcast_to(model.forcing_period, model.shape)
     phase = evidence.test_phase[members] / PHASES
     shares = np.stack([np.where(phase > 0.0, phase, 0.5), np.ones(len(members))], axis=1)
     ticks = (np.arange(points)[:, None] + shares[:, None, :]).reshape(len(members), -1)
@@ -391,7 +391,7 @@ def regime(
     """
     check_budgets(transient=transient, budget=budget)
     states = start_states(model, initial)
-    flat = model.take(slice(None))
+    flat = model.members()
     evidence = classify(flat, states, transient=transient, budget=budget, tolerance=tolerance, threads=threads)
     if progress is not None:
         progress(1.0)

@@ -19,8 +19,9 @@ from gelcone.dataset import with_initial
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.response import start_states
-from gelcone.physics import drive
-from gelcone.physics.model import ConeModel, acceleration, electric_pull
+from gelcone.physics.dual import derivative
+from gelcone.physics.members import Members
+from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, split_progress, weighted
 from gelcone.quantity import Array, check_count
 
@@ -152,7 +153,7 @@ def extrema(
     found = []
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     for (samples,), members in blocks(samples_per_repeat(model, SAMPLES_PER_OSCILLATION)):
-        part = model.take(members)
+        part = model.members().take(members)
         settling, sampling = split_progress(progress, discard, repeats, share=members.size / model.size)
         states, settled = settle(part, states0[members], discard, progress=settling, **flow)
         shares = np.arange(samples) / samples
@@ -263,7 +264,7 @@ def repeats_lasting(model: ConeModel, duration: Array | float) -> npt.NDArray[np
 
 def repeat_of(model: ConeModel) -> Array:
     """The drive's repeat of every member, (members,)."""
-    return np.broadcast_to(model.drive_repeat, model.shape).ravel()
+    return np.broadcast_to(model.forcing_period, model.shape).ravel()
 
 
 def fastest(model: ConeModel) -> Array:
@@ -272,12 +273,12 @@ def fastest(model: ConeModel) -> Array:
     It takes the stiffness at rest, the film's at large displacements, and what the voltage takes away, all as if they
     added up.
     """
-    members = model.take(slice(None))
+    members = model.members()
     voltage = np.abs(members.voltage) + np.abs(members.voltage_bias)
     with np.errstate(divide="ignore", invalid="ignore"):
         at_rest = np.abs(members.stiffness(0.0))
     # A film that is at its stretch limit while flat has no stiffness at rest.
-    stiffness = np.where(np.isfinite(at_rest), at_rest, 0.0) + members.coefficients().A + voltage**2
+    stiffness = np.where(np.isfinite(at_rest), at_rest, 0.0) + members.number("A") + voltage**2
     return np.sqrt(np.broadcast_to(stiffness, members.shape))
 
 
@@ -312,13 +313,13 @@ def blocks(samples: npt.NDArray[np.int64], *keys: npt.NDArray[np.int64]) -> Iter
 # --- turning points ---------------------------------------------------------------------------------------------------
 
 
-def _turning_points(members: ConeModel, piece: Piece, flow: dict[str, Any]) -> tuple[npt.NDArray[np.intp], Array]:
+def _turning_points(members: Members, piece: Piece, flow: dict[str, Any]) -> tuple[npt.NDArray[np.intp], Array]:
     """Member and (time in repeats since the piece began, displacement, velocity, kind) of each, in the order of time.
 
     A turning point belongs to the samples between which the velocity changes its sign, the later sample included.
     """
     x, u = piece.states[..., 0], piece.states[..., 1]
-    a = _acceleration(members, piece.times, x, u)
+    a = _acceleration(members, piece.times, piece.states)
     # The sign just after the sample: that of the acceleration where the velocity is exactly zero.
     rising = np.where(u == 0.0, a, u) > 0.0
     moving = np.maximum(np.abs(a[:, :-1]), np.abs(a[:, 1:])) > STILL  # false for NaN
@@ -340,26 +341,19 @@ def _turning_points(members: ConeModel, piece: Piece, flow: dict[str, Any]) -> t
     return which, np.column_stack([times / repeat_of(turning), states, kind])
 
 
-def _acceleration(members: ConeModel, times: Array, x: Array, u: Array) -> Array:
-    """x'' at (members, samples)."""
-    c = members.coefficients(trailing=1)
-    amplitude, bias, omega = _drive_of(members)
-    return acceleration(x, u, drive.voltage(times, amplitude, bias, omega), c, members.body)[0]
+def _acceleration(members: Members, times: Array, states: Array) -> Array:
+    """The disc's acceleration at (members, samples)."""
+    return np.asarray(members.flow(times, states)[0][1])
 
 
-def _jerk(members: ConeModel, times: Array, x: Array, u: Array, a: Array) -> Array:
-    """x''' at (members, samples): the slope in x times x', less 2 zeta x'', and the change of v^2 times its pull."""
-    c = members.coefficients(trailing=1)
-    amplitude, bias, omega = _drive_of(members)
-    voltage, rate = drive.voltage(times, amplitude, bias, omega), drive.voltage_rate(times, amplitude, omega)
-    slope = acceleration(x, u, voltage, c, members.body)[1]
-    return slope * u - 2.0 * c.zeta * a + 2.0 * voltage * rate * electric_pull(x, voltage, c, members.body)
-
-
-def _drive_of(members: ConeModel) -> tuple[Array, ...]:
-    """Amplitude, bias and frequency, (members, 1) each."""
-    values = (members.voltage, members.voltage_bias, members.drive_frequency)
-    return tuple(np.broadcast_to(v, members.shape)[:, None] for v in values)
+def _jerk(members: Members, times: Array, states: Array) -> Array:
+    """Rate of the acceleration at (members, samples), by the chain rule along the motion."""
+    rates, jacobian = members.flow(times, states)
+    n, z = members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
+    waveform = members.system.waveform
+    commanded, change = waveform.voltage(times, n), waveform.voltage_rate(times, n)
+    by_voltage = derivative(lambda v, xp: members.system.rates_under(v, z, n, xp)[1], commanded)
+    return sum(slope * rate for slope, rate in zip(jacobian[1], rates, strict=True)) + by_voltage * change
 
 
 def _zero_of_quartic(u0: Array, u1: Array, slope0: Array, slope1: Array, mean: Array) -> Array:
@@ -379,7 +373,7 @@ def _zero_of_quartic(u0: Array, u1: Array, slope0: Array, slope1: Array, mean: A
 
 
 def _polish(
-    turning: ConeModel, starts: Array, begin: Array, end: Array, guess: Array, kind: Array, flow: dict[str, Any]
+    turning: Members, starts: Array, begin: Array, end: Array, guess: Array, kind: Array, flow: dict[str, Any]
 ) -> tuple[Array, Array]:
     """Times (points,) and states (points, 2) where the velocity vanishes, by Newton's method on the flow itself.
 
@@ -392,10 +386,11 @@ def _polish(
     for _ in range(MOST_POLISHINGS):
         part, at = turning.take(left), times[left]
         states[left] = integrate(part, starts[left], at[:, None], start=begin[left], **flow).states[:, 0]
-        x, u = states[left].T[:, :, None]
-        a = _acceleration(part, at[:, None], x, u)
+        here = states[left][:, None, :]
+        x, u = here[..., 0], here[..., 1]
+        a = _acceleration(part, at[:, None], here)
         step = -u / np.where(a == 0.0, 1.0, a)
-        remains = u + a * step + 0.5 * _jerk(part, at[:, None], x, u, a) * step * step
+        remains = u + a * step + 0.5 * _jerk(part, at[:, None], here) * step * step
         final = np.column_stack([x + (u + 0.5 * a * step) * step, remains])
         before = u[:, 0] * kind[left] > 0.0
         low[left], high[left] = np.where(before, at, low[left]), np.where(before, high[left], at)

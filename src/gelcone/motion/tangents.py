@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
+from gelcone.physics.members import Ensemble
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -54,7 +55,7 @@ def clocks(model: ConeModel, stretch: float = STRETCH) -> list[tuple[npt.NDArray
 
     ``stretch`` is the longest, in fastest linear time scales.
     """
-    repeat = np.broadcast_to(model.drive_repeat, model.shape).ravel()
+    repeat = np.broadcast_to(model.forcing_period, model.shape).ravel()
     longest = stretch / fastest_rate(model)
     per_repeat = 2 ** np.ceil(np.log2(np.maximum(repeat / longest, 1.0))).astype(int)
     repeats = np.maximum(np.floor(longest / repeat), 1.0)
@@ -67,12 +68,9 @@ def clocks(model: ConeModel, stretch: float = STRETCH) -> list[tuple[npt.NDArray
     ]
 
 
-def fastest_rate(model: ConeModel) -> Array:
-    """A bound of how fast small deviations move: damping, and spring, film at rest and field added up, (members,)."""
-    c = model.coefficients()
-    field = (np.asarray(model.voltage) + np.abs(model.voltage_bias)) ** 2
-    rate = 2.0 * c.zeta + np.sqrt(1.0 + c.kappa + c.A + field)
-    return np.broadcast_to(rate, model.shape).ravel()
+def fastest_rate(model: Ensemble) -> Array:
+    """A bound of how fast small deviations move, (members,)."""
+    return model.members().rate
 
 
 @dataclass

@@ -10,7 +10,7 @@ import pytest
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
 from gelcone.motion import flow
-from gelcone.motion.balance import PullIn
+from gelcone.physics.balance import PullIn
 from gelcone.physics.film.continuum import ContinuumFilm, film_from_json, read_film
 
 BASE = ConeModel(spring_stiffness=0.9, damping_ratio=0.01, drive_frequency=0.3, voltage=0.5)

@@ -72,7 +72,7 @@ def motions(preset: Preset, model: ConeModel, parameter: str, effort: Effort, pr
     late = section(
         model, preset.initial, repeats=effort.section_points, discard=settled, progress=weighted(progress, 0.3)
     )
-    finite = finite_exponents(model.take(slice(None)), np.tile(preset.initial, (model.size, 1)), effort.window, {})
+    finite = finite_exponents(model.members(), np.tile(preset.initial, (model.size, 1)), effort.window, {})
     parts = [
         kinds.drop_vars(["lowest", "highest", "section"]),
         _finite(model, finite),
