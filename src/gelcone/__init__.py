@@ -48,6 +48,17 @@ if TYPE_CHECKING:
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
     from gelcone.motion.envelope import envelope as envelope
+    from gelcone.physics.bias import Bias as Bias
+    from gelcone.physics.circuit import Circuit as Circuit
+    from gelcone.physics.component import Component as Component
+    from gelcone.physics.film.film import Film as Film
+    from gelcone.physics.circuit import IdealSource as IdealSource
+    from gelcone.physics.bias import LinearSpring as LinearSpring
+    from gelcone.quantity import Quantity as Quantity
+    from gelcone.physics.drive import Sine as Sine
+    from gelcone.physics.component import State as State
+    from gelcone.physics.film.taut import TautCone as TautCone
+    from gelcone.physics.drive import Waveform as Waveform
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages
     from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
     from gelcone.motion.equilibrium import pull_in_voltage as pull_in_voltage
@@ -78,6 +89,17 @@ if TYPE_CHECKING:
     from gelcone.physics.model import ConeModel as ConeModel
 
 _HOME = {
+    "Bias": "physics.bias",
+    "Circuit": "physics.circuit",
+    "Component": "physics.component",
+    "Film": "physics.film.film",
+    "IdealSource": "physics.circuit",
+    "LinearSpring": "physics.bias",
+    "Quantity": "quantity",
+    "Sine": "physics.drive",
+    "State": "physics.component",
+    "TautCone": "physics.film.taut",
+    "Waveform": "physics.drive",
     "basin": "atlas.maps",
     "bifurcation": "atlas.bifurcation",
     "cluster": "atlas.workers",

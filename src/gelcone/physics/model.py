@@ -30,6 +30,9 @@ FILMS: dict[str, Film] = {"taut": TautCone()}
 KINDS = ("law", "prestretch_mode", "film", "bias", "waveform", "circuit")
 """What a model takes besides numbers: the names of its components, and what one pre-stretch means."""
 
+LEFT_OUT = ("stretch_limit", *PRESTRETCHES)
+"""Parameters for which None means that they are not given."""
+
 C = TypeVar("C", bound=Component)
 
 
@@ -157,6 +160,11 @@ class ConeModel(Ensemble):
         return self.law
 
     @property
+    def stretch_limit(self) -> Any:
+        """The law's stretch limit; infinity for one without."""
+        return self.values.get("stretch_limit", np.inf)
+
+    @property
     def prestretch_mode(self) -> str | None:
         """What one pre-stretch means; None for a film without one."""
         return getattr(self.system.film, "prestretch_mode", None)
@@ -216,7 +224,7 @@ def _component(kind: str, given: Any, shipped: Mapping[str, C], base: type[C]) -
 def _known(system: ConeSystem, given: Mapping[str, Any]) -> dict[str, Any]:
     """``given`` without what says nothing; `InputError` for a name that the system does not take."""
     known = system.parameters
-    values = dict(given)
+    values = {name: value for name, value in given.items() if value is not None or name not in LEFT_OUT}
     if "stretch_limit" in values and "stretch_limit" not in known and _infinite(values["stretch_limit"]):
         del values["stretch_limit"]  # a law without a limit has an infinite one
     for name in values:
@@ -227,14 +235,14 @@ def _known(system: ConeSystem, given: Mapping[str, Any]) -> dict[str, Any]:
             takes = ", ".join(law.parameters) or "no parameters"
             raise InputError(f"{name}: the {law.name} law does not take it; it takes {takes}")
         raise unknown_name("model parameter", name, [*known, *KINDS])
-    return {name: value for name, value in values.items() if value is not None or name not in PRESTRETCHES}
+    return values
 
 
 def _infinite(value: Any) -> bool:
     try:
         return bool(np.isinf(np.asarray(value, dtype=float)).all())
     except (TypeError, ValueError):
-        return value is None
+        return False
 
 
 def _goes_with(name: str, changes: Mapping[str, Any]) -> bool:
