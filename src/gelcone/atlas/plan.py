@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.errors import InputError, unknown_name
+from gelcone.motion.evidence import Evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.lyapunov import check_budgets
-from gelcone.motion.regime import ROUNDS, Evidence, classify
-from gelcone.motion.response import start_states
+from gelcone.motion.regime import ROUNDS, classify
+from gelcone.motion.settle import check_budgets, start_states
 from gelcone.physics.model import PARAMETERS, ConeModel, parameter_quantity
 from gelcone.quantity import Array, Quantity
 
