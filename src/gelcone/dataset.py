@@ -45,7 +45,7 @@ def member_dims(model: Ensemble) -> tuple[str, ...]:
 
 
 def label(
-    model: ConeModel,
+    model: Ensemble,
     variables: Mapping[str, Variable],
     *,
     coords: Mapping[str, Variable] | None = None,
@@ -149,11 +149,11 @@ def load(path: str | Path) -> xr.Dataset:
         raise InputError(f"{path}: is not a readable netCDF-4 file ({reason}); give one that gelcone wrote") from None
 
 
-def with_initial(result: xr.Dataset, model: ConeModel, states0: Array) -> xr.Dataset:
-    """``result`` with the initial states (members, 2) beside it."""
+def with_initial(result: xr.Dataset, model: Ensemble, states0: Array) -> xr.Dataset:
+    """``result`` with the initial states (members, N) beside it."""
     result["initial"] = (
         (*member_dims(model), "state"),
-        states0.reshape((*model.shape, 2)),
+        states0.reshape((*model.shape, states0.shape[-1])),
         {"long_name": "initial displacement and velocity", "units": "1"},
     )
     return result

@@ -15,8 +15,9 @@ from gelcone.atlas.plan import Plan, meaning_of, quantity_of
 from gelcone.atlas.record import Tally
 from gelcone.atlas.survey import survey
 from gelcone.codes import Regime
+from gelcone.motion.evidence import Evidence, label_evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.regime import ROUNDS, Evidence, label_evidence
+from gelcone.motion.regime import ROUNDS
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:

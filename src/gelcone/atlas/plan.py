@@ -14,10 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.errors import InputError, unknown_name
+from gelcone.motion.evidence import Evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.lyapunov import check_budgets
-from gelcone.motion.regime import ROUNDS, Evidence, classify
-from gelcone.motion.response import start_states
+from gelcone.motion.regime import ROUNDS, classify
+from gelcone.motion.settle import check_budgets, start_states
+from gelcone.physics.members import Ensemble
 from gelcone.physics.model import ConeModel, parameter_quantity
 from gelcone.quantity import Array, Quantity
 
@@ -118,15 +119,15 @@ class Plan:
         return model, states
 
     def classify(
-        self, model: ConeModel, states: Array, threads: int | None = None, progress: Progress | None = None
+        self, model: Ensemble, states: Array, threads: int | None = None, progress: Progress | None = None
     ) -> Evidence:
         """`classify` with the plan's options, chunk by chunk."""
-        parts = []
+        parts, members = [], model.members()
         for first in range(0, model.size, CHUNK):
             cells = np.arange(first, min(first + CHUNK, model.size))
             parts.append(
                 classify(
-                    model.take(cells),
+                    members.take(cells),
                     states[cells],
                     transient=self.transient,
                     budget=self.budget,

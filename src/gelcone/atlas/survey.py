@@ -25,7 +25,7 @@ from gelcone.atlas.workers import Team, Workers, threads
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion.heyoka import LANES
-from gelcone.motion.response import start_states
+from gelcone.motion.settle import start_states
 from gelcone.progress import Stopped
 
 if TYPE_CHECKING:

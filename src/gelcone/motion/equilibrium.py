@@ -30,7 +30,8 @@ from gelcone.physics.balance import (
     root_on_segment,
     same_squared,
 )
-from gelcone.physics.model import PARAMETERS, ConeModel
+from gelcone.physics.drive import VOLTAGE
+from gelcone.physics.members import Ensemble
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 FORCE_SAMPLES = 401
 
 
-def static(model: ConeModel, voltages: npt.ArrayLike, displacements: npt.ArrayLike | None = None) -> xr.Dataset:
+def static(model: Ensemble, voltages: npt.ArrayLike, displacements: npt.ArrayLike | None = None) -> xr.Dataset:
     """Force over displacement, equilibria, their branches, pitchfork, folds and pull-in under constant voltages.
 
     Parameters
@@ -97,7 +98,7 @@ def static(model: ConeModel, voltages: npt.ArrayLike, displacements: npt.ArrayLi
     return _with_flags(result)
 
 
-def pitchfork_voltage(model: ConeModel) -> Array:
+def pitchfork_voltage(model: Ensemble) -> Array:
     """Constant voltage at which the flat film loses its stability, of the ensemble's shape.
 
     It is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of a continuum film. NaN
@@ -112,7 +113,7 @@ def pitchfork_voltage(model: ConeModel) -> Array:
         return np.where(exists, np.sqrt(np.maximum(squared, 0.0)), np.nan).reshape(model.shape)
 
 
-def fold_voltages(model: ConeModel) -> xr.Dataset:
+def fold_voltages(model: Ensemble) -> xr.Dataset:
     """All constant voltages at which two equilibria meet and vanish, and where: the limit points.
 
     Returns ``fold_voltage`` and ``fold_displacement`` over the ensemble's dims and ``fold``, in the order of the
@@ -122,7 +123,7 @@ def fold_voltages(model: ConeModel) -> xr.Dataset:
     return _label(model, balances, _fold_variables(balances), title="folds of the equilibria")
 
 
-def pull_in_voltage(model: ConeModel, start: npt.ArrayLike | None = None) -> xr.Dataset:
+def pull_in_voltage(model: Ensemble, start: npt.ArrayLike | None = None) -> xr.Dataset:
     """Where the stable equilibrium loses its stability on a slow (quasi-static) voltage ramp from 0.
 
     Parameters
@@ -144,7 +145,7 @@ def pull_in_voltage(model: ConeModel, start: npt.ArrayLike | None = None) -> xr.
 
 
 def stroke_and_blocked_force(
-    model: ConeModel, voltages: npt.ArrayLike, start: npt.ArrayLike | None = None
+    model: Ensemble, voltages: npt.ArrayLike, start: npt.ArrayLike | None = None
 ) -> xr.Dataset:
     """What the actuator delivers at constant voltages reached on a slow ramp from 0: stroke and blocked force.
 
@@ -188,7 +189,7 @@ def stroke_and_blocked_force(
 
 
 def _label(
-    model: ConeModel,
+    model: Ensemble,
     balances: list[StaticBalance],
     variables: dict[str, dataset.Variable],
     *,
@@ -202,7 +203,7 @@ def _label(
 
 
 def _voltages(voltages: npt.ArrayLike) -> Array:
-    levels = np.atleast_1d(np.asarray(PARAMETERS["voltage"].check("voltages", voltages), dtype=float))
+    levels = np.atleast_1d(np.asarray(VOLTAGE["voltage"].check("voltages", voltages), dtype=float))
     if levels.ndim > 1:
         raise InputError(f"voltages has the shape {levels.shape}: must be a number or one-dimensional; ravel it")
     return levels
@@ -218,7 +219,7 @@ def _wanted(displacements: npt.ArrayLike, balances: list[StaticBalance]) -> Arra
     return x
 
 
-def _starts(model: ConeModel, start: npt.ArrayLike | None) -> list[float | None]:
+def _starts(model: Ensemble, start: npt.ArrayLike | None) -> list[float | None]:
     if start is None:
         return [None] * model.size
     try:
@@ -260,7 +261,7 @@ def _fold_variables(balances: list[StaticBalance]) -> dict[str, dataset.Variable
     }
 
 
-def _pitchfork_variable(model: ConeModel) -> dict[str, dataset.Variable]:
+def _pitchfork_variable(model: Ensemble) -> dict[str, dataset.Variable]:
     voltage = pitchfork_voltage(model).reshape(model.size)
     return {"pitchfork_voltage": ((), voltage, "voltage at which the flat film loses stability", "voltage")}
 

@@ -22,10 +22,10 @@ from gelcone import dataset
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import pitchfork_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.response import start_states
+from gelcone.motion.settle import start_states
 from gelcone.motion.tangents import chained
 from gelcone.physics.drive import VOLTAGE
-from gelcone.physics.members import Members
+from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -75,7 +75,7 @@ _MEANINGS = {
 
 
 def floquet_multipliers(
-    model: ConeModel,
+    model: Ensemble,
     *,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
@@ -131,7 +131,7 @@ _MARGIN = ("instability margin of rest, positive where it is unstable", "margin"
 
 
 def onset_voltage(
-    model: ConeModel,
+    model: Ensemble,
     *,
     highest: npt.ArrayLike | None = None,
     steps: int | None = None,
@@ -306,7 +306,7 @@ class _Maps:
         return real, np.where(np.isnan(real), np.nan, imag), log_modulus
 
 
-def _check_rest(model: ConeModel) -> None:
+def _check_rest(model: Ensemble) -> None:
     start_states(model, (0.0, 0.0))
     members = model.members()
     if not members.symmetric.all():
@@ -463,7 +463,7 @@ def _refine(members: Members, low: Array, high: Array, rising: Array, options: _
     return low + (high - low) * share, high - low
 
 
-def _search_ends(model: ConeModel, highest: npt.ArrayLike | None) -> Array:
+def _search_ends(model: Ensemble, highest: npt.ArrayLike | None) -> Array:
     if highest is None:
         pitchfork = pitchfork_voltage(model).ravel()
         return np.where(pitchfork > 0.0, 3.0 * pitchfork, 3.0)

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.physics.film.film import FilmState
+from gelcone.physics.records import system_record
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
@@ -29,6 +30,11 @@ class Ensemble:
         """The ensemble flattened in C order."""
         values = {name: np.broadcast_to(value, self.shape).ravel() for name, value in self.values.items()}
         return Members(self.system, values, self.size)
+
+    def parameters(self) -> dict[str, Any]:
+        """All parameters under their flat names, and the components as plain data, from which
+        ``ConeModel.from_parameters`` makes the model."""
+        return dict(self.values) | system_record(self.system)
 
     @property
     def size(self) -> int:
@@ -116,12 +122,6 @@ class Ensemble:
         """Largest absolute value of the commanded voltage."""
         return self.system.waveform.peak(self.own_numbers)
 
-    @property
-    def stiffness_scale(self) -> Any:
-        """A bound of the stiffness of bias, film and field."""
-        n = self.own_numbers
-        return self.system.bias.stiffness_scale(n) + self.system.film.stiffness_scale(n) + np.square(self.peak_voltage)
-
     def __getattr__(self, name: str) -> Any:
         """A parameter by its name; None for one that the film takes but that is not in use."""
         if name.startswith("_") or name in ("system", "values", "shape"):
@@ -175,8 +175,18 @@ class Members(Ensemble):
 
     @cached_property
     def rate(self) -> Array:
-        """A bound of how fast small deviations move, per unit time: damping, and the stiffness of all parts added up."""
-        rate = 2.0 * self.values["damping_ratio"] + np.sqrt(1.0 + self.stiffness_scale)
+        """A bound of how fast the motion and small deviations from it are, per unit time.
+
+        Damping 2 zeta, plus the root of the stiffnesses of bias and film (at rest, or their scale where that is more)
+        and of the field at the peak voltage, as if all added up.
+        """
+        n = self.own_numbers
+        scale = self.system.bias.stiffness_scale(n) + self.system.film.stiffness_scale(n)
+        with np.errstate(all="ignore"):
+            at_rest = np.abs(self.stiffness(np.zeros(self.shape)))
+        # a film that is at its stretch limit while flat has no stiffness at rest
+        stiffness = np.fmax(scale, np.where(np.isfinite(at_rest), at_rest, 0.0))
+        rate = 2.0 * self.values["damping_ratio"] + np.sqrt(1.0 + stiffness + np.square(self.peak_voltage))
         return np.broadcast_to(rate, self.shape)
 
     @cached_property

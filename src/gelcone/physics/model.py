@@ -16,17 +16,17 @@ import numpy as np
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.bias import BIASES, Bias
 from gelcone.physics.circuit import CIRCUITS, Circuit
-from gelcone.physics.component import Component, Numbers, from_record, to_record
+from gelcone.physics.component import Component, Numbers, from_record
 from gelcone.physics.drive import WAVEFORMS, Waveform
 from gelcone.physics.film.continuum import ContinuumFilm, film_from_json
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, TautCone, check_prestretch_mode
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.members import Ensemble
+from gelcone.physics.records import FILMS
 from gelcone.physics.system import DAMPING, ConeSystem
 from gelcone.quantity import Quantity
 
-FILMS: dict[str, Film] = {"taut": TautCone()}
 KINDS = ("law", "prestretch_mode", "film", "bias", "waveform", "circuit")
 """What a model takes besides numbers: the names of its components, and what one pre-stretch means."""
 
@@ -88,6 +88,11 @@ class ConeModel(Ensemble):
         values = system.complete(_known(system, parameters))
         self.__dict__.update(system=system, values=values, shape=_shape(values))
 
+    @classmethod
+    def of_system(cls, system: ConeSystem, values: Mapping[str, Any]) -> ConeModel:
+        """A model of a system's components with the values of all parameters."""
+        return cls(film=system.film, bias=system.bias, waveform=system.waveform, circuit=system.circuit, **values)
+
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"{name}: a model does not change; model.replace({name}=...) gives one that differs")
 
@@ -104,24 +109,6 @@ class ConeModel(Ensemble):
         Raises `InputError` with the nearest name for one that is not known.
         """
         return cls(**parameters)
-
-    def parameters(self) -> dict[str, Any]:
-        """All parameters under their flat names, and the components as plain data, so that
-        ``ConeModel.from_parameters`` gives the model back."""
-        return dict(self.values) | self.components()
-
-    def components(self) -> dict[str, Any]:
-        """The components as plain data."""
-        film = self.system.film
-        told: dict[str, Any] = {}
-        if isinstance(film, GelFilm):
-            told = {"prestretch_mode": film.prestretch_mode, "law": to_record(film.law, LAWS)}
-        return told | {
-            "film": film_record(film),
-            "bias": to_record(self.system.bias, BIASES),
-            "waveform": to_record(self.system.waveform, WAVEFORMS),
-            "circuit": to_record(self.system.circuit, CIRCUITS),
-        }
 
     def replace(self, **changes: Any) -> ConeModel:
         """A copy with some parameters or components changed, by their names.
@@ -181,13 +168,6 @@ class ConeModel(Ensemble):
         """The members at ``index`` of the flattened ensemble, as a one-dimensional ensemble."""
         flat = {name: np.broadcast_to(value, self.shape).ravel()[index] for name, value in self.values.items()}
         return self.replace(**flat)
-
-
-def film_record(film: Film) -> Any:
-    """A film as plain data; a continuum film as its JSON text. Law and pre-stretch mode stand beside it."""
-    if isinstance(film, ContinuumFilm):
-        return film.to_json()
-    return film.name if type(film) is TautCone else to_record(film, FILMS)
 
 
 def _film(film: Any, law: Any, mode: str | None) -> Film:

@@ -156,9 +156,9 @@ def _interval(found: xr.Dataset) -> tuple[float, float]:
 def _chaos(name: str, model: ConeModel, film: ContinuumFilm, start: Array, count: int) -> Threshold:
     """The first voltage with chaos from the paper's start: between which of evenly spaced ones it lies."""
     voltages = np.linspace(*CHAOS, count)
-    cone = _first(voltages, classify(model.replace(voltage=voltages), start).regime == Regime.CHAOTIC)
+    cone = _first(voltages, classify(model.replace(voltage=voltages).members(), start).regime == Regime.CHAOTIC)
     lower = np.linspace(0.1, CHAOS[0], count)
-    seen = classify(model.replace(voltage=lower, film=film), start)
+    seen = classify(model.replace(voltage=lower, film=film).members(), start)
     corrected = _first(lower, seen.regime == Regime.CHAOTIC)
     lost = _first(lower, seen.outcome == Outcome.PULLED_IN)
     return Threshold(name, cone, corrected, lost[1])
