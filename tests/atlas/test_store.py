@@ -81,9 +81,10 @@ def test_a_file_system_that_cannot_lock_is_a_warning_and_no_stop(tmp_path, monke
         raise OSError(95, "Operation not supported")
 
     monkeypatch.setattr("filelock.FileLock.acquire", refuse)
-    with pytest.warns(UserWarning, match=r"cannot be locked \(.*not supported\); start no second run"), opened(
-        tmp_path / "s", resume=False
-    ) as store:
+    with (
+        pytest.warns(UserWarning, match=r"cannot be locked \(.*not supported\); start no second run"),
+        opened(tmp_path / "s", resume=False) as store,
+    ):
         assert store.read() == {}
 
 

@@ -24,7 +24,10 @@ class Enough(Exception):
 
 def results(film: Path) -> dict:
     """A small result of each kind, by the name of its file."""
-    model, fast = gelcone.ConeModel(voltage=1.04, **BASE), gelcone.ConeModel(voltage=0.9, **BASE | {"drive_frequency": 1.0})
+    model, fast = (
+        gelcone.ConeModel(voltage=1.04, **BASE),
+        gelcone.ConeModel(voltage=0.9, **BASE | {"drive_frequency": 1.0}),
+    )
     yeoh = gelcone.ConeModel(law="yeoh", law_parameters={"yeoh_c2": 0.02, "yeoh_c3": 0.001}, **BASE)
     pump = gelcone.find_device("biased-pump")
     times = np.linspace(0.0, 4.0, 5)

@@ -22,6 +22,20 @@ FEW = 6
 _BOOKKEEPING = ("status", "source", "outcome")
 
 
+def survey_figure(result: xr.Dataset) -> Figure:
+    """The cells of a sweep or map: a map of regimes, the probability of chaos among draws, or else any variables."""
+    from gelcone.plots.map import map_figure
+    from gelcone.plots.values import values_figure
+
+    if "regime" in result and "draw" in result.dims and 2 <= result["regime"].ndim <= 3:
+        from gelcone.atlas.uncertain import probability
+
+        return probability_figure(probability(result))
+    if "regime" in result and result["regime"].ndim == 2:
+        return map_figure(result)
+    return sweep_figure(result) if "status" in result else values_figure(result)
+
+
 def probability_figure(result: xr.Dataset) -> Figure:
     """A probability over one parameter with its interval, or over two beside the width of its interval."""
     if result["probability"].ndim == 1:
