@@ -16,9 +16,6 @@ import gelcone
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from gelcone.devices.device import Device
-    from gelcone.physics.model import ConeModel
-
 
 @xr.register_dataset_accessor("gelcone")  # type: ignore[no-untyped-call]
 class Accessor:
@@ -28,7 +25,7 @@ class Accessor:
         self._result = result
 
     @property
-    def model(self) -> ConeModel:
+    def model(self) -> gelcone.ConeModel:
         """The model that the result was computed from; see `gelcone.model_of`."""
         return gelcone.model_of(self._result)
 
@@ -40,6 +37,6 @@ class Accessor:
         """Writes the result as netCDF-4; see `gelcone.save`."""
         gelcone.save(self._result, path, force=force)
 
-    def to_si(self, device: Device) -> xr.Dataset:
+    def to_si(self, device: gelcone.Device) -> xr.Dataset:
         """The result in the units of a device; see `gelcone.to_si`."""
         return gelcone.to_si(self._result, device)
