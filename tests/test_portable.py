@@ -15,10 +15,10 @@ WITHOUT = textwrap.dedent(
 
     for name in ("fcntl", "resource", "pwd", "grp", "termios", "heyoka"):
         sys.modules[name] = None
-    for holder, names in ((os, ("sysconf", "sched_getaffinity", "O_DIRECTORY", "fork")), (signal, ("SIGKILL", "SIGALRM"))):
-        for name in names:
-            if hasattr(holder, name):
-                delattr(holder, name)
+    missing = [(os, "sysconf"), (os, "sched_getaffinity"), (os, "O_DIRECTORY"), (os, "fork"), (signal, "SIGKILL")]
+    for holder, name in missing:
+        if hasattr(holder, name):
+            delattr(holder, name)
     """
 )
 IMPORTS = """
