@@ -28,13 +28,13 @@ FIGURES = MappingProxyType(
         "instability tongues of rest": "floquet.tongues_figure",
         "Lyapunov exponents": "lyapunov.lyapunov_figure",
         "operating envelope": "envelope.envelope_figure",
-        "parameter map": "sweep.survey_figure",
+        "parameter map": "sweep.any_figure",
         "Poincare section": "section.section_figure",
         "probability": "sweep.probability_figure",
         "regime of motion": "regime.regime_figure",
         "spectrum": "spectrum.spectrum_figure",
         "statics": "equilibrium.static_figure",
-        "sweep": "sweep.survey_figure",
+        "sweep": "sweep.any_figure",
         "time response": "response.response_figure",
     }
 )
