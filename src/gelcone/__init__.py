@@ -87,6 +87,7 @@ if TYPE_CHECKING:
     from gelcone.physics.laws import Yeoh as Yeoh
     from gelcone.physics.model import ConeModel as ConeModel
     from gelcone.quantity import Quantity as Quantity
+    from gelcone.plots import plot as plot
 
 _HOME = {
     "Bias": "physics.bias",
@@ -133,6 +134,7 @@ _HOME = {
     "parameter_map": "atlas.maps",
     "pitchfork_voltage": "motion.equilibrium",
     "probability": "atlas.uncertain",
+    "plot": "plots",
     "pull_in_voltage": "motion.equilibrium",
     "Plan": "atlas.plan",
     "PullIn": "physics.balance",
@@ -158,11 +160,13 @@ _HOME = {
     "Yeoh": "physics.laws",
 }
 
-__all__ = ["__version__", *_HOME]
+__all__ = ["__version__", "plots", *_HOME]
 
 
 def __getattr__(name: str) -> Any:
     """Loads a public name when it is first used, so that ``import gelcone`` stays light."""
+    if name == "plots":
+        return import_module("gelcone.plots")
     if name not in _HOME:
         raise AttributeError(f"module 'gelcone' has no attribute {name!r}")
     return getattr(import_module(f"gelcone.{_HOME[name]}"), name)
