@@ -71,7 +71,7 @@ def swept(dims, shape, coords, **more):
     values = {"stroke": (dims, rng.random(shape)), "peak": (dims, rng.random(shape))} | more
     status = np.ones(shape, dtype=int)
     status.flat[0] = 0
-    book = {name: (dims, status) for name in ("status", "source", "outcome")}
+    book = dict.fromkeys(("status", "source", "outcome"), (dims, status))
     return result(values | book, coords, {"stroke": "mm"})
 
 
