@@ -122,7 +122,7 @@ def spring_amplitude(studies: Studies) -> Finding:
 def spring_no_jump(studies: Studies) -> Finding:
     study = studies["frequency"]
     up, down = (study["amplitude"].sel(sweep=s).values for s in ("up", "down"))
-    size = np.fmax(np.fmax(up, down).max(axis=1), 1e-9)
+    size = np.fmax(np.nanmax(np.fmax(up, down), axis=1), 1e-9)
     gap = np.nanmax(np.abs(up - down), axis=1) / size
     smooth = gap < SAME
     return Finding(
