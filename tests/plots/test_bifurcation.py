@@ -68,8 +68,7 @@ def test_section_points_are_displacements_over_the_parameter_branch_by_branch():
 
 def test_up_and_down_sweeps_differ_in_colour_and_marker_and_lie_over_fixed_states():
     styles = branch_styles(diagram())
-    assert list(styles)[0] == "from 1,0"
-    assert list(styles)[-1] == "up"
+    assert list(styles) == ["from 1,0", "down", "up"]
     assert len({style[0] for style in styles.values()}) == 3
     assert len({style[1] for style in styles.values()}) == 3
     assert styles["from 1,0"][:2] == (PURPLE, "o")

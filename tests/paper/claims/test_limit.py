@@ -118,7 +118,8 @@ def test_numbers_of_the_largest_limits():
     assert "on 2 of 3" in finding.unseen
     small = large()
     small["highest"][1], small["lowest"][1] = [0.006, 0.005, 0.005], 0.0
-    assert found("limit-large-same", large_limits=small).numbers[0].value == pytest.approx(0.1)  # of at least a hundredth
+    finding = found("limit-large-same", large_limits=small)
+    assert finding.numbers[0].value == pytest.approx(0.1)  # of at least a hundredth
 
 
 # --- tiny limits ------------------------------------------------------------------------------------------------------
