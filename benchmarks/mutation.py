@@ -100,7 +100,7 @@ LOOKS = frozenset(
 """Keywords of matplotlib that say how something looks."""
 LOOKING = frozenset({"tick_params", "suptitle", "align_ylabels", "Stroke", "margins", "set_in_layout", "view_init"})
 """Functions whose arguments say how something looks."""
-PATIENCE = ("MOST_", "SMALLEST", "TOLERANCE", "PATIENCE", "_STEPS", "ITERATIONS", "_EVERY", "WORTH", "WORK", "work")
+PATIENCE = ("MOST_", "SMALLEST", "TOLERANCE", "PATIENCE", "_STEPS", "ITERATIONS", "_EVERY", "WORTH", "WORK", "work", "heights")
 """Parts of the names of constants and keywords that say how long a search goes on, and how costly something is."""
 
 SWAPPED: dict[type, type] = {
@@ -385,8 +385,9 @@ def measured(faults: list[Fault], root: Path) -> dict[Fault, bool]:
     seen: dict[Fault, bool] = {}
     with tempfile.TemporaryDirectory(prefix="gelcone-mutation-") as where:
         tree = Copy(root, Path(where))
-        for fault in faults:
+        for number, fault in enumerate(faults, start=1):
             seen[fault] = tree.sees(fault)
+            print(f"{number} of {len(faults)}, {sum(seen.values())} seen", end="\r", file=sys.stderr, flush=True)
             if not seen[fault]:
                 print(f"not seen: {described(fault, root)}", flush=True)
     return seen

@@ -122,7 +122,7 @@ def test_a_write_that_fails_says_what_is_safe_and_what_to_do(opened, monkeypatch
 def test_a_folder_that_cannot_be_made_says_so(tmp_path):
     (tmp_path / "file").write_text("")
     with (
-        pytest.raises(InputError, match="cannot be written .*make it writable"),
+        pytest.raises(InputError, match=r"cannot be written .*make it writable"),
         open_store(tmp_path / "file" / "store", STORED, DIMS, SHAPE, resume=False),
     ):
         pass
@@ -150,7 +150,7 @@ def test_a_store_is_for_one_run_at_a_time_and_for_one_plan(tmp_path):
         ):
             pass
         with (
-            pytest.raises(InputError, match="is not empty; .* --resume"),
+            pytest.raises(InputError, match=r"is not empty; .* --resume"),
             open_store(path, STORED, DIMS, SHAPE, resume=False),
         ):
             pass
