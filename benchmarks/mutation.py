@@ -100,7 +100,19 @@ LOOKS = frozenset(
 """Keywords of matplotlib that say how something looks."""
 LOOKING = frozenset({"tick_params", "suptitle", "align_ylabels", "Stroke", "margins", "set_in_layout", "view_init"})
 """Functions whose arguments say how something looks."""
-PATIENCE = ("MOST_", "SMALLEST", "TOLERANCE", "PATIENCE", "_STEPS", "ITERATIONS", "_EVERY", "WORTH", "WORK", "work", "heights")
+PATIENCE = (
+    "MOST_",
+    "SMALLEST",
+    "TOLERANCE",
+    "PATIENCE",
+    "_STEPS",
+    "ITERATIONS",
+    "_EVERY",
+    "WORTH",
+    "WORK",
+    "work",
+    "heights",
+)
 """Parts of the names of constants and keywords that say how long a search goes on, and how costly something is."""
 
 SWAPPED: dict[type, type] = {
@@ -337,13 +349,13 @@ class Copy:
     def sees(self, fault: Fault) -> bool:
         """Whether the tests of the fault's folder fail with it."""
         path = self.where / fault.file
-        text = path.read_bytes()
-        runs = self._runs(fault)
-        for run in runs:
-            self._unharmed(run)
+        text, runs = path.read_bytes(), self._runs(fault)
+        if not runs:
+            return False
+        patience = self._patience(fault, runs)
         try:
             path.write_bytes(fault.applied(text))
-            return any(not self._passes(run, max(LEAST_PATIENCE, SLOWER * self.needed[run])) for run in runs)
+            return any(not self._passes(run, patience) for run in runs)
         finally:
             path.write_bytes(text)
             # The same size within the same second would pass for the same source.
@@ -361,14 +373,15 @@ class Copy:
             rest = []
         return [run for run in (tuple(map(str, own)), tuple(rest)) if run]
 
-    def _unharmed(self, run: tuple[str, ...]) -> None:
-        """Runs tests once without a fault, for their time; ends where these fail."""
-        if run in self.needed:
-            return
-        before = time.perf_counter()
-        if not self._passes(run, None):
-            raise SystemExit(f"{' '.join(run)}: fails without any fault")
-        self.needed[run] = time.perf_counter() - before
+    def _patience(self, fault: Fault, runs: list[tuple[str, ...]]) -> float:
+        """Seconds for a run of tests, from the time that they need without a fault; ends if they fail then."""
+        tests = runs[0] if fault.folder == TOP else (str(Path("tests") / fault.folder),)
+        if tests not in self.needed:
+            before = time.perf_counter()
+            if not self._passes(tests, None):
+                raise SystemExit(f"{' '.join(tests)}: fails without any fault")
+            self.needed[tests] = time.perf_counter() - before
+        return max(LEAST_PATIENCE, SLOWER * self.needed[tests])
 
     def _passes(self, run: tuple[str, ...], patience: float | None) -> bool:
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *run]

@@ -67,18 +67,18 @@ def test_the_evidence_is_written_line_by_line():
     assert rest == [
         "rest",
         "largest exponent -0.1000 ± 0.0010 per unit time",
-        "2e-05 of its size from where it settles",
+        "2e-05 of its size from the motion it settles to",
     ]
     assert periodic == [
         "periodic, period 2, symmetric",
         "largest exponent -0.050 ± 0.010 per unit time",
-        "points return to 3e-09 of the size",
+        "points return to within 3e-09 of its size",
     ]
     assert chaotic == [
         "chaotic",
         "largest exponent +0.100 ± 0.020 per unit time",
         "0-1 test 0.99",
-        "! the evidence does not agree",
+        "! the evidence disagrees",
     ]
     assert failed == ["failed: stretch limit"]
 

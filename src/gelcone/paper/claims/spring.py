@@ -71,7 +71,7 @@ def spring_frequency(studies: Studies) -> Finding:
         why="The intervals of neighbouring peaks do not overlap and rise with the stiffness.",
         unseen="The force goes with the square of the voltage: the peak lies near half the natural frequency, "
         "except where "
-        "a soft spring lets a large, strongly nonlinear motion take over.",
+        "a soft spring allows a large, strongly nonlinear motion.",
     )
 
 
