@@ -86,8 +86,8 @@ if TYPE_CHECKING:
     from gelcone.physics.laws import StrainEnergyLaw as StrainEnergyLaw
     from gelcone.physics.laws import Yeoh as Yeoh
     from gelcone.physics.model import ConeModel as ConeModel
-    from gelcone.quantity import Quantity as Quantity
     from gelcone.plots import plot as plot
+    from gelcone.quantity import Quantity as Quantity
 
 _HOME = {
     "Bias": "physics.bias",

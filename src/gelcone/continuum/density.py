@@ -1,18 +1,19 @@
-"""Energy density of the film over its squared stretches from the mounted state, and what is left of it in wrinkles.
+"""Energy density of the film over its squared stretches from the mounted state, and its relaxed form with wrinkles.
 
 Per mu and mounted volume, with m along the meridian, n along the hoop and the coefficients A, B, G of the cone model,
 
     phi(m, n) = W(I1 - 3) - v^2 m n/2,    I1 - 3 = A m + B n + G/(m n) - 3.
 
 True stresses over mu are 2 m phi_m and 2 n phi_n. A film without bending stiffness bears no compression: it wrinkles.
-The relaxed energy (tension field) gives a compressed direction the width that it would take by itself,
+The relaxed energy (tension field) gives a compressed direction the width that it would take freely,
 
     phi_r(m, n) = min of phi over m* >= m and n* >= n,
 
-so that its stresses are never negative. So that slack rings have a place, a weak net of elastic threads is added, its
-energy net (m + n)/2. Pipkin, IMA J. Appl. Math. 36 (1986) 85; with a voltage, De Tommasi, Puglisi
-and Zurlo, J. Phys. D: Appl. Phys. 44 (2011) 345303. Under a voltage a free direction may have no such width: it thins
-without end, or to the stretch limit. The derivatives are NaN there.
+so that its stresses are never negative.
+A weak net of elastic threads with the energy net (m + n)/2 is added, which determines the position of slack rings.
+Pipkin, IMA J. Appl. Math. 36 (1986) 85; with a voltage, De Tommasi, Puglisi and Zurlo, J. Phys. D: Appl. Phys. 44
+(2011) 345303. Under a voltage a free direction may have no such width: it thins without end, or to the stretch limit.
+The derivatives are NaN there.
 """
 
 from __future__ import annotations
@@ -111,7 +112,7 @@ def natural(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float) ->
 
 
 def _free(law: StrainEnergyLaw, c: Numbers, held: Any, squared: float, *, hoop: bool) -> Any:
-    """The squared stretch of a direction without stress, beside the other that is held; NaN if there is none.
+    """The squared stretch of a direction without stress, while the other one is held; NaN if there is none.
 
     Newton's method from the width without voltage, below the one sought: phi_n is concave there, so that it rises to
     the first root.

@@ -35,11 +35,11 @@ ELEMENTS = 32
 FARTHEST = 6.0
 """Largest displacement that is fitted, in b - a, where the stretch limit leaves room for more."""
 LIMIT_SHARE = 0.97
-"""Of the stretch limit, beside the disc, up to which displacements are fitted."""
+"""Of the stretch limit, next to the disc, up to which displacements are fitted."""
 STEPS = 12
 """Of the voltage squared, from none to the highest that a free film withstands."""
 STEEP = 1.3
-"""A voltage that weakens the film so many times faster than the first is on the way to a fold or bulge."""
+"""Where the voltage weakens the film this many times faster than at first, it is approaching a fold or bulge."""
 FREE_SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)
 """Of that voltage squared, at which the compressed film near the flat one is followed."""
 CEILING_MARGIN = 0.97
@@ -76,13 +76,13 @@ def fit_film(
 
     The membrane is raised step by step, and at each height charged until it pulls in; near the flat film its compressed
     states are followed too, so that a disc can pass through x = 0. Displacements are fitted up to 97 % of the stretch
-    limit beside the disc or 6 b - a, voltages up to pull-in or the electromechanical instability of a free film.
+    limit next to the disc or 6 (b - a), voltages up to pull-in or the electromechanical instability of a free film.
 
     Parameters
     ----------
     model : one actuator; its law and pre-stretches alone play a part.
     radius_ratio : a/b, between 0 and 1. Default 0.2.
-    progress : is told the share of the work done since its last call.
+    progress : called with the share of the work done since its last call.
 
     Returns
     -------
@@ -109,9 +109,9 @@ def find_film(
     *,
     starting: Callable[[], None] = lambda: None,
 ) -> ContinuumFilm | None:
-    """The film that a user names: ``taut`` (None), ``continuum`` (fitted on first use, then kept) or a file.
+    """The film for a name: ``taut`` (None), ``continuum`` (fitted on first use, then cached) or a file.
 
-    Films are kept in the folder ``gelcone/films`` of the user's cache, under a name that says what they were fitted
+    Films are cached in the folder ``gelcone/films`` of the user's cache, under a name that says what they were fitted
     for. ``starting`` is called before a fit, which takes seconds. Raises `InputError` for a file that cannot be read,
     or a sweep over what a film is fitted for.
     """
@@ -128,9 +128,9 @@ def find_film(
     lm, lh = model.stretches
     parameters = own | {"meridional_prestretch": lm, "hoop_prestretch": lh}
     alone = ConeModel(law=law, spring_stiffness=0.0, **parameters)
-    fitted_for = {"law": to_record(law, LAWS), "radius_ratio": float(radius_ratio), "program": _program()}
-    told = fitted_for | {name: float(value) for name, value in parameters.items()}
-    path = _cache_folder() / f"{hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:24]}.json"
+    own_key = {"law": to_record(law, LAWS), "radius_ratio": float(radius_ratio), "program": _program()}
+    key = own_key | {name: float(value) for name, value in parameters.items()}
+    path = _cache_folder() / f"{hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:24]}.json"
     with contextlib.suppress(InputError):
         return read_film(path)
     import_skfem()
@@ -152,7 +152,7 @@ def _write_text(path: Path, text: str) -> None:
 
 @cache
 def _program() -> str:
-    """Digest of what a fit depends on, or a kept film would outlive a change of it."""
+    """Digest of the sources that a fit depends on: a cached film is not used after one of them has changed."""
     here = Path(__file__).parent
     sources = sorted(
         [
@@ -193,7 +193,9 @@ def _heights(film: Film) -> Array:
     return np.unique(np.concatenate([[0.05 * low], np.linspace(0.1, 1.0, 10) * low, np.linspace(low, top, 18)]))
 
 
-def _states(film: Film, free: float, told: Callable[[float], None]) -> tuple[list[_State], list[tuple[float, float]]]:
+def _states(
+    film: Film, free: float, progress: Callable[[float], None]
+) -> tuple[list[_State], list[tuple[float, float]]]:
     """The states to be fitted, and the ends (s, V) of the voltage."""
     heights = _heights(film)
     states: list[_State] = []
@@ -205,7 +207,7 @@ def _states(film: Film, free: float, told: Callable[[float], None]) -> tuple[lis
         column, end = _charged(film, height, point, free)
         states += column
         ends.append((height * height, end))
-        told(0.8 / len(raised))
+        progress(0.8 / len(raised))
     if not states:
         raise InputError("the film is in tension at no displacement; raise the pre-stretch or the stretch limit")
     for share in FREE_SHARES:
@@ -213,7 +215,7 @@ def _states(film: Film, free: float, told: Callable[[float], None]) -> tuple[lis
         if share == 0.0 and not compressed:
             compressed = _wrinkled(film, heights[heights < min(raised)])
         states += compressed
-        told(0.2 / len(FREE_SHARES))
+        progress(0.2 / len(FREE_SHARES))
     return states, ends
 
 
@@ -309,7 +311,7 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
         found = _least_squares(columns, stiffness + squared - base, weights)
         return found, columns @ found + base - stiffness - squared
 
-    # without a stretch limit, the pole stands for a law that stiffens
+    # without a stretch limit, the pole represents a law that stiffens
     highest = min(1.2 * highest_span(film) ** 2, FARTHEST_WALL * farthest)
     walls = np.geomspace(1.01 * farthest, max(highest, 1.1 * farthest), WALLS)
     wall = float(min(walls, key=lambda w: float(np.sum((fit(w)[1] * weights) ** 2))))

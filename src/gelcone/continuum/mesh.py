@@ -36,10 +36,10 @@ BAND = 5
 QUADRATURE_ORDER = 6
 """Degree of polynomials that are integrated exactly; less than 5 would cost the elements their order."""
 SLACK_STIFFNESS = 1e-6
-"""Stiffness over mu of the net that gives slack rings a place; forces of its size are none."""
+"""Stiffness over mu of the net that determines the position of slack rings; forces of its size count as zero."""
 VOLTAGE_STEP = 1e-7
 NARROWEST = 1e-9
-"""Smallest 1 - a/b and a/b: beyond, the radii cannot be told apart in double precision."""
+"""Smallest 1 - a/b and a/b: beyond, the radii cannot be distinguished in double precision."""
 
 
 class Forces(NamedTuple):

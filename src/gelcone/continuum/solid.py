@@ -72,7 +72,7 @@ def solid(
     thickness: npt.ArrayLike = THICKNESS.default,
     elements: tuple[int, int] = DEFAULT_ELEMENTS,
 ) -> xr.Dataset:
-    """Force over displacement of the film as a solid, beside the membrane's, without voltage.
+    """Force over displacement of the film as a solid, and of the membrane for comparison, without voltage.
 
     Parameters
     ----------
@@ -98,14 +98,14 @@ def solid(
     t = np.atleast_1d(THICKNESS.check("thickness", thickness))
     if model.shape:
         raise InputError(f"a model of the shape {model.shape}: one actuator is solved at a time; take its members")
-    beside = membrane(model, radius_ratio, displacements=x).isel(constant_voltage=0)
+    shape = membrane(model, radius_ratio, displacements=x).isel(constant_voltage=0)
     force = np.full((t.size, x.size), np.nan)
     for i, thick in enumerate(t):
         body = mesh_solid(model, radius_ratio, float(thick), elements)
         for j, place in enumerate(x):
-            force[i, j] = np.sign(place) * held_at(body, beside.isel(displacement=j), abs(float(place)))
+            force[i, j] = np.sign(place) * held_at(body, shape.isel(displacement=j), abs(float(place)))
     at = ("thickness", "displacement")
-    expected = np.broadcast_to(beside["force"].values, force.shape)
+    expected = np.broadcast_to(shape["force"].values, force.shape)
     ending = np.where(np.isfinite(force), Ending.CONVERGED, Ending.NOT_CONVERGED).astype(np.int8)
     result = dataset.label(
         model,
@@ -163,14 +163,14 @@ def mesh_solid(model: ConeModel, radius_ratio: float, thickness: float, elements
     )
 
 
-def held_at(body: Solid, beside: xr.Dataset, height: float) -> float:
+def held_at(body: Solid, shape: xr.Dataset, height: float) -> float:
     """The force that holds the disc at a height, by Newton's method from the membrane; NaN if it does not converge."""
     from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import splu
 
-    if int(beside["ending"]) != Ending.CONVERGED:
+    if int(shape["ending"]) != Ending.CONVERGED:
         return float("nan")
-    position, free = membrane_guess(body, beside, height), body.free
+    position, free = membrane_guess(body, shape, height), body.free
     for _ in range(MOST_ITERATIONS):
         found = assembled(body, position)
         if found is None:
@@ -190,11 +190,11 @@ def held_at(body: Solid, beside: xr.Dataset, height: float) -> float:
     return float("nan")
 
 
-def membrane_guess(body: Solid, beside: xr.Dataset, height: float) -> Array:
+def membrane_guess(body: Solid, shape: xr.Dataset, height: float) -> Array:
     """The membrane's shape, thickened along its normal, and the pressure that leaves its faces free."""
     c = body.model.numbers()
-    mounted = beside["mounted_radius"].values
-    middle = np.stack([beside["radius"].values - mounted, np.abs(beside["height"].values)])
+    mounted = shape["mounted_radius"].values
+    middle = np.stack([shape["radius"].values - mounted, np.abs(shape["height"].values)])
     meridian = np.gradient(np.stack([mounted, 0.0 * mounted]) + middle, mounted, axis=1)
     m, n = np.sum(meridian**2, axis=0), (1.0 + middle[0] / mounted) ** 2
     thin = 1.0 / np.sqrt(m * n)

@@ -1,4 +1,4 @@
-"""What the data of a study depend on besides the study's name: how finely they are computed, and by which program."""
+"""What the data of a study depend on apart from the study's name: the effort, and the program that computed them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of the largest Lyapunov exponent: how its estimate settles, and what it settles to."""
+"""Figures of the largest Lyapunov exponent: how its estimate settles, and what it settles to."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SETTLED = 0.05
-"""The limits hold the running estimates from this share of their window on; what is shorter may run out of them."""
+"""The limits contain the running estimates from this share of the longest window on; earlier ones may leave them."""
 SIGNS = {-1: "certainly negative", 0: "sign uncertain within the budget", 1: "certainly positive"}
 
 
@@ -72,7 +72,7 @@ def verdict(member: xr.Dataset) -> str:
 
 
 def set_limits(result: xr.Dataset, axes: Axes) -> None:
-    """Limits of the exponent that hold zero and every estimate but those over the shortest windows."""
+    """Limits of the exponent that contain zero and every estimate except those over the shortest windows."""
     seen = [np.zeros(1)]
     for time, exponent in (("finite_time", "finite_exponent"), ("running_time", "running_exponent")):
         longest = result[time].max("window")

@@ -47,9 +47,9 @@ TWIN = CONE.replace(film=film_like_the_cone())
 @pytest.fixture(scope="module")
 def fitted():
     pytest.importorskip("skfem")
-    from gelcone.continuum.fit import fit_film
+    from tests.continuum.films import fitted_with_states
 
-    return fit_film(ConeModel(), 0.2)
+    return fitted_with_states()[0]
 
 
 # --- a film that is the cone: every analysis goes through it ----------------------------------------------------------
@@ -114,8 +114,8 @@ def test_the_fit_follows_the_membrane_between_its_points(fitted):
 @pytest.mark.parametrize(
     ("law", "prestretch"),
     [
-        ({"law": "neo-hookean"}, {}),
-        ({}, {"prestretch": 1.3, "prestretch_mode": "equibiaxial"}),
+        pytest.param({"law": "neo-hookean"}, {}, marks=pytest.mark.slow),
+        pytest.param({}, {"prestretch": 1.3, "prestretch_mode": "equibiaxial"}, marks=pytest.mark.slow),
         ({"stretch_limit": 5.0}, {}),
     ],
 )
@@ -145,13 +145,6 @@ def test_derivatives_are_those_of_the_force(fitted):
         / (squared + h - np.maximum(squared - h, 0.0))
     )
     np.testing.assert_allclose(fitted.area(x, squared, {}) - 1.0, area, rtol=2e-3, atol=1e-4)
-
-
-def test_a_free_film_runs_away_at_the_instability_of_dielectric_elastomers():
-    """Neo-Hookean, t^(1/2) in all directions: V = (1 - t^-3)/t is largest at t^3 = 4."""
-    from gelcone.continuum.fit import free_film_limit
-
-    assert free_film_limit(ConeModel(law="neo-hookean")) == pytest.approx(0.75 / 4.0 ** (1 / 3), rel=1e-5)
 
 
 # --- where it ends --------------------------------------------------------------------------------
@@ -244,20 +237,7 @@ def test_a_device_names_its_film(tmp_path, fitted):
     assert type(source.to_model().film) is TautCone
 
 
-def test_a_continuum_film_is_fitted_once(tmp_path, monkeypatch):
-    pytest.importorskip("skfem")
-    from gelcone.continuum.fit import find_film
-
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    started = []
-    first, again = (find_film("continuum", CONE, 0.5, starting=lambda: started.append(1)) for _ in range(2))
-    assert first == again
-    assert len(started) == 1
-    assert find_film("cone", CONE) is None
-    with pytest.raises(InputError, match="fitted for one prestretch"):
-        find_film("continuum", CONE.replace(prestretch=[1.0, 1.1]))
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize(("prestretch", "stiffness"), [(1.0, 0.0), (1.5, 1.5**2 - 1.5**-4)])
 def test_a_flat_film_of_even_tension_has_the_stiffness_of_theory(prestretch, stiffness):
     """(R w')' = 0 in a film of even tension N: 2 (1 - r) N/((1 + r) ln(1/r)), here with the neo-Hookean tension."""

@@ -1,4 +1,4 @@
-"""The cone beside the film as a continuum: the forces of figure 3, and what becomes of the paper's thresholds."""
+"""The cone compared with the film as a continuum: the forces of figure 3, and the paper's corrected thresholds."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ RADIUS_RATIOS = (0.2, 0.5)
 """That of the paper's Table 1, and a larger disc."""
 ELEMENTS = 30
 FARTHEST = 1.3
-"""Largest displacement, as far as figure 3 shows."""
+"""Largest displacement, the range of figure 3."""
 CHAOS = (0.9, 1.1)
 """Voltages between which the cone at the base set becomes chaotic; the corrected film is tried up to the lower one."""
 SOFT = 0.1

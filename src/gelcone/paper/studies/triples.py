@@ -1,6 +1,6 @@
 """Studies behind figures 4, 5, 7, 10 and 11: motions at three values of a parameter side by side.
 
-Whatever the paper shows over a window from the start stands beside the same for the long run.
+Everything that the paper shows over a window from the start is also computed for the long run.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 SPACING = 0.05
 """Between samples of a time response; the fastest motions shown take about 2 for a swing."""
 LATE_REPEATS = 32
-"""Drive repeats of the long run that are kept densely."""
+"""Forcing periods of the long run that are stored densely."""
 
 TRIPLES: dict[str, tuple[str, str, tuple[float, float, float], dict[str, float]]] = {
     "damping": ("base", "damping_ratio", (0.001, 0.05, 0.5), {"voltage": 0.5}),
@@ -61,7 +61,7 @@ def motions(preset: Preset, model: ConeModel, parameter: str, effort: Effort, pr
       ``lowest`` and ``highest`` displacement and the shares ``validity_*`` of its time (``slack``: either stress);
       ``early_section_*`` over ``early_repeat``; ``finite`` exponents with their running estimate;
     * the long run, after the transient that the regime took to settle: the same with the prefix ``late_``, over
-      ``late_time`` from a whole drive repeat on; the section ``section_*`` over ``repeat``;
+      ``late_time`` from a multiple of the forcing period on; the section ``section_*`` over ``repeat``;
     * the variables of `gelcone.regime` (its ``lowest`` and ``highest``, coarsely sampled, left out).
     """
     kinds = kinds_of(model, preset.initial, effort)
