@@ -72,7 +72,8 @@ class Ensemble:
 
     def strain_limit(self, trailing: int = 0) -> Any:
         """The strain that the film cannot reach."""
-        return self.system.film.strain_limit(self.numbers(trailing))
+        limit = self.system.film.strain_limit(self.numbers(trailing))
+        return np.broadcast_to(limit, self.shape + (1,) * trailing)
 
     def film_state(self, x: npt.ArrayLike, voltage: Any) -> FilmState:
         """What x and the voltage do to the film."""
@@ -211,7 +212,7 @@ class Members(Ensemble):
         return np.tile(np.array([*disc, *rest], dtype=float), (self.size, 1))
 
     def flow(self, times: Array, states: Array) -> tuple[list[Any], list[list[Any]]]:
-        """Rates of change and Jacobian along motions: ``times`` (members, samples), ``states`` (members, samples, N)."""
+        """Rates of change and Jacobian along motions, at ``times`` (members, samples) and ``states`` (..., N)."""
         n = self.numbers(times.ndim - 1)
         return self.system.flow(times, list(np.moveaxis(states, -1, 0)), n)
 
