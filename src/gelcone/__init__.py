@@ -14,25 +14,30 @@ A real device is a `Device` in SI units (`Device.from_toml`); `Device.to_model` 
 results back into millimetres, volts and milliseconds. `save` and `load` keep results as netCDF.
 """
 
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from gelcone._version import __version__
+from gelcone._version import __version__ as __version__
 
+# The public names, listed here alone: type checkers and editors follow these imports, and `__getattr__` makes them when
+# a name is first used, so that ``import gelcone`` stays light.
 if TYPE_CHECKING:
+    from gelcone.analyses.cells import limits as limits
+    from gelcone.analyses.cells import operating_limits as operating_limits
+    from gelcone.analyses.cells import settled as settled
     from gelcone.atlas.bifurcation import bifurcation as bifurcation
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
     from gelcone.atlas.maps import basin as basin
-    from gelcone.atlas.maps import parameter_map as parameter_map
+    from gelcone.atlas.maps import map as map
     from gelcone.atlas.plan import Plan as Plan
-    from gelcone.atlas.record import look as look
-    from gelcone.atlas.survey import survey as survey
+    from gelcone.atlas.record import show as show
+    from gelcone.atlas.sweep import sweep as sweep
     from gelcone.atlas.uncertain import Normal as Normal
     from gelcone.atlas.uncertain import Uniform as Uniform
     from gelcone.atlas.uncertain import draw as draw
     from gelcone.atlas.uncertain import probability as probability
     from gelcone.atlas.workers import cluster as cluster
-    from gelcone.atlas.workers import threads as threads
     from gelcone.codes import Outcome as Outcome
     from gelcone.codes import Regime as Regime
     from gelcone.continuum.fit import fit_film as fit_film
@@ -59,7 +64,7 @@ if TYPE_CHECKING:
     from gelcone.motion.floquet import onset_voltage as onset_voltage
     from gelcone.motion.floquet import tongues as tongues
     from gelcone.motion.flow import integrate as integrate
-    from gelcone.motion.frequency import frequency_response as frequency_response
+    from gelcone.motion.frequency import frequency as frequency
     from gelcone.motion.linear import small_signal_response as small_signal_response
     from gelcone.motion.linear import state_space as state_space
     from gelcone.motion.lyapunov import lyapunov as lyapunov
@@ -70,81 +75,34 @@ if TYPE_CHECKING:
     from gelcone.motion.spectrum import spectrum as spectrum
     from gelcone.physics.film.continuum import ContinuumFilm as ContinuumFilm
     from gelcone.physics.film.continuum import read_film as read_film
-    from gelcone.physics.laws import LAWS as LAWS
     from gelcone.physics.laws import Gent as Gent
+    from gelcone.physics.laws import LAWS as LAWS
     from gelcone.physics.laws import NeoHookean as NeoHookean
     from gelcone.physics.laws import StrainEnergyLaw as StrainEnergyLaw
     from gelcone.physics.laws import Yeoh as Yeoh
     from gelcone.physics.model import ConeModel as ConeModel
 
-_HOME = {
-    "basin": "atlas.maps",
-    "bifurcation": "atlas.bifurcation",
-    "cluster": "atlas.workers",
-    "ConeModel": "physics.model",
-    "ContinuumFilm": "physics.film.continuum",
-    "Device": "devices.device",
-    "draw": "atlas.uncertain",
-    "envelope": "motion.envelope",
-    "extrema": "motion.section",
-    "find_device": "devices.device",
-    "fit_film": "continuum.fit",
-    "floquet_multipliers": "motion.floquet",
-    "fold_voltages": "motion.equilibrium",
-    "frequency_response": "motion.frequency",
-    "Gent": "physics.laws",
-    "InputError": "errors",
-    "integrate": "motion.flow",
-    "LAWS": "physics.laws",
-    "load": "dataset",
-    "load_materials": "devices.materials",
-    "look": "atlas.record",
-    "lyapunov": "motion.lyapunov",
-    "Material": "devices.materials",
-    "MissingDependency": "errors",
-    "model_of": "dataset",
-    "NeoHookean": "physics.laws",
-    "Normal": "atlas.uncertain",
-    "Onset": "motion.floquet",
-    "onset_voltage": "motion.floquet",
-    "Outcome": "codes",
-    "parameter_map": "atlas.maps",
-    "pitchfork_voltage": "motion.equilibrium",
-    "probability": "atlas.uncertain",
-    "pull_in_voltage": "motion.equilibrium",
-    "Plan": "atlas.plan",
-    "PullIn": "motion.balance",
-    "Regime": "codes",
-    "read_film": "physics.film.continuum",
-    "regime": "motion.regime",
-    "save": "dataset",
-    "section": "motion.section",
-    "simulate": "motion.response",
-    "small_signal_response": "motion.linear",
-    "spectrum": "motion.spectrum",
-    "state_space": "motion.linear",
-    "static": "motion.equilibrium",
-    "StrainEnergyLaw": "physics.laws",
-    "stroke_and_blocked_force": "motion.equilibrium",
-    "survey": "atlas.survey",
-    "threads": "atlas.workers",
-    "thresholds_of": "atlas.bifurcation",
-    "to_si": "devices.si",
-    "tongues": "motion.floquet",
-    "Uniform": "atlas.uncertain",
-    "write_film": "continuum.fit",
-    "Yeoh": "physics.laws",
-}
 
-__all__ = ["__version__", *_HOME]
+@cache
+def _homes() -> dict[str, str]:
+    """Public name -> the module that it comes from, read from the imports above."""
+    import ast
+    from pathlib import Path
+
+    listing = ast.parse(Path(__file__).read_text(encoding="utf-8"))
+    imports = [node for block in listing.body if isinstance(block, ast.If) for node in block.body]
+    return {alias.name: str(node.module) for node in imports if isinstance(node, ast.ImportFrom) for alias in node.names}
 
 
 def __getattr__(name: str) -> Any:
-    """Loads a public name when it is first used, so that ``import gelcone`` stays light."""
-    if name not in _HOME:
+    """A public name, loaded when it is first used."""
+    if name == "__all__":
+        return ["__version__", *_homes()]
+    if name.startswith("_") or name not in _homes():
         raise AttributeError(f"module 'gelcone' has no attribute {name!r}")
-    return getattr(import_module(f"gelcone.{_HOME[name]}"), name)
+    value = globals()[name] = getattr(import_module(_homes()[name]), name)
+    return value
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted(["__version__", *_homes()])

@@ -49,7 +49,7 @@ def test_a_map_is_its_cells_one_by_one():
     for voltage, damping in [(0.4, 0.2), (1.6, 0.05), (1.0, 0.2)]:
         alone = regime(FAST.replace(voltage=voltage, damping_ratio=damping), budget=1500.0)
         cell = plane.sel(voltage=voltage, damping_ratio=damping)
-        for name in ("regime", "period", "lyapunov", "standard_error", "highest", "flag"):
+        for name in ("regime", "period", "lyapunov", "standard_error", "highest", "doubtful"):
             np.testing.assert_array_equal(cell[name].values, alone[name].values, name)
 
 

@@ -156,7 +156,7 @@ def test_regimes_of_an_ensemble_with_a_failed_member(ensembles, device, tmp_path
 
 def test_the_regime_of_one_run_and_one_that_needs_a_second_look(ensembles, tmp_path):
     single = ensembles[1].isel(member=0).copy(deep=True)
-    single["flag"] = single["flag"] * 0 + 1
+    single["doubtful"] = single["doubtful"] * 0 + 1
     assert "does not agree" in texts(drawn(regime_figure(single), tmp_path))
 
 
@@ -199,7 +199,7 @@ def test_bifurcation_diagram_with_failed_cells_one_branch_and_no_threshold(diagr
     failed["regime"].values[:, 1] = Regime.LEFT_THE_DOMAIN
     for name in ("section", "lyapunov", "standard_error", "lowest", "highest"):
         failed[name].values[:, 1] = np.nan
-    failed["flag"].values[:, 2] = 1
+    failed["doubtful"].values[:, 2] = 1
     written = texts(drawn(bifurcation_figure(failed), tmp_path))
     assert "a run failed" in written
     assert "run failed" in written

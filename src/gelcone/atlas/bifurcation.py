@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
@@ -10,12 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.atlas.plan import STATES, Plan, Progress, meaning_of, quantity_of
+from gelcone.atlas.plan import STATES, Plan, meaning_of, quantity_of
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.lyapunov import default_transient
-from gelcone.motion.regime import ROUNDS, Evidence, label_evidence
+from gelcone.motion.lyapunov import check_budgets, default_transient
+from gelcone.motion.regime import ROUNDS, Evidence, classify, label_evidence
+from gelcone.motion.response import start_states
 from gelcone.motion.section import repeats_lasting, settle
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
@@ -23,8 +24,10 @@ from gelcone.quantity import Array
 if TYPE_CHECKING:
     import xarray as xr
 
+CHUNK = 256
+"""Members computed together: enough to fill lanes and threads, few enough for progress and interrupts."""
 NUDGE = 1e-4
-"""A sweep moves each state by this much before it goes on, lest it stays on a motion that has become unstable."""
+"""A sweep moves each state by this much before the next value, so that it leaves a motion that has become unstable."""
 BISECTIONS = 8
 WALK = 0.25
 """About the share of a sweep's work that cannot be done side by side."""
@@ -34,16 +37,16 @@ def bifurcation(
     model: ConeModel,
     parameter: str,
     values: npt.ArrayLike,
+    initial: npt.ArrayLike = (1.0, 0.0),
     *,
-    initial: Sequence[tuple[float, float]] = ((1.0, 0.0),),
     sweeps: Sequence[str] = ("up", "down"),
     bisections: int = BISECTIONS,
     transient: float | None = None,
     budget: float = 20_000.0,
-    tolerance: float = DEFAULT_TOLERANCE,
     rounds: int = ROUNDS,
+    tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Section points, extent, exponents and regime at each value of a parameter, by sweeps and from fixed states.
 
@@ -51,13 +54,14 @@ def bifurcation(
     ----------
     model : a single model; the swept parameter replaces its own.
     parameter, values : the parameter's name and its increasing values, at least two.
-    initial : fixed initial states, each giving one branch over all values; the sweeps start from the first.
-        Default ((1, 0),).
+    initial : displacement and velocity at time 0, shape (2,), or several initial states, shape (states, 2): each gives
+        one branch over all values, and the sweeps start from the first. Default (1, 0).
     sweeps : any of ``"up"`` and ``"down"``: each point starts where the one before was after the transient, moved by
         `NUDGE`, so that hysteresis shows. Default both.
-    bisections : how often each change of regime between neighbours is narrowed down by half. Default 8.
-    transient, budget, tolerance : as in `regime`.
-    rounds : how often a motion that has not settled is looked at again. Default 5.
+    bisections : how often the interval of each change of regime is halved. Default 8.
+    transient, budget, rounds, tolerance : as in `regime`.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
@@ -70,7 +74,8 @@ def bifurcation(
     InputError : for an unknown parameter, too few or unsorted values, unknown sweeps, budgets that are not positive, no
         initial state, one given twice, or none inside the stretch limit.
     """
-    if not initial:
+    states = np.atleast_2d(np.asarray(initial, dtype=float))
+    if not states.size:
         raise InputError("initial: is empty; give at least one initial state")
     for sweep in sweeps:
         if sweep not in ("up", "down"):
@@ -79,17 +84,20 @@ def bifurcation(
         raise InputError(f"bisections = {bisections}: must be at least 0")
     if parameter in STATES:
         raise InputError(f"{parameter}: belongs to the initial state; a bifurcation diagram sweeps a parameter")
+    check_budgets(transient=transient, budget=budget)
+    options = {"transient": transient, "budget": budget, "rounds": rounds, "tolerance": tolerance}
     plans = {
-        _name(state): Plan(model, {parameter: np.asarray(values)}, state, transient, budget, tolerance, rounds)
-        for state in initial
+        _name(state): Plan(model, {parameter: np.asarray(values)}, tuple(map(float, state)), options=options)
+        for state in states
     }
-    if len(plans) < len(initial):
-        raise InputError(f"initial = {[tuple(state) for state in initial]}: holds a state twice; leave out doubles")
+    if len(plans) < len(states):
+        raise InputError(f"initial = {states.tolist()}: holds a state twice; remove duplicates")
     report = progress or (lambda share: None)
     parts = len(dict.fromkeys(sweeps)) + len(plans)
     branches: dict[str, Evidence] = {}
     for name, plan in plans.items():
-        branches[name] = plan.run(threads=threads, progress=lambda share: report(share / parts))
+        start_states(*plan.at(plan.grid))
+        branches[name] = _classify(plan, *plan.at(plan.grid), threads, lambda share: report(share / parts))
     first = next(iter(plans.values()))
     swept = _sweep(first, tuple(dict.fromkeys(sweeps)), threads, lambda share: report(share / parts))
     branches = swept | branches
@@ -97,15 +105,35 @@ def bifurcation(
     return result.assign(_thresholds(plans, branches, bisections, threads))
 
 
+def _options(plan: Plan) -> dict[str, Any]:
+    return {"initial": list(plan.initial), **plan.options}
+
+
+def _classify(
+    plan: Plan,
+    model: ConeModel,
+    states: Array,
+    threads: int | None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Evidence:
+    """Kinds of motion of some members with the plan's options, chunk by chunk."""
+    parts = []
+    for first in range(0, model.size, CHUNK):
+        members = np.arange(first, min(first + CHUNK, model.size))
+        parts.append(classify(model.take(members), states[members], threads=threads, **plan.options))
+        progress(len(members) / model.size)
+    return Evidence(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Evidence)})
+
+
 def _name(state: Sequence[float]) -> str:
     """The name of the branch from a fixed initial state."""
     return "from " + ",".join(f"{component:g}" for component in state)
 
 
-def _sweep(plan: Plan, sweeps: Sequence[str], threads: int | None, progress: Progress) -> dict[str, Evidence]:
+def _sweep(plan: Plan, sweeps: Sequence[str], threads: int | None, progress: Callable[[float], None]) -> dict[str, Evidence]:
     """One branch a sweep: a walk over the values that only settles, then all points from where the walk met them.
 
-    ``progress`` is told 1 a sweep in all.
+    ``progress`` receives a share of 1 for each sweep.
     """
     if not sweeps:
         return {}
@@ -117,15 +145,15 @@ def _sweep(plan: Plan, sweeps: Sequence[str], threads: int | None, progress: Pro
         at = [order[sweep][k] for sweep in sweeps]
         starts[np.arange(len(sweeps)), at] = state
         model, _ = plan.at({name: values[at]})
-        duration = default_transient(model) if plan.transient is None else np.full(model.size, plan.transient)
+        duration = default_transient(model) if plan.options["transient"] is None else np.full(model.size, plan.options["transient"])
         repeats = repeats_lasting(model, duration)
-        after, outcome = settle(model, state, repeats, tolerance=plan.tolerance, threads=threads)
+        after, outcome = settle(model, state, repeats, tolerance=plan.options["tolerance"], threads=threads)
         lost = outcome != Outcome.OK
         state = np.where(lost[:, None], plan.initial, after + np.array([NUDGE, 0.0]))
         progress(len(sweeps) * WALK / count)
     model, _ = plan.at({name: np.tile(values, len(sweeps))})
     share = len(sweeps) * (1.0 - WALK)
-    evidence = plan.classify(model, starts.reshape(-1, 2), threads, lambda part: progress(share * part))
+    evidence = _classify(plan, model, starts.reshape(-1, 2), threads, lambda part: progress(share * part))
     return {sweep: _take(evidence, slice(i * count, (i + 1) * count)) for i, sweep in enumerate(sweeps)}
 
 
@@ -141,11 +169,11 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
     attrs = {"long_name": meaning_of(name), "units": "1", "quantity": quantity_of(name)}
     labelled = []
     for evidence in branches.values():
-        branch = label_evidence(model.take(slice(None)), evidence, plan.options(), "bifurcation diagram")
+        branch = label_evidence(model.take(slice(None)), evidence, _options(plan), "bifurcation diagram")
         branch = branch.drop_vars([str(c) for c in branch.coords]).rename({"member": name})
         labelled.append(branch.assign_coords({name: (name, values, attrs)}))
     result = xr.concat(labelled, dim=xr.DataArray(list(branches), dims="branch", name="branch"))
-    result.attrs = dataset.label(plan.model, {}, options=plan.options(), title="bifurcation diagram").attrs
+    result.attrs = dataset.label(plan.model, {}, options=_options(plan), title="bifurcation diagram").attrs
     return result.assign_attrs(parameter=name)
 
 
@@ -168,7 +196,7 @@ def _thresholds(
         middle = 0.5 * (low + high)
         model, _ = plan.at({name: middle})
         # What is neither kind lies between them too; the side that keeps its kind moves up.
-        stays = plan.classify(model, states, threads).regime == below
+        stays = _classify(plan, model, states, threads).regime == below
         low, high = np.where(stays, middle, low), np.where(stays, high, middle)
 
     def column(values: Any, kind: Any, long_name: str, quantity: str) -> tuple[str, Any, dict[str, str]]:

@@ -106,3 +106,16 @@ def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
             axes.remove()
 
     return styled(7.2, 0.4 + 2.5 * rows, draw)
+
+
+def any_figure(cells: xr.Dataset) -> Figure:
+    """The picture of a sweep: a probability, a map, or else what is known over the first axes."""
+    if "regime" in cells and "draw" in cells.dims and 2 <= cells["regime"].ndim <= 3:
+        from gelcone.atlas.uncertain import probability
+
+        return probability_figure(probability(cells))
+    if "regime" in cells and cells["regime"].ndim == 2:
+        from gelcone.plots.map import map_figure
+
+        return map_figure(cells)
+    return sweep_figure(cells)
