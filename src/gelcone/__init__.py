@@ -23,9 +23,6 @@ from gelcone._version import __version__ as __version__
 # The public names, listed here alone: type checkers and editors follow these imports, and `__getattr__` makes them when
 # a name is first used, so that ``import gelcone`` stays light.
 if TYPE_CHECKING:
-    from gelcone.analyses.cells import limits as limits
-    from gelcone.analyses.cells import operating_limits as operating_limits
-    from gelcone.analyses.cells import settled as settled
     from gelcone.atlas.bifurcation import bifurcation as bifurcation
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
     from gelcone.atlas.maps import basin as basin
@@ -54,6 +51,7 @@ if TYPE_CHECKING:
     from gelcone.errors import MissingDependency as MissingDependency
     from gelcone.motion.balance import PullIn as PullIn
     from gelcone.motion.envelope import envelope as envelope
+    from gelcone.motion.envelope import operating_limits as operating_limits
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages
     from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
     from gelcone.motion.equilibrium import pull_in_voltage as pull_in_voltage
@@ -65,6 +63,7 @@ if TYPE_CHECKING:
     from gelcone.motion.floquet import tongues as tongues
     from gelcone.motion.flow import integrate as integrate
     from gelcone.motion.frequency import frequency as frequency
+    from gelcone.motion.limits import limits as limits
     from gelcone.motion.linear import small_signal_response as small_signal_response
     from gelcone.motion.linear import state_space as state_space
     from gelcone.motion.lyapunov import lyapunov as lyapunov
@@ -72,6 +71,7 @@ if TYPE_CHECKING:
     from gelcone.motion.response import simulate as simulate
     from gelcone.motion.section import extrema as extrema
     from gelcone.motion.section import section as section
+    from gelcone.motion.settled import settled as settled
     from gelcone.motion.spectrum import spectrum as spectrum
     from gelcone.physics.film.continuum import ContinuumFilm as ContinuumFilm
     from gelcone.physics.film.continuum import read_film as read_film

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,13 @@ if TYPE_CHECKING:
 
 Variable = tuple[tuple[str, ...], Any, str, str]
 """Dims behind the member dims, values, long name, and the quantity it is scaled with."""
+
+
+class Findings(NamedTuple):
+    """What an analysis finds of a flattened ensemble: the ``variables`` for `label` and the ``outcome`` (members,)."""
+
+    variables: dict[str, Variable]
+    outcome: Any
 
 
 def member_dims(model: ConeModel) -> tuple[str, ...]:

@@ -14,8 +14,9 @@ from gelcone.atlas.maps import basin, parameter_map
 from gelcone.atlas.plan import Plan, join
 from gelcone.codes import Regime
 from gelcone.errors import InputError
+from gelcone.motion.evidence import Evidence
 from gelcone.motion.floquet import onset_voltage
-from gelcone.motion.regime import Evidence, regime
+from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)

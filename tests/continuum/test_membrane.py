@@ -11,7 +11,6 @@ from scipy.optimize import brentq, fsolve
 pytest.importorskip("skfem")
 
 from gelcone.continuum import density
-
 from gelcone.continuum.compare import compare, limit_displacements, mesh_convergence
 from gelcone.continuum.membrane import WRINKLES, membrane
 from gelcone.continuum.mesh import BAND, derivatives, electric_forces, energy, forces, mesh_film, stretches, tangent

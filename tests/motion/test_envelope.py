@@ -7,7 +7,7 @@ import pytest
 
 from gelcone.codes import Regime
 from gelcone.errors import InputError
-from gelcone.motion.driven import DRIVEN_LIMITS, Drive, Plane, driven
+from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven
 from gelcone.motion.envelope import STATIC_LIMITS, envelope
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
@@ -95,15 +95,15 @@ def test_a_motionless_film_is_a_capacitor_that_takes_no_power(flat):
 
 
 def test_at_the_edge_of_the_window_no_limit_is_met(taut):
-    drive = Drive.of(TAUT)
+    drive = DriveShape.of(TAUT)
     plane = Plane(TAUT, drive, float(taut["rest_displacement"]), 1.2, None)
-    edge = plane.look(taut["drive_frequency"].values, taut["recommended_peak"].values)
+    edge = plane.examine(taut["drive_frequency"].values, taut["recommended_peak"].values)
     for name in DRIVEN_LIMITS[:-1]:
         assert (edge[name] == 0.0).all(), name
 
 
 def test_default_frequencies_hold_the_first_resonances_and_the_models_own():
-    plane = Plane(TAUT, Drive.of(TAUT), 0.3, None, None)
+    plane = Plane(TAUT, DriveShape.of(TAUT), 0.3, None, None)
     natural = plane.natural_frequency()
     found = plane.default_frequencies(0.6)
     for wanted in (float(TAUT.drive_frequency), 0.5 * natural, natural, 2.0 * natural):
@@ -115,7 +115,7 @@ def test_default_frequencies_hold_the_first_resonances_and_the_models_own():
 def test_frequencies_are_added_where_the_lowest_limit_falls_steeply():
     omegas, volts = np.array([1.3, 1.7, 2.4]), np.array([0.6, 1.2])
     taut = FLAT.replace(damping_ratio=0.03, spring_stiffness=1.0, meridional_prestretch=1.5, hoop_prestretch=1.5)
-    plane = Plane(taut, Drive(1.0, 0.0), 0.0, None, None)
+    plane = Plane(taut, DriveShape(1.0, 0.0), 0.0, None, None)
     found = driven(plane, omegas, volts, refine=True, progress=lambda share: None)
     assert found["frequency"].size > omegas.size
     assert (np.diff(found["frequency"]) > 0.0).all()

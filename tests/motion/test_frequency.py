@@ -10,7 +10,7 @@ from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.frequency import frequency_response
 from gelcone.motion.linear import equilibrium_under_bias, small_signal_response
-from gelcone.motion.swing import HARMONICS, highest, settled_swing
+from gelcone.motion.settled import HARMONICS, highest, settled_swing
 from gelcone.physics.model import ConeModel
 
 LINEAR = ConeModel(

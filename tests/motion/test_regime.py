@@ -14,9 +14,10 @@ from gelcone.errors import InputError
 from gelcone.motion import cycle, tangents
 from gelcone.motion import regime as module
 from gelcone.motion.cycle import periods_of
+from gelcone.motion.evidence import Evidence
 from gelcone.motion.flow import integrate
-from gelcone.motion.regime import Evidence, classify, regime
-from gelcone.motion.section import repeats_lasting, settle
+from gelcone.motion.regime import classify, regime
+from gelcone.motion.settle import repeats_lasting, settle
 from gelcone.physics.model import ConeModel
 
 SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
@@ -34,7 +35,7 @@ def one(initial=(1.0, 0.0), **parameters):
 def test_rest_without_drive_and_below_the_onset():
     for voltage in (0.0, 0.3):
         result, name = one(**SET, voltage=voltage)
-        assert (name, int(result["period"]), int(result["flag"])) == ("rest", 0, 0)
+        assert (name, int(result["period"]), int(result["doubtful"])) == ("rest", 0, 0)
         assert float(result["lyapunov"][0]) == pytest.approx(-0.05, abs=1e-8)
         assert float(result["highest"]) < 1e-5
 
@@ -74,7 +75,7 @@ def test_rest_away_from_the_middle():
 def test_cycles(parameters, initial, period, symmetric):
     result, name = one(initial, **parameters)
     assert (name, int(result["period"]), bool(result["symmetric"])) == ("periodic", period, symmetric)
-    assert int(result["flag"]) == 0
+    assert int(result["doubtful"]) == 0
     assert int(result["sign"]) == -1
     assert np.isnan(float(result["zero_one"]))
     exponents = result["lyapunov"].values
@@ -180,7 +181,7 @@ def test_log_multipliers_equal_eigenvalues_and_stay_exact_where_they_vanish():
 
 def test_chaos_in_both_opinions():
     result, name = one(spring_stiffness=0.9, damping_ratio=0.1, drive_frequency=1.5, voltage=2.5)
-    assert (name, int(result["flag"]), int(result["sign"])) == ("chaotic", 0, 1)
+    assert (name, int(result["doubtful"]), int(result["sign"])) == ("chaotic", 0, 1)
     assert float(result["lyapunov"][0]) > 10.0 * float(result["standard_error"][0])
     assert float(result["zero_one"]) > 0.9
     assert int(result["period"]) == 0
@@ -190,7 +191,7 @@ def test_chaos_in_both_opinions():
 @pytest.mark.parametrize("voltage", [0.0, 0.1])
 def test_quasi_periodic_without_damping(voltage):
     result, name = one(spring_stiffness=1.5, damping_ratio=0.0, voltage=voltage, drive_frequency=0.77)
-    assert (name, int(result["flag"]), int(result["sign"])) == ("quasi-periodic", 0, 0)
+    assert (name, int(result["doubtful"]), int(result["sign"])) == ("quasi-periodic", 0, 0)
     assert float(result["zero_one"]) < 0.2
 
 
@@ -214,7 +215,7 @@ def test_chaos_that_ends_in_a_cycle():
     assert at_once.settled_time.max() == 2000.0
     settled = patient.regime == Regime.PERIODIC
     assert settled.sum() >= 6
-    assert (settled | patient.flag).all()
+    assert (settled | patient.doubtful).all()
     assert (patient.period[settled] == 1).all()
     assert patient.settled_time.max() > 3000.0
 
@@ -223,12 +224,12 @@ def test_an_attractor_beside_chaos_is_found():
     """Chaos and an attracting cycle at the same parameters, started from the section around that cycle."""
     model = ConeModel(**SET, voltage=1.0).take(slice(None))
     section = integrate(model, (1.0, 0.0), model.drive_repeat * np.arange(1, 65)).states
-    assert cycle.attractors_beside(model, section, 24).tolist() == [True]
+    assert cycle.coexisting_attractors(model, section, 24).tolist() == [True]
     free_of_them = ConeModel(spring_stiffness=0.9, damping_ratio=0.1, drive_frequency=1.5, voltage=2.5).take(
         slice(None)
     )
     section = integrate(free_of_them, (1.0, 0.0), free_of_them.drive_repeat * np.arange(1, 200)).states[:, 100:]
-    assert cycle.attractors_beside(free_of_them, section, 24).tolist() == [False]
+    assert cycle.coexisting_attractors(free_of_them, section, 24).tolist() == [False]
 
 
 def test_a_cycle_of_three_repeats_beside_chaos_is_found():
@@ -243,7 +244,7 @@ def test_a_cycle_of_three_repeats_beside_chaos_is_found():
     ).take(slice(None))
     section = integrate(model, (1.0, 0.0), model.drive_repeat * np.arange(100, 300)).states
     assert cycle.periods_of(section, 1e-3)[0].tolist() == [0]
-    assert cycle.attractors_beside(model, section, 24).tolist() == [True]
+    assert cycle.coexisting_attractors(model, section, 24).tolist() == [True]
 
 
 def test_left_the_domain():
@@ -275,7 +276,7 @@ def test_a_model_with_more_starts_than_one_may_start_outside_with_some():
 def test_rest_on_a_hilltop_is_flagged():
     """Started exactly at rest where that is unstable, the disc stays; the exponent says that it would not."""
     result, name = one((0.0, 0.0), **SET, voltage=2.0)
-    assert (name, int(result["flag"]), int(result["sign"])) == ("rest", 1, 1)
+    assert (name, int(result["doubtful"]), int(result["sign"])) == ("rest", 1, 1)
 
 
 def test_what_has_not_settled_is_transient_and_flagged():
@@ -283,7 +284,7 @@ def test_what_has_not_settled_is_transient_and_flagged():
     onset = float(np.sqrt(ConeModel(**SET, voltage=0.0).stiffness(0.0)))
     result = regime(ConeModel(**SET, voltage=0.0, voltage_bias=onset), (0.3, 0.0), transient=20.0)
     assert Regime(int(result["regime"])) in (Regime.TRANSIENT, Regime.PERIODIC, Regime.REST)
-    assert int(result["flag"]) == 1
+    assert int(result["doubtful"]) == 1
 
 
 def test_growth_away_from_unstable_rest_is_no_chaos():
@@ -291,7 +292,7 @@ def test_growth_away_from_unstable_rest_is_no_chaos():
     model = ConeModel(spring_stiffness=1.5, damping_ratio=0.05, drive_frequency=1.1, voltage=[0.6959, 0.697, 0.71])
     evidence = classify(model, np.tile([3e-5, 0.0], (3, 1)))
     assert [Regime(code).label for code in evidence.regime] == ["transient", "transient", "periodic"]
-    assert evidence.flag.tolist() == [True, True, False]
+    assert evidence.doubtful.tolist() == [True, True, False]
     assert (evidence.sign[:2] == 1).all()
 
 
@@ -310,10 +311,10 @@ def test_judging_flags_what_disagrees():
     evidence.regime[:] = [Regime.TRANSIENT] * 3 + [Regime.PERIODIC] * 2 + [Regime.TRANSIENT]
     evidence.sign[:] = [1, 1, 1, -1, 0, -1]
     evidence.zero_one[:3] = [0.95, 0.4, 0.95]
-    evidence.beside[2] = True
+    evidence.coexisting[2] = True
     module._judge(model, evidence)
     assert [Regime(code).label for code in evidence.regime] == ["chaotic"] * 3 + ["periodic"] * 2 + ["transient"]
-    assert evidence.flag.tolist() == [False, True, True, False, True, True]
+    assert evidence.doubtful.tolist() == [False, True, True, False, True, True]
 
 
 # --- the contract -----------------------------------------------------------------------------------------------------
@@ -348,7 +349,7 @@ def test_members_one_by_one_and_any_number_of_threads_give_the_same_to_the_last_
 def test_the_dataset_is_labelled_and_comes_back_from_a_file(tmp_path):
     result = regime(ConeModel(**SET | {"voltage": [[0.3], [1.0]], "damping_ratio": [0.05, 0.1]}))
     assert result["regime"].shape == (2, 2)
-    assert result["section"].shape == (2, 2, module.RETURNS, 2)
+    assert result["section"].shape == (2, 2, cycle.RETURNS, 2)
     assert result["regime"].attrs["flag_meanings"].split()[:2] == ["rest", "periodic"]
     for variable in result.data_vars.values():
         assert {"long_name", "units"} <= set(variable.attrs)

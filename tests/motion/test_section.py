@@ -9,9 +9,10 @@ from scipy.optimize import brentq
 from gelcone.codes import Outcome
 from gelcone.dataset import load, model_of, save
 from gelcone.errors import InputError
-from gelcone.motion import section as module
+from gelcone.motion import settle as module
 from gelcone.motion.flow import integrate
-from gelcone.motion.section import extrema, section, settle
+from gelcone.motion.section import extrema, section
+from gelcone.motion.settle import settle
 from gelcone.physics import drive
 from gelcone.physics.model import ConeModel, acceleration
 from gelcone.plots.section import section_figure

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from gelcone.codes import Outcome
 from gelcone.dataset import load, save
 from gelcone.errors import InputError
-from gelcone.motion import section as section_module
+from gelcone.motion import settle as settle_module
 from gelcone.motion import spectrum as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.spectrum import analyse, spectrum
@@ -182,7 +182,7 @@ def test_an_ensemble_equals_its_members_one_by_one_to_the_last_bit(many):
 
 
 def test_threads_and_blocks_do_not_change_a_bit(many, monkeypatch):
-    monkeypatch.setattr(section_module, "BLOCK_SAMPLES", 1)
+    monkeypatch.setattr(settle_module, "BLOCK_SAMPLES", 1)
     assert many.identical(spectrum(varied(), (0.5, 0.0), periods=32, discard=100, threads=1))
 
 

@@ -51,7 +51,7 @@ _ALL = (
         "lyapunov",
         "Lyapunov exponents, over a window and in the long run, with errors.",
         function="motion.lyapunov:lyapunov",
-        cells="analyses.cells:lyapunov_cells",
+        cells="motion.lyapunov:lyapunov_cells",
         figure="plots.lyapunov:lyapunov_figure",
         answers="analyses.motions",
         bulky=("running_time", "running_exponent", "finite_time", "finite_exponent"),
@@ -64,7 +64,7 @@ _ALL = (
         "regime",
         "What kind of motion it is, with the evidence.",
         function="motion.regime:regime",
-        cells="analyses.cells:regime_cells",
+        cells="motion.regime:regime_cells",
         figure="plots.regime:regime_figure",
         answers="analyses.motions",
         kinds=("regime", "sign"),
@@ -89,8 +89,8 @@ _ALL = (
     Analysis(
         "limits",
         "Voltages that bound the use: loss of stability of rest, pitchfork, pull-in.",
-        function="analyses.cells:limits",
-        cells="analyses.cells:limits_cells",
+        function="motion.limits:limits",
+        cells="motion.limits:limits_cells",
         figure="plots.sweep:sweep_figure",
         answers="analyses.tables",
         examples=(
@@ -101,8 +101,8 @@ _ALL = (
     Analysis(
         "settled",
         "The settled motion: stroke, period, harmonics, and the linear stroke.",
-        function="analyses.cells:settled",
-        cells="analyses.cells:settled_cells",
+        function="motion.settled:settled",
+        cells="motion.settled:settled_cells",
         figure="plots.sweep:sweep_figure",
         answers="analyses.tables",
         examples=(
@@ -113,8 +113,8 @@ _ALL = (
     Analysis(
         "operating_limits",
         "Peak voltages at which film slack, chaos, pull-in and so on begin.",
-        function="analyses.cells:operating_limits",
-        cells="analyses.cells:operating_limits_cells",
+        function="motion.envelope:operating_limits",
+        cells="motion.envelope:operating_limits_cells",
         figure="plots.sweep:sweep_figure",
         answers="analyses.tables",
         examples=("biased-pump",),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,12 +12,12 @@ from gelcone import dataset
 from gelcone.atlas.plan import STATES, Plan, meaning_of, quantity_of
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
+from gelcone.motion.evidence import Evidence, label_evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.lyapunov import check_budgets, default_transient
-from gelcone.motion.regime import ROUNDS, Evidence, classify, label_evidence
-from gelcone.motion.response import start_states
-from gelcone.motion.section import repeats_lasting, settle
+from gelcone.motion.regime import ROUNDS, classify
+from gelcone.motion.settle import Members, check_budgets, complete, members_of, nudge, repeats_lasting, settle, start_states, transient_of
 from gelcone.physics.model import ConeModel
+from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -30,7 +29,9 @@ NUDGE = 1e-4
 """A sweep moves each state by this much before the next value, so that it leaves a motion that has become unstable."""
 BISECTIONS = 8
 WALK = 0.25
-"""About the share of a sweep's work that cannot be done side by side."""
+"""About the share of a sweep's work that is serial: each value needs the state of the one before."""
+BRANCHES_SHARE = 0.9
+"""Share of the progress that goes to the branches; the rest is for the thresholds."""
 
 
 def bifurcation(
@@ -46,7 +47,7 @@ def bifurcation(
     rounds: int = ROUNDS,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Section points, extent, exponents and regime at each value of a parameter, by sweeps and from fixed states.
 
@@ -92,37 +93,37 @@ def bifurcation(
     }
     if len(plans) < len(states):
         raise InputError(f"initial = {states.tolist()}: holds a state twice; remove duplicates")
-    report = progress or (lambda share: None)
-    parts = len(dict.fromkeys(sweeps)) + len(plans)
+    counted, once = Counted(progress), tuple(dict.fromkeys(sweeps))
+    part = BRANCHES_SHARE / (len(once) + len(plans))
     branches: dict[str, Evidence] = {}
     for name, plan in plans.items():
         start_states(*plan.at(plan.grid))
-        branches[name] = _classify(plan, *plan.at(plan.grid), threads, lambda share: report(share / parts))
+        members, starts = _fixed(plan, plan.grid)
+        branches[name] = _classify(plan, members, starts, threads, weighted(counted, part))
     first = next(iter(plans.values()))
-    swept = _sweep(first, tuple(dict.fromkeys(sweeps)), threads, lambda share: report(share / parts))
-    branches = swept | branches
+    branches = _sweep(first, once, threads, lambda share: counted(share * part)) | branches
     result = _label(first, branches)
-    return result.assign(_thresholds(plans, branches, bisections, threads))
+    thresholds = _thresholds(
+        plans, branches, bisections, threads, lambda share: counted((1.0 - BRANCHES_SHARE) * share)
+    )
+    counted.finish()
+    return result.assign(thresholds)
 
 
 def _options(plan: Plan) -> dict[str, Any]:
+    """What is recorded of a branch."""
     return {"initial": list(plan.initial), **plan.options}
 
 
-def _classify(
-    plan: Plan,
-    model: ConeModel,
-    states: Array,
-    threads: int | None,
-    progress: Callable[[float], None] = lambda share: None,
-) -> Evidence:
+def _classify(plan: Plan, members: Members, states: Array, threads: int | None, progress: Progress = None) -> Evidence:
     """Kinds of motion of some members with the plan's options, chunk by chunk."""
     parts = []
-    for first in range(0, model.size, CHUNK):
-        members = np.arange(first, min(first + CHUNK, model.size))
-        parts.append(classify(model.take(members), states[members], threads=threads, **plan.options))
-        progress(len(members) / model.size)
-    return Evidence(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Evidence)})
+    for first in range(0, members.size, CHUNK):
+        rows = np.arange(first, min(first + CHUNK, members.size))
+        parts.append(classify(members.take(rows), states[rows], threads=threads, **plan.options))
+        if progress is not None:
+            progress(rows.size / members.size)
+    return Evidence.join(parts)
 
 
 def _name(state: Sequence[float]) -> str:
@@ -130,35 +131,38 @@ def _name(state: Sequence[float]) -> str:
     return "from " + ",".join(f"{component:g}" for component in state)
 
 
-def _sweep(plan: Plan, sweeps: Sequence[str], threads: int | None, progress: Callable[[float], None]) -> dict[str, Evidence]:
+def _sweep(
+    plan: Plan, sweeps: Sequence[str], threads: int | None, progress: Callable[[float], None]
+) -> dict[str, Evidence]:
     """One branch a sweep: a walk over the values that only settles, then all points from where the walk met them.
 
-    ``progress`` receives a share of 1 for each sweep.
+    The shares that ``progress`` is called with add up to the number of sweeps.
     """
     if not sweeps:
         return {}
     (name, values), count = next(iter(plan.over.items())), plan.size
     order = {"up": np.arange(count), "down": np.arange(count)[::-1]}
-    starts = np.empty((len(sweeps), count, 2))
-    state = np.tile(np.asarray(plan.initial, dtype=float), (len(sweeps), 1))
+    members, first = _fixed(plan, {name: np.tile(values, len(sweeps))})
+    starts = np.empty((len(sweeps), count, first.shape[1]))
+    state = first[: len(sweeps)]
     for k in range(count):
         at = [order[sweep][k] for sweep in sweeps]
         starts[np.arange(len(sweeps)), at] = state
-        model, _ = plan.at({name: values[at]})
-        duration = default_transient(model) if plan.options["transient"] is None else np.full(model.size, plan.options["transient"])
-        repeats = repeats_lasting(model, duration)
-        after, outcome = settle(model, state, repeats, tolerance=plan.options["tolerance"], threads=threads)
-        lost = outcome != Outcome.OK
-        state = np.where(lost[:, None], plan.initial, after + np.array([NUDGE, 0.0]))
+        part, fallback = _fixed(plan, {name: values[at]})
+        repeats = repeats_lasting(part, transient_of(part, plan.options["transient"]))
+        after, outcome = settle(part, state, repeats, tolerance=plan.options["tolerance"], threads=threads)
+        state = np.where((outcome != Outcome.OK)[:, None], fallback, nudge(after, NUDGE))
         progress(len(sweeps) * WALK / count)
-    model, _ = plan.at({name: np.tile(values, len(sweeps))})
     share = len(sweeps) * (1.0 - WALK)
-    evidence = _classify(plan, model, starts.reshape(-1, 2), threads, lambda part: progress(share * part))
-    return {sweep: _take(evidence, slice(i * count, (i + 1) * count)) for i, sweep in enumerate(sweeps)}
+    evidence = _classify(plan, members, starts.reshape(len(first), -1), threads, lambda part: progress(share * part))
+    return {sweep: evidence.take(slice(i * count, (i + 1) * count)) for i, sweep in enumerate(sweeps)}
 
 
-def _take(evidence: Evidence, rows: Any) -> Evidence:
-    return Evidence(**{f.name: getattr(evidence, f.name)[rows] for f in fields(Evidence)})
+def _fixed(plan: Plan, values: dict[str, Array]) -> tuple[ConeModel, Array]:
+    """The members at some values of the parameter, and the plan's initial state for each, (values, N)."""
+    model, states = plan.at(values)
+    members = members_of(model)
+    return members, complete(members, states)
 
 
 def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
@@ -169,7 +173,7 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
     attrs = {"long_name": meaning_of(name), "units": "1", "quantity": quantity_of(name)}
     labelled = []
     for evidence in branches.values():
-        branch = label_evidence(model.take(slice(None)), evidence, _options(plan), "bifurcation diagram")
+        branch = label_evidence(members_of(model), evidence, _options(plan), "bifurcation diagram")
         branch = branch.drop_vars([str(c) for c in branch.coords]).rename({"member": name})
         labelled.append(branch.assign_coords({name: (name, values, attrs)}))
     result = xr.concat(labelled, dim=xr.DataArray(list(branches), dims="branch", name="branch"))
@@ -178,9 +182,13 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
 
 
 def _thresholds(
-    plans: dict[str, Plan], branches: dict[str, Evidence], bisections: int, threads: int | None
+    plans: dict[str, Plan],
+    branches: dict[str, Evidence],
+    bisections: int,
+    threads: int | None,
+    progress: Callable[[float], None],
 ) -> dict[str, Any]:
-    """Every change of regime between neighbours, narrowed down from the state on the side it is met from."""
+    """Every change of regime between neighbours, narrowed down from the state on the side from which it is reached."""
     plan = next(iter(plans.values()))
     (name, values) = next(iter(plan.over.items()))
     changes = {
@@ -191,13 +199,14 @@ def _thresholds(
     above = np.concatenate([branches[branch].regime[at + 1] for branch, at in changes.items()])
     low = np.concatenate([values[at] for at in changes.values()])
     high = np.concatenate([values[at + 1] for at in changes.values()])
-    states = np.concatenate([_met(plans, branch, branches[branch], at) for branch, at in changes.items()])
+    states = np.concatenate([_met(plans, branch, branches[branch], values, at) for branch, at in changes.items()])
     for _ in range(bisections if names.size else 0):
         middle = 0.5 * (low + high)
         model, _ = plan.at({name: middle})
         # What is neither kind lies between them too; the side that keeps its kind moves up.
         stays = _classify(plan, model, states, threads).regime == below
         low, high = np.where(stays, middle, low), np.where(stays, high, middle)
+        progress(1.0 / bisections)
 
     def column(values: Any, kind: Any, long_name: str, quantity: str) -> tuple[str, Any, dict[str, str]]:
         attrs = {"long_name": long_name, "units": "1", "quantity": quantity}
@@ -212,13 +221,19 @@ def _thresholds(
     }
 
 
-def _met(plans: dict[str, Plan], branch: str, evidence: Evidence, changes: npt.NDArray[np.intp]) -> Array:
-    """The states (changes, 2) from which the changes of a branch are narrowed down."""
+def _met(
+    plans: dict[str, Plan], branch: str, evidence: Evidence, values: Array, changes: npt.NDArray[np.intp]
+) -> Array:
+    """The states (changes, N) from which the changes of a branch are narrowed down."""
+    plan = plans.get(branch, next(iter(plans.values())))
+    before = changes + 1 if branch == "down" else changes
+    if not changes.size:
+        return np.empty((0, evidence.final.shape[1]))
+    _, fixed = _fixed(plan, {next(iter(plan.over)): values[before]})
     if branch in plans:
-        return np.tile(np.asarray(plans[branch].initial, dtype=float), (len(changes), 1))
-    met = evidence.final[changes if branch == "up" else changes + 1]
-    fallback = next(iter(plans.values())).initial
-    return np.where(np.isfinite(met), met + np.array([NUDGE, 0.0]), fallback)
+        return fixed
+    met = evidence.final[before]
+    return np.where(np.isfinite(met), nudge(met, NUDGE), fixed)
 
 
 def thresholds_of(diagram: xr.Dataset) -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,8 +28,9 @@ from gelcone.atlas.workers import threads as start_threads
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.flow import LANES
-from gelcone.motion.response import start_states
+from gelcone.motion.settle import check_budgets, complete, members_of, start_states
 from gelcone.progress import Progress, Stopped
+from gelcone.quantity import check_count
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -124,7 +125,7 @@ def sweep(
     return label(plan, found, cells.fields, refined.sources, totals, f"sweep: {analysis}")
 
 
-def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: Sequence[str]) -> dict[str, object]:
+def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: Sequence[str]) -> dict[str, Any]:
     """The options of all cells, those not given by the plan at their defaults.
 
     Raises `InputError` where the analysis cannot be swept, or not like this.
@@ -137,7 +138,11 @@ def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: 
     if coarsest is not None and (not analysis.kinds or plan.draws):
         what = "draws of uncertain parameters" if plan.draws else f"the analysis {analysis.name}"
         raise InputError(f"coarsest = {coarsest}: {what} cannot be refined; compute every cell")
-    return analysis.settings(plan.options)
+    options = analysis.settings(plan.options)
+    check_budgets(**{name: options[name] for name in ("window", "transient", "budget") if name in options})
+    if "rounds" in options:
+        check_count("rounds", options["rounds"], 1)
+    return options
 
 
 def _reporter(watch: Callable[[Tally], None] | None, progress: Progress) -> Callable[[Tally], None]:
@@ -159,8 +164,8 @@ def _reporter(watch: Callable[[Tally], None] | None, progress: Progress) -> Call
 def compute(plan: Plan, analysis: Analysis, cells: Cells, keep: Sequence[str] = ()) -> xr.Dataset:
     """An analysis of some cells of the flattened grid, over ``member`` in the order given; the plan has all options."""
     model, states = plan.at(plan.values(cells))
-    members = model.take(slice(None))
-    found = analysis.compute(members, states, threads=1, **plan.options)
+    members = members_of(model)
+    found = analysis.compute(members, complete(members, states), threads=1, **plan.options)
     kept = {name: v for name, v in found.variables.items() if name in keep or name not in analysis.bulky}
     result = dataset.label(members, kept, outcome=found.outcome, options={}, title=analysis.name)
     if "regime" in result:

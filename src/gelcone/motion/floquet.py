@@ -22,7 +22,7 @@ from gelcone import dataset
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import pitchfork_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.response import start_states
+from gelcone.motion.settle import start_states
 from gelcone.motion.tangents import chained
 from gelcone.physics.model import PARAMETERS, ConeModel
 from gelcone.quantity import Array

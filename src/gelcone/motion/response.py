@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import reprlib
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,15 +13,17 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, Trajectories, integrate
+from gelcone.motion.settle import fastest_rate, members_of, start_states
 from gelcone.physics import drive
 from gelcone.physics.model import ConeModel, electric_energy, spring_energy
+from gelcone.progress import Progress
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES_PER_PERIOD = 100
-SAMPLES_PER_OSCILLATION = 24
+SAMPLES_PER_OSCILLATION = 20
 MOST_SAMPLES = 20_000
 NEAR_LIMIT = 0.99
 
@@ -36,7 +37,7 @@ def simulate(
     field_limit: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Motion, stretches, stresses, field, energies and power balance of every member, and the model's validity.
 
@@ -46,9 +47,11 @@ def simulate(
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
     periods : length of the run in periods 2 pi/omega of the voltage, when ``times`` is not given. Default 20.
     times : dimensionless sample times, increasing from 0 or later; default even ones, at least 100 a drive period and
-        24 an oscillation of the spring and film (at most 20,000 in all).
+        20 an oscillation at the fastest rate (at most 20,000 in all).
     field_limit : dielectric strength over sqrt(mu/eps), for the validity; unknown when left out.
     tolerance : relative error of one step. Default 1e-15.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
@@ -82,7 +85,7 @@ def simulate(
     sampled = np.broadcast_to(sampled, (model.size, sampled.shape[1]))
     _check_memory(*sampled.shape)
     run = integrate(model, states0, sampled, keep="work", tolerance=tolerance, threads=threads, progress=progress)
-    members = model.take(slice(None))
+    members = members_of(model)
     with np.errstate(over="ignore", invalid="ignore"):
         variables = _variables(members, run)
         broken = _broken_assumptions(members, variables, field_limit)
@@ -107,42 +110,7 @@ def simulate(
         },
         title="time response",
     )
-    result["initial"] = (
-        (*dataset.member_dims(model), "state"),
-        states0.reshape((*model.shape, 2)),
-        {"long_name": "initial displacement and velocity", "units": "1"},
-    )
-    return result
-
-
-def start_states(model: ConeModel, initial: npt.ArrayLike) -> Array:
-    """Initial states of all members, shape (members, 2); `InputError` when none can start."""
-    try:
-        if np.shape(initial)[-1:] != (2,):
-            raise ValueError
-        states = np.broadcast_to(np.asarray(initial, dtype=float), (*model.shape, 2)).reshape(model.size, 2)
-    except (TypeError, ValueError):
-        wanted = " or ".join(dict.fromkeys(("shape (2,)", f"shape {(*model.shape, 2)}")))
-        shown = " ".join(reprlib.repr(initial).split())
-        raise InputError(f"initial = {shown}: must be a displacement and a velocity, {wanted}") from None
-    if not np.isfinite(states).all():
-        raise InputError(f"initial = {states[~np.isfinite(states).all(axis=1)][0].tolist()}: must be finite")
-    members = model.take(slice(None))
-    with np.errstate(over="ignore"):
-        strains, limits = members.strain(states[:, 0]), np.broadcast_to(members.strain_limit(), members.shape)
-    if (strains >= limits).all():
-        if model.film is not None:
-            raise InputError(
-                f"initial displacement {states[0, 0]:g}: must be less than {model.film.reach:g} either way, which the "
-                "continuum film was fitted for; start lower"
-            )
-        if np.isinf(limits[0]):
-            raise InputError(f"initial = {states[0].tolist()}: its strain is beyond what doubles hold; start lower")
-        raise InputError(
-            f"stretch_limit = {limits[0]:g}: must exceed I1 - 3 = {strains[0]:.4g} at the initial displacement "
-            f"{states[0, 0]:g}; start lower or raise it"
-        )
-    return states
+    return dataset.with_initial(result, model, states0)
 
 
 def _check_positive(name: str, value: Any, bound: str) -> None:
@@ -164,13 +132,12 @@ def _check_memory(members: int, samples: int) -> None:
 
 def _even_times(model: ConeModel, spans: npt.ArrayLike) -> Array:
     """Even times from 0 to each of the spans, shape (spans, samples), equally many for all members."""
-    members = model.take(slice(None))
+    members = members_of(model)
     span = np.broadcast_to(spans, model.shape).ravel() if np.ndim(spans) else np.full(1, spans)
     period = np.broadcast_to(members.drive_period, members.shape)
-    stiffness = np.broadcast_to(np.asarray(members.spring_stiffness) + members.coefficients().A, members.shape)
     spacing = min(
         float((period / SAMPLES_PER_PERIOD / span).min()),
-        float((2.0 * np.pi / np.sqrt(stiffness) / SAMPLES_PER_OSCILLATION / span).min()),
+        float((2.0 * np.pi / fastest_rate(members) / SAMPLES_PER_OSCILLATION / span).min()),
     )
     count = int(np.clip(np.ceil(1.0 / spacing), 2, MOST_SAMPLES))
     _check_memory(model.size, count)

@@ -10,7 +10,7 @@ from gelcone import dataset
 from gelcone.atlas import maps
 from gelcone.motion.flow import integrate
 from gelcone.motion.regime import classify
-from gelcone.motion.swing import swing
+from gelcone.motion.settled import swing
 from gelcone.paper.effort import Effort
 from gelcone.paper.fixed_step import fixed_step
 from gelcone.paper.studies.study import Progress, Study
