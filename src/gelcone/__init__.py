@@ -75,8 +75,8 @@ if TYPE_CHECKING:
     from gelcone.motion.spectrum import spectrum as spectrum
     from gelcone.physics.film.continuum import ContinuumFilm as ContinuumFilm
     from gelcone.physics.film.continuum import read_film as read_film
-    from gelcone.physics.laws import Gent as Gent
     from gelcone.physics.laws import LAWS as LAWS
+    from gelcone.physics.laws import Gent as Gent
     from gelcone.physics.laws import NeoHookean as NeoHookean
     from gelcone.physics.laws import StrainEnergyLaw as StrainEnergyLaw
     from gelcone.physics.laws import Yeoh as Yeoh
@@ -91,7 +91,9 @@ def _homes() -> dict[str, str]:
 
     listing = ast.parse(Path(__file__).read_text(encoding="utf-8"))
     imports = [node for block in listing.body if isinstance(block, ast.If) for node in block.body]
-    return {alias.name: str(node.module) for node in imports if isinstance(node, ast.ImportFrom) for alias in node.names}
+    return {
+        alias.name: str(node.module) for node in imports if isinstance(node, ast.ImportFrom) for alias in node.names
+    }
 
 
 def __getattr__(name: str) -> Any:

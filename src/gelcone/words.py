@@ -79,7 +79,7 @@ def outcome_in_words(code: int) -> str:
 
 
 def exponent_in_words(member: xr.Dataset) -> str:
-    """The largest exponent of one run with its error and unit; ``lyapunov`` and ``standard_error`` hold all exponents."""
+    """The largest exponent of one run with its error and unit; ``lyapunov`` holds all of them."""
     exponent = with_error(float(member["lyapunov"][0]), float(member["standard_error"][0]))
     return f"{exponent} {rate_unit(member['lyapunov'])}"
 
@@ -118,7 +118,7 @@ def attractor_in_words(attractor: xr.Dataset) -> str:
 
 
 def kinds_of_motion(sweep: xr.Dataset) -> dict[str, xr.DataArray]:
-    """How the motion of one frequency sweep departs from the drive's period -> at which frequencies; not failed runs."""
+    """How the motion of one frequency sweep departs from the drive's period -> where; failed runs are neither."""
     return {
         "subharmonic": sweep["period"] > 1,
         "not periodic": (sweep["period"] == 0) & (sweep["outcome"] == Outcome.OK),

@@ -15,19 +15,19 @@ from gelcone import (
     bifurcation,
     find_device,
     lyapunov,
-    parameter_map,
+    map,
     regime,
-    survey,
+    sweep,
     to_si,
 )
-from gelcone.plots.basin import SHADES, attractor_colours, attractor_in_words, basin_figure, shade
+from gelcone.plots.basin import SHADES, attractor_colours, basin_figure, shade
 from gelcone.plots.bifurcation import bifurcation_figure, refined_edges
 from gelcone.plots.lyapunov import lyapunov_figure
 from gelcone.plots.map import exponent_bar, exponent_map, map_figure
 from gelcone.plots.regime import REGIME_COLOURS, edges, regime_figure
 from gelcone.plots.style import save_figure
 from gelcone.plots.sweep import sweep_figure
-from gelcone.words import motion_in_words, with_error
+from gelcone.words import attractor_in_words, motion_in_words, with_error
 
 QUICK = {"transient": 60.0, "budget": 100.0}
 MODEL = ConeModel(damping_ratio=0.3, stretch_limit=5.0)
@@ -46,7 +46,7 @@ def diagram():
 @pytest.fixture(scope="module")
 def cells():
     """A map of 3 by 4 cells, the last row of which starts beyond the stretch limit."""
-    return parameter_map(MODEL, {"voltage": [0.5, 1.0, 2.0], "prestretch": [0.7, 1.0, 1.3, 2.8]}, **QUICK)
+    return map(MODEL, {"voltage": [0.5, 1.0, 2.0], "prestretch": [0.7, 1.0, 1.3, 2.8]}, **QUICK)
 
 
 @pytest.fixture(scope="module")
@@ -325,7 +325,7 @@ def test_an_unstable_rest_is_told(states):
 
 def test_a_sweep_of_few_values_has_a_tick_for_each():
     over = {"voltage": [0.0, 0.1, 0.2], "damping_ratio": [0.3, 0.4]}
-    cells = survey(Plan(MODEL, over, **QUICK), "response")
+    cells = sweep(Plan(MODEL, over), "settled")
     bars = [axes for axes in sweep_figure(cells).axes if axes.get_label() == "<colorbar>"]
     values = [float(v) for bar in bars for v in bar.get_yticks() if len(bar.get_yticks()) == 1]
     assert 0.0 in values  # the period: rest everywhere

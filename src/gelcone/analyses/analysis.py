@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from gelcone.analyses.subject import Subject
 
-NOT_OPTIONS = ("model", "over", "parameter", "values", "initial", "progress")
+NOT_OPTIONS = ("model", "plan", "path", "over", "parameter", "values", "initial", "progress")
 """Parameters of public functions that say what is computed, or that make no difference to it."""
 _KINDS: Mapping[str, type] = {"float": float, "int": int, "bool": bool, "str": str}
 
@@ -89,9 +89,9 @@ class Analysis:
 
     @property
     def compute(self) -> Callable[..., Any]:
-        """The function of cells: (members, states, *, options, threads) -> findings; `InputError` where there is none."""
+        """The function of cells: (members, states, **options) -> findings; `InputError` where there is none."""
         if self.cells is None:
-            raise InputError(f"{self.name}: cannot be swept, as it sweeps by itself; use gelcone.{self.name}")
+            raise InputError(f"{self.name}: cannot be swept; use gelcone.{self.name}")
         return load(self.cells)
 
     def draw(self, result: xr.Dataset) -> Figure:

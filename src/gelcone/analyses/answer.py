@@ -200,9 +200,7 @@ def doubt_lines(result: xr.Dataset) -> list[str]:
     """How many results are doubtful."""
     doubtful = (result["doubtful"].values != 0) & (result["outcome"].values == 0)
     count = int(doubtful.sum())
-    return [f"{count} of {doubtful.size} doubtful: {DISCORD}, check before you rely on it"] * bool(
-        count
-    )
+    return [f"{count} of {doubtful.size} doubtful: {DISCORD}, check before you rely on it"] * bool(count)
 
 
 def member_lines(result: xr.Dataset, describe: Callable[[xr.Dataset], str]) -> list[str]:

@@ -196,7 +196,9 @@ def _own_line(shown: xr.Dataset) -> str:
     limit = highest / (1.0 - _margin_of(shown))
     if peak <= highest:
         return f"{own} inside the window, {_plain(highest)}{volt} there"
-    return f"{own} above the window, {_plain(highest)}{volt} there, and {'below' if peak <= limit else 'beyond'} a limit"
+    return (
+        f"{own} above the window, {_plain(highest)}{volt} there, and {'below' if peak <= limit else 'beyond'} a limit"
+    )
 
 
 def _plain(value: Any) -> str:

@@ -83,7 +83,7 @@ _ALL = (
         reader="analyses.statics:static_arguments",
         examples=(
             "--set spring_stiffness=1.5 --voltages 0,1,1.5 --out results",
-            "paper-table1 --voltages \"0 kV:10 kV:11\" --json",
+            'paper-table1 --voltages "0 kV:10 kV:11" --json',
         ),
     ),
     Analysis(
@@ -145,7 +145,7 @@ _ALL = (
         single=True,
         examples=(
             "--over voltage=0:2:401 --set drive_frequency=0.1 --out results",
-            "paper-table1 --over \"voltage=0 kV:10 kV:101\" --sweeps up --json",
+            'paper-table1 --over "voltage=0 kV:10 kV:101" --sweeps up --json',
         ),
     ),
     Analysis(
@@ -209,7 +209,7 @@ _ALL = (
         single=True,
         examples=(
             "biased-pump",
-            "biased-pump --over \"drive_frequency=4 Hz:20 Hz:80\" --out results",
+            'biased-pump --over "drive_frequency=4 Hz:20 Hz:80" --out results',
             "--preset spring --set spring_stiffness=0.1 --over drive_frequency=0.2:1:81 --json",
         ),
     ),
@@ -225,7 +225,7 @@ _ALL = (
         reader="analyses.envelope:envelope_arguments",
         examples=(
             "biased-pump --out results",
-            "my-device.toml --over \"drive_frequency=5 Hz:20 Hz:31\" --margin 0.3 --json",
+            'my-device.toml --over "drive_frequency=5 Hz:20 Hz:31" --margin 0.3 --json',
         ),
     ),
 )

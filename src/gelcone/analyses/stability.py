@@ -12,8 +12,8 @@ from gelcone.analyses.answer import common_json, heading, outcome_lines
 from gelcone.analyses.subject import read_over
 from gelcone.errors import InputError
 from gelcone.motion import floquet
-from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.floquet import Onset
+from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.physics.model import ConeModel
 from gelcone.words import measured, unit_of
 
@@ -39,7 +39,8 @@ def tongues(
 
     Parameters
     ----------
-    model, frequencies, voltages : as in `gelcone.tongues`.
+    model : one actuator, with ``rest_height`` 0 (or no spring).
+    frequencies, voltages : increasing drive frequencies and voltage amplitudes, at least two each.
     highest : the onset at the model's own frequency is searched up to this amplitude, dimensionless. Default three
         times the static pitchfork voltage.
     tolerance : relative error of one integration step. Default 1e-15.

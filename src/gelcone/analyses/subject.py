@@ -46,9 +46,7 @@ class Subject:
     def alone(self, name: str) -> Subject:
         """This subject; `InputError` where it is an ensemble."""
         if self.model.shape:
-            raise InputError(
-                f"{name} starts from one actuator, not {self.model.size}; sweep a parameter with --over"
-            )
+            raise InputError(f"{name} starts from one actuator, not {self.model.size}; sweep a parameter with --over")
         return self
 
     def without_initial(self, remedy: str) -> None:

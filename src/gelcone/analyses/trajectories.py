@@ -152,7 +152,8 @@ def _line_table(shown: xr.Dataset) -> list[str]:
     for i in range(min(PRINTED_LINES, shown.sizes["line"])):
         line = shown.isel(line=i)
         lines.append(
-            f"  {float(line['line_ratio']):15.6g} {float(line['line_frequency']):12.6g}{unit_of(line['line_frequency'])} "
+            f"  {float(line['line_ratio']):15.6g} "
+            f"{float(line['line_frequency']):12.6g}{unit_of(line['line_frequency'])} "
             f"{float(line['line_amplitude']):12.4g}{unit_of(line['line_amplitude'])} "
             f"{float(line['line_prominence']):10.1f} dB"
         )

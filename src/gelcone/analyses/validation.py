@@ -10,7 +10,7 @@ from gelcone.analyses.answer import common_json, heading, si_json
 from gelcone.analyses.subject import DEFAULT_RADIUS_RATIO, RADIUS_RATIO, read_settings, read_values
 from gelcone.errors import InputError
 from gelcone.quantity import Array
-from gelcone.words import measured, shortened, unit_of
+from gelcone.words import shortened, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -99,6 +99,7 @@ def validate_words(shown: xr.Dataset, subject: Subject) -> str:
 def _voltage_lines(member: xr.Dataset) -> list[str]:
     """At each voltage the deviation of the cone where the film is taut, and what became of it elsewhere."""
     from gelcone.continuum.path import Ending
+
     lines = [
         f"disc over film a/b {float(member[RADIUS_RATIO]):.4g}; cone force over that of the taut continuum, less 1:"
     ]

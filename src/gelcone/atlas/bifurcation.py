@@ -15,7 +15,17 @@ from gelcone.errors import InputError
 from gelcone.motion.evidence import Evidence, label_evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.regime import ROUNDS, classify
-from gelcone.motion.settle import Members, check_budgets, complete, members_of, nudge, repeats_lasting, settle, start_states, transient_of
+from gelcone.motion.settle import (
+    Members,
+    check_budgets,
+    complete,
+    members_of,
+    nudge,
+    repeats_lasting,
+    settle,
+    start_states,
+    transient_of,
+)
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array

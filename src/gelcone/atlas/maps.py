@@ -12,7 +12,6 @@ import numpy.typing as npt
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import sweep
 from gelcone.codes import Regime
-from gelcone.motion.evidence import Evidence, label_evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.regime import ROUNDS
 from gelcone.physics.model import ConeModel

@@ -46,7 +46,7 @@ class Plan:
 
     model: ConeModel
     over: Mapping[str, Any]
-    initial: tuple[float, float] = (1.0, 0.0)
+    initial: tuple[float, ...] = (1.0, 0.0)
     draws: Mapping[str, Any] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
 
@@ -132,7 +132,7 @@ def drawn_values(model: ConeModel, draws: Mapping[str, Any], over: Mapping[str, 
             model.replace(**{name: checked[name]})
     if len({array.shape for array in checked.values()}) > 1 or any(array.ndim != 1 for array in checked.values()):
         shapes = ", ".join(f"{name} {array.shape}" for name, array in checked.items())
-        raise InputError(f"draws: must have the same number of values for each parameter, in one dimension, not {shapes}")
+        raise InputError(f"draws: must be the same number of values for each parameter, in one dimension: {shapes}")
     return checked
 
 

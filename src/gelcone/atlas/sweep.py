@@ -80,8 +80,9 @@ def sweep(
     store : folder that keeps what is computed while the sweep runs (a Zarr group). Default none.
     resume : continues with what ``store`` holds, whose plan must be the same. Default no.
     device : what the plan's model comes from; the store keeps it, so that what it holds can be shown in SI units.
+        Default none.
     workers : who computes, for example `gelcone.cluster`. Default threads of this process.
-    watch : called with a `Tally` of the cells after each task.
+    watch : called with a `Tally` of the cells after each task. Default none.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -218,9 +219,7 @@ def _tasks(cells: Cells, team: int) -> Iterator[Cells]:
         first = last
 
 
-def _task(
-    plan: Plan, analysis: Analysis, keep: tuple[str, ...], cells: Cells
-) -> list[tuple[Cells, xr.Dataset | None]]:
+def _task(plan: Plan, analysis: Analysis, keep: tuple[str, ...], cells: Cells) -> list[tuple[Cells, xr.Dataset | None]]:
     """Computes some cells. Where that raises an error they are tried one by one; those that raise it have no result."""
     try:
         return [(cells, compute(plan, analysis, cells, keep))]

@@ -17,7 +17,14 @@ from gelcone.atlas.record import show, stored_device, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep
 from gelcone.atlas.uncertain import draw
 from gelcone.cli.command import help_of
-from gelcone.cli.options import OUTPUT, option_parameters, output_parameters, over_parameter, subject_of, subject_parameters
+from gelcone.cli.options import (
+    OUTPUT,
+    option_parameters,
+    output_parameters,
+    over_parameter,
+    subject_of,
+    subject_parameters,
+)
 from gelcone.cli.output import deliver, tally_shown
 from gelcone.errors import InputError
 
@@ -96,9 +103,7 @@ def map_command() -> click.Command:
     return click.Command("map", params=params, callback=run_map, help=help_of(MAP))
 
 
-def run_map(
-    *, over: tuple[str, ...], coarsest: int, uniform: bool, resume: Path | None, **typed: Any
-) -> None:
+def run_map(*, over: tuple[str, ...], coarsest: int, uniform: bool, resume: Path | None, **typed: Any) -> None:
     """Reads the map, or takes that of a store, and runs it."""
     output, how = _take(typed, OUTPUT), _take(typed, _RUN)
     kept, workers = one_store(how["store"], resume), read_workers(how)

@@ -38,7 +38,9 @@ class Answers(Protocol):
     def json(self, result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]: ...
 
 
-def deliver(answers: Answers, result: xr.Dataset, subject: Subject, out: Path | None, force: bool, as_json: bool) -> None:
+def deliver(
+    answers: Answers, result: xr.Dataset, subject: Subject, out: Path | None, force: bool, as_json: bool
+) -> None:
     """What every command does with its result: SI units for a device, NAME.nc and NAME.png for --out, JSON or text."""
     shown = in_si(result, subject)
     paths = () if out is None else write_results(out, answers.command, shown, answers.draw(shown), force)
@@ -68,7 +70,7 @@ def progress_bar(label: str, hidden: bool) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def tally_shown(label: str) -> Iterator[Callable[[Tally], None]]:
-    """Cells, rate, time left and chaos of a sweep on the error stream: a bar on a terminal, else a line now and then."""
+    """How far a sweep is, on the error stream: a bar on a terminal, else a line now and then."""
     if not sys.stderr.isatty():
         said = time.monotonic()
 
