@@ -40,7 +40,7 @@ class Subject:
 
     model: ConeModel
     device: Device | None = None
-    initial: tuple[float, float] = DEFAULT_INITIAL
+    initial: tuple[float, ...] = DEFAULT_INITIAL
     starts: bool = False
 
     def alone(self, name: str) -> Subject:
