@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from gelcone.devices.si import to_si as to_si
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
-    from gelcone.motion.balance import PullIn as PullIn
     from gelcone.motion.envelope import envelope as envelope
     from gelcone.motion.envelope import operating_limits as operating_limits
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages
@@ -73,14 +72,26 @@ if TYPE_CHECKING:
     from gelcone.motion.section import section as section
     from gelcone.motion.settled import settled as settled
     from gelcone.motion.spectrum import spectrum as spectrum
+    from gelcone.physics.balance import PullIn as PullIn
+    from gelcone.physics.bias import Bias as Bias
+    from gelcone.physics.bias import LinearSpring as LinearSpring
+    from gelcone.physics.circuit import Circuit as Circuit
+    from gelcone.physics.circuit import IdealSource as IdealSource
+    from gelcone.physics.component import Component as Component
+    from gelcone.physics.component import State as State
+    from gelcone.physics.drive import Sine as Sine
+    from gelcone.physics.drive import Waveform as Waveform
     from gelcone.physics.film.continuum import ContinuumFilm as ContinuumFilm
     from gelcone.physics.film.continuum import read_film as read_film
+    from gelcone.physics.film.film import Film as Film
+    from gelcone.physics.film.taut import TautCone as TautCone
     from gelcone.physics.laws import LAWS as LAWS
     from gelcone.physics.laws import Gent as Gent
     from gelcone.physics.laws import NeoHookean as NeoHookean
     from gelcone.physics.laws import StrainEnergyLaw as StrainEnergyLaw
     from gelcone.physics.laws import Yeoh as Yeoh
     from gelcone.physics.model import ConeModel as ConeModel
+    from gelcone.quantity import Quantity as Quantity
 
 
 @cache

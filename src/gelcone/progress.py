@@ -37,6 +37,11 @@ def watching(watch: Watch) -> Iterator[None]:
         _watched.watch = before
 
 
+def current_watch() -> Watch | None:
+    """The watch over what this thread integrates, if any."""
+    return getattr(_watched, "watch", None)
+
+
 def weighted(progress: Progress, weight: float) -> Progress:
     """A progress whose whole is the share ``weight`` of the given one's."""
     if progress is None:

@@ -12,8 +12,6 @@ from gelcone.codes import Outcome, Regime
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.physics.film.continuum import ContinuumFilm
-
 SIGNS = {-1: "certainly negative", 0: "sign uncertain within the budget", 1: "certainly positive"}
 """What is known of the sign of the largest exponent."""
 DISCORD = "the evidence does not agree"
@@ -131,7 +129,7 @@ def regime_counts(cells: xr.Dataset) -> dict[str, int]:
     return {kind.label: int((codes == kind).sum()) for kind in Regime if (codes == kind).any()}
 
 
-# --- members and films ------------------------------------------------------------------------------------------------
+# --- members ----------------------------------------------------------------------------------------------------------
 
 
 def members_of(result: xr.Dataset, most: int | None = None) -> list[tuple[str, xr.Dataset]]:
@@ -144,9 +142,3 @@ def members_of(result: xr.Dataset, most: int | None = None) -> list[tuple[str, x
     names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") == "parameter"]
     chosen = [stacked.isel(flat=i) for i in range(stacked.sizes["flat"])[:most]]
     return [(", ".join(f"{n} {float(m[n]):.4g}" for n in names), m) for m in chosen]
-
-
-def film_in_words(film: ContinuumFilm) -> str:
-    """How far a fitted film reaches, and how well its force was fitted."""
-    errors = ", ".join(f"{name} {error:.1%}" for name, error in film.errors) or "not known"
-    return f"a/b = {film.radius_ratio:.4g}, up to |x| = {film.reach:.4g}; largest error of its force: {errors}"

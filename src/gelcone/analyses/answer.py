@@ -11,7 +11,7 @@ import numpy as np
 
 from gelcone.analyses.subject import IN_SI
 from gelcone.codes import Outcome, Regime
-from gelcone.words import DISCORD, film_in_words, members_of, regime_counts, shortened, unit_of
+from gelcone.words import DISCORD, members_of, regime_counts, shortened, unit_of
 from gelcone.words import MOST_LINES as MOST_PRINTED
 
 if TYPE_CHECKING:
@@ -169,8 +169,8 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     numbers = {k: v for k, v in subject.model.parameters().items() if isinstance(v, float) and k not in swept}
     name = subject.device.name if subject.device else "cone model, dimensionless"
     lines = [name, "  " + ", ".join(f"{k} {v:.4g}" for k, v in numbers.items())]
-    film = subject.model.film
-    return lines if film is None else [*lines, f"  film as a continuum, {film_in_words(film)}"]
+    about = subject.model.film.describe()
+    return [*lines, f"  {about}"] if about else lines
 
 
 def outcome_lines(result: xr.Dataset) -> list[str]:

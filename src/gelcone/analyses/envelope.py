@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import common_json, heading
-from gelcone.analyses.subject import read_over
 from gelcone.codes import Regime
 from gelcone.errors import InputError
 from gelcone.words import unit_of
@@ -32,7 +31,7 @@ def envelope_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, 
     """The arguments of `gelcone.envelope`."""
     subject.without_initial("an envelope starts from the device's rest; leave it out")
     arguments = {name: value for name, value in given.items() if name != "over"}
-    for name, values in read_over(given.get("over", ()), subject.device).items():
+    for name, values in subject.over(given.get("over", ())).items():
         if name not in _AXES:
             raise InputError(f"--over {name}: an envelope is over drive_frequency and voltage; leave it out")
         arguments[_AXES[name]] = values

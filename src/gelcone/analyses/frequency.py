@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import common_json, heading, outcome_lines, periods_json
-from gelcone.analyses.subject import read_over
 from gelcone.errors import InputError
 from gelcone.words import kinds_of_motion, shortened, unit_of
 
@@ -24,7 +23,7 @@ _CURVES = ("stroke", "lowest", "highest", "harmonic_amplitude", "harmonic_phase"
 
 def frequency_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments of `gelcone.frequency`."""
-    swept = read_over(given.get("over", ()), subject.device)
+    swept = subject.over(given.get("over", ()))
     if list(swept) not in ([], ["drive_frequency"]):
         raise InputError(
             "--over: a frequency response takes drive_frequency alone, as in --over drive_frequency=0.1:2:80"

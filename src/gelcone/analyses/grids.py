@@ -21,7 +21,7 @@ from gelcone.analyses.answer import (
     regime_names,
     si_json,
 )
-from gelcone.analyses.subject import STATES, read_over, read_states
+from gelcone.analyses.subject import STATES, read_states
 from gelcone.errors import InputError
 from gelcone.words import attractor_in_words, rate_unit, regime_counts, shortened, with_error
 
@@ -56,7 +56,7 @@ def _cells_json(result: xr.Dataset) -> dict[str, Any]:
 
 def bifurcation_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments of `gelcone.bifurcation`."""
-    swept = read_over(given.get("over", ()), subject.device)
+    swept = subject.over(given.get("over", ()))
     if len(swept) != 1:
         other = "two make a `gelcone map`" if len(swept) == 2 else "for example --over voltage=0:2:401"
         raise InputError(f"--over: a bifurcation diagram takes one parameter, not {len(swept)}; {other}")

@@ -54,7 +54,7 @@ def tongues(
 
 def tongues_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments of `tongues`; axes that are not given take their defaults."""
-    swept = read_over(given.get("over", ()), subject.device)
+    swept = subject.over(given.get("over", ()))
     for name in swept:
         if name not in DEFAULT_OVER:
             raise InputError(f"--over {name}: tongues go over drive_frequency and voltage; fix the others with --set")

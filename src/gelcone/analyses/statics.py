@@ -12,7 +12,7 @@ import numpy.typing as npt
 from gelcone.analyses.answer import common_json, heading, outcome_lines
 from gelcone.analyses.subject import read_values
 from gelcone.motion import equilibrium
-from gelcone.motion.balance import PullIn
+from gelcone.physics.balance import PullIn
 from gelcone.physics.model import ConeModel
 from gelcone.words import measured, members_of, shortened, unit_of
 

@@ -16,6 +16,7 @@ from gelcone.quantity import Array
 if TYPE_CHECKING:
     from gelcone.atlas.uncertain import Distribution
     from gelcone.devices.device import Device
+    from gelcone.physics.system import ConeSystem
 
 MOST_POINTS = 10_000_000
 RADIUS_RATIO = "radius_ratio"
@@ -42,6 +43,10 @@ class Subject:
     device: Device | None = None
     initial: tuple[float, ...] = DEFAULT_INITIAL
     starts: bool = False
+
+    def over(self, texts: Iterable[str]) -> dict[str, Array]:
+        """The parameters to sweep and their values, see `read_over`."""
+        return read_over(texts, self.device, self.model.system)
 
     def alone(self, name: str) -> Subject:
         """This subject; `InputError` where it is an ensemble."""
@@ -196,11 +201,12 @@ def read_measure(option: str, text: str, quantity: str, device: Device | None) -
 # --- swept values -----------------------------------------------------------------------------------------------------
 
 
-def read_over(over: Iterable[str], device: Device | None = None) -> dict[str, Array]:
+def read_over(over: Iterable[str], device: Device | None = None, system: ConeSystem | None = None) -> dict[str, Array]:
     """Parameters to sweep -> their values, in the order given.
 
     Values are a range ``from:to:count`` or a list ``v1,v2,...``, increasing and at least two; with a device they may
-    carry units where the parameter has one (``voltage=0 V:500 V:51``).
+    carry units where the parameter has one (``voltage=0 V:500 V:51``). ``system`` brings the parameters of its own
+    components.
 
     Raises
     ------
@@ -209,10 +215,10 @@ def read_over(over: Iterable[str], device: Device | None = None) -> dict[str, Ar
     """
     swept: dict[str, Array] = {}
     for name, values in _pairs(over, "name=from:to:count or name=v1,v2,..., for example --over voltage=0:2:401"):
-        parameter_quantity(name)  # refuses an unknown name before its values are read
+        parameter_quantity(name, system)  # refuses an unknown name before its values are read
         if name in swept:
             raise InputError(f"--over {name}: is given twice; give it once")
-        swept[name] = increasing(f"--over {name}", read_values(f"--over {name}", values, name, device))
+        swept[name] = increasing(f"--over {name}", read_values(f"--over {name}", values, name, device, system))
     return swept
 
 
@@ -250,7 +256,9 @@ def _pairs(over: Iterable[str], form: str) -> Iterable[tuple[str, str]]:
         yield name, values
 
 
-def read_values(option: str, text: str, name: str, device: Device | None = None) -> Array:
+def read_values(
+    option: str, text: str, name: str, device: Device | None = None, system: ConeSystem | None = None
+) -> Array:
     """Values of the parameter ``name`` as a range ``from:to:count`` or a list ``v1,v2,...``, within its bounds.
 
     With a device they may carry units, then all of them.
@@ -261,7 +269,7 @@ def read_values(option: str, text: str, name: str, device: Device | None = None)
         values: Any = read_range(f"{first}:{last}:{count.strip()}")
     else:
         values = [float(value) for value in _dimensionless(option, text.split(","), name, device)]
-    return np.atleast_1d(np.asarray(parameter_quantity(name).check(name, values), dtype=float))
+    return np.atleast_1d(np.asarray(parameter_quantity(name, system).check(name, values), dtype=float))
 
 
 def increasing(option: str, values: Array) -> Array:

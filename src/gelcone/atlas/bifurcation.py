@@ -16,7 +16,6 @@ from gelcone.motion.evidence import Evidence, label_evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.regime import ROUNDS, classify
 from gelcone.motion.settle import (
-    Members,
     check_budgets,
     complete,
     members_of,
@@ -26,6 +25,7 @@ from gelcone.motion.settle import (
     start_states,
     transient_of,
 )
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array
@@ -168,7 +168,7 @@ def _sweep(
     return {sweep: evidence.take(slice(i * count, (i + 1) * count)) for i, sweep in enumerate(sweeps)}
 
 
-def _fixed(plan: Plan, values: dict[str, Array]) -> tuple[ConeModel, Array]:
+def _fixed(plan: Plan, values: dict[str, Array]) -> tuple[Members, Array]:
     """The members at some values of the parameter, and the plan's initial state for each, (values, N)."""
     model, states = plan.at(values)
     members = members_of(model)
@@ -180,7 +180,7 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
 
     name, values = next(iter(plan.over.items()))
     model, _ = plan.at(plan.grid)
-    attrs = {"long_name": meaning_of(name), "units": "1", "quantity": quantity_of(name)}
+    attrs = {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": quantity_of(name)}
     labelled = []
     for evidence in branches.values():
         branch = label_evidence(members_of(model), evidence, _options(plan), "bifurcation diagram")
@@ -212,9 +212,9 @@ def _thresholds(
     states = np.concatenate([_met(plans, branch, branches[branch], values, at) for branch, at in changes.items()])
     for _ in range(bisections if names.size else 0):
         middle = 0.5 * (low + high)
-        model, _ = plan.at({name: middle})
+        members = members_of(plan.at({name: middle})[0])
         # What is neither kind lies between them too; the side that keeps its kind moves up.
-        stays = _classify(plan, model, states, threads).regime == below
+        stays = _classify(plan, members, states, threads).regime == below
         low, high = np.where(stays, middle, low), np.where(stays, high, middle)
         progress(1.0 / bisections)
 

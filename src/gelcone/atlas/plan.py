@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.errors import InputError, unknown_name
-from gelcone.physics.model import PARAMETERS, ConeModel, parameter_quantity
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Quantity
 
 STATES = {
@@ -103,10 +103,10 @@ class Plan:
 
 def swept_values(model: ConeModel, name: str, values: npt.ArrayLike) -> Array:
     """The checked values of a swept parameter or component of the initial state."""
-    known = [*PARAMETERS, *model.law.parameters, *STATES]
+    known = [*model.system.parameters, *STATES]
     if name not in known:
         raise unknown_name("parameter that can be swept", name, known)
-    quantity = STATES[name] if name in STATES else parameter_quantity(name)
+    quantity = STATES[name] if name in STATES else model.system.parameters[name]
     array = np.atleast_1d(np.asarray(quantity.check(name, values), dtype=float))
     if array.ndim != 1 or array.size < 2:
         raise InputError(f"{name}: a sweep needs at least 2 values in one dimension, not shape {array.shape}")
@@ -123,10 +123,10 @@ def drawn_values(model: ConeModel, draws: Mapping[str, Any], over: Mapping[str, 
     for name, values in draws.items():
         if name in over:
             raise InputError(f"{name}: is both swept and drawn; choose one")
-        known = [*PARAMETERS, *model.law.parameters, *STATES]
+        known = [*model.system.parameters, *STATES]
         if name not in known:
             raise unknown_name("parameter that can be drawn", name, known)
-        quantity = STATES[name] if name in STATES else parameter_quantity(name)
+        quantity = STATES[name] if name in STATES else model.system.parameters[name]
         checked[name] = np.atleast_1d(np.asarray(quantity.check(name, values), dtype=float))
         if name not in STATES:
             model.replace(**{name: checked[name]})
@@ -141,6 +141,6 @@ def quantity_of(name: str) -> str:
     return {"displacement": "length", "velocity": "velocity"}.get(name, "parameter")
 
 
-def meaning_of(name: str) -> str:
+def meaning_of(model: ConeModel, name: str) -> str:
     """Long name of a swept coordinate."""
-    return STATES[name].meaning if name in STATES else parameter_quantity(name).meaning
+    return STATES[name].meaning if name in STATES else model.system.parameters[name].meaning

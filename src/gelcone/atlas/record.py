@@ -151,14 +151,22 @@ def show(path: str | Path) -> xr.Dataset:
 def coordinates(plan: Plan) -> dict[str, Field]:
     """The axes of a plan, and the draws of its uncertain parameters."""
     coordinates = {
-        name: Field((name,), values, {"long_name": meaning_of(name), "units": "1", "quantity": quantity_of(name)})
+        name: Field(
+            (name,), values, {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": quantity_of(name)}
+        )
         for name, values in plan.over.items()
     }
     drawn = {
-        f"drawn_{name}": Field(("draw",), values, {"long_name": meaning_of(name), "units": "1", "quantity": "code"})
+        f"drawn_{name}": Field(
+            ("draw",), values, {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": "code"}
+        )
         for name, values in plan.draws.items()
     }
     return coordinates | drawn
+
+
+def _axis(plan: Plan, name: str, quantity: str) -> dict[str, str]:
+    return {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": quantity}
 
 
 def label(

@@ -27,7 +27,7 @@ from gelcone.atlas.workers import Team, Workers
 from gelcone.atlas.workers import threads as start_threads
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.flow import LANES
+from gelcone.motion.heyoka import LANES
 from gelcone.motion.settle import check_budgets, complete, members_of, start_states
 from gelcone.progress import Progress, Stopped
 from gelcone.quantity import check_count

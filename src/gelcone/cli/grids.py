@@ -11,7 +11,7 @@ from click.core import ParameterSource
 from gelcone.analyses.analysis import Analysis, Option
 from gelcone.analyses.answer import check_folder
 from gelcone.analyses.register import ANALYSES, SWEEPABLE, find_analysis
-from gelcone.analyses.subject import Subject, read_over, read_uncertain
+from gelcone.analyses.subject import Subject, read_uncertain
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import show, stored_device, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep
@@ -113,7 +113,7 @@ def run_map(*, over: tuple[str, ...], coarsest: int, uniform: bool, resume: Path
             raise InputError(f"{resume}: holds a sweep that is not a map; use `gelcone sweep --resume {resume}`")
     else:
         subject = subject_of(typed).alone("map")
-        swept = read_over(over, subject.device)
+        swept = subject.over(over)
         if len(swept) != 2:
             remedies = {
                 0: "for example --over voltage=0:2:101 --over prestretch=0.4:2:81",
@@ -187,7 +187,7 @@ def run_sweep(
         options = _given(typed)
         if subject.device is not None and found.cells and "field_limit" in found.options:
             options.setdefault("field_limit", subject.device.breakdown_field())
-        plan = Plan(subject.model, read_over(over, subject.device), subject.initial, draws, options)
+        plan = Plan(subject.model, subject.over(over), subject.initial, draws, options)
         wanted = Sweep(subject, plan, found.name, None, keep)
     run(SWEEP, wanted, kept, resume is not None, workers, output)
 

@@ -15,7 +15,6 @@ from gelcone.cli.output import deliver, progress_bar
 from gelcone.errors import InputError
 from gelcone.files import check_writable
 from gelcone.physics.model import ConeModel
-from gelcone.words import film_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -136,4 +135,4 @@ def write_fit(model: ConeModel, ratio: Any, path: Path, force: bool) -> None:
 
     fitted = fit_film(model, ratio)
     write_film(fitted, path, force=force)
-    click.echo(f"{path}: continuum film, {film_in_words(fitted)}", err=True)
+    click.echo(f"{path}: {fitted.describe()}", err=True)

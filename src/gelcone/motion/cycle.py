@@ -16,18 +16,9 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
-from gelcone.motion.settle import (
-    LONG_STRETCH,
-    STRETCH,
-    Clock,
-    Members,
-    clocks,
-    forcing_period,
-    mirror,
-    mirrored,
-    planar,
-)
+from gelcone.motion.settle import LONG_STRETCH, STRETCH, Clock, clocks, forcing_period, mirror, mirrored, planar
 from gelcone.motion.tangents import CERTAIN, FLOOR, chained, log_multipliers, qr_growth, solved, unit_frames
+from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
 RETURNS = 64

@@ -102,7 +102,7 @@ class Plane:
 
     def _examine(self, model: ConeModel) -> dict[str, Array]:
         start = start_states(model, (self.rest + NUDGE, 0.0))
-        evidence = classify(model, start, threads=self.threads)
+        evidence = classify(model.members(), start, threads=self.threads)
         ran = evidence.outcome == Outcome.OK
         after = np.where(ran[:, None], evidence.final, start)
         run = simulate(model, after, periods=PERIODS, field_limit=self.field_limit, threads=self.threads)
@@ -198,4 +198,4 @@ def _onset(plane: Plane, omegas: Array, highest: float) -> tuple[Any, Any]:
 
 def is_flat(model: ConeModel) -> bool:
     """Whether a single model's flat film is an equilibrium."""
-    return float(model.rest_height) * float(model.spring_stiffness) == 0.0
+    return bool(model.members().symmetric[0])

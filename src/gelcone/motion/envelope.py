@@ -19,7 +19,8 @@ from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven, is_f
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage, stroke_and_blocked_force
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.response import NEAR_LIMIT
-from gelcone.motion.settle import Members, inside, members_of, single, start_states, start_values
+from gelcone.motion.settle import inside, members_of, single, start_states, start_values
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
 from gelcone.quantity import Array

@@ -12,7 +12,7 @@ from gelcone import dataset
 from gelcone.codes import Regime
 from gelcone.dataset import Findings, Variable
 from gelcone.motion.cycle import RETURNS
-from gelcone.physics.model import ConeModel
+from gelcone.physics.members import Ensemble
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -125,12 +125,12 @@ class Evidence:
         }
 
 
-def label_evidence(model: ConeModel, evidence: Evidence, options: dict[str, Any], title: str) -> xr.Dataset:
+def label_evidence(model: Ensemble, evidence: Evidence, options: dict[str, Any], title: str) -> xr.Dataset:
     """Evidence of all members as a Dataset over the ensemble's dims."""
     return label_regimes(model, evidence.findings(), options, title)
 
 
-def label_regimes(model: ConeModel, found: Findings, options: dict[str, Any], title: str) -> xr.Dataset:
+def label_regimes(model: Ensemble, found: Findings, options: dict[str, Any], title: str) -> xr.Dataset:
     """The same from its findings."""
     result = dataset.label(model, found.variables, outcome=found.outcome, options=options, title=title)
     result["regime"].attrs |= {

@@ -21,6 +21,7 @@ from gelcone.motion.natural import natural_frequency
 from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.settle import members_of, nudge, start_states
 from gelcone.motion.settled import HARMONICS, Swing, settled_swing
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array
@@ -141,7 +142,7 @@ def _grid(model: ConeModel, frequencies: npt.ArrayLike) -> Array:
 # --- sweeps -----------------------------------------------------------------------------------------------------------
 
 
-def _sweep(model: ConeModel, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]) -> Swing:
+def _sweep(model: Members, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]) -> Swing:
     """Swings (members, steps) at the frequencies ``grids``; odd members are swept down."""
     count = grids.shape[1]
     down = np.arange(model.size) % len(BRANCHES) == 1
@@ -177,7 +178,7 @@ class _Peaks:
     error: Array
 
 
-def _peaks(model: ConeModel, grids: Array, swept: Swing, progress: Progress, flow: dict[str, Any]) -> _Peaks:
+def _peaks(model: Members, grids: Array, swept: Swing, progress: Progress, flow: dict[str, Any]) -> _Peaks:
     """Narrows down the highest point of each sweep between its neighbours, starting from the motion there."""
     members, amplitude = np.arange(model.size), np.where(np.isnan(swept.amplitude), -1.0, swept.amplitude)
     best = amplitude.argmax(axis=1)
@@ -231,7 +232,7 @@ def differing(swept: Swing) -> npt.NDArray[np.bool_]:
     return np.asarray(apart & (swept.period != 0).any(axis=1))
 
 
-def _jumps(model: ConeModel, grid: Array, swept: Swing, progress: Progress, flow: dict[str, Any]) -> _Jumps:
+def _jumps(model: Members, grid: Array, swept: Swing, progress: Progress, flow: dict[str, Any]) -> _Jumps:
     """Both ends of each range in which the sweeps differ, narrowed down by following both motions outwards.
 
     The sweep down jumps at the lower end of the range, the one up at its upper end. An end that is an end of the

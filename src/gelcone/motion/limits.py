@@ -12,7 +12,8 @@ from gelcone.dataset import Findings
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.settle import Members, inside, members_of, start_states, start_values
+from gelcone.motion.settle import inside, members_of, start_states, start_values
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array
@@ -67,7 +68,7 @@ def limits_cells(
     found = {name: np.full(members.size, np.nan) for name in _MEANINGS}
     outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
     reachable = inside(members, 0.0)
-    flat = reachable & (np.asarray(members.rest_height) * np.asarray(members.spring_stiffness) == 0.0)
+    flat = reachable & members.symmetric
     if reachable.any():
         part = members.take(reachable)
         outcome[reachable] = Outcome.OK

@@ -23,7 +23,6 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.settle import (
     STRETCH,
     Clock,
-    Members,
     check_budgets,
     clocks,
     damped,
@@ -36,6 +35,7 @@ from gelcone.motion.settle import (
     transient_of,
 )
 from gelcone.motion.tangents import CERTAIN, FLOOR, TangentRun, advance
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array

@@ -39,7 +39,6 @@ from gelcone.motion.lyapunov import average, shear_level
 from gelcone.motion.settle import (
     LONG_STRETCH,
     STRETCH,
-    Members,
     check_budgets,
     damped,
     forcing_period,
@@ -56,6 +55,7 @@ from gelcone.motion.settle import (
 )
 from gelcone.motion.tangents import CERTAIN, FLOOR
 from gelcone.motion.zero_one import zero_one
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array, check_count

@@ -12,10 +12,11 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.motion.flow import DEFAULT_TOLERANCE, Trajectories, integrate
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
+from gelcone.motion.job import Trajectories
 from gelcone.motion.settle import fastest_rate, members_of, start_states
-from gelcone.physics import drive
-from gelcone.physics.model import ConeModel, electric_energy, spring_energy
+from gelcone.physics.members import Members
+from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
 from gelcone.quantity import Array
 
@@ -93,9 +94,10 @@ def simulate(
     shares.setdefault("breakdown", np.full(model.size, np.nan))
     shared_times = (sampled == sampled[0]).all()
     dim = "time" if shared_times else "sample"
+    meanings = _MEANINGS | {state.name: (state.meaning, state.quantity) for state in model.system.states[2:]}
     result = dataset.label(
         model,
-        {n: ((dim,), v[:, kept], *_MEANINGS[n]) for n, v in variables.items()}
+        {n: ((dim,), v[:, kept], *meanings[n]) for n, v in variables.items()}
         | {n: ((dim,), v[:, kept], f"is there {_ASSUMPTIONS[n]}", "flag") for n, v in broken.items()}
         | {
             f"validity_{n}": ((), shares[n], f"share of the time with {_ASSUMPTIONS[n]}", "share") for n in _ASSUMPTIONS
@@ -195,33 +197,27 @@ _ASSUMPTIONS = {
 """How the model stops being true; each a flag over time, and a share of the run."""
 
 
-def _variables(members: ConeModel, run: Trajectories) -> dict[str, Array]:
+def _variables(members: Members, run: Trajectories) -> dict[str, Array]:
     """All time series, each (members, samples)."""
-    x, u = run.states[..., 0], run.states[..., 1]
     assert run.work is not None
+    x, u = run.states[..., 0], run.states[..., 1]
     electric_work, dissipated = run.work[..., 0], run.work[..., 1]
-    c = members.coefficients(trailing=1)
-    amplitude, bias, omega = (
-        np.broadcast_to(v, members.shape)[:, None]
-        for v in (members.voltage, members.voltage_bias, members.drive_frequency)
-    )
-    v = drive.voltage(run.times, amplitude, bias, omega)
-    state = members.film_state(x, v)
-    spring = spring_energy(x, c) + 0.0 * x
-    unloaded = members.energy(x) - spring
-    change = drive.voltage_rate(run.times, amplitude, omega)
-    if members.film is None:
-        q = 1.0 + x * x
-        film, field = unloaded, -electric_energy(x, v)
-        current = change * q + 2.0 * v * x * u
-    else:
-        area = members.film.area(x, v * v)
-        film, field = members.film.work(x, v * v) + 0.5 * v * v * (area - 1.0), 0.5 * v * v * area
-        # charge is v times the area, whose rate the fit has in no closed form
-        current = np.stack([np.gradient(v_i * a, t) for v_i, a, t in zip(v, area, run.times, strict=True)])
-    mechanical = 0.5 * u * u + unloaded + spring
+    system, n = members.system, members.numbers(trailing=1)
+    z = list(np.moveaxis(run.states, -1, 0))
+    v = members.film_voltage(run.times, run.states)
+    change = np.broadcast_to(system.film_voltage_rate(run.times, z, n), x.shape)
+    state = system.film.state(x, v, n)
+    bias = np.broadcast_to(system.bias.energy(x, n), x.shape)
+    unloaded, held = system.film.work(x, 0.0, n), system.film.work(x, v * v, n)
+    area = np.broadcast_to(system.film.area(x, v * v, n), x.shape)
+    field = 0.5 * v * v * area
+    film = held + field - 0.5 * v * v
+    current = system.film.current(run.times, x, u, v, change, n)
+    mechanical = 0.5 * u * u + unloaded + bias
     stored = film - unloaded + field
-    return {
+    power = system.powers(run.times, z, n)[1]
+    own = {s.name: run.states[..., i] for i, s in enumerate(system.states) if i > 1}
+    return own | {
         "displacement": x,
         "velocity": u,
         "drive_voltage": v,
@@ -233,23 +229,21 @@ def _variables(members: ConeModel, run: Trajectories) -> dict[str, Array]:
         "true_field": state.true_field,
         "kinetic_energy": 0.5 * u * u,
         "film_energy": film,
-        "spring_energy": spring,
+        "spring_energy": bias,
         "field_energy": field,
         "supplied_energy": electric_work + stored - stored[:, :1],
         "dissipated_energy": dissipated,
         "current": current,
         "input_power": v * current,
-        "dissipated_power": 2.0 * c.zeta * u * u,
+        "dissipated_power": power,
         "energy_residual": electric_work - dissipated - (mechanical - mechanical[:, :1]),
     }
 
 
-def _broken_assumptions(members: ConeModel, series: dict[str, Array], field_limit: float | None) -> dict[str, Any]:
+def _broken_assumptions(members: Members, series: dict[str, Array], field_limit: float | None) -> dict[str, Any]:
     """Whether each assumption of the model fails, at each sample; without breakdown when that is unknown."""
-    x = series["displacement"]
-    near = members.strain(x) >= NEAR_LIMIT * np.asarray(members.strain_limit(trailing=1))
-    if members.film is not None:
-        near |= members.film_state(x, series["drive_voltage"]).limit_share >= NEAR_LIMIT
+    n = members.numbers(trailing=1)
+    near = members.system.film.near_limit(series["displacement"], series["drive_voltage"], n, NEAR_LIMIT)
     broken = {
         "hoop_slack": series["hoop_stress"] < 0.0,
         "meridional_slack": series["meridional_stress"] < 0.0,

@@ -12,7 +12,6 @@ from gelcone.dataset import Findings, with_initial
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.settle import (
-    Members,
     Piece,
     acceleration_at,
     blocks,
@@ -26,6 +25,7 @@ from gelcone.motion.settle import (
     state_count,
     state_names,
 )
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, split_progress
 from gelcone.quantity import Array, check_count

@@ -18,8 +18,9 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
-from gelcone.physics import drive
-from gelcone.physics.model import ConeModel, acceleration, electric_pull
+from gelcone.physics.dual import derivative
+from gelcone.physics.members import Ensemble, Members
+from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array
 
@@ -42,105 +43,83 @@ LONGEST_DECAY = 5000.0
 FEWEST_REPEATS = 30
 SHORTEST_TRANSIENT = 200.0
 
-Members = ConeModel
-"""A flattened ensemble."""
-
-
 # --- what the analyses need to know of an ensemble --------------------------------------------------------------------
 
 
-def members_of(model: ConeModel) -> Members:
+def members_of(model: Ensemble) -> Members:
     """The members of a model in C order, as a one-dimensional ensemble."""
-    return model.take(slice(None))
+    return model.members()
 
 
 def single(members: Members, row: int) -> ConeModel:
     """One member as a single model."""
-    return members.take(row)
+    return ConeModel.of_system(members.system, {name: float(value[row]) for name, value in members.values.items()})
 
 
 def state_names(members: Members) -> tuple[str, ...]:
     """Names of the states; the first two are the displacement and its rate."""
-    return ("displacement", "velocity")
+    return tuple(state.name for state in members.system.states)
 
 
 def state_count(members: Members) -> int:
     """Number of states, N."""
-    return len(state_names(members))
+    return len(members.system.states)
 
 
 def planar(members: Members) -> bool:
     """Whether the motion has two states, so that areas of deviations and closed curves bound what it can do."""
-    return state_count(members) == 2
+    return members.system.planar
 
 
 def start_values(members: Members) -> Array:
     """What the states start from where nothing is said of them, (members, N)."""
-    return np.zeros((members.size, state_count(members)))
+    return members.start_states((0.0, 0.0))
 
 
 def mirror(members: Members) -> Array:
     """Sign of each state under the reflection x -> -x, (N,)."""
-    return np.full(state_count(members), -1.0)
+    return members.system.mirror
 
 
 def mirrored(members: Members) -> npt.NDArray[np.bool_]:
     """Members whose equation of motion is unchanged by `mirror`, (members,)."""
-    return np.broadcast_to(np.asarray(members.rest_height) == 0.0, (members.size,))
+    return members.symmetric
 
 
 def forcing_period(members: Members) -> Array:
     """Smallest period of the forcing, (members,): pi/omega for a pure sine, whose square forces the motion, 2 pi/omega
     with a bias."""
-    return np.broadcast_to(members.drive_repeat, members.shape).ravel()
+    return np.broadcast_to(members.forcing_period, members.shape)
 
 
 def damped(members: Members) -> npt.NDArray[np.bool_]:
     """Members whose motion loses energy, (members,)."""
-    return np.broadcast_to(np.asarray(members.damping_ratio) > 0.0, members.shape).ravel()
+    return members.damped
 
 
 def divergence(members: Members) -> Array:
     """Rate at which volumes of states grow, (members,): the sum of all Lyapunov exponents."""
-    return -2.0 * np.broadcast_to(members.damping_ratio, members.shape).ravel()
+    return members.divergence
 
 
 def fastest_rate(members: Members) -> Array:
-    """A bound of the fastest rate of the motion, (members,).
-
-    Damping 2 zeta, plus the root of the stiffnesses of spring and film (at rest, or at large displacements where that
-    is more) and of the field at the peak voltage, as if all added up.
-    """
-    c = members.coefficients()
-    field = (np.asarray(members.voltage) + np.abs(members.voltage_bias)) ** 2
-    with np.errstate(all="ignore"):
-        at_rest = np.abs(members.stiffness(np.zeros(members.shape)))
-    # A film that is at its stretch limit while flat has no stiffness at rest.
-    stiffness = np.fmax(c.kappa + c.A, np.where(np.isfinite(at_rest), at_rest, 0.0))
-    return np.broadcast_to(2.0 * c.zeta + np.sqrt(1.0 + stiffness + field), members.shape).ravel()
+    """A bound of the fastest rate of the motion, (members,)."""
+    return members.rate
 
 
 def acceleration_at(members: Members, times: Array, states: Array) -> Array:
-    """x'' at ``times`` (members, samples) and ``states`` (members, samples, N)."""
-    amplitude, bias, omega = _drive_of(members)
-    voltage = drive.voltage(times, amplitude, bias, omega)
-    return acceleration(states[..., 0], states[..., 1], voltage, members.coefficients(trailing=1), members.body)[0]
+    """The disc's acceleration at ``times`` (members, samples) and ``states`` (members, samples, N)."""
+    return np.asarray(members.flow(times, states)[0][1])
 
 
 def jerk_at(members: Members, times: Array, states: Array) -> Array:
-    """x''' there: the slope in x times x', less 2 zeta x'', and the change of v^2 times its effect on x''."""
-    c = members.coefficients(trailing=1)
-    x, u = states[..., 0], states[..., 1]
-    amplitude, bias, omega = _drive_of(members)
-    voltage, rate = drive.voltage(times, amplitude, bias, omega), drive.voltage_rate(times, amplitude, omega)
-    along, slope = acceleration(x, u, voltage, c, members.body)
-    return slope * u - 2.0 * c.zeta * along + 2.0 * voltage * rate * electric_pull(x, voltage, c, members.body)
-
-
-def _drive_of(members: Members) -> tuple[Array, ...]:
-    """Amplitude, bias and frequency, (members, 1) each."""
-    values = (members.voltage, members.voltage_bias, members.drive_frequency)
-    return tuple(np.broadcast_to(v, members.shape)[:, None] for v in values)
+    """The rate of the acceleration there, by the chain rule along the motion."""
+    rates, jacobian = members.flow(times, states)
+    n, z = members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
+    waveform = members.system.waveform
+    commanded, change = waveform.voltage(times, n), waveform.voltage_rate(times, n)
+    by_voltage = derivative(lambda v, xp: members.system.rates_under(v, z, n, xp)[1], commanded)
+    return np.asarray(sum(slope * rate for slope, rate in zip(jacobian[1], rates, strict=True)) + by_voltage * change)
 
 
 def inside(members: Members, displacement: npt.ArrayLike) -> npt.NDArray[np.bool_]:
@@ -152,26 +131,13 @@ def inside(members: Members, displacement: npt.ArrayLike) -> npt.NDArray[np.bool
 
 def _refused_start(members: Members, states: Array) -> InputError:
     """Why no member can start from ``states``."""
-    displacement = states[0, 0]
-    if members.film is not None:
-        return InputError(
-            f"initial displacement {displacement:g}: must be less than {members.film.reach:g} either way, which the "
-            "continuum film was fitted for; start lower"
-        )
-    with np.errstate(over="ignore"):
-        strain, limit = members.strain(states[:, 0])[0], np.broadcast_to(members.strain_limit(), members.shape)[0]
-    if np.isinf(limit):
-        return InputError(f"initial = {states[0].tolist()}: its strain is beyond what doubles hold; start lower")
-    return InputError(
-        f"stretch_limit = {limit:g}: must exceed I1 - 3 = {strain:.4g} at the initial displacement "
-        f"{displacement:g}; start lower or raise it"
-    )
+    return InputError(members.system.film.outside(float(states[0, 0]), members.numbers_at(0)))
 
 
 # --- where motions start, and how long they take to settle ------------------------------------------------------------
 
 
-def start_states(model: ConeModel, initial: npt.ArrayLike) -> Array:
+def start_states(model: Ensemble, initial: npt.ArrayLike) -> Array:
     """Initial states of all members, (members, N).
 
     Parameters

@@ -17,7 +17,6 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.linear import linear_response
 from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.settle import (
-    Members,
     damped,
     default_transient,
     forcing_period,
@@ -28,6 +27,7 @@ from gelcone.motion.settle import (
     single,
     start_states,
 )
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array

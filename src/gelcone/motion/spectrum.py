@@ -21,7 +21,6 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.section import STILL
 from gelcone.motion.settle import (
     MOST_PER_REPEAT,
-    Members,
     blocks,
     fastest_rate,
     forcing_period,
@@ -32,6 +31,7 @@ from gelcone.motion.settle import (
     settle,
     start_states,
 )
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, split_progress, weighted
 from gelcone.quantity import Array, check_count

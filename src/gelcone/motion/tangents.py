@@ -16,7 +16,8 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
-from gelcone.motion.settle import STRETCH, Clock, Members, divergence, fastest_rate
+from gelcone.motion.settle import STRETCH, Clock, divergence, fastest_rate
+from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
 CERTAIN = 3.0

@@ -35,7 +35,7 @@ def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
     result = sweep(plan, keep=["section"], progress=lambda share: progress(0.9 * share))
     result = result.drop_vars(["status", "source"]).assign_attrs(title="parameter map")
     model, states = plan.at(plan.grid)
-    finite, _ = finite_exponents(model.take(slice(None)), states, effort.window, {})
+    finite, _ = finite_exponents(model.members(), states, effort.window, {})
     progress(0.1)
     result["finite"] = (
         (*plan.over, "exponent"),
