@@ -23,6 +23,7 @@ from gelcone._version import __version__ as __version__
 # The public names, listed here alone: type checkers and editors follow these imports, and `__getattr__` makes them when
 # a name is first used, so that ``import gelcone`` stays light.
 if TYPE_CHECKING:
+    from gelcone import plots as plots
     from gelcone.atlas.bifurcation import bifurcation as bifurcation
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
     from gelcone.atlas.maps import basin as basin
@@ -85,12 +86,13 @@ if TYPE_CHECKING:
     from gelcone.physics.film.continuum import read_film as read_film
     from gelcone.physics.film.film import Film as Film
     from gelcone.physics.film.taut import TautCone as TautCone
-    from gelcone.physics.laws import LAWS as LAWS
     from gelcone.physics.laws import Gent as Gent
+    from gelcone.physics.laws import LAWS as LAWS
     from gelcone.physics.laws import NeoHookean as NeoHookean
     from gelcone.physics.laws import StrainEnergyLaw as StrainEnergyLaw
     from gelcone.physics.laws import Yeoh as Yeoh
     from gelcone.physics.model import ConeModel as ConeModel
+    from gelcone.plots import plot as plot
     from gelcone.quantity import Quantity as Quantity
 
 
@@ -101,10 +103,9 @@ def _homes() -> dict[str, str]:
     from pathlib import Path
 
     listing = ast.parse(Path(__file__).read_text(encoding="utf-8"))
-    imports = [node for block in listing.body if isinstance(block, ast.If) for node in block.body]
-    return {
-        alias.name: str(node.module) for node in imports if isinstance(node, ast.ImportFrom) for alias in node.names
-    }
+    nodes = [node for block in listing.body if isinstance(block, ast.If) for node in block.body]
+    imports = [node for node in nodes if isinstance(node, ast.ImportFrom)]
+    return {alias.name: str(node.module) for node in imports for alias in node.names}
 
 
 def __getattr__(name: str) -> Any:
@@ -113,6 +114,8 @@ def __getattr__(name: str) -> Any:
         return ["__version__", *_homes()]
     if name.startswith("_") or name not in _homes():
         raise AttributeError(f"module 'gelcone' has no attribute {name!r}")
+    if _homes()[name] == "gelcone":
+        return import_module(f"gelcone.{name}")
     value = globals()[name] = getattr(import_module(_homes()[name]), name)
     return value
 

@@ -60,6 +60,8 @@ def label(
     """
     import xarray as xr
 
+    import gelcone.accessor  # noqa: F401  (gives Datasets their methods)
+
     members = member_dims(model)
 
     def array(spec: Variable) -> xr.DataArray:
@@ -138,6 +140,8 @@ def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
 def load(path: str | Path) -> xr.Dataset:
     """Reads a Dataset that `save` wrote, equal to what it was; `InputError` for a file that is not one."""
     import xarray as xr
+
+    import gelcone.accessor  # noqa: F401  (gives Datasets their methods)
 
     try:
         with xr.open_dataset(path, engine="h5netcdf") as dataset:

@@ -145,3 +145,48 @@ def test_without_a_dielectric_strength_breakdown_is_unknown_not_skipped(flat):
 def test_bad_input_is_refused(model, options, message):
     with pytest.raises(InputError, match=message):
         envelope(model, **options)
+
+
+# --- the driven half --------------------------------------------------------------------------------------------------
+
+
+def test_under_a_sine_the_natural_frequency_is_that_of_its_root_mean_square():
+    """A flat film, whose stiffness falls by the mean of v^2: half of the square of the amplitude."""
+    plane = Plane(FLAT, DriveShape(1.0, 0.0), 0.0, None, None)
+    at_rest = float(FLAT.stiffness(0.0))
+    for peak in (0.0, 0.4, 0.6):
+        assert plane.natural_frequency(peak) == pytest.approx(np.sqrt(at_rest - 0.5 * peak**2), rel=1e-12)
+    biased = Plane(FLAT, DriveShape(0.0, 1.0), 0.0, None, None)
+    assert biased.natural_frequency(0.4) == pytest.approx(np.sqrt(at_rest - 0.4**2), rel=1e-12)
+
+
+def test_a_motion_that_leaves_the_domain_meets_every_limit_of_the_film():
+    free = ConeModel(law="neo-hookean", damping_ratio=0.1, voltage=8.0, meridional_prestretch=1.2, hoop_prestretch=1.5)
+    plane = Plane(free, DriveShape.of(free), 0.0, 2.0, None)
+    found = plane.examine(np.array([1.0, 1.0]), np.array([0.1, 8.0]))
+    assert found["outcome"].tolist()[0] == 0.0
+    assert found["outcome"].tolist()[1] != 0.0
+    for name in ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit"):
+        assert found[name].tolist() == [0.0, 1.0], name
+    assert np.isfinite(found["stroke"][0])
+    assert np.isnan(found["stroke"][1])
+
+
+def test_limits_are_narrowed_to_a_64th_of_the_peaks_apart(taut):
+    width = (taut["limit_high"] - taut["limit_low"]).values[:-1]
+    found = width[np.isfinite(width) & (width > 0.0)]
+    assert found.size
+    apart = np.diff(np.linspace(0.2, 2.0, 8))[0]
+    first = 0.2  # the lowest peak lies that far above no voltage
+    np.testing.assert_allclose(np.minimum(np.abs(found - apart / 64), np.abs(found - first / 64)), 0.0, atol=1e-12)
+
+
+def test_the_onset_of_rest_is_as_wide_as_it_is_known(flat):
+    row = DRIVEN_LIMITS.index("onset of rest")
+    found = onset_voltage(FLAT.replace(drive_frequency=flat["drive_frequency"].values), highest=2.4)
+    reached = np.isfinite(found["onset_voltage"].values)
+    assert reached.any()
+    assert (found["onset_error"].values[reached] > 0.0).all()
+    np.testing.assert_array_equal(flat["limit_low"].values[row, reached], found["onset_voltage"].values[reached])
+    high = (found["onset_voltage"] + found["onset_error"]).values
+    np.testing.assert_array_equal(flat["limit_high"].values[row, reached], high[reached])

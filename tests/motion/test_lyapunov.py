@@ -11,7 +11,7 @@ from gelcone.errors import InputError
 from gelcone.motion import lyapunov as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.lyapunov import average, finite_exponents, lyapunov, running_estimate
-from gelcone.motion.settle import BLOCK, STRETCH, clocks, fastest_rate, repeats_lasting, settle
+from gelcone.motion.settle import BLOCK, STRETCH, Clock, clocks, fastest_rate, repeats_lasting, settle
 from gelcone.motion.tangents import FLOOR, qr_growth
 from gelcone.physics.model import ConeModel
 
@@ -317,3 +317,34 @@ def test_a_start_outside_is_refused_when_nobody_can_start():
 
 def test_signs_closer_to_zero_than_rounding_are_not_certain():
     assert 0.0 < FLOOR < 1e-5
+
+
+# --- statistics by hand -----------------------------------------------------------------------------------------------
+
+
+def test_block_statistics_are_those_of_the_blocks():
+    """Two blocks of two stretches of length 3: rates (a + b)/6, their mean, and the error of a mean of two."""
+    clock = Clock(1, 2, np.array([3.0]), np.ones(1))
+    growth = np.array([[[1.0, -1.0], [5.0, -3.0], [2.0, -2.0], [10.0, -6.0]]])
+    means, errors = module.block_statistics(growth, clock)
+    np.testing.assert_allclose(means, [[1.5, -1.0]])
+    np.testing.assert_allclose(errors, [[0.5, 1.0 / 3.0]])  # half the difference of two rates
+
+
+def test_an_average_that_ends_on_a_cycle_takes_its_exponents_and_its_sign():
+    """Both exponents of that cycle are -zeta, and certainly negative, however uncertain the average was."""
+    model = ConeModel(spring_stiffness=0.5, damping_ratio=0.05, drive_frequency=0.3, voltage=0.8).take(slice(None))
+    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
+    found = module.Exponents(
+        values=np.array([[0.01, -0.11]]),
+        standard_error=np.array([[0.02, 0.02]]),
+        time=np.array([1280.0]),
+        sign=np.zeros(1, dtype=np.int8),
+        outcome=np.zeros(1, dtype=np.int8),
+        running=np.full((1, 200, 2), np.nan),
+        states=settled,
+    )
+    assert module.take_cycles(model, found, {}).tolist() == [2]
+    assert found.sign.tolist() == [-1]
+    np.testing.assert_allclose(found.values, -0.05, rtol=1e-6)
+    assert (found.standard_error < 1e-6).all()

@@ -392,3 +392,84 @@ def test_certain_cases_are_named_right_or_flagged(classification, monkeypatch, c
     printed = capsys.readouterr().out
     assert code == 0, printed
     assert "wrong without a flag: 0" in printed
+
+
+# --- evidence and progress --------------------------------------------------------------------------------------------
+
+
+def test_the_test_is_taken_at_the_phase_at_which_the_motion_varies_the_most():
+    """The eight samples of a period lie at 1/8, 2/8, ... 1; the last is phase 0."""
+    for widest, expected in ((3, 3), (8, 0), (1, 1)):
+        at = np.arange(1, 9) / 8.0
+        size = 1.0 + np.exp(-50.0 * (at - widest / 8.0) ** 2)
+        path = np.array([1.0, -1.0, 0.5])[None, :, None] * size
+        assert module._widest(path).tolist() == [expected]
+
+
+def test_a_member_that_ran_out_of_steps_has_not_left_the_domain():
+    model = ConeModel(damping_ratio=np.full(3, 0.1))
+    evidence = Evidence.blank(3)
+    evidence.outcome[:] = [Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT, Outcome.PULLED_IN]
+    module._judge(model, evidence)
+    assert evidence.regime.tolist() == [Regime.TRANSIENT, Regime.LEFT_THE_DOMAIN, Regime.LEFT_THE_DOMAIN]
+    assert evidence.doubtful.tolist() == [True, False, False]
+
+
+@pytest.mark.parametrize("parameters", [{"voltage": 0.3}, {"voltage": 1.6, "spring_stiffness": 0.9}])
+def test_progress_comes_as_it_goes_and_adds_up_to_one(parameters):
+    shares = []
+    regime(ConeModel(**SET | parameters), transient=200.0, budget=1500.0, rounds=3, progress=shares.append)
+    assert sum(shares) == pytest.approx(1.0)
+    assert len(shares) > 1
+    assert min(shares) > 0.0
+
+
+@pytest.mark.parametrize("rounds", [0, 1.5])
+def test_rounds_are_counted_from_one(rounds):
+    with pytest.raises(InputError, match=f"rounds = {rounds}: must be"):
+        regime(ConeModel(), rounds=rounds)
+
+
+@pytest.mark.parametrize(
+    ("plane", "zero_one", "name", "doubtful"),
+    [
+        (True, 0.05, "transient", True),
+        (False, 0.05, "quasi-periodic", False),
+        (False, 0.5, "transient", True),
+    ],
+)
+def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(monkeypatch, plane, zero_one, name, doubtful):
+    """Its largest exponent is zero within its error and its 0-1 test regular; in the plane areas shrink, so never."""
+    monkeypatch.setattr(module, "planar", lambda members: plane)
+    evidence = Evidence.blank(1, 2 if plane else 3)
+    evidence.zero_one[:], evidence.sign[:] = zero_one, 0
+    module._judge(ConeModel(damping_ratio=np.array([0.1])), evidence)
+    assert Regime(int(evidence.regime[0])).label == name
+    assert evidence.doubtful.tolist() == [doubtful]
+
+
+# --- cycles -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_exponents_of_a_cycle_are_taken_over_its_whole_period():
+    model = ConeModel(**SET, voltage=0.8).take(slice(None))
+    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
+    for period in (2, 4):
+        found = cycle.find_cycles(model, settled, np.array([period]))
+        assert found.time[0] == pytest.approx(period * np.pi / 0.3)
+    result = regime(ConeModel(**SET, voltage=0.8))
+    assert float(result["averaged_time"]) == pytest.approx(2.0 * np.pi / 0.3)
+
+
+def test_a_cycle_far_from_the_motion_is_not_its_own():
+    """Newton's method finds the rest of an undriven film from afar; a motion that has not arrived is not there yet."""
+    model = ConeModel(voltage=0.0, damping_ratio=0.1).take(slice(None))
+    near, far = (
+        cycle.find_cycles(model, np.array([[share * cycle.SMALLEST_SIZE, 0.0]]), np.array([1])) for share in (0.5, 2.0)
+    )
+    assert near.distance[0] == pytest.approx(0.5, rel=0.01)
+    assert not near.found[0]
+    assert not far.found[0]
+    closer = cycle.find_cycles(model, np.array([[0.5 * cycle.NEAR * cycle.SMALLEST_SIZE, 0.0]]), np.array([1]))
+    assert closer.found[0]
+    assert not closer.attracting[0]  # near, but not arrived

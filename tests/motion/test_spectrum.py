@@ -258,3 +258,24 @@ def test_an_ensemble_has_a_panel_a_member_with_its_verdict(many):
     assert all("flatness" in v for v in verdicts[:3])
     limits = {axes.get_ylim() for axes in figure.axes}
     assert len(limits) == 1
+
+
+# --- one record by hand -----------------------------------------------------------------------------------------------
+
+
+def test_the_first_bin_is_the_mean():
+    turns = 2.0 * np.pi * np.arange(4096) / 128.0
+    found = analyse(-0.7 + 0.2 * np.sin(turns), 32, 8.0)
+    assert found.amplitude[0] == pytest.approx(0.7, rel=1e-12)
+    assert found.mean == pytest.approx(-0.7, rel=1e-12)
+    assert found.amplitude[32] == pytest.approx(0.2, rel=1e-12)
+
+
+def test_a_slow_drift_is_no_line():
+    """Half a swing of a slow oscillation over the record leaves a slope next to the mean, and one line of the rest."""
+    share = np.arange(4096) / 4096.0
+    drift = np.cos(np.pi * share) + 0.05 * np.random.default_rng(1).normal(size=4096)
+    found = analyse(drift, 32, 8.0)
+    assert (found.lines[:, 0] > 3.0 / 32.0).all()
+    with_line = analyse(drift + 0.5 * np.sin(2.0 * np.pi * 64.0 * share), 32, 8.0)
+    assert with_line.lines[0, 0] == pytest.approx(2.0, abs=1e-3)

@@ -50,7 +50,6 @@ class Analysis:
     ----------
     name, summary : what it is called in Python and on the command line, and a line about it.
     function : the public function, as ``module:name`` below ``gelcone``.
-    figure : the function that draws its result.
     answers : the module that has ``NAME_words``, the text, and ``NAME_json``, the object, of a result.
     cells : the function of one cell that the public function calls too, for sweeps; none where it cannot be swept.
     kinds : variables, of small whole numbers, that tell kinds of cells apart; a map is refined where they change.
@@ -66,7 +65,6 @@ class Analysis:
     name: str
     summary: str
     function: str
-    figure: str
     answers: str
     cells: str | None = None
     kinds: tuple[str, ...] = ()
@@ -96,8 +94,9 @@ class Analysis:
 
     def draw(self, result: xr.Dataset) -> Figure:
         """The figure of a result."""
-        figure: Figure = load(self.figure)(result)
-        return figure
+        from gelcone.plots import plot
+
+        return plot(result)
 
     def words(self, shown: xr.Dataset, subject: Subject) -> str:
         """A result as text; ``shown`` is in SI units for a device."""

@@ -108,7 +108,8 @@ class Plane:
         run = simulate(model, after, periods=PERIODS, field_limit=self.field_limit, threads=self.threads)
         shares = {name: run[f"validity_{name}"].values for name in _SLACK_AND_LIMIT.values()}
         breakdown = run["validity_breakdown"].values
-        voltage, current = (np.sqrt(np.mean(run[name].values ** 2, axis=1)) for name in ("drive_voltage", "current"))
+        with np.errstate(over="ignore"):  # of a motion that leaves the domain
+            voltage, current = (np.sqrt(np.mean(run[n].values ** 2, axis=1)) for n in ("drive_voltage", "current"))
 
         def where_ran(values: Any) -> Array:
             return np.where(ran, values, np.nan)

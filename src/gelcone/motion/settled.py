@@ -208,9 +208,9 @@ def settled_swing(members: Members, states: Array, *, progress: Progress = None,
         reached, outcome = settle(part, found.final[left], repeats, progress=share, **flow_options)
         ran = outcome == Outcome.OK
         found.outcome[left] = outcome
-        part, left = part.take(ran), left[ran]
+        left = left[ran]
         if left.size:
-            found.put(left, swing(part, reached[ran], **flow_options))
+            found.put(left, swing(part.take(ran), reached[ran], **flow_options))
             left = left[(found.period[left] == 0) & (found.outcome[left] == Outcome.OK)]
         if not left.size:
             break
