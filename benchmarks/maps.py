@@ -20,13 +20,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
-from gelcone.analyses.register import find_analysis
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.refinement import refine
 from gelcone.atlas.sweep import compute, sweep
 from gelcone.atlas.workers import cluster, threads
 from gelcone.presets import find_preset
 from gelcone.progress import Watch, watching
+from gelcone.register.analyses import find_analysis
 
 COARSEST = 16
 SMALLEST = 17

@@ -22,7 +22,7 @@ SIZES = (64, 128, 256, 512)
 PROGRAM = """
 import json, resource, sys
 import numpy as np
-from gelcone.analyses.register import find_analysis
+from gelcone.register.analyses import find_analysis
 from gelcone.atlas import sweep as module
 from gelcone.atlas.plan import Plan
 from gelcone.physics.model import ConeModel

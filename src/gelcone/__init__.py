@@ -86,8 +86,8 @@ if TYPE_CHECKING:
     from gelcone.physics.film.continuum import read_film as read_film
     from gelcone.physics.film.film import Film as Film
     from gelcone.physics.film.taut import TautCone as TautCone
-    from gelcone.physics.laws import Gent as Gent
     from gelcone.physics.laws import LAWS as LAWS
+    from gelcone.physics.laws import Gent as Gent
     from gelcone.physics.laws import NeoHookean as NeoHookean
     from gelcone.physics.laws import StrainEnergyLaw as StrainEnergyLaw
     from gelcone.physics.laws import Yeoh as Yeoh

@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 
 from gelcone import dataset
-from gelcone.analyses.register import find_analysis
 from gelcone.atlas.bifurcation import bifurcation, thresholds_of
 from gelcone.atlas.maps import basin, map
 from gelcone.atlas.plan import Plan
@@ -17,6 +16,7 @@ from gelcone.errors import InputError
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
+from gelcone.register.analyses import find_analysis
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
 QUICK = {"transient": 300.0, "budget": 1500.0, "rounds": 2}

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gelcone.analyses.register import SWEEPABLE
 from gelcone.atlas import record, store, workers
 from gelcone.atlas import sweep as module
 from gelcone.atlas.plan import Plan
@@ -26,6 +25,7 @@ from gelcone.motion.envelope import envelope
 from gelcone.motion.frequency import frequency
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
+from gelcone.register.analyses import SWEEPABLE
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
 QUICK = {"transient": 300.0, "budget": 1500.0, "rounds": 1}

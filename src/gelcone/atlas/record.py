@@ -13,11 +13,11 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone._version import __version__
-from gelcone.analyses.analysis import Analysis
-from gelcone.analyses.register import find_analysis
 from gelcone.atlas.plan import Plan, meaning_of, quantity_of
 from gelcone.atlas.store import Field, Status, Store, read_attribute, read_plan
 from gelcone.errors import InputError
+from gelcone.register.analyses import find_analysis
+from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -17,8 +17,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone import dataset
-from gelcone.analyses.analysis import Analysis
-from gelcone.analyses.register import find_analysis
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import Tally, coordinates, device_record, label, plan_record
 from gelcone.atlas.refinement import Cells, Kinds, Refined, border_dimension, refine
@@ -31,6 +29,8 @@ from gelcone.motion.heyoka import LANES
 from gelcone.motion.settle import check_budgets, complete, members_of, start_states
 from gelcone.progress import Progress, Stopped
 from gelcone.quantity import check_count
+from gelcone.register.analyses import find_analysis
+from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,7 +71,7 @@ def sweep(
     Parameters
     ----------
     plan : which parameters are swept over which values, which are drawn, and the options of the analysis.
-    analysis : an analysis of `gelcone.analyses.register.SWEEPABLE`: regime, lyapunov, limits, settled or
+    analysis : an analysis of `gelcone.register.analyses.SWEEPABLE`: regime, lyapunov, limits, settled or
         operating_limits. Default ``"regime"``.
     coarsest : computes only a lattice of at least so many points along each axis, and what is needed to follow every
         change of regime, or of the exponent's sign, down to the finest cell. Default: all cells are computed.

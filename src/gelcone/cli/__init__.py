@@ -9,7 +9,7 @@ from typing import NoReturn
 import click
 
 from gelcone._version import __version__
-from gelcone.analyses.register import ANALYSES
+from gelcone.register.analyses import ANALYSES
 
 OWN_COMMANDS = {
     "paper": ("Redraw the source paper's figures and check its claims.", "paper:paper_command"),

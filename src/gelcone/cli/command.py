@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from gelcone.analyses.analysis import Analysis
 from gelcone.analyses.answer import check_folder
+from gelcone.analyses.ask import answers_of, arguments_of
 from gelcone.cli.options import (
     option_parameters,
     output_parameters,
@@ -18,6 +18,7 @@ from gelcone.cli.options import (
     subject_parameters,
 )
 from gelcone.cli.output import deliver, progress_bar
+from gelcone.register.analysis import Analysis
 
 
 def command_of(analysis: Analysis) -> click.Command:
@@ -38,10 +39,10 @@ def run(analysis: Analysis, *, out: Path | None, force: bool, as_json: bool, **t
     """Reads what was typed, runs the analysis and delivers its result."""
     subject = subject_of(typed)
     given = {name: value for name, value in typed.items() if value is not None}
-    arguments = analysis.arguments(subject, given)
+    arguments = arguments_of(analysis, subject, given)
     check_folder(out, analysis.command, force)
     with progress_bar(analysis.command, hidden=as_json) as progress:
         if "progress" in analysis.signature.parameters:
             arguments["progress"] = progress
         result = analysis.call(subject.model, **arguments)
-    deliver(analysis, result, subject, out, force, as_json)
+    deliver(answers_of(analysis), result, subject, out, force, as_json)

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 from click.core import ParameterSource
 
-from gelcone.analyses.analysis import Analysis, Option
 from gelcone.analyses.answer import check_folder
-from gelcone.analyses.register import ANALYSES, SWEEPABLE, find_analysis
+from gelcone.analyses.ask import answers_of, with_breakdown
 from gelcone.analyses.subject import Subject, read_uncertain
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import show, stored_device, stored_sweep
@@ -27,6 +26,8 @@ from gelcone.cli.options import (
 )
 from gelcone.cli.output import deliver, tally_shown
 from gelcone.errors import InputError
+from gelcone.register.analyses import ANALYSES, SWEEPABLE, find_analysis
+from gelcone.register.analysis import Analysis, Option
 
 if TYPE_CHECKING:
     from gelcone.atlas.workers import Workers
@@ -184,9 +185,7 @@ def run_sweep(
         found = find_analysis(analysis.replace("-", "_"))
         spread = read_uncertain(uncertain)
         draws = draw(spread, count, method=method, seed=seed) if spread else {}
-        options = _given(typed)
-        if subject.device is not None and found.cells and "field_limit" in found.options:
-            options.setdefault("field_limit", subject.device.breakdown_field())
+        options = with_breakdown(found, subject, _given(typed))
         plan = Plan(subject.model, subject.over(over), subject.initial, draws, options)
         wanted = Sweep(subject, plan, found.name, None, keep)
     run(SWEEP, wanted, kept, resume is not None, workers, output)
@@ -211,7 +210,7 @@ def run(
             workers=workers,
             watch=watch,
         )
-    deliver(command, result, subject, **output)
+    deliver(answers_of(command), result, subject, **output)
 
 
 def show_command() -> click.Command:
@@ -223,7 +222,7 @@ def show_command() -> click.Command:
 def run_show(*, store: Path, out: Path | None, force: bool, as_json: bool) -> None:
     """Reads a store and delivers what it holds."""
     check_folder(out, SHOW.command, force)
-    deliver(SHOW, show(store), stored(store).subject, out, force, as_json)
+    deliver(answers_of(SHOW), show(store), stored(store).subject, out, force, as_json)
 
 
 # --- stores and workers -----------------------------------------------------------------------------------------------

@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from gelcone.analyses.analysis import Analysis, Option
 from gelcone.analyses.subject import Subject, read_subject
+from gelcone.register.analysis import Analysis, Option
 
 SUBJECT = ("device", "preset", "film", "settings", "initial")
 OUTPUT = ("out", "force", "as_json")

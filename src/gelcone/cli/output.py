@@ -8,15 +8,16 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from gelcone.analyses.answer import in_si, plain, write_results
+from gelcone.analyses.ask import Answers
+from gelcone.plots import plot
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
     from gelcone.analyses.subject import Subject
     from gelcone.atlas.record import Tally
@@ -25,25 +26,12 @@ LOG_SECONDS = 20.0
 """Time between two lines about a run that is not watched on a terminal."""
 
 
-class Answers(Protocol):
-    """Draws a result, and puts it into words and JSON; an `Analysis` does."""
-
-    @property
-    def command(self) -> str: ...
-
-    def draw(self, result: xr.Dataset) -> Figure: ...
-
-    def words(self, shown: xr.Dataset, subject: Subject) -> str: ...
-
-    def json(self, result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]: ...
-
-
 def deliver(
     answers: Answers, result: xr.Dataset, subject: Subject, out: Path | None, force: bool, as_json: bool
 ) -> None:
     """What every command does with its result: SI units for a device, NAME.nc and NAME.png for --out, JSON or text."""
     shown = in_si(result, subject)
-    paths = () if out is None else write_results(out, answers.command, shown, answers.draw(shown), force)
+    paths = () if out is None else write_results(out, answers.command, shown, plot(shown), force)
     if as_json:
         print_json(answers.json(result, shown, subject))
         return

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from gelcone.analyses.answer import check_folder
+from gelcone.analyses.ask import Answers
 from gelcone.analyses.subject import read_values
 from gelcone.analyses.validation import constant_voltages, radius_ratio, split_settings, validate_json, validate_words
 from gelcone.cli.options import output_parameters, subject_of, subject_parameters
@@ -15,12 +16,6 @@ from gelcone.cli.output import deliver, progress_bar
 from gelcone.errors import InputError
 from gelcone.files import check_writable
 from gelcone.physics.model import ConeModel
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-
-    from gelcone.analyses.subject import Subject
 
 HELP = """Is the cone right? Force over displacement of the film as a cone and as an axisymmetric membrane.
 
@@ -32,23 +27,6 @@ gelcone validate --set radius_ratio=0.2 --displacements 0.5,1,1.5 --voltages 0,0
 gelcone validate --set radius_ratio=0.05,0.2,0.5 --set prestretch=1.2 --set prestretch_mode=equibiaxial --json
 gelcone validate paper-table1 --displacements "5 mm:40 mm:8" --voltages "0 kV,1 kV"
 """
-
-
-class _Validation:
-    """The answers about cone and continuum."""
-
-    command = "validate"
-
-    def draw(self, result: xr.Dataset) -> Figure:
-        from gelcone.plots.validation import validation_figure
-
-        return validation_figure(result)
-
-    def words(self, shown: xr.Dataset, subject: Subject) -> str:
-        return validate_words(shown, subject)
-
-    def json(self, result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
-        return validate_json(result, shown, subject)
 
 
 def validate_command() -> click.Command:
@@ -126,7 +104,7 @@ def run_validate(
     result = with_mesh_table(result, ratio)
     if fit_file is not None:
         write_fit(film, ratio, fit_file, force)
-    deliver(_Validation(), result, subject, out, force, as_json)
+    deliver(Answers("validate", validate_words, validate_json), result, subject, out, force, as_json)
 
 
 def write_fit(model: ConeModel, ratio: Any, path: Path, force: bool) -> None:

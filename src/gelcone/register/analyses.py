@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from gelcone.analyses.analysis import Analysis
 from gelcone.errors import unknown_name
+from gelcone.register.analysis import Analysis
 
 _ALL = (
     Analysis(

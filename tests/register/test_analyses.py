@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.analyses.analysis import NOT_OPTIONS, default_of, explanations, first_sentence
-from gelcone.analyses.register import ANALYSES, SWEEPABLE, find_analysis
+from gelcone.analyses.ask import answers_of
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import sweep
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
+from gelcone.register.analyses import ANALYSES, SWEEPABLE, find_analysis
+from gelcone.register.analysis import NOT_OPTIONS, default_of, explanations, first_sentence
 
 MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.6, voltage=0.6)
 VOLTAGES = [0.4, 1.0, 1.4]
@@ -53,8 +54,9 @@ def test_the_public_name_is_that_of_the_register(name):
     public = getattr(gelcone, name)
     assert inspect.getdoc(public)
     assert analysis.summary.endswith(".")
-    for reference in (analysis.words, analysis.json, analysis.draw):
-        assert callable(reference)
+    answers = answers_of(analysis)
+    assert callable(answers.words)
+    assert callable(answers.json)
     assert callable(analysis.call)
 
 

@@ -1,6 +1,7 @@
 """What an analysis is: its public function, and what sweeps, command line and figures need to know of it.
 
-An `Analysis` holds names only and loads what they stand for when it is used. Its options are read from the signature
+An `Analysis` holds names only and loads what they stand for when it is used: it stands on the ground floor, and every
+folder may read the register without importing what is above it. Its options are read from the signature
 and the docstring of the public function, so that Python, sweeps, stores and the command line share names, defaults and
 explanations.
 """
@@ -19,9 +20,6 @@ from gelcone.errors import InputError, unknown_name
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
-
-    from gelcone.analyses.subject import Subject
 
 NOT_OPTIONS = ("model", "plan", "path", "over", "parameter", "values", "initial", "progress")
 """Parameters of public functions that say what is computed, or that make no difference to it."""
@@ -50,13 +48,13 @@ class Analysis:
     ----------
     name, summary : what it is called in Python and on the command line, and a line about it.
     function : the public function, as ``module:name`` below ``gelcone``.
-    answers : the module that has ``NAME_words``, the text, and ``NAME_json``, the object, of a result.
+    answers : the module with ``NAME_words``, the text, and ``NAME_json``, the object, of a result.
     cells : the function of one cell that the public function calls too, for sweeps; none where it cannot be swept.
     kinds : variables, of small whole numbers, that tell kinds of cells apart; a map is refined where they change.
     bulky : variables that a sweep leaves out unless it is asked to keep them, because they hold many values a cell.
     over : help text of ``--over``; empty where the command takes none.
     from_over : keywords that ``--over`` sets instead of an option of their own.
-    reader : function of a `Subject` and the values typed that gives the keyword arguments; none where these are the
+    reader : the function that makes keyword arguments of a subject and the values typed; none where these are the
         options as they are.
     single : whether it takes one model only, no ensemble.
     examples : command lines, without ``gelcone`` and the name.
@@ -92,22 +90,6 @@ class Analysis:
             raise InputError(f"{self.name}: cannot be swept; use gelcone.{self.name}")
         return load(self.cells)
 
-    def draw(self, result: xr.Dataset) -> Figure:
-        """The figure of a result."""
-        from gelcone.plots import plot
-
-        return plot(result)
-
-    def words(self, shown: xr.Dataset, subject: Subject) -> str:
-        """A result as text; ``shown`` is in SI units for a device."""
-        text: str = load(f"{self.answers}:{self.name}_words")(shown, subject)
-        return text
-
-    def json(self, result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
-        """A result as a JSON object; ``shown`` is ``result`` in SI units for a device."""
-        content: dict[str, Any] = load(f"{self.answers}:{self.name}_json")(result, shown, subject)
-        return content
-
     @cached_property
     def signature(self) -> inspect.Signature:
         return inspect.signature(self.call)
@@ -121,20 +103,6 @@ class Analysis:
             for name, parameter in self.signature.parameters.items()
             if name not in (*NOT_OPTIONS, *self.from_over)
         }
-
-    def arguments(self, subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Keyword arguments of the public function, besides the model, for a subject and the values typed.
-
-        The dielectric strength is the device's unless one is given. Raises `InputError` for values that cannot be used.
-        """
-        if self.single:
-            subject.alone(self.name)
-        arguments = load(self.reader)(subject, given) if self.reader else dict(given)
-        if "field_limit" in self.options and subject.device is not None:
-            arguments.setdefault("field_limit", subject.device.breakdown_field())
-        if "initial" in self.signature.parameters:
-            arguments["initial"] = subject.initial
-        return arguments
 
     def settings(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """All options that decide a cell's numbers, those not given at their defaults.
@@ -198,15 +166,12 @@ def explanations(docstring: str) -> dict[str, str]:
 
 
 def _looked_up(name: str, explanation: str) -> str:
-    """An explanation, or the one that it refers to."""
+    """An explanation, or the one of the public function that it refers to."""
     other = re.match(r"as in `(?:gelcone\.)?(\w+)`", explanation)
     if other is None:
         return explanation
-    from gelcone.analyses.register import ANALYSES
-
-    if other[1] not in ANALYSES:
-        return explanation
-    return explanations(ANALYSES[other[1]].call.__doc__ or "").get(name, explanation)
+    function = getattr(import_module("gelcone"), other[1])
+    return explanations(function.__doc__ or "").get(name, explanation)
 
 
 def first_sentence(explanation: str) -> str:
