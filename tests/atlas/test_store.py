@@ -1,98 +1,200 @@
-"""The lock of a store: one writer, released however the writing process ends, and no trace of it afterwards."""
+"""What a store writes and in which order, and what it says of a disk that takes no more."""
 
-import subprocess
-import sys
-import textwrap
+import errno
 
+import numpy as np
 import pytest
 
-from gelcone.atlas.store import LOCK, VERSION, open_store
+from gelcone.atlas import store
+from gelcone.atlas.store import Field, Status, difference, fill_of, open_store, read_attribute, read_plan
 from gelcone.errors import InputError
 
-PLAN = {VERSION: "1.0", "analysis": "regime"}
-HOLD = textwrap.dedent(
-    """
-    import sys
-    from pathlib import Path
-
-    from gelcone.atlas.store import open_store
-
-    with open_store(Path(sys.argv[1]), {"gelcone_version": "1.0", "analysis": "regime"}, ("x",), (4,), resume=False):
-        print("open", flush=True)
-        sys.stdin.read()
-    """
-)
+DIMS, SHAPE = ("voltage", "prestretch"), (3, 4)
+STORED = {"over": {"voltage": [0.0, 1.0, 2.0]}, "analysis": "regime"}
 
 
-def opened(path, resume=True):
-    return open_store(path, PLAN, ("x",), (4,), resume=resume)
+def fields(first=0.0):
+    """Twelve cells; the name of one field sorts before ``status``, that of another after it."""
+    values = first + np.arange(12.0)
+    return {
+        "status": Field((), np.full(12, Status.COMPUTED, dtype=np.uint8), {}),
+        "lowest": Field((), values, {"units": "1"}),
+        "velocity": Field(("state",), np.stack([values, -values], axis=1), {}),
+        "zero_one": Field((), values, {}),
+    }
 
 
 @pytest.fixture
-def other(tmp_path):
-    """Another process that holds the store ``s``."""
-    process = subprocess.Popen(
-        [sys.executable, "-c", HOLD, str(tmp_path / "s")], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-    with process:
-        assert process.stdout.readline() == "open\n"
-        yield process
-        process.kill()
+def opened(tmp_path):
+    with open_store(tmp_path / "store", STORED, DIMS, SHAPE, resume=False) as made:
+        yield made
 
 
-def test_a_second_process_is_refused_with_a_remedy(tmp_path, other):
-    with pytest.raises(InputError, match="another run is writing to it; wait for it, or choose another store"):
-        opened(tmp_path / "s").__enter__()
+@pytest.fixture
+def writes(monkeypatch):
+    """The names of arrays in the order in which they are made and written."""
+    order = []
+    create, part = store._create, store._write_part
+
+    def creating(group, name, *rest):
+        order.append(f"make {name}")
+        return create(group, name, *rest)
+
+    def writing(array, *rest):
+        order.append(f"write {array.basename}")
+        return part(array, *rest)
+
+    monkeypatch.setattr(store, "_create", creating)
+    monkeypatch.setattr(store, "_write_part", writing)
+    return order
 
 
-def test_a_killed_process_leaves_the_store_free(tmp_path, other):
-    other.kill()
-    other.wait()
-    assert (tmp_path / "s" / LOCK).exists()
-    with opened(tmp_path / "s") as store:
-        assert store.read() == {}
+def test_status_is_made_last(opened, writes):
+    """Where it is, the other arrays are, whenever the run ends."""
+    opened.begin(fields(), {"voltage": Field(("voltage",), np.arange(3.0), {})})
+    assert writes[0] == "make voltage"
+    assert writes[-1] == "make status"
+    assert sorted(writes[1:-1]) == ["make lowest", "make velocity", "make zero_one"]
 
 
-def test_a_finished_process_leaves_the_store_free_and_no_lock_file(tmp_path, other):
-    other.stdin.close()
-    assert other.wait() == 0
-    assert not (tmp_path / "s" / LOCK).exists()
-    with opened(tmp_path / "s"):
-        assert (tmp_path / "s" / LOCK).exists()
-    assert not (tmp_path / "s" / LOCK).exists()
+def test_status_of_a_tile_is_written_last_and_tile_by_tile(opened, writes, monkeypatch):
+    monkeypatch.setattr(opened, "tile", (2, 4))
+    opened.begin(fields(), {})
+    writes.clear()
+    opened.write(fields(), np.arange(12))
+    assert [name == "write status" for name in writes] == [False, False, False, True] * 2
 
 
-def test_a_lock_without_a_store_is_one_to_begin_again(tmp_path):
-    (tmp_path / "s").mkdir()
-    (tmp_path / "s" / LOCK).touch()
-    with opened(tmp_path / "s", resume=False) as store:
-        assert store.read() == {}
+def test_a_run_that_ends_between_two_fields_leaves_the_tile_unknown(opened, monkeypatch):
+    opened.begin(fields(), {})
+    part, written = store._write_part, []
+
+    def stopping(array, *rest):
+        if len(written) == 2:
+            raise KeyboardInterrupt
+        written.append(array.basename)
+        part(array, *rest)
+
+    monkeypatch.setattr(store, "_write_part", stopping)
+    with pytest.raises(KeyboardInterrupt):
+        opened.write(fields(), np.arange(12))
+    assert not opened.read()["status"].values.any()
 
 
-def test_a_failed_run_releases_the_store(tmp_path):
-    with pytest.raises(ZeroDivisionError), opened(tmp_path / "s", resume=False):
-        raise ZeroDivisionError
-    with opened(tmp_path / "s"):
-        pass
+def test_what_is_written_is_read_back_and_only_the_tiles_of_the_cells_are_touched(opened, monkeypatch):
+    monkeypatch.setattr(opened, "tile", (2, 2))
+    opened.begin(fields(), {})
+    opened.write(fields(), np.array([0]))
+    read = opened.read()
+    known = np.array([0, 1, 4, 5])
+    assert np.flatnonzero(read["status"].values).tolist() == known.tolist()
+    np.testing.assert_array_equal(read["velocity"].values[known], fields()["velocity"].values[known])
+    assert np.isnan(read["lowest"].values[2])
+    assert read["velocity"].dims == ("state",)
+    assert read["lowest"].attributes["units"] == "1"
 
 
-def test_a_file_system_that_cannot_lock_is_a_warning_and_no_stop(tmp_path, monkeypatch):
-    def refuse(*_, **__):
-        raise OSError(95, "Operation not supported")
+@pytest.mark.parametrize(
+    ("code", "remedy"),
+    [
+        (errno.ENOSPC, "free some space"),
+        (errno.EDQUOT, "free some space"),
+        (errno.EACCES, "make it writable"),
+        (errno.EROFS, "make it writable"),
+    ],
+)
+def test_a_write_that_fails_says_what_is_safe_and_what_to_do(opened, monkeypatch, code, remedy):
+    opened.begin(fields(), {})
+    opened.write(fields(), np.arange(12))
 
-    monkeypatch.setattr("filelock.FileLock.acquire", refuse)
+    def failing(*_):
+        raise OSError(code, "the reason")
+
+    monkeypatch.setattr(store, "_write_part", failing)
+    with pytest.raises(InputError) as error:
+        opened.write(fields(100.0), np.arange(12))
+    said = str(error.value)
+    assert said.startswith(f"{opened.path}: cannot be written (the reason); what it holds is safe: {remedy}")
+    assert said.endswith(f"--resume {opened.path}")
+    np.testing.assert_array_equal(opened.read()["lowest"].values, np.arange(12.0))
+
+
+def test_a_folder_that_cannot_be_made_says_so(tmp_path):
+    (tmp_path / "file").write_text("")
     with (
-        pytest.warns(UserWarning, match=r"cannot be locked \(.*not supported\); start no second run"),
-        opened(tmp_path / "s", resume=False) as store,
+        pytest.raises(InputError, match=r"cannot be written .*make it writable"),
+        open_store(tmp_path / "file" / "store", STORED, DIMS, SHAPE, resume=False),
     ):
-        assert store.read() == {}
-
-
-def test_a_store_of_another_version_names_both_and_what_to_do(tmp_path):
-    with opened(tmp_path / "s", resume=False):
         pass
+
+
+def test_a_tile_that_is_gone_or_changed_is_noticed(opened):
+    opened.begin(fields(), {})
+    opened.write(fields(), np.arange(12))
+    chunk = opened.path / "lowest" / "c" / "0" / "0"
+    whole = chunk.read_bytes()
+    chunk.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
+    with pytest.raises(InputError, match="is damaged: a tile of lowest cannot be read"):
+        opened.read()
+    chunk.unlink()
+    with pytest.raises(InputError, match="is damaged: a tile of lowest is gone"):
+        opened.read()
+
+
+def test_a_store_is_for_one_run_at_a_time_and_for_one_plan(tmp_path):
+    path = tmp_path / "store"
+    with open_store(path, STORED, DIMS, SHAPE, resume=False):
+        with (
+            pytest.raises(InputError, match="another run is working on it"),
+            open_store(path, STORED, DIMS, SHAPE, resume=True),
+        ):
+            pass
+        with (
+            pytest.raises(InputError, match=r"is not empty; .* --resume"),
+            open_store(path, STORED, DIMS, SHAPE, resume=False),
+        ):
+            pass
+    (path / "c.partial").write_bytes(b"half")
+    with open_store(path, STORED, DIMS, SHAPE, resume=True):
+        assert not (path / "c.partial").exists()
+    other = STORED | {"analysis": "lyapunov"}
     with (
-        pytest.raises(InputError, match=r"is 1\.0 there and 2\.0 here.*resume it with gelcone 1\.0, or choose another"),
-        open_store(tmp_path / "s", PLAN | {VERSION: "2.0"}, ("x",), (4,), resume=True),
+        pytest.raises(InputError, match="holds another sweep: analysis is regime there and lyapunov here"),
+        open_store(path, other, DIMS, SHAPE, resume=True),
     ):
         pass
+    assert read_plan(path) == STORED
+    assert read_attribute(path, "nothing") is None
+
+
+@pytest.mark.parametrize(
+    ("stored", "asked", "said"),
+    [
+        ({"a": 1}, {"a": 1}, "nothing"),
+        ({"a": 1, "b": 2}, {"b": 3, "a": 1}, "b is 2 there and 3 here"),
+        ({"a": 1}, {}, "a is 1 there and missing here"),
+        (
+            {"over": {"v": [0, 1]}},
+            {"over": {"v": [0, 1, 2, 3, 4]}},
+            "over: v is [0, 1] there and 5 values from 0 to 4 here",
+        ),
+        ({"over": {"v": [0, 1]}}, {"over": {"v": [0, 1, 2, 4]}}, "over: v is [0, 1] there and [0, 1, 2, 4] here"),
+        ({"model": {"law": "gent"}}, {"model": {"law": "yeoh"}}, "law is gent there and yeoh here"),
+    ],
+)
+def test_the_difference_of_two_plans_in_words(stored, asked, said):
+    assert difference(stored, asked) == said
+
+
+def test_what_stands_for_nothing():
+    assert np.isnan(fill_of(np.float64))
+    assert fill_of(np.int8) == -1
+    assert fill_of(np.bool_) == 0
+
+
+@pytest.mark.parametrize(
+    ("shape", "tile"), [((5,), (5,)), ((20000,), (16384,)), ((300, 100), (128, 100)), ((100, 100, 100), (25, 25, 25))]
+)
+def test_a_tile_is_as_wide_along_each_axis_and_holds_a_bounded_number_of_cells(shape, tile):
+    assert store._tile(shape) == tile
+    assert np.prod(tile) <= store.TILE_CELLS

@@ -8,12 +8,15 @@ import pytest
 import xarray as xr
 
 from gelcone.continuum.path import Ending
+from gelcone.errors import MissingDependency
 from gelcone.paper.claims import CLAIMS
 from gelcone.paper.claims.agreement import agreement, survives, threshold_table
 from gelcone.paper.effort import QUICK
-from gelcone.paper.studies import STUDIES
+from gelcone.paper.studies import STUDIES, continuum
 from gelcone.paper.studies.continuum import MISSING
 from gelcone.paper.verdicts import Verdict, judge
+from gelcone.presets import find_preset
+from tests.physics.film.test_continuum import film_like_the_cone
 
 
 def made_up(off=0.01, ending=Ending.CONVERGED, other=0.01):
@@ -90,6 +93,50 @@ def test_a_threshold_survives_within_a_fifth_and_where_the_film_has_a_state():
     assert "[0.9, 1.1]" in threshold_table(thresholds(cone=(0.9, 1.1)))["pitchfork"]
 
 
+def test_a_film_with_the_cones_force_has_the_cones_thresholds():
+    film = film_like_the_cone()
+    model = find_preset("base").model.replace(law="neo-hookean", prestretch=1.0)
+    onset = continuum._onset("rest", model, film)
+    assert onset.corrected == pytest.approx(onset.cone, rel=1e-6)
+    assert onset.cone[0] < onset.cone[1]
+    assert np.isnan(onset.lost)
+    start = np.array(find_preset("base").initial)
+    chaos = continuum._chaos("chaos", model, film, start, 3)
+    assert np.isnan(chaos.lost)
+    assert chaos.cone == continuum._first(np.linspace(0.9, 1.1, 3), [False, False, True]) or np.isfinite(chaos.cone[1])
+
+
+def test_a_film_that_pulls_in_first_has_no_pitchfork():
+    film = film_like_the_cone(ceiling=(1.0 / 0.5,))
+    found = continuum._pitchfork(
+        "pitchfork", find_preset("base").model.replace(law="neo-hookean", prestretch=1.0), film
+    )
+    assert found.cone == pytest.approx((0.9**0.5, 0.9**0.5))
+    assert np.isnan(found.corrected).all()
+    assert found.lost == pytest.approx(0.5**0.5, rel=1e-5)
+
+
+def test_a_first_voltage_lies_between_its_neighbours():
+    voltages = np.array([1.0, 2.0, 3.0])
+    assert continuum._first(voltages, np.array([False, True, True])) == (1.0, 2.0)
+    assert continuum._first(voltages, np.array([True, False, True])) == (1.0, 1.0)
+    assert np.isnan(continuum._first(voltages, np.zeros(3, dtype=bool))).all()
+
+
+def test_a_study_without_finite_elements_says_so(monkeypatch):
+    def missing(*_, **__):
+        raise MissingDependency("no elements")
+
+    monkeypatch.setattr("gelcone.continuum.compare.compare", missing)
+    monkeypatch.setattr(continuum, "_film", missing)
+    studies = {name: STUDIES[name].compute(QUICK, lambda share: None) for name in ("continuum", "corrected")}
+    assert [study.attrs[MISSING] for study in studies.values()] == ["no elements"] * 2
+    found = CLAIMS["fem-agreement"].check(studies)
+    assert judge(found) is Verdict.UNDECIDABLE
+    assert "no elements" in found.why
+
+
+@pytest.mark.slow
 def test_the_studies_and_what_they_find():
     pytest.importorskip("skfem")
     small = dataclasses.replace(QUICK)

@@ -315,11 +315,24 @@ def test_the_page_forbids_requests(page, tmp_path):
 # --- the real thing ---------------------------------------------------------------------------------------------------
 
 
+def test_a_small_report_from_end_to_end(tmp_path):
+    """Real studies, figures and claims, those that take the least time."""
+    names = ("energy-steepening", "linear-limit", "practical-voltage")
+    quick = run(names, quick=True, out=tmp_path / "paper")
+    assert [judged.claim.name for judged in quick.claims] == ["linear-limit", "energy-steepening", "practical-voltage"]
+    check_figures(quick, [6, 9])
+    for judged in quick.claims:
+        check_evidence(judged)
+    assert quick.claims[0].verdict is Verdict.CHOSEN
+    assert quick.claims[2].verdict is Verdict.REPRODUCED
+
+
+@pytest.mark.slow
 def test_the_quick_report_from_end_to_end(tmp_path):
     """Every study, figure and claim: one test, because the run takes about a minute on two cores."""
     quick = run(quick=True, out=tmp_path / "paper")
     assert len(quick.claims) == 21
-    check_figures(quick)
+    check_figures(quick, list(range(3, 15)))
     for judged in quick.claims:
         check_evidence(judged)
     # Verdicts are not pinned, but for the two that are mathematically certain.
@@ -333,8 +346,8 @@ def test_the_quick_report_from_end_to_end(tmp_path):
         assert seen == CLEAN
 
 
-def check_figures(quick):
-    assert [drawn.figure.number for drawn in quick.figures] == list(range(3, 15))
+def check_figures(quick, numbers):
+    assert [drawn.figure.number for drawn in quick.figures] == numbers
     page = quick.report.read_text(encoding="utf-8")
     for drawn in quick.figures:
         assert f'id="figure-{drawn.figure.number:02d}"' in page

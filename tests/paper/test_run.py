@@ -164,7 +164,13 @@ def test_the_same_run_gives_the_same_bytes(laboratory, tmp_path):
 
 def test_what_computes_is_part_of_the_program_and_what_shows_is_not():
     names = {name for name, _ in sources()}
-    assert {"physics/model.py", "motion/flow.py", "paper/studies/maps.py", "presets.toml", "devices/materials.toml"} <= names
+    assert {
+        "physics/model.py",
+        "motion/flow.py",
+        "paper/studies/maps.py",
+        "presets.toml",
+        "devices/materials.toml",
+    } <= names
     assert "devices/paper-table1.toml" in names
     assert not {name for name in names if name.startswith(("cli", "plots", "paper/figures"))}
     assert "paper/claims/claim.py" not in names

@@ -6,7 +6,8 @@ import pytest
 import gelcone
 from gelcone import ConeModel, find_device, simulate
 from gelcone.plots.response import MOST_LINES, failings, members, response_figure
-from gelcone.plots.style import save_figure
+from gelcone.plots.style import BLUE, CYCLE, GREY, VERMILION, save_figure
+from tests.plots.made_up import corners, data_of, result
 
 RESPONSES = {
     "single": lambda: simulate(ConeModel(), periods=3),
@@ -96,3 +97,56 @@ def test_the_same_figure_is_the_same_bytes(suffix, tmp_path):
     assert paths[0].read_bytes() == paths[1].read_bytes()
     with pytest.raises(gelcone.InputError, match="exists already"):
         save_figure(response_figure(response), paths[0])
+
+
+def made_up(outcome=0):
+    """A short run: slack in its middle, field too high at its end."""
+    time = np.linspace(0.0, 6.0, 7)
+    return result(
+        {
+            "displacement": ("time", time**2),
+            "velocity": ("time", 2.0 * time),
+            "drive_voltage": ("time", np.sin(time)),
+            "hoop_slack": ("time", [0, 0, 1, 0, 0, 0, 0]),
+            "meridional_slack": ("time", [0, 0, 0, 1, 0, 0, 0]),
+            "breakdown": ("time", [0, 0, 0, 0, 0, 1, 1]),
+            "near_limit": ("time", np.zeros(7, dtype=int)),
+            "outcome": ((), outcome),
+        },
+        {"time": ("time", time)},
+        {"time": "ms", "displacement": "mm", "velocity": "m/s", "drive_voltage": "V"},
+    )
+
+
+def test_every_curve_stands_where_it_belongs():
+    data = made_up()
+    top, bottom, strip, side = response_figure(data).axes
+    time = data["time"].values
+    np.testing.assert_array_equal(data_of(top.lines[0]), [time, time**2])
+    np.testing.assert_array_equal(data_of(bottom.lines[0]), [time, np.sin(time)])
+    # the first half faint, the second in full, joined in the middle
+    early, late = side.lines
+    np.testing.assert_array_equal(data_of(early), [time[:4] ** 2, 2.0 * time[:4]])
+    np.testing.assert_array_equal(data_of(late), [time[3:] ** 2, 2.0 * time[3:]])
+    assert early.get_alpha() < 1.0
+    assert (early.get_color(), late.get_color()) == (GREY, BLUE)
+    assert bottom.lines[0].get_color() == VERMILION
+    assert top.get_position().y0 > strip.get_position().y0 > bottom.get_position().y0
+    assert side.get_position().x0 > top.get_position().x0
+
+
+def test_bars_cover_the_times_at_which_the_model_fails():
+    strip = response_figure(made_up()).axes[2]
+    slack, field = (corners(collection) for collection in strip.collections)
+    np.testing.assert_allclose(slack, [[2.0, 3.0, 0.0, 0.6]])
+    np.testing.assert_allclose(field, [[5.0, 6.0, 1.0, 1.6]])
+    assert strip.get_ylim() == (2.0, -0.4)
+    assert [text.xy[1] for text in strip.texts] == [0.3, 1.3]
+
+
+def test_an_ensemble_has_a_colour_a_member_and_many_are_picked_evenly():
+    figure = response_figure(RESPONSES["large ensemble"]())
+    assert [line.get_color() for line in figure.axes[0].lines] == list(CYCLE)
+    names = [name for name, _ in members(RESPONSES["large ensemble"]())]
+    shown = np.linspace(0.1, 1.3, 40)[[0, 7, 15, 23, 31, 39]]
+    assert names == [f"voltage {value:.4g}" for value in shown]

@@ -1,4 +1,4 @@
-"""The cone model beside the continuum: force, nearness of the stretch limit, and how far the mesh can be trusted."""
+"""The cone model compared with the continuum: force, share of the stretch limit, and the error of the mesh."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LIMIT_SHARES = (0.1, 0.5, 0.9)
-"""Shares of the stretch limit for which the displacements are sought."""
+"""Shares of the stretch limit at which the displacements are determined."""
 LIMIT_STEPS = 40
 MESHES = (5, 10, 20, 40, 80)
 FORCE_ORDER, SHAPE_ORDER = 4, 3
@@ -42,9 +42,9 @@ FORCE_ORDER, SHAPE_ORDER = 4, 3
 MESH_VARIABLES = {
     "force": ("force of the continuum on the disc", "force"),
     "force_error": ("its distance from that of a mesh four times finer than the finest", "force"),
-    "force_order": (f"observed order of the force; {FORCE_ORDER} is promised", "count"),
+    "force_order": (f"observed order of the force; {FORCE_ORDER} is expected", "count"),
     "shape_error": ("root mean square distance of the rings from that mesh", "length"),
-    "shape_order": (f"observed order of the shape; {SHAPE_ORDER} is promised", "count"),
+    "shape_order": (f"observed order of the shape; {SHAPE_ORDER} is expected", "count"),
 }
 """What a mesh-convergence table holds -> its meaning and scale."""
 
@@ -59,7 +59,7 @@ def compare(
     elements: int = DEFAULT_ELEMENTS,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
-    """What `membrane` finds, and beside it the cone model of the same film.
+    """What `membrane` finds, and the cone model of the same film for comparison.
 
     Parameters and errors are those of `membrane`.
 
@@ -98,7 +98,7 @@ def compare(
     reached = np.array([limit_displacements(film) for film in films])
     cones = np.array([[_cone_limit(member, share) for share in LIMIT_SHARES] for member in members])
     at = ("constant_voltage", "displacement")
-    beside = dataset.label(
+    cone_values = dataset.label(
         model,
         {
             "cone_force": (at, force, "static force of the homogeneous cone on the disc", "force"),
@@ -112,14 +112,14 @@ def compare(
         options={"elements": elements, "wrinkles": wrinkles},
         title="cone and continuum",
     )
-    merged = result.rename(force="continuum_force").assign(beside.data_vars).assign_coords(beside.coords)
-    return merged.assign_attrs(beside.attrs)
+    merged = result.rename(force="continuum_force").assign(cone_values.data_vars).assign_coords(cone_values.coords)
+    return merged.assign_attrs(cone_values.attrs)
 
 
 def limit_displacements(film: Film, shares: Sequence[float] = LIMIT_SHARES) -> Array:
     """Displacements at which the largest I1 - 3 of the film reaches shares of its stretch limit, without voltage.
 
-    NaN where it does not: in a film without limit, or past which Newton's method does not come.
+    NaN where it does not: for a film without limit, or where Newton's method does not get that far.
     """
     found = np.full(len(shares), np.nan)
     step = 1.2 * _cone_limit(film.model, max(shares)) / LIMIT_STEPS
@@ -162,12 +162,12 @@ def _cone_limit(model: ConeModel, share: float) -> float:
 
     A q + B + G/q - 3 = share times the limit is quadratic in q = 1 + x^2.
     """
-    c, limit = model.coefficients(), float(model.strain_limit())
-    half = 0.5 * (share * limit + 3.0 - float(c.B))
-    inside = half * half - float(c.A * c.G)
+    c, limit = model.numbers(), float(model.strain_limit())
+    half = 0.5 * (share * limit + 3.0 - float(c["B"]))
+    inside = half * half - float(c["A"] * c["G"])
     if not np.isfinite(limit) or half <= 0.0 or inside < 0.0:
         return float("nan")
-    q = (half + np.sqrt(inside)) / float(c.A)
+    q = (half + np.sqrt(inside)) / float(c["A"])
     return float(np.sqrt(q - 1.0)) if q >= 1.0 else float("nan")
 
 
@@ -194,11 +194,11 @@ def mesh_convergence(
     -------
     Dataset over ``elements``: ``force``, ``force_error`` and ``shape_error`` (root mean square distance of the rings,
     in b - a) against a mesh four times finer than the finest, and ``force_order`` and ``shape_order`` between a mesh
-    and the one before (NaN for the first). Quadratic elements promise 4 and 3.
+    and the one before (NaN for the first). The theory of quadratic elements gives 4 and 3.
 
     Raises
     ------
-    InputError : where a mesh finds no film in tension at that displacement and voltage.
+    InputError : if on some mesh no film in tension is found at that displacement and voltage.
     """
     counts = [int(n) for n in elements]
     if len(counts) < 2 or any(b <= a or b % a for a, b in itertools.pairwise(counts)):
@@ -217,7 +217,7 @@ def mesh_convergence(
     values = dict(zip(MESH_VARIABLES, (force, force_error, orders[0], shape_error, orders[1]), strict=True))
     return dataset.label(
         model,
-        {name: (along, values[name], *told) for name, told in MESH_VARIABLES.items()},
+        {name: (along, values[name], *described) for name, described in MESH_VARIABLES.items()},
         coords={"elements": (along, np.array(counts), "quadratic elements along the radius", "count")},
         options={"radius_ratio": meshes[0].radius_ratio, "displacement": x, "voltage": v},
         title="convergence of the mesh",
@@ -245,7 +245,7 @@ def with_mesh_table(result: xr.Dataset, radius_ratio: npt.ArrayLike = DEFAULT_RA
     """What `compare` found, and for each member `mesh_convergence` at one of its points.
 
     That point is the middle one of those in tension, at the lowest voltage; ``mesh_displacement`` and ``mesh_voltage``
-    tell it. The table's variables have ``mesh_`` before their names and run over ``mesh_elements``; NaN for a member
+    state it. The table's variables have ``mesh_`` before their names and run over ``mesh_elements``; NaN for a member
     that is in tension nowhere, or not on all meshes.
     """
     model, ratios = ensemble(dataset.model_of(result), radius_ratio)

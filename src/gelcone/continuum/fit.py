@@ -9,7 +9,7 @@ import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,9 @@ from gelcone.continuum.mesh import Film, check_radius_ratio, import_skfem, mesh_
 from gelcone.continuum.path import Ending, Point, cone, flat, newton, reach
 from gelcone.errors import InputError
 from gelcone.files import write_whole
+from gelcone.physics.component import to_record
 from gelcone.physics.film.continuum import ContinuumFilm, read_film
+from gelcone.physics.laws import LAWS
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -33,11 +35,11 @@ ELEMENTS = 32
 FARTHEST = 6.0
 """Largest displacement that is fitted, in b - a, where the stretch limit leaves room for more."""
 LIMIT_SHARE = 0.97
-"""Of the stretch limit, beside the disc, up to which displacements are fitted."""
+"""Of the stretch limit, next to the disc, up to which displacements are fitted."""
 STEPS = 12
 """Of the voltage squared, from none to the highest that a free film withstands."""
 STEEP = 1.3
-"""A voltage that weakens the film so many times faster than the first is on the way to a fold or bulge."""
+"""Where the voltage weakens the film this many times faster than at first, it is approaching a fold or bulge."""
 FREE_SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)
 """Of that voltage squared, at which the compressed film near the flat one is followed."""
 CEILING_MARGIN = 0.97
@@ -74,13 +76,13 @@ def fit_film(
 
     The membrane is raised step by step, and at each height charged until it pulls in; near the flat film its compressed
     states are followed too, so that a disc can pass through x = 0. Displacements are fitted up to 97 % of the stretch
-    limit beside the disc or 6 b - a, voltages up to pull-in or the electromechanical instability of a free film.
+    limit next to the disc or 6 (b - a), voltages up to pull-in or the electromechanical instability of a free film.
 
     Parameters
     ----------
     model : one actuator; its law and pre-stretches alone play a part.
     radius_ratio : a/b, between 0 and 1. Default 0.2.
-    progress : is told the share of the work done since its last call.
+    progress : called with the share of the work done since its last call.
 
     Returns
     -------
@@ -107,27 +109,28 @@ def find_film(
     *,
     starting: Callable[[], None] = lambda: None,
 ) -> ContinuumFilm | None:
-    """The film that a user names: ``cone`` (None), ``continuum`` (fitted on first use, then kept) or a file.
+    """The film for a name: ``taut`` (None), ``continuum`` (fitted on first use, then cached) or a file.
 
-    Films are kept in the folder ``gelcone/films`` of the user's cache, under a name that says what they were fitted
+    Films are cached in the folder ``gelcone/films`` of the user's cache, under a name that says what they were fitted
     for. ``starting`` is called before a fit, which takes seconds. Raises `InputError` for a file that cannot be read,
     or a sweep over what a film is fitted for.
     """
-    if choice == "cone":
+    if choice == "taut":
         return None
     if choice != "continuum":
         return read_film(choice)
-    fixed = {"prestretch": model.stretches, "law": [model.stretch_limit, *model.law_parameters.values()]}
+    law = model.gel_law()
+    own = {name: model.values[name] for name in law.parameters}
+    fixed = {"prestretch": model.stretches, "law": list(own.values())}
     for name, values in fixed.items():
         if any(np.ndim(value) for value in values):
-            raise InputError(f"{name}: a continuum film is fitted for one {name}; sweep it with --film cone")
+            raise InputError(f"{name}: a continuum film is fitted for one {name}; sweep it with --film taut")
     lm, lh = model.stretches
-    own = {"stretch_limit": model.stretch_limit} if "stretch_limit" in model.law.parameters else {}
-    parameters = dict(model.law_parameters) | own | {"meridional_prestretch": lm, "hoop_prestretch": lh}
-    alone = ConeModel.from_parameters(parameters | {"law": model.law.name, "spring_stiffness": 0.0})
-    told = {name: float(value) for name, value in parameters.items()}
-    told = {"law": model.law.name, "radius_ratio": float(radius_ratio), "program": _program()} | told
-    path = _cache_folder() / f"{hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:24]}.json"
+    parameters = own | {"meridional_prestretch": lm, "hoop_prestretch": lh}
+    alone = ConeModel(law=law, spring_stiffness=0.0, **parameters)
+    own_key = {"law": to_record(law, LAWS), "radius_ratio": float(radius_ratio), "program": _program()}
+    key = own_key | {name: float(value) for name, value in parameters.items()}
+    path = _cache_folder() / f"{hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:24]}.json"
     with contextlib.suppress(InputError):
         return read_film(path)
     import_skfem()
@@ -149,7 +152,7 @@ def _write_text(path: Path, text: str) -> None:
 
 @cache
 def _program() -> str:
-    """Digest of what a fit depends on, or a kept film would outlive a change of it."""
+    """Digest of the sources that a fit depends on: a cached film is not used after one of them has changed."""
     here = Path(__file__).parent
     sources = sorted(
         [
@@ -172,13 +175,13 @@ def free_film_limit(model: ConeModel) -> float:
     electromechanical instability of dielectric elastomers (Zhao and Suo, Appl. Phys. Lett. 91 (2007) 061921). Where the
     stretch limit prevents it, 1/G stands in as the end of the fit.
     """
-    c, limit = model.coefficients(), float(model.law.strain_limit(model.coefficients().law))
+    c, limit = model.numbers(), float(model.gel_law().strain_limit(model.numbers()))
     t = 1.0 + np.geomspace(1e-4, min(0.5 * (limit + 3.0), 30.0), 20001)
     strain = 2.0 * t + t**-2.0 - 3.0
     t, strain = t[strain < limit], strain[strain < limit]
-    squared = model.law.response(strain, c.law) * (1.0 - t**-3.0) / t / float(c.G)
+    squared = model.gel_law().response(strain, c) * (1.0 - t**-3.0) / t / float(c["G"])
     falls = np.flatnonzero(np.diff(squared) < 0.0)
-    return float(squared[falls[0]]) if falls.size else 1.0 / float(c.G)
+    return float(squared[falls[0]]) if falls.size else 1.0 / float(c["G"])
 
 
 # --- the states ------------------------------------------------------------------------------------------------------
@@ -190,7 +193,9 @@ def _heights(film: Film) -> Array:
     return np.unique(np.concatenate([[0.05 * low], np.linspace(0.1, 1.0, 10) * low, np.linspace(low, top, 18)]))
 
 
-def _states(film: Film, free: float, told: Callable[[float], None]) -> tuple[list[_State], list[tuple[float, float]]]:
+def _states(
+    film: Film, free: float, progress: Callable[[float], None]
+) -> tuple[list[_State], list[tuple[float, float]]]:
     """The states to be fitted, and the ends (s, V) of the voltage."""
     heights = _heights(film)
     states: list[_State] = []
@@ -202,7 +207,7 @@ def _states(film: Film, free: float, told: Callable[[float], None]) -> tuple[lis
         column, end = _charged(film, height, point, free)
         states += column
         ends.append((height * height, end))
-        told(0.8 / len(raised))
+        progress(0.8 / len(raised))
     if not states:
         raise InputError("the film is in tension at no displacement; raise the pre-stretch or the stretch limit")
     for share in FREE_SHARES:
@@ -210,7 +215,7 @@ def _states(film: Film, free: float, told: Callable[[float], None]) -> tuple[lis
         if share == 0.0 and not compressed:
             compressed = _wrinkled(film, heights[heights < min(raised)])
         states += compressed
-        told(0.2 / len(FREE_SHARES))
+        progress(0.2 / len(FREE_SHARES))
     return states, ends
 
 
@@ -265,7 +270,7 @@ def _state(film: Film, point: Point, *, slack: bool = False) -> _State:
     along, _, _, hoop_stress = stress_state(film, point.position, point.squared)
     smallest = float(np.min(hoop_stress))
     kind = FLAT if slack and point.height < NEARLY_FLAT else SLACK if slack else HOOP_SLACK if smallest < 0.0 else TAUT
-    disc = float(along[0]) ** 2 / float(film.coefficients.A)
+    disc = float(along[0]) ** 2 / float(film.coefficients["A"])
     return _State(point.height**2, point.squared, point.force / point.height, kind, disc, smallest)
 
 
@@ -306,7 +311,7 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
         found = _least_squares(columns, stiffness + squared - base, weights)
         return found, columns @ found + base - stiffness - squared
 
-    # without a stretch limit, the pole stands for a law that stiffens
+    # without a stretch limit, the pole represents a law that stiffens
     highest = min(1.2 * highest_span(film) ** 2, FARTHEST_WALL * farthest)
     walls = np.geomspace(1.01 * farthest, max(highest, 1.1 * farthest), WALLS)
     wall = float(min(walls, key=lambda w: float(np.sum((fit(w)[1] * weights) ** 2))))
@@ -327,15 +332,16 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
     disc_stretch = _least_squares(local, disc, taut / disc)
     hoop_stress = _least_squares(local, hoop, taut / (np.abs(hoop) + 0.1))
     parameters = film.model.parameters()
+    fitted: dict[str, Any] = {name: _tuple(values) for name, values in numbers.items()}
     return ContinuumFilm(
         radius_ratio=film.radius_ratio,
-        law=film.model.law.name,
-        law_parameters=tuple((name, float(parameters[name])) for name in sorted(film.model.law.parameters)),
+        law=film.model.gel_law(),
+        law_parameters=tuple((name, float(parameters[name])) for name in sorted(film.model.gel_law().parameters)),
         prestretches=(float(film.model.stretches[0]), float(film.model.stretches[1])),
-        reach=float(np.sqrt(farthest)),
+        largest=float(np.sqrt(farthest)),
         wall=wall,
         variable=variable,
-        **{name: _tuple(values) for name, values in numbers.items()},
+        **fitted,
         wall_strength=strength,
         ceiling=_tuple(ceiling),
         disc_stretch=_halves(disc_stretch),
@@ -359,7 +365,7 @@ def _flat(film: Film) -> tuple[float, float] | None:
         return None
     c, r = film.coefficients, film.radius_ratio
     share = 2.0 * (1.0 - r) / ((1.0 + r) * np.log(1.0 / r))
-    tension = (c.A - c.G) * film.model.law.response(c.A + c.B + c.G - 3.0, c.law)
+    tension = (c["A"] - c["G"]) * film.model.gel_law().response(c["A"] + c["B"] + c["G"] - 3.0, c)
     return float(share * tension), float(share)
 
 

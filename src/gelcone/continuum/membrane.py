@@ -3,9 +3,9 @@
 The disc is first raised at zero voltage, then the voltage raised at that height; where the path of equilibria turns
 back in a fold (the film pulls in: it thins and bulges sideways), it is followed along its arc to the wanted voltage.
 A membrane in equilibrium has one sign of meridional force along its whole length, that of the force on the disc, so
-that a film in tension never pushes the disc. Where the voltage has eaten up the tension, no state is left that a film
-without bending stiffness could hold; what then remains is the compressed, unstable film that was flat under that
-voltage and then raised. It is reported where it exists, and marked.
+that a film in tension never pushes the disc. Where the voltage has removed the tension, a film
+without bending stiffness has no state; only the compressed, unstable film remains that was flat under that voltage
+and then raised. It is reported where it exists, and marked.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ COMPRESSION = -1e-9
 MOST_TO_FOLD = 12
 """Steps along the arc within which a path that cannot be followed by its load must turn."""
 RESOLVED = 1e-3
-"""Largest error of the force by the mesh, over the force, of a point that is given out."""
+"""Largest error of the force by the mesh, over the force, of a point that is reported."""
 NEAR = 0.2
 """Largest displacement, in b - a, of a mesh half as fine from the state it confirms."""
 NETS = tuple(SLACK_STIFFNESS * 10.0**k for k in (5, 4, 3, 2, 1, 0))
@@ -90,7 +90,7 @@ def membrane(
     wrinkles : ``"mark"`` (default) leaves the film unwrinkled and marks where a stress is compressive; ``"relax"`` lets
         it wrinkle instead (tension field, see `gelcone.continuum.density`): its stresses are then nowhere negative.
     elements : quadratic finite elements along the radius, at least 2. Default 200.
-    progress : is told the share of the work done since its last call.
+    progress : called with the share of the work done since its last call.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def membrane(
 
     ``force`` holds the disc against film and field, per mu Vol/(b-a): it compares with `ConeModel.force` without the
     spring. ``ending`` says for each point how its search ended, see `Ending`; where it is neither ``converged`` nor
-    ``compressed`` the numbers are NaN, and ``reached_voltage`` tells how far the voltage could be raised.
+    ``compressed`` the numbers are NaN, and ``reached_voltage`` is the voltage up to which the film could be followed.
     ``force_error`` estimates what the mesh leaves: a 15th of the change from a mesh half as fine. ``folds``
     counts the folds of the voltage passed on the way: after them the film has pulled in. ``stable``: the energy has a
     minimum against all axisymmetric motion of the film. ``hoop_slack`` and ``meridional_slack`` mark a compressive
@@ -127,11 +127,11 @@ def membrane(
     relaxed = wrinkles == "relax"
     films = [mesh_film(single(model, i), ratio, elements, relaxed=relaxed) for i, ratio in enumerate(ratios)]
     _check_reachable(films, x)
-    told = progress or (lambda share: None)
+    report = progress or (lambda share: None)
     each = [
         _fields(film, mesh_film(film.model, film.radius_ratio, max(2, elements // 2), relaxed=relaxed), x, states)
         for film in films
-        for states in [solve(film, x, levels, lambda s: told(s / len(films)))]
+        for states in [solve(film, x, levels, lambda s: report(s / len(films)))]
     ]
     fields = {name: np.stack([one[name] for one in each]) for name in each[0]}
     found = np.isfinite(fields["force"]).any(axis=(1, 2))
@@ -159,14 +159,14 @@ def membrane(
 # --- the search ------------------------------------------------------------------------------------------------------
 
 
-def solve(film: Film, x: Array, levels: Array, told: Callable[[float], None] = lambda _: None) -> list[list[State]]:
+def solve(film: Film, x: Array, levels: Array, progress: Callable[[float], None] = lambda _: None) -> list[list[State]]:
     """The states at every voltage and displacement, those of a lowered disc by the raised one that mirrors it."""
     heights, squares = np.unique(np.abs(x)).tolist(), np.unique(levels**2).tolist()
     raised = raised_film(film, heights)
     rows: list[list[State]] = []
     for height in heights:
         rows.append(_charged(film, height, raised.get(height), squares, rows[-1] if rows else None))
-        told(0.5 / len(heights))
+        progress(0.5 / len(heights))
     found: dict[tuple[float, float], State] = {}
     for k, square in enumerate(squares):
         states = dict(zip(heights, [row[k] for row in rows], strict=True))
@@ -174,7 +174,7 @@ def solve(film: Film, x: Array, levels: Array, told: Callable[[float], None] = l
             states |= _pulled_in(film, states, square)
             states |= _compressed(film, states, square)
         found |= {(square, height): state for height, state in states.items()}
-        told(0.5 / len(squares))
+        progress(0.5 / len(squares))
     return [[found[v * v, abs(h)] for h in x.tolist()] for v in levels.tolist()]
 
 
@@ -212,16 +212,16 @@ def _charged(
     states = []
     for k, square in enumerate(squares):
         if state.ending == Ending.CONVERGED and state.point is not None:
-            beside = below[k] if below else None
-            state = _charged_to(film, state.point, square, beside)
+            lower = below[k] if below else None
+            state = _charged_to(film, state.point, square, lower)
         states.append(state)
     return states
 
 
-def _charged_to(film: Film, start: Point, square: float, beside: State | None) -> State:
+def _charged_to(film: Film, start: Point, square: float, lower: State | None) -> State:
     """From one voltage to a higher one, or from a lower height at that voltage."""
-    if beside is not None and beside.point is not None and beside.ending == Ending.CONVERGED and square > start.squared:
-        point = reach(film, beside.point, "height", start.height)[0] if beside.point.height > 0.0 else None
+    if lower is not None and lower.point is not None and lower.ending == Ending.CONVERGED and square > start.squared:
+        point = reach(film, lower.point, "height", start.height)[0] if lower.point.height > 0.0 else None
         if point is not None:
             return State(point, Ending.CONVERGED, 0, square)
     reached, last = reach(film, start, "squared", square)
@@ -392,7 +392,7 @@ _PROFILES = ("radius", "height", "meridional_stretch", "hoop_stretch", "meridion
 
 
 def force_error(film: Film, point: Point, coarse: Film) -> float:
-    """The error of the force that a mesh half as fine tells: of the order 4, a 15th of their difference.
+    """The error of the force by comparison with a mesh half as fine: for the order 4, a 15th of their difference.
 
     Infinite where the coarse mesh finds no such state nearby.
     """
@@ -419,14 +419,14 @@ def stress_state(film: Film, position: Array, squared: float) -> tuple[Array, ..
     phi, c = derivatives(film, m, n, squared), film.coefficients
     inside = strain(film, m, n) < film.model.strain_limit()
     stress, hoop_stress = (np.where(inside, 2.0 * s * force, np.nan) for s, force in ((m, phi.m), (n, phi.n)))
-    return np.sqrt(c.A * m), np.sqrt(c.B * n), stress, hoop_stress
+    return np.sqrt(c["A"] * m), np.sqrt(c["B"] * n), stress, hoop_stress
 
 
 def _slack(film: Film, position: Array, squared: float) -> tuple[bool, bool]:
     """Whether the unwrinkled film would be compressed anywhere, along the meridian and along the hoop."""
     along, up, hoop = (_at_nodes(film, values) for values in stretches(film, position, film.at_nodes))
     m, n = along**2 + up**2, hoop**2
-    phi = density.derivatives(film.model.law, film.coefficients, m, n, squared)
+    phi = density.derivatives(film.model.gel_law(), film.coefficients, m, n, squared)
     return bool(np.min(2.0 * m * phi.m) < COMPRESSION), bool(np.min(2.0 * n * phi.n) < COMPRESSION)
 
 

@@ -1,7 +1,7 @@
 """Equilibria of a `Film` under growing loads: Newton with the consistent tangent, load steps, arc length past folds.
 
 Two loads: the height of the disc and v^2. A step follows the tangent of the path and is corrected by Newton; it is
-halved where the correction is not small beside it, so that no step jumps to another branch.
+halved where the correction is not small compared with it, so that no step jumps to another branch.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ SMALLEST_STEP: dict[Load, float] = {"height": 1e-3, "squared": 3e-2}
 MOST_ARC_STEPS = 100
 MOST_ARC_ITERATIONS = 6
 ARC_LENGTH = 0.05
-"""First step along the arc: root mean square of the displacements in b - a, beside the change of v^2."""
+"""First step along the arc: root mean square of the displacements in b - a, combined with the change of v^2."""
 LONGEST_ARC = 0.5
 ARC_TOLERANCE = 1e-8
 """As `TOLERANCE`, before the last Newton steps at a given voltage."""
@@ -184,7 +184,7 @@ def _positive(band: Array) -> bool:
 def flat(film: Film, squared: float) -> Point | None:
     """The flat film under v^2, its rings where the pre-stresses balance; None where none is found.
 
-    By symmetry it is an equilibrium even where no tension keeps it flat; ``stable`` tells whether one does.
+    By symmetry it is an equilibrium even where no tension keeps it flat; ``stable`` states whether one does.
     """
     start = newton(film, np.zeros(film.size), 0.0)
     found = start if start is None or squared == 0.0 else reach(film, start, "squared", squared)[0]
@@ -279,7 +279,7 @@ def arc(film: Film, start: Point) -> Iterator[Arc]:
     """Points at equal arc length along the equilibria of a held disc, from ``start`` towards higher voltage.
 
     Ends after `MOST_ARC_STEPS`, where no further point is found, where v^2 returns to 0 and where tension is lost;
-    that last point is given out.
+    that last point is yielded.
     """
     here = _arc(film, start, None)
     length, shortest = ARC_LENGTH, 1e-6 * ARC_LENGTH
@@ -300,7 +300,7 @@ def arc(film: Film, start: Point) -> Iterator[Arc]:
 
 
 def _size(position: Array, squared: float) -> float:
-    """Length of a step: the root mean square of the displacements beside the change of v^2."""
+    """Length of a step: the root mean square of the displacements, combined with the change of v^2."""
     return math.sqrt(float(position @ position) / position.size + squared * squared)
 
 

@@ -72,7 +72,7 @@ def solid(
     thickness: npt.ArrayLike = THICKNESS.default,
     elements: tuple[int, int] = DEFAULT_ELEMENTS,
 ) -> xr.Dataset:
-    """Force over displacement of the film as a solid, beside the membrane's, without voltage.
+    """Force over displacement of the film as a solid, and of the membrane for comparison, without voltage.
 
     Parameters
     ----------
@@ -98,14 +98,14 @@ def solid(
     t = np.atleast_1d(THICKNESS.check("thickness", thickness))
     if model.shape:
         raise InputError(f"a model of the shape {model.shape}: one actuator is solved at a time; take its members")
-    beside = membrane(model, radius_ratio, displacements=x).isel(constant_voltage=0)
+    shape = membrane(model, radius_ratio, displacements=x).isel(constant_voltage=0)
     force = np.full((t.size, x.size), np.nan)
     for i, thick in enumerate(t):
         body = mesh_solid(model, radius_ratio, float(thick), elements)
         for j, place in enumerate(x):
-            force[i, j] = np.sign(place) * held_at(body, beside.isel(displacement=j), abs(float(place)))
+            force[i, j] = np.sign(place) * held_at(body, shape.isel(displacement=j), abs(float(place)))
     at = ("thickness", "displacement")
-    expected = np.broadcast_to(beside["force"].values, force.shape)
+    expected = np.broadcast_to(shape["force"].values, force.shape)
     ending = np.where(np.isfinite(force), Ending.CONVERGED, Ending.NOT_CONVERGED).astype(np.int8)
     result = dataset.label(
         model,
@@ -163,14 +163,14 @@ def mesh_solid(model: ConeModel, radius_ratio: float, thickness: float, elements
     )
 
 
-def held_at(body: Solid, beside: xr.Dataset, height: float) -> float:
+def held_at(body: Solid, shape: xr.Dataset, height: float) -> float:
     """The force that holds the disc at a height, by Newton's method from the membrane; NaN if it does not converge."""
     from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import splu
 
-    if int(beside["ending"]) != Ending.CONVERGED:
+    if int(shape["ending"]) != Ending.CONVERGED:
         return float("nan")
-    position, free = membrane_guess(body, beside, height), body.free
+    position, free = membrane_guess(body, shape, height), body.free
     for _ in range(MOST_ITERATIONS):
         found = assembled(body, position)
         if found is None:
@@ -190,15 +190,15 @@ def held_at(body: Solid, beside: xr.Dataset, height: float) -> float:
     return float("nan")
 
 
-def membrane_guess(body: Solid, beside: xr.Dataset, height: float) -> Array:
+def membrane_guess(body: Solid, shape: xr.Dataset, height: float) -> Array:
     """The membrane's shape, thickened along its normal, and the pressure that leaves its faces free."""
-    c = body.model.coefficients()
-    mounted = beside["mounted_radius"].values
-    middle = np.stack([beside["radius"].values - mounted, np.abs(beside["height"].values)])
+    c = body.model.numbers()
+    mounted = shape["mounted_radius"].values
+    middle = np.stack([shape["radius"].values - mounted, np.abs(shape["height"].values)])
     meridian = np.gradient(np.stack([mounted, 0.0 * mounted]) + middle, mounted, axis=1)
     m, n = np.sum(meridian**2, axis=0), (1.0 + middle[0] / mounted) ** 2
     thin = 1.0 / np.sqrt(m * n)
-    pressure = body.model.law.response(c.A * m + c.B * n + c.G / (m * n) - 3.0, c.law) * c.G * thin**2
+    pressure = body.model.gel_law().response(c["A"] * m + c["B"] * n + c["G"] / (m * n) - 3.0, c) * c["G"] * thin**2
     normal = np.stack([-meridian[1], meridian[0]]) / np.sqrt(m)
     s, z = body.place
     # the held faces do not turn: the normal tilts within a thickness of them
@@ -213,18 +213,18 @@ def membrane_guess(body: Solid, beside: xr.Dataset, height: float) -> Array:
 def assembled(body: Solid, position: Array) -> tuple[Array, float, Any] | None:
     """Derivative of the energy, the largest force of an element on a node, and the entries of the second derivative;
     None beyond the stretch limit or with an element turned inside out."""
-    c, law = body.model.coefficients(), body.model.law
+    c, law = body.model.numbers(), body.model.gel_law()
     unmoved = np.array([1.0, 0.0, 0.0, 1.0, 1.0, 0.0])
     e = unmoved + np.einsum("epij,ej->epi", body.gradient, position[body.unknowns])
     f11, f12, f21, f22, hoop, pressure = np.moveaxis(e, 2, 0)
-    weights = np.array([c.A, c.G, c.A, c.G, c.B, 0.0], dtype=float)
+    weights = np.array([c["A"], c["G"], c["A"], c["G"], c["B"], 0.0], dtype=float)
     invariant = np.sum(weights * e**2, axis=2) - 3.0
     plane = f11 * f22 - f12 * f21
     if not (np.isfinite(position).all() and plane.min() > 0.0 and hoop.min() > 0.0):
         return None
-    if not (invariant < law.strain_limit(c.law)).all():
+    if not (invariant < law.strain_limit(c)).all():
         return None
-    response, slope = (np.broadcast_to(g(invariant, c.law), plane.shape) for g in (law.response, law.response_slope))
+    response, slope = (np.broadcast_to(g(invariant, c), plane.shape) for g in (law.response, law.response_slope))
     volume = np.stack([f22 * hoop, -f21 * hoop, -f12 * hoop, f11 * hoop, plane, 0.0 * plane], axis=2)
     first = response[..., None] * weights * e - pressure[..., None] * volume
     first[..., 5] = -(plane * hoop - 1.0)

@@ -73,7 +73,7 @@ def report_html(
         _rules(),
         _presets(),
     )
-    # The policy makes a browser refuse whatever the page might load from elsewhere by mistake.
+    # The policy makes a browser refuse anything that the page might load from elsewhere by mistake.
     policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
     return "\n".join(
         (
@@ -109,10 +109,10 @@ def _header(title: str, claims: Sequence[JudgedClaim], effort: str, version: str
 names; figures are redrawn and claims checked with an integrator that respects the stretch limit of the gel.</p>
 {sum_up}
 <p class="remark"><strong>The identification of the parameters is not unique.</strong> Numbers marked <em>text</em>
-survive in the paper's text. Those marked <em>reconstructed</em> were found by a search over a few thousand sets for the
-ones under which most of the surviving claims hold; other sets would do as well, and a verdict can depend on the choice.
-Where a claim was also looked at on neighbouring parameters, the share of them on which it holds is given.</p>
-<p>All quantities are dimensionless unless a unit stands beside them. Lyapunov exponents are those of the flow, per unit
+are from the paper's text. Those marked <em>reconstructed</em> were found by a search over a few thousand sets for those
+under which most of the paper's claims hold; other sets fit equally well, and a verdict can depend on the choice.
+Where a claim was also checked at neighbouring parameters, the share of them for which it holds is given.</p>
+<p>All quantities are dimensionless unless a unit is given. Lyapunov exponents are those of the flow, per unit
 of dimensionless time.</p>
 </header>"""
 
@@ -197,7 +197,7 @@ def _pictureless(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) 
     command = f"gelcone paper {' '.join(map(str, numbers))}"
     return f"""<section id="other-claims">
 <h2>Claims whose figure is not drawn here</h2>
-<p><code>{escape(command)}</code> draws what shows them.</p>
+<p><code>{escape(command)}</code> draws the figures that show them.</p>
 {shown}
 </section>"""
 
@@ -209,7 +209,7 @@ def _rules() -> str:
     return f"""<section id="verdicts">
 <h2>How the verdicts are reached</h2>
 <p>The check of a claim computes whether it holds in the long run at the paper's parameters, whether it holds over a
-finite window from the start like the paper's, on what share of the neighbouring parameters it holds, and whether it
+finite window from the start like the paper's, for what share of the neighbouring parameters it holds, and whether it
 holds for a fixed-step Runge-Kutta integrator in runs that go beyond the stretch limit. The first rule that applies
 gives the verdict:</p>
 <ol>
@@ -277,7 +277,9 @@ def _numbers(finding: Finding) -> Iterable[Number]:
     """All numbers behind a finding, the share of the neighbouring parameters last."""
     yield from finding.numbers
     if finding.share is not None:
-        yield Number(f"share of the neighbouring parameters ({finding.neighbourhood}) on which it holds", finding.share)
+        yield Number(
+            f"share of the neighbouring parameters ({finding.neighbourhood}) for which it holds", finding.share
+        )
 
 
 def _key(finding: Finding) -> str:

@@ -1,8 +1,8 @@
-"""Redraws the paper's figures and judges its claims into a folder, and keeps there what is done.
+"""Redraws the paper's figures and judges its claims; results are written to a folder and reused from there.
 
 A folder holds ``data/<study>.nc``, ``figure-03.png`` and ``.svg``, ``claims.json`` and ``report.html``. A study whose
-file was computed with the same effort by the same program (see `stamp`) is not computed again, so a run that was
-stopped continues.
+file was computed with the same effort by the same program (see `stamp`) is not computed again, so that a run that was
+stopped is resumed.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _FIGURE = re.compile(r"(?:fig(?:ure)?[-_ ]?)?0*(\d+)", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Paper:
-    """All there is to compute, to draw and to judge, each by its name."""
+    """Everything to compute, draw and judge, by name."""
 
     studies: Mapping[str, Study]
     figures: Mapping[int, PaperFigure]
@@ -63,7 +63,7 @@ class Selection:
 
 @dataclass(frozen=True)
 class PaperRun:
-    """What a run gave of what was asked for, and where the report of all that its folder holds is."""
+    """Results of what was asked for, and the path of the report on everything that the folder holds."""
 
     figures: tuple[DrawnFigure, ...]
     claims: tuple[JudgedClaim, ...]
@@ -93,7 +93,7 @@ def run(
 ) -> PaperRun:
     """Draws figures, judges claims and writes the report.
 
-    A claim brings the figure that shows it. Without names all figures and claims are done. The report and
+    A claim includes the figure that shows it. Without names all figures and claims are processed. The report and
     ``claims.json`` cover all that the folder holds: also what earlier runs of the same effort and version left there,
     and every claim whose studies are there.
 
@@ -103,7 +103,7 @@ def run(
     quick : compute on coarser grids and over fewer periods.
     out : folder; by default ``paper-results``, for quick runs ``paper-results-quick``.
     force : compute again also what is there.
-    workers : processes side by side; the data are the same to the last bit. Default 1, all in this process. With
+    workers : parallel processes; the data are the same to the last bit. Default 1, all in this process. With
         more, a script that calls this needs the usual ``if __name__ == "__main__":``.
     progress : called with what is being worked on and the share of the work done since the last call.
     paper : other studies, figures and claims than those of the source paper.
@@ -215,7 +215,7 @@ def _ready(folder: Path, effort: Effort, paper: Paper) -> dict[str, xr.Dataset]:
 def _compute(
     study: Study, effort: Effort, path: Path, _: Mapping[str, Any], progress: Callable[[float], None]
 ) -> xr.Dataset:
-    """Computes and keeps a study, without the time it took: the data of the same run are the same to the last bit."""
+    """Computes and saves a study, without the time it took: the same run gives the same data to the last bit."""
     result = study.compute(effort, progress).assign_attrs(stamp(effort))
     result.attrs.pop("totals", None)
     save(result, path, force=True)

@@ -1,4 +1,4 @@
-"""What the data of a study depend on besides the study's name: how finely they are computed, and by which program."""
+"""What the data of a study depend on apart from the study's name: the effort, and the program that computed them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 import gelcone
 from gelcone._version import __version__
 from gelcone.devices.device import shipped_devices
-from gelcone.motion.flow import import_heyoka
+from gelcone.motion.heyoka import import_heyoka
 from gelcone.paper.effort import Effort
 
 SHOWING = (

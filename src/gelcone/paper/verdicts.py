@@ -1,7 +1,7 @@
 """From numbers to verdicts: the rules, all in one place.
 
 A claim's check says whether it holds in the long run at the paper's own parameters, whether it holds over a finite
-window like the paper's, on what share of the neighbouring parameters it holds, and whether it holds for the paper's
+window like the paper's, for what share of the neighbouring parameters it holds, and whether it holds for the paper's
 fixed-step integrator while that integrator is beyond the stretch limit. The verdict follows from these alone.
 """
 
@@ -12,16 +12,16 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 WIDE = 0.5
-"""A claim that holds on at least this share of the neighbouring parameters is not owed to their choice."""
+"""A claim that holds for at least this share of the neighbouring parameters does not depend on their choice."""
 
 
 DIGITS = 4
-"""Digits of a number that is as good as exact."""
+"""Digits of a number whose error is negligible."""
 MOST_DECIMALS = 7
 
 
 class Verdict(Enum):
-    """What came of a claim."""
+    """The verdict on a claim."""
 
     REPRODUCED = "reproduced"
     TRANSIENT = "only as a transient"
@@ -43,7 +43,7 @@ class Number:
     unit: str = ""
 
     def __str__(self) -> str:
-        """To the digits that the error or the interval leaves; an error below those shown says that all are right."""
+        """To the digits that the error or the interval supports; without an error all digits shown are correct."""
         if math.isnan(self.value):
             return "none"
         unit = f" {self.unit}" if self.unit else ""
@@ -64,10 +64,10 @@ class Number:
 class Finding:
     """What the check of a claim found.
 
-    ``holds`` in the long run at the paper's parameters (None: the surviving text does not say enough to tell);
+    ``holds`` in the long run at the paper's parameters (None: the surviving text does not say enough to decide);
     ``holds_finite`` over a finite window from the start; ``share`` of the neighbouring parameters on which it holds in
     the long run, from 0 to 1, and what these are (``neighbourhood``); ``holds_fixed_step`` for the fixed-step
-    integrator in runs that go beyond the stretch limit. None where a question does not arise. ``numbers``, the first
+    integrator in runs that go beyond the stretch limit. None where a question does not apply. ``numbers``, the first
     being the key number; ``unseen`` is what the paper could not see.
     """
 
@@ -85,12 +85,12 @@ class Finding:
 def judge(finding: Finding) -> Verdict:
     """The verdict on a finding; the first rule that applies decides.
 
-    1. It cannot be told whether the claim holds: undecidable.
-    2. It holds, and on at least half of the neighbouring parameters (where these were looked at): reproduced.
-    3. It holds, but on less than half of them: only for chosen parameters.
+    1. It cannot be decided whether the claim holds: undecidable.
+    2. It holds, and for at least half of the neighbouring parameters (where these were checked): reproduced.
+    3. It holds, but for less than half of them: only for chosen parameters.
     4. It does not hold in the long run, but over a finite window: only as a transient.
     5. It holds for neither, but for the fixed-step integrator beyond the stretch limit: artefact.
-    6. It holds on some of the neighbouring parameters: only for chosen parameters.
+    6. It holds for some of the neighbouring parameters: only for chosen parameters.
     7. Otherwise: not reproduced.
     """
     if finding.holds is None:

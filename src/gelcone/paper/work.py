@@ -1,7 +1,7 @@
-"""Jobs side by side in processes: those that need no others first, and of these the long ones.
+"""Jobs in parallel processes: first those that need no others, and of these the long ones.
 
 Processes and not threads, because drawing and the reading of evidence hold Python's lock. Progress, errors and
-interrupts come back to the one who called.
+interrupts are passed back to the caller.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ Progress = Callable[[str, float], None]
 """Takes what is being worked on, and the share of the whole work that was just done."""
 
 WORTH_A_PROCESS = 4.0
-"""Work that makes up for starting one more process, in the unit of `Job.work`: about a second."""
+"""Work that justifies starting one more process, in the unit of `Job.work`: about a second."""
 REPORT_EVERY = 0.1
 PATIENCE = 5.0
-"""Seconds for which a process that is told to stop may clean up."""
+"""Seconds that a process has to clean up when it is asked to stop."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """Something to do: ``call`` takes what the jobs in ``needs`` gave, by name, and a callback for shares done.
+    """A job: ``call`` takes the results of the jobs in ``needs``, by name, and a callback for shares done.
 
-    It can be pickled, as can what it gives. ``work`` is what it costs beside others.
+    It can be pickled, and so can its result. ``work`` is its cost relative to others.
     """
 
     name: str
@@ -43,8 +43,8 @@ class Job:
 
 
 def do(jobs: Sequence[Job], workers: int, progress: Progress) -> Generator[tuple[str, Any]]:
-    """Does all jobs in up to ``workers`` processes, in this one where more do not pay; the name of each that is done,
-    and what it gave."""
+    """Does all jobs in up to ``workers`` processes, or in this one where more are not worth it; yields the name and the
+    result of each job as it finishes."""
     whole = sum(job.work for job in jobs)
     workers = min(workers, len(jobs), int(whole / WORTH_A_PROCESS))
 
@@ -67,7 +67,7 @@ def _here(open_: list[Job], report: Report) -> Generator[tuple[str, Any]]:
 
 
 def _next(open_: list[Job], done: Collection[str]) -> Job | None:
-    """Takes the first job off the list of which all that it needs is done; None if there is none."""
+    """Removes and returns the first job on the list whose needs are all done; None if there is none."""
     ready = next((job for job in open_ if job.needs <= set(done)), None)
     if ready is not None:
         open_.remove(ready)
@@ -121,11 +121,11 @@ def _receive(connection: Any, job: Job) -> _Message:
 
 @contextmanager
 def _processes(count: int) -> Iterator[list[Connection]]:
-    """Connections to so many processes that take jobs; whatever happens, the processes have ended afterwards."""
+    """Connections to ``count`` processes that take jobs; in any case the processes have ended afterwards."""
     context = multiprocessing.get_context("spawn")
     pairs = [context.Pipe() for _ in range(count)]
     processes = [context.Process(target=_serve, args=(theirs,), daemon=True) for _, theirs in pairs]
-    with _interrupts_ignored():  # also by the processes that start now: an interrupt is the caller's to hear
+    with _interrupts_ignored():  # also by the processes that start now: the caller handles interrupts
         for process in processes:
             process.start()
     for _, theirs in pairs:
@@ -160,7 +160,7 @@ def _interrupts_ignored() -> Iterator[None]:
 
 
 def _serve(connection: Connection) -> None:
-    """Does one job after the other until the other end closes or says stop."""
+    """Does one job after the other until the other end closes or asks it to stop."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _stop)
     try:
@@ -171,7 +171,7 @@ def _serve(connection: Connection) -> None:
                 reports.close(result=call(given, reports))
             except Exception as error:
                 reports.close(error=_portable(error))
-    except (EOFError, OSError, KeyboardInterrupt):  # nobody is listening any more, or wants us to be done
+    except (EOFError, OSError, KeyboardInterrupt):  # the other end is closed, or this process is asked to stop
         pass
 
 
@@ -190,7 +190,7 @@ def _portable(error: Exception) -> Exception:
 
 
 class _Reports:
-    """Passes the shares that a job reports on, from whichever thread, but not more often than a bar can show."""
+    """Passes on the shares that a job reports, from any thread, but not more often than a progress bar can show."""
 
     def __init__(self, connection: Connection):
         self._connection, self._lock = connection, threading.Lock()

@@ -1,4 +1,4 @@
-"""Pictures of basins of attraction: the attractor that each initial state ends on."""
+"""Figures of basins of attraction: the attractor that each initial state ends on."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_ATTRACTORS = 8
-"""Most attractors with a colour and a line in the legend of their own; the rest are drawn as one."""
+"""Most attractors that have their own colour and legend entry; the rest share one."""
 SHADES = (0.0, 0.55, -0.45, 0.8, -0.7)
 """Attractors of one regime: its colour, then mixed by these shares with white or (below 0) black."""
 OTHERS = "#FFFFFF"
@@ -78,7 +78,7 @@ def shade(colour: str, share: float) -> str:
 
 
 def legend(cells: xr.Dataset) -> list[Artist]:
-    """A patch an attractor, and what occurs besides."""
+    """A patch for each attractor, and for the other marks that occur."""
     from matplotlib.patches import Patch
 
     colours, count = attractor_colours(cells), cells.sizes["attractor_number"]

@@ -1,4 +1,4 @@
-"""Pictures of bifurcation diagrams: section points, largest exponent or extent, and regime along one parameter."""
+"""Figures of bifurcation diagrams: section points, largest exponent or extent, and regime along one parameter."""
 
 from __future__ import annotations
 
@@ -72,12 +72,12 @@ def marks_of(style: tuple[str, str, float], size: float) -> dict[str, Any]:
 
 
 def marker_size(diagram: xr.Dataset) -> float:
-    """Points across the smallest marker, so that neighbouring values stay apart as far as they can."""
+    """Size of the smallest marker in points: small enough to keep neighbouring values apart where possible."""
     return float(np.clip(250.0 / diagram.sizes[diagram.attrs["parameter"]], 1.0, 2.4))
 
 
 def section_points(diagram: xr.Dataset, axes: Axes) -> None:
-    """Displacement once a drive repeat over the parameter; runs that failed are crossed at the foot."""
+    """Displacement once per forcing period over the parameter; failed runs are marked by a cross at the bottom."""
     name = diagram.attrs["parameter"]
     size = marker_size(diagram)
     for branch, style in branch_styles(diagram).items():
@@ -90,7 +90,7 @@ def section_points(diagram: xr.Dataset, axes: Axes) -> None:
         at = diagram[name].values[failed]
         foot = axes.get_xaxis_transform()
         axes.plot(at, np.full(at.size, 0.04), "x", ms=4.0, color=BLACK, transform=foot, label="a run failed")
-    axes.set_ylabel(f"{state_labels(diagram)[0]}\nat drive repeats")
+    axes.set_ylabel(f"{state_labels(diagram)[0]}\nonce per forcing period")
 
 
 def largest_exponent(diagram: xr.Dataset, axes: Axes) -> None:
@@ -115,7 +115,7 @@ def extent(diagram: xr.Dataset, axes: Axes) -> None:
 
 
 def regime_strip(diagram: xr.Dataset, axes: Axes) -> None:
-    """The regime over the parameter, one row a branch."""
+    """The regime over the parameter, one row per branch."""
     name = diagram.attrs["parameter"]
     rows = np.arange(diagram.sizes["branch"])
     regime, failed, flagged = marks(diagram)
@@ -131,11 +131,11 @@ def regime_strip(diagram: xr.Dataset, axes: Axes) -> None:
 
 
 def marks(diagram: xr.Dataset) -> tuple[Any, Any, Any]:
-    """Regimes, runs that failed, and runs with a name that their evidence does not bear out, each (branch, value)."""
+    """Regimes, failed runs, and runs whose evidence does not support their regime, each (branch, value)."""
     ordered = diagram.transpose("branch", diagram.attrs["parameter"], ...)
     failed = ordered["outcome"].values != 0
     regime = ordered["regime"].values
-    return regime, failed, (ordered["flag"].values != 0) & (regime != Regime.TRANSIENT) & ~failed
+    return regime, failed, (ordered["doubtful"].values != 0) & (regime != Regime.TRANSIENT) & ~failed
 
 
 def refined_edges(diagram: xr.Dataset, branch: str) -> Array:

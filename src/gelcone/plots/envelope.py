@@ -1,4 +1,4 @@
-"""Picture of an operating envelope: limits over drive frequency, statics over voltage, what the window yields."""
+"""Figure of an operating envelope: limits over drive frequency, statics over voltage, stroke and power at its edge."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MARKERS = "os^vDP"
 
 
 def envelope_figure(envelope: xr.Dataset) -> Figure:
-    """Limits and recommended window over drive frequency; beside it statics, and stroke and power at its edge."""
+    """Limits and recommended window over drive frequency; to the right statics, and stroke and power at its edge."""
 
     def draw(figure: Figure) -> None:
         grid = figure.add_gridspec(3, 2, width_ratios=[1.6, 1.0])
@@ -108,7 +108,7 @@ def window_yield(envelope: xr.Dataset, axes: Axes) -> None:
 
 
 def say(axes: Axes, words: str) -> None:
-    """Words in place of a curve."""
+    """Writes words in place of a curve."""
     axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=GREY)
 
 

@@ -1,4 +1,4 @@
-"""Pictures of the statics: force over displacement, and the equilibria over the voltage."""
+"""Figures of the statics: force over displacement, and the equilibria over the voltage."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.motion.balance import PullIn
+from gelcone.physics.balance import PullIn
 from gelcone.plots.response import members
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, axis_label, styled
 from gelcone.words import outcome_in_words, unit_of
@@ -24,7 +24,7 @@ HEADROOM = 1.6
 
 
 def static_figure(result: xr.Dataset) -> Figure:
-    """Force over displacement beside the equilibria over the voltage; a row for each of up to three members."""
+    """Force over displacement next to the equilibria over the voltage; a row for each of up to three members."""
     drawn = members(result)
     drawn = [drawn[i] for i in np.unique(np.linspace(0, len(drawn) - 1, min(len(drawn), MOST_ROWS)).astype(int))]
 
@@ -116,7 +116,7 @@ def split_by_stability(x: Any, y: Any, slope: Any, axes: Axes, *, colour: str, b
 
 
 def note_failure(member: xr.Dataset, axes: Axes) -> None:
-    """Says so where there is nothing to draw."""
+    """States the reason where there is nothing to draw."""
     if int(member["outcome"]):
         text = f"failed: {outcome_in_words(int(member['outcome']))}"
         axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", color=VERMILION)

@@ -1,4 +1,4 @@
-"""Pictures of the stability of rest under the drive: instability tongues."""
+"""Figures of the stability of rest under the drive: instability tongues."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def tongues_figure(result: xr.Dataset) -> Figure:
 
 
 def growth_map(result: xr.Dataset, axes: Axes) -> QuadContourSet | None:
-    """Growth rate where rest is unstable, hatched where what grows has the period of two drive repeats; white where
-    rest is stable."""
+    """Growth rate where rest is unstable, hatched where the growing deviation has twice the forcing period; white
+    where rest is stable."""
     from matplotlib.ticker import MaxNLocator
 
     x, y = result["drive_frequency"].values, result["voltage"].values
@@ -54,7 +54,7 @@ def growth_map(result: xr.Dataset, axes: Axes) -> QuadContourSet | None:
         return None
     levels = MaxNLocator(LEVELS).tick_values(0.0, float(growth[unstable].max()))
     filled = axes.contourf(x, y, growth, levels=levels, cmap="YlOrBr")
-    # Below onset the growth rate is flat: between grid points the margin tells the border better.
+    # Below onset the growth rate is flat: between grid points the margin locates the border better.
     axes.contourf(x, y, margin, levels=[-2.0, 0.0], colors="white")
     doubling = np.where(result["doubles"].values.T, margin, -1.0)
     if (doubling > 0.0).any():

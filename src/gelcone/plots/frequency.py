@@ -1,4 +1,4 @@
-"""Picture of a frequency response: stroke in sweeps up and down, and its phase, beside linear theory."""
+"""Figure of a frequency response: stroke in sweeps up and down, and its phase, compared with linear theory."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ LOOKS: dict[str, dict[str, Any]] = {
 }
 LINEAR: dict[str, Any] = {"color": GREY, "lw": 1.1, "ls": "--", "zorder": 1.5}
 FEW = 60
-"""Points are marked one by one up to this many."""
+"""Up to this many points are marked individually."""
 WIDE = 5.0
-"""Frequencies that go over more than this ratio are drawn on a log scale."""
+"""Frequencies that span more than this ratio are drawn on a log scale."""
 
 
 def frequency_figure(response: xr.Dataset) -> Figure:
@@ -44,7 +44,7 @@ def frequency_figure(response: xr.Dataset) -> Figure:
 
 
 def strokes(response: xr.Dataset, axes: Axes) -> None:
-    """Both sweeps with their jumps, what does not follow the drive marked, and the stroke by linear theory."""
+    """Both sweeps with their jumps, the motions that do not repeat with the drive, and the stroke by linear theory."""
     frequency = response["drive_frequency"].values
     for branch, look in LOOKS.items():
         own = response.sel(branch=branch)
@@ -68,13 +68,13 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
     axes.plot(frequency, response["linear_stroke"], **LINEAR, label="linear theory")
     arrows(response, axes)
     top = float(np.nanmax([*response["stroke"].values.ravel(), *(2.0 * response["peak_amplitude"].values)]))
-    # A linear resonance without end would squeeze all else.
+    # An unbounded linear resonance would compress everything else.
     axes.set_ylim(0.0, 1.1 * top if top > 0.0 else None)
     axes.set_ylabel(axis_label(response["stroke"], "stroke, peak to peak"))
 
 
 def kinds_of_motion(own: xr.Dataset) -> dict[str, xr.DataArray]:
-    """What does not follow the drive -> the frequencies of one sweep at which it is so; failed runs are neither."""
+    """Kind of motion that does not repeat with the drive -> where it occurs in one sweep; failed runs are neither."""
     return {"subharmonic": own["period"] > 1, "not periodic": (own["period"] == 0) & (own["outcome"] == Outcome.OK)}
 
 

@@ -1,4 +1,4 @@
-"""Pictures of the largest Lyapunov exponent: how its estimate settles, and what it settles to."""
+"""Figures of the largest Lyapunov exponent: how its estimate settles, and what it settles to."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SETTLED = 0.05
-"""The limits hold the running estimates from this share of their window on; what is shorter may run out of them."""
+"""The limits contain the running estimates from this share of the longest window on; earlier ones may leave them."""
 SIGNS = {-1: "certainly negative", 0: "sign uncertain within the budget", 1: "certainly positive"}
 
 
@@ -56,7 +56,7 @@ def draw_member(member: xr.Dataset, name: str, colour: str, axes: Axes) -> None:
         axes.plot(time[end], exponent[end], "o", ms=4.0, color=colour)
     time = member["running_time"].values
     axes.plot(time, member["running_exponent"], color=colour, label=f"{name}\n{verdict(member)}".strip())
-    value, error = float(member["asymptotic"][0]), float(member["standard_error"][0])
+    value, error = float(member["lyapunov"][0]), float(member["standard_error"][0])
     if np.isfinite(time).any() and np.isfinite(value):
         ends = [np.nanmin(time), np.nanmax(time)]
         axes.fill_between(ends, value - error, value + error, color=colour, alpha=0.2, lw=0.0)
@@ -67,17 +67,17 @@ def verdict(member: xr.Dataset) -> str:
     """The asymptotic value with its error, and whether its sign is certain; or how the member failed."""
     if int(member["outcome"]):
         return f"failed: {outcome_in_words(int(member['outcome']))}"
-    value = with_error(float(member["asymptotic"][0]), float(member["standard_error"][0]))
+    value = with_error(float(member["lyapunov"][0]), float(member["standard_error"][0]))
     return f"{value}\n{SIGNS[int(member['sign'])]}"
 
 
 def set_limits(result: xr.Dataset, axes: Axes) -> None:
-    """Limits of the exponent that hold zero and every estimate but those over the shortest windows."""
+    """Limits of the exponent that contain zero and every estimate except those over the shortest windows."""
     seen = [np.zeros(1)]
     for time, exponent in (("finite_time", "finite_exponent"), ("running_time", "running_exponent")):
         longest = result[time].max("window")
         seen.append(result[exponent].where(result[time] > SETTLED * longest).values.ravel())
-    value, error = result["asymptotic"].isel(exponent=0), result["standard_error"].isel(exponent=0)
+    value, error = result["lyapunov"].isel(exponent=0), result["standard_error"].isel(exponent=0)
     seen += [(value - error).values.ravel(), (value + error).values.ravel()]
     values = np.concatenate(seen)
     low, high = np.nanmin(values), np.nanmax(values)

@@ -1,4 +1,4 @@
-"""Pictures of two-parameter maps: the largest exponent and the regime side by side."""
+"""Figures of two-parameter maps: the largest exponent and the regime side by side."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def map_figure(cells: xr.Dataset, lines: Lines | None = None) -> Figure:
         for axes in (left, right):
             overlay(lines or {}, axes)
         handles = cell_legend(*marks(cells)) + right.get_legend_handles_labels()[0]
-        beside = 1.25 if coordinate_axis(right, cells, axes_names(cells)[1], "right") else 1.0
-        right.legend(handles=handles, loc="upper left", bbox_to_anchor=(beside, 1.0))
+        legend_x = 1.25 if coordinate_axis(right, cells, axes_names(cells)[1], "right") else 1.0
+        right.legend(handles=handles, loc="upper left", bbox_to_anchor=(legend_x, 1.0))
         figure.suptitle(cells.attrs.get("device", ""), fontsize=9.0)
 
     return styled(7.2, 2.9, draw)
@@ -56,17 +56,17 @@ def axes_names(cells: xr.Dataset) -> tuple[str, str]:
 
 
 def marks(cells: xr.Dataset) -> tuple[Any, Any, Any]:
-    """Regimes, cells that failed and cells whose evidence does not agree, each (y, x)."""
+    """Regimes, failed cells and cells whose evidence disagrees, each (y, x)."""
     turned = cells.transpose(*axes_names(cells)[::-1], ...)
     failed = turned["outcome"].values > 0
-    return turned["regime"].values, failed, (turned["flag"].values > 0) & ~failed
+    return turned["regime"].values, failed, (turned["doubtful"].values > 0) & ~failed
 
 
 def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
     """Largest exponent, blue below zero and red above; failed cells hatched.
 
-    Equal amounts have equal depth on both sides. It goes with the root of the exponent, so that a small side, as the
-    damping's beside chaos, shows too.
+    Equal amounts have equal depth on both sides. It goes with the square root of the exponent, so that a small side,
+    such as damping compared with chaos, is visible too.
     """
     from matplotlib import colormaps
     from matplotlib.colors import FuncNorm, ListedColormap
@@ -114,7 +114,7 @@ def exponent_bar(mesh: QuadMesh, axes: Axes, figure: Figure) -> None:
 
 
 def regime_map(cells: xr.Dataset, axes: Axes) -> None:
-    """Regimes; failed cells hatched, those dotted whose evidence does not agree and whose colour does not say so."""
+    """Regimes; failed cells hatched, doubtful ones dotted unless their colour says that they have not settled."""
     x, y = axes_names(cells)
     regime, failed, flagged = marks(cells)
     borders = edges(cells[x]), edges(cells[y])

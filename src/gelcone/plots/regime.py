@@ -1,4 +1,4 @@
-"""Pictures of kinds of motion: their colours, grids of cells in them, and section points with their evidence."""
+"""Figures of regimes: their colours, grids of cells, and section points with their evidence."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Blues for what returns, vermilion for chaos: far apart for every kind of colour vision, and in lightness within a hue.
+# Blues for periodic motion, vermilion for chaos: distinct for all kinds of colour vision, by lightness within a hue.
 REGIME_COLOURS = {
     Regime.REST: SKY,
     Regime.PERIODIC: BLUE,
@@ -31,7 +31,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P")
 
 
 def regime_figure(result: xr.Dataset) -> Figure:
-    """Section points in the colour of their regime, the evidence beside; up to six members of an ensemble."""
+    """Section points in the colour of their regime, with the evidence; up to six members of an ensemble."""
 
     def draw(figure: Figure) -> None:
         axes = figure.add_subplot()
@@ -43,7 +43,7 @@ def regime_figure(result: xr.Dataset) -> Figure:
 
 
 def regime_points(result: xr.Dataset, axes: Axes) -> None:
-    """Velocity over displacement once a drive repeat, a marker a member; what returns is drawn larger."""
+    """Velocity over displacement once per forcing period, one marker per member; periodic motions are drawn larger."""
     for marker, (name, member) in zip(MARKERS, members(result), strict=False):
         regime = Regime(int(member["regime"]))
         x, u = member["section"].values[:, 0], member["section"].values[:, 1]
@@ -76,7 +76,7 @@ def state_labels(result: xr.Dataset) -> tuple[str, str]:
 
 
 def keep_in_proportion(axes: Axes) -> None:
-    """Widens limits that would blow rounding up to the size of the picture."""
+    """Widens limits that would magnify rounding errors to the size of the figure."""
     for limits, set_limits in ((axes.get_xlim(), axes.set_xlim), (axes.get_ylim(), axes.set_ylim)):
         centre, least = 0.5 * (limits[0] + limits[1]), max(0.1 * max(map(abs, limits)), 1e-2)
         if limits[1] - limits[0] < 2.0 * least:
@@ -96,11 +96,11 @@ def caption(member: xr.Dataset) -> list[str]:
     if np.isfinite(member["zero_one"]):
         lines.append(f"0-1 test {float(member['zero_one']):.2f}")
     if np.isfinite(member["cycle_distance"]):
-        lines.append(f"{float(member['cycle_distance']):.0e} of its size from where it settles")
+        lines.append(f"{float(member['cycle_distance']):.0e} of its size from the motion it settles to")
     elif period:
-        lines.append(f"points return to {float(member['return_distance']):.0e} of the size")
-    if int(member["flag"]):
-        lines.append("! the evidence does not agree")
+        lines.append(f"points return to within {float(member['return_distance']):.0e} of its size")
+    if int(member["doubtful"]):
+        lines.append("! the evidence disagrees")
     return lines
 
 
@@ -140,7 +140,7 @@ def mark_failed(axes: Axes, x: Array, y: Array, failed: Any) -> None:
 
 
 def mark_flagged(axes: Axes, x: Array, y: Array, flagged: Any) -> None:
-    """A small dot in the cells whose evidence does not agree, shape (y, x), between the borders ``x`` and ``y``."""
+    """A small dot in the cells whose evidence disagrees, shape (y, x), between the borders ``x`` and ``y``."""
     rows, columns = np.nonzero(flagged)
     size = float(np.clip(150.0 / np.shape(flagged)[1], 1.0, 3.0))
     across, up = 0.5 * (x[1:] + x[:-1])[columns], 0.5 * (y[1:] + y[:-1])[rows]

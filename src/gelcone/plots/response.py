@@ -1,4 +1,4 @@
-"""Pictures of a time response: displacement, validity and voltage over time, phase portrait."""
+"""Figures of a time response: displacement, validity and voltage over time, phase portrait."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ FAILINGS = {
     "field too high": ("breakdown",),
     "near limit": ("near_limit",),
 }
-"""Where the model stops being true, in two words -> the flags of `gelcone.simulate` that say so."""
+"""Label of a way in which the model no longer holds -> the flags of `gelcone.simulate` that report it."""
 
 
 def response_figure(response: xr.Dataset) -> Figure:
-    """Displacement and voltage over time with the phase portrait beside; up to six members of an ensemble.
+    """Displacement and voltage over time, with the phase portrait; up to six members of an ensemble.
 
     Of a single run the spans during which the model does not hold are marked between the two.
     """
@@ -65,7 +65,7 @@ def members(response: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
 
 
 def failings(response: xr.Dataset) -> dict[str, np.ndarray]:
-    """In words -> when it is so; those of `FAILINGS` that happen to a single run."""
+    """Label -> at which samples it applies (time,); those of `FAILINGS` that occur in a single run."""
     found = {
         words: np.any([response[flag].values for flag in flags if flag in response], axis=0)
         for words, flags in FAILINGS.items()
@@ -93,7 +93,7 @@ def validity_strip(response: xr.Dataset, axes: Axes) -> None:
             words, (0.0, row + 0.3), (-4.0, 0.0), ("axes fraction", "data"), "offset points", ha="right", va="center"
         )
         label.set(fontsize=6.5, color=GREY)
-        # it takes the room of the axis labels above and below, which is there already
+        # it uses the room of the axis labels above and below, which is there already
         label.set_in_layout(False)
     axes.set_ylim(len(rows), -0.4)
     axes.axis("off")

@@ -1,4 +1,4 @@
-"""Pictures of Poincare sections: the stroboscopic one in the phase plane, extrema over the phase of the drive."""
+"""Figures of Poincaré sections: the stroboscopic one in the phase plane, extrema over the phase of the drive."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CELLS = 400
-"""Points in the same cell of a grid this fine across the picture print as one."""
+"""Points in the same cell of a grid with this many cells across the figure count as one."""
 MARKERS = ("o", "s", "^", "D", "v", "P")
 
 
@@ -41,7 +41,7 @@ def section_figure(section: xr.Dataset) -> Figure:
 
 
 def section_points(section: xr.Dataset, axes: Axes) -> None:
-    """Velocity over displacement, one point a drive repeat."""
+    """Velocity over displacement, one point per forcing period."""
     x, u = section["displacement"].values, section["velocity"].values
     set_room(axes, x, u)
     for i, (name, member) in enumerate(members(section)):
@@ -51,7 +51,7 @@ def section_points(section: xr.Dataset, axes: Axes) -> None:
 
 
 def extremum_points(extrema: xr.Dataset, axes: Axes) -> None:
-    """Displacement at the turning points over the phase of the drive; maxima and minima told apart."""
+    """Displacement at the turning points over the phase of the drive; maxima and minima distinguished."""
     set_room(axes, np.array([0.0, 1.0]), extrema["displacement"].values)
     shown = members(extrema)
     for i, (name, member) in enumerate(shown):
@@ -64,7 +64,7 @@ def extremum_points(extrema: xr.Dataset, axes: Axes) -> None:
                 scatter(axes, phase, x, i, _label(name, member) if kind == 1 else "", filled=kind == 1)
     if len(shown) > 1:
         axes.set_title("filled: maxima, open: minima", loc="right", fontsize=8.0)
-    axes.set_xlabel("phase within the drive repeat")
+    axes.set_xlabel("phase within the forcing period")
     axes.set_ylabel(axis_label(extrema["displacement"], "displacement"))
 
 
@@ -73,7 +73,7 @@ def _label(name: str, member: xr.Dataset) -> str:
 
 
 def failure(member: xr.Dataset) -> str:
-    """How a member's run ended when it did not end well, for a label."""
+    """How the run of a member failed, for a label; empty for one that did not."""
     code = int(member["outcome"])
     return f"failed: {Outcome(code).name.lower().replace('_', ' ')}" if code else ""
 
@@ -81,7 +81,7 @@ def failure(member: xr.Dataset) -> str:
 def scatter(
     axes: Axes, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], i: int, label: str, filled: bool = True
 ) -> None:
-    """Points of member ``i``, the larger the fewer of them can be told apart."""
+    """Points of member ``i``, drawn larger where fewer of them are distinct."""
     inside = np.isfinite(x) & np.isfinite(y)
     x, y = x[inside], y[inside]
     left, right = axes.get_xlim()
@@ -103,7 +103,7 @@ def scatter(
 
 
 def set_room(axes: Axes, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> None:
-    """Limits that hold all points, and do not magnify rounding where there is in truth one."""
+    """Limits that contain all points, and do not magnify rounding where all of them are one point."""
     for values, set_limits in ((x, axes.set_xlim), (y, axes.set_ylim)):
         finite = values[np.isfinite(values)]
         low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)

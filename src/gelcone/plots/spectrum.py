@@ -1,4 +1,4 @@
-"""Pictures of a spectrum: amplitude over frequency, with its lines marked."""
+"""Figures of a spectrum: amplitude over frequency, with its lines marked."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_LABELS = 8
-"""Most lines of a panel that bear their frequency, the strongest first."""
+"""Most lines of a panel that are labelled with their frequency, the strongest first."""
 LABEL_WIDTH = 0.045
 """Share of the picture's width that a label takes."""
 DEEPEST = 1e-9
-"""What lies below this share of the largest amplitude is left out of the picture."""
+"""Amplitudes below this share of the largest one are not shown."""
 
 
 def spectrum_figure(spectrum: xr.Dataset) -> Figure:
@@ -69,13 +69,13 @@ def set_limits(spectrum: xr.Dataset, axes: Axes) -> None:
 
 
 def _of_motion(spectrum: xr.Dataset) -> xr.DataArray:
-    """The amplitude without the mean displacement in the first bin, and without what stands still but for rounding."""
+    """The amplitude without the mean displacement in the first bin, and without motions that are only rounding."""
     amplitude, moves = spectrum["amplitude"], spectrum["power_in_lines"].notnull()
     return amplitude.where((spectrum["frequency_ratio"] > 0.0) & (amplitude > 0.0) & moves)
 
 
 def label_lines(axes: Axes, at: np.ndarray, height: np.ndarray) -> None:
-    """The frequencies of the strongest lines above them, as far as they do not run into each other."""
+    """The frequencies of the strongest lines above them, unless they would overlap."""
     left, right = axes.get_xlim()
     taken: list[float] = []
     for x, y in zip(at, height, strict=True):
@@ -88,7 +88,7 @@ def label_lines(axes: Axes, at: np.ndarray, height: np.ndarray) -> None:
 
 
 def verdict(member: xr.Dataset) -> str:
-    """How the member fared, in a few words."""
+    """The outcome of a member in a few words."""
     share, flatness = float(member["power_in_lines"]), float(member["flatness"])
     if failure(member):
         return failure(member)

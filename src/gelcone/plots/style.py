@@ -1,4 +1,4 @@
-"""Look shared by all figures: print size, a palette that colour-blind readers can tell apart, saving whole files."""
+"""Look shared by all figures: print size, a palette for colour-blind readers, saving whole files."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def axis_label(variable: xr.DataArray, name: str) -> str:
 
 
 def log_ticks(axes: Axes) -> None:
-    """A log scale along the bottom with plain numbers, for what goes over a decade or two."""
+    """A log scale along the bottom with plain numbers, for values that span a decade or two."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axes.set_xscale("log")
@@ -99,9 +99,9 @@ def log_ticks(axes: Axes) -> None:
 
 
 def coordinate_axis(axes: Axes, result: xr.Dataset, name: str, side: Literal["bottom", "left", "top", "right"]) -> bool:
-    """Labels an axis with a swept coordinate; tells whether there is one.
+    """Labels an axis with a swept coordinate; returns whether there is one.
 
-    ``"top"`` and ``"right"`` stand for a second axis with the SI values ``NAME_si``, a multiple of the dimensionless
+    ``"top"`` and ``"right"`` add a second axis with the SI values ``NAME_si``, a multiple of the dimensionless
     ``NAME``; most Datasets hold none.
     """
     second = side in ("top", "right")

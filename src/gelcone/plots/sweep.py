@@ -1,4 +1,4 @@
-"""Pictures of sweeps: a probability with its interval, and any variable over the first axes."""
+"""Figures of sweeps: a probability with its interval, and any variable over the first axes."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 WIDEST = 6
 """Most variables that are drawn."""
 FEW = 6
-"""Values that get a tick each on the bar of a map that takes no others, such as periods."""
+"""A map with at most this many distinct values, such as periods, has a tick for each on its colour bar."""
 _BOOKKEEPING = ("status", "source", "outcome")
 
 
 def probability_figure(result: xr.Dataset) -> Figure:
-    """A probability over one parameter with its interval, or over two beside the width of its interval."""
+    """A probability over one parameter with its interval, or over two next to the width of its interval."""
     if result["probability"].ndim == 1:
         return styled(5.2, 3.2, lambda figure: _curve(result, figure.add_subplot()))
     if result["probability"].ndim != 2:

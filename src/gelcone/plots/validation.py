@@ -1,4 +1,4 @@
-"""Pictures of the cone model beside the continuum: force over displacement, profiles and stretches of the film."""
+"""Figures that compare the cone model with the continuum: force over displacement, profiles and stretches."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
 
 
 def limit_forces(member: xr.Dataset, axes: Axes) -> None:
-    """Limits of the force that a film that has pulled in does not stretch."""
+    """Limits of the force, not widened by a film that has pulled in."""
     near = member["continuum_force"].where(member["folds"] == 0)
     shown = np.concatenate([near.values.ravel(), member["cone_force"].values.ravel()])
     shown = shown[np.isfinite(shown)]
@@ -146,6 +146,6 @@ def stretch_curves(member: xr.Dataset, axes: Axes) -> None:
 
 
 def note_missing(shown: xr.Dataset, axes: Axes) -> None:
-    """Says so where there is no film to draw."""
+    """States that there is no film to draw."""
     if shown.sizes["displacement"] == 0:
         axes.text(0.5, 0.5, "no film in tension found", transform=axes.transAxes, ha="center", color=GREY)

@@ -52,7 +52,7 @@ def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
         for k, v in enumerate(voltages)
     ]
     numbers += [
-        Number(f"displacement at {part:.0%} of the stretch limit beside the disc (cone {far:.4g})", float(near))
+        Number(f"displacement at {part:.0%} of the stretch limit next to the disc (cone {far:.4g})", float(near))
         for part, near, far in zip(study["share"].values, limit, cone_limit, strict=True)
     ]
     return Finding(
@@ -62,9 +62,9 @@ def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
         numbers=tuple(numbers),
         why=_why(agrees[0], voltages, deviation(0), float(ratios[0])),
         unseen=f"{_over_or_under(study['deviation'].values[0, 0])} The continuum's meridian is not straight, but steep "
-        f"beside the disc: there the film reaches half of its stretch limit at a displacement of {limit[1]:.3g}, the "
+        f"next to the disc: there the film reaches half of its stretch limit at a displacement of {limit[1]:.3g}, the "
         f"cone only at {cone_limit[1]:.3g}. "
-        "Below, what becomes of the paper's threshold voltages when the continuum takes the cone's place.",
+        "Below: the paper's threshold voltages when the continuum replaces the cone.",
         details=threshold_table(thresholds),
     )
 
@@ -99,7 +99,7 @@ def _why(agrees: Array, voltages: Array, largest: float, ratio: float) -> str:
     return (
         f"They do not agree within {CLOSE:.0%} at v = {failing}. Without voltage the two differ by up to {largest:.0%} "
         f"for a/b = {ratio:g}; at the higher voltages a film without pre-stretch has lost its tension or pulled in, so "
-        "that there is hardly a force to agree with."
+        "that there is hardly any force to compare."
     )
 
 
@@ -108,7 +108,7 @@ def threshold_table(study: xr.Dataset) -> dict[str, str]:
     rows = {}
     for k, name in enumerate(json.loads(study.attrs["threshold_names"])):
         cone, corrected, lost = (study[n].values[k] for n in ("cone", "corrected", "lost"))
-        rows[str(name)] = f"cone {_interval(cone)}; " + _told(cone, corrected, float(lost))
+        rows[str(name)] = f"cone {_interval(cone)}; " + _outcome(cone, corrected, float(lost))
     return rows
 
 
@@ -117,7 +117,7 @@ def survives(cone: Array, corrected: Array) -> bool:
     return bool(abs(np.mean(corrected) / np.mean(cone) - 1.0) <= SURVIVES)
 
 
-def _told(cone: Array, corrected: Array, lost: float) -> str:
+def _outcome(cone: Array, corrected: Array, lost: float) -> str:
     if np.isfinite(corrected).all():
         change = float(np.mean(corrected) / np.mean(cone) - 1.0)
         kept = "survives" if survives(cone, corrected) else "does not survive"

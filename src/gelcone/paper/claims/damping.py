@@ -44,7 +44,7 @@ def damping_never_chaotic(studies: Studies) -> Finding:
             ),
         ),
         why="At this voltage rest is stable and attracts every motion; at a higher one little damping leaves chaos.",
-        unseen="That the statement is one about the chosen voltage: it lies below the loss of stability of rest. "
+        unseen="That the statement concerns the chosen voltage: it lies below the loss of stability of rest. "
         "Without "
         "damping the exponent over a window T falls like log(T)/T, which looks slightly positive in any window.",
     )
@@ -79,5 +79,5 @@ def damping_order(studies: Studies) -> Finding:
             ),
         ),
         why="The order is right, but the largest damping ratio drawn (0.5) still oscillates about the flat state.",
-        unseen="Where overdamping begins: at the root of the small-signal stiffness, less what the voltage takes.",
+        unseen="Where overdamping begins: at the root of the small-signal stiffness, reduced by the voltage.",
     )

@@ -94,7 +94,7 @@ def limit_large_same(studies: Studies) -> Finding:
         ),
         why="While I1 - 3 stays far below J, Gent's film is neo-Hookean to the order (I1 - 3)/J.",
         unseen="In chaos no two stretch limits give the same time series, however large they are. The verdict is that "
-        f"of v = {voltages[own]:g}; of all voltages looked at the claim holds on {int(same_long.sum())} of "
+        f"of v = {voltages[own]:g}; of all voltages checked the claim holds for {int(same_long.sum())} of "
         f"{same_long.size}.",
     )
 

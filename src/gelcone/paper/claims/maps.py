@@ -116,7 +116,7 @@ def map_safe_prestretch(studies: Studies) -> Finding:
             ),
         ),
         why="The largest pre-stretch of the map decides: chaos-free up to v = 2, or not.",
-        unseen="That the answer hangs on what pre-stretch means; the paper's wording fits the radial reading.",
+        unseen="That the answer depends on what pre-stretch means; the paper's wording fits the radial reading.",
     )
 
 

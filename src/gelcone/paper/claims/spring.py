@@ -71,7 +71,7 @@ def spring_frequency(studies: Studies) -> Finding:
         why="The intervals of neighbouring peaks do not overlap and rise with the stiffness.",
         unseen="The force goes with the square of the voltage: the peak lies near half the natural frequency, "
         "except where "
-        "a soft spring lets a large, strongly nonlinear motion take over.",
+        "a soft spring allows a large, strongly nonlinear motion.",
     )
 
 
@@ -122,7 +122,7 @@ def spring_amplitude(studies: Studies) -> Finding:
 def spring_no_jump(studies: Studies) -> Finding:
     study = studies["frequency"]
     up, down = (study["amplitude"].sel(sweep=s).values for s in ("up", "down"))
-    size = np.fmax(np.fmax(up, down).max(axis=1), 1e-9)
+    size = np.fmax(np.nanmax(np.fmax(up, down), axis=1), 1e-9)
     gap = np.nanmax(np.abs(up - down), axis=1) / size
     smooth = gap < SAME
     return Finding(

@@ -68,7 +68,7 @@ def linear_limit(studies: Studies) -> Finding:
             Number("largest displacement with the period within 1 % of the linear one", reach, error=1e-3),
             Number("period at the displacement 1 over the linear period", float(ratio[-1]), error=1e-5),
         ),
-        why="The film's force x (1 - 1/q^2) is cubic at the flat state: linear means small, whatever the stretch "
+        why="The film's force x (1 - 1/q^2) is cubic at the flat state: only small motions are linear, at any stretch "
         "limit.",
         unseen="How small the motion must be; at the paper's own initial state the oscillator is not linear.",
     )

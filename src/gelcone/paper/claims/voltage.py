@@ -196,6 +196,6 @@ def practical_voltage(studies: Studies) -> Finding:
         why="The electric force goes with the square of the voltage: at 50 V it is smaller than at the threshold "
         "by the "
         "square of the ratio.",
-        unseen="The amplitude is that of the release, not of the drive: in the long run the drive moves the disc "
-        "hardly.",
+        unseen="The amplitude is that of the release, not of the drive: in the long run the drive hardly moves the "
+        "disc.",
     )

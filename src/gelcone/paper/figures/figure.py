@@ -1,4 +1,4 @@
-"""What a figure of the paper is: which studies it draws, and what is said beside it."""
+"""What a figure of the paper is: which studies it draws, and the text that goes with it."""
 
 from __future__ import annotations
 

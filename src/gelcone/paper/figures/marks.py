@@ -55,7 +55,7 @@ def motion_colour(member: xr.Dataset) -> str:
 def mark_slack(axes: Axes, x: Any, y: Any, slack: Any, colour: str) -> None:
     """A line that is strong where the film is taut and faint where it is slack."""
     x, y, slack = np.asarray(x), np.asarray(y), np.asarray(slack) != 0
-    # The faint line goes on to the next taut sample and the other way round, so that no gaps are left.
+    # Both lines extend to the next sample of the other kind, so that no gaps are left.
     taut = ~slack
     taut[1:] |= taut[:-1]
     axes.plot(x, y, color=colour, lw=0.7, alpha=0.45)

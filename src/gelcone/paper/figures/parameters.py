@@ -186,7 +186,7 @@ FIGURES = (
         "Stacked sections and maps over voltage and pre-stretch",
         ("base",),
         "All ranges are reconstructed. What the paper means by pre-stretch is not certain: its wording fits the radial "
-        "reading, shown beside the equi-biaxial one.",
+        "reading, shown next to the equi-biaxial one.",
         "The largest exponent over voltage and pre-stretch, for both meanings of pre-stretch, in the long run and over "
         "the window from the start, with the lines where rest loses its stability. Above them, sections over "
         "voltage at "

@@ -67,8 +67,8 @@ def amplitude_over_frequency(study: xr.Dataset, axes: Axes) -> None:
         axes.plot(omega, own["amplitude"].sel(sweep="down"), color=BLACK, lw=0.8, ls=DOWN)
         axes.plot(own["peak_frequency"], own["peak_amplitude"], "o", ms=4.5, color=colour, mec=BLACK, mew=0.6)
         name = f"{symbol('spring_stiffness')} = {stiffness:g}"
-        beside: Any = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": 7.5}
-        axes.annotate(name, (omega[0], up[0]), (-3.0, 0.0), color=colour, **beside)
+        left_of: Any = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": 7.5}
+        axes.annotate(name, (omega[0], up[0]), (-3.0, 0.0), color=colour, **left_of)
     axes.plot([], [], color=GREY, lw=1.6, label="swept up")
     axes.plot([], [], color=BLACK, lw=0.8, ls=DOWN, label="swept down")
     axes.plot([], [], "o", ms=4.5, color=GREY, mec=BLACK, mew=0.6, label="highest point")
@@ -127,7 +127,7 @@ FIGURES = (
         "the last state of the one before. The force goes with the square of the voltage and so has twice its "
         "frequency: a resonance lies at half the natural frequency, moves up with the stiffness and gets lower. The "
         "two softest springs do more: near their natural frequency the drive excites them parametrically, to a swing "
-        "that takes two repeats of the drive. For the softest one this swing is the highest point of all, it ends in "
+        "of twice the forcing period. For the softest one this swing is the highest point of all, it ends in "
         "a jump, and it ends elsewhere when swept down: hysteresis that a single sweep cannot show. The responses "
         "from the start look alike, as they begin with the same release; the driven motion that is left differs.",
         ("frequency", "frequency-responses"),

@@ -198,7 +198,7 @@ FIGURES = (
         "the displacement at which the strain reaches the limit it rises without bound, the earlier the smaller the "
         "limit. It rises only like a logarithm, however steep it looks: an integrator that does not watch the limit "
         "can step across. The level lines of the surfaces are the free motions without damping. For a small limit "
-        "they are squared off by the wall; a motion from the paper's initial state hardly notices it.",
+        "they are squared off by the wall; a motion from the paper's initial state is hardly affected by it.",
         ("energy",),
         energy_figure,
     ),

@@ -108,7 +108,7 @@ def phase_portrait(member: xr.Dataset, axes: Axes) -> None:
 
 
 def poincare_section(member: xr.Dataset, axes: Axes) -> None:
-    """Velocity over displacement once a drive repeat: those of the window as crosses, the late ones as dots."""
+    """Velocity over displacement once per forcing period: crosses for the window, dots for the long run."""
     early = member["early_section_displacement"].values, member["early_section_velocity"].values
     late = member["section_displacement"].values, member["section_velocity"].values
     axes.plot(*early, "x", color=GREY, ms=3.5, mew=0.8)
@@ -155,7 +155,7 @@ FIGURES = (
         "stretch limits",
         f"The stretch limits {_values('limit')} and the voltage are reconstructed.",
         "With the smallest stretch limit the motion is chaotic, for good. With the two larger ones it ends on a cycle, "
-        "and the two cycles can hardly be told apart, because the motion stays far from both limits. Over the window "
+        "and the two cycles are almost identical, because the motion stays far from both limits. Over the window "
         "from the start the largest exponent is positive for all three: for the larger limits chaos is a transient.",
     ),
     _figure(
@@ -187,7 +187,7 @@ FIGURES = (
         "reconstructed.",
         "From the start the three motions have the same amplitude, that of the release, and die away equally fast; "
         "a stiffer spring only swings faster. What is left is the driven motion about the initial height, enlarged "
-        "here: once a repeat of the drive, and ever smaller as the spring gets stiffer. That the amplitude is not "
+        "here: once per forcing period, and ever smaller as the spring gets stiffer. That the amplitude is not "
         "affected by the stiffness holds for the release, not for what the drive does.",
     ),
 )

@@ -1,6 +1,6 @@
 """Studies behind figures 4, 5, 7, 10 and 11: motions at three values of a parameter side by side.
 
-Whatever the paper shows over a window from the start stands beside the same for the long run.
+Everything that the paper shows over a window from the start is also computed for the long run.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.motion.response import simulate
-from gelcone.motion.section import repeat_of, section
+from gelcone.motion.section import section
+from gelcone.motion.settle import forcing_period
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about, kinds_of, meaning, merged
 from gelcone.physics.model import ConeModel
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 SPACING = 0.05
 """Between samples of a time response; the fastest motions shown take about 2 for a swing."""
 LATE_REPEATS = 32
-"""Drive repeats of the long run that are kept densely."""
+"""Forcing periods of the long run that are stored densely."""
 
 TRIPLES: dict[str, tuple[str, str, tuple[float, float, float], dict[str, float]]] = {
     "damping": ("base", "damping_ratio", (0.001, 0.05, 0.5), {"voltage": 0.5}),
@@ -60,19 +61,19 @@ def motions(preset: Preset, model: ConeModel, parameter: str, effort: Effort, pr
       ``lowest`` and ``highest`` displacement and the shares ``validity_*`` of its time (``slack``: either stress);
       ``early_section_*`` over ``early_repeat``; ``finite`` exponents with their running estimate;
     * the long run, after the transient that the regime took to settle: the same with the prefix ``late_``, over
-      ``late_time`` from a whole drive repeat on; the section ``section_*`` over ``repeat``;
+      ``late_time`` from a multiple of the forcing period on; the section ``section_*`` over ``repeat``;
     * the variables of `gelcone.regime` (its ``lowest`` and ``highest``, coarsely sampled, left out).
     """
     kinds = kinds_of(model, preset.initial, effort)
     progress(0.3)
-    repeat = repeat_of(model)
+    repeat = forcing_period(model.members())
     settled = int(np.ceil((kinds["settled_time"].values / repeat).max()))
     early_repeats = int(effort.window / repeat.min()) + 1
     early = section(model, preset.initial, repeats=early_repeats, discard=0, progress=weighted(progress, 0.1))
     late = section(
         model, preset.initial, repeats=effort.section_points, discard=settled, progress=weighted(progress, 0.3)
     )
-    finite = finite_exponents(model.take(slice(None)), np.tile(preset.initial, (model.size, 1)), effort.window, {})
+    finite = finite_exponents(model.members(), np.tile(preset.initial, (model.size, 1)), effort.window, {})
     parts = [
         kinds.drop_vars(["lowest", "highest", "section"]),
         _finite(model, finite),
@@ -96,7 +97,7 @@ def _long_run(model: ConeModel, late: xr.Dataset, preset: Preset, progress: Mayb
     """The time response that follows the last point of a section; NaN for a member that has failed before."""
     ends = np.stack([late[name].isel(repeat=-1).values for name in ("displacement", "velocity")], axis=-1)
     states = np.where(np.isfinite(ends), ends, np.asarray(preset.initial))
-    run = _window(model, states, LATE_REPEATS * float(repeat_of(model).max()), "late", progress)
+    run = _window(model, states, LATE_REPEATS * float(forcing_period(model.members()).max()), "late", progress)
     ran = late["outcome"] == Outcome.OK
     return run if ran.all() else run.where(ran)
 

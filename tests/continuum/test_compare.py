@@ -1,0 +1,124 @@
+"""The cone model beside the continuum: forces, stretch limits and what the mesh leaves."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("skfem")
+
+from gelcone.continuum.compare import (
+    LIMIT_SHARES,
+    MESHES,
+    compare,
+    limit_displacements,
+    mesh_convergence,
+    with_mesh_table,
+)
+from gelcone.continuum.membrane import membrane
+from gelcone.continuum.mesh import mesh_film
+from gelcone.continuum.path import Ending
+from gelcone.errors import InputError
+from gelcone.physics.model import ConeModel
+from tests.continuum.films import EQUIBIAXIAL, NEO_HOOKEAN, alone
+
+
+@pytest.mark.parametrize("prestretch", [{}, EQUIBIAXIAL])
+@pytest.mark.parametrize("v", [0.0, 0.4])
+def test_the_mesh_converges_as_quadratic_elements_promise(prestretch, v):
+    table = mesh_convergence(ConeModel(**prestretch), 0.2, displacement=1.0, voltage=v)
+    np.testing.assert_allclose(table["force_order"][1:], 4.0, atol=0.1)
+    np.testing.assert_allclose(table["shape_order"][1:], 3.0, atol=0.1)
+    assert float(table["force_error"][-1]) < 1e-8
+
+
+def test_compare_puts_the_cone_beside_the_continuum():
+    model = ConeModel(spring_stiffness=7.0, prestretch=[1.1, 1.2], prestretch_mode="equibiaxial")
+    x, levels = np.array([0.5, 1.0]), np.array([0.0, 0.3])
+    result = compare(model, 0.2, displacements=x, voltages=levels, elements=40)
+    assert result["cone_force"].dims == ("member", "constant_voltage", "displacement")
+    for k, level in enumerate(levels):
+        exact = alone(model).force(np.broadcast_to(x, (2, 2)), level)
+        np.testing.assert_allclose(result["cone_force"][:, k], exact, rtol=1e-14)
+    ratio = result["cone_force"] / result["continuum_force"] - 1.0
+    np.testing.assert_allclose(result["deviation"], ratio, rtol=1e-12)
+    assert (result["deviation"] > 0.0).all()
+    assert (result["limit_displacement"] < result["cone_limit_displacement"]).all()
+
+
+def test_the_continuum_reaches_its_limit_sooner_and_beside_the_disc():
+    film = mesh_film(ConeModel(), 0.2, 80)
+    found = limit_displacements(film, (0.1, 0.5))
+    result = membrane(ConeModel(), 0.2, displacements=found, elements=80).squeeze()
+    np.testing.assert_allclose(result["limit_share"], [0.1, 0.5], rtol=1e-6)
+    np.testing.assert_allclose(result["limit_radius"], film.disc)
+    assert np.isnan(limit_displacements(mesh_film(NEO_HOOKEAN, 0.2, 4))).all()
+
+
+def test_results_save_and_load(tmp_path):
+    from gelcone.dataset import load, save
+
+    result = compare(ConeModel(), 0.2, displacements=[0.5, 1.0], voltages=[0.0, 1.0], elements=20)
+    save(result, tmp_path / "compared.nc")
+    assert load(tmp_path / "compared.nc").identical(result)
+
+
+def test_a_mesh_table_needs_a_film_in_tension():
+    with pytest.raises(InputError, match="choose one at which the film is in tension"):
+        mesh_convergence(ConeModel(), displacement=1.0, voltage=1.0)
+    with pytest.raises(InputError, match="each a multiple of the one before"):
+        mesh_convergence(ConeModel(), elements=[4, 6])
+
+
+def test_the_deviation_is_that_of_films_in_tension_alone():
+    """At x = 2 and v = 0.5 the film has pulled in: thin and bulged, it says nothing about the cone."""
+    found = compare(ConeModel(), 0.2, displacements=[0.5, 2.0], voltages=[0.0, 0.5], elements=60).squeeze()
+    pulled = found["folds"] > 0
+    assert pulled.values.tolist() == [[False, False], [False, True]]
+    assert np.isfinite(found["continuum_force"].values[1, 1])
+    compressed = found["ending"] != Ending.CONVERGED
+    assert (np.isnan(found["deviation"]) == (pulled | compressed)).all()
+    assert np.isfinite(found["deviation"].values[0]).all()
+
+
+def test_a_lowered_disc_deviates_like_a_raised_one():
+    found = compare(ConeModel(), 0.2, displacements=[-1.0, 1.0], elements=20).squeeze()
+    assert float(found["deviation"][0]) == pytest.approx(float(found["deviation"][1]), rel=1e-9)
+    assert float(found["cone_force"][0]) < 0.0
+
+
+def test_the_cone_has_its_share_of_the_stretch_limit_and_its_stretch():
+    model = ConeModel(stretch_limit=[10.0, 40.0], meridional_prestretch=1.1, hoop_prestretch=1.0)
+    x = np.array([0.5, 1.0])
+    found = compare(model, 0.2, displacements=x, voltages=[0.0, 0.2], elements=10)
+    q = 1.0 + x**2
+    strain = 1.21 * q + 1.0 + 1.0 / (1.21 * q) - 3.0
+    for i, limit in enumerate((10.0, 40.0)):
+        for k in (0, 1):
+            np.testing.assert_allclose(found["cone_limit_share"][i, k], strain / limit)
+        np.testing.assert_allclose(found["cone_stretch"][i], 1.1 * np.sqrt(q))
+        for share, place in zip(LIMIT_SHARES, found["cone_limit_displacement"].values[i], strict=True):
+            q_there = 1.0 + place**2
+            assert 1.21 * q_there + 1.0 + 1.0 / (1.21 * q_there) - 3.0 == pytest.approx(share * limit)
+    assert found["share"].values.tolist() == list(LIMIT_SHARES) == [0.1, 0.5, 0.9]
+
+
+def test_a_law_without_limit_has_no_limit_displacement():
+    found = compare(NEO_HOOKEAN, 0.2, displacements=0.5, elements=10)
+    for name in ("limit_displacement", "cone_limit_displacement"):
+        assert np.isnan(found[name]).all()
+    assert (found["cone_limit_share"] == 0.0).all()
+
+
+def test_a_mesh_table_is_taken_where_the_film_is_in_tension():
+    model = ConeModel(prestretch=[1.0, 1.2])
+    found = compare(model, 0.2, displacements=[0.05, 0.5, 0.9], voltages=[0.0, 1.0], elements=10)
+    table = with_mesh_table(found, 0.2)
+    assert table["mesh_elements"].values.tolist() == list(MESHES)
+    assert table["mesh_voltage"].values.tolist() == [0.0, 0.0]
+    assert table["mesh_displacement"].values.tolist() == [0.5, 0.9]
+    own = mesh_convergence(ConeModel(), 0.2, displacement=0.5)
+    for name in ("force", "force_error", "force_order", "shape_error", "shape_order"):
+        np.testing.assert_array_equal(table[f"mesh_{name}"][0], own[name])
+    nowhere = compare(ConeModel(), 0.2, displacements=[0.5], voltages=[1.0], elements=10)
+    lost = with_mesh_table(nowhere)
+    assert np.isnan(lost["mesh_force"]).all()
+    assert np.isnan(lost["mesh_displacement"])

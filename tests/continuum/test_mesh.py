@@ -1,0 +1,56 @@
+"""The mesh of the film: energy, forces and tangent belong together."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("skfem")
+
+from gelcone.continuum.mesh import electric_forces, energy, forces, mesh_film, tangent
+from gelcone.continuum.path import cone
+from gelcone.physics.laws import LAWS
+from tests.continuum.films import MODELS, alone, dense, some_position
+
+
+def test_all_laws_are_tested():
+    assert {model.law.name for model in MODELS.values()} == set(LAWS)
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+def test_the_homogeneous_cone_has_the_energy_of_the_model(model):
+    """The definition of the scales: at m = q and n = 1 the film's energy is the cone's, voltage included."""
+    film = mesh_film(model, 0.3, 8)
+    for x, v in ((0.0, 0.0), (0.4, 0.7), (0.9, 1.3)):
+        expected = float(alone(model).energy(x)) - 0.5 * v * v * (1.0 + x * x)
+        assert energy(film, cone(film, x), v * v) == pytest.approx(expected, rel=1e-13, abs=1e-14)
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+def test_forces_are_the_gradient_of_the_energy(model):
+    film, squared = mesh_film(model, 0.2, 6), 0.3
+    position = some_position(film)
+    found = forces(film, position, squared).internal
+
+    def slope(shift):
+        return (energy(film, position + shift, squared) - energy(film, position - shift, squared)) / (2.0 * shift.max())
+
+    for i in range(film.size):
+        shift = np.zeros(film.size)
+        shift[i] = 1e-3
+        # Richardson's extrapolation of central differences, of the order 6
+        expected = (64.0 * slope(0.5 * shift) - 20.0 * slope(shift) + slope(2.0 * shift)) / 45.0
+        assert found[i] == pytest.approx(expected, rel=1e-8, abs=1e-9)
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+def test_the_tangent_is_the_gradient_of_the_forces(model):
+    film, squared, step = mesh_film(model, 0.2, 5), 0.3, 3e-6
+    position = some_position(film)
+    found = dense(tangent(film, position, squared))
+    np.testing.assert_allclose(found, found.T, atol=1e-13)
+    columns = [
+        (forces(film, position + e, squared).internal - forces(film, position - e, squared).internal) / (2 * step)
+        for e in step * np.eye(film.size)
+    ]
+    np.testing.assert_allclose(found, np.array(columns).T, rtol=1e-6, atol=1e-6)
+    by_voltage = (forces(film, position, squared + 1e-3).internal - forces(film, position, squared).internal) / 1e-3
+    np.testing.assert_allclose(electric_forces(film, position, squared), by_voltage, rtol=1e-9, atol=1e-12)

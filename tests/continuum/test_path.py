@@ -1,0 +1,69 @@
+"""Equilibria of the film: Newton's method, steps along a load, the arc past folds."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+pytest.importorskip("skfem")
+
+from gelcone.continuum.membrane import membrane
+from gelcone.continuum.mesh import energy, forces, mesh_film, tangent
+from gelcone.continuum.path import FREE, arc, cone, newton, reach
+from gelcone.physics.model import ConeModel
+from tests.continuum.films import EQUIBIAXIAL, NEO_HOOKEAN, dense
+
+
+def test_newton_converges_quadratically():
+    film = mesh_film(ConeModel(), 0.2, 40)
+    position, residuals = cone(film, 1.0), []
+    for _ in range(6):
+        now = forces(film, position, 0.1).internal
+        residuals.append(np.abs(now[FREE]).max())
+        position[FREE] -= np.linalg.solve(dense(tangent(film, position, 0.1))[FREE, FREE], now[FREE])
+    late = [r for r in residuals if 1e-13 < r < 1e-2]
+    assert residuals[-1] < 1e-13
+    assert len(late) >= 2
+    assert all(after < 100.0 * before**2 for before, after in itertools.pairwise(late))
+
+
+@pytest.mark.parametrize("v", [0.0, 0.4, 0.6])
+@pytest.mark.parametrize("prestretch", [{}, EQUIBIAXIAL])
+def test_reaction_is_the_slope_of_the_energy_along_the_path(prestretch, v):
+    film = mesh_film(ConeModel(**prestretch), 0.2, 20)
+    start = reach(film, newton(film, cone(film, 0.8), 0.0), "squared", v * v)[0]
+    step = 2e-3
+    stored = {k: energy(film, reach(film, start, "height", 0.8 + k * step)[0].position, v * v) for k in (-2, -1, 1, 2)}
+    slope = (8.0 * (stored[1] - stored[-1]) - (stored[2] - stored[-2])) / (12.0 * step)
+    assert start.force == pytest.approx(slope, rel=1e-8)
+
+
+def test_stretching_disc_and_rim_alike_is_equibiaxial():
+    """Disc and rim drawn outwards by the same factor 1.3: every ring is, a state that is not the initial one."""
+    film, stretch = mesh_film(NEO_HOOKEAN, 0.2, 30), 1.3
+    position = np.zeros(film.size)
+    position[[0, -2]] = (stretch - 1.0) * film.radius[[0, -1]]
+    position[2:-2:2] = np.interp(film.place[1:-1], [0.0, 0.3, 1.0], [position[0], 0.2, position[-2]])
+    point = newton(film, position, 0.09)
+    np.testing.assert_allclose(point.position[0::2], (stretch - 1.0) * film.radius, rtol=1e-6)
+    # nominal pull of the rim: l (1 - l^-6) - v^2 l^3 per unit of mounted length, 2 b/(b^2 - a^2) of it per mu Vol
+    pull = (stretch - stretch**-5 - 0.09 * stretch**3) * 2.0 * film.radius[-1] / (2.0 * film.radius[0] + 1.0)
+    assert point.forces.internal[-2] == pytest.approx(pull, rel=1e-6)
+
+
+def test_the_arc_passes_both_folds_and_meets_the_film_that_pulled_in():
+    """At x = 2 the film of Table 1 pulls in just below v = 0.49 and is stable again, thin and bulged, at lower v."""
+    film = mesh_film(ConeModel(), 0.2, 60)
+    start = newton(film, cone(film, 2.0), 0.0)
+    assert reach(film, start, "squared", 0.25)[0] is None
+    passed = list(arc(film, start))
+    folds = [here.folds for here in passed]
+    assert sorted(folds) == folds
+    assert folds[-1] == 2
+    assert all(here.point.stable == (here.folds != 1) for here in passed if here.squared**2 > 1e-4)
+    first = max(here.point.squared for here in passed if here.folds < 2 and here.point.squared < 0.26)
+    assert np.sqrt(first) == pytest.approx(0.490, abs=0.001)
+    beyond = membrane(ConeModel(), 0.2, displacements=[1.9, 2.0], voltages=0.5, elements=60).squeeze()
+    assert (beyond["folds"] == 2).all()
+    assert beyond["overhangs"].all()
+    assert beyond["stable"].all()

@@ -1,0 +1,150 @@
+"""Verdicts on the claims about pre-stretch and spring, on made-up studies."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gelcone.codes import Regime
+from gelcone.paper.verdicts import Verdict
+from tests.paper.made_up import CHAOTIC, PERIODIC, REST, cells, diagram, found, number, verdict
+
+ORDER = [int(CHAOTIC), int(PERIODIC), int(REST)]
+
+
+def prestretch(kinds=ORDER, finite=(1.0, 0.0, -1.0), other=ORDER):
+    study = cells({"prestretch": [0.8, 1.0, 1.5]}, [1, 0, 0], kinds=kinds, finite=finite)
+    # the nearest of these to 0.8, 1 and 1.5 are the second, third and fifth
+    wide = [int(Regime.QUASI_PERIODIC), *other[:2], int(Regime.QUASI_PERIODIC), other[2]]
+    second = diagram("prestretch", [0.5, 0.78, 1.04, 1.2, 1.6], np.zeros(5), kinds=wide)
+    return {"prestretch": study, "diagram_fast_prestretch": second}
+
+
+@pytest.mark.parametrize(
+    ("expected", "changed"),
+    [
+        (Verdict.REPRODUCED, {}),
+        (Verdict.REPRODUCED, {"other": ORDER[::-1]}),
+        (Verdict.TRANSIENT, {"kinds": ORDER[::-1]}),
+        (Verdict.CHOSEN, {"kinds": ORDER[::-1], "finite": (-1.0, 0.0, -1.0)}),
+        (Verdict.CHOSEN, {"kinds": [3, 1, 1], "finite": (1.0, 0.0, 1.0)}),
+        (Verdict.NOT_REPRODUCED, {"kinds": ORDER[::-1], "finite": (1.0, 0.0, 1.0), "other": [1, 1, 1]}),
+    ],
+)
+def test_the_order_of_motions_with_prestretch(expected, changed):
+    assert verdict("prestretch-order", **prestretch(**changed)) is expected
+
+
+def test_each_prestretch_is_named_with_its_motion_and_exponent():
+    finding = found("prestretch-order", **prestretch(other=[1, 1, 1]))
+    assert finding.share == 0.5
+    assert [one.meaning for one in finding.numbers] == [
+        f"largest exponent at pre-stretch {at} ({kind})"
+        for at, kind in ((0.8, "chaotic"), (1, "periodic"), (1.5, "rest"))
+    ]
+    assert [(one.value, one.error) for one in finding.numbers] == [(0.1, 0.01), (-0.1, 0.01), (-0.1, 0.01)]
+
+
+def response(peaks=(1.0, 2.0, 3.0), reach=0.4, amplitudes=(3.0, 2.0, 1.0), error=0.4, up=None, down=None):
+    """Sweeps at three stiffnesses; that down has other peaks, which count for nothing."""
+    peaks, amplitudes = np.array(peaks), np.array(amplitudes)
+    up = np.ones((3, 4)) if up is None else np.asarray(up, dtype=float)
+    down = up if down is None else np.asarray(down, dtype=float)
+    each = ("spring_stiffness", "sweep")
+
+    def both(values):
+        return each, np.stack([values, values[::-1]], axis=1)
+
+    return xr.Dataset(
+        {
+            "peak_frequency": both(peaks),
+            "peak_low": both(peaks - reach),
+            "peak_high": both(peaks + reach),
+            "peak_amplitude": both(amplitudes),
+            "peak_amplitude_error": both(np.full(3, error)),
+            "amplitude": ((*each, "step"), np.stack([up, down], axis=1)),
+        },
+        coords={"spring_stiffness": [0.1, 1.0, 20.0], "sweep": ["up", "down"]},
+    )
+
+
+@pytest.mark.parametrize(
+    ("expected", "changed"),
+    [
+        (Verdict.REPRODUCED, {}),
+        (Verdict.CHOSEN, {"reach": 0.51, "peaks": (1.0, 2.0, 4.0)}),
+        (Verdict.NOT_REPRODUCED, {"reach": 0.5}),  # intervals that touch have not risen
+        (Verdict.NOT_REPRODUCED, {"peaks": (3.0, 2.0, 1.0)}),
+        (Verdict.CHOSEN, {"peaks": (1.0, 3.0, 2.0)}),
+    ],
+)
+def test_the_resonance_rises_with_the_stiffness(expected, changed):
+    assert verdict("spring-frequency", frequency=response(**changed)) is expected
+
+
+def test_resonances_have_their_intervals():
+    finding = found("spring-frequency", frequency=response(peaks=(1.0, 3.0, 2.0)))
+    assert finding.share == 0.5
+    assert [(one.value, one.low, one.high) for one in finding.numbers] == [
+        (1.0, 0.6, 1.4),
+        (3.0, 2.6, 3.4),
+        (2.0, 1.6, 2.4),
+    ]
+    assert finding.numbers[2].meaning == "resonance at spring stiffness 20"
+
+
+def spring(start=(1.0, 1.0, 1.0), late=(0.4, 0.2, 0.1)):
+    at = "spring_stiffness"
+    start, late = np.array(start), np.array(late)
+    return xr.Dataset(
+        {
+            "window_highest": (at, 5.0 + start),
+            "window_lowest": (at, 5.0 - start),
+            "late_highest": (at, 5.0 + late),
+            "late_lowest": (at, 5.0 - late),
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ("expected", "changed"),
+    [
+        (Verdict.REPRODUCED, {}),
+        (Verdict.CHOSEN, {"amplitudes": (3.0, 2.0, 2.0)}),
+        (Verdict.CHOSEN, {"amplitudes": (4.0, 2.9, 2.2)}),  # the errors of the second pair overlap
+        (Verdict.NOT_REPRODUCED, {"error": 0.5}),
+        (Verdict.NOT_REPRODUCED, {"amplitudes": (1.0, 2.0, 3.0)}),
+    ],
+)
+def test_the_peak_falls_with_the_stiffness(expected, changed):
+    assert verdict("spring-amplitude", frequency=response(**changed), spring=spring()) is expected
+
+
+@pytest.mark.parametrize(
+    ("start", "said"), [((1.0, 1.02, 1.04), "indeed not affected"), ((1.0, 1.0, 1.06), "changes as well")]
+)
+def test_the_two_statements_about_the_amplitude_are_told_apart(start, said):
+    finding = found("spring-amplitude", frequency=response(), spring=spring(start))
+    assert said in finding.why
+    assert number(finding, "figure 11").value == pytest.approx(start[-1])
+    assert number(finding, "long run").value == pytest.approx(0.25)
+    assert [(one.value, one.error) for one in finding.numbers[:3]] == [(3.0, 0.4), (2.0, 0.4), (1.0, 0.4)]
+
+
+UP = np.array([[1.0, 2.0, 1.0, np.nan], [1.0, 2.0, 1.0, 0.5], [1.0, 2.0, 1.0, 0.5]])
+
+
+@pytest.mark.parametrize(
+    ("expected", "gaps"),
+    [
+        (Verdict.REPRODUCED, (0.0, 0.04, 0.04)),
+        (Verdict.CHOSEN, (0.06, 0.04, 0.04)),
+        (Verdict.NOT_REPRODUCED, (0.06, -0.06, 0.06)),
+    ],
+)
+def test_sweeps_up_and_down_are_one_within_a_twentieth_of_the_peak(expected, gaps):
+    down = UP.copy()
+    down[:, 0] -= 2.0 * np.array(gaps)
+    finding = found("spring-no-jump", frequency=response(up=UP, down=down))
+    assert verdict("spring-no-jump", frequency=response(up=UP, down=down)) is expected
+    assert [one.value for one in finding.numbers] == pytest.approx(np.abs(gaps))
+    assert finding.share == pytest.approx(np.mean(np.abs(gaps) < 0.05))

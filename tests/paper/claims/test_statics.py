@@ -1,0 +1,73 @@
+"""Verdicts on the claims about statics and the linear limit, on made-up studies."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gelcone.paper.verdicts import Verdict
+from tests.paper.made_up import found, number, verdict
+
+
+def static(counts=(1, 1, 3), slopes=(0.4, -0.2, 0.4)):
+    slope = np.full((3, 5), np.nan)
+    slope[:2, 0] = 1.0
+    slope[2, : len(slopes)] = slopes
+    place = np.where(np.isfinite(slope), np.arange(5.0), np.nan)
+    each = ("constant_voltage", "equilibrium")
+    return xr.Dataset(
+        {
+            "equilibria": ("constant_voltage", list(counts)),
+            "slope": (each, slope),
+            "equilibrium_displacement": (each, place),
+            "pitchfork_voltage": ((), 1.2247),
+        },
+        coords={"constant_voltage": [0.0, 1.0, 1.5]},
+    )
+
+
+@pytest.mark.parametrize(
+    ("expected", "changed"),
+    [
+        (Verdict.REPRODUCED, {}),
+        (Verdict.NOT_REPRODUCED, {"slopes": (-0.4, 0.2, -0.4)}),
+        (Verdict.NOT_REPRODUCED, {"slopes": (0.4, 0.2, 0.4)}),
+        (Verdict.NOT_REPRODUCED, {"counts": (3, 3, 1)}),
+    ],
+)
+def test_three_equilibria_of_alternating_slope_at_the_highest_voltage(expected, changed):
+    assert verdict("static-bistable", static=static(**changed)) is expected
+
+
+def test_equilibria_are_listed_with_place_and_slope():
+    finding = found("static-bistable", static=static())
+    assert finding.numbers[0].value == 3.0
+    assert [(one.meaning, one.value) for one in finding.numbers[1:4]] == [
+        ("slope at x = 0", 0.4),
+        ("slope at x = 1", -0.2),
+        ("slope at x = 2", 0.4),
+    ]
+    assert number(finding, "pitchfork").value == 1.2247
+
+
+def oscillator(ratio):
+    return xr.Dataset({"period_ratio": ("amplitude", ratio)}, coords={"amplitude": [0.0, 0.5, 1.0]})
+
+
+@pytest.mark.parametrize(
+    ("expected", "ratio"),
+    [
+        (Verdict.REPRODUCED, [1.0, 0.999, 0.991]),
+        (Verdict.CHOSEN, [1.0, 0.99, 0.9]),
+        (Verdict.CHOSEN, [1.0, 1.01, 1.1]),
+        (Verdict.NOT_REPRODUCED, [0.9, 0.8, 0.7]),
+    ],
+)
+def test_linear_is_within_one_percent_of_the_linear_period_at_the_papers_own_amplitude(expected, ratio):
+    assert verdict("linear-limit", linear_limit=oscillator(ratio)) is expected
+
+
+def test_how_far_the_oscillator_is_linear():
+    finding = found("linear-limit", linear_limit=oscillator([1.0, 1.005, 1.015]))
+    assert finding.numbers[0].value == pytest.approx(0.75)
+    assert finding.share == pytest.approx(0.75)
+    assert finding.numbers[1].value == 1.015

@@ -1,0 +1,146 @@
+"""Figures of the statics: stable and unstable, pitchfork, folds and the jump of a slow ramp."""
+
+import numpy as np
+import pytest
+from gelcone.motion.balance import PullIn
+from matplotlib.colors import to_rgb
+
+from gelcone import Outcome
+from gelcone.plots.equilibrium import MARKER_SIZES, equilibrium_branches, force_curves, static_figure
+from gelcone.plots.style import BLUE, CYCLE, VERMILION
+from tests.plots.made_up import blank, data_of, line, parameter, result, texts
+
+X = np.linspace(-2.0, 2.0, 41)
+LEVELS = np.linspace(0.0, 1.6, 9)
+
+
+def statics(outcome=0, members=None, **changed):
+    """A double well: force x (x^2 - v), with equilibria at 0 and +- sqrt(v)."""
+    force = X * (X**2 - LEVELS[:, None])
+    places = np.stack([-np.sqrt(LEVELS), 0.0 * LEVELS, np.sqrt(LEVELS)], axis=1)
+    stable = np.tile([True, False, True], (9, 1))
+    places[0], stable[0] = [np.nan, 0.0, np.nan], [False, True, False]
+    values = {
+        "force": (("constant_voltage", "displacement"), force),
+        "stiffness": (("constant_voltage", "displacement"), 3.0 * X**2 - LEVELS[:, None]),
+        "equilibrium_displacement": (("constant_voltage", "equilibrium"), places),
+        "stable": (("constant_voltage", "equilibrium"), stable),
+        "branch_voltage": ("step", [0.0, 0.5, 1.0, 1.5]),
+        "branch_displacement": ("step", [0.0, 0.1, 0.2, 0.4]),
+        "branch_slope": ("step", [2.0, 1.0, -1.0, -2.0]),
+        "pitchfork_voltage": ((), 0.7),
+        "fold_voltage": ("fold", [1.2, np.nan]),
+        "fold_displacement": ("fold", [0.9, np.nan]),
+        "pull_in_voltage": ((), 1.2),
+        "pull_in_from": ((), 0.9),
+        "pull_in_to": ((), -1.7),
+        "pull_in_kind": ((), int(PullIn.FOLD)),
+    }
+    values |= {name: (values[name][0], np.asarray(value)) for name, value in changed.items()}
+    if members:
+        values = {
+            n: (("member", *np.atleast_1d(d)) if d != () else ("member",), np.stack([v] * members))
+            for n, (d, v) in values.items()
+        }
+    values["outcome"] = ("member" if members else (), np.full(members, outcome) if members else outcome)
+    coords = {"constant_voltage": ("constant_voltage", LEVELS), "displacement": ("displacement", X)}
+    if members:
+        coords["spring_stiffness"] = ("member", np.arange(1.0, members + 1.0))
+        return parameter(result(values, coords), "spring_stiffness")
+    return result(values, coords)
+
+
+def test_force_is_solid_where_its_slope_is_positive_and_dashed_where_it_is_negative():
+    axes = blank()
+    force_curves(statics(), axes)
+    curves = [one for one in axes.lines if len(one.get_xdata()) == X.size]
+    assert len(curves) == 10  # five of the nine voltages, each solid and dashed
+    for k, i in enumerate([0, 2, 4, 6, 8]):
+        solid, dashed = curves[2 * k : 2 * k + 2]
+        slope, force = 3.0 * X**2 - LEVELS[i], X * (X**2 - LEVELS[i])
+        np.testing.assert_allclose(data_of(solid), [X[slope >= 0.0], force[slope >= 0.0]])
+        np.testing.assert_allclose(data_of(dashed), [X[slope <= 0.0], force[slope <= 0.0]])
+        assert (solid.get_linestyle(), dashed.get_linestyle()) == ("-", "--")
+        assert solid.get_color() == dashed.get_color() == CYCLE[k]
+        assert line(axes, f"voltage {LEVELS[i]:.4g}").get_color() == CYCLE[k]
+
+
+def test_stable_equilibria_are_filled_and_unstable_ones_open_at_zero_force():
+    axes = blank()
+    force_curves(statics(), axes)
+    marks = [one for one in axes.lines if one.get_marker() == "o"]
+    filled, empty = marks[2:4]
+    np.testing.assert_allclose(data_of(filled), [[-np.sqrt(0.4), np.sqrt(0.4)], [0.0, 0.0]])
+    np.testing.assert_allclose(data_of(empty), [[0.0], [0.0]])
+    assert to_rgb(filled.get_markerfacecolor()) == to_rgb(CYCLE[1])
+    assert to_rgb(empty.get_markerfacecolor()) == (1.0, 1.0, 1.0)
+    # without voltage there is one, and it is stable
+    np.testing.assert_allclose(data_of(marks[0]), [[0.0], [0.0]])
+    assert data_of(marks[1]).shape == (2, 0)
+    assert [one.get_markersize() for one in marks[::2]] == list(MARKER_SIZES)
+
+
+def test_the_force_is_shown_between_the_equilibria_and_not_up_to_the_wall():
+    axes = blank()
+    force_curves(statics(), axes)
+    farthest = np.sqrt(1.6)
+    near = np.abs(X) <= 1.1 * farthest
+    most = 1.6 * np.abs(X * (X**2 - LEVELS[:, None]))[:, near].max()
+    assert axes.get_ylim() == pytest.approx((-most, most))
+    assert most < 0.8 * (8.0 - 0.0)
+    flat = blank()
+    force_curves(statics(equilibrium_displacement=np.zeros((9, 3))), flat)
+    assert flat.get_ylim() == pytest.approx((-12.8, 12.8))
+
+
+def test_branches_are_solid_where_stable_with_pitchfork_fold_and_limits():
+    axes = blank()
+    equilibrium_branches(statics(), axes)
+    stable, unstable = axes.lines[:2]
+    np.testing.assert_array_equal(data_of(stable), [[0.0, 0.5], [0.0, 0.1]])
+    np.testing.assert_array_equal(data_of(unstable), [[1.0, 1.5], [0.2, 0.4]])
+    assert (stable.get_linestyle(), unstable.get_linestyle()) == ("-", "--")
+    assert (stable.get_color(), unstable.get_color()) == (BLUE, VERMILION)
+    assert line(axes, "stable").get_color() == BLUE
+    assert (line(axes, "unstable").get_color(), line(axes, "unstable").get_linestyle()) == (VERMILION, "--")
+    np.testing.assert_array_equal(data_of(line(axes, "pitchfork 0.7")), [[0.7], [0.0]])
+    np.testing.assert_array_equal(data_of(line(axes, "fold")), [[1.2], [0.9]])
+    assert axes.get_xlim() == (0.0, 1.5)
+
+
+def test_what_is_not_there_is_not_drawn():
+    axes = blank()
+    equilibrium_branches(statics(pitchfork_voltage=np.nan, fold_voltage=[np.nan, np.nan], pull_in_to=np.nan), axes)
+    assert {one.get_label() for one in axes.lines if not one.get_label().startswith("_")} == {"stable", "unstable"}
+    assert not axes.texts
+
+
+def test_the_arrow_goes_from_where_the_ramp_jumps_to_where_it_lands():
+    axes = blank()
+    equilibrium_branches(statics(), axes)
+    (arrow,) = axes.texts
+    assert arrow.xyann == (1.2, 0.9)
+    assert arrow.xy == (1.2, -1.7)
+    assert arrow.arrow_patch.get_arrowstyle().arrow == "->"
+    assert line(axes, "pull-in at 1.2 (fold)").get_marker() == r"$\uparrow$"
+    still = blank()
+    equilibrium_branches(statics(pull_in_to=0.9), still)
+    assert not still.texts
+
+
+def test_a_failed_member_says_so_instead_of_an_empty_picture():
+    nothing = statics(int(Outcome.STEP_LIMIT), branch_voltage=np.full(4, np.nan))
+    figure = static_figure(nothing)
+    assert texts(figure).count("failed: step limit") == 2
+    assert figure.axes[1].get_xlim() == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(("members", "rows"), [(2, 2), (5, 3)])
+def test_up_to_three_members_have_a_row_each(members, rows):
+    figure = static_figure(statics(members=members))
+    assert len(figure.axes) == 2 * rows
+    titles = [figure.axes[2 * k].get_title(loc="left") for k in range(rows)]
+    assert titles == [f"spring_stiffness {k}" for k in ([1, 2] if members == 2 else [1, 3, 5])]
+    for axes in figure.axes[:2]:
+        assert axes.get_legend() is not None
+    assert all(axes.get_legend() is None for axes in figure.axes[2:])

@@ -1,0 +1,140 @@
+"""Figures of sweeps: probabilities with their band, cells of two parameters, curves and clouds."""
+
+import numpy as np
+import pytest
+
+from gelcone import InputError
+from gelcone.plots.style import BLUE
+from gelcone.plots.sweep import WIDEST, probability_figure, sweep_figure
+from tests.plots.made_up import cells_of, data_of, line, result
+
+X, Y = np.array([0.0, 1.0, 2.0]), np.array([10.0, 20.0])
+
+
+def probability(shape=("voltage",), **coords):
+    low, share, high = np.array([0.0, 0.2, 0.7]), np.array([0.1, 0.5, 0.9]), np.array([0.3, 0.6, 1.0])
+    if len(shape) == 2:
+        low, share, high = (np.stack([v, 0.5 * v], axis=1) for v in (low, share, high))
+    data = result(
+        {"low": (shape, low), "probability": (shape, share), "high": (shape, high)},
+        {"voltage": ("voltage", X)} | ({"damping_ratio": ("damping_ratio", Y)} if len(shape) == 2 else {}) | coords,
+    )
+    data["probability"].attrs["long_name"] = "probability of chaos"
+    return data
+
+
+def test_a_probability_lies_in_the_band_of_its_interval():
+    figure = probability_figure(probability())
+    (axes,) = figure.axes
+    np.testing.assert_array_equal(data_of(line(axes, "share of the draws")), [X, [0.1, 0.5, 0.9]])
+    (band,) = axes.collections
+    x, y = band.get_paths()[0].vertices.T
+    for at, low, high in zip(X, [0.0, 0.2, 0.7], [0.3, 0.6, 1.0], strict=True):
+        assert set(y[x == at]) == {low, high}
+    assert band.get_label() == "interval"
+    low, high = axes.get_ylim()
+    assert low < 0.0
+    assert 1.0 < high < 1.1
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("voltage", "probability of chaos")
+
+
+def test_a_probability_over_two_parameters_stands_beside_the_width_of_its_interval():
+    figure = probability_figure(probability(("voltage", "damping_ratio")))
+    left, right = figure.axes[:2]
+    x, y, share = cells_of(left.collections[0])
+    np.testing.assert_array_equal(x, [-0.5, 0.5, 1.5, 2.5])
+    np.testing.assert_array_equal(y, [5.0, 15.0, 25.0])
+    np.testing.assert_allclose(share, [[0.1, 0.5, 0.9], [0.05, 0.25, 0.45]])
+    np.testing.assert_allclose(cells_of(right.collections[0])[2], [[0.3, 0.4, 0.3], [0.15, 0.2, 0.15]])
+    assert left.collections[0].get_clim() == (0.0, 1.0)
+    assert right.collections[0].get_clim() == pytest.approx((0.15, 0.4))
+    assert (left.get_xlabel(), left.get_ylabel(), right.get_ylabel()) == ("voltage", "damping ratio", "")
+    assert right.get_title(loc="left") == "width of the interval"
+
+
+def test_cells_in_si_stand_at_the_si_values():
+    data = probability(("voltage", "damping_ratio"), voltage_si=("voltage", 100.0 * X))
+    data["voltage_si"].attrs["units"] = "V"
+    left = probability_figure(data).axes[0]
+    np.testing.assert_array_equal(cells_of(left.collections[0])[0], [-50.0, 50.0, 150.0, 250.0])
+    assert left.get_xlabel() == "voltage (V)"
+
+
+def test_a_probability_of_three_parameters_is_refused():
+    three = probability(("voltage", "damping_ratio")).expand_dims(prestretch=[1.0])
+    with pytest.raises(InputError, match="over one parameter or two; take a slice of the others"):
+        probability_figure(three)
+
+
+def swept(dims, shape, coords, **more):
+    rng = np.random.default_rng(0)
+    values = {"stroke": (dims, rng.random(shape)), "peak": (dims, rng.random(shape))} | more
+    status = np.ones(shape, dtype=int)
+    status.flat[0] = 0
+    book = dict.fromkeys(("status", "source", "outcome"), (dims, status))
+    return result(values | book, coords, {"stroke": "mm"})
+
+
+def test_a_sweep_over_one_parameter_is_a_curve_for_each_variable_without_what_was_not_computed():
+    data = swept(("voltage",), (3,), {"voltage": ("voltage", X)}, lost=("voltage", np.full(3, np.nan)))
+    figure = sweep_figure(data)
+    assert [axes.get_ylabel() for axes in figure.axes] == ["stroke (mm)", "peak"]
+    for axes, name in zip(figure.axes, ("stroke", "peak"), strict=True):
+        (curve,) = axes.lines
+        np.testing.assert_array_equal(data_of(curve), [X[1:], data[name].values[1:]])
+        assert (curve.get_linestyle(), curve.get_color()) == ("-", BLUE)
+    assert figure.axes[-1].get_xlabel() == "voltage"
+
+
+def test_draws_are_a_cloud_over_the_first_parameter():
+    data = swept(("voltage", "draw"), (3, 4), {"voltage": ("voltage", X)})
+    stroke = sweep_figure(data).axes[0]
+    assert len(stroke.lines) == 4
+    assert {one.get_linestyle() for one in stroke.lines} == {"None"}
+    for k, one in enumerate(stroke.lines):
+        x, y = data_of(one)
+        np.testing.assert_array_equal(x, X[1:] if k == 0 else X)
+        np.testing.assert_array_equal(y, data["stroke"].values[-x.size :, k])
+
+
+def test_draws_alone_stand_over_their_number():
+    figure = sweep_figure(swept(("draw",), (5,), {}))
+    np.testing.assert_array_equal(data_of(figure.axes[0].lines[0])[0], [1.0, 2.0, 3.0, 4.0])
+    assert figure.axes[-1].get_xlabel() == "draw"
+
+
+def test_a_sweep_over_two_parameters_is_a_map_for_each_variable():
+    data = swept(
+        ("voltage", "damping_ratio"), (3, 2), {"voltage": ("voltage", X), "damping_ratio": ("damping_ratio", Y)}
+    )
+    extra = data["stroke"].rename("third")
+    figure = sweep_figure(data.assign(third=extra))
+    meshes = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+    assert len(meshes) == 3
+    for axes, name in zip(meshes, ("stroke", "peak", "third"), strict=True):
+        x, y, values = cells_of(axes.collections[0])
+        np.testing.assert_array_equal(x, [-0.5, 0.5, 1.5, 2.5])
+        np.testing.assert_array_equal(y, [5.0, 15.0, 25.0])
+        expected = data["stroke" if name == "third" else name].values.T.copy()
+        expected[0, 0] = np.nan
+        np.testing.assert_array_equal(values, expected)
+    assert [axes.get_title(loc="left") for axes in meshes] == ["stroke (mm)", "peak", "third (mm)"]
+
+
+def test_no_more_than_six_variables_are_drawn():
+    more = {f"v{k}": ("voltage", X + k) for k in range(8)}
+    figure = sweep_figure(swept(("voltage",), (3,), {"voltage": ("voltage", X)}, **more))
+    assert len(figure.axes) == WIDEST == 6
+
+
+def test_few_values_have_a_tick_each_on_the_bar_and_many_do_not():
+    over = {"voltage": ("voltage", X), "damping_ratio": ("damping_ratio", Y)}
+    dims = ("voltage", "damping_ratio")
+    data = swept(dims, (3, 2), over, period=(dims, [[1, 1], [2, 2], [4, 4]]))
+    figure = sweep_figure(data)
+    bars = [axes for axes in figure.axes if axes.get_label() == "<colorbar>"]
+    assert bars[2].get_yticks().tolist() == [1.0, 2.0, 4.0]
+    wide = np.linspace(0.0, 1.0, 9)
+    many = swept(dims, (9, 2), over | {"voltage": ("voltage", wide)})
+    bar = next(axes for axes in sweep_figure(many).axes if axes.get_label() == "<colorbar>")
+    assert len(bar.get_yticks()) < 17
