@@ -1,4 +1,4 @@
-"""A map of the motion over voltage and pre-stretch, stopped half-way and gone on with from its store."""
+"""A map of the motion over voltage and pre-stretch, stopped half-way and resumed from its store."""
 
 import json
 import os
