@@ -168,7 +168,9 @@ def test_what_is_no_result_is_refused_with_a_remedy(given):
 
 def test_a_result_without_a_variable_of_its_figure_says_which():
     response = RESULTS["time response"]().drop_vars("velocity")
-    with pytest.raises(InputError, match=r"'time response' lacks .*velocity.*compute it again"):
+    with pytest.raises(
+        InputError, match=r"'time response' of gelcone .* lacks what its figure draws: .*'velocity'; compute it again"
+    ):
         gelcone.plot(response)
 
 
