@@ -242,17 +242,26 @@ def test_a_film_that_has_no_state_above_a_voltage_pulls_in_there(k1, kind, squar
     np.testing.assert_array_equal(losses, [0, 0, 1] if kind == PullIn.FILM else [0, 1, 2])
 
 
-def test_a_film_that_is_not_odd_has_no_flat_equilibrium_to_follow():
-    class Pushed(Film):
-        name = "pushed"
-        odd = False
-        parameters = {}
+class Pushed(Film):
+    """F = 0.5 x - 0.1 - V x: a film that is not flat where nothing pulls."""
 
-        def force(self, x, squared, y, n, xp=np):
-            return 0.5 * x - 0.1 - squared * x, 0.5 - squared + 0.0 * x
+    name = "pushed"
+    odd = False
 
+    def force(self, x, squared, y, n, xp=np):
+        return 0.5 * x - 0.1 - squared * x, 0.5 - squared + 0.0 * x
+
+
+def test_a_film_that_pushes_the_disc_by_itself_is_not_flat_at_any_voltage():
+    """x = 0.1/(0.5 - V): above the flat film and stable below V = 0.5, below it and unstable beyond."""
     balance = one(ConeModel(film=Pushed(), spring_stiffness=0.0))
     assert not balance.flat
+    assert balance.lifted
+    for squared, x, stable in ((0.0, 0.2, True), (0.1, 0.25, True), (0.7, -0.5, False)):
+        (found,) = equilibria_of(balance, squared)
+        assert found.displacement == pytest.approx(x, rel=1e-12)
+        assert found.stable == stable
+    assert rest_of(balance, None) == pytest.approx(0.2, rel=1e-12)
 
 
 def test_every_kind_has_a_meaning_of_one_line():
