@@ -136,7 +136,7 @@ def test_members_that_reach_nothing_are_refused_only_together():
     assert not every_balance(model.take([1]))[0].reachable
 
 
-# --- a bias with two wells ----------------------------------------------------------------------------------------------
+# --- a bias with two wells --------------------------------------------------------------------------------------------
 
 
 def wells(k1=-0.8, k3=0.5):
@@ -164,7 +164,7 @@ def test_an_equilibrium_on_its_pitchfork_counts_once():
     assert displacements(balance, 0.6 + 1e-6) == pytest.approx([-math.sqrt(2e-6), 0.0, math.sqrt(2e-6)], rel=1e-6)
 
 
-# --- how a slow ramp ends -------------------------------------------------------------------------------------------------
+# --- how a slow ramp ends ---------------------------------------------------------------------------------------------
 
 
 def quintic(k1=0.5, k3=1.0, k5=0.25):

@@ -140,7 +140,9 @@ def test_what_is_no_record_is_refused(record):
     assert "must be the name of a bias: spring" in message(record)
 
 
-@pytest.mark.parametrize(("module", "path"), [("no_such_module_here", "Cubic"), (HERE, "Vanished"), (HERE, "Holder.Gone")])
+@pytest.mark.parametrize(
+    ("module", "path"), [("no_such_module_here", "Cubic"), (HERE, "Vanished"), (HERE, "Holder.Gone")]
+)
 def test_a_class_that_cannot_be_imported_says_where_to_put_it(module, path):
     text = message(f"{module}:{path}")
     assert text.startswith(f"bias '{module}:{path}': cannot be imported (")

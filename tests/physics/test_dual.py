@@ -116,7 +116,9 @@ def test_a_zero_part_stays_the_float_zero_and_costs_no_operation():
     """The compiled program then has no term for it; a 0 times a symbol would be one."""
     x, y = sympy.symbols("x y")
     rows = gradients(
-        lambda z, xp: [xp.sin(z[0]) * 3.0 + z[0] / 2.0, z[1], 5.0, 1.0 / (1.0 + z[1] ** 2), z[0] * z[1]], [x, y], SYMBOLIC
+        lambda z, xp: [xp.sin(z[0]) * 3.0 + z[0] / 2.0, z[1], 5.0, 1.0 / (1.0 + z[1] ** 2), z[0] * z[1]],
+        [x, y],
+        SYMBOLIC,
     )
     assert all(isinstance(rows[i][j], float) and rows[i][j] == 0.0 for i, j in ((0, 1), (1, 0), (2, 0), (2, 1), (3, 0)))
     assert rows[1][1] == 1.0

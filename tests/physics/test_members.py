@@ -28,7 +28,7 @@ class Lopsided(TautCone):
     odd = False
 
 
-# --- numbers by name ----------------------------------------------------------------------------------------------------
+# --- numbers by name --------------------------------------------------------------------------------------------------
 
 
 def test_members_are_the_ensemble_in_c_order():
@@ -80,7 +80,7 @@ def test_replace_changes_one_parameter_and_its_numbers():
     np.testing.assert_allclose(taken.number("B"), [1.69, 1.69], rtol=1e-15)
 
 
-# --- what follows from them -----------------------------------------------------------------------------------------------
+# --- what follows from them -------------------------------------------------------------------------------------------
 
 
 def test_damped_is_where_the_damping_is_positive():

@@ -62,7 +62,9 @@ def test_the_jacobian_is_that_of_dual_numbers_and_of_central_differences(name):
         rates, jacobian = system.flow(tau, z, n)
         np.testing.assert_array_equal(rates, system.rates(tau, z, n))
         exact = gradients(lambda at, xp, tau=tau: system.rates(tau, at, n, xp), list(z))
-        np.testing.assert_allclose(np.array(jacobian, dtype=float), np.array(exact, dtype=float), rtol=1e-12, atol=1e-13)
+        np.testing.assert_allclose(
+            np.array(jacobian, dtype=float), np.array(exact, dtype=float), rtol=1e-12, atol=1e-13
+        )
         for j, step in enumerate(h * np.eye(len(z))):
             ahead, behind = (np.array(system.rates(tau, z + sign * step, n), dtype=float) for sign in (1.0, -1.0))
             column = [row[j] for row in jacobian]
@@ -156,7 +158,7 @@ def test_the_static_force_is_what_the_rates_have_at_rest(name):
         assert slope == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-7)
 
 
-# --- names --------------------------------------------------------------------------------------------------------------
+# --- names ------------------------------------------------------------------------------------------------------------
 
 
 class Pushing(Bias):

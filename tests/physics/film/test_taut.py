@@ -125,7 +125,7 @@ def test_a_start_outside_says_its_strain():
     assert text == "stretch_limit = 2: must exceed I1 - 3 = 8.1 at the initial displacement 3; start lower or raise it"
 
 
-# --- the film itself ----------------------------------------------------------------------------------------------------
+# --- the film itself --------------------------------------------------------------------------------------------------
 
 
 @every_case
@@ -177,7 +177,7 @@ def test_near_the_limit_is_beyond_its_share_of_strain():
     assert not unlimited.film.near_limit(x, 0.3, unlimited.own_numbers, 0.8).any()
 
 
-# --- what it takes --------------------------------------------------------------------------------------------------------
+# --- what it takes ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
