@@ -395,7 +395,7 @@ def print_table(cases: Cases, evidence: Any) -> None:
     for kind in Regime:
         said = evidence.regime[cases.regime == kind]
         if said.size:
-            counts = [*np.bincount(said, minlength=len(Regime)), evidence.flag[cases.regime == kind].sum()]
+            counts = [*np.bincount(said, minlength=len(Regime)), evidence.doubtful[cases.regime == kind].sum()]
             print(f"{kind.label:>18s} |           " + "".join(f"{n:16d}" for n in counts))
 
 
@@ -419,13 +419,14 @@ def main(count: int, seed: int = 3) -> int:
     periods = cases.period[cases.regime == Regime.PERIODIC]
     counts = {int(n): int((periods == n).sum()) for n in np.unique(periods)}
     print(f"periods among the periodic: {counts}")
-    unflagged = ~right & ~evidence.flag
+    unflagged = ~right & ~evidence.doubtful
     print(f"right, period included: {right.mean():.2%}; wrong without a flag: {unflagged.sum()}")
-    print(f"right answers with a flag: {(right & evidence.flag).mean():.2%}; on another cycle, confirmed: {elsewhere}")
+    doubted = (right & evidence.doubtful).mean()
+    print(f"right answers with a flag: {doubted:.2%}; on another cycle, confirmed: {elsewhere}")
     for i in np.flatnonzero(~right):
         print(
             f"  {Regime(cases.regime[i]).label} {cases.period[i]} said to be {Regime(evidence.regime[i]).label} "
-            f"{evidence.period[i]}{', flagged,' * bool(evidence.flag[i])} {describe(cases, i)}"
+            f"{evidence.period[i]}{', flagged,' * bool(evidence.doubtful[i])} {describe(cases, i)}"
         )
     if late.size:
         print(f"chaos that ends after {PATIENCE[0]} to {PATIENCE[1]} transients:")

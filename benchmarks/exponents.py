@@ -31,7 +31,8 @@ import numpy as np
 from scipy.integrate import odeint
 
 from gelcone.motion.flow import DEFAULT_TOLERANCE, LANES, _runtime_parameters, equations, import_heyoka
-from gelcone.motion.tangents import TangentRun, advance, clocks, qr_growth
+from gelcone.motion.settle import clocks
+from gelcone.motion.tangents import TangentRun, advance, qr_growth
 from gelcone.physics.laws import Gent
 from gelcone.physics.model import ConeModel
 

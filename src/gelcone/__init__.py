@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from gelcone.devices.si import to_si as to_si
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
-    from gelcone.motion.balance import PullIn as PullIn
     from gelcone.motion.envelope import envelope as envelope
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages
     from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
@@ -68,16 +67,40 @@ if TYPE_CHECKING:
     from gelcone.motion.section import extrema as extrema
     from gelcone.motion.section import section as section
     from gelcone.motion.spectrum import spectrum as spectrum
+    from gelcone.physics.balance import PullIn as PullIn
+    from gelcone.physics.bias import Bias as Bias
+    from gelcone.physics.bias import LinearSpring as LinearSpring
+    from gelcone.physics.circuit import Circuit as Circuit
+    from gelcone.physics.circuit import IdealSource as IdealSource
+    from gelcone.physics.component import Component as Component
+    from gelcone.physics.component import State as State
+    from gelcone.physics.drive import Sine as Sine
+    from gelcone.physics.drive import Waveform as Waveform
     from gelcone.physics.film.continuum import ContinuumFilm as ContinuumFilm
     from gelcone.physics.film.continuum import read_film as read_film
+    from gelcone.physics.film.film import Film as Film
+    from gelcone.physics.film.taut import TautCone as TautCone
     from gelcone.physics.laws import LAWS as LAWS
     from gelcone.physics.laws import Gent as Gent
     from gelcone.physics.laws import NeoHookean as NeoHookean
     from gelcone.physics.laws import StrainEnergyLaw as StrainEnergyLaw
     from gelcone.physics.laws import Yeoh as Yeoh
     from gelcone.physics.model import ConeModel as ConeModel
+    from gelcone.plots import plot as plot
+    from gelcone.quantity import Quantity as Quantity
 
 _HOME = {
+    "Bias": "physics.bias",
+    "Circuit": "physics.circuit",
+    "Component": "physics.component",
+    "Film": "physics.film.film",
+    "IdealSource": "physics.circuit",
+    "LinearSpring": "physics.bias",
+    "Quantity": "quantity",
+    "Sine": "physics.drive",
+    "State": "physics.component",
+    "TautCone": "physics.film.taut",
+    "Waveform": "physics.drive",
     "basin": "atlas.maps",
     "bifurcation": "atlas.bifurcation",
     "cluster": "atlas.workers",
@@ -111,9 +134,10 @@ _HOME = {
     "parameter_map": "atlas.maps",
     "pitchfork_voltage": "motion.equilibrium",
     "probability": "atlas.uncertain",
+    "plot": "plots",
     "pull_in_voltage": "motion.equilibrium",
     "Plan": "atlas.plan",
-    "PullIn": "motion.balance",
+    "PullIn": "physics.balance",
     "Regime": "codes",
     "read_film": "physics.film.continuum",
     "regime": "motion.regime",
@@ -136,11 +160,13 @@ _HOME = {
     "Yeoh": "physics.laws",
 }
 
-__all__ = ["__version__", *_HOME]
+__all__ = ["__version__", "plots", *_HOME]
 
 
 def __getattr__(name: str) -> Any:
     """Loads a public name when it is first used, so that ``import gelcone`` stays light."""
+    if name == "plots":
+        return import_module("gelcone.plots")
     if name not in _HOME:
         raise AttributeError(f"module 'gelcone' has no attribute {name!r}")
     return getattr(import_module(f"gelcone.{_HOME[name]}"), name)

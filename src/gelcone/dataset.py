@@ -9,16 +9,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone._version import __version__
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.files import write_whole
-from gelcone.physics.model import ConeModel, parameter_quantity
+from gelcone.physics.members import Ensemble
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -28,14 +31,21 @@ Variable = tuple[tuple[str, ...], Any, str, str]
 """Dims behind the member dims, values, long name, and the quantity it is scaled with."""
 
 
-def member_dims(model: ConeModel) -> tuple[str, ...]:
+class Findings(NamedTuple):
+    """What an analysis found out about some members: its variables by name, and how each run ended (members,)."""
+
+    variables: dict[str, Variable]
+    outcome: npt.NDArray[np.int8]
+
+
+def member_dims(model: Ensemble) -> tuple[str, ...]:
     """Names of the ensemble's dims: none, ``member``, or ``member_0``, ``member_1``, ..."""
     rank = len(model.shape)
     return ("member",)[:rank] if rank < 2 else tuple(f"member_{i}" for i in range(rank))
 
 
 def label(
-    model: ConeModel,
+    model: Ensemble,
     variables: Mapping[str, Variable],
     *,
     coords: Mapping[str, Variable] | None = None,
@@ -49,6 +59,8 @@ def label(
     dims (shared by all members) is kept as it is.
     """
     import xarray as xr
+
+    import gelcone.accessor  # noqa: F401  (gives Datasets their methods)
 
     members = member_dims(model)
 
@@ -68,7 +80,7 @@ def label(
             scalars[name] = "inf" if value == np.inf else value
         else:
             spread = np.broadcast_to(value, model.shape)
-            attrs = {"long_name": parameter_quantity(name).meaning, "units": "1", "quantity": "parameter"}
+            attrs = {"long_name": model.system.parameters[name].meaning, "units": "1", "quantity": "parameter"}
             parameter_coords[name] = xr.DataArray(spread.copy(), dims=members, attrs=attrs)
     data = {name: array(spec) for name, spec in variables.items()}
     if outcome is not None:
@@ -85,20 +97,20 @@ def label(
     )
 
 
+def flags(codes: type[IntEnum]) -> dict[str, Any]:
+    """The CF attributes of a variable that holds these codes."""
+    return {
+        "flag_values": np.array([code.value for code in codes], dtype=np.int8),
+        "flag_meanings": " ".join(code.name.lower() for code in codes),
+    }
+
+
 def outcome_array(values: Any, dims: tuple[str, ...]) -> xr.DataArray:
     """Outcome codes as a CF flag variable."""
     import xarray as xr
 
-    return xr.DataArray(
-        np.asarray(values, dtype=np.int8),
-        dims=dims,
-        attrs={
-            "long_name": "how the run of the member ended",
-            "units": "1",
-            "flag_values": np.array([o.value for o in Outcome], dtype=np.int8),
-            "flag_meanings": " ".join(o.name.lower() for o in Outcome),
-        },
-    )
+    about = {"long_name": "how the run of the member ended", "units": "1"}
+    return xr.DataArray(np.asarray(values, dtype=np.int8), dims=dims, attrs=about | flags(Outcome))
 
 
 def model_of(dataset: xr.Dataset) -> ConeModel:
@@ -129,6 +141,8 @@ def load(path: str | Path) -> xr.Dataset:
     """Reads a Dataset that `save` wrote, equal to what it was; `InputError` for a file that is not one."""
     import xarray as xr
 
+    import gelcone.accessor  # noqa: F401  (gives Datasets their methods)
+
     try:
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
             return dataset.load()
@@ -139,11 +153,11 @@ def load(path: str | Path) -> xr.Dataset:
         raise InputError(f"{path}: is not a readable netCDF-4 file ({reason}); give one that gelcone wrote") from None
 
 
-def with_initial(result: xr.Dataset, model: ConeModel, states0: Array) -> xr.Dataset:
-    """``result`` with the initial states (members, 2) beside it."""
+def with_initial(result: xr.Dataset, model: Ensemble, states0: Array) -> xr.Dataset:
+    """``result`` with the initial states (members, N) beside it."""
     result["initial"] = (
         (*member_dims(model), "state"),
-        states0.reshape((*model.shape, 2)),
+        states0.reshape((*model.shape, states0.shape[-1])),
         {"long_name": "initial displacement and velocity", "units": "1"},
     )
     return result

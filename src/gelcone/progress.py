@@ -37,6 +37,11 @@ def watching(watch: Watch) -> Iterator[None]:
         _watched.watch = before
 
 
+def current_watch() -> Watch | None:
+    """The watch over what this thread integrates, if any."""
+    return getattr(_watched, "watch", None)
+
+
 def weighted(progress: Progress, weight: float) -> Progress:
     """A progress whose whole is the share ``weight`` of the given one's."""
     if progress is None:
@@ -49,3 +54,20 @@ def split_progress(progress: Progress, first: float, second: float, share: float
     """Two progresses that add up to ``share`` of the given one, in the ratio of two amounts of work."""
     whole = first + second
     return weighted(progress, share * first / whole), weighted(progress, share * second / whole)
+
+
+class Counted:
+    """A progress that keeps count, so that `finish` can report what is left: for work that may end early."""
+
+    def __init__(self, progress: Progress):
+        self._report, self._done = progress, 0.0
+
+    def __call__(self, share: float) -> None:
+        self._done += share
+        if self._report is not None:
+            self._report(share)
+
+    def finish(self) -> None:
+        """Reports the share that has not been reported yet."""
+        if self._done < 1.0:
+            self(1.0 - self._done)

@@ -14,8 +14,9 @@ from gelcone.atlas.maps import basin, parameter_map
 from gelcone.atlas.plan import Plan, join
 from gelcone.codes import Regime
 from gelcone.errors import InputError
+from gelcone.motion.evidence import Evidence
 from gelcone.motion.floquet import onset_voltage
-from gelcone.motion.regime import Evidence, regime
+from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
@@ -49,7 +50,7 @@ def test_a_map_is_its_cells_one_by_one():
     for voltage, damping in [(0.4, 0.2), (1.6, 0.05), (1.0, 0.2)]:
         alone = regime(FAST.replace(voltage=voltage, damping_ratio=damping), budget=1500.0)
         cell = plane.sel(voltage=voltage, damping_ratio=damping)
-        for name in ("regime", "period", "lyapunov", "standard_error", "highest", "flag"):
+        for name in ("regime", "period", "lyapunov", "standard_error", "highest", "doubtful"):
             np.testing.assert_array_equal(cell[name].values, alone[name].values, name)
 
 

@@ -276,13 +276,13 @@ def test_another_plan_or_version_is_refused_with_the_difference(tmp_path, monkey
 
 def test_a_store_belongs_to_one_run(tmp_path):
     def second(tally):
-        with pytest.raises(InputError, match="another run is working on it"):
+        with pytest.raises(InputError, match="another run is writing to it"):
             survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
         raise Interrupt
 
     with pytest.raises(Interrupt):
         survey(PLAN, coarsest=COARSE, store=tmp_path / "s", progress=second)
-    with pytest.raises(InputError, match="is not empty; go on with it by --resume"):
+    with pytest.raises(InputError, match="is not empty; resume it with --resume"):
         survey(PLAN, coarsest=COARSE, store=tmp_path / "s")
     survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
 
@@ -310,10 +310,10 @@ def flip(path):
         (lambda s: cut(s / "highest" / "c" / "0"), "is damaged: a tile of highest cannot be read"),
         (lambda s: flip(s / "highest" / "c" / "0"), "is damaged: a tile of highest cannot be read"),
         (lambda s: cut(s / "status" / "c" / "0"), "is damaged: a tile of status cannot be read"),
-        (lambda s: (s / "highest" / "c" / "0").unlink(), "is damaged: a tile of highest is gone"),
+        (lambda s: (s / "highest" / "c" / "0").unlink(), "is damaged: a tile of highest is missing"),
         (lambda s: (s / "zarr.json").unlink(), "holds no metadata"),
         (lambda s: cut(s / "zarr.json"), "is damaged: its metadata cannot be read"),
-        (lambda s: (s / "highest" / "zarr.json").unlink(), "is damaged: its array highest is gone"),
+        (lambda s: (s / "highest" / "zarr.json").unlink(), "is damaged: its array highest is missing"),
     ],
     ids=["cut tile", "changed tile", "cut status", "no tile", "no metadata", "cut metadata", "no array"],
 )
@@ -360,7 +360,7 @@ def test_a_full_or_read_only_disk_loses_nothing(tmp_path, monkeypatch, number, r
 
     with monkeypatch.context() as patch:
         patch.setattr(store, "_write_part", refuse)
-        with pytest.raises(InputError, match=f"what it holds is safe: {remedy} and go on with --resume"):
+        with pytest.raises(InputError, match=f"what it holds is safe: {remedy} and continue with --resume"):
             survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
     assert files(tmp_path / "s") == before
     survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)

@@ -55,8 +55,8 @@ def test_every_object_says_what_it_was_computed_from(found, command):
 def test_exponents(found):
     content = found("lyapunov", *MODEL, "--window", 30)["lyapunov"]
     assert content["unit"] == UNIT
-    assert content["values"] == content["asymptotic"]
-    for name in ("values", "standard_error", "finite", "asymptotic"):
+    assert content["values"] == content["lyapunov"]
+    for name in ("values", "standard_error", "finite", "lyapunov"):
         assert len(content[name]) == 2
     assert sum(content["values"]) == pytest.approx(-0.6, abs=1e-9)
     assert sum(content["finite"]) == pytest.approx(-0.6, abs=1e-9)

@@ -7,7 +7,7 @@ import pytest
 
 from gelcone.codes import Regime
 from gelcone.errors import InputError
-from gelcone.motion.driven import DRIVEN_LIMITS, Drive, Plane, driven
+from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven
 from gelcone.motion.envelope import STATIC_LIMITS, envelope
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
@@ -95,15 +95,15 @@ def test_a_motionless_film_is_a_capacitor_that_takes_no_power(flat):
 
 
 def test_at_the_edge_of_the_window_no_limit_is_met(taut):
-    drive = Drive.of(TAUT)
+    drive = DriveShape.of(TAUT)
     plane = Plane(TAUT, drive, float(taut["rest_displacement"]), 1.2, None)
-    edge = plane.look(taut["drive_frequency"].values, taut["recommended_peak"].values)
+    edge = plane.examine(taut["drive_frequency"].values, taut["recommended_peak"].values)
     for name in DRIVEN_LIMITS[:-1]:
         assert (edge[name] == 0.0).all(), name
 
 
 def test_default_frequencies_hold_the_first_resonances_and_the_models_own():
-    plane = Plane(TAUT, Drive.of(TAUT), 0.3, None, None)
+    plane = Plane(TAUT, DriveShape.of(TAUT), 0.3, None, None)
     natural = plane.natural_frequency()
     found = plane.default_frequencies(0.6)
     for wanted in (float(TAUT.drive_frequency), 0.5 * natural, natural, 2.0 * natural):
@@ -115,7 +115,7 @@ def test_default_frequencies_hold_the_first_resonances_and_the_models_own():
 def test_frequencies_are_added_where_the_lowest_limit_falls_steeply():
     omegas, volts = np.array([1.3, 1.7, 2.4]), np.array([0.6, 1.2])
     taut = FLAT.replace(damping_ratio=0.03, spring_stiffness=1.0, meridional_prestretch=1.5, hoop_prestretch=1.5)
-    plane = Plane(taut, Drive(1.0, 0.0), 0.0, None, None)
+    plane = Plane(taut, DriveShape(1.0, 0.0), 0.0, None, None)
     found = driven(plane, omegas, volts, refine=True, progress=lambda share: None)
     assert found["frequency"].size > omegas.size
     assert (np.diff(found["frequency"]) > 0.0).all()
@@ -145,3 +145,48 @@ def test_without_a_dielectric_strength_breakdown_is_unknown_not_skipped(flat):
 def test_bad_input_is_refused(model, options, message):
     with pytest.raises(InputError, match=message):
         envelope(model, **options)
+
+
+# --- the driven half --------------------------------------------------------------------------------------------------
+
+
+def test_under_a_sine_the_natural_frequency_is_that_of_its_root_mean_square():
+    """A flat film, whose stiffness falls by the mean of v^2: half of the square of the amplitude."""
+    plane = Plane(FLAT, DriveShape(1.0, 0.0), 0.0, None, None)
+    at_rest = float(FLAT.stiffness(0.0))
+    for peak in (0.0, 0.4, 0.6):
+        assert plane.natural_frequency(peak) == pytest.approx(np.sqrt(at_rest - 0.5 * peak**2), rel=1e-12)
+    biased = Plane(FLAT, DriveShape(0.0, 1.0), 0.0, None, None)
+    assert biased.natural_frequency(0.4) == pytest.approx(np.sqrt(at_rest - 0.4**2), rel=1e-12)
+
+
+def test_a_motion_that_leaves_the_domain_meets_every_limit_of_the_film():
+    free = ConeModel(law="neo-hookean", damping_ratio=0.1, voltage=8.0, meridional_prestretch=1.2, hoop_prestretch=1.5)
+    plane = Plane(free, DriveShape.of(free), 0.0, 2.0, None)
+    found = plane.examine(np.array([1.0, 1.0]), np.array([0.1, 8.0]))
+    assert found["outcome"].tolist()[0] == 0.0
+    assert found["outcome"].tolist()[1] != 0.0
+    for name in ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit"):
+        assert found[name].tolist() == [0.0, 1.0], name
+    assert np.isfinite(found["stroke"][0])
+    assert np.isnan(found["stroke"][1])
+
+
+def test_limits_are_narrowed_to_a_64th_of_the_peaks_apart(taut):
+    width = (taut["limit_high"] - taut["limit_low"]).values[:-1]
+    found = width[np.isfinite(width) & (width > 0.0)]
+    assert found.size
+    apart = np.diff(np.linspace(0.2, 2.0, 8))[0]
+    first = 0.2  # the lowest peak lies that far above no voltage
+    np.testing.assert_allclose(np.minimum(np.abs(found - apart / 64), np.abs(found - first / 64)), 0.0, atol=1e-12)
+
+
+def test_the_onset_of_rest_is_as_wide_as_it_is_known(flat):
+    row = DRIVEN_LIMITS.index("onset of rest")
+    found = onset_voltage(FLAT.replace(drive_frequency=flat["drive_frequency"].values), highest=2.4)
+    reached = np.isfinite(found["onset_voltage"].values)
+    assert reached.any()
+    assert (found["onset_error"].values[reached] > 0.0).all()
+    np.testing.assert_array_equal(flat["limit_low"].values[row, reached], found["onset_voltage"].values[reached])
+    high = (found["onset_voltage"] + found["onset_error"]).values
+    np.testing.assert_array_equal(flat["limit_high"].values[row, reached], high[reached])

@@ -22,9 +22,7 @@ from gelcone.plots.equilibrium import static_figure
 
 TABLE1 = ConeModel(spring_stiffness=1.5, stretch_limit=50.0)
 # Softens and then stiffens: folds on both sides, and a jump on the ramp.
-SOFTENING = ConeModel(
-    law="yeoh", law_parameters={"yeoh_c2": -0.2, "yeoh_c3": 0.02}, spring_stiffness=1.5, rest_height=0.1
-)
+SOFTENING = ConeModel(law="yeoh", **{"yeoh_c2": -0.2, "yeoh_c3": 0.02}, spring_stiffness=1.5, rest_height=0.1)
 
 
 def random_model(rng):

@@ -10,7 +10,7 @@ from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.frequency import frequency_response
 from gelcone.motion.linear import equilibrium_under_bias, small_signal_response
-from gelcone.motion.swing import HARMONICS, highest, settled_swing
+from gelcone.motion.settled import HARMONICS, highest, settled_swing
 from gelcone.physics.model import ConeModel
 
 LINEAR = ConeModel(
@@ -180,3 +180,25 @@ def test_a_failed_member_stays_nan_and_leaves_the_others_alone():
 def test_bad_input_is_refused(model, frequencies, message):
     with pytest.raises(InputError, match=message):
         frequency_response(model, frequencies)
+
+
+# --- what happens at a jump -------------------------------------------------------------------------------------------
+
+
+def test_the_amplitudes_of_a_jump_are_those_at_its_bracket(jumping):
+    """The sweep up, taken as far as the bracket's lower end, has there the amplitude from which it jumps."""
+    low, grid = float(jumping["jump_low"][1]), jumping["drive_frequency"].values
+    before = grid[grid < low]
+    closer = np.concatenate([before, np.linspace(before[-1], low, 6)[1:]])
+    there = float(frequency_response(JUMPING, closer)["amplitude"].sel(branch="up")[-1])
+    assert float(jumping["jump_from"][1]) == pytest.approx(there, rel=1e-4)
+    on_grid = float(jumping["amplitude"].sel(branch="up", drive_frequency=before[-1]))
+    assert abs(float(jumping["jump_from"][1]) / on_grid - 1.0) > 1e-3
+
+
+def test_a_sweep_leaves_a_rest_that_has_become_unstable():
+    """Started exactly at rest, only the nudge between frequencies lets the parametric motion grow."""
+    flat = ConeModel(damping_ratio=0.05, spring_stiffness=1.5, voltage=0.8)
+    found = frequency_response(flat, [0.5, 1.0, 1.1], (0.0, 0.0))
+    assert float(found["stroke"].sel(branch="up")[0]) < 1e-6
+    assert float(found["stroke"].sel(branch="up")[2]) > 0.1

@@ -11,8 +11,8 @@ from gelcone.errors import InputError
 from gelcone.motion import lyapunov as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.lyapunov import average, finite_exponents, lyapunov, running_estimate
-from gelcone.motion.section import repeats_lasting, settle
-from gelcone.motion.tangents import BLOCK, FLOOR, STRETCH, clocks, fastest_rate, qr_growth
+from gelcone.motion.settle import BLOCK, STRETCH, Clock, clocks, fastest_rate, repeats_lasting, settle
+from gelcone.motion.tangents import FLOOR, qr_growth
 from gelcone.physics.model import ConeModel
 
 CHAOS = {"spring_stiffness": 0.9, "damping_ratio": 0.05, "drive_frequency": 0.3, "voltage": 1.6}
@@ -115,8 +115,8 @@ def test_a_published_kind_of_check_against_scipy():
     result = lyapunov(ConeModel(**CHAOS), transient=300.0, budget=20_000.0, window=100.0)
     assert int(result["sign"]) == 1
     error = np.hypot(blocks[:, 0].std(ddof=1) / np.sqrt(20), float(result["standard_error"][0]))
-    assert abs(blocks[:, 0].mean() - float(result["asymptotic"][0])) < 3.5 * error
-    assert error < 0.2 * float(result["asymptotic"][0])
+    assert abs(blocks[:, 0].mean() - float(result["lyapunov"][0])) < 3.5 * error
+    assert error < 0.2 * float(result["lyapunov"][0])
     np.testing.assert_allclose(growth.sum(axis=1), -2.0 * zeta, atol=1e-6)
 
 
@@ -208,7 +208,7 @@ def test_chaos_that_ends_in_a_cycle_has_the_exponents_of_the_cycle():
     assert result["cycle"].values[-1] == 0
     assert result["sign"].values[-1] == 1
     ended = result.isel(member=result["cycle"].values == 2)
-    np.testing.assert_allclose(ended["asymptotic"], -0.01, rtol=1e-9)
+    np.testing.assert_allclose(ended["lyapunov"], -0.01, rtol=1e-9)
     assert (ended["standard_error"].values < 1e-7).all()
     seen = [running[np.isfinite(running)][-1] for running in ended["running_exponent"].values]
     assert max(seen) > -0.009
@@ -229,7 +229,7 @@ def test_finite_and_asymptotic_stand_side_by_side():
     """Transient chaos: the window from the start says chaos, the long run a cycle or rest."""
     model = ConeModel(spring_stiffness=0.9, damping_ratio=[0.05, 0.05], drive_frequency=0.3, voltage=[0.2, 1.6])
     result = lyapunov(model, window=40.0)
-    finite, long_run = result["finite"].values[:, 0], result["asymptotic"].values[:, 0]
+    finite, long_run = result["finite"].values[:, 0], result["lyapunov"].values[:, 0]
     assert np.isfinite(result["finite"].values).all()
     assert long_run[0] == pytest.approx(-0.05, abs=5e-3)
     assert long_run[1] > 0.0
@@ -241,7 +241,7 @@ def test_finite_and_asymptotic_stand_side_by_side():
     assert times[last] == pytest.approx(40.0, abs=8.0)
     asymptotic = result["running_exponent"].values[1]
     assert asymptotic[np.isfinite(asymptotic)][-1] == pytest.approx(long_run[1], rel=0.1)
-    np.testing.assert_allclose(result["per_repeat"], result["asymptotic"][:, 0] * model.drive_repeat)
+    np.testing.assert_allclose(result["per_repeat"], result["lyapunov"][:, 0] * model.drive_repeat)
 
 
 def test_the_running_estimate_ends_with_the_mean():
@@ -274,9 +274,9 @@ def test_a_lost_member_does_not_touch_the_others():
     options = {"window": 30.0, "transient": 40.0, "budget": 100.0}
     result, expected = lyapunov(lost, initial, **options), lyapunov(model, initial, **options)
     assert result["outcome"].values.tolist() == [0, 0, 0, Outcome.OUTSIDE, 0, 0, 0, 0]
-    assert np.isnan(result["asymptotic"].values[3]).all()
+    assert np.isnan(result["lyapunov"].values[3]).all()
     others = np.arange(8) != 3
-    np.testing.assert_array_equal(result["asymptotic"].values[others], expected["asymptotic"].values[others])
+    np.testing.assert_array_equal(result["lyapunov"].values[others], expected["lyapunov"].values[others])
 
 
 def test_clocks_keep_whole_repeats_and_the_same_numbers_in_any_ensemble():
@@ -296,7 +296,7 @@ def test_the_dataset_says_what_it_holds_and_keeps_the_ensemble_shape():
     model = ConeModel(**CHAOS | {"voltage": [[0.3], [0.6]], "damping_ratio": [0.05, 0.1]})
     shares = []
     result = lyapunov(model, window=20.0, transient=20.0, budget=100.0, progress=shares.append)
-    assert result["asymptotic"].shape == (2, 2, 2)
+    assert result["lyapunov"].shape == (2, 2, 2)
     assert sum(shares) == pytest.approx(1.0)
     for variable in result.data_vars.values():
         assert {"long_name", "units"} <= set(variable.attrs)
@@ -317,3 +317,34 @@ def test_a_start_outside_is_refused_when_nobody_can_start():
 
 def test_signs_closer_to_zero_than_rounding_are_not_certain():
     assert 0.0 < FLOOR < 1e-5
+
+
+# --- statistics by hand -----------------------------------------------------------------------------------------------
+
+
+def test_block_statistics_are_those_of_the_blocks():
+    """Two blocks of two stretches of length 3: rates (a + b)/6, their mean, and the error of a mean of two."""
+    clock = Clock(1, 2, np.array([3.0]), np.ones(1))
+    growth = np.array([[[1.0, -1.0], [5.0, -3.0], [2.0, -2.0], [10.0, -6.0]]])
+    means, errors = module.block_statistics(growth, clock)
+    np.testing.assert_allclose(means, [[1.5, -1.0]])
+    np.testing.assert_allclose(errors, [[0.5, 1.0 / 3.0]])  # half the difference of two rates
+
+
+def test_an_average_that_ends_on_a_cycle_takes_its_exponents_and_its_sign():
+    """Both exponents of that cycle are -zeta, and certainly negative, however uncertain the average was."""
+    model = ConeModel(spring_stiffness=0.5, damping_ratio=0.05, drive_frequency=0.3, voltage=0.8).take(slice(None))
+    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
+    found = module.Exponents(
+        values=np.array([[0.01, -0.11]]),
+        standard_error=np.array([[0.02, 0.02]]),
+        time=np.array([1280.0]),
+        sign=np.zeros(1, dtype=np.int8),
+        outcome=np.zeros(1, dtype=np.int8),
+        running=np.full((1, 200, 2), np.nan),
+        states=settled,
+    )
+    assert module.take_cycles(model, found, {}).tolist() == [2]
+    assert found.sign.tolist() == [-1]
+    np.testing.assert_allclose(found.values, -0.05, rtol=1e-6)
+    assert (found.standard_error < 1e-6).all()

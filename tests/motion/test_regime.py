@@ -14,9 +14,10 @@ from gelcone.errors import InputError
 from gelcone.motion import cycle, tangents
 from gelcone.motion import regime as module
 from gelcone.motion.cycle import periods_of
+from gelcone.motion.evidence import Evidence
 from gelcone.motion.flow import integrate
-from gelcone.motion.regime import Evidence, classify, regime
-from gelcone.motion.section import repeats_lasting, settle
+from gelcone.motion.regime import classify, regime
+from gelcone.motion.settle import repeats_lasting, settle
 from gelcone.physics.model import ConeModel
 
 SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
@@ -34,7 +35,7 @@ def one(initial=(1.0, 0.0), **parameters):
 def test_rest_without_drive_and_below_the_onset():
     for voltage in (0.0, 0.3):
         result, name = one(**SET, voltage=voltage)
-        assert (name, int(result["period"]), int(result["flag"])) == ("rest", 0, 0)
+        assert (name, int(result["period"]), int(result["doubtful"])) == ("rest", 0, 0)
         assert float(result["lyapunov"][0]) == pytest.approx(-0.05, abs=1e-8)
         assert float(result["highest"]) < 1e-5
 
@@ -74,7 +75,7 @@ def test_rest_away_from_the_middle():
 def test_cycles(parameters, initial, period, symmetric):
     result, name = one(initial, **parameters)
     assert (name, int(result["period"]), bool(result["symmetric"])) == ("periodic", period, symmetric)
-    assert int(result["flag"]) == 0
+    assert int(result["doubtful"]) == 0
     assert int(result["sign"]) == -1
     assert np.isnan(float(result["zero_one"]))
     exponents = result["lyapunov"].values
@@ -180,7 +181,7 @@ def test_log_multipliers_equal_eigenvalues_and_stay_exact_where_they_vanish():
 
 def test_chaos_in_both_opinions():
     result, name = one(spring_stiffness=0.9, damping_ratio=0.1, drive_frequency=1.5, voltage=2.5)
-    assert (name, int(result["flag"]), int(result["sign"])) == ("chaotic", 0, 1)
+    assert (name, int(result["doubtful"]), int(result["sign"])) == ("chaotic", 0, 1)
     assert float(result["lyapunov"][0]) > 10.0 * float(result["standard_error"][0])
     assert float(result["zero_one"]) > 0.9
     assert int(result["period"]) == 0
@@ -190,7 +191,7 @@ def test_chaos_in_both_opinions():
 @pytest.mark.parametrize("voltage", [0.0, 0.1])
 def test_quasi_periodic_without_damping(voltage):
     result, name = one(spring_stiffness=1.5, damping_ratio=0.0, voltage=voltage, drive_frequency=0.77)
-    assert (name, int(result["flag"]), int(result["sign"])) == ("quasi-periodic", 0, 0)
+    assert (name, int(result["doubtful"]), int(result["sign"])) == ("quasi-periodic", 0, 0)
     assert float(result["zero_one"]) < 0.2
 
 
@@ -214,7 +215,7 @@ def test_chaos_that_ends_in_a_cycle():
     assert at_once.settled_time.max() == 2000.0
     settled = patient.regime == Regime.PERIODIC
     assert settled.sum() >= 6
-    assert (settled | patient.flag).all()
+    assert (settled | patient.doubtful).all()
     assert (patient.period[settled] == 1).all()
     assert patient.settled_time.max() > 3000.0
 
@@ -223,12 +224,12 @@ def test_an_attractor_beside_chaos_is_found():
     """Chaos and an attracting cycle at the same parameters, started from the section around that cycle."""
     model = ConeModel(**SET, voltage=1.0).take(slice(None))
     section = integrate(model, (1.0, 0.0), model.drive_repeat * np.arange(1, 65)).states
-    assert cycle.attractors_beside(model, section, 24).tolist() == [True]
+    assert cycle.coexisting_attractors(model, section, 24).tolist() == [True]
     free_of_them = ConeModel(spring_stiffness=0.9, damping_ratio=0.1, drive_frequency=1.5, voltage=2.5).take(
         slice(None)
     )
     section = integrate(free_of_them, (1.0, 0.0), free_of_them.drive_repeat * np.arange(1, 200)).states[:, 100:]
-    assert cycle.attractors_beside(free_of_them, section, 24).tolist() == [False]
+    assert cycle.coexisting_attractors(free_of_them, section, 24).tolist() == [False]
 
 
 def test_a_cycle_of_three_repeats_beside_chaos_is_found():
@@ -243,7 +244,7 @@ def test_a_cycle_of_three_repeats_beside_chaos_is_found():
     ).take(slice(None))
     section = integrate(model, (1.0, 0.0), model.drive_repeat * np.arange(100, 300)).states
     assert cycle.periods_of(section, 1e-3)[0].tolist() == [0]
-    assert cycle.attractors_beside(model, section, 24).tolist() == [True]
+    assert cycle.coexisting_attractors(model, section, 24).tolist() == [True]
 
 
 def test_left_the_domain():
@@ -275,7 +276,7 @@ def test_a_model_with_more_starts_than_one_may_start_outside_with_some():
 def test_rest_on_a_hilltop_is_flagged():
     """Started exactly at rest where that is unstable, the disc stays; the exponent says that it would not."""
     result, name = one((0.0, 0.0), **SET, voltage=2.0)
-    assert (name, int(result["flag"]), int(result["sign"])) == ("rest", 1, 1)
+    assert (name, int(result["doubtful"]), int(result["sign"])) == ("rest", 1, 1)
 
 
 def test_what_has_not_settled_is_transient_and_flagged():
@@ -283,7 +284,7 @@ def test_what_has_not_settled_is_transient_and_flagged():
     onset = float(np.sqrt(ConeModel(**SET, voltage=0.0).stiffness(0.0)))
     result = regime(ConeModel(**SET, voltage=0.0, voltage_bias=onset), (0.3, 0.0), transient=20.0)
     assert Regime(int(result["regime"])) in (Regime.TRANSIENT, Regime.PERIODIC, Regime.REST)
-    assert int(result["flag"]) == 1
+    assert int(result["doubtful"]) == 1
 
 
 def test_growth_away_from_unstable_rest_is_no_chaos():
@@ -291,7 +292,7 @@ def test_growth_away_from_unstable_rest_is_no_chaos():
     model = ConeModel(spring_stiffness=1.5, damping_ratio=0.05, drive_frequency=1.1, voltage=[0.6959, 0.697, 0.71])
     evidence = classify(model, np.tile([3e-5, 0.0], (3, 1)))
     assert [Regime(code).label for code in evidence.regime] == ["transient", "transient", "periodic"]
-    assert evidence.flag.tolist() == [True, True, False]
+    assert evidence.doubtful.tolist() == [True, True, False]
     assert (evidence.sign[:2] == 1).all()
 
 
@@ -310,10 +311,10 @@ def test_judging_flags_what_disagrees():
     evidence.regime[:] = [Regime.TRANSIENT] * 3 + [Regime.PERIODIC] * 2 + [Regime.TRANSIENT]
     evidence.sign[:] = [1, 1, 1, -1, 0, -1]
     evidence.zero_one[:3] = [0.95, 0.4, 0.95]
-    evidence.beside[2] = True
+    evidence.coexisting[2] = True
     module._judge(model, evidence)
     assert [Regime(code).label for code in evidence.regime] == ["chaotic"] * 3 + ["periodic"] * 2 + ["transient"]
-    assert evidence.flag.tolist() == [False, True, True, False, True, True]
+    assert evidence.doubtful.tolist() == [False, True, True, False, True, True]
 
 
 # --- the contract -----------------------------------------------------------------------------------------------------
@@ -348,7 +349,7 @@ def test_members_one_by_one_and_any_number_of_threads_give_the_same_to_the_last_
 def test_the_dataset_is_labelled_and_comes_back_from_a_file(tmp_path):
     result = regime(ConeModel(**SET | {"voltage": [[0.3], [1.0]], "damping_ratio": [0.05, 0.1]}))
     assert result["regime"].shape == (2, 2)
-    assert result["section"].shape == (2, 2, module.RETURNS, 2)
+    assert result["section"].shape == (2, 2, cycle.RETURNS, 2)
     assert result["regime"].attrs["flag_meanings"].split()[:2] == ["rest", "periodic"]
     for variable in result.data_vars.values():
         assert {"long_name", "units"} <= set(variable.attrs)
@@ -391,3 +392,84 @@ def test_certain_cases_are_named_right_or_flagged(classification, monkeypatch, c
     printed = capsys.readouterr().out
     assert code == 0, printed
     assert "wrong without a flag: 0" in printed
+
+
+# --- evidence and progress --------------------------------------------------------------------------------------------
+
+
+def test_the_test_is_taken_at_the_phase_at_which_the_motion_varies_the_most():
+    """The eight samples of a period lie at 1/8, 2/8, ... 1; the last is phase 0."""
+    for widest, expected in ((3, 3), (8, 0), (1, 1)):
+        at = np.arange(1, 9) / 8.0
+        size = 1.0 + np.exp(-50.0 * (at - widest / 8.0) ** 2)
+        path = np.array([1.0, -1.0, 0.5])[None, :, None] * size
+        assert module._widest(path).tolist() == [expected]
+
+
+def test_a_member_that_ran_out_of_steps_has_not_left_the_domain():
+    model = ConeModel(damping_ratio=np.full(3, 0.1))
+    evidence = Evidence.blank(3)
+    evidence.outcome[:] = [Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT, Outcome.PULLED_IN]
+    module._judge(model, evidence)
+    assert evidence.regime.tolist() == [Regime.TRANSIENT, Regime.LEFT_THE_DOMAIN, Regime.LEFT_THE_DOMAIN]
+    assert evidence.doubtful.tolist() == [True, False, False]
+
+
+@pytest.mark.parametrize("parameters", [{"voltage": 0.3}, {"voltage": 1.6, "spring_stiffness": 0.9}])
+def test_progress_comes_as_it_goes_and_adds_up_to_one(parameters):
+    shares = []
+    regime(ConeModel(**SET | parameters), transient=200.0, budget=1500.0, rounds=3, progress=shares.append)
+    assert sum(shares) == pytest.approx(1.0)
+    assert len(shares) > 1
+    assert min(shares) > 0.0
+
+
+@pytest.mark.parametrize("rounds", [0, 1.5])
+def test_rounds_are_counted_from_one(rounds):
+    with pytest.raises(InputError, match=f"rounds = {rounds}: must be"):
+        regime(ConeModel(), rounds=rounds)
+
+
+@pytest.mark.parametrize(
+    ("plane", "zero_one", "name", "doubtful"),
+    [
+        (True, 0.05, "transient", True),
+        (False, 0.05, "quasi-periodic", False),
+        (False, 0.5, "transient", True),
+    ],
+)
+def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(monkeypatch, plane, zero_one, name, doubtful):
+    """Its largest exponent is zero within its error and its 0-1 test regular; in the plane areas shrink, so never."""
+    monkeypatch.setattr(module, "planar", lambda members: plane)
+    evidence = Evidence.blank(1, 2 if plane else 3)
+    evidence.zero_one[:], evidence.sign[:] = zero_one, 0
+    module._judge(ConeModel(damping_ratio=np.array([0.1])), evidence)
+    assert Regime(int(evidence.regime[0])).label == name
+    assert evidence.doubtful.tolist() == [doubtful]
+
+
+# --- cycles -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_exponents_of_a_cycle_are_taken_over_its_whole_period():
+    model = ConeModel(**SET, voltage=0.8).take(slice(None))
+    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
+    for period in (2, 4):
+        found = cycle.find_cycles(model, settled, np.array([period]))
+        assert found.time[0] == pytest.approx(period * np.pi / 0.3)
+    result = regime(ConeModel(**SET, voltage=0.8))
+    assert float(result["averaged_time"]) == pytest.approx(2.0 * np.pi / 0.3)
+
+
+def test_a_cycle_far_from_the_motion_is_not_its_own():
+    """Newton's method finds the rest of an undriven film from afar; a motion that has not arrived is not there yet."""
+    model = ConeModel(voltage=0.0, damping_ratio=0.1).take(slice(None))
+    near, far = (
+        cycle.find_cycles(model, np.array([[share * cycle.SMALLEST_SIZE, 0.0]]), np.array([1])) for share in (0.5, 2.0)
+    )
+    assert near.distance[0] == pytest.approx(0.5, rel=0.01)
+    assert not near.found[0]
+    assert not far.found[0]
+    closer = cycle.find_cycles(model, np.array([[0.5 * cycle.NEAR * cycle.SMALLEST_SIZE, 0.0]]), np.array([1]))
+    assert closer.found[0]
+    assert not closer.attracting[0]  # near, but not arrived

@@ -310,7 +310,7 @@ MODELS = {
     "no limit": ConeModel(stretch_limit=np.inf),
     "some without limit": ConeModel(stretch_limit=[5.0, np.inf]),
     "mode": ConeModel(prestretch=[1.0, 1.2], prestretch_mode="equibiaxial"),
-    "yeoh": ConeModel(law="yeoh", law_parameters={"yeoh_c2": [0.1, 0.2], "yeoh_c3": 1 / 3}),
+    "yeoh": ConeModel(law="yeoh", **{"yeoh_c2": [0.1, 0.2], "yeoh_c3": 1 / 3}),
     "neo-hookean": ConeModel(law="neo-hookean", voltage=1 / 3),
     "grid": ConeModel(voltage=[[0.1], [1 / 3]], drive_frequency=[0.5, 0.7, 1.0]),
     "one failed": ConeModel(stretch_limit=[0.4, 50.0]),

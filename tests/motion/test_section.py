@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 from gelcone.codes import Outcome
 from gelcone.dataset import load, model_of, save
 from gelcone.errors import InputError
-from gelcone.motion import section as module
+from gelcone.motion import settle as module
 from gelcone.motion.flow import integrate
-from gelcone.motion.section import extrema, section, settle
+from gelcone.motion.section import extrema, section
 from gelcone.physics import drive
 from gelcone.physics.model import ConeModel, acceleration
 from gelcone.plots.section import section_figure
@@ -89,32 +89,6 @@ def test_the_phase_of_the_drive_stays_exact_in_long_runs():
     late = section(PERIODIC, repeats=1, discard=20_000, phase=0.25)
     assert abs(late.displacement.item() - early.displacement.item()) < 1e-13
     assert abs(late.velocity.item() - early.velocity.item()) < 1e-13
-
-
-def test_nothing_of_the_discarded_run_is_kept(monkeypatch):
-    samples = []
-
-    def watched(model, initial, times, **options):
-        samples.append(np.shape(times)[-1])
-        return integrate(model, initial, times, **options)
-
-    monkeypatch.setattr(module, "integrate", watched)
-    settle(PERIODIC, np.array([[1.0, 0.0]]), 2500)
-    assert samples == [1, 1, 1]
-
-
-def test_members_settle_each_for_its_own_repeats():
-    """Also across returns of the clock; one that cannot run keeps its state, and so does one that has no time."""
-    model = PERIODIC.replace(stretch_limit=[50.0, 50.0, 0.1, 50.0])
-    states = np.tile([1.0, 0.0], (4, 1))
-    count = np.array([1203, 7, 5, 0])
-    settled, outcome = settle(model, states, count)
-    assert outcome.tolist() == [0, 0, module.Outcome.OUTSIDE, 0]
-    for i in (0, 1, 3):
-        np.testing.assert_array_equal(settle(model.take([i]), states[[i]], int(count[i]))[0][0], settled[i])
-    assert settled[3].tolist() == [1.0, 0.0]
-    by_hand, _ = settle(model.take([0]), settle(model.take([0]), states[[0]], 1000)[0], 203)
-    np.testing.assert_array_equal(by_hand[0], settled[0])
 
 
 def test_a_period_doubled_motion_gives_two_points():

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from gelcone.codes import Outcome
 from gelcone.dataset import load, save
 from gelcone.errors import InputError
-from gelcone.motion import section as section_module
+from gelcone.motion import settle as settle_module
 from gelcone.motion import spectrum as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.spectrum import analyse, spectrum
@@ -182,7 +182,7 @@ def test_an_ensemble_equals_its_members_one_by_one_to_the_last_bit(many):
 
 
 def test_threads_and_blocks_do_not_change_a_bit(many, monkeypatch):
-    monkeypatch.setattr(section_module, "BLOCK_SAMPLES", 1)
+    monkeypatch.setattr(settle_module, "BLOCK_SAMPLES", 1)
     assert many.identical(spectrum(varied(), (0.5, 0.0), periods=32, discard=100, threads=1))
 
 
@@ -258,3 +258,24 @@ def test_an_ensemble_has_a_panel_a_member_with_its_verdict(many):
     assert all("flatness" in v for v in verdicts[:3])
     limits = {axes.get_ylim() for axes in figure.axes}
     assert len(limits) == 1
+
+
+# --- one record by hand -----------------------------------------------------------------------------------------------
+
+
+def test_the_first_bin_is_the_mean():
+    turns = 2.0 * np.pi * np.arange(4096) / 128.0
+    found = analyse(-0.7 + 0.2 * np.sin(turns), 32, 8.0)
+    assert found.amplitude[0] == pytest.approx(0.7, rel=1e-12)
+    assert found.mean == pytest.approx(-0.7, rel=1e-12)
+    assert found.amplitude[32] == pytest.approx(0.2, rel=1e-12)
+
+
+def test_a_slow_drift_is_no_line():
+    """Half a swing of a slow oscillation over the record leaves a slope next to the mean, and one line of the rest."""
+    share = np.arange(4096) / 4096.0
+    drift = np.cos(np.pi * share) + 0.05 * np.random.default_rng(1).normal(size=4096)
+    found = analyse(drift, 32, 8.0)
+    assert (found.lines[:, 0] > 3.0 / 32.0).all()
+    with_line = analyse(drift + 0.5 * np.sin(2.0 * np.pi * 64.0 * share), 32, 8.0)
+    assert with_line.lines[0, 0] == pytest.approx(2.0, abs=1e-3)

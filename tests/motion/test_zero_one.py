@@ -85,3 +85,39 @@ def test_without_bands_takes_out_what_repeats_exactly():
     np.testing.assert_allclose(without_bands(order + 0.0 * rest), 0.0, atol=1e-12)
     left = without_bands(order + rest)
     assert left.std() == pytest.approx(rest.std(), rel=0.05)
+
+
+def growth_by_hand(series, angles):
+    """K as the paper defines it, one series and one frequency at a time, over lags up to a tenth of the points."""
+    found, points = [], len(series)
+    for angle in angles:
+        walk, path = 0.0 + 0.0j, []
+        for k, value in enumerate(series, start=1):
+            walk += value * complex(np.cos(angle * k), np.sin(angle * k))
+            path.append(walk)
+        lags = range(1, points // 10 + 1)
+        window = points - points // 10
+        spread = [np.mean([abs(path[j + lag] - path[j]) ** 2 for j in range(window)]) for lag in lags]
+        found.append(np.corrcoef(list(lags), spread)[0, 1])
+    return float(np.median(found))
+
+
+@pytest.mark.parametrize("seed", [1, 7])
+def test_the_growth_rate_is_that_of_the_definition(seed):
+    """With other random frequencies for another seed, and the means of the bands taken out beforehand."""
+    series = logistic([3.9], 200)
+    angles = np.random.default_rng(seed).uniform(np.pi / 5, 4 * np.pi / 5, 9)
+    expected = growth_by_hand(without_bands(series)[0], angles)
+    assert zero_one(series, frequencies=9, seed=seed)[0] == pytest.approx(expected, abs=1e-10)
+
+
+def test_more_bands_are_not_taken_for_a_better_fit_because_they_are_more():
+    """A second mean always leaves less; only if it leaves less for each degree of freedom are there two bands."""
+    noise = np.random.default_rng(11).normal(size=24)
+    by_two = noise.reshape(12, 2)
+    noise = (by_two - by_two.mean(axis=0)).ravel()
+    level = np.sqrt((noise @ noise) / (22 * 24))  # an alternation as large as a degree of freedom of noise
+    faint, clear = (noise + share * level * np.tile([1.0, -1.0], 12) for share in (0.9, 1.1))
+    one, two = without_bands(np.stack([faint, clear]))
+    np.testing.assert_allclose(one, faint, atol=1e-12)
+    np.testing.assert_allclose(two, noise, atol=1e-12)

@@ -2,40 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import fields
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.atlas.plan import STATES, Plan, Progress, meaning_of, quantity_of
+from gelcone.atlas.plan import STATES, Plan, meaning_of, quantity_of
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
+from gelcone.motion.evidence import Evidence, label_evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.lyapunov import default_transient
-from gelcone.motion.regime import ROUNDS, Evidence, label_evidence
-from gelcone.motion.section import repeats_lasting, settle
+from gelcone.motion.regime import ROUNDS
+from gelcone.motion.settle import complete, members_of, nudge, repeats_lasting, settle, transient_of
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
+from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
 NUDGE = 1e-4
-"""A sweep moves each state by this much before it goes on, lest it stays on a motion that has become unstable."""
+"""A sweep moves each state by this much before the next value, so that it leaves a motion that has become unstable."""
 BISECTIONS = 8
 WALK = 0.25
-"""About the share of a sweep's work that cannot be done side by side."""
+"""About the share of a sweep's work that is serial: each value needs the state of the one before."""
+BRANCHES_SHARE = 0.9
+"""Share of the progress that goes to the branches; the rest is for the thresholds."""
 
 
 def bifurcation(
     model: ConeModel,
     parameter: str,
     values: npt.ArrayLike,
-    *,
     initial: Sequence[tuple[float, float]] = ((1.0, 0.0),),
+    *,
     sweeps: Sequence[str] = ("up", "down"),
     bisections: int = BISECTIONS,
     transient: float | None = None,
@@ -43,7 +46,7 @@ def bifurcation(
     tolerance: float = DEFAULT_TOLERANCE,
     rounds: int = ROUNDS,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Section points, extent, exponents and regime at each value of a parameter, by sweeps and from fixed states.
 
@@ -57,7 +60,9 @@ def bifurcation(
         `NUDGE`, so that hysteresis shows. Default both.
     bisections : how often each change of regime between neighbours is narrowed down by half. Default 8.
     transient, budget, tolerance : as in `regime`.
-    rounds : how often a motion that has not settled is looked at again. Default 5.
+    rounds : how often a motion that has not settled is examined. Default 5.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
@@ -85,16 +90,19 @@ def bifurcation(
     }
     if len(plans) < len(initial):
         raise InputError(f"initial = {[tuple(state) for state in initial]}: holds a state twice; leave out doubles")
-    report = progress or (lambda share: None)
-    parts = len(dict.fromkeys(sweeps)) + len(plans)
+    counted, once = Counted(progress), tuple(dict.fromkeys(sweeps))
+    part = BRANCHES_SHARE / (len(once) + len(plans))
     branches: dict[str, Evidence] = {}
     for name, plan in plans.items():
-        branches[name] = plan.run(threads=threads, progress=lambda share: report(share / parts))
+        branches[name] = plan.run(threads=threads, progress=weighted(counted, part))
     first = next(iter(plans.values()))
-    swept = _sweep(first, tuple(dict.fromkeys(sweeps)), threads, lambda share: report(share / parts))
-    branches = swept | branches
+    branches = _sweep(first, once, threads, lambda share: counted(share * part)) | branches
     result = _label(first, branches)
-    return result.assign(_thresholds(plans, branches, bisections, threads))
+    thresholds = _thresholds(
+        plans, branches, bisections, threads, lambda share: counted((1.0 - BRANCHES_SHARE) * share)
+    )
+    counted.finish()
+    return result.assign(thresholds)
 
 
 def _name(state: Sequence[float]) -> str:
@@ -102,35 +110,38 @@ def _name(state: Sequence[float]) -> str:
     return "from " + ",".join(f"{component:g}" for component in state)
 
 
-def _sweep(plan: Plan, sweeps: Sequence[str], threads: int | None, progress: Progress) -> dict[str, Evidence]:
+def _sweep(
+    plan: Plan, sweeps: Sequence[str], threads: int | None, progress: Callable[[float], None]
+) -> dict[str, Evidence]:
     """One branch a sweep: a walk over the values that only settles, then all points from where the walk met them.
 
-    ``progress`` is told 1 a sweep in all.
+    The shares that ``progress`` is called with add up to the number of sweeps.
     """
     if not sweeps:
         return {}
     (name, values), count = next(iter(plan.over.items())), plan.size
     order = {"up": np.arange(count), "down": np.arange(count)[::-1]}
-    starts = np.empty((len(sweeps), count, 2))
-    state = np.tile(np.asarray(plan.initial, dtype=float), (len(sweeps), 1))
+    members, first = _fixed(plan, {name: np.tile(values, len(sweeps))})
+    starts = np.empty((len(sweeps), count, first.shape[1]))
+    state = first[: len(sweeps)]
     for k in range(count):
         at = [order[sweep][k] for sweep in sweeps]
         starts[np.arange(len(sweeps)), at] = state
-        model, _ = plan.at({name: values[at]})
-        duration = default_transient(model) if plan.transient is None else np.full(model.size, plan.transient)
-        repeats = repeats_lasting(model, duration)
-        after, outcome = settle(model, state, repeats, tolerance=plan.tolerance, threads=threads)
-        lost = outcome != Outcome.OK
-        state = np.where(lost[:, None], plan.initial, after + np.array([NUDGE, 0.0]))
+        part, fallback = _fixed(plan, {name: values[at]})
+        repeats = repeats_lasting(part, transient_of(part, plan.transient))
+        after, outcome = settle(part, state, repeats, tolerance=plan.tolerance, threads=threads)
+        state = np.where((outcome != Outcome.OK)[:, None], fallback, nudge(after, NUDGE))
         progress(len(sweeps) * WALK / count)
-    model, _ = plan.at({name: np.tile(values, len(sweeps))})
     share = len(sweeps) * (1.0 - WALK)
-    evidence = plan.classify(model, starts.reshape(-1, 2), threads, lambda part: progress(share * part))
-    return {sweep: _take(evidence, slice(i * count, (i + 1) * count)) for i, sweep in enumerate(sweeps)}
+    evidence = plan.classify(members, starts.reshape(len(first), -1), threads, lambda part: progress(share * part))
+    return {sweep: evidence.take(slice(i * count, (i + 1) * count)) for i, sweep in enumerate(sweeps)}
 
 
-def _take(evidence: Evidence, rows: Any) -> Evidence:
-    return Evidence(**{f.name: getattr(evidence, f.name)[rows] for f in fields(Evidence)})
+def _fixed(plan: Plan, values: dict[str, Array]) -> tuple[Members, Array]:
+    """The members at some values of the parameter, and the plan's initial state for each, (values, N)."""
+    model, states = plan.at(values)
+    members = members_of(model)
+    return members, complete(members, states)
 
 
 def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
@@ -141,7 +152,7 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
     attrs = {"long_name": meaning_of(name), "units": "1", "quantity": quantity_of(name)}
     labelled = []
     for evidence in branches.values():
-        branch = label_evidence(model.take(slice(None)), evidence, plan.options(), "bifurcation diagram")
+        branch = label_evidence(members_of(model), evidence, plan.options(), "bifurcation diagram")
         branch = branch.drop_vars([str(c) for c in branch.coords]).rename({"member": name})
         labelled.append(branch.assign_coords({name: (name, values, attrs)}))
     result = xr.concat(labelled, dim=xr.DataArray(list(branches), dims="branch", name="branch"))
@@ -150,9 +161,13 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
 
 
 def _thresholds(
-    plans: dict[str, Plan], branches: dict[str, Evidence], bisections: int, threads: int | None
+    plans: dict[str, Plan],
+    branches: dict[str, Evidence],
+    bisections: int,
+    threads: int | None,
+    progress: Callable[[float], None],
 ) -> dict[str, Any]:
-    """Every change of regime between neighbours, narrowed down from the state on the side it is met from."""
+    """Every change of regime between neighbours, narrowed down from the state on the side from which it is reached."""
     plan = next(iter(plans.values()))
     (name, values) = next(iter(plan.over.items()))
     changes = {
@@ -163,13 +178,14 @@ def _thresholds(
     above = np.concatenate([branches[branch].regime[at + 1] for branch, at in changes.items()])
     low = np.concatenate([values[at] for at in changes.values()])
     high = np.concatenate([values[at + 1] for at in changes.values()])
-    states = np.concatenate([_met(plans, branch, branches[branch], at) for branch, at in changes.items()])
+    states = np.concatenate([_met(plans, branch, branches[branch], values, at) for branch, at in changes.items()])
     for _ in range(bisections if names.size else 0):
         middle = 0.5 * (low + high)
         model, _ = plan.at({name: middle})
         # What is neither kind lies between them too; the side that keeps its kind moves up.
         stays = plan.classify(model, states, threads).regime == below
         low, high = np.where(stays, middle, low), np.where(stays, high, middle)
+        progress(1.0 / bisections)
 
     def column(values: Any, kind: Any, long_name: str, quantity: str) -> tuple[str, Any, dict[str, str]]:
         attrs = {"long_name": long_name, "units": "1", "quantity": quantity}
@@ -184,13 +200,19 @@ def _thresholds(
     }
 
 
-def _met(plans: dict[str, Plan], branch: str, evidence: Evidence, changes: npt.NDArray[np.intp]) -> Array:
-    """The states (changes, 2) from which the changes of a branch are narrowed down."""
+def _met(
+    plans: dict[str, Plan], branch: str, evidence: Evidence, values: Array, changes: npt.NDArray[np.intp]
+) -> Array:
+    """The states (changes, N) from which the changes of a branch are narrowed down."""
+    plan = plans.get(branch, next(iter(plans.values())))
+    before = changes + 1 if branch == "down" else changes
+    if not changes.size:
+        return np.empty((0, evidence.final.shape[1]))
+    _, fixed = _fixed(plan, {next(iter(plan.over)): values[before]})
     if branch in plans:
-        return np.tile(np.asarray(plans[branch].initial, dtype=float), (len(changes), 1))
-    met = evidence.final[changes if branch == "up" else changes + 1]
-    fallback = next(iter(plans.values())).initial
-    return np.where(np.isfinite(met), met + np.array([NUDGE, 0.0]), fallback)
+        return fixed
+    met = evidence.final[before]
+    return np.where(np.isfinite(met), nudge(met, NUDGE), fixed)
 
 
 def thresholds_of(diagram: xr.Dataset) -> list[dict[str, Any]]:

@@ -15,8 +15,9 @@ from gelcone.atlas.plan import Plan, meaning_of, quantity_of
 from gelcone.atlas.record import Tally
 from gelcone.atlas.survey import survey
 from gelcone.codes import Regime
+from gelcone.motion.evidence import Evidence, label_evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.regime import ROUNDS, Evidence, label_evidence
+from gelcone.motion.regime import ROUNDS
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
@@ -165,7 +166,7 @@ def _same(evidence: Evidence, one: int, other: int) -> bool:
 def label_cells(plan: Plan, evidence: Evidence, title: str) -> xr.Dataset:
     """Evidence of all cells of a plan as a Dataset over the swept names."""
     flat, _ = plan.at(plan.grid)
-    result = label_evidence(flat.take(slice(None)), evidence, plan.options(), title)
+    result = label_evidence(flat.members(), evidence, plan.options(), title)
     single = dataset.label(plan.model, {}, options=plan.options(), title=title)
     names = [str(n) for n in result.coords]
     result = result.drop_vars(names)

@@ -14,11 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.errors import InputError, unknown_name
+from gelcone.motion.evidence import Evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.lyapunov import check_budgets
-from gelcone.motion.regime import ROUNDS, Evidence, classify
-from gelcone.motion.response import start_states
-from gelcone.physics.model import PARAMETERS, ConeModel, parameter_quantity
+from gelcone.motion.regime import ROUNDS, classify
+from gelcone.motion.settle import check_budgets, start_states
+from gelcone.physics.members import Ensemble
+from gelcone.physics.model import ConeModel, parameter_quantity
 from gelcone.quantity import Array, Quantity
 
 Progress = Callable[[float], None]
@@ -118,15 +119,15 @@ class Plan:
         return model, states
 
     def classify(
-        self, model: ConeModel, states: Array, threads: int | None = None, progress: Progress | None = None
+        self, model: Ensemble, states: Array, threads: int | None = None, progress: Progress | None = None
     ) -> Evidence:
         """`classify` with the plan's options, chunk by chunk."""
-        parts = []
+        parts, members = [], model.members()
         for first in range(0, model.size, CHUNK):
             cells = np.arange(first, min(first + CHUNK, model.size))
             parts.append(
                 classify(
-                    model.take(cells),
+                    members.take(cells),
                     states[cells],
                     transient=self.transient,
                     budget=self.budget,
@@ -164,10 +165,10 @@ def join(parts: list[Evidence]) -> Evidence:
 
 def swept_values(model: ConeModel, name: str, values: npt.ArrayLike) -> Array:
     """The checked values of a swept parameter or component of the initial state."""
-    known = [*PARAMETERS, *model.law.parameters, *STATES]
+    known = [*model.system.parameters, *STATES]
     if name not in known:
         raise unknown_name("parameter that can be swept", name, known)
-    quantity = STATES[name] if name in STATES else parameter_quantity(name)
+    quantity = STATES[name] if name in STATES else model.system.parameters[name]
     array = np.atleast_1d(np.asarray(quantity.check(name, values), dtype=float))
     if array.ndim != 1 or array.size < 2:
         raise InputError(f"{name}: a sweep needs at least 2 values in one dimension, not shape {array.shape}")
@@ -184,10 +185,10 @@ def drawn_values(model: ConeModel, draws: Mapping[str, Any], over: Mapping[str, 
     for name, values in draws.items():
         if name in over:
             raise InputError(f"{name}: is swept and drawn; do one or the other")
-        known = [*PARAMETERS, *model.law.parameters, *STATES]
+        known = [*model.system.parameters, *STATES]
         if name not in known:
             raise unknown_name("parameter that can be drawn", name, known)
-        quantity = STATES[name] if name in STATES else parameter_quantity(name)
+        quantity = STATES[name] if name in STATES else model.system.parameters[name]
         checked[name] = np.atleast_1d(np.asarray(quantity.check(name, values), dtype=float))
         if name not in STATES:
             model.replace(**{name: checked[name]})

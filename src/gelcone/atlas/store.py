@@ -1,19 +1,18 @@
-"""Results of a sweep on disk while it runs: a Zarr group that is never half written and can be gone on with.
+"""Results of a sweep on disk while it runs: a Zarr group that is never half written, so that a run can be resumed.
 
-The group's attributes hold the plan. Each variable is an array over the plan's axes, cut into tiles; ``status`` says of
-every cell whether it is there, and is written after the rest of a tile. So what ``status`` tells of is whole whenever
-the run ends; a tile that is all NaN is written like any other. Every tile carries a checksum.
+The group's attributes hold the plan. Each variable is an array over the plan's axes, cut into tiles; ``status`` states
+for every cell whether its values are there, and is written after the rest of a tile. Whatever ``status`` lists as
+computed is therefore complete, whenever the run ends; a tile that is all NaN is written like any other. Every tile
+carries a checksum.
 """
 
 from __future__ import annotations
 
 import errno
-import fcntl
 import json
-import os
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import IntEnum
 from itertools import product
@@ -29,11 +28,15 @@ from gelcone.errors import InputError, MissingDependency
 TILE_CELLS = 16384
 """Cells of a tile at most; a tile is as wide along each axis."""
 PLAN = "gelcone_plan"
+VERSION = "gelcone_version"
+"""The entry of a plan that names the version which wrote it."""
 COMPRESSION = 3
+LOCK = "gelcone.lock"
+"""Name of the empty file in a store that the one run holds which writes there."""
 
 
 class Status(IntEnum):
-    """What is known of a cell."""
+    """Whether the values of a cell are there, and where they come from."""
 
     MISSING = 0
     COMPUTED = 1
@@ -50,7 +53,7 @@ STATUS_ATTRIBUTES = {
 
 @dataclass(frozen=True)
 class Field:
-    """A variable of all cells: names of its own dims, values (cells, ...), attributes."""
+    """A variable over all cells: the names of its own dims, its values (cells, ...) and its attributes."""
 
     dims: tuple[str, ...]
     values: npt.NDArray[Any]
@@ -65,15 +68,15 @@ class Store:
         self.tile = _tile(shape)
 
     def read(self) -> dict[str, Field]:
-        """The fields as far as they are there, ``status`` among them; empty before the first.
+        """All fields, ``status`` included, as far as they are computed; empty before the first tile is written.
 
-        Raises `InputError` for a tile that is gone, cut short or changed.
+        Raises `InputError` for a tile that is missing, truncated or changed.
         """
         for name in _consolidated(self.path):
             if not (self.path / name / "zarr.json").is_file():
-                raise _damaged(self.path, f"its array {name} is gone")
+                raise _damaged(self.path, f"its array {name} is missing")
         group = _open_group(self.path)
-        names = sorted(group.array_keys())
+        names = sorted(entry.name for entry in self.path.iterdir() if (entry / "zarr.json").is_file())
         if "status" not in names:
             return {}
         arrays = {name: group[name] for name in names if name not in self.dims and not name.startswith("drawn_")}
@@ -85,7 +88,7 @@ class Store:
         for name, array in arrays.items():
             for tile in written:
                 if not self._chunk_path(name, tile, array.ndim).exists():
-                    raise _damaged(self.path, f"a tile of {name} is gone")
+                    raise _damaged(self.path, f"a tile of {name} is missing")
         return {name: self._field(name, array) for name, array in arrays.items()}
 
     def _field(self, name: str, array: Any) -> Field:
@@ -96,11 +99,11 @@ class Store:
     def _read_whole(self, name: str, array: Any) -> npt.NDArray[Any]:
         try:
             return np.asarray(array[...])
-        except Exception as error:  # whatever a codec makes of damaged bytes
+        except Exception as error:  # codecs raise many kinds on damaged bytes
             raise _damaged(self.path, f"a tile of {name} cannot be read: {_line(error)}") from None
 
     def begin(self, fields: Mapping[str, Field], coordinates: Mapping[str, Field]) -> None:
-        """Makes the arrays, ``status`` last: where it is, the others are."""
+        """Creates the arrays, ``status`` last: where it exists, so do the others."""
         group = _open_group(self.path, mode="r+")
         for name, field in coordinates.items():
             _create(group, name, field.values.shape, field.values.shape, field, field.dims)[...] = field.values
@@ -111,14 +114,14 @@ class Store:
         _consolidate(self.path)
 
     def write(self, fields: Mapping[str, Field], cells: npt.NDArray[np.intp]) -> None:
-        """Writes the tiles that the cells lie in, of all fields, ``status`` last.
+        """Writes the tiles that contain the cells, of all fields, ``status`` last.
 
-        Raises `InputError` where the disk is full or not writable: what was written before is not touched by it.
+        Raises `InputError` where the disk is full or not writable; what was written before stays intact.
         """
         places = np.unravel_index(cells, self.shape)
         tiles = np.unique([place // width for place, width in zip(places, self.tile, strict=True)], axis=1).T
         names = sorted(fields, key=lambda name: name == "status")
-        # Else a tile that holds what stands for nothing would not be written, and look like one that got lost.
+        # Otherwise a tile of fill values would not be written, and look like one that was lost.
         with _import_zarr().config.set({"array.write_empty_chunks": True}):
             group = _open_group(self.path, mode="r+")
             arrays = {name: group[name] for name in names}
@@ -152,27 +155,27 @@ def open_store(
     about: Mapping[str, str] = MappingProxyType({}),
     resume: bool,
 ) -> Iterator[Store]:
-    """The store at ``path``, made for ``plan`` or - to ``resume`` - found there with the same one, for this run alone.
+    """The store at ``path`` for this run alone: created for ``plan`` or, to ``resume``, found there with the same plan.
 
-    ``about`` are further attributes of one that is made.
+    ``about`` are further attributes of a store that is created.
 
     Raises
     ------
-    InputError : for a folder that holds something else, a store of another plan or version (with the difference), a
-        store that another run works on, or a place that cannot be written.
+    InputError : for a folder that holds something else, a store of another plan or version (naming the difference), a
+        store that another run is writing, or a place that cannot be written.
     """
     _import_zarr()
     if resume:
         found = read_plan(path)
         if found != plan:
-            raise InputError(f"{path}: holds another sweep: {difference(found, plan)}; choose another store")
+            raise _another(path, found, plan)
     else:
         with _explained(path):
             path.mkdir(parents=True, exist_ok=True)
-            if any(entry.suffix != ".partial" for entry in path.iterdir()):
-                raise InputError(f"{path}: is not empty; go on with it by --resume {path}, or choose another store")
+            if any(entry.suffix != ".partial" and entry.name != LOCK for entry in path.iterdir()):
+                raise InputError(f"{path}: is not empty; resume it with --resume {path}, or choose another store")
     with _locked(path):
-        for partial in path.rglob("*.partial"):  # of a run that was killed while it wrote
+        for partial in path.rglob("*.partial"):  # left by a run that was killed while it wrote
             partial.unlink()
         with _explained(path):
             if resume and not _consolidated(path):
@@ -183,10 +186,10 @@ def open_store(
 
 
 def read_plan(path: Path) -> dict[str, Any]:
-    """The plan that a store was made for; `InputError` for what is not a store of gelcone."""
+    """The plan that a store was created for; `InputError` for what is not a store of gelcone."""
     plan = read_attribute(path, PLAN)
     if plan is None:
-        raise InputError(f"{path}: is a Zarr group, but not one that gelcone wrote; give a store of gelcone")
+        raise InputError(f"{path}: is a Zarr group, but not one that gelcone wrote; name a store of gelcone")
     return plan
 
 
@@ -223,33 +226,51 @@ def _shortly(value: Any) -> str:
     return "missing" if value is None else str(value)
 
 
+def _another(path: Path, found: Mapping[str, Any], plan: Mapping[str, Any]) -> InputError:
+    """What is wrong with a store whose plan is not the one that was asked for."""
+    theirs, ours = found.get(VERSION), plan.get(VERSION)
+    if theirs != ours:
+        return InputError(
+            f"{path}: {VERSION} is {theirs} there and {ours} here, so that its cells would not match; resume it with "
+            f"gelcone {theirs}, or choose another store"
+        )
+    return InputError(f"{path}: holds another sweep: {difference(found, plan)}; choose another store")
+
+
 @contextmanager
 def _locked(path: Path) -> Iterator[None]:
-    """Keeps other runs on this machine, and on those that share its locks, out of the folder."""
-    handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    """Keeps other runs out of the folder, on this machine and on those that share its locks.
+
+    The operating system releases the lock when the process ends, however it ends; the file that carries it may stay.
+    """
+    from filelock import FileLock, Timeout
+
+    lock = FileLock(path / LOCK)
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(handle)
-        raise InputError(f"{path}: another run is working on it; wait for it, or choose another store") from None
-    except OSError as error:
-        warnings.warn(f"{path}: cannot be locked ({error.strerror}); start no second run on it", stacklevel=2)
+        lock.acquire(blocking=False)
+    except Timeout:
+        raise InputError(f"{path}: another run is writing to it; wait for it, or choose another store") from None
+    except (OSError, NotImplementedError) as error:
+        warnings.warn(f"{path}: cannot be locked ({error}); start no second run on it", stacklevel=2)
     try:
         yield
     finally:
-        os.close(handle)
+        if lock.is_locked:
+            with suppress(OSError):  # Windows removes it on release, and not before
+                (path / LOCK).unlink()
+            lock.release()
 
 
 @contextmanager
 def _explained(path: Path) -> Iterator[None]:
-    """Says of a write that failed what is safe and what to do."""
+    """Explains a write that failed: what is safe, and what to do."""
     try:
         yield
     except OSError as error:
         reason = error.strerror or str(error)
         remedy = "free some space" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "make it writable"
         raise InputError(
-            f"{path}: cannot be written ({reason}); what it holds is safe: {remedy} and go on with --resume {path}"
+            f"{path}: cannot be written ({reason}); what it holds is safe: {remedy} and continue with --resume {path}"
         ) from None
 
 
@@ -257,7 +278,7 @@ def _import_zarr() -> Any:
     try:
         import zarr
     except ImportError:
-        raise MissingDependency("a store needs zarr: pip install 'gelcone[store]'") from None
+        raise MissingDependency("a store needs zarr: pip install zarr") from None
     return zarr
 
 
@@ -266,15 +287,15 @@ def _create_group(path: Path, attributes: dict[str, str]) -> None:
 
 
 def _consolidate(path: Path) -> None:
-    """Puts all metadata into one file, which readers look for first."""
+    """Collects all metadata in one file, which readers look for first."""
     zarr = _import_zarr()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", category=zarr.errors.ZarrUserWarning)  # that not every reader knows of it
+        warnings.simplefilter("ignore", category=zarr.errors.ZarrUserWarning)  # not every reader supports it
         zarr.consolidate_metadata(path, zarr_format=3)
 
 
 def _consolidated(path: Path) -> list[str]:
-    """Names of the arrays that the one file knows of; none before it is there."""
+    """Names of the arrays in the collected metadata; none before it is written."""
     _open_group(path)
     whole = json.loads((path / "zarr.json").read_text(encoding="utf-8"))
     return list((whole.get("consolidated_metadata") or {}).get("metadata", {}))
@@ -286,10 +307,10 @@ def _open_group(path: Path, mode: str = "r") -> Any:
         raise InputError(f"{path}: no such store")
     if not (path / "zarr.json").is_file():
         there = any(path.iterdir())
-        raise InputError(f"{path}: holds no metadata (zarr.json)" + ("; give a store of gelcone" if there else ""))
+        raise InputError(f"{path}: holds no metadata (zarr.json)" + ("; name a store of gelcone" if there else ""))
     try:
         return zarr.open_group(store=path, mode=mode, zarr_format=3, use_consolidated=False)
-    except Exception as error:  # whatever the reader makes of damaged or foreign metadata
+    except Exception as error:  # the reader raises many kinds on damaged or foreign metadata
         raise _damaged(path, f"its metadata cannot be read: {_line(error)}") from None
 
 
@@ -314,7 +335,7 @@ def _create(
 
 
 def fill_of(kind: npt.DTypeLike) -> Any:
-    """What stands in a cell that is not known: NaN, -1 or 0."""
+    """The value of a cell that is not computed: NaN, -1 or 0."""
     kind = np.dtype(kind)
     return np.nan if kind.kind == "f" else -1 if kind.kind == "i" else 0
 

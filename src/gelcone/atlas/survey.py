@@ -24,8 +24,8 @@ from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of
 from gelcone.atlas.workers import Team, Workers, threads
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
-from gelcone.motion.flow import LANES
-from gelcone.motion.response import start_states
+from gelcone.motion.heyoka import LANES
+from gelcone.motion.settle import start_states
 from gelcone.progress import Stopped
 
 if TYPE_CHECKING:

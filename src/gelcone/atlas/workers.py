@@ -26,6 +26,8 @@ Answer = TypeVar("Answer")
 CONNECT_SECONDS = 10
 AHEAD = 4
 """Tasks that each worker is given ahead of time: it never waits, and what is in memory does not grow with the sweep."""
+END_NOW = getattr(signal, "SIGKILL", signal.SIGTERM)
+"""The signal that ends a process at once; on Windows, which has no SIGKILL, SIGTERM does."""
 FEWEST_AHEAD = 64
 """Tasks given to a cluster at least, whose workers may come later."""
 
@@ -163,7 +165,7 @@ def _end_now(local: Any) -> None:
         nanny.auto_restart = False
         if nanny.pid is not None:
             with suppress(ProcessLookupError):
-                os.kill(nanny.pid, signal.SIGKILL)
+                os.kill(nanny.pid, END_NOW)
 
 
 def _check_versions(client: Any, scheduler: str) -> None:

@@ -69,8 +69,8 @@ def command(
 def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object."""
     exponents = {
-        "values": result["asymptotic"],
-        **{name: result[name] for name in ("standard_error", "finite", "asymptotic", "sign", "sum_residual")},
+        "values": result["lyapunov"],
+        **{name: result[name] for name in ("standard_error", "finite", "lyapunov", "sign", "sum_residual")},
         "averaged_time": result["averaged_time"],
         "cycle": periods_json(result["cycle"]),
         "per_repeat": result["per_repeat"],
@@ -78,10 +78,10 @@ def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str,
     }
     content = {NAME: exponents, **common_json(result, subject)}
     if subject.device is not None:
-        names = ("asymptotic", "standard_error", "finite", "sum_residual", "averaged_time")
+        names = ("lyapunov", "standard_error", "finite", "sum_residual", "averaged_time")
         own = {name: shown[name] for name in names}
-        units = {"unit": shown["asymptotic"].attrs["units"], "time_unit": shown["averaged_time"].attrs["units"]}
-        content["si"] = {NAME: {"values": shown["asymptotic"], **own, **units}}
+        units = {"unit": shown["lyapunov"].attrs["units"], "time_unit": shown["averaged_time"].attrs["units"]}
+        content["si"] = {NAME: {"values": shown["lyapunov"], **own, **units}}
     return content
 
 
@@ -100,9 +100,9 @@ def _largest(member: xr.Dataset) -> str:
 
     if int(member["outcome"]):
         return f"failed, {outcome_in_words(int(member['outcome']))}"
-    value, error = float(member["asymptotic"][0]), float(member["standard_error"][0])
+    value, error = float(member["lyapunov"][0]), float(member["standard_error"][0])
     repeat = float(member["per_repeat"]) / value if value else 0.0
-    at = rate_unit(member["asymptotic"])
+    at = rate_unit(member["lyapunov"])
     return (
         f"{with_error(value, error)} {at} ({with_error(value * repeat, error * repeat)} per drive repeat), "
         f"{SIGNS[int(member['sign'])]}"
@@ -115,8 +115,8 @@ def _single(member: xr.Dataset) -> list[str]:
 
     if int(member["outcome"]):
         return []
-    at = rate_unit(member["asymptotic"])
-    second = with_error(float(member["asymptotic"][1]), float(member["standard_error"][1]))
+    at = rate_unit(member["lyapunov"])
+    second = with_error(float(member["lyapunov"][1]), float(member["standard_error"][1]))
     finite = " and ".join(f"{float(value):+.4g}" for value in member["finite"])
     window, averaged = float(member["finite_time"].max()), float(member["averaged_time"])
     unit, period = unit_of(member["averaged_time"]) or " time units", int(member["cycle"])

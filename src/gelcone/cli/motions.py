@@ -86,7 +86,7 @@ def marked_cells(result: xr.Dataset) -> dict[str, list[dict[str, Any]]]:
         return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
     failed = result["outcome"].values != 0
-    flagged = (result["flag"].values != 0) & ~failed
+    flagged = (result["doubtful"].values != 0) & ~failed
     return {
         "failed": cells(failed, "outcome", lambda code: Outcome(code).name.lower()),
         "flagged": cells(flagged, "regime", lambda code: Regime(code).label),
@@ -95,7 +95,7 @@ def marked_cells(result: xr.Dataset) -> dict[str, list[dict[str, Any]]]:
 
 def flag_line(result: xr.Dataset) -> list[str]:
     """How many results need a second look."""
-    flagged = (result["flag"].values != 0) & (result["outcome"].values == 0)
+    flagged = (result["doubtful"].values != 0) & (result["outcome"].values == 0)
     count = int(flagged.sum())
     return [f"{count} of {flagged.size} flagged: the evidence does not agree, look before you believe"] * bool(count)
 

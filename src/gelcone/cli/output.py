@@ -112,8 +112,8 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     numbers = {k: v for k, v in subject.model.parameters().items() if isinstance(v, float) and k not in swept}
     name = subject.device.name if subject.device else "cone model, dimensionless"
     lines = [name, "  " + ", ".join(f"{k} {v:.4g}" for k, v in numbers.items())]
-    film = subject.model.film
-    return lines if film is None else [*lines, f"  film as a continuum, {film_errors(film)}"]
+    about = subject.model.film.describe()
+    return [*lines, f"  {about}"] if about else lines
 
 
 def film_errors(film: ContinuumFilm) -> str:

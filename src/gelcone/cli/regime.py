@@ -79,7 +79,7 @@ def report(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str,
         **{name: result[name] for name in ("return_distance", "cycle_distance", "zero_one")},
         **{name: result[name] for name in ("lowest", "highest", "settled_time")},
         "section": {"displacement": result["section"][..., 0], "velocity": result["section"][..., 1]},
-        "disagrees": result["flag"].astype(bool),
+        "disagrees": result["doubtful"].astype(bool),
     }
     kind = {
         "name": regime_names(result["regime"]),

@@ -99,7 +99,7 @@ def statics_json(result: xr.Dataset, own: list[int] | None) -> dict[str, Any]:
 
 def member_json(member: xr.Dataset) -> dict[str, Any]:
     """What is known of one actuator."""
-    from gelcone.motion.balance import PullIn
+    from gelcone.physics.balance import PullIn
 
     folds = np.isfinite(member["fold_voltage"].values)
     return {
@@ -168,7 +168,7 @@ def curve_lines(member: xr.Dataset) -> list[str]:
 
 def event_lines(member: xr.Dataset) -> list[str]:
     """Pitchfork, folds and pull-in."""
-    from gelcone.motion.balance import PullIn
+    from gelcone.physics.balance import PullIn
     from gelcone.words import unit_of
 
     if int(member["outcome"]):

@@ -162,12 +162,12 @@ def _cone_limit(model: ConeModel, share: float) -> float:
 
     A q + B + G/q - 3 = share times the limit is quadratic in q = 1 + x^2.
     """
-    c, limit = model.coefficients(), float(model.strain_limit())
-    half = 0.5 * (share * limit + 3.0 - float(c.B))
-    inside = half * half - float(c.A * c.G)
+    c, limit = model.numbers(), float(model.strain_limit())
+    half = 0.5 * (share * limit + 3.0 - float(c["B"]))
+    inside = half * half - float(c["A"] * c["G"])
     if not np.isfinite(limit) or half <= 0.0 or inside < 0.0:
         return float("nan")
-    q = (half + np.sqrt(inside)) / float(c.A)
+    q = (half + np.sqrt(inside)) / float(c["A"])
     return float(np.sqrt(q - 1.0)) if q >= 1.0 else float("nan")
 
 

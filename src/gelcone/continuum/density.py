@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gelcone.physics.component import Numbers
 from gelcone.physics.laws import StrainEnergyLaw
-from gelcone.physics.model import Coefficients
 
 MOST_ITERATIONS = 60
 
@@ -38,23 +38,23 @@ class Derivatives(NamedTuple):
     nn: Any
 
 
-def strain(c: Coefficients, m: Any, n: Any) -> Any:
+def strain(c: Numbers, m: Any, n: Any) -> Any:
     """I1 - 3 at the squared stretches from the mounted state."""
-    return c.A * m + c.B * n + c.G / (m * n) - 3.0
+    return c["A"] * m + c["B"] * n + c["G"] / (m * n) - 3.0
 
 
-def value(law: StrainEnergyLaw, c: Coefficients, m: Any, n: Any, squared: float) -> Any:
+def value(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float) -> Any:
     """phi(m, n) at v^2 = ``squared``."""
-    return law.energy(strain(c, m, n), c.law) - 0.5 * squared * m * n
+    return law.energy(strain(c, m, n), c) - 0.5 * squared * m * n
 
 
-def derivatives(law: StrainEnergyLaw, c: Coefficients, m: Any, n: Any, squared: float) -> Derivatives:
+def derivatives(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float) -> Derivatives:
     """Derivatives of phi(m, n) at v^2 = ``squared``."""
-    r = c.G / (m * n)
-    invariant = c.A * m + c.B * n + r - 3.0
-    by_m, by_n = c.A - r / m, c.B - r / n
-    half = 0.5 * law.response(invariant, c.law)
-    slope = 0.5 * law.response_slope(invariant, c.law)
+    r = c["G"] / (m * n)
+    invariant = c["A"] * m + c["B"] * n + r - 3.0
+    by_m, by_n = c["A"] - r / m, c["B"] - r / n
+    half = 0.5 * law.response(invariant, c)
+    slope = 0.5 * law.response_slope(invariant, c)
     return Derivatives(
         m=half * by_m - 0.5 * squared * n,
         n=half * by_n - 0.5 * squared * m,
@@ -67,15 +67,13 @@ def derivatives(law: StrainEnergyLaw, c: Coefficients, m: Any, n: Any, squared: 
 # --- wrinkles --------------------------------------------------------------------------------------------------------
 
 
-def relaxed_value(law: StrainEnergyLaw, c: Coefficients, m: Any, n: Any, squared: float, net: float) -> Any:
+def relaxed_value(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float, net: float) -> Any:
     """phi_r(m, n) and the net's energy."""
     free_m, free_n = natural(law, c, m, n, squared)
     return value(law, c, free_m, free_n, squared) + 0.5 * net * (m + n)
 
 
-def relaxed_derivatives(
-    law: StrainEnergyLaw, c: Coefficients, m: Any, n: Any, squared: float, net: float
-) -> Derivatives:
+def relaxed_derivatives(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float, net: float) -> Derivatives:
     """Derivatives of `relaxed_value`: no force along a wrinkled direction, and less stiffness across it."""
     free_m, free_n = natural(law, c, m, n, squared)
     d = derivatives(law, c, free_m, free_n, squared)
@@ -93,7 +91,7 @@ def relaxed_derivatives(
     return Derivatives(*(np.where(lost, np.nan, part) for part in relaxed))
 
 
-def natural(law: StrainEnergyLaw, c: Coefficients, m: Any, n: Any, squared: float) -> tuple[Any, Any]:
+def natural(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float) -> tuple[Any, Any]:
     """The squared stretches that the film takes when it may wrinkle: the given ones where they pull, wider ones where
     they would push; NaN where a free direction has no width at which it rests."""
     m, n = np.broadcast_arrays(np.asarray(m, dtype=float), np.asarray(n, dtype=float))
@@ -113,14 +111,14 @@ def natural(law: StrainEnergyLaw, c: Coefficients, m: Any, n: Any, squared: floa
     return free_m, free_n
 
 
-def _free(law: StrainEnergyLaw, c: Coefficients, held: Any, squared: float, *, hoop: bool) -> Any:
+def _free(law: StrainEnergyLaw, c: Numbers, held: Any, squared: float, *, hoop: bool) -> Any:
     """The squared stretch of a direction without stress, while the other one is held; NaN if there is none.
 
     Newton's method from the width without voltage, below the one sought: phi_n is concave there, so that it rises to
     the first root.
     """
-    free = np.sqrt(c.G / ((c.B if hoop else c.A) * held))
-    limit = law.strain_limit(c.law)
+    free = np.sqrt(c["G"] / ((c["B"] if hoop else c["A"]) * held))
+    limit = law.strain_limit(c)
     for _ in range(MOST_ITERATIONS):
         m, n = (held, free) if hoop else (free, held)
         free = np.where(strain(c, m, n) < limit, free, np.nan)
@@ -133,20 +131,20 @@ def _free(law: StrainEnergyLaw, c: Coefficients, held: Any, squared: float, *, h
     return np.where(np.abs(step) <= 1e-12 * free, free, np.nan)
 
 
-def _slack(law: StrainEnergyLaw, c: Coefficients, squared: float) -> tuple[float, float]:
+def _slack(law: StrainEnergyLaw, c: Numbers, squared: float) -> tuple[float, float]:
     """The squared stretches of a film without any stress; NaN if the voltage leaves none.
 
     The true stretch t^(1/2) is the same in all directions: response (1 - t^-3) = v^2 G t.
     """
     t = 1.0
     for _ in range(MOST_ITERATIONS):
-        response = float(law.response(2.0 * t + t**-2 - 3.0, c.law))
-        slope = float(law.response_slope(2.0 * t + t**-2 - 3.0, c.law)) * (2.0 - 2.0 * t**-3)
-        rate = response * 3.0 * t**-4 + slope * (1.0 - t**-3) - squared * float(c.G)
+        response = float(law.response(2.0 * t + t**-2 - 3.0, c))
+        slope = float(law.response_slope(2.0 * t + t**-2 - 3.0, c)) * (2.0 - 2.0 * t**-3)
+        rate = response * 3.0 * t**-4 + slope * (1.0 - t**-3) - squared * float(c["G"])
         if not rate > 0.0:
             return np.nan, np.nan
-        step = -(response * (1.0 - t**-3) - squared * float(c.G) * t) / rate
+        step = -(response * (1.0 - t**-3) - squared * float(c["G"]) * t) / rate
         t += step
         if abs(step) <= 1e-14 * t:
             break
-    return t / float(c.A), t / float(c.B)
+    return t / float(c["A"]), t / float(c["B"])

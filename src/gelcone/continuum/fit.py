@@ -9,7 +9,7 @@ import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,9 @@ from gelcone.continuum.mesh import Film, check_radius_ratio, import_skfem, mesh_
 from gelcone.continuum.path import Ending, Point, cone, flat, newton, reach
 from gelcone.errors import InputError
 from gelcone.files import write_whole
+from gelcone.physics.component import to_record
 from gelcone.physics.film.continuum import ContinuumFilm, read_film
+from gelcone.physics.laws import LAWS
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -107,26 +109,27 @@ def find_film(
     *,
     starting: Callable[[], None] = lambda: None,
 ) -> ContinuumFilm | None:
-    """The film for a name: ``cone`` (None), ``continuum`` (fitted on first use, then cached) or a file.
+    """The film for a name: ``taut`` (None), ``continuum`` (fitted on first use, then cached) or a file.
 
     Films are cached in the folder ``gelcone/films`` of the user's cache, under a name that says what they were fitted
     for. ``starting`` is called before a fit, which takes seconds. Raises `InputError` for a file that cannot be read,
     or a sweep over what a film is fitted for.
     """
-    if choice == "cone":
+    if choice == "taut":
         return None
     if choice != "continuum":
         return read_film(choice)
-    fixed = {"prestretch": model.stretches, "law": [model.stretch_limit, *model.law_parameters.values()]}
+    law = model.gel_law()
+    own = {name: model.values[name] for name in law.parameters}
+    fixed = {"prestretch": model.stretches, "law": list(own.values())}
     for name, values in fixed.items():
         if any(np.ndim(value) for value in values):
-            raise InputError(f"{name}: a continuum film is fitted for one {name}; sweep it with --film cone")
+            raise InputError(f"{name}: a continuum film is fitted for one {name}; sweep it with --film taut")
     lm, lh = model.stretches
-    own = {"stretch_limit": model.stretch_limit} if "stretch_limit" in model.law.parameters else {}
-    parameters = dict(model.law_parameters) | own | {"meridional_prestretch": lm, "hoop_prestretch": lh}
-    alone = ConeModel.from_parameters(parameters | {"law": model.law.name, "spring_stiffness": 0.0})
-    key = {name: float(value) for name, value in parameters.items()}
-    key = {"law": model.law.name, "radius_ratio": float(radius_ratio), "program": _program()} | key
+    parameters = own | {"meridional_prestretch": lm, "hoop_prestretch": lh}
+    alone = ConeModel(law=law, spring_stiffness=0.0, **parameters)
+    own_key = {"law": to_record(law, LAWS), "radius_ratio": float(radius_ratio), "program": _program()}
+    key = own_key | {name: float(value) for name, value in parameters.items()}
     path = _cache_folder() / f"{hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:24]}.json"
     with contextlib.suppress(InputError):
         return read_film(path)
@@ -172,13 +175,13 @@ def free_film_limit(model: ConeModel) -> float:
     electromechanical instability of dielectric elastomers (Zhao and Suo, Appl. Phys. Lett. 91 (2007) 061921). Where the
     stretch limit prevents it, 1/G stands in as the end of the fit.
     """
-    c, limit = model.coefficients(), float(model.law.strain_limit(model.coefficients().law))
+    c, limit = model.numbers(), float(model.gel_law().strain_limit(model.numbers()))
     t = 1.0 + np.geomspace(1e-4, min(0.5 * (limit + 3.0), 30.0), 20001)
     strain = 2.0 * t + t**-2.0 - 3.0
     t, strain = t[strain < limit], strain[strain < limit]
-    squared = model.law.response(strain, c.law) * (1.0 - t**-3.0) / t / float(c.G)
+    squared = model.gel_law().response(strain, c) * (1.0 - t**-3.0) / t / float(c["G"])
     falls = np.flatnonzero(np.diff(squared) < 0.0)
-    return float(squared[falls[0]]) if falls.size else 1.0 / float(c.G)
+    return float(squared[falls[0]]) if falls.size else 1.0 / float(c["G"])
 
 
 # --- the states ------------------------------------------------------------------------------------------------------
@@ -267,7 +270,7 @@ def _state(film: Film, point: Point, *, slack: bool = False) -> _State:
     along, _, _, hoop_stress = stress_state(film, point.position, point.squared)
     smallest = float(np.min(hoop_stress))
     kind = FLAT if slack and point.height < NEARLY_FLAT else SLACK if slack else HOOP_SLACK if smallest < 0.0 else TAUT
-    disc = float(along[0]) ** 2 / float(film.coefficients.A)
+    disc = float(along[0]) ** 2 / float(film.coefficients["A"])
     return _State(point.height**2, point.squared, point.force / point.height, kind, disc, smallest)
 
 
@@ -329,15 +332,16 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
     disc_stretch = _least_squares(local, disc, taut / disc)
     hoop_stress = _least_squares(local, hoop, taut / (np.abs(hoop) + 0.1))
     parameters = film.model.parameters()
+    fitted: dict[str, Any] = {name: _tuple(values) for name, values in numbers.items()}
     return ContinuumFilm(
         radius_ratio=film.radius_ratio,
-        law=film.model.law.name,
-        law_parameters=tuple((name, float(parameters[name])) for name in sorted(film.model.law.parameters)),
+        law=film.model.gel_law(),
+        law_parameters=tuple((name, float(parameters[name])) for name in sorted(film.model.gel_law().parameters)),
         prestretches=(float(film.model.stretches[0]), float(film.model.stretches[1])),
-        reach=float(np.sqrt(farthest)),
+        largest=float(np.sqrt(farthest)),
         wall=wall,
         variable=variable,
-        **{name: _tuple(values) for name, values in numbers.items()},
+        **fitted,
         wall_strength=strength,
         ceiling=_tuple(ceiling),
         disc_stretch=_halves(disc_stretch),
@@ -361,7 +365,7 @@ def _flat(film: Film) -> tuple[float, float] | None:
         return None
     c, r = film.coefficients, film.radius_ratio
     share = 2.0 * (1.0 - r) / ((1.0 + r) * np.log(1.0 / r))
-    tension = (c.A - c.G) * film.model.law.response(c.A + c.B + c.G - 3.0, c.law)
+    tension = (c["A"] - c["G"]) * film.model.gel_law().response(c["A"] + c["B"] + c["G"] - 3.0, c)
     return float(share * tension), float(share)
 
 

@@ -419,14 +419,14 @@ def stress_state(film: Film, position: Array, squared: float) -> tuple[Array, ..
     phi, c = derivatives(film, m, n, squared), film.coefficients
     inside = strain(film, m, n) < film.model.strain_limit()
     stress, hoop_stress = (np.where(inside, 2.0 * s * force, np.nan) for s, force in ((m, phi.m), (n, phi.n)))
-    return np.sqrt(c.A * m), np.sqrt(c.B * n), stress, hoop_stress
+    return np.sqrt(c["A"] * m), np.sqrt(c["B"] * n), stress, hoop_stress
 
 
 def _slack(film: Film, position: Array, squared: float) -> tuple[bool, bool]:
     """Whether the unwrinkled film would be compressed anywhere, along the meridian and along the hoop."""
     along, up, hoop = (_at_nodes(film, values) for values in stretches(film, position, film.at_nodes))
     m, n = along**2 + up**2, hoop**2
-    phi = density.derivatives(film.model.law, film.coefficients, m, n, squared)
+    phi = density.derivatives(film.model.gel_law(), film.coefficients, m, n, squared)
     return bool(np.min(2.0 * m * phi.m) < COMPRESSION), bool(np.min(2.0 * n * phi.n) < COMPRESSION)
 
 

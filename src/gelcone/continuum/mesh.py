@@ -27,7 +27,8 @@ import numpy as np
 from gelcone.continuum import density
 from gelcone.continuum.density import Derivatives
 from gelcone.errors import InputError, MissingDependency
-from gelcone.physics.model import Coefficients, ConeModel
+from gelcone.physics.component import Numbers
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 BAND = 5
@@ -62,7 +63,7 @@ class Film:
     """
 
     model: ConeModel
-    coefficients: Coefficients
+    coefficients: Numbers
     relaxed: bool
     net: float
     radius_ratio: float
@@ -132,7 +133,7 @@ def mesh_film(model: ConeModel, radius_ratio: float = 0.2, elements: int = 200, 
     radius = disc + basis.mapping.F(basis.X)[0]
     return Film(
         model=model,
-        coefficients=model.coefficients(),
+        coefficients=model.numbers(),
         relaxed=relaxed,
         net=SLACK_STIFFNESS,
         radius_ratio=ratio,
@@ -173,7 +174,7 @@ def strain(film: Film, m: Any, n: Any) -> Any:
 
 def derivatives(film: Film, m: Any, n: Any, squared: float) -> Derivatives:
     """Derivatives of the energy density by m and n at v^2 = ``squared``."""
-    law, c = film.model.law, film.coefficients
+    law, c = film.model.gel_law(), film.coefficients
     if film.relaxed:
         return density.relaxed_derivatives(law, c, m, n, squared, film.net)
     return density.derivatives(law, c, m, n, squared)
@@ -193,13 +194,13 @@ def reachable(film: Film, position: Array) -> bool:
         return False
     m, n = along * along + up * up, hoop * hoop
     with np.errstate(all="ignore"):
-        return bool(np.all(strain(film, m, n) < film.model.law.strain_limit(film.coefficients.law)))
+        return bool(np.all(strain(film, m, n) < film.model.gel_law().strain_limit(film.coefficients)))
 
 
 def energy(film: Film, position: Array, squared: float) -> float:
     """Energy of the film per mu Vol, less the work of the voltage source."""
     along, up, hoop = stretches(film, position)
-    law, c, m, n = film.model.law, film.coefficients, along * along + up * up, hoop * hoop
+    law, c, m, n = film.model.gel_law(), film.coefficients, along * along + up * up, hoop * hoop
     each = (
         density.relaxed_value(law, c, m, n, squared, film.net) if film.relaxed else density.value(law, c, m, n, squared)
     )

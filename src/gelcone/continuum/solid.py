@@ -192,13 +192,13 @@ def held_at(body: Solid, shape: xr.Dataset, height: float) -> float:
 
 def membrane_guess(body: Solid, shape: xr.Dataset, height: float) -> Array:
     """The membrane's shape, thickened along its normal, and the pressure that leaves its faces free."""
-    c = body.model.coefficients()
+    c = body.model.numbers()
     mounted = shape["mounted_radius"].values
     middle = np.stack([shape["radius"].values - mounted, np.abs(shape["height"].values)])
     meridian = np.gradient(np.stack([mounted, 0.0 * mounted]) + middle, mounted, axis=1)
     m, n = np.sum(meridian**2, axis=0), (1.0 + middle[0] / mounted) ** 2
     thin = 1.0 / np.sqrt(m * n)
-    pressure = body.model.law.response(c.A * m + c.B * n + c.G / (m * n) - 3.0, c.law) * c.G * thin**2
+    pressure = body.model.gel_law().response(c["A"] * m + c["B"] * n + c["G"] / (m * n) - 3.0, c) * c["G"] * thin**2
     normal = np.stack([-meridian[1], meridian[0]]) / np.sqrt(m)
     s, z = body.place
     # the held faces do not turn: the normal tilts within a thickness of them
@@ -213,18 +213,18 @@ def membrane_guess(body: Solid, shape: xr.Dataset, height: float) -> Array:
 def assembled(body: Solid, position: Array) -> tuple[Array, float, Any] | None:
     """Derivative of the energy, the largest force of an element on a node, and the entries of the second derivative;
     None beyond the stretch limit or with an element turned inside out."""
-    c, law = body.model.coefficients(), body.model.law
+    c, law = body.model.numbers(), body.model.gel_law()
     unmoved = np.array([1.0, 0.0, 0.0, 1.0, 1.0, 0.0])
     e = unmoved + np.einsum("epij,ej->epi", body.gradient, position[body.unknowns])
     f11, f12, f21, f22, hoop, pressure = np.moveaxis(e, 2, 0)
-    weights = np.array([c.A, c.G, c.A, c.G, c.B, 0.0], dtype=float)
+    weights = np.array([c["A"], c["G"], c["A"], c["G"], c["B"], 0.0], dtype=float)
     invariant = np.sum(weights * e**2, axis=2) - 3.0
     plane = f11 * f22 - f12 * f21
     if not (np.isfinite(position).all() and plane.min() > 0.0 and hoop.min() > 0.0):
         return None
-    if not (invariant < law.strain_limit(c.law)).all():
+    if not (invariant < law.strain_limit(c)).all():
         return None
-    response, slope = (np.broadcast_to(g(invariant, c.law), plane.shape) for g in (law.response, law.response_slope))
+    response, slope = (np.broadcast_to(g(invariant, c), plane.shape) for g in (law.response, law.response_slope))
     volume = np.stack([f22 * hoop, -f21 * hoop, -f12 * hoop, f11 * hoop, plane, 0.0 * plane], axis=2)
     first = response[..., None] * weights * e - pressure[..., None] * volume
     first[..., 5] = -(plane * hoop - 1.0)

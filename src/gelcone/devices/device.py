@@ -21,8 +21,10 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, mo
 from gelcone.devices.materials import Material, Record, find_material, si, text
 from gelcone.devices.units import FieldError, format_si
 from gelcone.errors import InputError, unknown_name
+from gelcone.physics.balance import rest_displacement
 from gelcone.physics.film.continuum import ContinuumFilm
-from gelcone.physics.model import PRESTRETCH_MODES, ConeModel
+from gelcone.physics.film.taut import PRESTRETCH_MODES
+from gelcone.physics.model import ConeModel
 
 # What a user of the dimensionless model may type for a device, and the device's name for it.
 _DIMENSIONLESS = {
@@ -93,7 +95,7 @@ class Device(Record):
     voltage_offset : its constant part, V. Default 0.
     frequency : f, Hz, positive.
     prestretch, prestretch_mode, meridional_prestretch, hoop_prestretch : as in `ConeModel`.
-    film : ``"cone"`` (default), the homogeneous cone; ``"continuum"``, the continuum film, fitted on first use and kept
+    film : ``"taut"`` (default), the homogeneous cone; ``"continuum"``, the continuum film, fitted on first use and kept
         (see `gelcone.continuum.fit.find_film`); or a file that ``gelcone validate --fit`` wrote, in a device file
         relative to it.
     release_height : the disc is held there and let go at t = 0, m. Default: it starts from rest, see `initial_state`.
@@ -125,7 +127,7 @@ class Device(Record):
     prestretch_mode: str = "radial"
     meridional_prestretch: Annotated[float | None, si("1", above=0.0)] = None
     hoop_prestretch: Annotated[float | None, si("1", above=0.0)] = None
-    film: Annotated[str, BeforeValidator(text)] = "cone"
+    film: Annotated[str, BeforeValidator(text)] = "taut"
     release_height: Annotated[float | None, si("m")] = None
     release_velocity: Annotated[float, si("m/s")] = 0.0
 
@@ -187,19 +189,21 @@ class Device(Record):
             )
 
     def _check_heights(self, model: ConeModel) -> None:
-        highest = _highest(model)
-        if highest is None:
+        single = model.members().take([0])
+        if not single.strain([0.0])[0] < single.strain_limit()[0]:
             raise FieldError(
                 "prestretch",
-                f"prestretch: mounted flat, the film has I1 - 3 = {float(model.strain(0.0)):.4g}, which must be less "
-                f"than its stretch limit {float(model.strain_limit()):.4g}; lower the pre-stretch or raise the limit",
+                f"prestretch: mounted flat, the film has I1 - 3 = {float(single.strain([0.0])[0]):.4g}, which must be "
+                f"less than its stretch limit {float(single.strain_limit()[0]):.4g}; lower the pre-stretch or raise the "
+                "limit",
             )
+        highest = model.system.film.reach(single.numbers_at(0))[1]
         if self.release_height is not None and abs(self.release_height) >= highest * self.scales.length:
             raise FieldError(
                 "release_height",
                 f"release_height = {format_si(self.release_height, 'm')}: must be less than "
                 f"{format_si(highest * self.scales.length, 'm')}, where the film reaches its stretch limit "
-                f"{float(model.strain_limit()):.4g}; start lower or raise material.stretch_limit",
+                f"{float(single.strain_limit()[0]):.4g}; start lower or raise material.stretch_limit",
             )
 
     # --- to the model and back ---------------------------------------------------------------------------------------
@@ -229,11 +233,12 @@ class Device(Record):
     def to_model(self) -> ConeModel:
         """The dimensionless model with its ``film``; drive arrays make an ensemble of their length."""
         model = self.cone_model()
-        return model if self.film == "cone" else model.replace(film=self.film_for(model))
+        film = self.film_for(model)
+        return model if film is None else model.replace(film=film)
 
     def film_for(self, model: ConeModel, *, starting: Callable[[], None] = lambda: None) -> ContinuumFilm | None:
         """The film that ``film`` names, None for the cone; ``starting`` is called before one is fitted."""
-        if self.film == "cone":
+        if self.film == "taut":
             return None
         from gelcone.continuum.fit import find_film
 
@@ -265,8 +270,16 @@ class Device(Record):
         without voltage that is nearest the initial height. Raises `InputError` when there is none.
         """
         s = self.scales
-        x = _rest_equilibrium(self.to_model()) if self.release_height is None else self.release_height / s.length
-        return x, self.release_velocity / s.velocity
+        velocity = self.release_velocity / s.velocity
+        if self.release_height is not None:
+            return self.release_height / s.length, velocity
+        x = rest_displacement(self.to_model().take([0]))
+        if math.isnan(x):
+            raise FieldError(
+                "initial_height",
+                "initial_height: no stable rest position was found without voltage; give a release_height",
+            )
+        return x, velocity
 
     def breakdown_field(self) -> float | None:
         """Dielectric strength over the scale of the field, or None when it is unknown."""
@@ -305,7 +318,7 @@ class Device(Record):
             raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
         try:
             film = values.get("film")
-            if isinstance(film, str) and film not in ("cone", "continuum"):
+            if isinstance(film, str) and film not in ("taut", "continuum"):
                 values["film"] = str(path.parent / film)
             return cls(**{"name": path.stem} | values)
         except FieldError as error:
@@ -342,53 +355,6 @@ def _with_material(values: Mapping[str, Any]) -> dict[str, Any]:
         return rest | {"material": _as_material(rest["material"]).replace(**dotted)}
     except FieldError as error:
         raise (error if error.field.startswith("material") else error.within("material")) from None
-
-
-def _highest(model: ConeModel) -> float | None:
-    """The height |x| at which the film reaches its stretch limit J; infinity without one, None if flat is too much.
-
-    A q + B + G/q - 3 = J is quadratic in q = 1 + x^2.
-    """
-    if model.film is not None:
-        return float(model.film.reach)
-    limit = float(model.strain_limit())
-    if not float(model.strain(0.0)) < limit:
-        return None
-    if math.isinf(limit):
-        return math.inf
-    c = model.coefficients()
-    half = 0.5 * (limit + 3.0 - float(c.B))
-    # rounding may put either root's argument just below 0 where the flat film is nearly at its limit
-    q = (half + math.sqrt(max(0.0, half * half - float(c.A * c.G)))) / float(c.A)
-    return math.sqrt(max(0.0, q - 1.0))
-
-
-def _rest_equilibrium(model: ConeModel) -> float:
-    """Stable equilibrium without voltage that is nearest the height where the spring is free."""
-    from scipy.optimize import brentq
-
-    def force(x: float) -> float:
-        return float(model.force(x))
-
-    c = model.coefficients()
-    rest = float(c.rest)
-    # Beyond this height film and spring both pull back: the film does once A > G/q^2, the spring beyond its own rest.
-    beyond = 1.0 + max(abs(rest), math.sqrt(max(0.0, math.sqrt(float(c.G / c.A)) - 1.0)))
-    if model.film is not None:
-        beyond = math.inf
-    highest = min(beyond, (1.0 - 1e-9) * (_highest(model) or 0.0))
-    # symmetric about 0 to the last bit, so that a spring free at 0 leaves the disc at exactly 0
-    half = np.linspace(0.0, highest, 1001)
-    heights = np.concatenate([-half[:0:-1], half])
-    signs = np.sign(model.force(heights))
-    heights, signs = heights[signs != 0.0], signs[signs != 0.0]
-    stable = np.flatnonzero((signs[:-1] < 0.0) & (signs[1:] > 0.0))
-    if stable.size == 0:
-        raise FieldError(
-            "initial_height", "initial_height: no stable rest position was found without voltage; give a release_height"
-        )
-    roots = [float(brentq(force, heights[i], heights[i + 1], xtol=1e-16, rtol=1e-15)) for i in stable]
-    return min(roots, key=lambda x: (abs(x - rest), -x))
 
 
 def _read_text(path: Path) -> str:

@@ -1,8 +1,8 @@
 """Cycles: the periodic orbit that a damped motion settles on, how far it still is from it, and its exponents.
 
-A motion that nearly returns after n drive repeats is near a fixed point of the map over n repeats. Two Newton steps
+A motion that nearly returns after n forcing periods is near a fixed point of the map over n periods. Two Newton steps
 from it give the cycle itself and tell it from a slow drift, which has no fixed point nearby. The eigenvalues of the
-tangent map over the cycle, its Floquet multipliers, give both Lyapunov exponents without any averaging. Nayfeh and
+tangent map over the cycle, its Floquet multipliers, give all Lyapunov exponents without any averaging. Nayfeh and
 Balachandran, Applied Nonlinear Dynamics (1995), chapters 3 and 7.
 """
 
@@ -16,19 +16,20 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
-from gelcone.motion.tangents import CERTAIN, FLOOR, LONG_STRETCH, Clock, chained, clocks, log_multipliers, qr_growth
-from gelcone.physics.model import ConeModel
+from gelcone.motion.settle import LONG_STRETCH, STRETCH, Clock, clocks, forcing_period, mirror, mirrored, planar
+from gelcone.motion.tangents import CERTAIN, FLOOR, chained, log_multipliers, qr_growth, solved, unit_frames
+from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
 RETURNS = 64
-"""Repeats that are looked at; motions with up to a quarter of this as period are recognised."""
+"""Forcing periods that are examined; motions with up to a quarter of this as period are recognised."""
 LONGEST_PERIOD = RETURNS // 4
 PHASES = 8
-"""Samples within each repeat, for the amplitude and for returns: a slow drive can push all motions to the same point
-once a repeat, and they still differ between."""
+"""Samples within each forcing period, for the amplitude and for returns: a slow drive can push all motions to the same
+point once a period, and they still differ between."""
 RETURN_TOLERANCE = 1e-6
 NEAR_RETURN = 1e-4
-"""A damped motion that returns this closely is asked for the cycle that it returns to, and one that is no further from
+"""For a damped motion that returns this closely, the cycle that it returns to is computed; one that is no further from
 it has arrived."""
 NEAR = 1e-2
 """A cycle further away than this share of the motion's size is not the one that the motion is on."""
@@ -38,33 +39,34 @@ NEGLIGIBLE = 1e-8
 SAME_POINT = 1e-6
 """Points of a cycle that are closer than this share of its size are one."""
 SMALLEST_SIZE = 1e-3
-STEPS_BESIDE = 8
-CLOSE_BESIDE = 1e-4
-"""Newton's method from chaos stops after so many steps, or when the next is this small beside the motion's size."""
-FARTHEST_BESIDE = 1.2
+SEARCH_STEPS = 8
+SEARCH_CLOSE = 1e-4
+"""The search for attractors that coexist with chaos, by Newton's method, stops after so many steps, or when the next
+step is this small relative to the motion's size."""
+SEARCH_FARTHEST = 1.2
 """It is given up where it leads further out than this many times the extent of the chaos."""
-TOLERANCE_BESIDE = 1e-7
-"""Errors of its integration: far below that closeness, as only whether a cycle is there and attracts is asked."""
-MAPS_BESIDE = ((1, 1.0), (1, -1.0), (2, 1.0), (3, 1.0))
-"""Repeats and sign of the maps whose fixed points are looked for beside chaos. Minus the map over one repeat has the
-cycles of two repeats that are their own mirror image; most cycles that chaos falls into are of these kinds."""
+SEARCH_TOLERANCE = 1e-7
+"""Tolerance of its integration, far below that closeness: all that matters is whether a cycle is there and attracts."""
+SEARCH_MAPS = ((1, False), (1, True), (2, False), (3, False))
+"""Forcing periods of the maps whose fixed points are searched, and whether the reflection x -> -x follows the map. The
+reflected map over one period has the cycles of two periods that are their own mirror image; most cycles on which chaos
+ends are of these kinds."""
 
 
-def follow(model: ConeModel, states: Array, **flow_options: Any) -> tuple[Array, npt.NDArray[np.int8]]:
-    """Paths over `RETURNS` repeats from ``states`` at a whole repeat, (members, repeats, phases, 2), and the outcomes.
+def follow(members: Members, states: Array, **flow_options: Any) -> tuple[Array, npt.NDArray[np.int8]]:
+    """Paths over `RETURNS` forcing periods from ``states`` at phase 0, (members, periods, phases, N), and the outcomes.
 
-    The last phase of each repeat is its end.
+    The last phase of each period is its end.
     """
-    repeat = np.broadcast_to(model.drive_repeat, model.shape)
-    times = repeat[:, None] * (np.arange(1, RETURNS * PHASES + 1) / PHASES)
-    flow = integrate(model, states, times, **flow_options)
-    return flow.states.reshape(len(states), RETURNS, PHASES, 2), flow.outcome
+    times = forcing_period(members)[:, None] * (np.arange(1, RETURNS * PHASES + 1) / PHASES)
+    flow = integrate(members, states, times, **flow_options)
+    return flow.states.reshape(len(states), RETURNS, PHASES, -1), flow.outcome
 
 
 def periods_of(points: Array, tolerance: npt.ArrayLike = RETURN_TOLERANCE) -> tuple[npt.NDArray[np.int64], Array]:
-    """Smallest number of repeats after which all points return, (members,), 0 if none; and the smallest distance.
+    """Smallest number of forcing periods after which all points return, (members,), 0 if none; and the least distance.
 
-    ``points`` (members, repeats, coordinates). A return is closer than ``tolerance`` times the size of the motion (at
+    ``points`` (members, periods, coordinates). A return is closer than ``tolerance`` times the size of the motion (at
     least 1e-3 of a length), for every point.
     """
     scale = np.maximum(np.abs(points).max(axis=(1, 2)), SMALLEST_SIZE)
@@ -82,9 +84,9 @@ def periods_of(points: Array, tolerance: npt.ArrayLike = RETURN_TOLERANCE) -> tu
 class Cycles:
     """The cycles near some motions; arrays (members, ...).
 
-    ``found``; ``period`` in drive repeats; ``extent`` (the larger one of its displacement and velocity); ``symmetric``
-    under x -> -x; ``exponents`` (members, 2) per unit time and their ``error``; ``distance`` of the motion from the
-    cycle over its size; ``time`` of the repeats behind the exponents.
+    ``found``; ``period`` in forcing periods; ``extent`` (the larger one of its displacement and velocity);
+    ``symmetric`` under x -> -x; ``exponents`` (members, N) per unit time and their ``error``; ``distance`` of the
+    motion from the cycle over its size; ``time`` over which the exponents are taken.
     """
 
     found: npt.NDArray[np.bool_]
@@ -103,154 +105,156 @@ class Cycles:
         return self.found & certain & (self.distance < NEAR_RETURN)
 
 
-def cycles_reached(model: ConeModel, states: Array, **flow_options: Any) -> Cycles:
-    """The cycles near motions that are at ``states``, a whole repeat, and return from there."""
-    path, _ = follow(model, states, **flow_options)
+def cycles_reached(members: Members, states: Array, **flow_options: Any) -> Cycles:
+    """The cycles near motions that are at ``states``, at phase 0, and return from there."""
+    path, _ = follow(members, states, **flow_options)
     period, _ = periods_of(path.reshape(len(path), RETURNS, -1), NEAR_RETURN)
-    return find_cycles(model, path[:, -1, -1], period, **flow_options)
+    return find_cycles(members, path[:, -1, -1], period, **flow_options)
 
 
-def find_cycles(model: ConeModel, states: Array, period: npt.NDArray[np.int64], **flow_options: Any) -> Cycles:
-    """The cycles of ``period`` (members,) drive repeats, or of a divisor of it, near ``states`` at a whole repeat.
+def find_cycles(members: Members, states: Array, period: npt.NDArray[np.int64], **flow_options: Any) -> Cycles:
+    """The cycles of ``period`` (members,) forcing periods, or of a divisor of it, near ``states`` at phase 0.
 
     A member of period 0 has none.
     """
-    count = len(states)
+    count, size = states.shape
     cycles = Cycles(
         found=np.zeros(count, dtype=bool),
         period=np.zeros(count, dtype=np.int64),
         extent=np.full(count, np.nan),
         symmetric=np.zeros(count, dtype=bool),
-        exponents=np.full((count, 2), np.nan),
-        error=np.full((count, 2), np.nan),
+        exponents=np.full((count, size), np.nan),
+        error=np.full((count, size), np.nan),
         distance=np.full(count, np.nan),
         time=np.zeros(count),
     )
-    for group, clock in clocks(model):
+    for group, clock in clocks(members):
         for repeats in np.unique(period[group][period[group] > 0]):
             same = period[group] == repeats
-            members = group[same]
-            _find(model.take(members), states[members], clock.take(same), int(repeats), members, cycles, flow_options)
+            rows = group[same]
+            _find(members.take(rows), states[rows], clock.take(same), int(repeats), rows, cycles, flow_options)
     return cycles
 
 
 def _find(
-    model: ConeModel,
+    members: Members,
     states: Array,
     clock: Clock,
     repeats: int,
-    members: npt.NDArray[np.intp],
+    rows: npt.NDArray[np.intp],
     cycles: Cycles,
     flow_options: dict[str, Any],
 ) -> None:
     with np.errstate(all="ignore"):  # a motion that is on no cycle gives steps of any size, or none
-        step, first, _ = _newton_step(model, states, clock, repeats, flow_options)
-        rest, exponents, path = _newton_step(model, states + step, clock, repeats, flow_options)
-        size = np.maximum(np.abs(path).max(axis=(1, 2)), SMALLEST_SIZE)
+        step, first, _ = _newton_step(members, states, clock, repeats, flow_options)
+        rest, exponents, path = _newton_step(members, states + step, clock, repeats, flow_options)
+        size = np.maximum(np.abs(path).max(axis=(1, 2, 3)), SMALLEST_SIZE)
         distance, left = np.abs(step).max(axis=1) / size, np.abs(rest).max(axis=1) / size
         found = (distance < NEAR) & ((left < CONVERGENCE * distance) | (left < NEGLIGIBLE))
     period = _smallest_period(path, size)
-    moved = path.reshape(len(path), -1, 2)
-    cycles.found[members], cycles.period[members], cycles.distance[members] = found, period, distance
-    cycles.extent[members] = np.maximum(np.ptp(moved[..., 0], axis=1), np.abs(moved[..., 1]).max(axis=1))
-    cycles.symmetric[members] = _is_symmetric(path, period, size)
+    cycles.found[rows], cycles.period[rows], cycles.distance[rows] = found, period, distance
+    cycles.extent[rows] = np.maximum(np.ptp(path[..., 0], axis=(1, 2)), np.abs(path[..., 1]).max(axis=(1, 2)))
+    cycles.symmetric[rows] = _is_symmetric(path, period, size, mirror(members))
     # The exponents of the cycle against those found before the last step, which was far larger than what is left.
-    cycles.exponents[members], cycles.error[members] = exponents, np.maximum(np.abs(exponents - first), FLOOR / 10)
-    cycles.time[members] = repeats * clock.repeat
+    cycles.exponents[rows], cycles.error[rows] = exponents, np.maximum(np.abs(exponents - first), FLOOR / 10)
+    cycles.time[rows] = repeats * clock.repeat
 
 
 def _newton_step(
-    model: ConeModel, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any], sign: float = 1.0
+    members: Members, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any], reflected: bool = False
 ) -> tuple[Array, Array, Array]:
-    """The step (members, 2) to the fixed point of the map over some repeats, or of minus that map; both exponents
-    (members, 2); and the path (members, repeats, ...)."""
+    """The step (members, N) to the fixed point of the map over some forcing periods, or of the reflection after it; the
+    exponents (members, N); and the path (members, periods, stretches, N)."""
     stretches = repeats * clock.per_repeat
     times = clock.repeat[:, None] * (np.arange(1, stretches + 1) / clock.per_repeat)
-    flow = integrate(model, states, times, keep="tangents", **flow_options)
+    flow = integrate(members, states, times, keep="tangents", **flow_options)
     assert flow.tangents is not None
     product, log_scale = chained(flow.tangents)
-    growth, _ = qr_growth(flow.tangents, np.tile(np.eye(2), (len(states), 1, 1)))
+    growth, _ = qr_growth(flow.tangents, unit_frames(states))
+    end = flow.states[:, -1]
+    if reflected:
+        signs = mirror(members)
+        end, product = signs * end, signs[:, None] * product
     log_moduli = log_multipliers(product, log_scale, growth.sum(axis=(1, 2)))
-    away = sign * flow.states[:, -1] - states
-    (a, b), (c, d) = np.moveaxis(np.eye(2) - sign * product * np.exp(log_scale)[:, None, None], 0, 2)
-    step = np.stack([d * away[:, 0] - b * away[:, 1], a * away[:, 1] - c * away[:, 0]], axis=1)
-    step = np.where((flow.outcome == Outcome.OK)[:, None], step / (a * d - b * c)[:, None], np.nan)
-    path = flow.states.reshape(len(states), repeats, -1)
+    step = solved(np.eye(states.shape[1]) - product * np.exp(log_scale)[:, None, None], end - states)
+    step = np.where((flow.outcome == Outcome.OK)[:, None], step, np.nan)
+    path = flow.states.reshape(len(states), repeats, clock.per_repeat, -1)
     return step, log_moduli / times[:, -1:], path
 
 
-def attractors_beside(model: ConeModel, section: Array, starts: int, **flow_options: Any) -> npt.NDArray[np.bool_]:
-    """Whether Newton's method finds an attracting cycle or rest from chaos, given its ``section`` (members, points, 2).
+def coexisting_attractors(members: Members, section: Array, starts: int, **flow_options: Any) -> npt.NDArray[np.bool_]:
+    """Whether Newton's method finds an attracting cycle or rest from chaos, given its ``section`` (members, points, N).
 
-    It makes so many ``starts``, from the points that return the closest. Chaos with an attractor beside it often ends
-    there, however long it has lasted. An attractor that is found is there; one that is not found may be there all the
-    same.
+    It makes so many ``starts``, from the points that return the closest. Chaos that coexists with an attractor often
+    ends there, however long it has lasted. What is found exists; what is not found may exist all the same.
     """
-    members = np.repeat(np.arange(len(section)), starts)
-    several = model.take(members)
-    farthest = FARTHEST_BESIDE * np.abs(section).max(axis=1)[members]
-    mirrored = np.broadcast_to(several.rest_height, several.shape) == 0.0
-    found = np.zeros(members.size, dtype=bool)
-    options = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), TOLERANCE_BESIDE)}
-    for repeats, sign in MAPS_BESIDE:
-        begin = _closest_returns(section, repeats, sign, starts)
+    of = np.repeat(np.arange(len(section)), starts)
+    several = members.take(of)
+    farthest = SEARCH_FARTHEST * np.abs(section).max(axis=1)[of]
+    can_reflect, signs = mirrored(several), mirror(several)
+    longest = LONG_STRETCH if planar(members) else STRETCH
+    found = np.zeros(of.size, dtype=bool)
+    options = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), SEARCH_TOLERANCE)}
+    for repeats, reflected in SEARCH_MAPS:
+        begin = _closest_returns(section, repeats, signs if reflected else np.ones_like(signs), starts)
         done = np.repeat(found.reshape(-1, starts).any(axis=1), starts)
-        for group, clock in clocks(several, LONG_STRETCH):
-            tried = (mirrored[group] | (sign > 0.0)) & ~done[group]
+        for group, clock in clocks(several, longest):
+            tried = (can_reflect[group] | (not reflected)) & ~done[group]
             part = group[tried]
             if part.size:
                 found[part] |= _attracted(
-                    several.take(part), begin[part], farthest[part], clock.take(tried), repeats, sign, options
+                    several.take(part), begin[part], farthest[part], clock.take(tried), repeats, reflected, options
                 )
     return np.asarray(found.reshape(-1, starts).any(axis=1))
 
 
-def _closest_returns(section: Array, repeats: int, sign: float, starts: int) -> Array:
-    """So many points of each section whose images are the nearest to them, (members * starts, 2)."""
-    gap = np.abs(sign * section[:, repeats:] - section[:, :-repeats]).max(axis=2)
+def _closest_returns(section: Array, repeats: int, signs: Array, starts: int) -> Array:
+    """So many points of each section whose images are the nearest to them, (members * starts, N)."""
+    gap = np.abs(signs * section[:, repeats:] - section[:, :-repeats]).max(axis=2)
     nearest = np.argsort(gap, axis=1, kind="stable")[:, :starts, None]
-    return np.take_along_axis(section, nearest, axis=1).reshape(-1, 2)
+    return np.take_along_axis(section, nearest, axis=1).reshape(-1, section.shape[2])
 
 
 def _attracted(
-    model: ConeModel,
+    members: Members,
     states: Array,
     farthest: Array,
     clock: Clock,
     repeats: int,
-    sign: float,
+    reflected: bool,
     flow_options: dict[str, Any],
 ) -> npt.NDArray[np.bool_]:
     """Which of the ``states`` Newton's method takes to an attracting cycle without leaving the bounds ``farthest``."""
     found = np.zeros(len(states), dtype=bool)
-    members = np.arange(len(states))
-    for _ in range(STEPS_BESIDE):
+    rows = np.arange(len(states))
+    for _ in range(SEARCH_STEPS):
         with np.errstate(all="ignore"):
-            step, exponents, _ = _newton_step(model, states, clock, repeats, flow_options, sign)
-            there = np.abs(step).max(axis=1) < CLOSE_BESIDE * farthest.max(axis=1)
-            on = ~there & (np.abs(states + step) < farthest).all(axis=1)  # not for NaN, from outside the stretch limit
-        found[members[there]] = exponents[there, 0] < -FLOOR
-        if not on.any():
+            step, exponents, _ = _newton_step(members, states, clock, repeats, flow_options, reflected)
+            there = np.abs(step).max(axis=1) < SEARCH_CLOSE * farthest.max(axis=1)
+            # not for NaN, from outside the stretch limit
+            further = ~there & (np.abs(states + step) <= farthest).all(axis=1)
+        found[rows[there]] = exponents[there, 0] < -FLOOR
+        if not further.any():
             break
-        model, clock = model.take(on), clock.take(on)
-        members, states, farthest = members[on], states[on] + step[on], farthest[on]
+        members, clock = members.take(further), clock.take(further)
+        rows, states, farthest = rows[further], states[further] + step[further], farthest[further]
     return found
 
 
 def _smallest_period(path: Array, size: Array) -> npt.NDArray[np.int64]:
-    """Smallest number of repeats after which the path (members, repeats, ...) goes over itself."""
+    """Smallest number of forcing periods after which the path (members, periods, stretches, N) repeats itself."""
     repeats = path.shape[1]
     period = np.full(len(path), repeats)
     for divisor in range(repeats - 1, 0, -1):
         if repeats % divisor == 0:
-            gap = np.abs(path - np.roll(path, divisor, axis=1)).max(axis=(1, 2))
+            gap = np.abs(path - np.roll(path, divisor, axis=1)).max(axis=(1, 2, 3))
             period[gap < SAME_POINT * size] = divisor
     return period
 
 
-def _is_symmetric(path: Array, period: npt.NDArray[np.int64], size: Array) -> npt.NDArray[np.bool_]:
-    """Whether the path is its own mirror image, half a period on (or, at rest, at once)."""
+def _is_symmetric(path: Array, period: npt.NDArray[np.int64], size: Array, signs: Array) -> npt.NDArray[np.bool_]:
+    """Whether the path is its own mirror image, half a period later (or, at rest, at once)."""
     shift = np.where(period % 2 == 0, period // 2, 0)
     later = (np.arange(path.shape[1]) + shift[:, None]) % path.shape[1]
-    mirrored = np.take_along_axis(path, later[:, :, None], axis=1)
-    return np.abs(path + mirrored).max(axis=(1, 2)) < 10.0 * SAME_POINT * size
+    image = signs * np.take_along_axis(path, later[:, :, None, None], axis=1)
+    return np.abs(path - image).max(axis=(1, 2, 3)) < 10.0 * SAME_POINT * size

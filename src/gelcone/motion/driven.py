@@ -10,10 +10,11 @@ import numpy as np
 
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
-from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.floquet import onset_voltage
+from gelcone.motion.natural import natural_frequency
 from gelcone.motion.regime import classify
 from gelcone.motion.response import simulate
+from gelcone.motion.settle import start_states
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -22,31 +23,31 @@ DRIVEN_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stre
 BISECTIONS = 6
 CHUNK = 128
 PERIODS = 12.0
-"""Drive periods of the settled motion that are looked at."""
+"""Drive periods of the settled motion that are examined."""
 NUDGE = 1e-3
-"""Displacement by which each motion starts off its rest, so that an unstable rest shows."""
+"""Displacement from rest at which each motion starts, so that it leaves an unstable rest."""
 SPAN = (0.1, 3.0, 24)
-"""Drive frequencies over the natural one that are looked at: from, to, how many."""
+"""Drive frequencies over the natural one that are examined: from, to, how many."""
 RESONANCES = (0.5, 1.0, 2.0)
 """Drive frequencies over the natural one where the first resonances lie: by a sine, by a bias, parametric."""
 TOO_CLOSE = 0.03
-"""Frequencies nearer to each other than this share tell nothing new."""
+"""Frequencies nearer to each other than this share add nothing."""
 STEEP = 0.1
-"""Between frequencies whose lowest limits differ by more than this share another one is looked at."""
+"""Between frequencies whose lowest limits differ by more than this share another one is examined."""
 REFINEMENTS = 2
 
 Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
-class Drive:
-    """The device's drive with its peak scaled to 1: shares of amplitude and bias."""
+class DriveShape:
+    """The shape of a drive, its peak voltage being 1: shares of amplitude and bias."""
 
     amplitude: float
     bias: float
 
     @classmethod
-    def of(cls, model: ConeModel) -> Drive:
+    def of(cls, model: ConeModel) -> DriveShape:
         peak = peak_of(model)
         if peak == 0.0:
             raise InputError("voltage = 0: the envelope scales the device's drive; give it an amplitude or a bias")
@@ -60,25 +61,23 @@ def peak_of(model: ConeModel) -> float:
 
 @dataclass(frozen=True)
 class Plane:
-    """A single model at any peak voltage and drive frequency, started off its rest."""
+    """A single model at any peak voltage and drive frequency, started next to its rest."""
 
     model: ConeModel
-    drive: Drive
+    shape: DriveShape
     rest: float
     field_limit: float | None
     threads: int | None
 
     def at(self, omegas: Array, peaks: Array) -> ConeModel:
         return self.model.replace(
-            drive_frequency=omegas, voltage=self.drive.amplitude * peaks, voltage_bias=self.drive.bias * peaks
+            drive_frequency=omegas, voltage=self.shape.amplitude * peaks, voltage_bias=self.shape.bias * peaks
         )
 
     def natural_frequency(self, peak: float = 0.0) -> float:
         """About the equilibrium under the drive's mean-square voltage; NaN where there is no stable one."""
-        level = peak * float(np.hypot(self.drive.bias, self.drive.amplitude / np.sqrt(2.0)))
-        place = float(stroke_and_blocked_force(self.model, [level])["displacement"][0])
-        with np.errstate(invalid="ignore"):
-            return float(np.sqrt(self.model.stiffness(place, level)))
+        level = peak * float(np.hypot(self.shape.bias, self.shape.amplitude / np.sqrt(2.0)))
+        return float(natural_frequency(self.model, level))
 
     def default_frequencies(self, own_peak: float) -> Array:
         """Frequencies around the natural one, those of the first resonances and the model's own among them."""
@@ -92,24 +91,25 @@ class Plane:
                 kept.append(float(omega))
         return np.sort(kept)
 
-    def look(self, omegas: Array, peaks: Array, progress: Progress = lambda share: None) -> dict[str, Array]:
+    def examine(self, omegas: Array, peaks: Array, progress: Progress = lambda share: None) -> dict[str, Array]:
         """What the settled motion does at pairs of frequency and peak, arrays (pairs,); and which limits it meets."""
         parts = []
         for first in range(0, len(omegas), CHUNK):
             part = slice(first, first + CHUNK)
-            parts.append(self._look(self.at(omegas[part], peaks[part])))
+            parts.append(self._examine(self.at(omegas[part], peaks[part])))
             progress(len(parts[-1]["regime"]) / len(omegas))
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
-    def _look(self, model: ConeModel) -> dict[str, Array]:
-        start = np.tile([self.rest + NUDGE, 0.0], (model.size, 1))
-        evidence = classify(model, start, threads=self.threads)
+    def _examine(self, model: ConeModel) -> dict[str, Array]:
+        start = start_states(model, (self.rest + NUDGE, 0.0))
+        evidence = classify(model.members(), start, threads=self.threads)
         ran = evidence.outcome == Outcome.OK
         after = np.where(ran[:, None], evidence.final, start)
         run = simulate(model, after, periods=PERIODS, field_limit=self.field_limit, threads=self.threads)
         shares = {name: run[f"validity_{name}"].values for name in _SLACK_AND_LIMIT.values()}
         breakdown = run["validity_breakdown"].values
-        voltage, current = (np.sqrt(np.mean(run[name].values ** 2, axis=1)) for name in ("drive_voltage", "current"))
+        with np.errstate(over="ignore"):  # of a motion that leaves the domain
+            voltage, current = (np.sqrt(np.mean(run[n].values ** 2, axis=1)) for n in ("drive_voltage", "current"))
 
         def where_ran(values: Any) -> Array:
             return np.where(ran, values, np.nan)
@@ -134,8 +134,8 @@ _SLACK_AND_LIMIT = {
 
 
 def driven(plane: Plane, omegas: Array, volts: Array, *, refine: bool, progress: Progress) -> dict[str, Array]:
-    """All that `Plane.look` sees, each (frequencies, peaks); ``low`` and ``high`` (frequencies, limits), the intervals
-    of the peak voltage in which each limit is first met; and ``frequency`` (frequencies,).
+    """All that `Plane.examine` finds, each (frequencies, peaks); ``low`` and ``high`` (frequencies, limits), the
+    intervals of the peak voltage in which each limit is first met; and ``frequency`` (frequencies,).
 
     With ``refine`` a frequency is added wherever the lowest limit changes steeply between two.
     """
@@ -157,7 +157,7 @@ def driven(plane: Plane, omegas: Array, volts: Array, *, refine: bool, progress:
 def _rows(plane: Plane, omegas: Array, volts: Array, progress: Progress) -> dict[str, Array]:
     """`driven` at the given frequencies."""
     grid_omega, grid_peak = (mesh.ravel() for mesh in np.meshgrid(omegas, volts, indexing="ij"))
-    seen = plane.look(grid_omega, grid_peak, lambda share: progress(0.6 * share))
+    seen = plane.examine(grid_omega, grid_peak, lambda share: progress(0.6 * share))
     found = {name: values.reshape(len(omegas), len(volts)) for name, values in seen.items()}
     low, high = _limits(plane, found, omegas, volts, lambda share: progress(0.4 * share))
     return found | {"low": low, "high": high, "frequency": omegas}
@@ -178,7 +178,7 @@ def _limits(
     rows, columns = np.nonzero(reached & ~unknown)
     for _ in range(BISECTIONS if rows.size else 0):
         middle = 0.5 * (low[rows, columns] + high[rows, columns])
-        now = plane.look(omegas[rows], middle)
+        now = plane.examine(omegas[rows], middle)
         hit = np.stack([now[name] for name in DRIVEN_LIMITS[:-1]])[columns, np.arange(rows.size)] > 0.0
         high[rows, columns] = np.where(hit, middle, high[rows, columns])
         low[rows, columns] = np.where(hit, low[rows, columns], middle)
@@ -190,7 +190,7 @@ def _limits(
 
 def _onset(plane: Plane, omegas: Array, highest: float) -> tuple[Any, Any]:
     """Peak voltages at which flat rest loses stability under a pure sine; NaN where rest is not flat or biased."""
-    if not is_flat(plane.model) or plane.drive.bias != 0.0:
+    if not is_flat(plane.model) or plane.shape.bias != 0.0:
         return np.nan, np.nan
     found = onset_voltage(plane.model.replace(drive_frequency=omegas), highest=highest)
     onset = np.where(np.isnan(found["onset_voltage"].values), np.inf, found["onset_voltage"].values)
@@ -199,4 +199,4 @@ def _onset(plane: Plane, omegas: Array, highest: float) -> tuple[Any, Any]:
 
 def is_flat(model: ConeModel) -> bool:
     """Whether a single model's flat film is an equilibrium."""
-    return float(model.rest_height) * float(model.spring_stiffness) == 0.0
+    return bool(model.members().symmetric[0])

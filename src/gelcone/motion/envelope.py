@@ -1,23 +1,28 @@
 """Operating envelope of a device: which limit comes first on the way up, at rest and at every drive frequency.
 
-The drive is scaled as a whole, so that its peak - bias plus amplitude - says how high it is. Quasi-static limits belong
+The drive is scaled as a whole; its peak is bias plus amplitude. Quasi-static limits belong
 to the constant peak voltage reached on a slow ramp; driven limits to the settled motion that grows out of rest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.codes import Outcome
+from gelcone.dataset import Findings
 from gelcone.errors import InputError
-from gelcone.motion.driven import DRIVEN_LIMITS, Drive, Plane, driven, is_flat, peak_of
+from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven, is_flat, peak_of
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage, stroke_and_blocked_force
+from gelcone.motion.natural import natural_frequency
 from gelcone.motion.response import NEAR_LIMIT
+from gelcone.motion.settle import inside, members_of, single, start_states, start_values
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
+from gelcone.progress import Progress
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -25,7 +30,7 @@ if TYPE_CHECKING:
 
 STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "pitchfork", "pull-in")
 PEAKS = (1.0 / 12.0, 2.0, 24)
-"""Peak voltages over the model's own that are looked at: from, to, how many."""
+"""Peak voltages over the model's own that are examined: from, to, how many."""
 STATIC_POINTS = 400
 
 
@@ -37,7 +42,7 @@ def envelope(
     frequencies: npt.ArrayLike | None = None,
     margin: float = 0.2,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Limits over peak voltage and drive frequency, which comes first, and the window that is recommended.
 
@@ -45,11 +50,13 @@ def envelope(
     ----------
     model : a single model; its drive gives the proportion of amplitude to bias, and its own point of operation.
     field_limit : dielectric strength over sqrt(mu/eps). Left out, breakdown is reported as unknown (NaN), and the
-        window takes no account of it.
+        window does not account for it.
     peaks : increasing peak voltages of the driven plane; default 24 up to twice the model's own peak.
     frequencies : increasing drive frequencies; default some 30 from a tenth to three times the natural frequency at
         rest, the first resonances and the model's own among them, and more where the lowest limit changes steeply.
     margin : share of the lowest limit that the recommended voltage stays below it. Default 0.2.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
@@ -80,9 +87,9 @@ def envelope(
         raise InputError(f"an envelope is that of a single device, not of an ensemble of shape {model.shape}")
     if not 0.0 <= margin < 1.0:
         raise InputError(f"margin = {margin:g}: must be at least 0 and below 1")
-    drive, own_peak = Drive.of(model), peak_of(model)
+    shape, own_peak = DriveShape.of(model), peak_of(model)
     rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
-    plane = Plane(model, drive, rest, field_limit, threads)
+    plane = Plane(model, shape, rest, field_limit, threads)
     volts = own_peak * np.linspace(*PEAKS) if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
     omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
@@ -93,7 +100,7 @@ def envelope(
     lowest = low.min(axis=1)
     omegas, share = found["frequency"], 1.0 - margin
     recommended = share * np.minimum(np.minimum(lowest, lowest_static), volts[-1])
-    edge = plane.look(omegas, recommended)
+    edge = plane.examine(omegas, recommended)
     window = {name: np.where(recommended > 0.0, edge[name], np.nan) for name in _WINDOW}
     of_peak, of_frequency, of_both = ("peak_voltage",), ("drive_frequency",), ("drive_frequency", "driven_peak")
     of_limit = ("driven_limit", "drive_frequency")
@@ -135,16 +142,91 @@ def envelope(
     )
 
 
-def limits_at(model: ConeModel, field_limit: float | None) -> dict[str, float]:
-    """The limits of a single model at its own drive frequency as peak voltages; ``field_limit`` as in `envelope`.
+def operating_limits(
+    model: ConeModel,
+    *,
+    field_limit: float | None = None,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Peak voltages at which an operating envelope ends, quasi-static and at each member's own drive frequency.
 
-    Quasi-static ones by name, driven ones after "driven", known to within the "driven error"; infinity where one is not
-    met up to twice the model's own peak, NaN where it does not apply. "safe peak" lies below all of them. Raises
-    `InputError` for a drive without voltage.
+    As `envelope` finds them from rest, up to twice the member's own peak voltage.
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble; its drive gives the proportion of amplitude to bias.
+    field_limit : dielectric strength over sqrt(mu/eps). Left out, breakdown is unknown (NaN) and not accounted for.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Returns
+    -------
+    Dataset over the ensemble's dims with a voltage for each of `STATIC_LIMITS` and, named ``driven_...``, of
+    `DRIVEN_LIMITS` (infinity where one is not met, NaN where it does not apply), known to within
+    ``driven_error_voltage``; ``safe_peak_voltage`` below all of them; and ``outcome``, that of a member without voltage
+    being an error.
+
+    Raises
+    ------
+    InputError : for a field limit that is not positive, when no member has a voltage, or when the flat film lies beyond
+        its stretch limit in all members.
     """
+    start_states(model, (0.0, 0.0))
+    members = members_of(model)
+    options: dict[str, Any] = {"field_limit": field_limit}
+    found = operating_limits_cells(members, start_values(members), **options, threads=threads, progress=progress)
+    if (found.outcome == Outcome.ERROR).all():
+        DriveShape.of(single(members, 0))
+    return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="operating limits")
+
+
+def operating_limits_cells(
+    members: Members,
+    states: Array,
+    *,
+    field_limit: float | None = None,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> Findings:
+    """What `operating_limits` finds of every member of a flattened ensemble, whose ``states`` play no part; options as
+    there."""
+    if field_limit is not None and not field_limit > 0.0:
+        raise InputError(f"field_limit = {field_limit:g}: must be positive; leave it out where it is unknown")
+    found = {name: np.full(members.size, np.nan) for name in _LIMITS}
+    outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
+    for row in range(members.size):
+        if inside(members, 0.0)[row]:
+            try:
+                values = _limits_of(single(members, row), field_limit, threads)
+                outcome[row] = Outcome.OK
+            except InputError:
+                values, outcome[row] = {}, Outcome.ERROR
+            for name, value in values.items():
+                found[name][row] = value
+        if progress is not None:
+            progress(1.0 / members.size)
+    return Findings(
+        {
+            f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _LIMITS[name], "voltage")
+            for name, values in found.items()
+        },
+        outcome,
+    )
+
+
+_LIMITS = (
+    {"safe peak": "below every limit", "driven error": "width to which the driven limits are known"}
+    | {name: f"quasi-static limit: {name}" for name in STATIC_LIMITS}
+    | {f"driven {name}": f"limit at the drive frequency: {name}" for name in DRIVEN_LIMITS}
+)
+
+
+def _limits_of(model: ConeModel, field_limit: float | None, threads: int | None) -> dict[str, float]:
+    """The limits of a single model by the names in `_LIMITS`; `InputError` for a drive without voltage."""
     own_peak = peak_of(model)
     rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
-    plane = Plane(model, Drive.of(model), rest, field_limit, threads=1)
+    plane = Plane(model, DriveShape.of(model), rest, field_limit, threads)
     volts = own_peak * np.linspace(*PEAKS)
     found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=lambda share: None)
     low, high = found["low"][0], found["high"][0]
@@ -200,13 +282,12 @@ def _static(model: ConeModel, field_limit: float | None, highest: float) -> tupl
     ramp = stroke_and_blocked_force(model, levels)
     x = ramp["displacement"].values
     state = model.film_state(x, levels)
-    stiffness = model.stiffness(x, levels)
     curves = {
         "peak_voltage": levels,
         "static_displacement": x,
         "stroke": ramp["stroke"].values,
         "blocked_force": ramp["blocked_force"].values,
-        "natural_frequency": np.sqrt(np.maximum(stiffness, 0.0)),
+        "natural_frequency": natural_frequency(model, levels, x),
         "static_field": state.true_field,
         "static_hoop_stress": state.hoop_stress,
         "static_meridional_stress": state.meridional_stress,

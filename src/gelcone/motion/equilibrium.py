@@ -1,6 +1,6 @@
 """Statics: force over displacement under a constant voltage, equilibria, pitchfork, folds and pull-in.
 
-How equilibria are found is told in `gelcone.motion.balance`.
+How equilibria are found is explained in `gelcone.physics.balance`.
 """
 
 from __future__ import annotations
@@ -15,21 +15,23 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.motion.balance import (
+from gelcone.physics.balance import (
     ROUNDING,
     SEARCH_RANGE,
-    Cone,
     Equilibrium,
     PullIn,
+    StaticBalance,
     along_ramp,
-    cones_of,
+    balances_of,
     equilibria_of,
+    every_balance,
     first_loss,
     rest_of,
     root_on_segment,
     same_squared,
 )
-from gelcone.physics.model import PARAMETERS, ConeModel, electric_force
+from gelcone.physics.drive import VOLTAGE
+from gelcone.physics.members import Ensemble
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
 FORCE_SAMPLES = 401
 
 
-def static(model: ConeModel, voltages: npt.ArrayLike, displacements: npt.ArrayLike | None = None) -> xr.Dataset:
+def static(model: Ensemble, voltages: npt.ArrayLike, displacements: npt.ArrayLike | None = None) -> xr.Dataset:
     """Force over displacement, equilibria, their branches, pitchfork, folds and pull-in under constant voltages.
 
     Parameters
@@ -62,19 +64,19 @@ def static(model: ConeModel, voltages: npt.ArrayLike, displacements: npt.ArrayLi
         when no member can be reached at all.
     """
     levels = _voltages(voltages)
-    cones = cones_of(model)
-    found = [[equilibria_of(cone, v * v) for v in levels] for cone in cones]
-    x = _force_range(cones, found) if displacements is None else _wanted(displacements, cones)
+    balances = balances_of(model)
+    found = [[equilibria_of(balance, v * v) for v in levels] for balance in balances]
+    x = _force_range(balances, found) if displacements is None else _wanted(displacements, balances)
     squared = levels[:, None] ** 2
-    force = np.stack([np.where(cone.inside(x), cone.force(x, squared), np.nan) for cone in cones])
-    stiffness = np.stack([np.where(cone.inside(x), cone.slope(x, squared), np.nan) for cone in cones])
+    force = np.stack([np.where(balance.inside(x), balance.force(x, squared), np.nan) for balance in balances])
+    stiffness = np.stack([np.where(balance.inside(x), balance.slope(x, squared), np.nan) for balance in balances])
     count = np.array([[len(at) for at in row] for row in found])
     each = [np.array(at, dtype=float).reshape(-1, 3) for row in found for at in row]
     place, slope, stable = (_padded([at[:, k] for at in each]).reshape(*count.shape, -1) for k in range(3))
     dims = ("constant_voltage", "equilibrium")
     result = _label(
         model,
-        cones,
+        balances,
         {
             "force": (("constant_voltage", "displacement"), force, "static force that holds the disc", "force"),
             "stiffness": (("constant_voltage", "displacement"), stiffness, "slope of the static force", "stiffness"),
@@ -83,10 +85,10 @@ def static(model: ConeModel, voltages: npt.ArrayLike, displacements: npt.ArrayLi
             "slope": (dims, slope, "slope of the static force at the equilibrium", "stiffness"),
             "stable": (dims, stable == 1.0, "whether the equilibrium is stable", "flag"),
         }
-        | _branches(cones, _branch_limit(cones, levels))
+        | _branches(balances, _branch_limit(balances, levels))
         | _pitchfork_variable(model)
-        | _fold_variables(cones)
-        | _pull_in_variables(cones, [None] * len(cones)),
+        | _fold_variables(balances)
+        | _pull_in_variables(balances, [None] * len(balances)),
         coords={
             "constant_voltage": (("constant_voltage",), levels, "constant voltage", "voltage"),
             "displacement": (("displacement",), x, "displacement x = h/(b-a)", "length"),
@@ -96,37 +98,32 @@ def static(model: ConeModel, voltages: npt.ArrayLike, displacements: npt.ArrayLi
     return _with_flags(result)
 
 
-def pitchfork_voltage(model: ConeModel) -> Array:
+def pitchfork_voltage(model: Ensemble) -> Array:
     """Constant voltage at which the flat film loses its stability, of the ensemble's shape.
 
     It is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of a continuum film. NaN
     where x = 0 is no equilibrium (``rest_height`` with a spring), cannot be reached or is unstable without voltage
     already, or where a continuum film pulls in before.
     """
-    flat = np.zeros(model.shape)
-    with np.errstate(all="ignore"):
-        stiffness = np.asarray(model.stiffness(flat), dtype=float)
-        rests = np.asarray(model.spring_stiffness) * np.asarray(model.rest_height) == 0.0
-        exists = (stiffness >= -ROUNDING) & rests & (model.strain(flat) < model.strain_limit())
-        squared = np.maximum(stiffness, 0.0)
-        if model.film is not None:
-            cones = cones_of(model)
-            squared = np.reshape([float(cone.squared(0.0)) for cone in cones], model.shape)
-            exists &= squared < cones[0].highest_squared
-        return np.where(exists, np.sqrt(squared), np.nan)
+    balances = every_balance(model)
+    squared = np.array([float(balance.squared(0.0)) if balance.flat else np.nan for balance in balances])
+    highest = np.array([balance.highest_squared for balance in balances])
+    with np.errstate(invalid="ignore"):
+        exists = (squared >= -ROUNDING) & (squared < highest)
+        return np.where(exists, np.sqrt(np.maximum(squared, 0.0)), np.nan).reshape(model.shape)
 
 
-def fold_voltages(model: ConeModel) -> xr.Dataset:
+def fold_voltages(model: Ensemble) -> xr.Dataset:
     """All constant voltages at which two equilibria meet and vanish, and where: the limit points.
 
     Returns ``fold_voltage`` and ``fold_displacement`` over the ensemble's dims and ``fold``, in the order of the
     voltage, NaN-padded. Displacements up to the stretch limit are searched, at most 1000.
     """
-    cones = cones_of(model)
-    return _label(model, cones, _fold_variables(cones), title="folds of the equilibria")
+    balances = balances_of(model)
+    return _label(model, balances, _fold_variables(balances), title="folds of the equilibria")
 
 
-def pull_in_voltage(model: ConeModel, start: npt.ArrayLike | None = None) -> xr.Dataset:
+def pull_in_voltage(model: Ensemble, start: npt.ArrayLike | None = None) -> xr.Dataset:
     """Where the stable equilibrium loses its stability on a slow (quasi-static) voltage ramp from 0.
 
     Parameters
@@ -142,13 +139,13 @@ def pull_in_voltage(model: ConeModel, start: npt.ArrayLike | None = None) -> xr.
     next stable equilibrium that the force leads to, infinity when there is none, the same displacement where
     a pitchfork continues smoothly, NaN if never. ``rest_displacement`` is where the ramp starts.
     """
-    cones = cones_of(model)
-    variables = _pull_in_variables(cones, _starts(model, start))
-    return _with_flags(_label(model, cones, variables, start=start, title="pull-in"))
+    balances = balances_of(model)
+    variables = _pull_in_variables(balances, _starts(model, start))
+    return _with_flags(_label(model, balances, variables, start=start, title="pull-in"))
 
 
 def stroke_and_blocked_force(
-    model: ConeModel, voltages: npt.ArrayLike, start: npt.ArrayLike | None = None
+    model: Ensemble, voltages: npt.ArrayLike, start: npt.ArrayLike | None = None
 ) -> xr.Dataset:
     """What the actuator delivers at constant voltages reached on a slow ramp from 0: stroke and blocked force.
 
@@ -167,17 +164,17 @@ def stroke_and_blocked_force(
     flat film) on a stop that holds it where it rests without voltage.
     """
     levels = _voltages(voltages)
-    cones = cones_of(model)
-    rests = [rest_of(cone, near) for cone, near in zip(cones, _starts(model, start), strict=True)]
-    reached = [along_ramp(cone, rest, levels**2) for cone, rest in zip(cones, rests, strict=True)]
+    balances = balances_of(model)
+    rests = [rest_of(balance, near) for balance, near in zip(balances, _starts(model, start), strict=True)]
+    reached = [along_ramp(balance, rest, levels**2) for balance, rest in zip(balances, rests, strict=True)]
     place, losses = (np.stack([row[k] for row in reached]) for k in range(2))
     rest = np.array(rests)
     with np.errstate(all="ignore"):
-        blocked = np.stack([electric_force(x, levels, cone.c, cone.body) for x, cone in zip(rests, cones, strict=True)])
+        blocked = np.stack([balance.voltage_force(x, levels**2) for x, balance in zip(rests, balances, strict=True)])
     dims = ("constant_voltage",)
     return _label(
         model,
-        cones,
+        balances,
         {
             "displacement": (dims, place, "displacement on a slow voltage ramp", "length"),
             "stroke": (dims, place - rest[:, None], "displacement from the rest without voltage", "length"),
@@ -192,8 +189,8 @@ def stroke_and_blocked_force(
 
 
 def _label(
-    model: ConeModel,
-    cones: list[Cone],
+    model: Ensemble,
+    balances: list[StaticBalance],
     variables: dict[str, dataset.Variable],
     *,
     coords: dict[str, dataset.Variable] | None = None,
@@ -201,28 +198,28 @@ def _label(
     title: str,
 ) -> xr.Dataset:
     options = {"search_range": SEARCH_RANGE, "start": None if start is None else np.asarray(start).tolist()}
-    outcome = [Outcome.OK if cone.reachable else Outcome.OUTSIDE for cone in cones]
+    outcome = [Outcome.OK if balance.reachable else Outcome.OUTSIDE for balance in balances]
     return dataset.label(model, variables, coords=coords, outcome=outcome, options=options, title=title)
 
 
 def _voltages(voltages: npt.ArrayLike) -> Array:
-    levels = np.atleast_1d(np.asarray(PARAMETERS["voltage"].check("voltages", voltages), dtype=float))
+    levels = np.atleast_1d(np.asarray(VOLTAGE["voltage"].check("voltages", voltages), dtype=float))
     if levels.ndim > 1:
         raise InputError(f"voltages has the shape {levels.shape}: must be a number or one-dimensional; ravel it")
     return levels
 
 
-def _wanted(displacements: npt.ArrayLike, cones: list[Cone]) -> Array:
+def _wanted(displacements: npt.ArrayLike, balances: list[StaticBalance]) -> Array:
     x = np.atleast_1d(np.asarray(displacements, dtype=float))
     if x.ndim > 1 or x.size == 0 or not np.isfinite(x).all() or (np.diff(x) <= 0.0).any():
         raise InputError(f"displacements = {np.asarray(displacements).tolist()}: must be finite and increasing")
-    if not any(cone.inside(x).any() for cone in cones):
-        highest = max(cone.highest for cone in cones if cone.reachable)
+    if not any(balance.inside(x).any() for balance in balances):
+        highest = max(balance.highest for balance in balances if balance.reachable)
         raise InputError(f"displacements from {x[0]:g} to {x[-1]:g}: none is reached; give |x| below {highest:.6g}")
     return x
 
 
-def _starts(model: ConeModel, start: npt.ArrayLike | None) -> list[float | None]:
+def _starts(model: Ensemble, start: npt.ArrayLike | None) -> list[float | None]:
     if start is None:
         return [None] * model.size
     try:
@@ -234,12 +231,12 @@ def _starts(model: ConeModel, start: npt.ArrayLike | None) -> list[float | None]
     return [float(value) for value in values]
 
 
-def _force_range(cones: list[Cone], found: list[list[list[Equilibrium]]]) -> Array:
+def _force_range(balances: list[StaticBalance], found: list[list[list[Equilibrium]]]) -> Array:
     """Even displacements around all equilibria and rest heights, or up to 1, as far as any member reaches."""
     farthest = max((abs(e.displacement) for row in found for at in row for e in at), default=0.0)
-    rests = max(abs(float(cone.c.rest)) for cone in cones)
+    rests = max(abs(balance.free_height) for balance in balances)
     wanted = 1.4 * max(farthest, rests, 1.0 if farthest == 0.0 else 0.0)
-    reached = max(0.995 * cone.highest for cone in cones if cone.reachable)
+    reached = max(0.995 * balance.highest for balance in balances if balance.reachable)
     return np.linspace(-1.0, 1.0, FORCE_SAMPLES) * min(wanted, reached)
 
 
@@ -249,14 +246,14 @@ def _padded(rows: Sequence[Array]) -> Array:
     return np.stack([np.concatenate([row, np.full(longest - len(row), np.nan)]) for row in rows])
 
 
-def _real_folds(cone: Cone) -> list[tuple[float, float]]:
+def _real_folds(balance: StaticBalance) -> list[tuple[float, float]]:
     """(voltage, displacement) of the folds at a real voltage, in that order."""
-    folds = [x for side in (-1, 1) for _, x in cone.segments[side][:-1] if cone.excess(x) < 0.0]
-    return sorted((math.sqrt(w), x) for x in folds if (w := float(cone.squared(x))) >= 0.0)
+    folds = [x for side in (-1, 1) for _, x in balance.segments[side][:-1] if balance.excess(x) < 0.0]
+    return sorted((math.sqrt(w), x) for x in folds if (w := float(balance.squared(x))) >= 0.0)
 
 
-def _fold_variables(cones: list[Cone]) -> dict[str, dataset.Variable]:
-    folds = [np.array(_real_folds(cone)).reshape(-1, 2) for cone in cones]
+def _fold_variables(balances: list[StaticBalance]) -> dict[str, dataset.Variable]:
+    folds = [np.array(_real_folds(balance)).reshape(-1, 2) for balance in balances]
     voltage, place = (_padded([f[:, k] for f in folds]) for k in range(2))
     return {
         "fold_voltage": (("fold",), voltage, "voltage at which two equilibria meet in a fold", "voltage"),
@@ -264,14 +261,14 @@ def _fold_variables(cones: list[Cone]) -> dict[str, dataset.Variable]:
     }
 
 
-def _pitchfork_variable(model: ConeModel) -> dict[str, dataset.Variable]:
+def _pitchfork_variable(model: Ensemble) -> dict[str, dataset.Variable]:
     voltage = pitchfork_voltage(model).reshape(model.size)
     return {"pitchfork_voltage": ((), voltage, "voltage at which the flat film loses stability", "voltage")}
 
 
-def _pull_in_variables(cones: list[Cone], starts: list[float | None]) -> dict[str, dataset.Variable]:
-    rests = [rest_of(cone, near) for cone, near in zip(cones, starts, strict=True)]
-    lost = [first_loss(cone, rest) for cone, rest in zip(cones, rests, strict=True)]
+def _pull_in_variables(balances: list[StaticBalance], starts: list[float | None]) -> dict[str, dataset.Variable]:
+    rests = [rest_of(balance, near) for balance, near in zip(balances, starts, strict=True)]
+    lost = [first_loss(balance, rest) for balance, rest in zip(balances, rests, strict=True)]
     voltage, kind, before, after = (np.array([row[k] for row in lost]) for k in range(4))
     return {
         "rest_displacement": ((), np.array(rests), "stable equilibrium without voltage", "length"),
@@ -283,22 +280,19 @@ def _pull_in_variables(cones: list[Cone], starts: list[float | None]) -> dict[st
 
 
 def _with_flags(result: xr.Dataset) -> xr.Dataset:
-    result["pull_in_kind"].attrs |= {
-        "flag_values": np.array([kind.value for kind in PullIn], dtype=np.int8),
-        "flag_meanings": " ".join(kind.name.lower() for kind in PullIn),
-    }
+    result["pull_in_kind"].attrs |= dataset.flags(PullIn)
     return result
 
 
-def _branch_limit(cones: list[Cone], levels: Array) -> float:
+def _branch_limit(balances: list[StaticBalance], levels: Array) -> float:
     """Highest voltage to which the branches are traced: past all that happens and all that was asked for."""
-    events = [v for cone in cones for v, _ in _real_folds(cone)]
-    events += [math.sqrt(w) for cone in cones if cone.flat and (w := float(cone.squared(0.0))) > 0.0]
+    events = [v for balance in balances for v, _ in _real_folds(balance)]
+    events += [math.sqrt(w) for balance in balances if balance.flat and (w := float(balance.squared(0.0))) > 0.0]
     return max(1.2 * float(levels.max()), 1.5 * max(events, default=0.0), 1e-3)
 
 
-def _branches(cones: list[Cone], highest: float) -> dict[str, dataset.Variable]:
-    traced = [_trace(cone, highest) for cone in cones]
+def _branches(balances: list[StaticBalance], highest: float) -> dict[str, dataset.Variable]:
+    traced = [_trace(balance, highest) for balance in balances]
     place, voltage, slope = (_padded([t[k] for t in traced]) for k in range(3))
     dims = ("branch_point",)
     return {
@@ -308,38 +302,38 @@ def _branches(cones: list[Cone], highest: float) -> dict[str, dataset.Variable]:
     }
 
 
-def _trace(cone: Cone, highest: float) -> tuple[Array, Array, Array]:
+def _trace(balance: StaticBalance, highest: float) -> tuple[Array, Array, Array]:
     """Displacement, voltage and slope along all equilibria up to a voltage, one piece after the other."""
     gap = np.full((3, 1), np.nan)
     pieces = [gap]
-    for segment in cone.segments[-1] + cone.segments[1]:
-        begin, end = (_traced_end(cone, segment, k, highest) for k in (0, 1))
+    for segment in balance.segments[-1] + balance.segments[1]:
+        begin, end = (_traced_end(balance, segment, k, highest) for k in (0, 1))
         if begin is not None and end is not None:
-            pieces += [_piece(cone, segment, _closer_to_ends(begin, end)), gap]
-    if cone.flat:
-        pitchfork = float(cone.squared(0.0))
-        lost = math.sqrt(min(max(pitchfork, 0.0), cone.highest_squared))
-        voltage = np.unique([0.0, lost, min(highest, math.sqrt(cone.highest_squared))])
+            pieces += [_piece(balance, segment, _closer_to_ends(begin, end)), gap]
+    if balance.flat:
+        pitchfork = float(balance.squared(0.0))
+        lost = math.sqrt(min(max(pitchfork, 0.0), balance.highest_squared))
+        voltage = np.unique([0.0, lost, min(highest, math.sqrt(balance.highest_squared))])
         slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, pitchfork - voltage**2)
         pieces += [np.stack([0.0 * voltage, voltage, slope]), gap]
     place, voltage, slope = np.concatenate(pieces, axis=1)
     return place, voltage, slope
 
 
-def _traced_end(cone: Cone, segment: tuple[float, float], k: int, highest: float) -> float | None:
+def _traced_end(balance: StaticBalance, segment: tuple[float, float], k: int, highest: float) -> float | None:
     """One end of a segment drawn in to where 0 <= w <= highest^2; None if that leaves nothing of it."""
-    w = float(cone.squared(segment[k]))
+    w = float(balance.squared(segment[k]))
     bound = min(max(w, 0.0), highest * highest)
-    return segment[k] if same_squared(w, bound) else root_on_segment(cone, bound, segment)
+    return segment[k] if same_squared(w, bound) else root_on_segment(balance, bound, segment)
 
 
-def _piece(cone: Cone, segment: tuple[float, float], x: Array) -> Array:
+def _piece(balance: StaticBalance, segment: tuple[float, float], x: Array) -> Array:
     """Rows displacement, voltage and slope x dw/dx; the slope is exactly 0 in a fold or pitchfork."""
-    events = [end for end in segment if abs(end) < cone.highest]
-    slope = np.where(np.isin(x, events), 0.0, cone.turning(x) / np.where(x == 0.0, 1.0, x))
-    squared = cone.squared(x)
+    events = [end for end in segment if abs(end) < balance.highest]
+    slope = np.where(np.isin(x, events), 0.0, balance.turning(x) / np.where(x == 0.0, 1.0, x))
+    squared = balance.squared(x)
     rows = np.stack([x, np.sqrt(np.maximum(squared, 0.0)), slope])
-    return np.where(cone.excess(x) < 0.0, rows, np.nan)
+    return np.where(balance.excess(x) < 0.0, rows, np.nan)
 
 
 def _closer_to_ends(begin: float, end: float) -> Array:

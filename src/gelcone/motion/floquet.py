@@ -22,9 +22,11 @@ from gelcone import dataset
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import pitchfork_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.response import start_states
+from gelcone.motion.settle import start_states
 from gelcone.motion.tangents import chained
-from gelcone.physics.model import PARAMETERS, ConeModel
+from gelcone.physics.drive import VOLTAGE
+from gelcone.physics.members import Ensemble, Members
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -44,6 +46,8 @@ ROUNDS = 6
 PEAK_ROUNDS = 4
 STILL_STABLE = 1e-12
 """A margin below this without voltage is rounding."""
+SETTLING, MOST_SETTLINGS = 64.0, 100
+"""Forcing periods after which the states besides the disc's are compared, and how often they are."""
 
 Progress = Callable[[float], None]
 
@@ -71,7 +75,7 @@ _MEANINGS = {
 
 
 def floquet_multipliers(
-    model: ConeModel,
+    model: Ensemble,
     *,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
@@ -98,7 +102,7 @@ def floquet_multipliers(
     InputError : when x = 0 is no solution, or lies beyond the stretch limit for all members.
     """
     _check_rest(model)
-    maps = _maps(model.take(slice(None)), _Options(tolerance, threads), progress)
+    maps = _maps(model.members(), _Options(tolerance, threads), progress)
     real, imag, log_modulus = maps.multipliers()
     with np.errstate(over="ignore"):
         radius = np.exp(log_modulus[:, 0])
@@ -127,7 +131,7 @@ _MARGIN = ("instability margin of rest, positive where it is unstable", "margin"
 
 
 def onset_voltage(
-    model: ConeModel,
+    model: Ensemble,
     *,
     highest: npt.ArrayLike | None = None,
     steps: int | None = None,
@@ -162,7 +166,7 @@ def onset_voltage(
         not positive, or fewer than 2 steps.
     """
     _check_rest(model)
-    members = model.take(slice(None))
+    members = model.members()
     ends = _search_ends(model, highest)
     counts = _scan_steps(members, steps)
     options = _Options(tolerance, threads)
@@ -184,10 +188,7 @@ def onset_voltage(
         options={"steps": steps, "tolerance": tolerance},
         title="onset voltage of rest",
     )
-    result["onset_kind"].attrs |= {
-        "flag_values": np.array([kind.value for kind in Onset], dtype=np.int8),
-        "flag_meanings": " ".join(kind.name.lower() for kind in Onset),
-    }
+    result["onset_kind"].attrs |= dataset.flags(Onset)
     return result
 
 
@@ -226,11 +227,11 @@ def tongues(
     _check_rest(model)
     options = _Options(tolerance, threads)
     rows = model.replace(drive_frequency=omega)
-    grid = model.replace(drive_frequency=omega[:, None], voltage=volts).take(slice(None))
+    grid = model.replace(drive_frequency=omega[:, None], voltage=volts).members()
     maps = _maps(grid, options, _part(progress, 0.4))
     shape = (omega.size, volts.size)
     margin, log_modulus = maps.margin().reshape(shape), maps.multipliers()[2][:, 0].reshape(shape)
-    boundary = _boundaries(rows, volts, margin, options, _part(progress, 0.2))
+    boundary = _boundaries(rows.members(), volts, margin, options, _part(progress, 0.2))
     onset = onset_voltage(rows, highest=volts[-1], tolerance=tolerance, threads=threads, progress=_part(progress, 0.4))
     static = pitchfork_voltage(model) - abs(model.voltage_bias)
     plane, line = ("drive_frequency", "voltage"), ("drive_frequency",)
@@ -305,26 +306,35 @@ class _Maps:
         return real, np.where(np.isnan(real), np.nan, imag), log_modulus
 
 
-def _check_rest(model: ConeModel) -> None:
+def _check_rest(model: Ensemble) -> None:
     start_states(model, (0.0, 0.0))
-    lifted = np.asarray(model.rest_height * np.asarray(model.spring_stiffness) != 0.0)
-    if lifted.any():
-        height = np.broadcast_to(model.rest_height, model.shape)[np.broadcast_to(lifted, model.shape)]
+    members = model.members()
+    if not members.symmetric.all():
+        height = members.system.bias.free_height(members.numbers_at(int(np.argmin(members.symmetric))))
         raise InputError(
-            f"rest_height = {float(height.ravel()[0]):g}: must be 0, or the disc does not rest at x = 0 and has no "
+            f"rest_height = {float(height):g}: must be 0, or the disc does not rest at x = 0 and has no "
             "Floquet multipliers there; set it to 0"
         )
 
 
-def _maps(members: ConeModel, options: _Options, progress: Progress | None = None) -> _Maps:
+def _resting(members: Members, options: _Options) -> Array:
+    """States (members, N) with the disc at rest and all other states as periodic as the drive, at phase 0."""
+    states = members.start_states((0.0, 0.0))
+    for _ in range(0 if members.system.planar else MOST_SETTLINGS):
+        period = np.broadcast_to(members.forcing_period, members.shape)[:, None]
+        run = integrate(members, states, SETTLING * period, tolerance=options.tolerance, threads=options.threads)
+        change, states = np.abs(run.states[:, -1] - states), run.states[:, -1]
+        if not (change > STILL_STABLE).any():
+            break
+    return states
+
+
+def _maps(members: Members, options: _Options, progress: Progress | None = None) -> _Maps:
     """The maps of a one-dimensional ensemble. Members with the same number of pieces go through one call, so that the
     numbers of a member do not depend on the others."""
-    repeat = np.broadcast_to(members.drive_repeat, members.shape).astype(float)
-    zeta = np.broadcast_to(members.damping_ratio, members.shape)
-    stiffness = np.abs(np.broadcast_to(members.stiffness(np.zeros(members.shape)), members.shape))
-    peak = np.asarray(members.voltage) + np.abs(members.voltage_bias)
-    rate = 2.0 * zeta + np.sqrt(1.0 + np.where(np.isfinite(stiffness), stiffness, 0.0) + peak * peak)
-    pieces = 2 ** np.ceil(np.log2(np.maximum(repeat * rate / PIECE, 1.0))).astype(int)
+    repeat = np.broadcast_to(members.forcing_period, members.shape).astype(float)
+    pieces = 2 ** np.ceil(np.log2(np.maximum(repeat * members.rate / PIECE, 1.0))).astype(int)
+    resting = _resting(members, options)
     result = np.full((3, members.size), np.nan)
     outcome = np.zeros(members.size, dtype=np.int8)
     for count in np.unique(pieces):
@@ -334,7 +344,7 @@ def _maps(members: ConeModel, options: _Options, progress: Progress | None = Non
             part = _part(progress, float(rows.size * count) / float(pieces.sum()))
             run = integrate(
                 members.take(rows),
-                (0.0, 0.0),
+                resting[rows],
                 times,
                 keep="tangents",
                 tolerance=options.tolerance,
@@ -342,8 +352,9 @@ def _maps(members: ConeModel, options: _Options, progress: Progress | None = Non
                 progress=part,
             )
             assert run.tangents is not None
-            result[:, rows], outcome[rows] = _trace_and_area(run.tangents), run.outcome
-    log_product = -2.0 * zeta * repeat
+            # deviations of the disc from the flat film have no part in the other states, which are even in x
+            result[:, rows], outcome[rows] = _trace_and_area(run.tangents[..., :2, :2]), run.outcome
+    log_product = -2.0 * members.damping_ratio * repeat
     return _Maps(result[0], result[1], log_product, np.expm1(result[2] - log_product), repeat, outcome)
 
 
@@ -359,7 +370,7 @@ def _trace_and_area(tangents: Array) -> tuple[Array, Array, Array]:
 
 
 def _onsets(
-    members: ConeModel, ends: Array, steps: int, options: _Options, progress: Progress | None
+    members: Members, ends: Array, steps: int, options: _Options, progress: Progress | None
 ) -> tuple[Array, npt.NDArray[np.int8]]:
     """Onset, kind and error (3, members), and the outcomes."""
     scan = ends[:, None] * (np.arange(steps + 1) / steps)
@@ -384,7 +395,7 @@ def _onsets(
     return found, maps.outcome.reshape(scan.shape).max(axis=1)
 
 
-def _at_voltages(members: ConeModel, voltages: Array, options: _Options, progress: Progress | None = None) -> _Maps:
+def _at_voltages(members: Members, voltages: Array, options: _Options, progress: Progress | None = None) -> _Maps:
     """The maps of every member at its voltages, shape (members, voltages), flattened."""
     rows = np.repeat(np.arange(len(voltages)), voltages.shape[1])
     return _maps(members.take(rows).replace(voltage=voltages.ravel()), options, progress)
@@ -399,7 +410,7 @@ def _first_brackets(scan: Array, margin: Array) -> tuple[npt.NDArray[np.intp], A
 
 
 def _hidden_brackets(
-    members: ConeModel, scan: Array, margin: Array, options: _Options
+    members: Members, scan: Array, margin: Array, options: _Options
 ) -> tuple[npt.NDArray[np.intp], Array, Array]:
     """The same for tongues that lie between two points of the scan, found where the margin peaks; lowest first."""
     stable_so_far = np.logical_and.accumulate(~(margin > 0.0), axis=1)
@@ -418,7 +429,7 @@ def _hidden_brackets(
     return rows[hidden], begin[hidden], best[hidden]
 
 
-def _boundaries(rows: ConeModel, volts: Array, margin: Array, options: _Options, progress: Progress | None) -> Array:
+def _boundaries(rows: Members, volts: Array, margin: Array, options: _Options, progress: Progress | None) -> Array:
     """All voltages at which the stability of each row changes on the grid, shape (rows, most changes), NaN-padded."""
     row, step = np.nonzero((margin[:, 1:] > 0.0) != (margin[:, :-1] > 0.0))
     rising = np.where(margin[row, step + 1] > 0.0, 1.0, -1.0)
@@ -431,7 +442,7 @@ def _boundaries(rows: ConeModel, volts: Array, margin: Array, options: _Options,
     return boundary
 
 
-def _refine(members: ConeModel, low: Array, high: Array, rising: Array, options: _Options) -> tuple[Array, Array]:
+def _refine(members: Members, low: Array, high: Array, rising: Array, options: _Options) -> tuple[Array, Array]:
     """Roots of the margin in brackets, one a member, where it rises (1) or falls (-1) through 0; and their widths.
 
     A bracket is cut into sections until it is so narrow that interpolation leaves no more than rounding.
@@ -452,11 +463,11 @@ def _refine(members: ConeModel, low: Array, high: Array, rising: Array, options:
     return low + (high - low) * share, high - low
 
 
-def _search_ends(model: ConeModel, highest: npt.ArrayLike | None) -> Array:
+def _search_ends(model: Ensemble, highest: npt.ArrayLike | None) -> Array:
     if highest is None:
         pitchfork = pitchfork_voltage(model).ravel()
         return np.where(pitchfork > 0.0, 3.0 * pitchfork, 3.0)
-    ends = np.asarray(PARAMETERS["voltage"].check("highest", highest))
+    ends = np.asarray(VOLTAGE["voltage"].check("highest", highest))
     if not (ends > 0.0).all():
         raise InputError("highest = 0: must be greater than 0, or there is no interval to search")
     try:
@@ -467,20 +478,20 @@ def _search_ends(model: ConeModel, highest: npt.ArrayLike | None) -> Array:
         ) from None
 
 
-def _scan_steps(members: ConeModel, steps: int | None) -> npt.NDArray[np.int64]:
+def _scan_steps(members: Members, steps: int | None) -> npt.NDArray[np.int64]:
     """Steps of the scan for each member: the trace swings about once for each half oscillation in a repeat."""
     if steps is not None:
         if steps < 2:
             raise InputError(f"steps = {steps}: must be at least 2")
         return np.full(members.size, steps)
     stiffness = np.nan_to_num(members.stiffness(np.zeros(members.shape)), nan=0.0, posinf=0.0, neginf=0.0)
-    lobes = np.asarray(members.drive_repeat) * np.sqrt(np.maximum(stiffness, 0.0)) / np.pi
+    lobes = np.asarray(members.forcing_period) * np.sqrt(np.maximum(stiffness, 0.0)) / np.pi
     wanted = np.clip(STEPS_PER_LOBE * lobes, FEWEST_STEPS, MOST_STEPS)
     return 2 ** np.ceil(np.log2(np.broadcast_to(wanted, members.shape))).astype(np.int64)
 
 
 def _axis(name: str, values: npt.ArrayLike) -> Array:
-    axis = np.atleast_1d(np.asarray(PARAMETERS[name].check(name, values), dtype=float))
+    axis = np.atleast_1d(np.asarray(VOLTAGE[name].check(name, values), dtype=float))
     if axis.ndim > 1 or axis.size < 2 or not (np.diff(axis) > 0.0).all():
         raise InputError(f"{name}: must be at least two increasing values; sort them and leave out doubles")
     return axis

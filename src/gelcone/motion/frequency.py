@@ -1,11 +1,10 @@
 """Frequency response at full drive, by sweeps up and down: resonances, jumps and what is not periodic.
 
-Beside it stands the linear response to the same drive, which is all there is as long as the drive is small.
+The linear response to the same drive is given along with it: all there is as long as the drive is small.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,10 +16,12 @@ from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.cycle import RETURN_TOLERANCE
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.linear import linear_response, state_space
+from gelcone.motion.linear import equilibrium_under_bias, linear_response
+from gelcone.motion.natural import natural_frequency
 from gelcone.motion.regime import REST_TOLERANCE
-from gelcone.motion.response import start_states
-from gelcone.motion.swing import HARMONICS, Swing, settled_swing
+from gelcone.motion.settle import members_of, nudge, start_states
+from gelcone.motion.settled import HARMONICS, Swing, settled_swing
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array
@@ -32,14 +33,15 @@ BRANCHES = ("up", "down")
 SPAN = (0.1, 3.0, 81)
 """Frequencies over the natural one where none are given: from, to, how many."""
 NUDGE = 1e-4
-"""A sweep moves each state by this much before it goes on, lest it stays on a motion that has become unstable."""
+"""A sweep moves each state by this much before the next frequency, so that it leaves a motion that has become unstable.
+"""
 DIFFERENT = 0.02
 """Sweeps differ where their strokes do by this share of the larger one, or more."""
 NEGLIGIBLE = 1e-3
-"""Strokes below this share of the largest one are not told apart, nor those of a rest."""
+"""Strokes below this share of the largest one count as equal, as do those of a rest."""
 NARROWINGS = 3
 NARROWED_AT = 7
-"""Frequencies inside a peak's bracket at which each narrowing looks; the bracket shrinks to a quarter."""
+"""Frequencies inside a peak's bracket that each narrowing tries; the bracket shrinks to a quarter."""
 BISECTIONS = 6
 
 
@@ -50,7 +52,7 @@ def frequency_response(
     *,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """The settled motion over drive frequency, in a sweep up and one down, each from the last state of the one before.
 
@@ -73,7 +75,7 @@ def frequency_response(
     ``step``, with ``swept_frequency`` over both), with
 
     * ``lowest``, ``highest``, ``stroke`` (between them) and ``amplitude`` (half of that) of the displacement;
-      ``period`` in drive repeats: 1 where the motion follows the drive, more for subharmonics, 0 where none up to 16
+      ``period`` in forcing periods: 1 where the motion follows the drive, more for subharmonics, 0 where none up to 16
       was found (chaos, or not settled); ``outcome``;
     * over ``harmonic``, multiples of the drive frequency: ``harmonic_amplitude`` and ``harmonic_phase`` in degrees
       ahead of sin(harmonic omega t), where the voltage is sin(omega t);
@@ -93,7 +95,7 @@ def frequency_response(
     if frequencies is None:
         frequencies = _around_resonance(model)
     grid = _grid(model, frequencies)
-    flat = model.take(slice(None))
+    flat = members_of(model)
     members = np.repeat(np.arange(flat.size), len(BRANCHES))
     states = start_states(model, initial)[members]
     both, grids = flat.take(members), grid[members]
@@ -110,8 +112,9 @@ def frequency_response(
 def _around_resonance(model: ConeModel) -> Array:
     if model.shape:
         raise InputError("frequencies: an ensemble has no default; give them")
-    stiffness = -state_space(model).A[1, 0]
-    return np.asarray(np.sqrt(stiffness) * np.geomspace(*SPAN))
+    bias = float(model.voltage_bias)
+    natural = natural_frequency(model, bias, equilibrium_under_bias(model, bias))
+    return np.asarray(natural * np.geomspace(*SPAN))
 
 
 def _grid(model: ConeModel, frequencies: npt.ArrayLike) -> Array:
@@ -139,18 +142,18 @@ def _grid(model: ConeModel, frequencies: npt.ArrayLike) -> Array:
 # --- sweeps -----------------------------------------------------------------------------------------------------------
 
 
-def _sweep(model: ConeModel, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]) -> Swing:
+def _sweep(model: Members, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]) -> Swing:
     """Swings (members, steps) at the frequencies ``grids``; odd members are swept down."""
     count = grids.shape[1]
     down = np.arange(model.size) % len(BRANCHES) == 1
-    swept = Swing.blank(*grids.shape)
+    swept = Swing.blank(*grids.shape, states=initial.shape[1])
     members, states = np.arange(model.size), initial
     for k in range(count):
         step = np.where(down, count - 1 - k, k)
         now = settled_swing(model.replace(drive_frequency=grids[members, step]), states, **flow)
         swept.put((members, step), now)
         lost = (now.outcome != Outcome.OK)[:, None]
-        states = np.where(lost, initial, now.final + np.array([NUDGE, 0.0]))
+        states = np.where(lost, initial, nudge(now.final, NUDGE))
         if progress is not None:
             progress(1.0 / count)
     return swept
@@ -175,7 +178,7 @@ class _Peaks:
     error: Array
 
 
-def _peaks(model: ConeModel, grids: Array, swept: Swing, progress: Progress, flow: dict[str, Any]) -> _Peaks:
+def _peaks(model: Members, grids: Array, swept: Swing, progress: Progress, flow: dict[str, Any]) -> _Peaks:
     """Narrows down the highest point of each sweep between its neighbours, starting from the motion there."""
     members, amplitude = np.arange(model.size), np.where(np.isnan(swept.amplitude), -1.0, swept.amplitude)
     best = amplitude.argmax(axis=1)
@@ -188,13 +191,13 @@ def _peaks(model: ConeModel, grids: Array, swept: Swing, progress: Progress, flo
         tried = low[:, None] + (high - low)[:, None] * shares
         ensemble = model.take(np.repeat(members, NARROWED_AT)).replace(drive_frequency=tried.ravel())
         now = settled_swing(ensemble, np.repeat(state, NARROWED_AT, axis=0), **flow)
-        # What was highest before stays in the race, lest a narrow peak is lost between the new frequencies.
+        # What was highest before is compared too, or a narrow peak could be lost between the new frequencies.
         heights = np.column_stack([now.amplitude.reshape(tried.shape), height])
-        places, finals = np.column_stack([tried, at]), now.final.reshape(*tried.shape, 2)
+        places, finals = np.column_stack([tried, at]), now.final.reshape(*tried.shape, -1)
         finals = np.concatenate([finals, state[:, None]], axis=1)
         first, second = np.argsort(-np.nan_to_num(heights, nan=-1.0), axis=1, kind="stable")[:, :2].T
         at, height, state = places[members, first], heights[members, first], finals[members, first]
-        # Neither the frequencies nor the settling tell heights apart any closer.
+        # Neither the frequencies nor the settling resolve heights any closer.
         error = height - heights[members, second] + RETURN_TOLERANCE * np.abs(swept.highest[members, best])
         edges = np.column_stack([low, np.sort(places, axis=1), high])
         # At an end of the frequencies there is nothing on the other side.
@@ -229,7 +232,7 @@ def differing(swept: Swing) -> npt.NDArray[np.bool_]:
     return np.asarray(apart & (swept.period != 0).any(axis=1))
 
 
-def _jumps(model: ConeModel, grid: Array, swept: Swing, progress: Progress, flow: dict[str, Any]) -> _Jumps:
+def _jumps(model: Members, grid: Array, swept: Swing, progress: Progress, flow: dict[str, Any]) -> _Jumps:
     """Both ends of each range in which the sweeps differ, narrowed down by following both motions outwards.
 
     The sweep down jumps at the lower end of the range, the one up at its upper end. An end that is an end of the
@@ -249,7 +252,7 @@ def _jumps(model: ConeModel, grid: Array, swept: Swing, progress: Progress, flow
     for _ in range(BISECTIONS if member.size else 0):
         middle = 0.5 * (inner + outer)
         both = model.take(np.repeat(member, len(BRANCHES))).replace(drive_frequency=np.repeat(middle, len(BRANCHES)))
-        now = _by_branch(settled_swing(both, states.reshape(-1, 2), **flow))
+        now = _by_branch(settled_swing(both, states.reshape(-1, states.shape[-1]), **flow))
         apart = differing(Swing(**{name: values[:, :, None] for name, values in vars(now).items()}))[:, 0]
         inner, outer = np.where(apart, middle, inner), np.where(apart, outer, middle)
         states = np.where(apart[:, None, None], now.final, states)
@@ -282,7 +285,7 @@ def _label(
         "stroke": (each, 2.0 * swept.amplitude, "stroke of the settled motion, peak to peak", "length"),
         "lowest": (each, swept.lowest, "lowest displacement", "length"),
         "highest": (each, swept.highest, "highest displacement", "length"),
-        "period": (each, swept.period, "period in drive repeats, 0 if none", "count"),
+        "period": (each, swept.period, "period in forcing periods, 0 if none", "count"),
         "harmonic_amplitude": (wave, np.abs(harmonics), "amplitude of a harmonic of the drive", "length"),
         "harmonic_phase": (wave, phase, "phase of the harmonic, degrees ahead of the voltage's", "angle"),
         "linear_stroke": ((step,), np.stack([one.stroke for one in linear]), "stroke by linear theory", "length"),

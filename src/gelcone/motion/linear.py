@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,10 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import stroke_and_blocked_force
-from gelcone.physics.model import ConeModel, electric_pull
+from gelcone.physics.component import State
+from gelcone.physics.drive import PHASES
+from gelcone.physics.dual import gradients
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -20,8 +23,11 @@ if TYPE_CHECKING:
     from gelcone.devices.device import Device
 
 
-PHASES = 720
-"""Places in a drive period at which the stroke of two harmonics is read."""
+HARMONICS = 8
+"""Multiples of the drive frequency that are taken into account."""
+ROUNDING = 1e-13
+"""Harmonics below this share of the mean square are rounding."""
+NEWTON_STEPS = 20
 
 
 class StateSpace(NamedTuple):
@@ -63,22 +69,38 @@ def state_space(model: ConeModel, device: Device | None = None) -> StateSpace:
     """
     if model.shape:
         raise InputError(f"a state-space model is that of a single actuator, not of an ensemble of shape {model.shape}")
+    system, n = model.system, model.numbers()
     bias = float(model.voltage_bias)
-    place = equilibrium_under_bias(model, bias)
-    stiffness, damping = float(model.stiffness(place, bias)), float(model.damping_ratio)
-    gain = 2.0 * bias * float(electric_pull(place, bias, model.coefficients(), model.body))
-    time, length, volt = (1.0, 1.0, 1.0) if device is None else _scales(device)
-    return StateSpace(
-        A=np.array([[0.0, 1.0], [-stiffness / time**2, -2.0 * damping / time]]),
-        B=np.array([[0.0], [gain * length / (time**2 * volt)]]),
-        C=np.array([[1.0, 0.0]]),
-        D=np.array([[0.0]]),
-    )
+    place = equilibrium_under_bias(model, float(np.abs(bias * system.circuit.gain(0.0, n))))
+    at = [place, 0.0, *_settled_states(model, place, bias), bias]
+    slopes = gradients(lambda z, xp: system.rates_under(z[-1], z[:-1], n, xp), [np.float64(value) for value in at])
+    jacobian, states = np.array(slopes, dtype=float), system.states
+    scales, time, volt = _scales(states, device)
+    A, B = jacobian[:, :-1] * scales[:, None] / (scales * time), jacobian[:, -1:] * scales[:, None] / (time * volt)
+    return StateSpace(A=A, B=B, C=np.eye(1, len(states)), D=np.array([[0.0]]))
 
 
-def _scales(device: Device) -> tuple[float, float, float]:
+def _settled_states(model: ConeModel, place: float, voltage: float) -> list[float]:
+    """The states besides the disc's at rest under a constant voltage, by Newton's method."""
+    system, n = model.system, model.numbers()
+    own = np.array([state.start for state in system.states[2:]])
+
+    def rates(y: list[Any], xp: Any) -> list[Any]:
+        return list(system.rates_under(voltage, [np.float64(place), np.float64(0.0), *y], n, xp)[2:])
+
+    for _ in range(NEWTON_STEPS if own.size else 0):
+        slopes = np.array(gradients(rates, list(own)), dtype=float)
+        own = own - np.linalg.solve(slopes, np.array(rates(list(own), np), dtype=float))
+    return [float(value) for value in own]
+
+
+def _scales(states: tuple[State, ...], device: Device | None) -> tuple[Array, float, float]:
+    """SI values of one unit of each state, of time and of voltage; 1 without a device."""
+    if device is None:
+        return np.ones(len(states)), 1.0, 1.0
     scales = device.scales
-    return scales.time, scales.length, scales.voltage
+    own = [float(getattr(scales, state.quantity, 1.0)) for state in states]
+    return np.array(own), scales.time, scales.voltage
 
 
 @dataclass(frozen=True)
@@ -93,29 +115,48 @@ class LinearResponse:
 def linear_response(model: ConeModel, frequencies: Array) -> LinearResponse:
     """The response to the model's own drive, linearised about the equilibrium under its mean-square voltage.
 
-    The force goes with v^2 = (v0 + v sin)^2: its part at the drive frequency with 2 v0 v, at twice that with v^2/2.
-    With a bias and a small amplitude this is `small_signal_response`. NaN where there is no equilibrium, or an unstable
-    one. ``model`` is a single one, ``frequencies`` are angular.
+    The force goes with the square of the film's voltage, whose harmonics drive the disc; of a sine with bias that at the
+    drive frequency with 2 v0 v, and at twice that with v^2/2. With a bias and a small amplitude this is
+    `small_signal_response`. NaN where there is no equilibrium, or an unstable one. ``model`` is a single one,
+    ``frequencies`` are angular.
     """
-    bias, amplitude = float(model.voltage_bias), float(model.voltage)
-    level = float(np.hypot(bias, amplitude / np.sqrt(2.0)))
+    omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
+    found = [_harmonics(model, float(frequency)) for frequency in omega]
+    harmonics = np.stack(found, axis=1)
+    turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)
+    orders = np.arange(1, len(harmonics) + 1)
+    motion = np.einsum("kf,kp->fp", harmonics, turn ** orders[:, None]).imag
+    return LinearResponse(np.ptp(motion, axis=1), harmonics[:2])
+
+
+def _harmonics(model: ConeModel, frequency: float) -> npt.NDArray[np.complex128]:
+    """Complex amplitudes (HARMONICS,) of the displacement at multiples of one drive frequency."""
+    system, n = model.system, model.numbers()
     damping = float(model.damping_ratio)
+    orders = np.arange(1, HARMONICS + 1)
+    film_voltage = _film_voltage(model, frequency)
+    level = float(np.sqrt(np.mean(film_voltage**2)))
     try:
         place = equilibrium_under_bias(model, level)
         stiffness = float(model.stiffness(place, level))
     except InputError:
-        place, stiffness = np.nan, np.nan
+        return np.full(HARMONICS, np.nan + 0j)
     if not stiffness > 0.0:
-        stiffness = np.nan
-    omega = np.asarray(frequencies, dtype=float)
-    # A cosine that is subtracted is a sine a quarter of a turn behind.
-    forces = (2.0 * bias * amplitude * place, -0.5j * amplitude**2 * place)
-    harmonics = np.stack(
-        [force / (stiffness - (k * omega) ** 2 + 2j * damping * k * omega) for k, force in enumerate(forces, start=1)]
-    )
-    turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)
-    motion = (harmonics[0, :, None] * turn + harmonics[1, :, None] * turn**2).imag
-    return LinearResponse(np.ptp(motion, axis=1), harmonics)
+        return np.full(HARMONICS, np.nan + 0j)
+    # amplitudes as multiples of sines: the displacement is the imaginary part of the sum
+    squares = 2j * np.fft.fft(film_voltage**2)[1 : HARMONICS + 1] / PHASES
+    squares[np.abs(squares) < ROUNDING * level**2] = 0.0
+    gain = float(system.film.voltage_gain(np.float64(place), level**2, n))
+    multiples = orders * frequency
+    return np.asarray(gain * squares / (stiffness - multiples**2 + 2j * damping * multiples))
+
+
+def _film_voltage(model: ConeModel, frequency: float) -> Array:
+    """The film's voltage at `PHASES` phases of a drive of this frequency, through the circuit's gain."""
+    system, n = model.system, model.numbers()
+    harmonics = np.fft.rfft(system.waveform.samples(n))
+    gains = np.array([complex(system.circuit.gain(k * frequency, n)) for k in range(len(harmonics))])
+    return np.fft.irfft(gains * harmonics, PHASES)
 
 
 def small_signal_response(model: ConeModel, frequencies: npt.ArrayLike) -> xr.Dataset:
@@ -134,7 +175,7 @@ def small_signal_response(model: ConeModel, frequencies: npt.ArrayLike) -> xr.Da
     if omega.ndim != 1 or not np.isfinite(omega).all() or (omega <= 0.0).any():
         raise InputError("frequencies: must be positive numbers")
     a, b, c, d = state_space(model)
-    transfer = np.array([(c @ np.linalg.solve(1j * w * np.eye(2) - a, b) + d)[0, 0] for w in omega])
+    transfer = np.array([(c @ np.linalg.solve(1j * w * np.eye(len(a)) - a, b) + d)[0, 0] for w in omega])
     dims = ("drive_frequency",)
     return dataset.label(
         model,

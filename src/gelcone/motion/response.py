@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import reprlib
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,16 +12,19 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.motion.flow import DEFAULT_TOLERANCE, Trajectories, integrate
-from gelcone.physics import drive
-from gelcone.physics.model import ConeModel, electric_energy, spring_energy
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
+from gelcone.motion.job import Trajectories
+from gelcone.motion.settle import fastest_rate, members_of, start_states
+from gelcone.physics.members import Members
+from gelcone.physics.model import ConeModel
+from gelcone.progress import Progress
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES_PER_PERIOD = 100
-SAMPLES_PER_OSCILLATION = 24
+SAMPLES_PER_OSCILLATION = 20
 MOST_SAMPLES = 20_000
 NEAR_LIMIT = 0.99
 
@@ -36,7 +38,7 @@ def simulate(
     field_limit: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Motion, stretches, stresses, field, energies and power balance of every member, and the model's validity.
 
@@ -46,9 +48,11 @@ def simulate(
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
     periods : length of the run in periods 2 pi/omega of the voltage, when ``times`` is not given. Default 20.
     times : dimensionless sample times, increasing from 0 or later; default even ones, at least 100 a drive period and
-        24 an oscillation of the spring and film (at most 20,000 in all).
+        20 an oscillation at the fastest rate (at most 20,000 in all).
     field_limit : dielectric strength over sqrt(mu/eps), for the validity; unknown when left out.
     tolerance : relative error of one step. Default 1e-15.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
@@ -82,7 +86,7 @@ def simulate(
     sampled = np.broadcast_to(sampled, (model.size, sampled.shape[1]))
     _check_memory(*sampled.shape)
     run = integrate(model, states0, sampled, keep="work", tolerance=tolerance, threads=threads, progress=progress)
-    members = model.take(slice(None))
+    members = members_of(model)
     with np.errstate(over="ignore", invalid="ignore"):
         variables = _variables(members, run)
         broken = _broken_assumptions(members, variables, field_limit)
@@ -90,9 +94,10 @@ def simulate(
     shares.setdefault("breakdown", np.full(model.size, np.nan))
     shared_times = (sampled == sampled[0]).all()
     dim = "time" if shared_times else "sample"
+    meanings = _MEANINGS | {state.name: (state.meaning, state.quantity) for state in model.system.states[2:]}
     result = dataset.label(
         model,
-        {n: ((dim,), v[:, kept], *_MEANINGS[n]) for n, v in variables.items()}
+        {n: ((dim,), v[:, kept], *meanings[n]) for n, v in variables.items()}
         | {n: ((dim,), v[:, kept], f"is there {_ASSUMPTIONS[n]}", "flag") for n, v in broken.items()}
         | {
             f"validity_{n}": ((), shares[n], f"share of the time with {_ASSUMPTIONS[n]}", "share") for n in _ASSUMPTIONS
@@ -107,42 +112,7 @@ def simulate(
         },
         title="time response",
     )
-    result["initial"] = (
-        (*dataset.member_dims(model), "state"),
-        states0.reshape((*model.shape, 2)),
-        {"long_name": "initial displacement and velocity", "units": "1"},
-    )
-    return result
-
-
-def start_states(model: ConeModel, initial: npt.ArrayLike) -> Array:
-    """Initial states of all members, shape (members, 2); `InputError` when none can start."""
-    try:
-        if np.shape(initial)[-1:] != (2,):
-            raise ValueError
-        states = np.broadcast_to(np.asarray(initial, dtype=float), (*model.shape, 2)).reshape(model.size, 2)
-    except (TypeError, ValueError):
-        wanted = " or ".join(dict.fromkeys(("shape (2,)", f"shape {(*model.shape, 2)}")))
-        shown = " ".join(reprlib.repr(initial).split())
-        raise InputError(f"initial = {shown}: must be a displacement and a velocity, {wanted}") from None
-    if not np.isfinite(states).all():
-        raise InputError(f"initial = {states[~np.isfinite(states).all(axis=1)][0].tolist()}: must be finite")
-    members = model.take(slice(None))
-    with np.errstate(over="ignore"):
-        strains, limits = members.strain(states[:, 0]), np.broadcast_to(members.strain_limit(), members.shape)
-    if (strains >= limits).all():
-        if model.film is not None:
-            raise InputError(
-                f"initial displacement {states[0, 0]:g}: must be less than {model.film.reach:g} either way, which the "
-                "continuum film was fitted for; start lower"
-            )
-        if np.isinf(limits[0]):
-            raise InputError(f"initial = {states[0].tolist()}: its strain is beyond what doubles hold; start lower")
-        raise InputError(
-            f"stretch_limit = {limits[0]:g}: must exceed I1 - 3 = {strains[0]:.4g} at the initial displacement "
-            f"{states[0, 0]:g}; start lower or raise it"
-        )
-    return states
+    return dataset.with_initial(result, model, states0)
 
 
 def _check_positive(name: str, value: Any, bound: str) -> None:
@@ -164,13 +134,12 @@ def _check_memory(members: int, samples: int) -> None:
 
 def _even_times(model: ConeModel, spans: npt.ArrayLike) -> Array:
     """Even times from 0 to each of the spans, shape (spans, samples), equally many for all members."""
-    members = model.take(slice(None))
+    members = members_of(model)
     span = np.broadcast_to(spans, model.shape).ravel() if np.ndim(spans) else np.full(1, spans)
     period = np.broadcast_to(members.drive_period, members.shape)
-    stiffness = np.broadcast_to(np.asarray(members.spring_stiffness) + members.coefficients().A, members.shape)
     spacing = min(
         float((period / SAMPLES_PER_PERIOD / span).min()),
-        float((2.0 * np.pi / np.sqrt(stiffness) / SAMPLES_PER_OSCILLATION / span).min()),
+        float((2.0 * np.pi / fastest_rate(members) / SAMPLES_PER_OSCILLATION / span).min()),
     )
     count = int(np.clip(np.ceil(1.0 / spacing), 2, MOST_SAMPLES))
     _check_memory(model.size, count)
@@ -228,33 +197,27 @@ _ASSUMPTIONS = {
 """How the model stops being true; each a flag over time, and a share of the run."""
 
 
-def _variables(members: ConeModel, run: Trajectories) -> dict[str, Array]:
+def _variables(members: Members, run: Trajectories) -> dict[str, Array]:
     """All time series, each (members, samples)."""
-    x, u = run.states[..., 0], run.states[..., 1]
     assert run.work is not None
+    x, u = run.states[..., 0], run.states[..., 1]
     electric_work, dissipated = run.work[..., 0], run.work[..., 1]
-    c = members.coefficients(trailing=1)
-    amplitude, bias, omega = (
-        np.broadcast_to(v, members.shape)[:, None]
-        for v in (members.voltage, members.voltage_bias, members.drive_frequency)
-    )
-    v = drive.voltage(run.times, amplitude, bias, omega)
-    state = members.film_state(x, v)
-    spring = spring_energy(x, c) + 0.0 * x
-    unloaded = members.energy(x) - spring
-    change = drive.voltage_rate(run.times, amplitude, omega)
-    if members.film is None:
-        q = 1.0 + x * x
-        film, field = unloaded, -electric_energy(x, v)
-        current = change * q + 2.0 * v * x * u
-    else:
-        area = members.film.area(x, v * v)
-        film, field = members.film.work(x, v * v) + 0.5 * v * v * (area - 1.0), 0.5 * v * v * area
-        # charge is v times the area, whose rate the fit has in no closed form
-        current = np.stack([np.gradient(v_i * a, t) for v_i, a, t in zip(v, area, run.times, strict=True)])
-    mechanical = 0.5 * u * u + unloaded + spring
+    system, n = members.system, members.numbers(trailing=1)
+    z = list(np.moveaxis(run.states, -1, 0))
+    v = members.film_voltage(run.times, run.states)
+    change = np.broadcast_to(system.film_voltage_rate(run.times, z, n), x.shape)
+    state = system.film.state(x, v, n)
+    bias = np.broadcast_to(system.bias.energy(x, n), x.shape)
+    unloaded, held = system.film.work(x, 0.0, n), system.film.work(x, v * v, n)
+    area = np.broadcast_to(system.film.area(x, v * v, n), x.shape)
+    field = 0.5 * v * v * area
+    film = held + field - 0.5 * v * v
+    current = system.film.current(run.times, x, u, v, change, n)
+    mechanical = 0.5 * u * u + unloaded + bias
     stored = film - unloaded + field
-    return {
+    power = system.powers(run.times, z, n)[1]
+    own = {s.name: run.states[..., i] for i, s in enumerate(system.states) if i > 1}
+    return own | {
         "displacement": x,
         "velocity": u,
         "drive_voltage": v,
@@ -266,23 +229,21 @@ def _variables(members: ConeModel, run: Trajectories) -> dict[str, Array]:
         "true_field": state.true_field,
         "kinetic_energy": 0.5 * u * u,
         "film_energy": film,
-        "spring_energy": spring,
+        "spring_energy": bias,
         "field_energy": field,
         "supplied_energy": electric_work + stored - stored[:, :1],
         "dissipated_energy": dissipated,
         "current": current,
         "input_power": v * current,
-        "dissipated_power": 2.0 * c.zeta * u * u,
+        "dissipated_power": power,
         "energy_residual": electric_work - dissipated - (mechanical - mechanical[:, :1]),
     }
 
 
-def _broken_assumptions(members: ConeModel, series: dict[str, Array], field_limit: float | None) -> dict[str, Any]:
+def _broken_assumptions(members: Members, series: dict[str, Array], field_limit: float | None) -> dict[str, Any]:
     """Whether each assumption of the model fails, at each sample; without breakdown when that is unknown."""
-    x = series["displacement"]
-    near = members.strain(x) >= NEAR_LIMIT * np.asarray(members.strain_limit(trailing=1))
-    if members.film is not None:
-        near |= members.film_state(x, series["drive_voltage"]).limit_share >= NEAR_LIMIT
+    n = members.numbers(trailing=1)
+    near = members.system.film.near_limit(series["displacement"], series["drive_voltage"], n, NEAR_LIMIT)
     broken = {
         "hoop_slack": series["hoop_stress"] < 0.0,
         "meridional_slack": series["meridional_stress"] < 0.0,

@@ -1,40 +1,39 @@
-"""Poincare sections: the motion seen once every repeat of the drive, or at its turning points.
-
-Between two repeats the drive looks the same, so a run goes on with the clock set back to 0 at whole repeats: the
-phase of the drive stays as exact after a million repeats as in the first.
-"""
+"""Poincare sections: the motion seen once every forcing period, or at its turning points."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.codes import Outcome
-from gelcone.dataset import with_initial
+from gelcone.dataset import Findings, with_initial
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.response import start_states
-from gelcone.physics import drive
-from gelcone.physics.model import ConeModel, acceleration, electric_pull
-from gelcone.progress import Progress, split_progress, weighted
+from gelcone.motion.settle import (
+    Piece,
+    acceleration_at,
+    blocks,
+    forcing_period,
+    jerk_at,
+    members_of,
+    pieces,
+    samples_per_repeat,
+    settle,
+    start_states,
+    state_count,
+    state_names,
+)
+from gelcone.physics.members import Members
+from gelcone.physics.model import ConeModel
+from gelcone.progress import Progress, split_progress
 from gelcone.quantity import Array, check_count
 
 if TYPE_CHECKING:
     import xarray as xr
 
-CLOCK_REPEATS = 1000
-"""Most repeats between two returns of the clock to 0."""
-CLOCK_SAMPLES = 8192
-"""Most samples between them, which bounds the memory of a densely sampled run."""
-SAMPLES_PER_OSCILLATION = 32
-MOST_PER_REPEAT = 2**16
-BLOCK_SAMPLES = 2**22
-"""Most samples of an ensemble held at once; a larger one is gone through in blocks of members."""
+SAMPLES_PER_OSCILLATION = 26
 STILL = 1e-12
 """Motion smaller than this (in units of b-a and 1/Omega0) is rounding, not motion."""
 VELOCITY_LEFT = 1e-11
@@ -54,62 +53,85 @@ def section(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Stroboscopic Poincare section: displacement and velocity once every repeat of the drive.
+    """Stroboscopic Poincare section: the states once every forcing period.
 
     Parameters
     ----------
     model : one actuator or an ensemble.
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
-    repeats : points to keep, one a drive repeat (pi/omega for a pure sine, as the force goes with the square of the
+    repeats : points to keep, one a forcing period (pi/omega for a pure sine, as the force goes with the square of the
         voltage; 2 pi/omega with a bias). Default 500.
-    discard : repeats to let pass before, until the motion has settled. Default 200.
-    phase : where in the repeat the points are taken, from 0 (the voltage's sine starts) up to but not including 1.
-        Default 0.
+    discard : forcing periods that pass before the first point, so that the motion settles. Default 200.
+    phase : where in the forcing period the points are taken, from 0 (the voltage's sine starts) up to but not including
+        1. Default 0.
     tolerance : relative error of one step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
-    Dataset over the ensemble's dims and ``repeat`` (numbered from the start of the run) with ``displacement`` and
-    ``velocity`` at ``time``; NaN from where a member failed.
+    Dataset over the ensemble's dims and ``repeat`` (numbered from the start of the run) with ``displacement``,
+    ``velocity`` and any further state at ``time``; NaN from where a member failed.
 
     Raises
     ------
     InputError : for no repeats, a negative discard, a phase outside [0, 1), or an initial state of which no member
         lies inside its stretch limit.
     """
-    check_count("repeats", repeats, 1)
-    check_count("discard", discard, 0)
     phase = _checked_phase(phase)
-    states0 = start_states(model, initial)
-    settling, sampling = split_progress(progress, discard, repeats)
-    states, settled = settle(model, states0, discard, tolerance=tolerance, threads=threads, progress=settling)
-    points = np.full((model.size, repeats, 2), np.nan)
-    outcome = settled
-    for piece in pieces(
-        model, states, repeats, [phase], outcome=settled, tolerance=tolerance, threads=threads, progress=sampling
-    ):
-        points[:, piece.first : piece.first + piece.repeats] = piece.states[:, :-1]
-        outcome = piece.outcome
+    states0, members = start_states(model, initial), members_of(model)
+    options: dict[str, Any] = {"repeats": repeats, "discard": discard, "phase": phase, "tolerance": tolerance}
+    found = section_cells(members, states0, **options, threads=threads, progress=progress)
     numbers = discard + np.arange(repeats)
-    times = (numbers + phase) * repeat_of(model)[:, None]
+    times = (numbers + phase) * forcing_period(members)[:, None]
     shared = bool((times == times[0]).all())
     result = dataset.label(
         model,
-        {
-            "displacement": (("repeat",), points[..., 0], "displacement x = h/(b-a)", "length"),
-            "velocity": (("repeat",), points[..., 1], "velocity of the disc", "velocity"),
-        },
+        found.variables,
         coords={
-            "repeat": (("repeat",), numbers, "drive repeats since the start", "count"),
+            "repeat": (("repeat",), numbers, "forcing periods since the start", "count"),
             "time": (("repeat",), times[0] if shared else times, "time", "time"),
         },
-        outcome=outcome,
-        options={"repeats": repeats, "discard": discard, "phase": phase, "tolerance": tolerance},
+        outcome=found.outcome,
+        options=options,
         title="Poincare section",
     )
     return with_initial(result, model, states0)
+
+
+def section_cells(
+    members: Members,
+    states: Array,
+    *,
+    repeats: int = 500,
+    discard: int = 200,
+    phase: float = 0.0,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> Findings:
+    """What `section` finds of every member of a flattened ensemble from its state (members, N); options as there."""
+    check_count("repeats", repeats, 1)
+    check_count("discard", discard, 0)
+    phase = _checked_phase(phase)
+    flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
+    settling, sampling = split_progress(progress, discard, repeats)
+    settled, outcome = settle(members, states, discard, progress=settling, **flow)
+    points = np.full((members.size, repeats, state_count(members)), np.nan)
+    for piece in pieces(members, settled, repeats, [phase], outcome=outcome, progress=sampling, **flow):
+        points[:, piece.first : piece.first + piece.repeats] = piece.states[:, :-1]
+        outcome = piece.outcome
+    return Findings(
+        {
+            "displacement": (("repeat",), points[..., 0], "displacement x = h/(b-a)", "length"),
+            "velocity": (("repeat",), points[..., 1], "velocity of the disc", "velocity"),
+        }
+        | {
+            name: (("repeat",), points[..., k], f"state {name}", "state")
+            for k, name in enumerate(state_names(members)[2:], start=2)
+        },
+        outcome,
+    )
 
 
 def extrema(
@@ -124,21 +146,22 @@ def extrema(
 ) -> xr.Dataset:
     """Section at zero velocity: the maxima and minima of the displacement, with their times.
 
-    The velocity's sign changes are bracketed by at least `SAMPLES_PER_OSCILLATION` samples an oscillation of film and
-    spring (at most 65,536 a repeat), and every one is polished by integrating to it anew until the velocity left is
-    below 1e-11 or the time's rounding. Two extrema closer together than the samples may be missed as a pair.
+    The velocity's sign changes are bracketed by at least `SAMPLES_PER_OSCILLATION` samples an oscillation at the
+    fastest rate (at most 65,536 a forcing period), and each is refined by integrating to it anew until the velocity
+    left is below 1e-11 or the time's rounding. Two extrema closer together than the samples may be missed as a pair.
 
     Parameters
     ----------
     model, initial, tolerance, threads, progress : as in `section`.
-    repeats : length of the run in drive repeats. Default 200.
-    discard : repeats to let pass before. Default 200.
+    repeats : length of the run in forcing periods. Default 200.
+    discard : forcing periods that pass before it. Default 200.
 
     Returns
     -------
     Dataset over the ensemble's dims and ``extremum``, in the order of time and padded with NaN where members differ in
-    number: ``displacement``, ``velocity`` (what polishing left of it), ``time`` since the start, ``phase`` within the
-    drive repeat (0 to 1, as exact late as early), ``maximum`` (1: a maximum, -1: a minimum, 0: padding); and ``count``.
+    number: ``displacement``, ``velocity`` (what the refinement left of it), ``time`` since the start, ``phase`` within
+    the forcing period (0 to 1, as exact late as early), ``maximum`` (1: a maximum, -1: a minimum, 0: padding); and
+    ``count``.
 
     Raises
     ------
@@ -148,27 +171,28 @@ def extrema(
     check_count("repeats", repeats, 1)
     check_count("discard", discard, 0)
     states0 = start_states(model, initial)
-    outcome = np.zeros(model.size, dtype=np.int8)
+    members = members_of(model)
+    outcome = np.zeros(members.size, dtype=np.int8)
     found = []
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
-    for (samples,), members in blocks(samples_per_repeat(model, SAMPLES_PER_OSCILLATION)):
-        part = model.take(members)
-        settling, sampling = split_progress(progress, discard, repeats, share=members.size / model.size)
-        states, settled = settle(part, states0[members], discard, progress=settling, **flow)
+    for (samples,), rows in blocks(samples_per_repeat(members, SAMPLES_PER_OSCILLATION)):
+        part = members.take(rows)
+        settling, sampling = split_progress(progress, discard, repeats, share=rows.size / members.size)
+        states, settled = settle(part, states0[rows], discard, progress=settling, **flow)
         shares = np.arange(samples) / samples
         for piece in pieces(part, states, repeats, shares, outcome=settled, progress=sampling, **flow):
             which, turns = _turning_points(part, piece, flow)
             turns[:, 0] += discard + piece.first
-            found.append((members[which], turns))
-            outcome[members] = piece.outcome
-    table, count = _padded(found, model.size)
-    repeat = repeat_of(model)[:, None]
+            found.append((rows[which], turns))
+            outcome[rows] = piece.outcome
+    table, count = _padded(found, members.size)
+    repeat = forcing_period(members)[:, None]
     result = dataset.label(
         model,
         {
             "displacement": (("extremum",), table[..., 1], "displacement x = h/(b-a) at a turning point", "length"),
             "velocity": (("extremum",), table[..., 2], "velocity left at the turning point", "velocity"),
-            "phase": (("extremum",), table[..., 0] % 1.0, "phase within the drive repeat", "share"),
+            "phase": (("extremum",), table[..., 0] % 1.0, "phase within the forcing period", "share"),
             "maximum": (
                 ("extremum",),
                 np.nan_to_num(table[..., 3]).astype(np.int8),
@@ -185,140 +209,17 @@ def extrema(
     return with_initial(result, model, states0)
 
 
-# --- runs over whole repeats of the drive -----------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Piece:
-    """Some repeats of a run.
-
-    ``times`` (members, samples) since their beginning and ``states`` (members, samples, 2) there, the last sample at
-    their end; ``outcome`` (members,) of the run so far.
-    """
-
-    first: int
-    repeats: int
-    times: Array
-    states: Array
-    outcome: npt.NDArray[np.int8]
-
-
-def pieces(
-    model: ConeModel,
-    states: Array,
-    repeats: int,
-    shares: Sequence[float] | Array,
-    *,
-    outcome: npt.NDArray[np.int8] | None = None,
-    progress: Progress = None,
-    **flow: Any,
-) -> Iterator[Piece]:
-    """Runs some repeats of the drive piece by piece, sampled at the given shares (0 to 1) of each repeat.
-
-    ``states`` (members, 2) are at phase 0 of the drive; each piece starts with the clock at 0. ``outcome`` is how
-    the members fared before; ``flow`` goes to `integrate`.
-    """
-    most = int(np.clip(CLOCK_SAMPLES // max(1, len(shares)), 1, CLOCK_REPEATS))
-    outcome = np.zeros(model.size, dtype=np.int8) if outcome is None else outcome
-    for first in range(0, repeats, most):
-        count = min(most, repeats - first)
-        ticks = np.append((np.arange(count)[:, None] + np.asarray(shares)).ravel(), count)
-        times = ticks * repeat_of(model)[:, None]
-        run = integrate(model, states, times, progress=weighted(progress, count / repeats), **flow)
-        # A member that failed goes on as NaN, which the flow cannot start from; what counts is how it failed first.
-        outcome = np.where(outcome == Outcome.OK, run.outcome, outcome)
-        states = run.states[:, -1]
-        yield Piece(first, count, run.times, run.states, outcome)
-
-
-def settle(
-    model: ConeModel,
-    states: Array,
-    repeats: int | npt.NDArray[np.int64],
-    *,
-    progress: Progress = None,
-    **flow: Any,
-) -> tuple[Array, npt.NDArray[np.int8]]:
-    """States (members, 2) after whole repeats of the drive, at phase 0 again, and how each member fared.
-
-    ``repeats`` is one number for all or (members,); ``flow`` goes to `integrate`. Nothing is kept but the end.
-    """
-    states, outcome = states.copy(), np.zeros(model.size, dtype=np.int8)
-    left = np.broadcast_to(repeats, (model.size,)).copy()
-    whole = int(left.sum())
-    while (on := np.flatnonzero((left > 0) & (outcome == Outcome.OK))).size:
-        step = np.minimum(left[on], CLOCK_REPEATS)
-        part = model.take(on)
-        share = weighted(progress, float(step.sum()) / whole)
-        run = integrate(part, states[on], (step * repeat_of(part))[:, None], progress=share, **flow)
-        states[on], outcome[on] = run.states[:, 0], run.outcome
-        left[on] -= step
-    return states, outcome
-
-
-def repeats_lasting(model: ConeModel, duration: Array | float) -> npt.NDArray[np.int64]:
-    """The whole repeats of the drive that take ``duration`` or a little longer, (members,)."""
-    return np.ceil(duration / repeat_of(model)).astype(np.int64)
-
-
-def repeat_of(model: ConeModel) -> Array:
-    """The drive's repeat of every member, (members,)."""
-    return np.broadcast_to(model.drive_repeat, model.shape).ravel()
-
-
-def fastest(model: ConeModel) -> Array:
-    """An estimate of the fastest angular frequency of film and spring, (members,).
-
-    It takes the stiffness at rest, the film's at large displacements, and what the voltage takes away, all as if they
-    added up.
-    """
-    members = model.take(slice(None))
-    voltage = np.abs(members.voltage) + np.abs(members.voltage_bias)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at_rest = np.abs(members.stiffness(0.0))
-    # A film that is at its stretch limit while flat has no stiffness at rest.
-    stiffness = np.where(np.isfinite(at_rest), at_rest, 0.0) + members.coefficients().A + voltage**2
-    return np.sqrt(np.broadcast_to(stiffness, members.shape))
-
-
-def samples_per_repeat(model: ConeModel, per_oscillation: int) -> npt.NDArray[np.int64]:
-    """Samples a drive repeat that give at least so many an oscillation of film and spring, (members,).
-
-    A power of two, from 16 to `MOST_PER_REPEAT`, that follows from each member's own numbers alone, so that a member
-    is sampled alike in any ensemble.
-    """
-    oscillations = fastest(model) * repeat_of(model) / (2.0 * np.pi)
-    return np.minimum(next_power_of_two(np.maximum(per_oscillation * oscillations, 16.0)), MOST_PER_REPEAT)
-
-
-def next_power_of_two(least: Array) -> npt.NDArray[np.int64]:
-    """The smallest power of two that is not below."""
-    return 2 ** np.ceil(np.log2(least)).astype(np.int64)
-
-
-def blocks(samples: npt.NDArray[np.int64], *keys: npt.NDArray[np.int64]) -> Iterator[tuple[Any, npt.NDArray[np.intp]]]:
-    """Members that are sampled alike, in blocks of bounded memory: ((samples, *keys), members).
-
-    ``samples`` and ``keys`` are (members,). The results of a member do not depend on the block it is in.
-    """
-    rows, group = np.unique(np.stack([samples, *keys], axis=1), axis=0, return_inverse=True)
-    for i, row in enumerate(rows.tolist()):
-        members = np.flatnonzero(group.ravel() == i)
-        size = max(1, BLOCK_SAMPLES // max(row[0], CLOCK_SAMPLES))
-        for first in range(0, members.size, size):
-            yield tuple(row), members[first : first + size]
-
-
 # --- turning points ---------------------------------------------------------------------------------------------------
 
 
-def _turning_points(members: ConeModel, piece: Piece, flow: dict[str, Any]) -> tuple[npt.NDArray[np.intp], Array]:
-    """Member and (time in repeats since the piece began, displacement, velocity, kind) of each, in the order of time.
+def _turning_points(members: Members, piece: Piece, flow: dict[str, Any]) -> tuple[npt.NDArray[np.intp], Array]:
+    """Member and (time, displacement, velocity, kind) of each, in the order of time.
 
-    A turning point belongs to the samples between which the velocity changes its sign, the later sample included.
+    The time is in forcing periods since the piece began. A turning point belongs to the samples between which the
+    velocity changes its sign, the later sample included.
     """
     x, u = piece.states[..., 0], piece.states[..., 1]
-    a = _acceleration(members, piece.times, x, u)
+    a = acceleration_at(members, piece.times, piece.states)
     # The sign just after the sample: that of the acceleration where the velocity is exactly zero.
     rising = np.where(u == 0.0, a, u) > 0.0
     moving = np.maximum(np.abs(a[:, :-1]), np.abs(a[:, 1:])) > STILL  # false for NaN
@@ -337,29 +238,7 @@ def _turning_points(members: ConeModel, piece: Piece, flow: dict[str, Any]) -> t
     kind = np.where(rising[which, sample], 1.0, -1.0)
     turning = members.take(which)
     times, states = _polish(turning, piece.states[which, sample], begin, end, guess, kind, flow)
-    return which, np.column_stack([times / repeat_of(turning), states, kind])
-
-
-def _acceleration(members: ConeModel, times: Array, x: Array, u: Array) -> Array:
-    """x'' at (members, samples)."""
-    c = members.coefficients(trailing=1)
-    amplitude, bias, omega = _drive_of(members)
-    return acceleration(x, u, drive.voltage(times, amplitude, bias, omega), c, members.body)[0]
-
-
-def _jerk(members: ConeModel, times: Array, x: Array, u: Array, a: Array) -> Array:
-    """x''' at (members, samples): the slope in x times x', less 2 zeta x'', and the change of v^2 times its pull."""
-    c = members.coefficients(trailing=1)
-    amplitude, bias, omega = _drive_of(members)
-    voltage, rate = drive.voltage(times, amplitude, bias, omega), drive.voltage_rate(times, amplitude, omega)
-    slope = acceleration(x, u, voltage, c, members.body)[1]
-    return slope * u - 2.0 * c.zeta * a + 2.0 * voltage * rate * electric_pull(x, voltage, c, members.body)
-
-
-def _drive_of(members: ConeModel) -> tuple[Array, ...]:
-    """Amplitude, bias and frequency, (members, 1) each."""
-    values = (members.voltage, members.voltage_bias, members.drive_frequency)
-    return tuple(np.broadcast_to(v, members.shape)[:, None] for v in values)
+    return which, np.column_stack([times / forcing_period(turning), states, kind])
 
 
 def _zero_of_quartic(u0: Array, u1: Array, slope0: Array, slope1: Array, mean: Array) -> Array:
@@ -379,23 +258,24 @@ def _zero_of_quartic(u0: Array, u1: Array, slope0: Array, slope1: Array, mean: A
 
 
 def _polish(
-    turning: ConeModel, starts: Array, begin: Array, end: Array, guess: Array, kind: Array, flow: dict[str, Any]
+    turning: Members, starts: Array, begin: Array, end: Array, guess: Array, kind: Array, flow: dict[str, Any]
 ) -> tuple[Array, Array]:
-    """Times (points,) and states (points, 2) where the velocity vanishes, by Newton's method on the flow itself.
+    """Times (points,) and displacement and velocity (points, 2) where the velocity vanishes.
 
-    ``starts`` are the states at ``begin``, ``kind`` the sign of the velocity on the way to the turning point. The last
-    step, once it is small enough, is the flow's Taylor expansion. The bracket is halved where Newton's step leaves it,
-    as it does where the film turns the motion round like a wall.
+    By Newton's method on the flow itself. ``starts`` are the states at ``begin``, ``kind`` the sign of the velocity on
+    the way to the turning point. The last step, once it is small enough, is the flow's Taylor expansion. The bracket is
+    halved where Newton's step leaves it, as it does where the film reverses the motion like a wall.
     """
     low, high, times, states = begin.copy(), end.copy(), guess.copy(), np.empty((guess.size, 2))
     left = np.arange(guess.size)
     for _ in range(MOST_POLISHINGS):
         part, at = turning.take(left), times[left]
-        states[left] = integrate(part, starts[left], at[:, None], start=begin[left], **flow).states[:, 0]
-        x, u = states[left].T[:, :, None]
-        a = _acceleration(part, at[:, None], x, u)
+        reached = integrate(part, starts[left], at[:, None], start=begin[left], **flow).states
+        states[left] = reached[:, 0, :2]
+        x, u = reached[..., 0], reached[..., 1]
+        a = acceleration_at(part, at[:, None], reached)
         step = -u / np.where(a == 0.0, 1.0, a)
-        remains = u + a * step + 0.5 * _jerk(part, at[:, None], x, u, a) * step * step
+        remains = u + a * step + 0.5 * jerk_at(part, at[:, None], reached) * step * step
         final = np.column_stack([x + (u + 0.5 * a * step) * step, remains])
         before = u[:, 0] * kind[left] > 0.0
         low[left], high[left] = np.where(before, at, low[left]), np.where(before, high[left], at)
@@ -425,14 +305,11 @@ def _padded(found: list[tuple[npt.NDArray[np.intp], Array]], count: int) -> tupl
     return table, numbers
 
 
-# --- shared with the spectrum -----------------------------------------------------------------------------------------
-
-
 def _checked_phase(phase: Any) -> float:
     try:
         value = float(phase)
     except (TypeError, ValueError):
         raise InputError(f"phase = {phase!r}: must be a number") from None
     if not 0.0 <= value < 1.0:
-        raise InputError(f"phase = {value:g}: must be at least 0 and below 1, the share of the drive repeat gone by")
+        raise InputError(f"phase = {value:g}: must be at least 0 and below 1, the share of the forcing period gone by")
     return value

@@ -1,7 +1,7 @@
 """Amplitude spectrum of the displacement, its lines, and how much of the motion they are.
 
 The window is cos^4 (the square of Hann's; Rife and Vincent's class I of order 2, Bell Syst. Tech. J. 49 (1970) 197):
-its sidelobes fall by 30 dB an octave, so that weak lines and the floor between lines show beside strong ones, and its
+its sidelobes fall by 30 dB an octave, so that weak lines and the floor between lines show next to strong ones, and its
 transform has a closed form, from which a line between two bins gets its frequency and amplitude exactly.
 """
 
@@ -15,21 +15,23 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.dataset import with_initial
+from gelcone.dataset import Findings, with_initial
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.response import start_states
-from gelcone.motion.section import (
+from gelcone.motion.section import STILL
+from gelcone.motion.settle import (
     MOST_PER_REPEAT,
-    STILL,
     blocks,
-    fastest,
+    fastest_rate,
+    forcing_period,
+    members_of,
     next_power_of_two,
     pieces,
-    repeat_of,
     samples_per_repeat,
     settle,
+    start_states,
 )
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, split_progress, weighted
 from gelcone.quantity import Array, check_count
@@ -38,15 +40,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LOBE = 3
-"""Half the width of the window's main lobe, in bins: lines closer together than this are not told apart."""
+"""Half the width of the window's main lobe, in bins: lines closer together than this are not resolved."""
 STANDS_OUT = 14.0
 """A line stands this many dB above the running median around it: in Gaussian noise, which is what chaos without any
 line looks like, one bin in 3e7 does."""
 FEWEST_PERIODS = 16
 MOST_LINES = 64
-BAND = 2.5
+BAND = 2.0
 SMALLEST_BAND = 8.0
-SAMPLES_PER_OSCILLATION = 16
+SAMPLES_PER_OSCILLATION = 13
 OVERSAMPLING = 4
 """Fewest samples a period of the highest frequency kept."""
 FOLDED = 1e-5
@@ -74,11 +76,11 @@ def spectrum(
     model : one actuator or an ensemble.
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
     periods : length of the record in periods 2 pi/omega of the voltage, at least 16; bins are 1/periods of the drive
-        frequency apart, and lines less than 3 bins apart are not told apart. Default 256.
-    discard : drive repeats (see `section`) to let pass before, until the motion has settled; what is left of a
-        transient shows as broad feet or faint lines beside the others. Default 200.
+        frequency apart, and lines less than 3 bins apart are not resolved. Default 256.
+    discard : forcing periods (see `section`) that pass before the record, so that the motion settles; what is left of a
+        transient shows as broad feet or faint lines next to the others. Default 200.
     highest : upper end of the band that is kept, in units of the drive frequency, at least 1; default a power of two,
-        at least 8, that holds 2.5 times the fastest frequency of film and spring (each member its own; NaN beyond).
+        at least 8, that holds twice the fastest rate of the motion (each member its own; NaN beyond).
     tolerance : relative error of one step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -87,20 +89,20 @@ def spectrum(
     -------
     Dataset over the ensemble's dims, and for some variables one of these dims:
 
-    * ``frequency_ratio``: frequency over that of the voltage (the force of a pure sine lies at 2), beside
+    * ``frequency_ratio``: frequency over that of the voltage (the force of a pure sine lies at 2), along with
       ``frequency``, the same as a dimensionless angular frequency (hertz in SI units). ``amplitude`` is one-sided; at 0
-      it is the mean displacement without its sign. Noise shows with the window's bandwidth of 1.94 bins.
+      it is the absolute value of the mean displacement. Noise shows with the window's bandwidth of 1.94 bins.
     * ``line``: the strongest first, at most 64, padded with NaN. ``line_ratio``, ``line_frequency`` and
       ``line_amplitude`` are interpolated between bins; ``line_prominence`` is in dB above the higher of the gaps that
-      part it from stronger lines. A peak counts as a line when it stands 14 dB above those gaps and above the running
-      median over one drive frequency, and above ``folded``.
+      separate it from stronger lines. A peak counts as a line when it stands 14 dB above those gaps and above the
+      running median over one drive frequency, and above ``folded``.
 
     ``power_in_lines`` is the share of the displacement's variance that lies in the main lobes of lines. ``flatness`` is
     the geometric over the arithmetic mean of the power in all bins above 0 up to ``highest``, amplitudes below 1e-12
-    counted as 1e-12 (near 0: lines only; 0.56: white noise). ``mean_displacement`` and ``rms`` (about the mean) are of
-    the record. A motion of rms below 1e-12 stands still: it has no lines, and shares are NaN.
-    ``folded`` bounds what sampling adds to any amplitude: the largest one in the last eighth of the sampled band,
-    from where on spectra fall. Records are sampled anew, finer, until it is below 1e-5 of the largest amplitude or a
+    counted as 1e-12 (near 0: lines only; 0.56: white noise). ``mean_displacement`` and ``rms`` (about the mean) are
+    those of the record. A motion of rms below 1e-12 stands still: it has no lines, and shares are NaN.
+    ``folded`` bounds what aliasing adds to any amplitude: the largest one in the last eighth of the sampled band,
+    where spectra already fall. Records are sampled anew, finer, until it is below 1e-5 of the largest amplitude or a
     record has 2,097,152 samples.
 
     Raises
@@ -108,20 +110,60 @@ def spectrum(
     InputError : for too few periods, a negative discard, a band out of range, or an initial state of which no member
         lies inside its stretch limit.
     """
+    options: dict[str, Any] = {"periods": periods, "discard": discard, "highest": highest, "tolerance": tolerance}
+    check_count("periods", periods, FEWEST_PERIODS)
+    states0, members = start_states(model, initial), members_of(model)
+    variables, outcome = spectrum_cells(members, states0, **options, threads=threads, progress=progress)
+    lines = max(1, int(np.isfinite(variables["line_ratio"][1]).sum(axis=1).max()))
+    variables = {name: _cut(variable, lines) for name, variable in variables.items()}
+    ratio = np.arange(variables["amplitude"][1].shape[1]) / periods
+    omega = np.broadcast_to(members.drive_frequency, members.shape)[:, None]
+    shared = bool((omega == omega[0]).all())
+    frequency = ratio * omega[0] if shared else ratio * omega
+    coords: dict[str, dataset.Variable] = {
+        "frequency_ratio": (("frequency_ratio",), ratio, _RATIO, "ratio"),
+        "frequency": (("frequency_ratio",), frequency, "angular frequency", "frequency"),
+    }
+    result = dataset.label(model, variables, coords=coords, outcome=outcome, options=options, title="spectrum")
+    result["line_prominence"].attrs["units"] = "dB"
+    return with_initial(result, model, states0)
+
+
+def _cut(variable: dataset.Variable, lines: int) -> dataset.Variable:
+    """A variable without the padding beyond so many lines."""
+    dims, values, long_name, quantity = variable
+    return (dims, values[:, :lines], long_name, quantity) if dims == ("line",) else variable
+
+
+def spectrum_cells(
+    members: Members,
+    states: Array,
+    *,
+    periods: int = 256,
+    discard: int = 200,
+    highest: float | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> Findings:
+    """What `spectrum` finds of every member of a flattened ensemble from its state (members, N); options as there.
+
+    Over ``line`` there are always 64 places; the length of ``frequency_ratio`` depends on the members unless
+    ``highest`` is given.
+    """
     check_count("periods", periods, FEWEST_PERIODS)
     check_count("discard", discard, 0)
-    bands = _bands(model, highest)
-    states0 = start_states(model, initial)
+    bands = _bands(members, highest)
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     settling, left = split_progress(progress, discard, 2 * periods)
-    states, outcome = settle(model, states0, discard, progress=settling, **flow)
-    samples, most = _sampling(model, bands, periods)
-    spectra = [NOTHING] * model.size
-    coarse = np.arange(model.size)
+    states, outcome = settle(members, states, discard, progress=settling, **flow)
+    samples, most = _sampling(members, bands, periods)
+    spectra = [NOTHING] * members.size
+    coarse = np.arange(members.size)
     while coarse.size:
         # How many must be sampled anew is not known beforehand, so that each round takes half of the bar that is left.
         now, left = split_progress(left, 1.0, 1.0)
-        part = (model.take(coarse), states[coarse], outcome[coarse], periods, samples[coarse])
+        part = (members.take(coarse), states[coarse], outcome[coarse], periods, samples[coarse])
         for i, record, end in _records(*part, progress=now, **flow):
             spectra[coarse[i]] = analyse(record, periods, bands[coarse[i]])
             outcome[coarse[i]] = end
@@ -130,16 +172,16 @@ def spectrum(
         samples[coarse] *= REFINEMENT
     if left is not None:
         left(1.0)
-    options = {"periods": periods, "discard": discard, "highest": highest, "tolerance": tolerance}
-    return with_initial(_labelled(model, spectra, periods, outcome, options), model, states0)
+    bins = None if highest is None else int(float(highest) * periods + 1e-6) + 1
+    return Findings(_variables(members, spectra, bins), outcome)
 
 
-def _bands(model: ConeModel, highest: float | None) -> Array:
+def _bands(members: Members, highest: float | None) -> Array:
     """Upper end of every member's band in units of its drive frequency, (members,)."""
     most = MOST_PER_REPEAT // OVERSAMPLING
     if highest is None:
-        omega = np.broadcast_to(model.drive_frequency, model.shape).ravel()
-        wanted = next_power_of_two(np.maximum(BAND * fastest(model) / omega, SMALLEST_BAND))
+        omega = np.broadcast_to(members.drive_frequency, members.shape)
+        wanted = next_power_of_two(np.maximum(BAND * fastest_rate(members) / omega, SMALLEST_BAND))
         return np.minimum(wanted, most).astype(float)
     try:
         value = float(highest)
@@ -147,25 +189,25 @@ def _bands(model: ConeModel, highest: float | None) -> Array:
         raise InputError(f"highest = {highest!r}: must be a number, in units of the drive frequency") from None
     if not 1.0 <= value <= most:
         raise InputError(f"highest = {value:g}: must be from 1 to {most} times the drive frequency")
-    return np.full(model.size, value)
+    return np.full(members.size, value)
 
 
-def _sampling(model: ConeModel, bands: Array, periods: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Samples a drive repeat to begin with, and the most that refining may lead to, (members,) each."""
-    per_period = _repeats_per_period(model)
+def _sampling(members: Members, bands: Array, periods: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Samples a forcing period to begin with, and the most that refining may lead to, (members,) each."""
+    per_period = _repeats_per_period(members)
     least = next_power_of_two(OVERSAMPLING * bands / per_period)
-    first = np.maximum(samples_per_repeat(model, SAMPLES_PER_OSCILLATION), least)
+    first = np.maximum(samples_per_repeat(members, SAMPLES_PER_OSCILLATION), least)
     return first, np.minimum(MOST_PER_REPEAT, MOST_SAMPLES // (periods * per_period))
 
 
-def _repeats_per_period(model: ConeModel) -> npt.NDArray[np.int64]:
-    """Drive repeats in a period of the voltage, (members,): 2 for a pure sine, 1 with a bias."""
-    periods = np.broadcast_to(model.drive_period, model.shape).ravel()
-    return np.rint(periods / repeat_of(model)).astype(np.int64)
+def _repeats_per_period(members: Members) -> npt.NDArray[np.int64]:
+    """Forcing periods in a period of the voltage, (members,): 2 for a pure sine, 1 with a bias."""
+    periods = np.broadcast_to(members.drive_period, members.shape)
+    return np.rint(periods / forcing_period(members)).astype(np.int64)
 
 
 def _records(
-    model: ConeModel,
+    members: Members,
     states: Array,
     outcome: npt.NDArray[np.int8],
     periods: int,
@@ -175,19 +217,19 @@ def _records(
 ) -> Iterator[tuple[int, Array, int]]:
     """Member, its displacement sampled evenly over whole drive periods, and its outcome, for one member after another.
 
-    ``samples`` (members,) a drive repeat; ``states`` (members, 2) at phase 0 of the drive, ``outcome`` until then.
+    ``samples`` (members,) a forcing period; ``states`` (members, N) at phase 0, ``outcome`` until then.
     """
-    repeats = periods * _repeats_per_period(model)
-    for (size, each), members in blocks(repeats * samples, samples):
-        part, share = model.take(members), weighted(progress, members.size / model.size)
-        ends = outcome[members]
-        record = np.empty((members.size, size))
+    repeats = periods * _repeats_per_period(members)
+    for (size, each), rows in blocks(repeats * samples, samples):
+        part, share = members.take(rows), weighted(progress, rows.size / members.size)
+        ends = outcome[rows]
+        record = np.empty((rows.size, size))
         shares = np.arange(each) / each
-        for piece in pieces(part, states[members], size // each, shares, outcome=ends, progress=share, **flow):
+        for piece in pieces(part, states[rows], size // each, shares, outcome=ends, progress=share, **flow):
             begin = piece.first * each
             record[:, begin : begin + piece.repeats * each] = piece.states[:, :-1, 0]
             ends = piece.outcome
-        yield from zip(members.tolist(), record, ends.tolist(), strict=True)
+        yield from zip(rows.tolist(), record, ends.tolist(), strict=True)
 
 
 # --- one record -------------------------------------------------------------------------------------------------------
@@ -253,12 +295,12 @@ def analyse(record: Array, periods: int, highest: float) -> Spectrum:
 
 
 def _peaks(amplitude: Array, periods: int, least: float) -> tuple[npt.NDArray[np.intp], Array]:
-    """Bins of the lines and how many dB each stands above the higher of the gaps beside it."""
+    """Bins of the lines and how many dB each stands above the higher of the gaps on its sides."""
     from scipy.ndimage import median_filter
     from scipy.signal import find_peaks
 
     level = _decibels(amplitude)
-    # A slow drift leaves a slope beside the mean, which would pass for a line there.
+    # A slow drift leaves a slope next to the mean, which would pass for a line there.
     level[:LOBE] = level[LOBE]
     lowest = np.maximum(median_filter(level, size=periods | 1, mode="reflect") + STANDS_OUT, _decibels(least))
     peaks, found = find_peaks(level, height=lowest, prominence=STANDS_OUT, distance=LOBE)
@@ -296,43 +338,33 @@ _RATIO = "frequency over the frequency of the voltage"
 _NUMBERS = {
     "power_in_lines": ("share of the displacement's variance that lies in lines", "share"),
     "flatness": ("spectral flatness: geometric over arithmetic mean of the power in the band", "share"),
-    "folded": ("bound of what sampling adds to an amplitude", "length"),
+    "folded": ("bound of what aliasing adds to an amplitude", "length"),
     "mean": ("mean displacement", "length"),
     "rms": ("root mean square of the displacement about its mean", "length"),
 }
 
 
-def _labelled(
-    model: ConeModel, spectra: list[Spectrum], periods: int, outcome: npt.NDArray[np.int8], options: dict[str, Any]
-) -> xr.Dataset:
-    amplitude = _padded([s.amplitude[:, None] for s in spectra])[..., 0]
-    lines = _padded([s.lines for s in spectra])
-    ratio = np.arange(amplitude.shape[1]) / periods
-    omega = np.broadcast_to(model.drive_frequency, model.shape).ravel()[:, None]
-    shared = bool((omega == omega[0]).all())
-    frequency = ratio * omega[0] if shared else ratio * omega
+def _variables(members: Members, spectra: list[Spectrum], bins: int | None) -> dict[str, dataset.Variable]:
+    """The spectra of all members with at least ``bins`` bins and `MOST_LINES` lines, NaN beyond each member's own."""
+    amplitude = _padded([s.amplitude[:, None] for s in spectra], bins or 1)[..., 0]
+    lines = _padded([s.lines for s in spectra], MOST_LINES)
+    omega = np.broadcast_to(members.drive_frequency, members.shape)[:, None]
     variables: dict[str, dataset.Variable] = {
         "amplitude": (("frequency_ratio",), amplitude, "amplitude of the displacement", "length"),
         "line_ratio": (("line",), lines[..., 0], f"{_RATIO}, of a line", "ratio"),
         "line_frequency": (("line",), lines[..., 0] * omega, "angular frequency of a line", "frequency"),
         "line_amplitude": (("line",), lines[..., 1], "amplitude of a line", "length"),
-        "line_prominence": (("line",), lines[..., 2], "height of a line above the gaps beside it", "level"),
+        "line_prominence": (("line",), lines[..., 2], "height of a line above the gaps on its sides", "level"),
     }
     for name, meaning in _NUMBERS.items():
         values = np.array([getattr(s, name) for s in spectra])
         variables["mean_displacement" if name == "mean" else name] = ((), values, *meaning)
-    coords: dict[str, dataset.Variable] = {
-        "frequency_ratio": (("frequency_ratio",), ratio, _RATIO, "ratio"),
-        "frequency": (("frequency_ratio",), frequency, "angular frequency", "frequency"),
-    }
-    result = dataset.label(model, variables, coords=coords, outcome=outcome, options=options, title="spectrum")
-    result["line_prominence"].attrs["units"] = "dB"
-    return result
+    return variables
 
 
-def _padded(rows: list[Array]) -> Array:
-    """Arrays (rows, columns) of several members as one of at least one row, NaN beyond each member's own rows."""
-    table = np.full((len(rows), max(1, *(len(r) for r in rows)), rows[0].shape[1]), np.nan)
+def _padded(rows: list[Array], least: int) -> Array:
+    """Arrays (rows, columns) of several members as one of at least so many rows, NaN beyond each member's own rows."""
+    table = np.full((len(rows), max(least, *(len(r) for r in rows)), rows[0].shape[1]), np.nan)
     for row, own in zip(table, rows, strict=True):
         row[: len(own)] = own
     return table

@@ -1,7 +1,9 @@
-"""Tangent maps along motions, and how much they make deviations grow: what exponents and multipliers are made of.
+"""Tangent maps along motions, and the growth of small deviations: what exponents and multipliers are made of.
 
-The maps over stretches of at most `STRETCH` fastest time scales come from the variational equations; QR decomposition
-of their products (Benettin et al., Meccanica 15 (1980) 9) gives the logarithmic growth of each stretch.
+The maps over stretches of at most `gelcone.motion.settle.STRETCH` fastest time scales come from the variational
+equations; QR decomposition of their products (Benettin et al., Meccanica 15 (1980) 9) gives the logarithmic growth of
+each stretch. All formulas hold for any number of states N; two states have faster and sharper ones behind the same
+names, chosen by `_two_states`.
 """
 
 from __future__ import annotations
@@ -14,70 +16,20 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
-from gelcone.physics.model import ConeModel
+from gelcone.motion.settle import STRETCH, Clock, divergence, fastest_rate
+from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
-STRETCH = 16.0
-"""Tangent maps are restarted after this many fastest linear time scales: deviations then grow by so little that neither
-the step control nor the area between them suffers."""
-LONG_STRETCH = 64.0
-"""The same where a few digits of the larger deviation are enough; the area between both may be lost to rounding."""
-BLOCK = 64.0
-"""Shortest block of an average: longer than chaotic motions remember."""
 CERTAIN = 3.0
 """The sign of an exponent counts as certain when it is this many standard errors from zero."""
 FLOOR = 1e-7
 """Exponents closer to zero than this are zero as far as double precision tells."""
 
 
-@dataclass(frozen=True)
-class Clock:
-    """How the time of each member is cut into stretches: ``per_repeat`` stretches to a drive repeat, or - where a
-    repeat is short - ``repeats`` repeats to a stretch; ``block`` stretches, a whole number of repeats, to a block. One
-    ``per_repeat`` and ``block`` for all members, the rest (members,)."""
-
-    per_repeat: int
-    block: int
-    repeat: Array
-    repeats: Array
-
-    @property
-    def spacing(self) -> Array:
-        return self.repeat * self.repeats / self.per_repeat
-
-    def take(self, index: Any) -> Clock:
-        return Clock(self.per_repeat, self.block, self.repeat[index], self.repeats[index])
-
-
-def clocks(model: ConeModel, stretch: float = STRETCH) -> list[tuple[npt.NDArray[np.intp], Clock]]:
-    """Members grouped by their stretches per repeat and per block, each group with its clock.
-
-    ``stretch`` is the longest, in fastest linear time scales.
-    """
-    repeat = np.broadcast_to(model.drive_repeat, model.shape).ravel()
-    longest = stretch / fastest_rate(model)
-    per_repeat = 2 ** np.ceil(np.log2(np.maximum(repeat / longest, 1.0))).astype(int)
-    repeats = np.maximum(np.floor(longest / repeat), 1.0)
-    block = per_repeat * np.ceil(BLOCK / (repeat * repeats)).astype(int)
-    keys, group = np.unique(np.stack([per_repeat, block], axis=1), axis=0, return_inverse=True)
-    groups = [np.flatnonzero(group.ravel() == i) for i in range(len(keys))]
-    return [
-        (members, Clock(int(key[0]), int(key[1]), repeat[members], repeats[members]))
-        for key, members in zip(keys, groups, strict=True)
-    ]
-
-
-def fastest_rate(model: ConeModel) -> Array:
-    """A bound of how fast small deviations move: damping, and spring, film at rest and field added up, (members,)."""
-    c = model.coefficients()
-    field = (np.asarray(model.voltage) + np.abs(model.voltage_bias)) ** 2
-    rate = 2.0 * c.zeta + np.sqrt(1.0 + c.kappa + c.A + field)
-    return np.broadcast_to(rate, model.shape).ravel()
-
-
 @dataclass
 class TangentRun:
-    """Members on their way: states, orthonormal frames of tangent vectors, stretches done, and how it went."""
+    """A run with deviations, as far as it has come: ``states`` (members, N), orthonormal ``frames`` (members, N, N) of
+    deviations in columns, stretches ``done``, and the ``outcome`` (members,)."""
 
     states: Array
     frames: Array
@@ -86,57 +38,43 @@ class TangentRun:
 
     @classmethod
     def at(cls, states: Array) -> TangentRun:
-        count = len(states)
-        return cls(states.copy(), np.tile(np.eye(2), (count, 1, 1)), 0, np.zeros(count, dtype=np.int8))
+        """A run that starts from ``states`` (members, N) at a whole forcing period."""
+        return cls(states.copy(), unit_frames(states), 0, np.zeros(len(states), dtype=np.int8))
 
     def take(self, index: Any) -> TangentRun:
+        """The run of some members."""
         return TangentRun(self.states[index], self.frames[index], self.done, self.outcome[index])
 
 
-def advance(model: ConeModel, run: TangentRun, clock: Clock, stretches: int, **flow_options: Any) -> Array:
-    """Moves ``run`` on by some stretches; the logarithmic growth of each, shape (members, stretches, 2).
+def unit_frames(states: Array) -> Array:
+    """The unit matrix for each of the ``states`` (members, N)."""
+    return np.tile(np.eye(states.shape[-1]), (len(states), 1, 1))
 
-    ``model`` is a flattened ensemble of the run's members. NaN from where a member fails. Over stretches longer than
-    `STRETCH` the second growth is what Liouville's theorem leaves of -2 zeta: an exponent, but no check of the first.
+
+def advance(members: Members, run: TangentRun, clock: Clock, stretches: int, **flow_options: Any) -> Array:
+    """Moves ``run`` on by some stretches; the logarithmic growth of each, (members, stretches, N).
+
+    NaN from where a member fails. Over stretches longer than `STRETCH` the last growth is what Liouville's theorem
+    leaves of the divergence: an exponent, but no check of the others. With more than two states those between the first
+    and the last may then be lost to rounding.
     """
     phase = (run.done % clock.per_repeat) / clock.per_repeat * clock.repeat
     times = phase[:, None] + clock.spacing[:, None] * np.arange(1, stretches + 1)
-    flow = integrate(model, run.states, times, start=phase, keep="tangents", **flow_options)
+    flow = integrate(members, run.states, times, start=phase, keep="tangents", **flow_options)
     assert flow.tangents is not None
     growth, run.frames = qr_growth(flow.tangents, run.frames)
-    shrinking = -2.0 * np.broadcast_to(model.damping_ratio, model.shape) * clock.spacing
-    long = clock.spacing * fastest_rate(model) > STRETCH * (1.0 + 1e-9)
-    growth[long, :, 1] = shrinking[long, None] - growth[long, :, 0]
+    whole = divergence(members) * clock.spacing
+    long = clock.spacing * fastest_rate(members) > STRETCH * (1.0 + 1e-9)
+    growth[long, :, -1] = whole[long, None] - growth[long, :, :-1].sum(axis=2)
     run.states = flow.states[:, -1]
     run.done += stretches
     run.outcome = np.where(run.outcome == Outcome.OK, flow.outcome, run.outcome)
     return growth
 
 
-def qr_growth(tangents: Array, frames: Array) -> tuple[Array, Array]:
-    """Logarithmic growth along the orthonormal frames that tangent maps (members, stretches, 2, 2) carry along.
-
-    Returns the growth (members, stretches, 2) and the final frames (members, 2, 2), columns orthonormal.
-    """
-    growth = np.empty((*tangents.shape[:2], 2))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for k in range(tangents.shape[1]):
-            image = tangents[:, k] @ frames
-            first, second = image[:, :, 0], image[:, :, 1]
-            length = np.hypot(first[:, 0], first[:, 1])
-            first = first / length[:, None]
-            # In the plane what is left of the second vector is the area over the first one's length, without the
-            # cancellation that subtracting its projection would suffer.
-            height = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-            frames = np.stack([first, np.stack([-first[:, 1], first[:, 0]], axis=1)], axis=2)
-            growth[:, k, 0] = np.log(length)
-            growth[:, k, 1] = np.log(np.abs(height))
-    return growth, frames
-
-
 def chained(tangents: Array) -> tuple[Array, Array]:
-    """Product of tangent maps (members, stretches, 2, 2), scaled to entries of at most 1, and log of the scale."""
-    product, log_scale = np.broadcast_to(np.eye(2), (len(tangents), 2, 2)), np.zeros(len(tangents))
+    """Product of tangent maps (members, stretches, N, N), scaled to entries of at most 1, and log of the scale."""
+    product, log_scale = np.broadcast_to(np.eye(tangents.shape[-1]), tangents[:, 0].shape), np.zeros(len(tangents))
     for k in range(tangents.shape[1]):
         product = tangents[:, k] @ product
         scale = np.abs(product).max(axis=(1, 2))
@@ -144,12 +82,97 @@ def chained(tangents: Array) -> tuple[Array, Array]:
     return product, log_scale
 
 
-def log_multipliers(product: Array, log_scale: Array, log_determinant: Array) -> Array:
-    """Logarithms of the moduli of both eigenvalues of scaled maps (members, 2, 2), the larger first.
+def qr_growth(tangents: Array, frames: Array) -> tuple[Array, Array]:
+    """Logarithmic growth along the orthonormal frames that tangent maps (members, stretches, N, N) carry along.
 
-    The smaller one comes from the determinant, which the trace would lose to rounding.
+    Returns the growth (members, stretches, N) and the final frames (members, N, N), columns orthonormal.
     """
+    growth = np.empty(tangents.shape[:3])
+    turn = _turned_in_the_plane if _two_states(tangents) else _turned
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for k in range(tangents.shape[1]):
+            frames = turn(tangents[:, k] @ frames, growth[:, k])
+    return growth, frames
+
+
+def log_multipliers(product: Array, log_scale: Array, log_determinant: Array) -> Array:
+    """Logarithms of the moduli of the eigenvalues of scaled maps (members, N, N), the largest first.
+
+    The smallest one follows from the determinant; the eigenvalues themselves would lose it to rounding.
+    """
+    larger = _larger_in_the_plane if _two_states(product) else _larger
+    found = larger(product, log_scale, log_determinant)
+    return np.concatenate([found, (log_determinant - found.sum(axis=1))[:, None]], axis=1)
+
+
+def solved(matrices: Array, right: Array) -> Array:
+    """Solutions (members, N) of linear equations with ``matrices`` (members, N, N) and right-hand sides (members, N).
+
+    NaN, or infinite, where there is none.
+    """
+    return (_solved_in_the_plane if _two_states(matrices) else _solved)(matrices, right)
+
+
+def _two_states(matrices: Array) -> bool:
+    return matrices.shape[-1] == 2
+
+
+# --- two states -------------------------------------------------------------------------------------------------------
+
+
+def _turned_in_the_plane(image: Array, growth: Array) -> Array:
+    first, second = image[:, :, 0], image[:, :, 1]
+    length = np.hypot(first[:, 0], first[:, 1])
+    first = first / length[:, None]
+    # In the plane what is left of the second vector is the area over the first one's length, without the
+    # cancellation that subtracting its projection would suffer.
+    height = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    growth[:, 0] = np.log(length)
+    growth[:, 1] = np.log(np.abs(height))
+    return np.stack([first, np.stack([-first[:, 1], first[:, 0]], axis=1)], axis=2)
+
+
+def _larger_in_the_plane(product: Array, log_scale: Array, log_determinant: Array) -> Array:
     half = 0.5 * np.abs(product[:, 0, 0] + product[:, 1, 1])
     square = half * half - np.exp(log_determinant - 2.0 * log_scale)
-    larger = np.where(square >= 0.0, log_scale + np.log(half + np.sqrt(np.abs(square))), 0.5 * log_determinant)
-    return np.stack([larger, log_determinant - larger], axis=1)
+    return np.where(square >= 0.0, log_scale + np.log(half + np.sqrt(np.abs(square))), 0.5 * log_determinant)[:, None]
+
+
+def _solved_in_the_plane(matrices: Array, right: Array) -> Array:
+    (a, b), (c, d) = np.moveaxis(matrices, 0, 2)
+    step = np.stack([d * right[:, 0] - b * right[:, 1], a * right[:, 1] - c * right[:, 0]], axis=1)
+    return np.asarray(step / (a * d - b * c)[:, None])
+
+
+# --- any number of states ---------------------------------------------------------------------------------------------
+
+
+def _turned(image: Array, growth: Array) -> Array:
+    """The frames of the images (members, N, N) of frames; their growth goes to ``growth`` (members, N)."""
+    frames = np.full(image.shape, np.nan)
+    growth[:] = np.nan
+    finite = np.isfinite(image).all(axis=(1, 2))
+    if finite.any():
+        q, r = np.linalg.qr(image[finite])
+        heights = np.diagonal(r, axis1=1, axis2=2)
+        frames[finite] = q * np.where(heights < 0.0, -1.0, 1.0)[:, None, :]
+        growth[finite] = np.log(np.abs(heights))
+    return frames
+
+
+def _larger(product: Array, log_scale: Array, log_determinant: Array) -> Array:
+    moduli = np.full(product.shape[:2], np.nan)
+    finite = np.isfinite(product).all(axis=(1, 2))
+    if finite.any():
+        moduli[finite] = np.sort(np.abs(np.linalg.eigvals(product[finite])), axis=1)[:, ::-1]
+    with np.errstate(divide="ignore"):
+        return log_scale[:, None] + np.log(moduli[:, :-1])
+
+
+def _solved(matrices: Array, right: Array) -> Array:
+    solution = np.full(right.shape, np.nan)
+    regular = np.array(np.isfinite(matrices).all(axis=(1, 2)))
+    regular[regular] = np.linalg.slogdet(matrices[regular])[0] != 0.0
+    if regular.any():
+        solution[regular] = np.linalg.solve(matrices[regular], right[regular][..., None])[..., 0]
+    return solution

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gelcone.physics import drive
-from gelcone.physics.model import Coefficients, ConeModel, acceleration, strain
+from gelcone.physics.members import Members
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 
@@ -28,8 +28,8 @@ class FixedStepRun:
 
 def fixed_step(model: ConeModel, initial: tuple[float, float], step: float, steps: int) -> FixedStepRun:
     """Runs every member of a flattened ensemble with a fixed step; non-finite states stay as they come out."""
-    members = model.take(slice(None))
-    c = members.coefficients()
+    members = model.members()
+    n = members.numbers()
     state = np.tile([initial[0], initial[1], 1.0, 0.0], (members.size, 1)).T
     states = np.empty((members.size, steps + 1, 2))
     states[:, 0] = state[:2].T
@@ -37,20 +37,20 @@ def fixed_step(model: ConeModel, initial: tuple[float, float], step: float, step
     limit = members.strain_limit()
     with np.errstate(all="ignore"):
         for k in range(steps):
-            state = _step(members, c, k * step, state, step)
+            state = _step(members, n, k * step, state, step)
             length = np.hypot(state[2], state[3])
             grown += np.log(length)
             state[2:] /= length
             states[:, k + 1] = state[:2].T
-            beyond += ~(strain(state[0], c) < limit)
+            beyond += ~(members.strain(state[0]) < limit)
     return FixedStepRun(step * np.arange(steps + 1, dtype=float), states, grown / (steps * step), beyond / steps)
 
 
-def _step(members: ConeModel, c: Coefficients, time: float, state: Array, step: float) -> Array:
+def _step(members: Members, n: dict[str, Array], time: float, state: Array, step: float) -> Array:
     def rate(at: float, y: Array) -> Array:
-        voltage = drive.voltage(at, members.voltage, members.voltage_bias, members.drive_frequency)
-        force, slope = acceleration(y[0], y[1], voltage, c, members.law)
-        return np.stack([y[1], force, y[3], slope * y[2] - 2.0 * c.zeta * y[3]])
+        rates, jacobian = members.system.flow(at, list(y[:2]), n)
+        slope, damping = jacobian[1]
+        return np.stack([*rates, y[3], slope * y[2] + damping * y[3]])
 
     k1 = rate(time, state)
     k2 = rate(time + step / 2, state + step / 2 * k1)

@@ -13,7 +13,7 @@ from pathlib import Path
 import gelcone
 from gelcone._version import __version__
 from gelcone.devices.device import shipped_devices
-from gelcone.motion.flow import import_heyoka
+from gelcone.motion.heyoka import import_heyoka
 from gelcone.paper.effort import Effort
 
 SHOWING = (

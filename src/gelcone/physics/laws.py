@@ -5,68 +5,54 @@ All energies are per shear modulus ``mu`` and film volume, so that every law has
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from abc import abstractmethod
+from typing import Any
 
 import numpy as np
 
 from gelcone.errors import unknown_name
+from gelcone.physics.component import Component, Numbers
 from gelcone.quantity import Quantity
 
 
-class StrainEnergyLaw(ABC):
+class StrainEnergyLaw(Component):
     """An energy W(I1 - 3) of the first invariant of the left Cauchy-Green tensor.
 
-    A new law supplies a ``name``, its ``parameters`` (name -> `Quantity`) and five functions. They must work on
-    floats, NumPy arrays, SymPy and heyoka expressions alike, hence use only arithmetic and the functions of ``xp``:
+    A new law supplies a ``name``, its ``parameters`` and four formulas, which use only arithmetic, powers and the
+    functions of ``xp``:
 
-    * `coefficients` - from the parameters, the numbers its formulas use (``c`` below);
     * `energy` - W/mu at the strain I1 - 3;
     * `response` - 2 dW/dI1 per mu, 1 at zero strain;
     * `response_slope` - the derivative of `response` with respect to I1;
-    * `strain_limit` - the I1 - 3 that the film cannot reach (infinity if there is none).
+    * `strain_limit` - the I1 - 3 that the film cannot reach. Default infinity.
 
-    `film_stiffness` follows from these; override it where a cheaper closed form exists, as `Gent` does. A law that
-    holds numbers of its own is best a frozen dataclass: equal laws share a compiled program, also between processes.
-    The tests in ``tests/test_laws.py`` run over `LAWS` and prove each of these functions against the energy.
+    `numbers` turns the parameters into what the formulas take (default: the parameters themselves). `film_stiffness`
+    follows from these; override it where a cheaper closed form exists, as `Gent` does.
+    ``tests/physics/test_laws.py`` runs over `LAWS` and proves each of these functions against the energy.
     """
 
-    name: ClassVar[str]
-    parameters: ClassVar[Mapping[str, Quantity]]
-
-    def __eq__(self, other: object) -> bool:
-        """Laws of a class that hold nothing of their own are the same: another process's law needs no new program."""
-        return self is other or (type(self) is type(other) and not vars(self) and not vars(other))
-
-    def __hash__(self) -> int:
-        return hash(type(self))
+    @abstractmethod
+    def energy(self, strain: Any, n: Numbers, xp: Any = np) -> Any: ...
 
     @abstractmethod
-    def coefficients(self, parameters: Mapping[str, Any]) -> tuple[Any, ...]: ...
+    def response(self, strain: Any, n: Numbers, xp: Any = np) -> Any: ...
 
     @abstractmethod
-    def energy(self, strain: Any, c: tuple[Any, ...], xp: Any = np) -> Any: ...
+    def response_slope(self, strain: Any, n: Numbers, xp: Any = np) -> Any: ...
 
-    @abstractmethod
-    def response(self, strain: Any, c: tuple[Any, ...]) -> Any: ...
+    def strain_limit(self, n: Numbers) -> Any:
+        return np.asarray(np.inf)
 
-    @abstractmethod
-    def response_slope(self, strain: Any, c: tuple[Any, ...]) -> Any: ...
-
-    @abstractmethod
-    def strain_limit(self, c: tuple[Any, ...]) -> Any: ...
-
-    def film_stiffness(self, q: Any, A: Any, B: Any, G: Any, c: tuple[Any, ...]) -> tuple[Any, Any]:
+    def film_stiffness(self, q: Any, A: Any, B: Any, G: Any, n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """The film's secant stiffness h = (dW/dx)/x per mu Vol and its derivative dh/dq, at q = 1 + x^2.
 
-        With I1 - 3 = A q + B + G/q - 3 (see `gelcone.physics.model`): h = (A - G/q^2) R, where R is the response.
+        With I1 - 3 = A q + B + G/q - 3 (see `gelcone.physics.film.taut`): h = (A - G/q^2) R, where R is the response.
         """
         r = 1.0 / q
         strain = A * q + B + G * r - 3.0
         strain_slope = A - G * r * r
-        response = self.response(strain, c)
-        slope = 2.0 * G * r * r * r * response + strain_slope * strain_slope * self.response_slope(strain, c)
+        response = self.response(strain, n, xp)
+        slope = 2.0 * G * r * r * r * response + strain_slope * strain_slope * self.response_slope(strain, n, xp)
         return strain_slope * response, slope
 
 
@@ -78,31 +64,30 @@ class Gent(StrainEnergyLaw):
         "stretch_limit": Quantity("J", "stretch limit: largest I1 - 3 of the film", 50.0, positive=True, infinite=True)
     }
 
-    def coefficients(self, parameters: Mapping[str, Any]) -> tuple[Any, ...]:
-        return (1.0 / parameters["stretch_limit"],)
+    def numbers(self, parameters: Numbers) -> dict[str, Any]:
+        return {"inverse_stretch_limit": 1.0 / parameters["stretch_limit"]}
 
-    def energy(self, strain: Any, c: tuple[Any, ...], xp: Any = np) -> Any:
-        (s,) = c
+    def energy(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        s = n["inverse_stretch_limit"]
         if xp is not np:
             return -xp.log1p(-s * strain) / (2.0 * s)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(s == 0.0, 0.5 * strain, -np.log1p(-s * strain) / (2.0 * s))
 
-    def response(self, strain: Any, c: tuple[Any, ...]) -> Any:
-        (s,) = c
-        return 1.0 / (1.0 - s * strain)
+    def response(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        return 1.0 / (1.0 - n["inverse_stretch_limit"] * strain)
 
-    def response_slope(self, strain: Any, c: tuple[Any, ...]) -> Any:
-        (s,) = c
+    def response_slope(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        s = n["inverse_stretch_limit"]
         return s / ((1.0 - s * strain) * (1.0 - s * strain))
 
-    def strain_limit(self, c: tuple[Any, ...]) -> Any:
+    def strain_limit(self, n: Numbers) -> Any:
         with np.errstate(divide="ignore"):
-            return 1.0 / np.asarray(c[0])
+            return 1.0 / np.asarray(n["inverse_stretch_limit"])
 
-    def film_stiffness(self, q: Any, A: Any, B: Any, G: Any, c: tuple[Any, ...]) -> tuple[Any, Any]:
+    def film_stiffness(self, q: Any, A: Any, B: Any, G: Any, n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """h = (A q^2 - G) / (q M), M = q (1 + (3-B)/J) - (A q^2 + G)/J: one division serves h, one more its slope."""
-        (s,) = c
+        s = n["inverse_stretch_limit"]
         qq = q * q
         centre = 1.0 + (3.0 - B) * s
         denominator = q * (q * centre - (A * qq + G) * s)
@@ -115,24 +100,17 @@ class NeoHookean(StrainEnergyLaw):
     """W = (I1-3)/2. Treloar, The Physics of Rubber Elasticity (1975)."""
 
     name = "neo-hookean"
-    parameters: ClassVar[Mapping[str, Quantity]] = {}
 
-    def coefficients(self, parameters: Mapping[str, Any]) -> tuple[Any, ...]:
-        return ()
-
-    def energy(self, strain: Any, c: tuple[Any, ...], xp: Any = np) -> Any:
+    def energy(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
         return 0.5 * strain
 
-    def response(self, strain: Any, c: tuple[Any, ...]) -> Any:
+    def response(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
         return 1.0 + 0.0 * strain
 
-    def response_slope(self, strain: Any, c: tuple[Any, ...]) -> Any:
+    def response_slope(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
         return 0.0 * strain
 
-    def strain_limit(self, c: tuple[Any, ...]) -> Any:
-        return np.asarray(np.inf)
-
-    def film_stiffness(self, q: Any, A: Any, B: Any, G: Any, c: tuple[Any, ...]) -> tuple[Any, Any]:
+    def film_stiffness(self, q: Any, A: Any, B: Any, G: Any, n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """h = A - G/q^2."""
         r = 1.0 / q
         g = G * r * r
@@ -151,23 +129,14 @@ class Yeoh(StrainEnergyLaw):
         "yeoh_c3": Quantity("c3", "Yeoh's third coefficient over the first, C30/C10", 0.0),
     }
 
-    def coefficients(self, parameters: Mapping[str, Any]) -> tuple[Any, ...]:
-        return parameters["yeoh_c2"], parameters["yeoh_c3"]
+    def energy(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        return 0.5 * strain * (1.0 + strain * (n["yeoh_c2"] + n["yeoh_c3"] * strain))
 
-    def energy(self, strain: Any, c: tuple[Any, ...], xp: Any = np) -> Any:
-        c2, c3 = c
-        return 0.5 * strain * (1.0 + strain * (c2 + c3 * strain))
+    def response(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        return 1.0 + strain * (2.0 * n["yeoh_c2"] + 3.0 * n["yeoh_c3"] * strain)
 
-    def response(self, strain: Any, c: tuple[Any, ...]) -> Any:
-        c2, c3 = c
-        return 1.0 + strain * (2.0 * c2 + 3.0 * c3 * strain)
-
-    def response_slope(self, strain: Any, c: tuple[Any, ...]) -> Any:
-        c2, c3 = c
-        return 2.0 * c2 + 6.0 * c3 * strain
-
-    def strain_limit(self, c: tuple[Any, ...]) -> Any:
-        return np.asarray(np.inf)
+    def response_slope(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        return 2.0 * n["yeoh_c2"] + 6.0 * n["yeoh_c3"] * strain
 
 
 LAWS: dict[str, StrainEnergyLaw] = {law.name: law for law in (Gent(), NeoHookean(), Yeoh())}

@@ -1,0 +1,102 @@
+"""The figures of gelcone, one for each kind of result.
+
+`FIGURES` lists them: the title of a result -> the module of this folder and its function that draws it. `plot` looks
+a result up there and draws it. A function is imported when it is first used; importing this package loads no
+matplotlib.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from gelcone.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+FIGURES = MappingProxyType(
+    {
+        "bifurcation diagram": "bifurcation.bifurcation_figure",
+        "cone and continuum": "validation.validation_figure",
+        "extrema": "section.section_figure",
+        "basins of attraction": "basin.basin_figure",
+        "frequency response": "frequency.frequency_figure",
+        "instability tongues of rest": "floquet.tongues_figure",
+        "Lyapunov exponents": "lyapunov.lyapunov_figure",
+        "operating envelope": "envelope.envelope_figure",
+        "parameter map": "sweep.any_figure",
+        "Poincare section": "section.section_figure",
+        "probability": "sweep.probability_figure",
+        "regime of motion": "regime.regime_figure",
+        "spectrum": "spectrum.spectrum_figure",
+        "statics": "equilibrium.static_figure",
+        "sweep": "sweep.any_figure",
+        "time response": "response.response_figure",
+    }
+)
+"""Title of a result, up to a colon -> module.function of its figure."""
+ANY = "values.values_figure"
+"""The figure of a result whose title is not in `FIGURES`: its numbers as curves, or as text."""
+
+__all__ = ["FIGURES", "figure_of", "plot", *(path.split(".")[1] for path in sorted({*FIGURES.values(), ANY}))]
+
+
+def plot(result: xr.Dataset, **options: Any) -> Figure:
+    """Draws any result of gelcone.
+
+    Parameters
+    ----------
+    result : a Dataset that an analysis returned, also one read by `gelcone.load` or converted by `gelcone.to_si`.
+    options : passed on to the figure's own function, for example ``middle="extent"`` for a bifurcation diagram.
+
+    Returns
+    -------
+    A matplotlib ``Figure`` outside pyplot's global state; ``figure.savefig("name.png")`` writes it.
+
+    Raises
+    ------
+    InputError : for what is no result of gelcone, or a result that lacks a variable which its figure draws (written
+        by another version, or with variables removed).
+    """
+    draw = figure_of(result)
+    try:
+        return draw(result, **options)
+    except KeyError as error:
+        attrs = result.attrs
+        raise InputError(
+            f"the result {attrs['title']!r} lacks {error}, which its figure draws; it was written by gelcone "
+            f"{attrs['gelcone_version']}: compute it again, or give it whole"
+        ) from error
+
+
+def figure_of(result: Any) -> Callable[..., Figure]:
+    """The function that draws a result; `InputError` for what is no result of gelcone."""
+    attrs = getattr(result, "attrs", {})
+    if not {"title", "gelcone_version"} <= set(attrs) or not hasattr(result, "data_vars"):
+        raise InputError(
+            f"plot: a {type(result).__name__} without gelcone's attributes is no result of gelcone; give a Dataset "
+            "that one of its analyses returned or gelcone.load read"
+        )
+    return _function(FIGURES.get(attrs["title"].partition(":")[0], ANY))
+
+
+def _function(path: str) -> Callable[..., Figure]:
+    module, _, name = path.partition(".")
+    function: Callable[..., Figure] = getattr(import_module(f"gelcone.plots.{module}"), name)
+    return function
+
+
+def __getattr__(name: str) -> Any:
+    """Loads a figure's function when it is first used."""
+    for path in (*FIGURES.values(), ANY):
+        if path.endswith(f".{name}"):
+            return _function(path)
+    raise AttributeError(f"module 'gelcone.plots' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

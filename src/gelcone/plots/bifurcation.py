@@ -135,7 +135,7 @@ def marks(diagram: xr.Dataset) -> tuple[Any, Any, Any]:
     ordered = diagram.transpose("branch", diagram.attrs["parameter"], ...)
     failed = ordered["outcome"].values != 0
     regime = ordered["regime"].values
-    return regime, failed, (ordered["flag"].values != 0) & (regime != Regime.TRANSIENT) & ~failed
+    return regime, failed, (ordered["doubtful"].values != 0) & (regime != Regime.TRANSIENT) & ~failed
 
 
 def refined_edges(diagram: xr.Dataset, branch: str) -> Array:

@@ -56,7 +56,7 @@ def draw_member(member: xr.Dataset, name: str, colour: str, axes: Axes) -> None:
         axes.plot(time[end], exponent[end], "o", ms=4.0, color=colour)
     time = member["running_time"].values
     axes.plot(time, member["running_exponent"], color=colour, label=f"{name}\n{verdict(member)}".strip())
-    value, error = float(member["asymptotic"][0]), float(member["standard_error"][0])
+    value, error = float(member["lyapunov"][0]), float(member["standard_error"][0])
     if np.isfinite(time).any() and np.isfinite(value):
         ends = [np.nanmin(time), np.nanmax(time)]
         axes.fill_between(ends, value - error, value + error, color=colour, alpha=0.2, lw=0.0)
@@ -67,7 +67,7 @@ def verdict(member: xr.Dataset) -> str:
     """The asymptotic value with its error, and whether its sign is certain; or how the member failed."""
     if int(member["outcome"]):
         return f"failed: {outcome_in_words(int(member['outcome']))}"
-    value = with_error(float(member["asymptotic"][0]), float(member["standard_error"][0]))
+    value = with_error(float(member["lyapunov"][0]), float(member["standard_error"][0]))
     return f"{value}\n{SIGNS[int(member['sign'])]}"
 
 
@@ -77,7 +77,7 @@ def set_limits(result: xr.Dataset, axes: Axes) -> None:
     for time, exponent in (("finite_time", "finite_exponent"), ("running_time", "running_exponent")):
         longest = result[time].max("window")
         seen.append(result[exponent].where(result[time] > SETTLED * longest).values.ravel())
-    value, error = result["asymptotic"].isel(exponent=0), result["standard_error"].isel(exponent=0)
+    value, error = result["lyapunov"].isel(exponent=0), result["standard_error"].isel(exponent=0)
     seen += [(value - error).values.ravel(), (value + error).values.ravel()]
     values = np.concatenate(seen)
     low, high = np.nanmin(values), np.nanmax(values)

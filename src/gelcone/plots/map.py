@@ -59,7 +59,7 @@ def marks(cells: xr.Dataset) -> tuple[Any, Any, Any]:
     """Regimes, failed cells and cells whose evidence disagrees, each (y, x)."""
     turned = cells.transpose(*axes_names(cells)[::-1], ...)
     failed = turned["outcome"].values > 0
-    return turned["regime"].values, failed, (turned["flag"].values > 0) & ~failed
+    return turned["regime"].values, failed, (turned["doubtful"].values > 0) & ~failed
 
 
 def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:

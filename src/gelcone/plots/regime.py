@@ -99,7 +99,7 @@ def caption(member: xr.Dataset) -> list[str]:
         lines.append(f"{float(member['cycle_distance']):.0e} of its size from the motion it settles to")
     elif period:
         lines.append(f"points return to within {float(member['return_distance']):.0e} of its size")
-    if int(member["flag"]):
+    if int(member["doubtful"]):
         lines.append("! the evidence disagrees")
     return lines
 

@@ -9,6 +9,7 @@ import numpy as np
 from gelcone.errors import InputError
 from gelcone.plots.regime import edges
 from gelcone.plots.style import BLUE, axis_label, coordinate_axis, styled
+from gelcone.plots.values import values_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,6 +72,8 @@ def _cells(values: xr.DataArray, result: xr.Dataset, axes: Axes, colours: str, m
 
 def sweep_figure(result: xr.Dataset) -> Figure:
     """The variables of a sweep: maps over two axes, else curves over the first (clouds, with draws or further axes)."""
+    if "status" not in result:  # computed at once, not cell by cell
+        return values_figure(result)
     dims, there = result["status"].dims, result["status"] > 0
     along = str(dims[0])
     full = {str(n): v.where(there) for n, v in result.data_vars.items() if v.dims == dims and n not in _BOOKKEEPING}
@@ -106,3 +109,16 @@ def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
             axes.remove()
 
     return styled(7.2, 0.4 + 2.5 * rows, draw)
+
+
+def any_figure(cells: xr.Dataset) -> Figure:
+    """The picture of a sweep: a probability, a map, or else what is known over the first axes."""
+    if "regime" in cells and "draw" in cells.dims and 2 <= cells["regime"].ndim <= 3:
+        from gelcone.atlas.uncertain import probability
+
+        return probability_figure(probability(cells))
+    if "regime" in cells and cells["regime"].ndim == 2:
+        from gelcone.plots.map import map_figure
+
+        return map_figure(cells)
+    return sweep_figure(cells)

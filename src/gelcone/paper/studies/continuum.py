@@ -127,26 +127,24 @@ def _pitchfork(name: str, model: ConeModel, film: ContinuumFilm) -> Threshold:
     found = float(pitchfork_voltage(fitted))
     if np.isnan(found):
         return Threshold(name, (cone, cone), (np.nan, np.nan), float(pull_in_voltage(fitted)["pull_in_voltage"]))
-    return Threshold(name, (cone, cone), _with_fit_error(fitted, found), np.nan)
+    return Threshold(name, (cone, cone), _with_fit_error(fitted, film, found), np.nan)
 
 
-def _with_fit_error(model: ConeModel, voltage: float) -> tuple[float, float]:
+def _with_fit_error(model: ConeModel, film: ContinuumFilm, voltage: float) -> tuple[float, float]:
     """The interval that the error of the fit leaves, by the membrane itself at a small height and that voltage."""
     from gelcone.continuum.membrane import membrane
 
     x = 0.02
-    own = membrane(model, model.film.radius_ratio, displacements=x, voltages=voltage, elements=ELEMENTS)
-    difference = (
-        float(own["force"].values.ravel()[0]) / x - float(model.film.stiffness(x * x, voltage**2)[0]) + voltage**2
-    )
-    off = abs(difference) / (2.0 * voltage * float(model.film.gain(0.0, voltage**2)))
+    own = membrane(model, film.radius_ratio, displacements=x, voltages=voltage, elements=ELEMENTS)
+    difference = float(own["force"].values.ravel()[0]) / x - float(film.stiffness(x * x, voltage**2)[0]) + voltage**2
+    off = abs(difference) / (2.0 * voltage * float(film.gain(0.0, voltage**2)))
     return voltage - off, voltage + off
 
 
 def _onset(name: str, model: ConeModel, film: ContinuumFilm) -> Threshold:
     cone, fitted = (onset_voltage(m) for m in (model, model.replace(film=film)))
     ends = [_interval(found) for found in (cone, fitted)]
-    lost = np.nan if np.isfinite(ends[1][0]) else float(np.sqrt(film.highest_squared(0.0)))
+    lost = np.nan if np.isfinite(ends[1][0]) else float(np.sqrt(film.highest_squared_at(0.0)))
     return Threshold(name, ends[0], ends[1], lost)
 
 
@@ -158,9 +156,9 @@ def _interval(found: xr.Dataset) -> tuple[float, float]:
 def _chaos(name: str, model: ConeModel, film: ContinuumFilm, start: Array, count: int) -> Threshold:
     """The first voltage with chaos from the paper's start: between which of evenly spaced ones it lies."""
     voltages = np.linspace(*CHAOS, count)
-    cone = _first(voltages, classify(model.replace(voltage=voltages), start).regime == Regime.CHAOTIC)
+    cone = _first(voltages, classify(model.replace(voltage=voltages).members(), start).regime == Regime.CHAOTIC)
     lower = np.linspace(0.1, CHAOS[0], count)
-    seen = classify(model.replace(voltage=lower, film=film), start)
+    seen = classify(model.replace(voltage=lower, film=film).members(), start)
     corrected = _first(lower, seen.regime == Regime.CHAOTIC)
     lost = _first(lower, seen.outcome == Outcome.PULLED_IN)
     return Threshold(name, cone, corrected, lost[1])

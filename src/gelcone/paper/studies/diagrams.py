@@ -63,7 +63,7 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
         progress=progress,
     )
     ensemble, states = Plan(model, {parameter: values}, preset.initial).at({parameter: values})
-    finite, _ = finite_exponents(ensemble.take(slice(None)), states, effort.window, {})
+    finite, _ = finite_exponents(ensemble.members(), states, effort.window, {})
     result["finite"] = (
         (parameter, "exponent"),
         finite,
@@ -75,7 +75,7 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
 def rest_stability(ensemble: ConeModel, dims: tuple[str, ...]) -> dict[str, Any]:
     """What theory says of rest at every value: growth rate under the drive, stiffness at full voltage."""
     shape = ensemble.shape
-    flat = ensemble.take(slice(None))
+    flat = ensemble.members()
     growth = floquet_multipliers(flat)["growth_rate"].values.reshape(shape)
     static = np.asarray(flat.stiffness(np.zeros(flat.size), flat.voltage)).reshape(shape)
 

@@ -10,7 +10,7 @@ from gelcone import dataset
 from gelcone.atlas.maps import parameter_map
 from gelcone.motion.flow import integrate
 from gelcone.motion.regime import classify
-from gelcone.motion.swing import swing
+from gelcone.motion.settled import swing
 from gelcone.paper.effort import Effort
 from gelcone.paper.fixed_step import fixed_step
 from gelcone.paper.studies.study import Progress, Study
@@ -87,7 +87,7 @@ def beyond(effort: Effort, progress: Progress) -> xr.Dataset:
     progress(0.5)
     half = 0.5 * _reach(model)
     inside = np.stack([half, np.zeros_like(half)], axis=1)
-    evidence = classify(model.take(slice(None)), inside, rounds=effort.rounds)
+    evidence = classify(model.members(), inside, rounds=effort.rounds)
     progress(0.5)
     return dataset.label(
         model,
@@ -134,8 +134,8 @@ def large_limits(effort: Effort, progress: Progress) -> xr.Dataset:
     states = np.tile(preset.initial, (model.size, 1))
     run = integrate(model, states, times)
     progress(0.2)
-    evidence = classify(model.take(slice(None)), states, rounds=effort.rounds)
-    late = swing(model.take(slice(None)), evidence.final)
+    evidence = classify(model.members(), states, rounds=effort.rounds)
+    late = swing(model.members(), evidence.final)
     progress(0.8)
     return dataset.label(
         model,

@@ -34,7 +34,7 @@ def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
     plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial, rounds=effort.rounds)
     result = label_cells(plan, plan.run(progress=lambda share: progress(0.9 * share)), "parameter map")
     model, states = plan.at(plan.grid)
-    finite, _ = finite_exponents(model.take(slice(None)), states, effort.window, {})
+    finite, _ = finite_exponents(model.members(), states, effort.window, {})
     progress(0.1)
     result["finite"] = (
         (*plan.over, "exponent"),

@@ -10,10 +10,11 @@ from gelcone import dataset
 from gelcone.devices.device import Device, find_device
 from gelcone.devices.si import to_si
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
+from gelcone.motion.evidence import label_evidence
 from gelcone.motion.floquet import onset_voltage
-from gelcone.motion.regime import classify, label_evidence
+from gelcone.motion.regime import classify
 from gelcone.motion.response import simulate
-from gelcone.motion.swing import swing
+from gelcone.motion.settled import swing
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about, merged
 from gelcone.paper.studies.triples import SPACING
@@ -60,10 +61,8 @@ def _practical(device: Device, effort: Effort, progress: MaybeProgress) -> xr.Da
     times = np.linspace(0.0, effort.window, round(effort.window / SPACING) + 1)
     run = simulate(model, state, times=times, field_limit=device.breakdown_field(), progress=weighted(progress, 0.3))
     settle = SETTLED_DECAYS / float(np.asarray(model.damping_ratio))
-    evidence = classify(
-        model.take(slice(None)), np.tile(state, (model.size, 1)), transient=settle, rounds=effort.rounds
-    )
-    late = swing(model, evidence.final)
+    evidence = classify(model.members(), np.tile(state, (model.size, 1)), transient=settle, rounds=effort.rounds)
+    late = swing(model.members(), evidence.final)
     kinds = label_evidence(model, evidence, {}, "").drop_vars(["section", "lowest", "highest"])
     shares = {str(n): f"window_{n}" for n in run if str(n).startswith("validity_")}
     window = run["displacement"]
@@ -90,7 +89,7 @@ def _practical(device: Device, effort: Effort, progress: MaybeProgress) -> xr.Da
 def _thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
     """Voltages at which rest is lost; a single one for all members, which differ in their voltage alone."""
     one = model.take([0])
-    flat = not np.any(np.asarray(one.rest_height))
+    flat = bool(one.members().symmetric.all())
     lost = pull_in_voltage(one)
     onset = onset_voltage(one)["onset_voltage"].values[0] if flat else np.nan
     return {

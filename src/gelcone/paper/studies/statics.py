@@ -35,12 +35,8 @@ def static(effort: Effort, progress: Progress) -> xr.Dataset:
 
 def _slack(model: ConeModel, x: Array, voltage: Any) -> npt.NDArray[np.bool_]:
     """Where a true stress of a single actuator is compressive at a constant voltage."""
-    lm, lh = model.stretches
-    q = 1.0 + x * x
-    meridional, hoop = lm * lm * q, lh * lh + 0.0 * x
-    thickness = 1.0 / (meridional * hoop)
-    response = model.law.response(model.strain(x), model.coefficients().law)
-    return (np.minimum(meridional, hoop) - thickness) * response - voltage * voltage * q < 0.0
+    state = model.film_state(x, voltage)
+    return np.asarray(np.minimum(state.meridional_stress, state.hoop_stress) < 0.0)
 
 
 LIMITS = (1.0, 1.5, 2.0, 5.0, 10.0, 50.0, 100.0)
@@ -57,12 +53,9 @@ def energy(effort: Effort, progress: Progress) -> xr.Dataset:
     near = (reach[:, None] * (1.0 - np.logspace(-3.0, -12.0, 10))).ravel()
     near = near[near < WIDEST]
     x = np.unique(np.concatenate([np.linspace(-WIDEST, WIDEST, 1601), near, -near]))
-    c = model.coefficients(trailing=1)
-    strains = model.strain(np.broadcast_to(x, (model.size, x.size)))
-    inside = strains < np.array(LIMITS)[:, None]
-    film = np.where(inside, model.law.energy(strains, c.law), np.nan)
-    q = 1.0 + x * x
-    force = np.where(inside, x * model.law.film_stiffness(q, c.A, c.B, c.G, c.law)[0], np.nan)
+    unbiased = model.replace(spring_stiffness=0.0)
+    spread = np.broadcast_to(x, (model.size, x.size))
+    film, force = unbiased.energy(spread), unbiased.force(spread)
     over = {
         "film_energy": (("displacement",), film, "strain energy of the film, NaN beyond the stretch limit", "energy"),
         "film_force": (("displacement",), force, "its slope: the force of the film", "force"),

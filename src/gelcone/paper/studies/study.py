@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.motion.lyapunov import default_transient
-from gelcone.motion.regime import classify, label_evidence
-from gelcone.motion.response import start_states
+from gelcone.motion.evidence import label_evidence
+from gelcone.motion.regime import classify
+from gelcone.motion.settle import default_transient, start_states
 from gelcone.paper.effort import Effort
 from gelcone.physics.model import ConeModel
 
@@ -37,9 +37,9 @@ class Study:
 
 def kinds_of(model: ConeModel, initial: tuple[float, float], effort: Effort) -> xr.Dataset:
     """`gelcone.regime` with the patience of this effort, and time for the least damped member to decay."""
-    transient = max(float(default_transient(model).max()), DECAYS / float(np.min(model.damping_ratio)))
+    transient = max(float(default_transient(model.members()).max()), DECAYS / float(np.min(model.damping_ratio)))
     states = start_states(model, initial)
-    evidence = classify(model.take(slice(None)), states, transient=transient, rounds=effort.rounds)
+    evidence = classify(model.members(), states, transient=transient, rounds=effort.rounds)
     return label_evidence(model, evidence, {"transient": transient, "rounds": effort.rounds}, "regime of motion")
 
 

@@ -15,7 +15,8 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.motion.response import simulate
-from gelcone.motion.section import repeat_of, section
+from gelcone.motion.section import section
+from gelcone.motion.settle import forcing_period
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about, kinds_of, meaning, merged
 from gelcone.physics.model import ConeModel
@@ -65,14 +66,14 @@ def motions(preset: Preset, model: ConeModel, parameter: str, effort: Effort, pr
     """
     kinds = kinds_of(model, preset.initial, effort)
     progress(0.3)
-    repeat = repeat_of(model)
+    repeat = forcing_period(model.members())
     settled = int(np.ceil((kinds["settled_time"].values / repeat).max()))
     early_repeats = int(effort.window / repeat.min()) + 1
     early = section(model, preset.initial, repeats=early_repeats, discard=0, progress=weighted(progress, 0.1))
     late = section(
         model, preset.initial, repeats=effort.section_points, discard=settled, progress=weighted(progress, 0.3)
     )
-    finite = finite_exponents(model.take(slice(None)), np.tile(preset.initial, (model.size, 1)), effort.window, {})
+    finite = finite_exponents(model.members(), np.tile(preset.initial, (model.size, 1)), effort.window, {})
     parts = [
         kinds.drop_vars(["lowest", "highest", "section"]),
         _finite(model, finite),
@@ -96,7 +97,7 @@ def _long_run(model: ConeModel, late: xr.Dataset, preset: Preset, progress: Mayb
     """The time response that follows the last point of a section; NaN for a member that has failed before."""
     ends = np.stack([late[name].isel(repeat=-1).values for name in ("displacement", "velocity")], axis=-1)
     states = np.where(np.isfinite(ends), ends, np.asarray(preset.initial))
-    run = _window(model, states, LATE_REPEATS * float(repeat_of(model).max()), "late", progress)
+    run = _window(model, states, LATE_REPEATS * float(forcing_period(model.members()).max()), "late", progress)
     ran = late["outcome"] == Outcome.OK
     return run if ran.all() else run.where(ran)
 

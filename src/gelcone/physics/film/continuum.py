@@ -18,7 +18,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,26 +26,32 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.codes import Outcome
 from gelcone.errors import InputError
+from gelcone.physics.component import Numbers, from_record, to_record
+from gelcone.physics.film.film import BISECTIONS, FilmState
+from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, check_prestretch_mode
+from gelcone.physics.laws import LAWS, StrainEnergyLaw
+from gelcone.physics.quadrature import integral
 
 FORMAT = 1
 """Of the files; raised when an older one can no longer be read."""
-QUADRATURE = 32
-"""Gauss points of the energy, an integral of a smooth function."""
+NEAR_PULL_IN = 1.0 - 1e-9
+"""Share of the V at which the film pulls in up to which its slope, infinite there, is taken."""
 
 Polynomial = tuple[float, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContinuumFilm:
+class ContinuumFilm(GelFilm):
     """The fitted force of one film; `gelcone.continuum.fit.fit_film` makes one, `read_film` reads one from a file.
 
     Parameters
     ----------
     radius_ratio : a/b that it was fitted for.
-    law, law_parameters : name of the strain-energy law and its own numbers, in the order of their names.
+    law, law_parameters : the strain-energy law and the values of its parameters, by name.
     prestretches : meridional and hoop pre-stretch.
-    reach : largest |x| that the fit covers.
+    largest : largest |x| that the fit covers; ``reach`` in files.
     wall : s at which the film as a whole reaches its stretch limit, more than reach^2.
     variable : t0 and t1.
     rest, wall_strength, field, field_squared, fold, ceiling : P, w, Q, R, S and C.
@@ -56,10 +62,10 @@ class ContinuumFilm:
     """
 
     radius_ratio: float
-    law: str
+    law: StrainEnergyLaw
     law_parameters: tuple[tuple[str, float], ...]
     prestretches: tuple[float, float]
-    reach: float
+    largest: float
     wall: float
     variable: tuple[float, float]
     rest: Polynomial
@@ -71,8 +77,49 @@ class ContinuumFilm:
     disc_stretch: tuple[Polynomial, Polynomial]
     hoop_stress: tuple[Polynomial, Polynomial]
     errors: tuple[tuple[str, float], ...] = ()
+    prestretch_mode: str = "radial"
+
+    name = "continuum"
+    ending = Outcome.PULLED_IN
+
+    def __post_init__(self) -> None:
+        check_prestretch_mode(self.prestretch_mode)
+
+    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """What is left out is that of the fit; `InputError` for what differs from it."""
+        own = {name: value for name, value in given.items() if value is not None}
+        if not own.keys() & PRESTRETCHES.keys():
+            own |= dict(zip(("meridional_prestretch", "hoop_prestretch"), self.prestretches, strict=True))
+        values = super().complete(dict(self.law_parameters) | own)
+        differences = self.differences(values)
+        if differences:
+            raise InputError(
+                f"the continuum film does not fit the model: {'; '.join(differences)}; fit another film for each law "
+                "and pre-stretch (gelcone validate --fit, or gelcone.fit_film), or leave it out for the cone"
+            )
+        return values
+
+    def differences(self, values: Numbers) -> list[str]:
+        """In words, which values differ from those that the film was fitted for."""
+        pairs = [(name, values[name], own) for name, own in self.law_parameters]
+        pairs += list(
+            zip(("meridional pre-stretch", "hoop pre-stretch"), self.stretches(values), self.prestretches, strict=True)
+        )
+        found = []
+        for name, given, own in pairs:
+            if not np.all(np.asarray(given, dtype=float) == own):
+                shown = f"{float(given):g}" if np.ndim(given) == 0 else f"{np.size(given)} values"
+                found.append(f"{name} = {shown}, fitted for {own:g}")
+        return found
 
     # --- what the equation of motion takes -----------------------------------------------------------------------
+
+    def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        """x (k + V - V) and its slope, with the fitted k(s, V)."""
+        s = x * x
+        k, k_slope = self.stiffness(s, squared)
+        k = k - squared
+        return x * k, k + 2.0 * s * k_slope
 
     def stiffness(self, s: Any, squared: Any) -> tuple[Any, Any]:
         """k + V, which takes the place of the law's h, and its derivative by s.
@@ -118,12 +165,49 @@ class ContinuumFilm:
 
     # --- what else is asked of a film ------------------------------------------------------------------------------
 
-    @property
-    def limit(self) -> float:
-        """The largest s = x^2 that a trajectory may come to."""
-        return self.reach * self.reach
+    def strain_limit(self, n: Numbers) -> Any:
+        """The largest x^2 that the film was fitted for."""
+        return np.asarray(self.reach_squared)
 
-    def highest_squared(self, s: Any) -> Any:
+    @property
+    def reach_squared(self) -> float:
+        return self.largest * self.largest
+
+    def reach(self, n: Numbers) -> tuple[float, float]:
+        return 0.0, self.largest
+
+    def outside(self, x: float, n: Numbers) -> str:
+        return (
+            f"initial displacement {x:g}: must be less than {self.largest:g} either way, which the continuum film was "
+            "fitted for; start lower"
+        )
+
+    def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
+        return x * self.gain(np.square(x), squared)
+
+    def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
+        return 2.0 * x * x * x * self.stiffness(np.square(x), squared)[1]
+
+    def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
+        """By bisection, as the pull k falls while the voltage rises. Beyond the V at which the film pulls in, and below
+        0, it goes on as in the cone."""
+        x = np.asarray(x, dtype=float)
+        s, highest = x * x, self.highest_squared_at(x * x)
+        with np.errstate(all="ignore"):
+            wanted = pull + 0.0 * x
+            low, high = np.zeros_like(s), NEAR_PULL_IN * highest
+            pulls = [self.stiffness(s, squared)[0] - squared for squared in (low, high)]
+            for _ in range(BISECTIONS):
+                middle = 0.5 * (low + high)
+                above = self.stiffness(s, middle)[0] - middle > wanted
+                low, high = np.where(above, middle, low), np.where(above, high, middle)
+            beyond = np.where(wanted < pulls[1], highest + pulls[1] - wanted, 0.5 * (low + high))
+            return np.where(wanted > pulls[0], pulls[0] - wanted, beyond)[()]
+
+    def highest_squared(self, x: Any, n: Numbers) -> Any:
+        return self.highest_squared_at(np.square(x))
+
+    def highest_squared_at(self, s: Any) -> Any:
         """The highest V at which the film has a state."""
         return 1.0 / _polynomial(self.ceiling, self._t(np.asarray(s, dtype=float)))
 
@@ -139,7 +223,7 @@ class ContinuumFilm:
         t = self._t(np.asarray(s, dtype=float))
         return _polynomial(pair[0], t) + squared * _polynomial(pair[1], t)
 
-    def work(self, x: npt.ArrayLike, squared: npt.ArrayLike = 0.0) -> Any:
+    def work(self, x: Any, squared: Any, n: Numbers) -> Any:
         """Work against film and field from the flat film to x at constant V: the integral of x k over x."""
         s = np.asarray(x, dtype=float) ** 2
 
@@ -150,7 +234,7 @@ class ContinuumFilm:
             # the term of the wall in closed form: no quadrature follows it up to there
             return 0.5 * _integral(smooth, s) - 0.5 * self.wall_strength * self.wall * np.log1p(-s / self.wall)
 
-    def area(self, x: npt.ArrayLike, squared: npt.ArrayLike) -> Any:
+    def area(self, x: Any, squared: Any, n: Numbers) -> Any:
         """Mean square of the deformed over the mounted area, -2 dE/dV of the energy E: 1 + x^2 in the cone.
 
         The charge on the film is v times this, and the energy of the field V/2 times this.
@@ -159,28 +243,33 @@ class ContinuumFilm:
         with np.errstate(all="ignore"):
             return 1.0 + _integral(lambda at: self.gain(at, squared), s)
 
-    def differences(self, law: str, law_parameters: dict[str, Any], prestretches: tuple[Any, Any]) -> list[str]:
-        """In words, in what a model differs from the film that was fitted."""
-        told = []
-        if law != self.law:
-            told.append(f"law = {law}, fitted for {self.law}")
-        pairs = [(name, law_parameters.get(name), own) for name, own in self.law_parameters]
-        pairs += [
-            (name, given, own)
-            for name, given, own in zip(
-                ("meridional pre-stretch", "hoop pre-stretch"), prestretches, self.prestretches, strict=True
-            )
-        ]
-        for name, given, own in pairs:
-            if given is not None and not np.all(np.asarray(given, dtype=float) == own):
-                shown = f"{float(given):g}" if np.ndim(given) == 0 else f"{np.size(given)} values"
-                told.append(f"{name} = {shown}, fitted for {own:g}")
-        return told
+    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+        """Beside the disc, where the meridian is stretched most, but for the hoop stress, the smallest of all rings."""
+        xx, squared = np.square(x), voltage * voltage
+        state = self.cone_state(self.squared_stretch(xx, squared), voltage, n)
+        # a film that pushes the disc is compressed along its whole meridian; NaN where it has pulled in
+        with np.errstate(all="ignore"):
+            pull = self.stiffness(xx, squared)[0] - squared
+        meridional = np.where(pull < 0.0, np.minimum(state.meridional_stress, pull), state.meridional_stress)
+        hoop = np.minimum(state.hoop_stress, self.smallest_hoop_stress(xx, squared))
+        return state._replace(meridional_stress=meridional, hoop_stress=hoop)
+
+    def near_limit(self, x: Any, voltage: Any, n: Numbers, share: float) -> npt.NDArray[np.bool_]:
+        """Also where the strain beside the disc is."""
+        return super().near_limit(x, voltage, n, share) | np.asarray(self.state(x, voltage, n).limit_share >= share)
+
+    def describe(self) -> str:
+        """How far the fit reaches, and how good it is."""
+        known = ", ".join(f"{name} {error:.1%}" for name, error in self.errors) or "not known"
+        reach = f"a/b = {self.radius_ratio:.4g}, up to |x| = {self.largest:.4g}"
+        return f"film as a continuum, {reach}; largest error of its force: {known}"
 
     def to_json(self) -> str:
         """The film as JSON text, which `film_from_json` reads back exactly."""
-        values = dataclasses.asdict(self)
-        return json.dumps({"gelcone_film": FORMAT} | values | _named(self))
+        own = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        for name in ("prestretch_mode", "largest"):
+            del own[name]
+        return json.dumps({"gelcone_film": FORMAT} | own | {"reach": self.largest} | _named(self))
 
 
 def _finite(value: float) -> float | str:
@@ -189,6 +278,7 @@ def _finite(value: float) -> float | str:
 
 def _named(film: ContinuumFilm) -> dict[str, Any]:
     return {
+        "law": to_record(film.law, LAWS),
         "law_parameters": {name: _finite(value) for name, value in film.law_parameters},
         "errors": dict(film.errors),
     }
@@ -207,8 +297,9 @@ def film_from_json(text: str, origin: str = "film") -> ContinuumFilm:
         for name, value in values.items():
             if isinstance(value, list):
                 values[name] = tuple(tuple(map(float, v)) if isinstance(v, list) else float(v) for v in value)
-        film = ContinuumFilm(**values)
-        bad = not (0.0 < film.reach < math.inf and film.limit < film.wall < math.inf and len(film.variable) == 2)
+        law = from_record("strain-energy law", values.pop("law"), LAWS, StrainEnergyLaw)  # type: ignore[type-abstract]
+        film = ContinuumFilm(law=law, largest=values.pop("reach"), **values)
+        bad = not (film.largest > 0.0 and film.reach_squared < film.wall < math.inf and len(film.variable) == 2)
         numbers = [*film.rest, *film.field, *film.field_squared, *film.fold, *film.ceiling, film.wall_strength]
         if bad or not np.isfinite(numbers).all():
             raise ValueError("a number is out of bounds")
@@ -232,12 +323,8 @@ def read_film(path: str | Path) -> ContinuumFilm:
 
 
 def _integral(function: Callable[[Any], Any], s: Any) -> Any:
-    """From 0 to s, by Gauss's quadrature over log(1 + s), in which the polynomials in 1/(1 + s) are entire."""
-    places, weights = np.polynomial.legendre.leggauss(QUADRATURE)
-    total, most = 0.0, np.log1p(s)
-    for place, weight in zip(0.5 * (places + 1.0), 0.5 * weights, strict=True):
-        total = total + weight * function(np.expm1(most * place)) * np.exp(most * place)
-    return total * most
+    """From 0 to s over log(1 + s), in which the polynomials in 1/(1 + s) are entire."""
+    return integral(lambda t: function(np.expm1(t)) * np.exp(t), np.log1p(s))
 
 
 # --- polynomials ---------------------------------------------------------------------------------------------------

@@ -1,0 +1,42 @@
+"""``result.gelcone``: the functions that take a result, as methods of the Dataset itself.
+
+Each method calls the public function of the same name and does nothing else. xarray learns of it when gelcone labels
+or loads its first result; ``import gelcone.accessor`` does it at any time, for Datasets that xarray itself opened.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+import gelcone
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@xr.register_dataset_accessor("gelcone")  # type: ignore[no-untyped-call]
+class Accessor:
+    """What can be done with a result of gelcone."""
+
+    def __init__(self, result: xr.Dataset) -> None:
+        self._result = result
+
+    @property
+    def model(self) -> gelcone.ConeModel:
+        """The model that the result was computed from; see `gelcone.model_of`."""
+        return gelcone.model_of(self._result)
+
+    def plot(self, **options: Any) -> Figure:
+        """The figure of the result; see `gelcone.plot`."""
+        return gelcone.plot(self._result, **options)
+
+    def save(self, path: str | Path, *, force: bool = False) -> None:
+        """Writes the result as netCDF-4; see `gelcone.save`."""
+        gelcone.save(self._result, path, force=force)
+
+    def to_si(self, device: gelcone.Device) -> xr.Dataset:
+        """The result in the units of a device; see `gelcone.to_si`."""
+        return gelcone.to_si(self._result, device)

@@ -1,0 +1,94 @@
+"""Voltages that bound the use of an actuator: onset of motion under the drive, static pitchfork, pull-in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.codes import Outcome
+from gelcone.dataset import Findings
+from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
+from gelcone.motion.floquet import onset_voltage
+from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.settle import inside, members_of, start_states, start_values
+from gelcone.physics.members import Members
+from gelcone.physics.model import ConeModel
+from gelcone.progress import Progress, weighted
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def limits(
+    model: ConeModel,
+    *,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Voltages at which the flat film or the equilibrium loses its stability.
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble; its own voltage plays no part.
+    tolerance : relative error of one integration step. Default 1e-15.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Returns
+    -------
+    Dataset over the ensemble's dims: ``onset_voltage``, the amplitude at which the flat film under the drive loses its
+    stability, and the width ``onset_error`` to which it is known (`gelcone.onset_voltage`; NaN where it stays stable,
+    or where the film does not rest flat); ``pitchfork_voltage`` (`gelcone.pitchfork_voltage`); ``pull_in_voltage``
+    (`gelcone.pull_in_voltage`); and ``outcome``.
+
+    Raises
+    ------
+    InputError : when the flat film lies beyond its stretch limit in all members.
+    """
+    start_states(model, (0.0, 0.0))
+    members = members_of(model)
+    options: dict[str, Any] = {"tolerance": tolerance}
+    found = limits_cells(members, start_values(members), **options, threads=threads, progress=progress)
+    return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="limits")
+
+
+def limits_cells(
+    members: Members,
+    states: Array,
+    *,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> Findings:
+    """What `limits` finds of every member of a flattened ensemble, whose ``states`` play no part; options as there."""
+    found = {name: np.full(members.size, np.nan) for name in _MEANINGS}
+    outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
+    reachable = inside(members, 0.0)
+    flat = reachable & members.symmetric
+    if reachable.any():
+        part = members.take(reachable)
+        outcome[reachable] = Outcome.OK
+        found["pitchfork_voltage"][reachable] = pitchfork_voltage(part)
+        found["pull_in_voltage"][reachable] = pull_in_voltage(part)["pull_in_voltage"]
+    if progress is not None:
+        progress(0.1 if flat.any() else 1.0)
+    if flat.any():
+        onset = onset_voltage(
+            members.take(flat), tolerance=tolerance, threads=threads, progress=weighted(progress, 0.9)
+        )
+        outcome[flat] = onset["outcome"]
+        for name in ("onset_voltage", "onset_error"):
+            found[name][flat] = onset[name]
+    return Findings({name: ((), found[name], meaning, "voltage") for name, meaning in _MEANINGS.items()}, outcome)
+
+
+_MEANINGS = {
+    "onset_voltage": "voltage amplitude at which rest loses stability",
+    "onset_error": "width to which the onset is known",
+    "pitchfork_voltage": "constant voltage at which the flat film loses stability",
+    "pull_in_voltage": "constant voltage at which the equilibrium is lost",
+}

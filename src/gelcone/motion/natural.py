@@ -1,0 +1,32 @@
+"""The natural frequency of small motions about an equilibrium under a constant voltage."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.motion.equilibrium import stroke_and_blocked_force
+from gelcone.physics.model import ConeModel
+
+ROUNDING = 1e-9
+"""A stiffness this little below zero, as in a fold, is zero."""
+
+
+def natural_frequency(model: ConeModel, voltage: npt.ArrayLike, displacement: npt.ArrayLike | None = None) -> Any:
+    """Angular frequency of small undamped motions about an equilibrium; NaN where there is no stable one.
+
+    Parameters
+    ----------
+    model : a single model.
+    voltage : constant voltage, dimensionless: a number, or shape (voltages,).
+    displacement : the equilibrium there, of the same shape. Default: the one that a slow ramp from 0 to the voltage
+        ends at.
+    """
+    if displacement is None:
+        ramp = stroke_and_blocked_force(model, np.abs(voltage))
+        displacement = ramp["displacement"].values.reshape(np.shape(voltage))
+    stiffness = np.asarray(model.stiffness(displacement, voltage))
+    with np.errstate(invalid="ignore"):
+        return np.sqrt(np.where(stiffness >= -ROUNDING, np.maximum(stiffness, 0.0), np.nan))[()]

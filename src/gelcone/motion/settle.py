@@ -1,0 +1,363 @@
+"""Clocks and settling: the forcing period, the fastest rate, and motions followed over whole forcing periods.
+
+The forcing is the same from one forcing period to the next, so that the clock of a run is set back to 0 at whole
+periods: the phase of the forcing stays as exact after a million periods as in the first. In the names of functions and
+results a *repeat* is one forcing period.
+"""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.codes import Outcome
+from gelcone.errors import InputError
+from gelcone.motion.flow import integrate
+from gelcone.physics.dual import derivative
+from gelcone.physics.members import Ensemble, Members
+from gelcone.physics.model import ConeModel
+from gelcone.progress import Progress, weighted
+from gelcone.quantity import Array
+
+CLOCK_REPEATS = 1000
+"""Most forcing periods between two returns of the clock to 0."""
+CLOCK_SAMPLES = 8192
+"""Most samples between two returns, which bounds the memory of a densely sampled run."""
+MOST_PER_REPEAT = 2**16
+BLOCK_SAMPLES = 2**22
+"""Most samples of an ensemble held at once; a larger ensemble is treated in blocks of members."""
+STRETCH = 16.0
+"""Tangent maps are restarted after this many fastest time scales: deviations then grow by so little that neither the
+step control nor the volume between them suffers."""
+LONG_STRETCH = 64.0
+"""The same where a few digits of the largest growth suffice; the volume may be lost to rounding."""
+BLOCK = 64.0
+"""Shortest block of an average, longer than the correlation time of chaotic motions."""
+DECAY_TIMES = 20.0
+LONGEST_DECAY = 5000.0
+FEWEST_REPEATS = 30
+SHORTEST_TRANSIENT = 200.0
+
+# --- what the analyses need to know of an ensemble --------------------------------------------------------------------
+
+
+def members_of(model: Ensemble) -> Members:
+    """The members of a model in C order, as a one-dimensional ensemble."""
+    return model.members()
+
+
+def single(members: Members, row: int) -> ConeModel:
+    """One member as a single model."""
+    return ConeModel.of_system(members.system, {name: float(value[row]) for name, value in members.values.items()})
+
+
+def state_names(members: Members) -> tuple[str, ...]:
+    """Names of the states; the first two are the displacement and its rate."""
+    return tuple(state.name for state in members.system.states)
+
+
+def state_count(members: Members) -> int:
+    """Number of states, N."""
+    return len(members.system.states)
+
+
+def planar(members: Members) -> bool:
+    """Whether the motion has two states, so that areas of deviations and closed curves bound what it can do."""
+    return members.system.planar
+
+
+def start_values(members: Members) -> Array:
+    """What the states start from where nothing is said of them, (members, N)."""
+    return members.start_states((0.0, 0.0))
+
+
+def mirror(members: Members) -> Array:
+    """Sign of each state under the reflection x -> -x, (N,)."""
+    return members.system.mirror
+
+
+def mirrored(members: Members) -> npt.NDArray[np.bool_]:
+    """Members whose equation of motion is unchanged by `mirror`, (members,)."""
+    return members.symmetric
+
+
+def forcing_period(members: Members) -> Array:
+    """Smallest period of the forcing, (members,): pi/omega for a pure sine, whose square forces the motion, 2 pi/omega
+    with a bias."""
+    return np.broadcast_to(members.forcing_period, members.shape)
+
+
+def damped(members: Members) -> npt.NDArray[np.bool_]:
+    """Members whose motion loses energy, (members,)."""
+    return members.damped
+
+
+def divergence(members: Members) -> Array:
+    """Rate at which volumes of states grow, (members,): the sum of all Lyapunov exponents."""
+    return members.divergence
+
+
+def fastest_rate(members: Members) -> Array:
+    """A bound of the fastest rate of the motion, (members,)."""
+    return members.rate
+
+
+def acceleration_at(members: Members, times: Array, states: Array) -> Array:
+    """The disc's acceleration at ``times`` (members, samples) and ``states`` (members, samples, N)."""
+    return np.asarray(members.flow(times, states)[0][1])
+
+
+def jerk_at(members: Members, times: Array, states: Array) -> Array:
+    """The rate of the acceleration there, by the chain rule along the motion."""
+    rates, jacobian = members.flow(times, states)
+    n, z = members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
+    waveform = members.system.waveform
+    commanded, change = waveform.voltage(times, n), waveform.voltage_rate(times, n)
+    by_voltage = derivative(lambda v, xp: members.system.rates_under(v, z, n, xp)[1], commanded)
+    return np.asarray(sum(slope * rate for slope, rate in zip(jacobian[1], rates, strict=True)) + by_voltage * change)
+
+
+def inside(members: Members, displacement: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    """Members that can be at a displacement, one for all or (members,)."""
+    x = np.broadcast_to(np.asarray(displacement, dtype=float), (members.size,))
+    with np.errstate(over="ignore"):
+        return np.asarray(members.strain(x) < np.broadcast_to(members.strain_limit(), members.shape))
+
+
+def _refused_start(members: Members, states: Array) -> InputError:
+    """Why no member can start from ``states``."""
+    return InputError(members.system.film.outside(float(states[0, 0]), members.numbers_at(0)))
+
+
+# --- where motions start, and how long they take to settle ------------------------------------------------------------
+
+
+def start_states(model: Ensemble, initial: npt.ArrayLike) -> Array:
+    """Initial states of all members, (members, N).
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble.
+    initial : displacement and velocity, or all N states; shape (2,) or (N,), or the ensemble's shape followed by
+        either. States that are not given start from `start_values`.
+
+    Raises
+    ------
+    InputError : for another shape, numbers that are not finite, or when no member can start.
+    """
+    members = members_of(model)
+    count, names = state_count(members), state_names(members)
+    try:
+        given = np.asarray(initial, dtype=float)
+        if given.shape[-1:] not in ((2,), (count,)):
+            raise ValueError
+        states = np.broadcast_to(given, (*model.shape, given.shape[-1])).reshape(model.size, given.shape[-1])
+    except (TypeError, ValueError):
+        shapes = [f"shape {(*ensemble, n)}" for ensemble in ((), model.shape) for n in (2, count)]
+        wanted = " or ".join(dict.fromkeys(shapes))
+        meaning = "a displacement and a velocity" + (f", or {', '.join(names)}" if count > 2 else "")
+        shown = " ".join(reprlib.repr(initial).split())
+        raise InputError(f"initial = {shown}: must be {meaning}, {wanted}") from None
+    if not np.isfinite(states).all():
+        raise InputError(f"initial = {states[~np.isfinite(states).all(axis=1)][0].tolist()}: must be finite")
+    states = complete(members, states)
+    if not inside(members, states[:, 0]).any():
+        raise _refused_start(members, states)
+    return states
+
+
+def complete(members: Members, states: Array) -> Array:
+    """All N states (members, N) of members of which only the first, displacement and velocity, may be given."""
+    given = states.shape[1]
+    if given == state_count(members):
+        return states
+    return np.concatenate([states, start_values(members)[:, given:]], axis=1)
+
+
+def nudge(states: Array, by: float) -> Array:
+    """States (..., N) with the displacement moved, so that a motion does not stay on an unstable one."""
+    offset = np.zeros(states.shape[-1])
+    offset[0] = by
+    return states + offset
+
+
+def default_transient(
+    members: Members, *, repeats: float = FEWEST_REPEATS, longest_decay: float = LONGEST_DECAY
+) -> Array:
+    """Time after which a motion is first taken as settled, (members,).
+
+    20 decay times 1/zeta, but at most ``longest_decay`` (default 5,000), and at least ``repeats`` (default 30) forcing
+    periods and 200.
+    """
+    damping = np.broadcast_to(members.damping_ratio, members.shape).ravel()
+    decay = np.minimum(DECAY_TIMES / np.maximum(damping, 1e-12), longest_decay)
+    return np.maximum(np.maximum(repeats * forcing_period(members), decay), SHORTEST_TRANSIENT)
+
+
+def transient_of(members: Members, transient: float | None) -> Array:
+    """The time discarded of every member, (members,): ``transient``, or `default_transient` where it is None."""
+    return default_transient(members) if transient is None else np.full(members.size, float(transient))
+
+
+def round_duration(duration: Array, trial: int) -> Array:
+    """Length of one more round of settling: after the first, as long as all rounds before it together."""
+    return duration * 2 ** max(trial - 1, 0)
+
+
+def check_budgets(**budgets: float | None) -> None:
+    """`InputError` for a time that is not positive and finite."""
+    for name, value in budgets.items():
+        if value is not None and not (np.isfinite(value) and value > 0.0):
+            raise InputError(f"{name} = {value:g}: must be a positive dimensionless time")
+
+
+def repeats_lasting(members: Members, duration: Array | float) -> npt.NDArray[np.int64]:
+    """Whole forcing periods that last ``duration`` or a little longer, (members,)."""
+    return np.ceil(duration / forcing_period(members)).astype(np.int64)
+
+
+def settle(
+    members: Members,
+    states: Array,
+    repeats: int | npt.NDArray[np.int64],
+    *,
+    progress: Progress = None,
+    **flow: Any,
+) -> tuple[Array, npt.NDArray[np.int8]]:
+    """States (members, N) after whole forcing periods, at phase 0 again, and the outcome of each member.
+
+    ``repeats`` is one number for all or (members,); ``flow`` goes to `integrate`. Only the end is kept.
+    """
+    states, outcome = states.copy(), np.zeros(members.size, dtype=np.int8)
+    left = np.broadcast_to(repeats, (members.size,)).copy()
+    whole = int(left.sum())
+    while (running := np.flatnonzero((left > 0) & (outcome == Outcome.OK))).size:
+        step = np.minimum(left[running], CLOCK_REPEATS)
+        part = members.take(running)
+        share = weighted(progress, float(step.sum()) / whole)
+        run = integrate(part, states[running], (step * forcing_period(part))[:, None], progress=share, **flow)
+        states[running], outcome[running] = run.states[:, 0], run.outcome
+        left[running] -= step
+    return states, outcome
+
+
+# --- sampled runs over whole forcing periods --------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Some forcing periods of a run.
+
+    ``first`` period and number of periods ``repeats``; ``times`` (members, samples) since its beginning and ``states``
+    (members, samples, N) there, the last sample at its end; ``outcome`` (members,) of the run so far.
+    """
+
+    first: int
+    repeats: int
+    times: Array
+    states: Array
+    outcome: npt.NDArray[np.int8]
+
+
+def pieces(
+    members: Members,
+    states: Array,
+    repeats: int,
+    shares: Sequence[float] | Array,
+    *,
+    outcome: npt.NDArray[np.int8] | None = None,
+    progress: Progress = None,
+    **flow: Any,
+) -> Iterator[Piece]:
+    """Runs some forcing periods piece by piece, sampled at the given shares (0 to 1) of each period.
+
+    ``states`` (members, N) are at phase 0; each piece starts with the clock at 0. ``outcome`` is that of the members
+    before the run; ``flow`` goes to `integrate`.
+    """
+    most = int(np.clip(CLOCK_SAMPLES // max(1, len(shares)), 1, CLOCK_REPEATS))
+    outcome = np.zeros(members.size, dtype=np.int8) if outcome is None else outcome
+    for first in range(0, repeats, most):
+        count = min(most, repeats - first)
+        ticks = np.append((np.arange(count)[:, None] + np.asarray(shares)).ravel(), count)
+        times = ticks * forcing_period(members)[:, None]
+        run = integrate(members, states, times, progress=weighted(progress, count / repeats), **flow)
+        # The states of a failed member are NaN, from which `integrate` cannot start; its first failure is what counts.
+        outcome = np.where(outcome == Outcome.OK, run.outcome, outcome)
+        states = run.states[:, -1]
+        yield Piece(first, count, run.times, run.states, outcome)
+
+
+def samples_per_repeat(members: Members, per_oscillation: int) -> npt.NDArray[np.int64]:
+    """Samples a forcing period that give at least so many an oscillation at the fastest rate, (members,).
+
+    A power of two, from 16 to `MOST_PER_REPEAT`, that follows from each member's own numbers alone, so that a member
+    is sampled alike in any ensemble.
+    """
+    oscillations = fastest_rate(members) * forcing_period(members) / (2.0 * np.pi)
+    return np.minimum(next_power_of_two(np.maximum(per_oscillation * oscillations, 16.0)), MOST_PER_REPEAT)
+
+
+def next_power_of_two(least: Array) -> npt.NDArray[np.int64]:
+    """The smallest power of two that is not below ``least``."""
+    return 2 ** np.ceil(np.log2(least)).astype(np.int64)
+
+
+def blocks(samples: npt.NDArray[np.int64], *keys: npt.NDArray[np.int64]) -> Iterator[tuple[Any, npt.NDArray[np.intp]]]:
+    """Members that are sampled alike, in blocks of bounded memory: ((samples, *keys), indices of members).
+
+    ``samples`` and ``keys`` are (members,). The results of a member do not depend on the block it is in.
+    """
+    for row, members in _alike(samples, *keys):
+        size = max(1, BLOCK_SAMPLES // max(row[0], CLOCK_SAMPLES))
+        for first in range(0, members.size, size):
+            yield row, members[first : first + size]
+
+
+def _alike(*keys: npt.NDArray[np.int64]) -> Iterator[tuple[tuple[int, ...], npt.NDArray[np.intp]]]:
+    """Each combination of the keys (members,) that occurs, and the indices of its members."""
+    rows, group = np.unique(np.stack(keys, axis=1), axis=0, return_inverse=True)
+    for i, row in enumerate(rows.tolist()):
+        yield tuple(row), np.flatnonzero(group.ravel() == i)
+
+
+# --- clocks of tangent maps -------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Clock:
+    """How the time of each member is cut into stretches: ``per_repeat`` stretches to a forcing period, or - where that
+    is short - ``repeats`` periods to a stretch; ``block`` stretches, a whole number of periods, to a block of an
+    average. One ``per_repeat`` and ``block`` for all members; the forcing period ``repeat`` and ``repeats`` (members,).
+    """
+
+    per_repeat: int
+    block: int
+    repeat: Array
+    repeats: Array
+
+    @property
+    def spacing(self) -> Array:
+        """Length of a stretch, (members,)."""
+        return self.repeat * self.repeats / self.per_repeat
+
+    def take(self, index: Any) -> Clock:
+        """The clock of some members."""
+        return Clock(self.per_repeat, self.block, self.repeat[index], self.repeats[index])
+
+
+def clocks(members: Members, stretch: float = STRETCH) -> list[tuple[npt.NDArray[np.intp], Clock]]:
+    """Members grouped by their stretches per period and per block: the indices of each group, and its clock.
+
+    ``stretch`` is the longest, in fastest time scales.
+    """
+    repeat = forcing_period(members)
+    longest = stretch / fastest_rate(members)
+    per_repeat = next_power_of_two(np.maximum(repeat / longest, 1.0))
+    repeats = np.maximum(np.floor(longest / repeat), 1.0)
+    block = per_repeat * np.ceil(BLOCK / (repeat * repeats)).astype(int)
+    return [(group, Clock(key[0], key[1], repeat[group], repeats[group])) for key, group in _alike(per_repeat, block)]

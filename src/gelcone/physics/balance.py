@@ -1,0 +1,348 @@
+"""One actuator under a constant voltage: where its forces balance, and what a slow voltage ramp does to it.
+
+The force that holds the disc at x against film, bias and a constant voltage v is F(x, V) = F_film(x, V) + F_bias(x),
+with V = v^2. It falls as the voltage rises, so that away from x = 0 it vanishes at one V = w(x). There dF/dx has the sign
+of x dw/dx: an equilibrium is stable where w grows with |x|, and two of them meet in a fold where x dF/dx - F = 0.
+Between neighbouring folds w is monotone and holds one equilibrium at most, so that none is missed however close two
+come. Where the flat film is an equilibrium at every voltage, it is stable up to the pitchfork at w(0).
+
+In the homogeneous cone with a spring, F = x (kappa + h(q) - V) - kappa x0 and w = kappa (1 - x0/x) + h(q), q = 1 + x^2.
+
+A film may have no state above some V: what lies there is no equilibrium, and a ramp that comes there ends.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.errors import InputError
+from gelcone.physics.members import Ensemble
+from gelcone.physics.system import ConeSystem
+from gelcone.quantity import Array
+
+SEARCH_RANGE = 1000.0
+"""Largest |x| that is searched where the stretch limit, if there is one, leaves room for more."""
+WALL_DISTANCE = 1e-12
+"""Share of the reachable displacements left out before the stretch limit, where the force is lost to rounding."""
+NEAR_PULL_IN = 1.0 - 1e-9
+"""Share of the V at which a film pulls in up to which its slope, infinite there, is taken."""
+ROUNDING = 1e-14
+"""Voltages squared that differ by less are one: an equilibrium then lies on its fold or pitchfork."""
+FILM_SAMPLES = 401
+
+
+class PullIn(IntEnum):
+    """How the equilibrium followed on a slow voltage ramp is lost."""
+
+    NEVER = 0
+    PITCHFORK = 1
+    FOLD = 2
+    SEARCH_RANGE = 3
+    FILM = 4
+
+    @property
+    def meaning(self) -> str:
+        """One line: what happens there."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    PullIn.NEVER: "stable at every voltage, ever closer to the stretch limit",
+    PullIn.PITCHFORK: "loses stability in a pitchfork: the flat film buckles to either side",
+    PullIn.FOLD: "meets an unstable equilibrium in a fold and vanishes",
+    PullIn.SEARCH_RANGE: f"leaves the searched displacements, |x| up to {SEARCH_RANGE:g}",
+    PullIn.FILM: "comes to where the continuum film itself has no state: it pulls in, or its fit ends",
+}
+
+
+@dataclass(frozen=True)
+class StaticBalance:
+    """One actuator of a ``system`` with the numbers ``n`` under a constant voltage.
+
+    It reaches ``lowest`` <= |x| <= ``highest``, NaN if nothing; ``wall`` distinguishes a ``highest`` at the stretch
+    limit from one at the end of the search.
+    """
+
+    system: ConeSystem
+    n: Mapping[str, Any]
+    lowest: float
+    highest: float
+    wall: bool
+
+    @property
+    def reachable(self) -> bool:
+        return self.lowest < self.highest
+
+    @cached_property
+    def lifted(self) -> bool:
+        """Whether the bias pushes the flat film."""
+        return bool(self.system.bias.force(0.0, [], self.n)[0] != 0.0)
+
+    @property
+    def flat(self) -> bool:
+        """Whether x = 0 is an equilibrium at every voltage."""
+        return not self.lifted and self.lowest == 0.0 and self.system.film.odd
+
+    @cached_property
+    def free_height(self) -> float:
+        """Where the bias does not pull."""
+        return float(self.system.bias.free_height(self.n))
+
+    @cached_property
+    def highest_squared(self) -> float:
+        """The V at which the flat film pulls in; infinite for a balance."""
+        return float(self.system.film.highest_squared(0.0, self.n))
+
+    @cached_property
+    def film_fails(self) -> bool:
+        """Whether there is a V at which the film has no state."""
+        return math.isfinite(self.highest_squared)
+
+    @cached_property
+    def segments(self) -> dict[int, list[tuple[float, float]]]:
+        """For either side of x = 0, from the inside out, the stretches on each of which w is monotone."""
+        if not self.reachable:
+            return {-1: [], 1: []}
+        ends = {side: [side * self.lowest, *_folds(self, side), side * self.highest] for side in (-1, 1)}
+        return {side: list(itertools.pairwise(x)) for side, x in ends.items()}
+
+    def inside(self, x: Array) -> npt.NDArray[np.bool_]:
+        return (np.abs(x) >= self.lowest) & (np.abs(x) <= self.highest)
+
+    def force(self, x: Any, squared: Any) -> Any:
+        """F(x, V)."""
+        with np.errstate(all="ignore"):
+            # an array even of one number: the root of a negative float would be complex
+            return self.system.static_force(np.asarray(x, dtype=float), np.float64(squared), self.n)[0]
+
+    def slope(self, x: Any, squared: Any) -> Any:
+        """dF/dx."""
+        with np.errstate(all="ignore"):
+            return self.system.static_force(np.asarray(x, dtype=float), np.float64(squared), self.n)[1]
+
+    def voltage_force(self, x: Any, squared: Any) -> Any:
+        """What the voltage takes from the force."""
+        with np.errstate(all="ignore"):
+            return self.system.film.voltage_force(np.float64(x), np.asarray(squared), [], self.n)
+
+    def squared(self, x: Any) -> Any:
+        """w(x): the V that makes x an equilibrium; at x = 0 its limit, infinite where the flat film is pushed.
+
+        Where it would exceed what the film withstands, it goes on as in the balance.
+        """
+        with np.errstate(all="ignore"):
+            return self.system.film.balancing(x, -self.system.bias.secant(x, self.n), self.n)
+
+    def turning(self, x: Any) -> Any:
+        """x dF/dx - F at the V of equilibrium: it has the sign of x^2 dw/dx, and is smooth also at x = 0."""
+        squared: Any = 0.0
+        with np.errstate(all="ignore"):
+            if self.film_fails:
+                highest = self.system.film.highest_squared(x, self.n)
+                squared = np.clip(self.squared(x), 0.0, NEAR_PULL_IN * highest)
+            return self.system.film.turning(x, squared, self.n) + self.system.bias.turning(x, self.n)
+
+    def excess(self, x: Any) -> Any:
+        """w(x) over the V at which the film pulls in, less 1: positive where there is no equilibrium."""
+        if not self.film_fails:
+            return np.full(np.shape(x), -1.0)[()]
+        return self.squared(x) / self.system.film.highest_squared(x, self.n) - 1.0
+
+
+def every_balance(model: Ensemble) -> list[StaticBalance]:
+    """All members of the ensemble, also those that reach nothing."""
+    members = model.members()
+    return [_balance(members.system, members.numbers_at(member)) for member in range(members.size)]
+
+
+def balances_of(model: Ensemble) -> list[StaticBalance]:
+    """All members of the ensemble; `InputError` when none has a displacement inside its stretch limit."""
+    found = every_balance(model)
+    if not any(balance.reachable for balance in found):
+        raise InputError(model.system.film.unreachable(found[0].n))
+    return found
+
+
+def _balance(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:
+    """One actuator, searched up to its stretch limit or `SEARCH_RANGE`."""
+    begin, end = system.film.reach(n)
+    highest = end * (1.0 - WALL_DISTANCE)
+    wall = not highest > SEARCH_RANGE
+    return StaticBalance(system, n, begin * (1.0 + WALL_DISTANCE), highest if wall else SEARCH_RANGE, wall)
+
+
+def rest_displacement(model: Ensemble) -> float:
+    """The stable equilibrium of a single actuator without voltage that is nearest to where its bias is free, of two
+    equally near ones the higher; NaN when there is none."""
+    (balance,) = balances_of(model)
+    return rest_of(balance, None)
+
+
+def _root(function: Callable[[float], Any], a: float, b: float) -> float:
+    from scipy.optimize import brentq
+
+    return float(brentq(lambda x: float(function(x)), a, b, xtol=1e-300, rtol=8.9e-16, maxiter=500))
+
+
+def _grid(balance: StaticBalance) -> Array:
+    """Displacements |x| over all that can be reached, finer towards both ends."""
+    shares = np.geomspace(1e-9, 0.5, 300)
+    even = np.linspace(0.0, 1.0, 400)[1:]
+    return balance.lowest + (balance.highest - balance.lowest) * np.unique(np.concatenate([shares, 1.0 - shares, even]))
+
+
+def _folds(balance: StaticBalance, side: int) -> list[float]:
+    """Folds on one side of x = 0, from the inside out, whatever the sign of their v^2."""
+    x = side * _grid(balance)
+    signs = np.sign(balance.turning(x))
+    x, signs = x[signs != 0.0], signs[signs != 0.0]
+    return [_root(balance.turning, x[i], x[i + 1]) for i in np.flatnonzero(signs[:-1] != signs[1:])]
+
+
+def _rises(balance: StaticBalance, segment: tuple[float, float]) -> bool:
+    """Whether w grows with |x| on the segment: whether its equilibria are stable."""
+    middle = 0.5 * (segment[0] + segment[1])
+    return bool(middle * balance.turning(middle) > 0.0)
+
+
+def root_on_segment(balance: StaticBalance, squared: float, segment: tuple[float, float]) -> float | None:
+    """The x of a segment with w(x) = v^2, None if there is none inside it."""
+
+    def excess(x: float) -> Any:
+        return balance.force(x, squared) if balance.lifted else balance.squared(x) - squared
+
+    inner, outer = (float(excess(x)) for x in segment)
+    if not inner * outer < 0.0 or any(same_squared(float(balance.squared(x)), squared) for x in segment):
+        return None
+    return _root(excess, *segment)
+
+
+def same_squared(a: float, b: float) -> bool:
+    return abs(a - b) <= ROUNDING * (1.0 + abs(b))
+
+
+class Equilibrium(NamedTuple):
+    displacement: float
+    slope: float
+    stable: bool
+
+
+def equilibria_of(balance: StaticBalance, squared: float) -> list[Equilibrium]:
+    """All equilibria at v^2, in the order of x. One that lies on a fold counts once, and as unstable."""
+    found: dict[float, bool] = {}
+    for side in (-1, 1):
+        segments = balance.segments[side]
+        for segment in segments:
+            x = root_on_segment(balance, squared, segment)
+            if x is not None and balance.excess(x) < 0.0:
+                found[x] = _rises(balance, segment)
+        found |= {fold: False for _, fold in segments[:-1] if same_squared(float(balance.squared(fold)), squared)}
+    if balance.flat and squared < balance.highest_squared:
+        at_pitchfork = same_squared(float(balance.squared(0.0)), squared)
+        found[0.0] = _rises(balance, balance.segments[1][0]) if at_pitchfork else bool(balance.squared(0.0) > squared)
+    return [Equilibrium(x, float(balance.slope(x, squared)), found[x]) for x in sorted(found)]
+
+
+# --- a slow voltage ramp ------------------------------------------------------------------------------------------
+
+
+class _Leg(NamedTuple):
+    """A stable branch on the ramp: v^2 grows from ``low`` to ``high`` while |x| grows over (part of) ``segment``."""
+
+    low: float
+    high: float
+    begin: float
+    segment: tuple[float, float]
+    end: PullIn
+
+
+def rest_of(balance: StaticBalance, near: float | None) -> float:
+    """The stable equilibrium at v = 0 nearest to ``near``; NaN if there is none."""
+    stable = [e.displacement for e in equilibria_of(balance, 0.0) if e.stable]
+    target = balance.free_height if near is None else near
+    return min(stable, key=lambda x: (abs(x - target), -x), default=math.nan)
+
+
+def _ramp(balance: StaticBalance, rest: float) -> list[_Leg]:
+    """The stable branches that a ramp from ``rest`` runs through; after each, the force leads outwards to the next."""
+    if math.isnan(rest):
+        return []
+    legs = []
+    low, side = 0.0, -1 if rest < 0.0 else 1
+    if rest == 0.0:
+        low = max(float(balance.squared(0.0)), 0.0)
+        if low >= balance.highest_squared:
+            return [_Leg(0.0, balance.highest_squared, 0.0, (0.0, 0.0), PullIn.FILM)]
+        legs.append(_Leg(0.0, low, 0.0, (0.0, 0.0), PullIn.PITCHFORK))
+    segments = [s for s in balance.segments[side] if abs(s[1]) > abs(rest)]
+    for segment in segments:
+        outermost = segment is segments[-1]
+        top = float(balance.squared(segment[1]))
+        if not _rises(balance, segment) or top <= low:
+            continue
+        begin = root_on_segment(balance, low, segment)
+        end = PullIn.FOLD if not outermost else PullIn.NEVER if balance.wall else PullIn.SEARCH_RANGE
+        high = math.inf if end == PullIn.NEVER else top
+        lost = _film_lost(balance, segment, begin)
+        if lost is not None:
+            legs.append(
+                _Leg(
+                    low,
+                    float(balance.squared(lost)),
+                    segment[0] if begin is None else begin,
+                    (segment[0], lost),
+                    PullIn.FILM,
+                )
+            )
+            break
+        legs.append(_Leg(low, high, segment[0] if begin is None else begin, segment, end))
+        low = top
+    return legs
+
+
+def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: float | None) -> float | None:
+    """Where on a rising segment a continuum film pulls in, or its fit ends; None if it does not."""
+    if not balance.film_fails:
+        return None
+    x = np.linspace(segment[0] if begin is None else begin, segment[1], FILM_SAMPLES)
+    over = np.flatnonzero(balance.excess(x) >= 0.0)
+    if not over.size:
+        return float(x[-1]) if segment is balance.segments[-1 if x[-1] < 0.0 else 1][-1] else None
+    k = int(over[0])
+    return float(x[0]) if k == 0 else _root(balance.excess, x[k - 1], x[k])
+
+
+def first_loss(balance: StaticBalance, rest: float) -> tuple[float, PullIn, float, float]:
+    """Voltage, kind, displacement before and after the first loss of stability."""
+    legs = _ramp(balance, rest)
+    if not legs:
+        return math.nan, PullIn.NEVER, math.nan, math.nan
+    first = legs[0]
+    if first.end == PullIn.NEVER:
+        return math.inf, first.end, math.nan, math.nan
+    beyond = legs[1].begin if len(legs) > 1 else math.copysign(math.inf, rest)
+    return math.sqrt(first.high), first.end, first.segment[1], beyond
+
+
+def along_ramp(balance: StaticBalance, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
+    """Displacement and losses of stability passed at each v^2."""
+    legs = _ramp(balance, rest)
+    passed = [[leg.high < value and not same_squared(leg.high, float(value)) for leg in legs] for value in squared]
+    losses = np.array([sum(row) for row in passed], dtype=np.int64)
+    place = np.full(squared.shape, np.nan)
+    for i, (value, lost) in enumerate(zip(squared, losses, strict=True)):
+        if lost < len(legs):
+            leg = legs[lost]
+            x = 0.0 if leg.segment == (0.0, 0.0) else root_on_segment(balance, float(value), leg.segment)
+            nearest = leg.segment[1] if same_squared(leg.high, float(value)) else leg.begin
+            place[i] = nearest if x is None else x
+    return place, losses

@@ -1,0 +1,152 @@
+"""The contract of everything physical: a component has a name, parameters by name, and formulas that run on any number.
+
+Films, biases, waveforms, circuits and strain-energy laws are components. Their parameters are the model's parameters:
+what a component adds can be set, swept, drawn, saved and shown without another line. Their formulas take numbers by
+name (``n``) and the functions of a namespace (``xp``: ``sin``, ``cos``, ``exp``, ``log``, ``log1p``, ``sqrt``), so that
+the same line runs on floats, NumPy arrays, SymPy symbols and the expressions of the compiled program.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, ClassVar, TypeVar
+
+from gelcone.errors import InputError, unknown_name
+from gelcone.quantity import Quantity
+
+Numbers = Mapping[str, Any]
+"""What the formulas take, by name: floats, arrays, symbols or expressions."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A state that a component adds to displacement and velocity.
+
+    ``quantity`` says which SI scale of a device turns it into SI units, ``start`` where it is when a run that gives
+    displacement and velocity alone begins, and ``mirrored`` whether it changes its sign in the mirror image x -> -x.
+    """
+
+    name: str
+    meaning: str
+    quantity: str = "share"
+    start: float = 0.0
+    mirrored: bool = False
+
+
+class Component(ABC):
+    """One part of an actuator; a frozen dataclass where it holds numbers or parts of its own.
+
+    A new component supplies a ``name``, its ``parameters`` (flat name -> `Quantity`) and the formulas of its kind.
+    Equal components share a compiled program, also between processes, so all that its formulas depend on must be
+    a parameter or a field.
+    """
+
+    name: ClassVar[str]
+    states: tuple[State, ...] = ()
+
+    @property
+    def parameters(self) -> Mapping[str, Quantity]:
+        """The parameters, by their flat names. A class attribute will do. Default none."""
+        return {}
+
+    def numbers(self, parameters: Numbers) -> dict[str, Any]:
+        """From the parameters, the numbers that the formulas take; computed once a member. Default: themselves."""
+        return {name: parameters[name] for name in self.parameters}
+
+    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of all parameters, checked; those that are not ``given`` take their defaults."""
+        return {
+            name: quantity.check(name, given.get(name, quantity.default)) for name, quantity in self.parameters.items()
+        }
+
+    def __eq__(self, other: object) -> bool:
+        """Components of a class that hold the same are equal: another process's needs no new program."""
+        return self is other or (type(self) is type(other) and vars(self) == vars(other))
+
+    def __hash__(self) -> int:
+        return hash(type(self))
+
+
+C = TypeVar("C", bound=Component)
+
+
+# --- components in files -----------------------------------------------------------------------------------------------
+
+
+def to_record(component: Component, shipped: Mapping[str, Component]) -> Any:
+    """The component as plain data: its name, or a table with its ``component`` and its fields.
+
+    One that does not ship is named by module and class, ``"module:Class"``.
+    """
+    own = type(component)
+    ships = type(shipped.get(component.name)) is own
+    name = component.name if ships else f"{own.__module__}:{own.__qualname__}"
+    fields = {f.name: _plain(getattr(component, f.name)) for f in _fields(component)}
+    return {"component": name, **fields} if fields else name
+
+
+def from_record(kind: str, record: Any, shipped: Mapping[str, C], base: type[C]) -> C:
+    """The component that `to_record` wrote; ``kind`` names it in messages.
+
+    Raises `InputError` for an unknown name, and for a class that cannot be imported or does not take the fields.
+    """
+    fields = dict(record) if isinstance(record, Mapping) else {"component": record}
+    name = fields.pop("component", None)
+    if not isinstance(name, str):
+        raise InputError(f"{kind} = {record!r}: must be the name of a {kind}: {', '.join(shipped)}")
+    if name in shipped:
+        own: type[Any] = type(shipped[name])
+    elif ":" in name:
+        own = _imported(kind, name)
+        if not issubclass(own, base):
+            raise InputError(f"{kind} {name!r}: is no {kind}; derive its class from gelcone.{base.__name__}")
+    else:
+        raise unknown_name(kind, name, shipped)
+    try:
+        values = {f.name: _value(fields[f.name]) for f in _fields(own) if f.name in fields}
+        component: C = own(**values)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"{kind} {name!r}: its numbers do not fit its class ({error}); use the version that wrote it"
+        ) from None
+    return component
+
+
+def _fields(component: Any) -> tuple[Any, ...]:
+    return dataclasses.fields(component) if dataclasses.is_dataclass(component) else ()
+
+
+def _plain(value: Any) -> Any:
+    """A field as plain data: a component becomes its record, a tuple a list."""
+    if isinstance(value, Component):
+        return {"nested": to_record(value, {})}
+    if isinstance(value, tuple | list):
+        return [_plain(part) for part in value]
+    return value
+
+
+def _value(data: Any) -> Any:
+    if isinstance(data, Mapping) and data.keys() == {"nested"}:
+        return from_record("component", data["nested"], {}, Component)
+    return tuple(_value(part) for part in data) if isinstance(data, list | tuple) else data
+
+
+def _imported(kind: str, name: str) -> type[Any]:
+    module, _, path = name.partition(":")
+    try:
+        found: Any = import_module(module)
+        for part in path.split("."):
+            found = getattr(found, part)
+    except (ImportError, AttributeError) as error:
+        where = "a script or notebook" if module == "__main__" else f"the module {module!r}"
+        raise InputError(
+            f"{kind} {name!r}: cannot be imported ({error}); it was defined in {where}: put its class into a module that "
+            "Python finds (in this folder or on PYTHONPATH) under that name"
+        ) from None
+    if not isinstance(found, type):
+        raise InputError(f"{kind} {name!r}: is no class; give the component itself")
+    return found

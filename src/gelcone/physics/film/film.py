@@ -1,0 +1,143 @@
+"""The contract of a film: the force with which film and field pull on the disc, and what it does to the film."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.codes import Outcome
+from gelcone.physics.component import Component, Numbers
+from gelcone.physics.dual import derivative
+from gelcone.physics.quadrature import integral
+from gelcone.quantity import Array
+
+BISECTIONS = 60
+SMALL = 1e-6
+"""A displacement at which limits at the flat film are taken: forces are odd in x, so the error is its square."""
+
+
+class FilmState(NamedTuple):
+    """True stretches, true stresses over mu, true field over sqrt(mu/eps), and (I1 - 3) over the stretch limit; NaN
+    where a film does not know them."""
+
+    meridional_stretch: Any
+    hoop_stretch: Any
+    thickness_stretch: Any
+    meridional_stress: Any
+    hoop_stress: Any
+    true_field: Any
+    limit_share: Any
+
+
+class Film(Component):
+    """What film and electric field do to the disc, per mu Vol/(b-a), at the displacement x and squared voltage V.
+
+    A new one supplies `force`, and `rates` for the ``states`` that it adds. The rest follows numerically from the
+    force, and is overridden where a closed form is known. The force must be odd in x unless ``odd`` is False, and must
+    not grow with V for x > 0.
+    """
+
+    ending: ClassVar[Outcome] = Outcome.STRETCH_LIMIT
+    """How a run ends that leaves the displacements and voltages for which the film has a state."""
+    odd: ClassVar[bool] = True
+
+    # --- what the equation of motion takes ---------------------------------------------------------------------------
+
+    @abstractmethod
+    def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        """Force that pulls the disc back, and its derivative by x; ``y`` are the film's own states, if it has any."""
+
+    def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        """Rates of change of the film's own states."""
+        return []
+
+    def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        """What the voltage takes from the force."""
+        return self.force(x, 0.0, y, n, xp)[0] - self.force(x, squared, y, n, xp)[0]
+
+    # --- where it has a state ----------------------------------------------------------------------------------------
+
+    def strain(self, x: Any, n: Numbers) -> Any:
+        """A measure that grows with |x| and reaches `strain_limit` where the film's states end. Default x^2."""
+        return x * x
+
+    def strain_limit(self, n: Numbers) -> Any:
+        """Default infinity."""
+        return np.asarray(np.inf)
+
+    def reach(self, n: Numbers) -> tuple[float, float]:
+        """The smallest and largest |x| with a state, of one actuator; NaN if none. Default 0 and infinity."""
+        return 0.0, np.inf
+
+    def outside(self, x: float, n: Numbers) -> str:
+        """Why a film has no state at a start, in words, with the remedy; of one actuator."""
+        return f"initial displacement {x:g}: the film has no state there; start lower"
+
+    def unreachable(self, n: Numbers) -> str:
+        """Why a film has no state at any displacement, in words, with the remedy; of one actuator."""
+        return "the film has no state at any displacement; change its parameters"
+
+    def highest_squared(self, x: Any, n: Numbers) -> Any:
+        """The V above which the film has no state. Default infinity."""
+        return np.full(np.shape(x), np.inf)[()]
+
+    # --- statics -------------------------------------------------------------------------------------------------------
+
+    def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """-dF/dV: how fast the voltage weakens the force."""
+        return -derivative(lambda at, xp: self.force(x, at, [], n, xp)[0], squared)
+
+    def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """x dF/dx - F of the force F."""
+        force, slope = self.force(x, squared, [], n)
+        return x * slope - force
+
+    def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
+        """The V at which the force at x is ``pull`` times x, at x = 0 its limit.
+
+        The default takes a force that is linear in V.
+        """
+        nearby = np.where(np.asarray(x) == 0.0, SMALL, x)
+        with np.errstate(all="ignore"):
+            found = (self.force(nearby, 0.0, [], n)[0] - pull * nearby) / self.voltage_gain(nearby, 0.0, n)
+        return found[()]
+
+    def stiffness_scale(self, n: Numbers) -> Any:
+        """A typical stiffness, which bounds how fast the disc moves. Default: that at the flat film."""
+        return np.abs(self.force(0.0, 0.0, [], n)[1])
+
+    # --- energies --------------------------------------------------------------------------------------------------------
+
+    def work(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """Work against film and field from the flat film to x at constant V, the integral of the force."""
+        return integral(lambda at: self.force(at, squared, [], n)[0], np.asarray(x, dtype=float))
+
+    def area(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """Mean square of the deformed over the mounted area, -2 dE/dV of the energy E.
+
+        The charge on the film is the voltage times this, and the energy of the field V/2 times this.
+        """
+        return 1.0 + 2.0 * integral(lambda at: self.voltage_gain(at, squared, n), np.asarray(x, dtype=float))
+
+    def current(self, times: Array, x: Array, velocity: Array, voltage: Array, rate: Array, n: Numbers) -> Array:
+        """Rate of the charge along motions (members, samples); the default takes differences of the samples."""
+        area = np.broadcast_to(self.area(x, voltage * voltage, n), x.shape)
+        return np.stack([np.gradient(v * a, t) for v, a, t in zip(voltage, area, times, strict=True)])
+
+    # --- what is asked of a film -----------------------------------------------------------------------------------------
+
+    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+        """What x and the voltage do to the film. Default: unknown."""
+        unknown = np.full(np.broadcast_shapes(np.shape(x), np.shape(voltage)), np.nan)
+        return FilmState(*[unknown] * len(FilmState._fields))
+
+    def near_limit(self, x: Any, voltage: Any, n: Numbers, share: float) -> npt.NDArray[np.bool_]:
+        """Whether the film is within the last part of its strain limit, beyond the ``share``."""
+        return np.asarray(self.strain(x, n) >= share * np.asarray(self.strain_limit(n)))
+
+    def describe(self) -> str:
+        """A line about the film for those who read a result; empty if there is nothing to say."""
+        return ""

@@ -1,0 +1,190 @@
+"""The taut film of the source paper: a homogeneous cone, in tension or compression alike.
+
+A disc in the middle of a gel film is pushed out of plane; x is its height over the width of the film, q = 1 + x^2 the
+square of the cone's slant over that width. With the meridional and hoop pre-stretches lm and lh the film's stretches
+are l1 = lm sqrt(q), l2 = lh, l3 = 1/(l1 l2), and with A = lm^2, B = lh^2, G = 1/(A B)
+
+    I1 - 3 = A q + B + G/q - 3.
+
+Film and field pull the disc back with x (h(q) - V), where h comes from the strain-energy law and V is the squared
+voltage.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gelcone.errors import InputError, unknown_name
+from gelcone.physics.component import Numbers
+from gelcone.physics.film.film import Film, FilmState
+from gelcone.physics.laws import Gent, StrainEnergyLaw
+from gelcone.quantity import Array, Quantity
+
+PRESTRETCH_MODES = ("radial", "equibiaxial")
+PRESTRETCHES = {
+    "prestretch": Quantity("lp", "pre-stretch of the film, see prestretch_mode", 1.0, positive=True),
+    "meridional_prestretch": Quantity("lm", "meridional pre-stretch, given directly", 1.0, positive=True),
+    "hoop_prestretch": Quantity("lh", "hoop pre-stretch, given directly", 1.0, positive=True),
+}
+
+
+class GelFilm(Film):
+    """A film with a strain-energy law and pre-stretches; its numbers are A, B, G and those of the law."""
+
+    law: StrainEnergyLaw
+    prestretch_mode: str
+
+    @property
+    def parameters(self) -> Mapping[str, Quantity]:
+        return PRESTRETCHES | dict(self.law.parameters)
+
+    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Either ``prestretch`` or the two direct ones, of which one left out is 1; and the law's own."""
+        given = {name: value for name, value in given.items() if value is not None or name not in PRESTRETCHES}
+        direct = given.keys() & {"meridional_prestretch", "hoop_prestretch"}
+        if direct and "prestretch" in given:
+            raise InputError(
+                "prestretch and meridional_prestretch/hoop_prestretch are both given; give one or the other"
+            )
+        names = ("meridional_prestretch", "hoop_prestretch") if direct else ("prestretch",)
+        stretches = {name: PRESTRETCHES[name].check(name, given.get(name, 1.0)) for name in names}
+        return stretches | self.law.complete(given)
+
+    def stretches(self, parameters: Numbers) -> tuple[Any, Any]:
+        """Meridional and hoop pre-stretch lm, lh."""
+        if "prestretch" not in parameters:
+            return parameters["meridional_prestretch"], parameters["hoop_prestretch"]
+        both = parameters["prestretch"]
+        return (both if self.prestretch_mode == "equibiaxial" else 1.0), both
+
+    def numbers(self, parameters: Numbers) -> dict[str, Any]:
+        lm, lh = self.stretches(parameters)
+        A, B = np.square(lm), np.square(lh)
+        return {"A": A, "B": B, "G": 1.0 / (A * B)} | self.law.numbers(parameters)
+
+    def stiffness_scale(self, n: Numbers) -> Any:
+        """A: that of the film at large displacements."""
+        return n["A"]
+
+    def cone_strain(self, x: Any, n: Numbers) -> Any:
+        """I1 - 3 of the homogeneous cone."""
+        q = 1.0 + x * x
+        return n["A"] * q + n["B"] + n["G"] / q - 3.0
+
+    def cone_state(self, q: Any, voltage: Any, n: Numbers) -> FilmState:
+        """Stretches and true stresses where the squared slant is q."""
+        invariant = n["A"] * q + n["B"] + n["G"] / q - 3.0
+        response, squared = self.law.response(invariant, n), voltage * voltage
+        l1, l2 = np.sqrt(n["A"] * q), np.sqrt(n["B"]) + 0.0 * q
+        l3 = 1.0 / (l1 * l2)
+        return FilmState(
+            meridional_stretch=l1,
+            hoop_stretch=l2,
+            thickness_stretch=l3,
+            meridional_stress=(l1 * l1 - l3 * l3) * response - squared * q,
+            hoop_stress=(l2 * l2 - l3 * l3) * response - squared * q,
+            true_field=np.abs(voltage) * np.sqrt(q),
+            limit_share=invariant / self.law.strain_limit(n),
+        )
+
+
+def check_prestretch_mode(mode: str) -> None:
+    """`InputError` unless it is one of `PRESTRETCH_MODES`."""
+    if mode not in PRESTRETCH_MODES:
+        raise unknown_name("prestretch_mode", str(mode), PRESTRETCH_MODES)
+
+
+@dataclass(frozen=True)
+class TautCone(GelFilm):
+    """The homogeneous cone; ``prestretch_mode`` says what one pre-stretch lp means.
+
+    ``"radial"``: lm = 1, lh = lp; ``"equibiaxial"``: lm = lh = lp.
+    """
+
+    law: StrainEnergyLaw = Gent()
+    prestretch_mode: str = "radial"
+
+    name = "taut"
+
+    def __post_init__(self) -> None:
+        check_prestretch_mode(self.prestretch_mode)
+
+    def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        """x k and k + 2 x^2 dh/dq, with k = h - V."""
+        xx = x * x
+        h, h_slope = self.law.film_stiffness(1.0 + xx, n["A"], n["B"], n["G"], n, xp)
+        k = h - squared
+        return x * k, k + 2.0 * xx * h_slope
+
+    def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        return squared * x
+
+    def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
+        return x
+
+    def strain(self, x: Any, n: Numbers) -> Any:
+        """I1 - 3."""
+        return self.cone_strain(x, n)
+
+    def strain_limit(self, n: Numbers) -> Any:
+        return self.law.strain_limit(n)
+
+    def reach(self, n: Numbers) -> tuple[float, float]:
+        """I1 - 3 = A q + B + G/q - 3 < limit holds between the two roots of a quadratic in q, as far as q >= 1."""
+        limit = float(self.strain_limit(n))
+        A, B, G = (float(n[name]) for name in "ABG")
+        half, middle = 0.5 * (limit + 3.0 - B), math.sqrt(A * G)
+        if math.isinf(limit):
+            return 0.0, math.inf
+        if half <= middle:
+            return math.nan, math.nan
+        above = (half + math.sqrt(half - middle) * math.sqrt(half + middle)) / A
+        below = G / (A * above)
+        if above <= 1.0:
+            return math.nan, math.nan
+        return (math.sqrt(below - 1.0) if below > 1.0 else 0.0), math.sqrt(above - 1.0)
+
+    def outside(self, x: float, n: Numbers) -> str:
+        limit, strain = float(self.strain_limit(n)), float(self.strain(x, n))
+        if math.isinf(limit):
+            return f"initial displacement {x:g}: its strain is beyond what doubles hold; start lower"
+        return (
+            f"stretch_limit = {limit:g}: must exceed I1 - 3 = {strain:.4g} at the initial displacement {x:g}; start "
+            "lower or raise it"
+        )
+
+    def unreachable(self, n: Numbers) -> str:
+        """Why no displacement at all lies inside the stretch limit, with the remedy; of one actuator."""
+        A, B, G = (float(n[name]) for name in "ABG")
+        least = 2.0 * math.sqrt(A * G) + B - 3.0 if G > A else A + B + G - 3.0
+        return (
+            f"stretch_limit = {float(self.strain_limit(n)):g}: must exceed the smallest I1 - 3 = {least:.4g} that the "
+            "pre-stretch leaves at any displacement; raise the limit or bring the pre-stretch closer to 1"
+        )
+
+    def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """2 x^3 dh/dq."""
+        return 2.0 * x * x * x * self.law.film_stiffness(1.0 + x * x, n["A"], n["B"], n["G"], n)[1]
+
+    def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
+        """h - pull."""
+        return self.law.film_stiffness(1.0 + np.square(x), n["A"], n["B"], n["G"], n)[0] - pull
+
+    def work(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """W - V x^2/2."""
+        return self.law.energy(self.cone_strain(x, n), n) - 0.5 * squared * x * x
+
+    def area(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """q."""
+        return 1.0 + np.square(x)
+
+    def current(self, times: Array, x: Array, velocity: Array, voltage: Array, rate: Array, n: Numbers) -> Array:
+        return np.asarray(rate * (1.0 + x * x) + 2.0 * voltage * x * velocity)
+
+    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+        return self.cone_state(1.0 + np.square(x), voltage, n)

@@ -1,0 +1,222 @@
+"""Ensembles: the numbers of many actuators of one system, and what follows from them at given states.
+
+A `ConeModel` has the shape that its user gave it. An analysis flattens it once into `Members`, whose numbers are
+arrays (members,) by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.physics.film.film import FilmState
+from gelcone.physics.records import system_record
+from gelcone.physics.system import ConeSystem
+from gelcone.quantity import Array
+
+
+class Ensemble:
+    """Actuators of one ``system`` with the parameters ``values``, by name, which broadcast to ``shape``."""
+
+    system: ConeSystem
+    values: Mapping[str, Any]
+    shape: tuple[int, ...]
+
+    def members(self) -> Members:
+        """The ensemble flattened in C order."""
+        values = {name: np.broadcast_to(value, self.shape).ravel() for name, value in self.values.items()}
+        return Members(self.system, values, self.size)
+
+    def parameters(self) -> dict[str, Any]:
+        """All parameters under their flat names, and the components as plain data, from which
+        ``ConeModel.from_parameters`` makes the model."""
+        return dict(self.values) | system_record(self.system)
+
+    @property
+    def size(self) -> int:
+        """Number of members."""
+        return int(np.prod(self.shape))
+
+    @cached_property
+    def own_numbers(self) -> dict[str, Any]:
+        """What the formulas take, by name, each a number or an array that broadcasts to the shape."""
+        arrays = {name: np.asarray(value, dtype=float) for name, value in self.values.items()}
+        return self.system.numbers_of(arrays)
+
+    def numbers(self, trailing: int = 0) -> dict[str, Any]:
+        """The same with ``trailing`` axes of length 1 appended for samples."""
+
+        def fit(value: Any) -> Any:
+            array = np.asarray(value, dtype=float)
+            if array.ndim == 0:
+                return array
+            return np.broadcast_to(array, self.shape).reshape(self.shape + (1,) * trailing)
+
+        return {name: fit(value) for name, value in self.own_numbers.items()}
+
+    def _at(self, x: npt.ArrayLike) -> tuple[Array, dict[str, Any]]:
+        array = np.asarray(x, dtype=float)
+        return array, self.numbers(max(0, array.ndim - len(self.shape)))
+
+    # --- the film ------------------------------------------------------------------------------------------------------
+
+    def strain(self, x: npt.ArrayLike) -> Any:
+        """The film's measure of strain (I1 - 3 in the cone, x^2 in a continuum film) at displacements of the ensemble's
+        shape followed by any sample axes."""
+        x, n = self._at(x)
+        return self.system.film.strain(x, n)
+
+    def strain_limit(self, trailing: int = 0) -> Any:
+        """The strain that the film cannot reach."""
+        return self.system.film.strain_limit(self.numbers(trailing))
+
+    def film_state(self, x: npt.ArrayLike, voltage: Any) -> FilmState:
+        """What x and the voltage do to the film."""
+        x, n = self._at(x)
+        return self.system.film.state(x, voltage, n)
+
+    # --- statics -------------------------------------------------------------------------------------------------------
+
+    def energy(self, x: npt.ArrayLike) -> Any:
+        """Energy of film and bias without voltage; NaN beyond the film's limit."""
+        x, n = self._at(x)
+        return self.system.film.work(x, 0.0, n) + self.system.bias.energy(x, n)
+
+    def force(self, x: npt.ArrayLike, voltage: Any = 0.0) -> Any:
+        """Static force that holds the disc at x against film, bias and a constant voltage, per mu Vol/(b-a).
+
+        NaN at and beyond the stretch limit, and beyond the voltage at which a film pulls in.
+        """
+        x, n = self._at(x)
+        return self._within(x, n, lambda: self.system.static_force(x, voltage * voltage, n)[0])
+
+    def stiffness(self, x: npt.ArrayLike, voltage: Any = 0.0) -> Any:
+        """Slope of `force`: positive where an equilibrium is stable; NaN where that is."""
+        x, n = self._at(x)
+        return self._within(x, n, lambda: self.system.static_force(x, voltage * voltage, n)[1])
+
+    def _within(self, x: Array, n: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
+        film = self.system.film
+        with np.errstate(all="ignore"):
+            inside = film.strain(x, n) < film.strain_limit(n)
+            return np.where(inside, compute(), np.nan)[()]
+
+    # --- the drive -----------------------------------------------------------------------------------------------------
+
+    @property
+    def drive_period(self) -> Array:
+        """Period of the voltage, 2 pi/omega."""
+        return self.system.waveform.period(self.own_numbers)
+
+    @property
+    def forcing_period(self) -> Array:
+        """Smallest period of the force: pi/omega for a pure sine, 2 pi/omega with a bias."""
+        return self.system.forcing_period(self.own_numbers)
+
+    @property
+    def peak_voltage(self) -> Any:
+        """Largest absolute value of the commanded voltage."""
+        return self.system.waveform.peak(self.own_numbers)
+
+    def __getattr__(self, name: str) -> Any:
+        """A parameter by its name; None for one that the film takes but that is not in use."""
+        if name.startswith("_") or name in ("system", "values", "shape"):
+            raise AttributeError(name)
+        if name in self.values:
+            return self.values[name]
+        if name in self.system.parameters:
+            return None
+        raise AttributeError(f"{type(self).__name__} has no parameter {name!r}")
+
+
+class Members(Ensemble):
+    """A flat ensemble: ``values`` are arrays (members,)."""
+
+    def __init__(self, system: ConeSystem, values: Mapping[str, Any], size: int, numbers: dict[str, Any] | None = None):
+        self.system, self.shape = system, (size,)
+        self.values = {
+            name: np.broadcast_to(np.asarray(value, dtype=float).ravel(), (size,)) for name, value in values.items()
+        }
+        if numbers is not None:
+            self.own_numbers = numbers
+
+    def members(self) -> Members:
+        return self
+
+    def take(self, index: Any) -> Members:
+        """The members at ``index``, a slice, mask or array."""
+        values = {name: value[index] for name, value in self.values.items()}
+        numbers = {name: np.broadcast_to(v, self.shape)[index] for name, v in self.own_numbers.items()}
+        size = len(values["damping_ratio"])
+        return Members(self.system, values, size, numbers)
+
+    def replace(self, **changes: npt.ArrayLike) -> Members:
+        """The same members with some parameters changed, numbers or arrays (members,); names are those in use."""
+        return Members(self.system, {**self.values, **changes}, self.size)
+
+    def number(self, name: str) -> Array:
+        """One of the numbers, (members,)."""
+        return np.broadcast_to(self.own_numbers[name], self.shape)
+
+    def numbers_at(self, member: int) -> dict[str, float]:
+        """The numbers of one member."""
+        return {name: float(self.number(name)[member]) for name in self.system.numbers}
+
+    # --- what an integration asks -----------------------------------------------------------------------------------------
+
+    @cached_property
+    def damped(self) -> npt.NDArray[np.bool_]:
+        """Whether each member is damped."""
+        return np.asarray(self.values["damping_ratio"] > 0.0)
+
+    @cached_property
+    def rate(self) -> Array:
+        """A bound of how fast the motion and small deviations from it are, per unit time.
+
+        Damping 2 zeta, plus the root of the stiffnesses of bias and film (at rest, or their scale where that is more)
+        and of the field at the peak voltage, as if all added up.
+        """
+        n = self.own_numbers
+        scale = self.system.bias.stiffness_scale(n) + self.system.film.stiffness_scale(n)
+        with np.errstate(all="ignore"):
+            at_rest = np.abs(self.stiffness(np.zeros(self.shape)))
+        # a film that is at its stretch limit while flat has no stiffness at rest
+        stiffness = np.fmax(scale, np.where(np.isfinite(at_rest), at_rest, 0.0))
+        rate = 2.0 * self.values["damping_ratio"] + np.sqrt(1.0 + stiffness + np.square(self.peak_voltage))
+        return np.broadcast_to(rate, self.shape)
+
+    @cached_property
+    def divergence(self) -> Array:
+        """Sum of the Lyapunov exponents, (members,): -2 zeta, with two states; with more, the trace of the Jacobian at
+        the flat film, which is that of every state where all additional states decay at constant rates."""
+        if self.system.planar:
+            return -2.0 * self.values["damping_ratio"]
+        n = self.numbers()
+        jacobian = self.system.flow(np.zeros(self.size), list(self.start_states((0.0, 0.0)).T), n)[1]
+        return np.broadcast_to(sum(row[i] for i, row in enumerate(jacobian)), self.shape)
+
+    @cached_property
+    def symmetric(self) -> npt.NDArray[np.bool_]:
+        """Whether the mirror image of each motion is a motion: the flat film is an equilibrium at every voltage."""
+        n = self.numbers()
+        return np.broadcast_to(self.system.film.odd and self.system.bias.force(0.0, [], n)[0] == 0.0, self.shape)
+
+    def start_states(self, disc: Sequence[float]) -> Array:
+        """States (members, N) with this displacement and velocity and all others at their start."""
+        rest = [state.start for state in self.system.states[2:]]
+        return np.tile(np.array([*disc, *rest], dtype=float), (self.size, 1))
+
+    def flow(self, times: Array, states: Array) -> tuple[list[Any], list[list[Any]]]:
+        """Rates of change and Jacobian along motions, ``times`` (members, samples) and ``states`` (members, samples, N)."""
+        n = self.numbers(times.ndim - 1)
+        return self.system.flow(times, list(np.moveaxis(states, -1, 0)), n)
+
+    def film_voltage(self, times: Array, states: Array) -> Array:
+        """Voltage on the film along motions."""
+        n = self.numbers(times.ndim - 1)
+        voltage = self.system.film_voltage(times, list(np.moveaxis(states, -1, 0)), n)
+        return np.broadcast_to(voltage, times.shape)

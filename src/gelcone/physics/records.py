@@ -1,0 +1,38 @@
+"""The components of a system as plain data, for files and results."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gelcone.physics.bias import BIASES
+from gelcone.physics.circuit import CIRCUITS
+from gelcone.physics.component import to_record
+from gelcone.physics.drive import WAVEFORMS
+from gelcone.physics.film.continuum import ContinuumFilm
+from gelcone.physics.film.film import Film
+from gelcone.physics.film.taut import GelFilm, TautCone
+from gelcone.physics.laws import LAWS
+from gelcone.physics.system import ConeSystem
+
+FILMS: dict[str, Film] = {"taut": TautCone()}
+
+
+def system_record(system: ConeSystem) -> dict[str, Any]:
+    """Each component by its kind; ``law`` and ``prestretch_mode`` stand beside a film that has them."""
+    film = system.film
+    own = (
+        {"prestretch_mode": film.prestretch_mode, "law": to_record(film.law, LAWS)} if isinstance(film, GelFilm) else {}
+    )
+    return own | {
+        "film": film_record(film),
+        "bias": to_record(system.bias, BIASES),
+        "waveform": to_record(system.waveform, WAVEFORMS),
+        "circuit": to_record(system.circuit, CIRCUITS),
+    }
+
+
+def film_record(film: Film) -> Any:
+    """A film; a continuum film as its JSON text."""
+    if isinstance(film, ContinuumFilm):
+        return film.to_json()
+    return film.name if type(film) is TautCone else to_record(film, FILMS)

@@ -1,0 +1,75 @@
+"""Figure of any result that has none of its own: numbers over the axis they share, and single numbers as text."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone.plots.style import CYCLE, axis_label, styled
+from gelcone.words import unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_PANELS = 8
+MOST_CURVES = 6
+MOST_NUMBERS = 6
+"""Most values of one variable that are written out."""
+
+
+def values_figure(result: xr.Dataset) -> Figure:
+    """A panel for each number that varies over the first axis of the result, or else all numbers as text."""
+    numbers = {str(name): v for name, v in result.data_vars.items() if is_number(v)}
+    along = next((str(dim) for v in numbers.values() for dim in v.dims if axis_of(result, str(dim)) is not None), None)
+    curves = {name: v for name, v in numbers.items() if along in v.dims and np.isfinite(v).any()}
+    shown = list(curves)[:MOST_PANELS]
+
+    def draw(figure: Figure) -> None:
+        figure.suptitle(result.attrs.get("device", result.attrs.get("title", "")), fontsize=9.0)
+        if along is None:
+            write_numbers(numbers, figure.add_subplot())
+            return
+        panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, name in zip(panels, shown, strict=True):
+            draw_curves(result, curves[name], along, axes)
+        axis = axis_of(result, along)
+        if axis is not None:
+            panels[-1].set_xlabel(axis_label(axis, str(axis.name).replace("_", " ")))
+
+    return styled(5.6, 0.8 + (0.25 * len(numbers) if along is None else 1.4 * len(shown)), draw)
+
+
+def is_number(variable: xr.DataArray) -> bool:
+    """Whether a variable holds numbers to draw: no codes, no initial state."""
+    return variable.dtype.kind in "fiu" and "flag_values" not in variable.attrs and variable.name != "initial"
+
+
+def axis_of(result: xr.Dataset, dim: str) -> xr.DataArray | None:
+    """What a dim is drawn over: its coordinate, or the parameter that varies along it; None where it has neither."""
+    if dim in result.coords:
+        return result[dim] if result[dim].dtype.kind in "fiu" else None
+    along = (c for c in result.coords.values() if c.dims == (dim,) and c.attrs.get("quantity") == "parameter")
+    return next((c for c in along if np.ptp(c.values) > 0.0), None)
+
+
+def draw_curves(result: xr.Dataset, variable: xr.DataArray, along: str, axes: Axes) -> None:
+    """One variable over the axis, a curve for each of its first few other entries."""
+    axis = axis_of(result, along)
+    if axis is None:
+        return
+    rows = variable.transpose(along, ...).values.reshape(variable.sizes[along], -1)[:, :MOST_CURVES]
+    for colour, row in zip(CYCLE, rows.T, strict=False):
+        axes.plot(axis.values, row, color=colour, marker=".", ms=3.0)
+    axes.set_ylabel(axis_label(variable, str(variable.name).replace("_", " ")))
+
+
+def write_numbers(numbers: dict[str, xr.DataArray], axes: Axes) -> None:
+    """Each number on a line with its meaning and unit."""
+    axes.set_axis_off()
+    for line, (name, variable) in enumerate(numbers.items()):
+        values = ", ".join(f"{value:.5g}" for value in variable.values.ravel()[:MOST_NUMBERS])
+        text = f"{variable.attrs.get('long_name', name)}: {values}{unit_of(variable)}"
+        axes.text(0.0, 1.0 - (line + 0.5) / len(numbers), text, transform=axes.transAxes, va="center")

@@ -1,0 +1,167 @@
+"""Clocks and settling: forcing periods, the fastest rate, initial states, runs over whole periods."""
+
+import numpy as np
+import pytest
+
+from gelcone.codes import Outcome
+from gelcone.errors import InputError
+from gelcone.motion import settle as module
+from gelcone.motion.flow import integrate
+from gelcone.motion.settle import (
+    blocks,
+    clocks,
+    default_transient,
+    fastest_rate,
+    forcing_period,
+    members_of,
+    nudge,
+    pieces,
+    repeats_lasting,
+    round_duration,
+    settle,
+    start_states,
+)
+from gelcone.physics.model import ConeModel
+
+PERIODIC = ConeModel(damping_ratio=0.1, spring_stiffness=1.0, voltage=0.8, drive_frequency=1.0, rest_height=0.3)
+
+
+# --- periods and rates ------------------------------------------------------------------------------------------------
+
+
+def test_a_bias_doubles_the_forcing_period():
+    model = ConeModel(drive_frequency=[0.5, 0.5], voltage_bias=[0.0, 0.1])
+    np.testing.assert_allclose(forcing_period(model), [2.0 * np.pi, 4.0 * np.pi])
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [
+        {"damping_ratio": 2.0, "voltage": 0.0},
+        {"spring_stiffness": 40.0, "voltage": 0.0},
+        {"hoop_prestretch": 2.0, "meridional_prestretch": 1.8, "stretch_limit": 5.0, "voltage": 0.0},
+        {"voltage": 0.0, "voltage_bias": 3.0},
+    ],
+)
+def test_no_small_motion_at_rest_is_faster_than_the_fastest_rate(parameters):
+    """Against the eigenvalues of the motion linearised about the flat film."""
+    model = ConeModel(**parameters)
+    stiffness = float(model.stiffness(0.0, float(model.voltage_bias)))
+    linear = np.array([[0.0, 1.0], [-stiffness, -2.0 * float(model.damping_ratio)]])
+    assert np.abs(np.linalg.eigvals(linear)).max() <= fastest_rate(members_of(model))[0]
+
+
+def test_the_fastest_rate_is_finite_at_the_stretch_limit():
+    flat_at_limit = ConeModel(stretch_limit=0.5, hoop_prestretch=1.5)
+    assert np.isfinite(fastest_rate(members_of(flat_at_limit))).all()
+
+
+def test_transients_last_decay_times_periods_and_a_least_time():
+    model = ConeModel(damping_ratio=[0.05, 0.0, 1.0, 0.5], drive_frequency=[1.0, 1.0, 1.0, 0.05])
+    np.testing.assert_allclose(default_transient(model), [400.0, 5000.0, 200.0, 30.0 * np.pi / 0.05])
+    slow = ConeModel(damping_ratio=[1e-3])
+    np.testing.assert_allclose(default_transient(slow, longest_decay=np.inf), 20_000.0)
+    np.testing.assert_allclose(default_transient(model, repeats=1)[3], 200.0)
+
+
+def test_each_round_lasts_as_long_as_all_before():
+    lengths = [float(round_duration(np.array(3.0), trial)) for trial in range(5)]
+    assert lengths == [3.0, 3.0, 6.0, 12.0, 24.0]
+
+
+def test_members_that_are_sampled_alike_share_a_block_of_bounded_memory(monkeypatch):
+    monkeypatch.setattr(module, "BLOCK_SAMPLES", 2 * module.CLOCK_SAMPLES)
+    samples = np.array([16, 32, 16, 16, 32])
+    found = [(key, rows.tolist()) for key, rows in blocks(samples, np.array([1, 1, 1, 2, 1]))]
+    assert found == [((16, 1), [0, 2]), ((16, 2), [3]), ((32, 1), [1, 4])]
+
+
+def test_clocks_follow_from_the_longest_stretch():
+    model = ConeModel(damping_ratio=[0.05, 0.05], drive_frequency=[0.1, 3.0])
+    for stretch in (16.0, 64.0):
+        for members, clock in clocks(model, stretch):
+            assert (clock.spacing * fastest_rate(model)[members] <= stretch * (1.0 + 1e-12)).all()
+
+
+# --- initial states ---------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def three_states(monkeypatch):
+    monkeypatch.setattr(module, "state_names", lambda members: ("displacement", "velocity", "film_voltage"))
+
+    def start(members):
+        values = np.zeros((members.size, 3))
+        values[:, 2] = 0.4
+        return values
+
+    monkeypatch.setattr(module, "start_values", start)
+
+
+def test_states_that_are_not_given_start_from_their_own_values(three_states):
+    model = ConeModel(voltage=[0.1, 0.2])
+    assert start_states(model, (0.3, 0.1)).tolist() == [[0.3, 0.1, 0.4]] * 2
+    assert start_states(model, (0.3, 0.1, 0.9)).tolist() == [[0.3, 0.1, 0.9]] * 2
+    each = start_states(model, [[0.3, 0.1], [0.2, 0.0]])
+    assert each.tolist() == [[0.3, 0.1, 0.4], [0.2, 0.0, 0.4]]
+
+
+def test_another_number_of_states_is_refused(three_states):
+    message = r"a displacement and a velocity, or displacement, velocity, film_voltage, shape \(2,\) or shape \(3,\)"
+    with pytest.raises(InputError, match=message):
+        start_states(ConeModel(), (1.0, 0.0, 0.0, 0.0))
+
+
+def test_with_two_states_a_third_is_refused():
+    with pytest.raises(InputError, match=r"must be a displacement and a velocity, shape \(2,\)"):
+        start_states(ConeModel(), (1.0, 0.0, 0.0))
+
+
+def test_a_nudge_moves_the_displacement_alone():
+    assert nudge(np.array([[1.0, 2.0, 3.0]]), 0.25).tolist() == [[1.25, 2.0, 3.0]]
+
+
+# --- settling ---------------------------------------------------------------------------------------------------------
+
+
+def test_nothing_of_the_discarded_run_is_kept(monkeypatch):
+    samples = []
+
+    def watched(model, initial, times, **options):
+        samples.append(np.shape(times)[-1])
+        return integrate(model, initial, times, **options)
+
+    monkeypatch.setattr(module, "integrate", watched)
+    settle(PERIODIC, np.array([[1.0, 0.0]]), 2500)
+    assert samples == [1, 1, 1]
+
+
+def test_members_settle_each_for_its_own_repeats():
+    """Also across returns of the clock; one that cannot run keeps its state, and so does one that has no time."""
+    model = PERIODIC.replace(stretch_limit=[50.0, 50.0, 0.1, 50.0])
+    states = np.tile([1.0, 0.0], (4, 1))
+    count = np.array([1203, 7, 5, 0])
+    settled, outcome = settle(model, states, count)
+    assert outcome.tolist() == [0, 0, Outcome.OUTSIDE, 0]
+    for i in (0, 1, 3):
+        np.testing.assert_array_equal(settle(model.take([i]), states[[i]], int(count[i]))[0][0], settled[i])
+    assert settled[3].tolist() == [1.0, 0.0]
+    by_hand, _ = settle(model.take([0]), settle(model.take([0]), states[[0]], 1000)[0], 203)
+    np.testing.assert_array_equal(by_hand[0], settled[0])
+
+
+def test_repeats_last_at_least_the_duration():
+    model = ConeModel(drive_frequency=[1.0, 2.0])
+    assert repeats_lasting(model, 10.0).tolist() == [4, 7]
+
+
+def test_pieces_join_where_the_clock_returns(monkeypatch):
+    """A run in pieces of two periods is the run in one piece, and a member that fails keeps its first outcome."""
+    monkeypatch.setattr(module, "CLOCK_REPEATS", 2)
+    model = PERIODIC.replace(stretch_limit=[50.0, 0.1])
+    states = np.tile([0.9, 0.0], (2, 1))
+    found = list(pieces(model, states, 5, [0.0, 0.25]))
+    assert [(p.first, p.repeats) for p in found] == [(0, 2), (2, 2), (4, 1)]
+    assert found[-1].outcome.tolist() == [Outcome.OK, Outcome.OUTSIDE]
+    late = integrate(PERIODIC, (0.9, 0.0), [(4 + 0.25) * np.pi]).states[0, 0]
+    np.testing.assert_allclose(found[-1].states[0, 1], late, atol=1e-12)

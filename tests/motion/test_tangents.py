@@ -1,0 +1,183 @@
+"""Tangent maps of any number of states: known exponents, multipliers, fixed points; two states by both formulas."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from gelcone.motion import cycle, tangents
+from gelcone.motion.settle import Clock
+from gelcone.motion.tangents import TangentRun, advance, chained, log_multipliers, qr_growth, solved, unit_frames
+
+TURN = np.array([[np.cos(0.7), -np.sin(0.7), 0.0], [np.sin(0.7), np.cos(0.7), 0.0], [0.0, 0.0, 1.0]])
+
+
+def basis(seed=3, size=3):
+    """A basis that is neither orthogonal nor aligned with the axes."""
+    return np.eye(size) + 0.4 * np.random.default_rng(seed).normal(size=(size, size))
+
+
+def conjugated(matrix):
+    own = basis(size=len(matrix))
+    return own @ matrix @ np.linalg.inv(own)
+
+
+# --- two states by both formulas --------------------------------------------------------------------------------------
+
+
+def both_ways(monkeypatch, compute):
+    fast = compute()
+    with monkeypatch.context() as patch:
+        patch.setattr(tangents, "_two_states", lambda matrices: False)
+        return fast, compute()
+
+
+def test_growth_of_two_states_is_the_same_by_both_formulas(monkeypatch):
+    maps = np.random.default_rng(1).normal(size=(30, 25, 2, 2))
+    fast, slow = both_ways(monkeypatch, lambda: qr_growth(maps, unit_frames(np.zeros((30, 2)))))
+    np.testing.assert_allclose(slow[0], fast[0], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(np.abs(slow[1]), np.abs(fast[1]), rtol=0.0, atol=1e-12)
+
+
+def test_multipliers_of_two_states_are_the_same_by_both_formulas(monkeypatch):
+    maps = np.random.default_rng(2).normal(size=(60, 4, 2, 2))
+    product, log_scale = chained(maps)
+    determinant = np.log(np.abs(np.linalg.det(product))) + 2.0 * log_scale
+    positive = np.linalg.det(product) > 0.0
+    fast, slow = both_ways(monkeypatch, lambda: log_multipliers(product, log_scale, determinant)[positive])
+    np.testing.assert_allclose(slow, fast, rtol=0.0, atol=1e-12)
+
+
+def test_solutions_for_two_states_are_the_same_by_both_formulas(monkeypatch):
+    rng = np.random.default_rng(4)
+    matrices, right = np.eye(2) + 0.3 * rng.normal(size=(40, 2, 2)), rng.normal(size=(40, 2))
+    fast, slow = both_ways(monkeypatch, lambda: solved(matrices, right))
+    np.testing.assert_allclose(slow, fast, rtol=1e-12)
+
+
+# --- three states -----------------------------------------------------------------------------------------------------
+
+
+def test_growth_of_three_states_has_the_exponents_of_the_map():
+    """Eigenvalues 2, 0.5 and 1e-4 in a skew basis: the growth settles on their logarithms."""
+    step = conjugated(np.diag([2.0, 0.5, 1e-4]))
+    growth, frames = qr_growth(np.tile(step, (2, 60, 1, 1)), unit_frames(np.zeros((2, 3))))
+    np.testing.assert_allclose(growth[:, 40:].mean(axis=1), np.tile(np.log([2.0, 0.5, 1e-4]), (2, 1)), rtol=1e-9)
+    np.testing.assert_allclose(frames.swapaxes(1, 2) @ frames, np.tile(np.eye(3), (2, 1, 1)), atol=1e-14)
+
+
+def test_growth_of_a_rotation_that_shrinks():
+    """A spiral of modulus e^-0.1 and a fast direction e^-2: the first two exponents are equal."""
+    step = conjugated(TURN @ np.diag(np.exp([-0.1, -0.1, -2.0])))
+    growth, _ = qr_growth(np.tile(step, (1, 900, 1, 1)), unit_frames(np.zeros((1, 3))))
+    np.testing.assert_allclose(growth[0].mean(axis=0), [-0.1, -0.1, -2.0], atol=5e-3)
+    assert growth[0].sum(axis=1) == pytest.approx(-2.2, abs=1e-12)
+
+
+def test_growth_goes_on_where_it_stopped_and_a_lost_member_leaves_the_others():
+    maps = np.random.default_rng(5).normal(size=(3, 8, 3, 3))
+    whole, end = qr_growth(maps, unit_frames(np.zeros((3, 3))))
+    first, between = qr_growth(maps[:, :3], unit_frames(np.zeros((3, 3))))
+    second, last = qr_growth(maps[:, 3:], between)
+    np.testing.assert_array_equal(np.concatenate([first, second], axis=1), whole)
+    np.testing.assert_array_equal(last, end)
+    maps[1, 4] = np.nan
+    lost, _ = qr_growth(maps, unit_frames(np.zeros((3, 3))))
+    assert np.isnan(lost[1, 4:]).all()
+    np.testing.assert_array_equal(lost[[0, 2]], whole[[0, 2]])
+
+
+def test_multipliers_of_three_states():
+    """A complex pair of modulus 0.9 and a real one so small that only the determinant knows it."""
+    step = conjugated(TURN @ np.diag([0.9, 0.9, 1e-30]))
+    product, log_scale = chained(np.tile(step, (1, 7, 1, 1)))
+    determinant = 7 * np.log(0.9**2 * 1e-30)
+    found = log_multipliers(product, log_scale, np.array([determinant]))[0]
+    np.testing.assert_allclose(found, 7 * np.log([0.9, 0.9, 1e-30]), rtol=1e-10)
+
+
+def test_multipliers_of_a_lost_member_are_nan_and_leave_the_others():
+    maps = np.tile(conjugated(np.diag([3.0, 1.0, 0.2])), (2, 2, 1, 1))
+    maps[0, 1] = np.nan
+    product, log_scale = chained(maps)
+    found = log_multipliers(product, log_scale, np.full(2, 2 * np.log(0.6)))
+    assert np.isnan(found[0]).all()
+    np.testing.assert_allclose(found[1], 2.0 * np.log([3.0, 1.0, 0.2]), atol=1e-12)
+
+
+def test_equations_without_a_solution_leave_the_others():
+    rng = np.random.default_rng(6)
+    matrices, right = rng.normal(size=(4, 3, 3)), rng.normal(size=(4, 3))
+    matrices[1], matrices[2] = 0.0, np.nan
+    found = solved(matrices, right)
+    assert np.isnan(found[1:3]).all()
+    for i in (0, 3):
+        np.testing.assert_allclose(matrices[i] @ found[i], right[i], atol=1e-12)
+
+
+# --- along a made-up flow of three states -----------------------------------------------------------------------------
+
+RATES = np.array([[-0.02, 1.0, 0.3], [-1.0, -0.02, 0.1], [0.0, 0.0, -3.0]])
+CENTRE = np.array([0.3, -0.1, 0.5])
+
+
+def linear_flow(members, initial, times, *, start=0.0, keep="states", **options):
+    """Motions of x' = RATES (x - CENTRE), in the place of `integrate`."""
+    begin = np.broadcast_to(start, (len(initial),))
+    states, maps = np.empty((*times.shape, 3)), np.empty((*times.shape, 3, 3))
+    for i, row in enumerate(times):
+        before = begin[i]
+        state = initial[i]
+        for k, time in enumerate(row):
+            maps[i, k] = expm(RATES * (time - before))
+            state = CENTRE + maps[i, k] @ (state - CENTRE)
+            states[i, k], before = state, time
+    return SimpleNamespace(states=states, tangents=maps, outcome=np.zeros(len(initial), dtype=np.int8))
+
+
+@pytest.fixture
+def three_states(monkeypatch):
+    monkeypatch.setattr(tangents, "integrate", linear_flow)
+    monkeypatch.setattr(cycle, "integrate", linear_flow)
+    monkeypatch.setattr(tangents, "divergence", lambda members: np.full(members, np.trace(RATES)))
+    monkeypatch.setattr(tangents, "fastest_rate", lambda members: np.full(members, 3.0))
+    monkeypatch.setattr(cycle, "mirror", lambda members: np.array([-1.0, -1.0, 1.0]))
+
+
+def test_advance_gives_three_exponents_also_over_long_stretches(three_states):
+    """Over stretches of 60 fast time scales the last growth is what the divergence leaves."""
+    for per_repeat in (8, 1):
+        clock = Clock(per_repeat, 8, np.full(2, 20.0), np.ones(2))
+        run = TangentRun.at(np.zeros((2, 3)))
+        advance(2, run, clock, 8)
+        growth = advance(2, run, clock, 400)
+        np.testing.assert_allclose(growth.mean(axis=1) / clock.spacing[:, None], [[-0.02, -0.02, -3.0]] * 2, atol=1e-3)
+        np.testing.assert_allclose(growth.sum(axis=2), -3.04 * 20.0 / per_repeat, rtol=1e-12)
+
+
+def test_newton_steps_to_the_fixed_point_of_three_states(three_states):
+    clock = Clock(4, 4, np.array([2.0]), np.ones(1))
+    step, exponents, path = cycle._newton_step(1, np.zeros((1, 3)), clock, 3, {})
+    np.testing.assert_allclose(step[0], CENTRE, atol=1e-12)
+    np.testing.assert_allclose(exponents[0], [-0.02, -0.02, -3.0], atol=1e-9)
+    assert path.shape == (1, 3, 4, 3)
+
+
+def test_newton_steps_to_the_fixed_point_after_a_reflection(three_states):
+    """The reflection turns the disc's displacement and velocity round, not the third state."""
+    clock = Clock(4, 4, np.array([2.0]), np.ones(1))
+    step, exponents, _ = cycle._newton_step(1, np.zeros((1, 3)), clock, 1, {}, reflected=True)
+    whole, signs = expm(2.0 * RATES), np.diag([-1.0, -1.0, 1.0])
+    np.testing.assert_allclose(signs @ (CENTRE + whole @ (step[0] - CENTRE)), step[0], atol=1e-12)
+    moduli = np.sort(np.abs(np.linalg.eigvals(signs @ whole)))[::-1]
+    np.testing.assert_allclose(exponents[0], np.log(moduli) / 2.0, atol=1e-9)
+
+
+def test_a_path_with_a_third_state_is_its_own_mirror_image():
+    """Half a period later the disc is on the other side, and the voltage on the film the same."""
+    turn = np.pi * np.arange(16).reshape(1, 2, 8) / 8.0
+    path = np.stack([np.sin(turn), np.cos(turn), np.cos(2.0 * turn)], axis=3)
+    period, size = np.array([2]), np.ones(1)
+    assert cycle._is_symmetric(path, period, size, np.array([-1.0, -1.0, 1.0])).tolist() == [True]
+    assert cycle._is_symmetric(path, period, size, np.array([-1.0, -1.0, -1.0])).tolist() == [False]

@@ -1,0 +1,176 @@
+"""`gelcone.plot` draws every kind of result: each registered figure on a small real one, with its numbers in it."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.collections import QuadMesh
+
+import gelcone
+from gelcone import ConeModel, InputError
+from gelcone.plots import FIGURES, figure_of
+
+QUICK = {"transient": 30.0, "budget": 60.0}
+MODEL = ConeModel(damping_ratio=0.3, stretch_limit=5.0)
+MOVING = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3, voltage=0.9)
+RAISED = MODEL.replace(rest_height=0.3)
+DRAWS = {"prestretch": gelcone.Uniform(0.9, 1.1)}
+
+
+def sweep(analysis, **draws):
+    plan = gelcone.Plan(MODEL, {"voltage": [0.5, 1.0]}, draws=gelcone.draw(draws, 4) if draws else {}, **QUICK)
+    return gelcone.survey(plan, analysis, coarsest=None)
+
+
+def compared():
+    pytest.importorskip("skfem")
+    from gelcone.continuum.compare import compare
+
+    return compare(RAISED, displacements=[0.1, 0.3], voltages=[0.0, 0.2], elements=20)
+
+
+RESULTS = {
+    "bifurcation diagram": lambda: gelcone.bifurcation(MODEL, "voltage", [0.5, 1.0], bisections=0, **QUICK),
+    "extrema": lambda: gelcone.extrema(MOVING, repeats=5, discard=20),
+    "basins of attraction": lambda: gelcone.basin(MODEL, {"displacement": [0.0, 1.0], "velocity": [0.0, 1.0]}, **QUICK),
+    "frequency response": lambda: gelcone.frequency_response(RAISED, [0.2, 0.3]),
+    "cone and continuum": compared,
+    "operating envelope": lambda: gelcone.envelope(RAISED, peaks=[0.3, 0.6], frequencies=[0.3, 0.5]),
+    "instability tongues of rest": lambda: gelcone.tongues(MODEL, [0.3, 0.4, 0.5], [0.0, 1.0, 2.0]),
+    "Lyapunov exponents": lambda: gelcone.lyapunov(MODEL, **QUICK),
+    "parameter map": lambda: gelcone.parameter_map(MODEL, {"voltage": [0.5, 1.0], "prestretch": [0.9, 1.0]}, **QUICK),
+    "Poincare section": lambda: gelcone.section(MODEL, repeats=5, discard=5),
+    "regime of motion": lambda: gelcone.regime(MODEL, **QUICK),
+    "spectrum": lambda: gelcone.spectrum(MOVING),
+    "statics": lambda: gelcone.static(RAISED, [0.0, 0.5]),
+    "sweep": lambda: sweep("lyapunov"),
+    "probability": lambda: gelcone.probability(sweep("regime", **DRAWS)),
+    "time response": lambda: gelcone.simulate(MODEL, periods=2),
+}
+"""Title of a figure in the register -> a small result of that kind."""
+
+
+def drawn_numbers(figure):
+    """Every number in the lines, points and cells of a figure."""
+    found = []
+    for axes in figure.axes:
+        found += [numbers for line in axes.lines for numbers in line.get_data(orig=False)]
+        found += [c.get_offsets().data for c in axes.collections if not isinstance(c, QuadMesh)]
+        found += [c.get_array().data for c in axes.collections if c.get_array() is not None]
+    return np.concatenate([np.ravel(numbers).astype(float) for numbers in found])
+
+
+SHOWS = {
+    "bifurcation diagram": lambda r: r["section"].isel(state=0),
+    "extrema": lambda r: r["displacement"],
+    "basins of attraction": lambda r: r["attractor"],
+    "frequency response": lambda r: r["stroke"],
+    "cone and continuum": lambda r: r["cone_force"],
+    "operating envelope": lambda r: r["blocked_force"],
+    "instability tongues of rest": lambda r: r["onset_voltage"],
+    "Lyapunov exponents": lambda r: r["running_exponent"],
+    "parameter map": lambda r: r["lyapunov"].isel(exponent=0),
+    "Poincare section": lambda r: r["velocity"],
+    "regime of motion": lambda r: r["section"].isel(state=1),
+    "spectrum": lambda r: r["amplitude"].where(r["frequency_ratio"] > 0.0),
+    "statics": lambda r: r["equilibrium_displacement"],
+    "sweep": lambda r: r["sign"],
+    "probability": lambda r: r["probability"],
+    "time response": lambda r: r["displacement"],
+}
+"""Title -> numbers of the result that its figure must show."""
+
+
+@pytest.mark.parametrize("title", RESULTS)
+def test_every_figure_of_the_register_draws_a_real_result(title):
+    result = RESULTS[title]()
+    assert result.attrs["title"].partition(":")[0] == title
+    figure = gelcone.plot(result)
+    wanted = SHOWS[title](result).values.ravel()
+    wanted = wanted[np.isfinite(wanted)]
+    numbers = drawn_numbers(figure)
+    assert wanted.size
+    missing = [value for value in wanted if not np.isclose(numbers, value, rtol=1e-9, atol=1e-12).any()]
+    assert not missing
+
+
+def test_every_figure_of_the_register_is_tested():
+    assert set(RESULTS) == set(SHOWS) == set(FIGURES)
+
+
+@pytest.mark.parametrize("path", sorted({*FIGURES.values()}))
+def test_the_package_lists_and_loads_each_figure(path):
+    name = path.split(".")[1]
+    assert name in dir(gelcone.plots)
+    assert callable(getattr(gelcone.plots, name))
+
+
+def test_a_name_that_is_no_figure_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="has no attribute 'portrait'"):
+        _ = gelcone.plots.portrait
+
+
+# --- results without a figure of their own ----------------------------------------------------------------------------
+
+
+def test_a_result_over_an_axis_is_drawn_over_it():
+    result = gelcone.stroke_and_blocked_force(RAISED, [0.0, 0.2, 0.5])
+    axes = {a.get_ylabel(): a for a in gelcone.plot(result).axes}
+    line = axes["blocked force"].lines[0]
+    assert line.get_xdata().tolist() == [0.0, 0.2, 0.5]
+    assert line.get_ydata().tolist() == result["blocked_force"].values.tolist()
+    assert list(axes.values())[-1].get_xlabel() == "constant voltage"
+
+
+def test_a_swept_parameter_is_an_axis():
+    result = gelcone.onset_voltage(MODEL.replace(drive_frequency=[0.5, 0.7, 1.0]))
+    line = gelcone.plot(result).axes[0].lines[0]
+    assert line.get_xdata().tolist() == [0.5, 0.7, 1.0]
+    assert line.get_ydata().tolist() == result["onset_voltage"].values.tolist()
+
+
+def test_single_numbers_are_written_with_meaning_and_unit():
+    device = gelcone.find_device("paper-table1")
+    result = gelcone.to_si(gelcone.pull_in_voltage(device.to_model()), device)
+    (axes,) = gelcone.plot(result).axes
+    number = float(result["pull_in_voltage"])
+    meaning = result["pull_in_voltage"].attrs["long_name"]
+    assert f"{meaning}: {number:.5g} V" in [text.get_text() for text in axes.texts]
+
+
+def test_a_result_in_si_units_is_drawn_in_them():
+    device = gelcone.find_device("paper-table1")
+    response = gelcone.to_si(gelcone.simulate(device.to_model(), device.initial_state(), periods=2), device)
+    assert gelcone.plot(response).axes[0].get_ylabel() == "displacement (mm)"
+
+
+def test_a_map_of_one_parameter_is_drawn_over_it():
+    result = gelcone.parameter_map(MODEL, {"voltage": [0.5, 1.0]}, **QUICK)
+    (line, *_) = gelcone.plot(result).axes[0].lines
+    assert line.get_xdata().tolist() == [0.5, 1.0]
+
+
+def test_options_reach_the_figure():
+    diagram = RESULTS["bifurcation diagram"]()
+    assert "exponent" in gelcone.plot(diagram).axes[1].get_ylabel()
+    assert "displacement" in gelcone.plot(diagram, middle="extent").axes[1].get_ylabel()
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "given", [xr.Dataset({"displacement": ("time", [1.0])}), np.zeros(3), xr.DataArray([1.0], attrs={"title": "sweep"})]
+)
+def test_what_is_no_result_is_refused_with_a_remedy(given):
+    with pytest.raises(InputError, match=f"a {type(given).__name__} .* is no result of gelcone; give a Dataset"):
+        gelcone.plot(given)
+
+
+def test_a_result_without_a_variable_of_its_figure_says_which():
+    response = RESULTS["time response"]().drop_vars("velocity")
+    with pytest.raises(InputError, match=r"'time response' lacks .*velocity.*compute it again"):
+        gelcone.plot(response)
+
+
+def test_the_kind_of_a_result_decides_its_figure():
+    assert figure_of(sweep("lyapunov")) is gelcone.plots.any_figure

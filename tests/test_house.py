@@ -1,0 +1,132 @@
+"""The house: every folder of the package imports only what stands above it, and no module imports itself in a circle.
+
+All imports count, those inside functions and those for types too.
+"""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "src" / "gelcone"
+FLOORS = [
+    ["_version", "errors", "codes", "quantity", "progress", "files", "accessor"],
+    ["physics"],
+    ["presets", "dataset"],
+    ["continuum"],
+    ["devices"],
+    ["motion"],
+    ["atlas"],
+    ["words"],
+    ["plots"],
+    ["analyses"],
+    ["paper"],
+    ["cli"],
+    ["__main__"],
+]
+"""Folders and modules, each line importing only from the lines before it and from its own folder.
+
+`accessor` stands on the ground: it calls the public names of the package, which load what is above only in use.
+"""
+FLOOR = {name: number for number, names in enumerate(FLOORS) for name in names}
+REMAINING: set[tuple[str, str]] = set()
+"""Arrows that still run the wrong way, (from, to); this list may only shrink."""
+
+
+def modules():
+    """Dotted name below ``gelcone`` -> path of every module; the package's own ``__init__`` is left out."""
+    paths = {path.relative_to(PACKAGE).with_suffix(""): path for path in PACKAGE.rglob("*.py")}
+    named = {".".join(name.parts).removesuffix(".__init__"): path for name, path in paths.items()}
+    return {name: path for name, path in named.items() if name != "__init__"}
+
+
+MODULES = modules()
+
+
+def imported(source, known=MODULES):
+    """The modules of gelcone that a source imports, with the line of each."""
+    found = {}
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            raise AssertionError("a relative import; write the module's whole name")
+        names = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+        for name in names:
+            parts = name.split(".")
+            if parts[0] != "gelcone":
+                continue
+            candidates = (".".join(parts[1:end]) for end in range(len(parts), 1, -1))
+            module = next((candidate for candidate in candidates if candidate in known), None)
+            if module is not None:
+                found.setdefault(module, node.lineno)
+    return found
+
+
+IMPORTS = {name: imported(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
+
+
+def place(module):
+    return module.partition(".")[0]
+
+
+def wrong_way():
+    return {
+        (module, other)
+        for module, others in IMPORTS.items()
+        for other in others
+        if FLOOR[place(other)] > FLOOR[place(module)]
+        or (FLOOR[place(other)] == FLOOR[place(module)] and place(other) != place(module) and FLOOR[place(module)] > 0)
+    }
+
+
+def circles():
+    """Modules from which imports lead back to themselves, each with the shortest way."""
+    found = {}
+    for start in IMPORTS:
+        ways = {other: [start, other] for other in IMPORTS[start]}
+        queue = list(ways)
+        while queue and start not in ways:
+            here = queue.pop(0)
+            for other in IMPORTS[here]:
+                if other not in ways:
+                    ways[other] = [*ways[here], other]
+                    queue.append(other)
+        if start in ways:
+            found[start] = " -> ".join(ways[start])
+    return found
+
+
+def test_every_folder_and_module_has_its_floor():
+    assert {place(module) for module in MODULES} <= set(FLOOR)
+
+
+def test_every_folder_imports_only_what_stands_above_it():
+    assert wrong_way() == REMAINING
+
+
+def test_no_module_imports_itself_in_a_circle():
+    assert circles() == {}
+
+
+def test_the_integrator_is_known_to_one_place():
+    """heyoka, and later the engine, is imported by the integrator's own module alone."""
+    holders = {module for module, path in MODULES.items() if "import heyoka" in path.read_text(encoding="utf-8")}
+    assert len(holders) == 1
+    assert all(place(holder) == "motion" for holder in holders)
+
+
+@pytest.mark.parametrize(
+    ("source", "found"),
+    [
+        ("from gelcone.motion.flow import integrate", {"motion.flow"}),
+        ("from gelcone import dataset", {"dataset"}),
+        ("def f():\n    import gelcone.physics.laws as laws", {"physics.laws"}),
+        ("import gelcone\nfrom gelcone import simulate", set()),
+        ("import numpy", set()),
+    ],
+)
+def test_imports_are_found_wherever_they_stand(source, found):
+    assert set(imported(source, {"motion.flow": 0, "dataset": 0, "physics.laws": 0})) == found

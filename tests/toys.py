@@ -1,0 +1,89 @@
+"""Components of a user's own, which no file of gelcone knows: a power-law film, three harmonics, a cubic bias, a filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gelcone import Bias, Circuit, Film, Quantity, State, Waveform
+from gelcone.physics.drive import VOLTAGE
+
+
+@dataclass(frozen=True)
+class PowerFilm(Film):
+    """F = c x (x^2)^p - V x: the film stiffens with a power of its displacement."""
+
+    exponent: float = 1.5
+
+    name = "power film"
+    parameters = {"film_modulus": Quantity("c", "modulus of the film", 0.8, lower=0.0)}
+
+    def force(self, x: Any, squared: Any, y: list[Any], n: Any, xp: Any = np) -> tuple[Any, Any]:
+        s = x * x
+        # a power of x^2 that is smooth at 0, so that the Taylor integrator may pass there
+        stiffness = n["film_modulus"] * ((1.0 + s) ** self.exponent - 1.0)
+        slope = n["film_modulus"] * self.exponent * (1.0 + s) ** (self.exponent - 1.0)
+        return x * (stiffness - squared), stiffness - squared + 2.0 * s * slope
+
+
+class ThreeHarmonics(Waveform):
+    """v0 + v (sin + h2 sin 2 + h3 sin 3)."""
+
+    name = "three harmonics"
+    parameters = VOLTAGE | {
+        "second_harmonic": Quantity("h2", "second harmonic over the first", 0.2),
+        "third_harmonic": Quantity("h3", "third harmonic over the first", -0.1),
+    }
+
+    def shape(self, phase: Any, n: Any, xp: Any = np) -> Any:
+        second, third = n["second_harmonic"] * xp.sin(2.0 * phase), n["third_harmonic"] * xp.sin(3.0 * phase)
+        return xp.sin(phase) + second + third
+
+    def shape_rate(self, phase: Any, n: Any, xp: Any = np) -> Any:
+        second, third = (
+            2.0 * n["second_harmonic"] * xp.cos(2.0 * phase),
+            3.0 * n["third_harmonic"] * xp.cos(3.0 * phase),
+        )
+        return xp.cos(phase) + second + third
+
+
+class CubicBias(Bias):
+    """F = k1 x + k3 x^3."""
+
+    name = "cubic"
+    parameters = {
+        "bias_stiffness": Quantity("k1", "stiffness at the flat film", 1.2),
+        "bias_cubic": Quantity("k3", "cubic stiffness", 0.3, lower=0.0),
+    }
+
+    def force(self, x: Any, y: list[Any], n: Any, xp: Any = np) -> tuple[Any, Any]:
+        k1, k3 = n["bias_stiffness"], n["bias_cubic"]
+        return k1 * x + k3 * x * x * x, k1 + 3.0 * k3 * x * x
+
+
+class FilteredVoltage(Circuit):
+    """The film's voltage y follows the commanded one: y' = (v - y)/t."""
+
+    name = "filter"
+    states = (State("film_voltage", "voltage on the film", "voltage"),)
+    parameters = {"filter_time": Quantity("t", "time constant of the filter", 0.3, positive=True)}
+
+    def voltage(self, commanded: Any, y: list[Any], n: Any, xp: Any = np) -> Any:
+        return y[0]
+
+    def rates(self, commanded: Any, y: list[Any], n: Any, xp: Any = np) -> list[Any]:
+        return [(commanded - y[0]) / n["filter_time"]]
+
+    def gain(self, frequency: Any, n: Any) -> Any:
+        return 1.0 / (1.0 + 1j * frequency * n["filter_time"])
+
+
+TOYS: dict[str, dict[str, Any]] = {
+    "film": {"film": PowerFilm()},
+    "waveform": {"waveform": ThreeHarmonics()},
+    "bias": {"bias": CubicBias()},
+    "circuit": {"circuit": FilteredVoltage()},
+}
+"""What a model takes to have one of them."""
