@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from gelcone.motion.balance import PullIn
 from matplotlib.colors import to_rgb
 
 from gelcone import Outcome
+from gelcone.physics.balance import PullIn
 from gelcone.plots.equilibrium import MARKER_SIZES, equilibrium_branches, force_curves, static_figure
 from gelcone.plots.style import BLUE, CYCLE, VERMILION
 from tests.plots.made_up import blank, data_of, line, parameter, result, texts

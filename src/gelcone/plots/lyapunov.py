@@ -44,7 +44,7 @@ def running_exponents(result: xr.Dataset, axes: Axes) -> None:
     axes.plot([], [], color=GREY, label="after the transient, with\nasymptotic value ± s.e.")
     length = axis_label(result["running_time"], "window length")
     axes.set_xlabel(length if "(" in length else "window length (dimensionless time)")
-    axes.set_ylabel(f"largest Lyapunov exponent\n({rate_unit(result['asymptotic'])})")
+    axes.set_ylabel(f"largest Lyapunov exponent\n({rate_unit(result['lyapunov'])})")
 
 
 def draw_member(member: xr.Dataset, name: str, colour: str, axes: Axes) -> None:
