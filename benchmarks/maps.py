@@ -15,17 +15,18 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
-from gelcone.atlas.analyses import compute
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.refinement import refine
-from gelcone.atlas.survey import survey
+from gelcone.atlas.sweep import compute, sweep
 from gelcone.atlas.workers import cluster, threads
 from gelcone.presets import find_preset
 from gelcone.progress import Watch, watching
+from gelcone.register.analyses import find_analysis
 
 COARSEST = 16
 SMALLEST = 17
@@ -49,10 +50,12 @@ def replayed(kinds: np.ndarray) -> np.ndarray:
 def sampled(plan: Plan, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Regimes of some cells, and the integrator steps that each batch of `BATCH` of them takes."""
     regimes, steps = [], []
+    regime = find_analysis("regime")
+    plan = replace(plan, options=regime.settings(plan.options))
     for batch in np.split(cells, np.arange(BATCH, cells.size, BATCH)):
         watch = Watch()
         with watching(watch):
-            regimes.append(compute(plan, "regime", batch)["regime"].values)
+            regimes.append(compute(plan, regime, batch)["regime"].values)
         steps.append(watch.steps)
     return np.concatenate(regimes), np.array(steps)
 
@@ -61,7 +64,7 @@ def main(points: int, mode: str, sample: int) -> None:
     preset = find_preset("base")
     over = {"voltage": np.linspace(0.0, 2.0, points), "prestretch": np.linspace(0.4, 2.0, points)}
     plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial)
-    refined = survey(plan, coarsest=COARSEST)
+    refined = sweep(plan, coarsest=COARSEST)
     totals = json.loads(refined.attrs["totals"])
     print(f"base, {mode} pre-stretch, {points} x {points} cells, coarsest lattice {COARSEST}")
     print(f"  refined: {totals['computed']} of {plan.size} cells computed, {totals['integrator_steps']:.3e} steps")
@@ -98,7 +101,7 @@ def main(points: int, mode: str, sample: int) -> None:
     )
     for who, start, target in (("threads", threads, 1.85), ("processes", cluster, 1.8)):
         turns = [
-            [json.loads(survey(few, workers=start(count)).attrs["totals"])["wall_time_s"] for count in (1, 2)]
+            [json.loads(sweep(few, workers=start(count)).attrs["totals"])["wall_time_s"] for count in (1, 2)]
             for _ in range(TURNS)
         ]
         one, two = np.min(turns, axis=0)

@@ -2,7 +2,7 @@
 
     python benchmarks/memory.py [SIZE ...]      (default 64 128 256 512)
 
-Maps of a heavily damped set that comes to rest, refined, kept in a store, each by `survey` in a process of its own; and
+Maps of a heavily damped set that comes to rest, refined, kept in a store, each by `sweep` in a process of its own; and
 the same with every cell computed by an analysis that costs nothing, so that as many tasks come as in a uniform map.
 Printed is the highest resident memory, the result's own, and what remains over what remains at the first size (target
 1.2). Last the command `gelcone map --store --out`, which draws and writes the result too.
@@ -22,19 +22,20 @@ SIZES = (64, 128, 256, 512)
 PROGRAM = """
 import json, resource, sys
 import numpy as np
-from gelcone.atlas import analyses
+from gelcone.register.analyses import find_analysis
+from gelcone.atlas import sweep as module
 from gelcone.atlas.plan import Plan
-from gelcone.atlas.survey import survey
 from gelcone.physics.model import ConeModel
 
 size, store, uniform = int(sys.argv[1]), sys.argv[2], sys.argv[3] == "uniform"
 over = {"voltage": np.linspace(0.0, 0.2, size), "prestretch": np.linspace(1.0, 1.2, size)}
 model = ConeModel(damping_ratio=1.0, spring_stiffness=0.5, drive_frequency=0.3)
-plan = Plan(model, over, transient=20.0, budget=60.0, rounds=1)
+plan = Plan(model, over, options={"transient": 20.0, "budget": 60.0, "rounds": 1})
 if uniform:
-    one = analyses.compute(plan, "regime", np.arange(64))
-    analyses.find_analysis = lambda name: lambda plan, model, states: one.isel(member=np.arange(model.size))
-result = survey(plan, store=store, coarsest=None if uniform else 33)
+    regime = find_analysis("regime")
+    one = module.compute(Plan(model, over, options=regime.settings(plan.options)), regime, np.arange(64))
+    module.compute = lambda plan, analysis, cells, keep: one.isel(member=np.arange(cells.size))
+result = module.sweep(plan, store=store, coarsest=None if uniform else 33)
 peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 print(json.dumps({"peak": 1024 * peak, "result": result.nbytes, **json.loads(result.attrs["totals"])}))
 """
@@ -42,7 +43,7 @@ MAP = ["--set", "damping_ratio=1", "--set", "spring_stiffness=0.5", "--set", "dr
 
 
 def measure(size: int, kind: str, folder: Path) -> dict[str, int]:
-    """What a survey of that size says of itself."""
+    """What a sweep of that size says of itself."""
     command = [sys.executable, "-c", PROGRAM, str(size), str(folder / f"{kind}-{size}.zarr"), kind]
     told: dict[str, int] = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     return told

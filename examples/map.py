@@ -1,4 +1,4 @@
-"""A map of the motion over voltage and pre-stretch, stopped half-way and gone on with from its store."""
+"""A map of the motion over voltage and pre-stretch, stopped half-way and resumed from its store."""
 
 import json
 import os
@@ -9,23 +9,20 @@ STORE = "map.zarr"
 plan = gelcone.Plan(
     gelcone.ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=1.0),
     {"voltage": [0.2 + 0.1 * k for k in range(12)], "prestretch": [0.7 + 0.1 * k for k in range(10)]},
-    transient=100.0,
-    budget=300.0,
-    rounds=1,
+    options={"transient": 100.0, "budget": 300.0, "rounds": 1},
 )
 
 
-def stop(tally):
+def stop(share):
     """What Ctrl-C does, after the first cells."""
-    if tally.computed:
-        raise KeyboardInterrupt
+    raise KeyboardInterrupt
 
 
 try:
-    gelcone.survey(plan, coarsest=4, store=STORE, resume=os.path.exists(STORE), progress=stop)
+    gelcone.sweep(plan, coarsest=4, store=STORE, resume=os.path.exists(STORE), progress=stop)
 except KeyboardInterrupt:
     print("stopped; what is done is in", STORE)
-result = gelcone.survey(plan, coarsest=4, store=STORE, resume=True)
+result = gelcone.sweep(plan, coarsest=4, store=STORE, resume=True)
 
 totals = json.loads(result.attrs["totals"])
 still = float((result.regime == gelcone.Regime.REST).mean())

@@ -10,7 +10,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "src" / "gelcone"
 FLOORS = [
-    ["_version", "errors", "codes", "quantity", "progress", "files", "accessor"],
+    ["_version", "errors", "codes", "quantity", "progress", "files", "accessor", "register"],
     ["physics"],
     ["presets", "dataset"],
     ["continuum"],
@@ -26,7 +26,7 @@ FLOORS = [
 ]
 """Folders and modules, each line importing only from the lines before it and from its own folder.
 
-`accessor` stands on the ground: it calls the public names of the package, which load what is above only in use.
+`accessor` and `register` stand on the ground: they hold names of the package, which load what is above only in use.
 """
 FLOOR = {name: number for number, names in enumerate(FLOORS) for name in names}
 REMAINING: set[tuple[str, str]] = set()

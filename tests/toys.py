@@ -1,4 +1,4 @@
-"""Components of a user's own, which no file of gelcone knows: a power-law film, three harmonics, a cubic bias, a filter."""
+"""Components of a user's own, which no file of gelcone knows: a film, a waveform, a bias and a circuit."""
 
 from __future__ import annotations
 

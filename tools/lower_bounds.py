@@ -4,8 +4,8 @@
     python tools/lower_bounds.py tests/motion -x       # what pytest is given instead
     python tools/lower_bounds.py --pins                # print the versions and stop
 
-The lower bound of every direct dependency is pinned; what these need in turn is left to pip. Takes some minutes, most of
-them for downloads.
+The lower bound of every direct dependency is pinned; what these need in turn is left to pip. Installing takes a minute
+or two. Choose bounds that have wheels for the oldest Python that is supported.
 """
 
 from __future__ import annotations

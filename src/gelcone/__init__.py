@@ -14,25 +14,28 @@ A real device is a `Device` in SI units (`Device.from_toml`); `Device.to_model` 
 results back into millimetres, volts and milliseconds. `save` and `load` keep results as netCDF.
 """
 
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from gelcone._version import __version__
+from gelcone._version import __version__ as __version__
 
+# The public names, listed here alone: type checkers and editors follow these imports, and `__getattr__` makes them when
+# a name is first used, so that ``import gelcone`` stays light.
 if TYPE_CHECKING:
+    from gelcone import plots as plots
     from gelcone.atlas.bifurcation import bifurcation as bifurcation
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
     from gelcone.atlas.maps import basin as basin
-    from gelcone.atlas.maps import parameter_map as parameter_map
+    from gelcone.atlas.maps import map as map
     from gelcone.atlas.plan import Plan as Plan
-    from gelcone.atlas.record import look as look
-    from gelcone.atlas.survey import survey as survey
+    from gelcone.atlas.record import show as show
+    from gelcone.atlas.sweep import sweep as sweep
     from gelcone.atlas.uncertain import Normal as Normal
     from gelcone.atlas.uncertain import Uniform as Uniform
     from gelcone.atlas.uncertain import draw as draw
     from gelcone.atlas.uncertain import probability as probability
     from gelcone.atlas.workers import cluster as cluster
-    from gelcone.atlas.workers import threads as threads
     from gelcone.codes import Outcome as Outcome
     from gelcone.codes import Regime as Regime
     from gelcone.continuum.fit import fit_film as fit_film
@@ -48,6 +51,7 @@ if TYPE_CHECKING:
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
     from gelcone.motion.envelope import envelope as envelope
+    from gelcone.motion.envelope import operating_limits as operating_limits
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages
     from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
     from gelcone.motion.equilibrium import pull_in_voltage as pull_in_voltage
@@ -58,7 +62,8 @@ if TYPE_CHECKING:
     from gelcone.motion.floquet import onset_voltage as onset_voltage
     from gelcone.motion.floquet import tongues as tongues
     from gelcone.motion.flow import integrate as integrate
-    from gelcone.motion.frequency import frequency_response as frequency_response
+    from gelcone.motion.frequency import frequency as frequency
+    from gelcone.motion.limits import limits as limits
     from gelcone.motion.linear import small_signal_response as small_signal_response
     from gelcone.motion.linear import state_space as state_space
     from gelcone.motion.lyapunov import lyapunov as lyapunov
@@ -66,6 +71,7 @@ if TYPE_CHECKING:
     from gelcone.motion.response import simulate as simulate
     from gelcone.motion.section import extrema as extrema
     from gelcone.motion.section import section as section
+    from gelcone.motion.settled import settled as settled
     from gelcone.motion.spectrum import spectrum as spectrum
     from gelcone.physics.balance import PullIn as PullIn
     from gelcone.physics.bias import Bias as Bias
@@ -89,88 +95,30 @@ if TYPE_CHECKING:
     from gelcone.plots import plot as plot
     from gelcone.quantity import Quantity as Quantity
 
-_HOME = {
-    "Bias": "physics.bias",
-    "Circuit": "physics.circuit",
-    "Component": "physics.component",
-    "Film": "physics.film.film",
-    "IdealSource": "physics.circuit",
-    "LinearSpring": "physics.bias",
-    "Quantity": "quantity",
-    "Sine": "physics.drive",
-    "State": "physics.component",
-    "TautCone": "physics.film.taut",
-    "Waveform": "physics.drive",
-    "basin": "atlas.maps",
-    "bifurcation": "atlas.bifurcation",
-    "cluster": "atlas.workers",
-    "ConeModel": "physics.model",
-    "ContinuumFilm": "physics.film.continuum",
-    "Device": "devices.device",
-    "draw": "atlas.uncertain",
-    "envelope": "motion.envelope",
-    "extrema": "motion.section",
-    "find_device": "devices.device",
-    "fit_film": "continuum.fit",
-    "floquet_multipliers": "motion.floquet",
-    "fold_voltages": "motion.equilibrium",
-    "frequency_response": "motion.frequency",
-    "Gent": "physics.laws",
-    "InputError": "errors",
-    "integrate": "motion.flow",
-    "LAWS": "physics.laws",
-    "load": "dataset",
-    "load_materials": "devices.materials",
-    "look": "atlas.record",
-    "lyapunov": "motion.lyapunov",
-    "Material": "devices.materials",
-    "MissingDependency": "errors",
-    "model_of": "dataset",
-    "NeoHookean": "physics.laws",
-    "Normal": "atlas.uncertain",
-    "Onset": "motion.floquet",
-    "onset_voltage": "motion.floquet",
-    "Outcome": "codes",
-    "parameter_map": "atlas.maps",
-    "pitchfork_voltage": "motion.equilibrium",
-    "probability": "atlas.uncertain",
-    "plot": "plots",
-    "pull_in_voltage": "motion.equilibrium",
-    "Plan": "atlas.plan",
-    "PullIn": "physics.balance",
-    "Regime": "codes",
-    "read_film": "physics.film.continuum",
-    "regime": "motion.regime",
-    "save": "dataset",
-    "section": "motion.section",
-    "simulate": "motion.response",
-    "small_signal_response": "motion.linear",
-    "spectrum": "motion.spectrum",
-    "state_space": "motion.linear",
-    "static": "motion.equilibrium",
-    "StrainEnergyLaw": "physics.laws",
-    "stroke_and_blocked_force": "motion.equilibrium",
-    "survey": "atlas.survey",
-    "threads": "atlas.workers",
-    "thresholds_of": "atlas.bifurcation",
-    "to_si": "devices.si",
-    "tongues": "motion.floquet",
-    "Uniform": "atlas.uncertain",
-    "write_film": "continuum.fit",
-    "Yeoh": "physics.laws",
-}
 
-__all__ = ["__version__", "plots", *_HOME]
+@cache
+def _homes() -> dict[str, str]:
+    """Public name -> the module that it comes from, read from the imports above."""
+    import ast
+    from pathlib import Path
+
+    listing = ast.parse(Path(__file__).read_text(encoding="utf-8"))
+    nodes = [node for block in listing.body if isinstance(block, ast.If) for node in block.body]
+    imports = [node for node in nodes if isinstance(node, ast.ImportFrom)]
+    return {alias.name: str(node.module) for node in imports for alias in node.names}
 
 
 def __getattr__(name: str) -> Any:
-    """Loads a public name when it is first used, so that ``import gelcone`` stays light."""
-    if name == "plots":
-        return import_module("gelcone.plots")
-    if name not in _HOME:
+    """A public name, loaded when it is first used."""
+    if name == "__all__":
+        return ["__version__", *_homes()]
+    if name.startswith("_") or name not in _homes():
         raise AttributeError(f"module 'gelcone' has no attribute {name!r}")
-    return getattr(import_module(f"gelcone.{_HOME[name]}"), name)
+    if _homes()[name] == "gelcone":
+        return import_module(f"gelcone.{name}")
+    value = globals()[name] = getattr(import_module(_homes()[name]), name)
+    return value
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted(["__version__", *_homes()])

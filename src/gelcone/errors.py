@@ -15,7 +15,8 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
     known = list(known)
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
-    return InputError(f"{name!r} is not a {kind}; {remedy}")
+    article = "an" if kind[0] in "aeiou" else "a"
+    return InputError(f"{name!r} is not {article} {kind}; {remedy}")
 
 
 class MissingDependency(ImportError):

@@ -1,14 +1,26 @@
-"""Results in words, the same in figures and on the command line."""
+"""Results in words, the same in figures, on the command line and in reports."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gelcone.codes import Outcome, Regime
 
 if TYPE_CHECKING:
     import xarray as xr
+
+SIGNS = {-1: "certainly negative", 0: "sign uncertain within the budget", 1: "certainly positive"}
+"""What is known of the sign of the largest exponent."""
+DISCORD = "the evidence does not agree"
+"""What is doubtful about a kind of motion."""
+MOST_LINES = 20
+"""Most lines of a list; the rest are counted."""
+
+
+# --- numbers ----------------------------------------------------------------------------------------------------------
 
 
 def with_error(value: float, error: float) -> str:
@@ -27,8 +39,33 @@ def with_error(value: float, error: float) -> str:
     )
 
 
+def unit_of(variable: xr.DataArray) -> str:
+    """The unit of a variable after a space, nothing for a dimensionless one."""
+    units = variable.attrs.get("units", "1")
+    return "" if units == "1" else f" {units}"
+
+
+def measured(variable: xr.DataArray, digits: int = 4) -> str:
+    """A single number with its unit."""
+    return f"{float(variable):.{digits}g}{unit_of(variable)}"
+
+
+def rate_unit(variable: xr.DataArray) -> str:
+    """The time that an exponent refers to."""
+    return "per unit time" if variable.attrs.get("units", "1") == "1" else "per second"
+
+
+def shortened(lines: list[str], count: int | None = None) -> list[str]:
+    """At most `MOST_LINES` lines, and how many more there are of ``count`` in all (default: of the lines)."""
+    more = (len(lines) if count is None else count) - MOST_LINES
+    return lines if more <= 0 else [*lines[:MOST_LINES], f"  and {more} more (all with --json or --out)"]
+
+
+# --- motions ----------------------------------------------------------------------------------------------------------
+
+
 def motion_in_words(regime: int, period: int = 0, symmetric: bool = False) -> str:
-    """A kind of motion, with its period in drive repeats and its symmetry where it has them."""
+    """A kind of motion, with its period in forcing periods and its symmetry where it has them."""
     if regime != Regime.PERIODIC:
         return Regime(regime).label
     return f"periodic, period {period}{', symmetric' if symmetric else ''}"
@@ -39,12 +76,69 @@ def outcome_in_words(code: int) -> str:
     return Outcome(code).name.lower().replace("_", " ")
 
 
-def unit_of(variable: xr.DataArray) -> str:
-    """The unit of a variable behind a space, nothing for a dimensionless one."""
-    units = variable.attrs.get("units", "1")
-    return "" if units == "1" else f" {units}"
+def exponent_in_words(member: xr.Dataset) -> str:
+    """The largest exponent of one run with its error and unit; ``lyapunov`` holds all of them."""
+    exponent = with_error(float(member["lyapunov"][0]), float(member["standard_error"][0]))
+    return f"{exponent} {rate_unit(member['lyapunov'])}"
 
 
-def rate_unit(variable: xr.DataArray) -> str:
-    """What an exponent is counted per."""
-    return "per unit time" if variable.attrs.get("units", "1") == "1" else "per second"
+def evidence_in_words(member: xr.Dataset) -> list[str]:
+    """The kind of one motion and the evidence for it, line by line."""
+    if int(member["outcome"]):
+        return [f"failed: {outcome_in_words(int(member['outcome']))}"]
+    period, mirror = int(member["period"]), bool(member["symmetric"])
+    lines = [
+        motion_in_words(int(member["regime"]), period, mirror),
+        f"largest exponent {exponent_in_words(member)}",
+    ]
+    if np.isfinite(member["zero_one"]):
+        lines.append(f"0-1 test {float(member['zero_one']):.2f}")
+    if np.isfinite(member["cycle_distance"]):
+        lines.append(f"{float(member['cycle_distance']):.0e} of its size from the cycle or equilibrium it settles on")
+    elif period:
+        lines.append(f"points return to within {float(member['return_distance']):.0e} of its size")
+    if int(member["doubtful"]):
+        lines.append(f"! {DISCORD}")
+    return lines
+
+
+def attractor_in_words(attractor: xr.Dataset) -> str:
+    """Regime, period, share and extent of one attractor."""
+    regime, period = int(attractor["attractor_regime"]), int(attractor["attractor_period"])
+    # What lies below 1e-6 is rounding; adding 0 turns -0 into 0.
+    low, high = (round(float(attractor[f"attractor_{end}"]), 6) + 0.0 for end in ("lowest", "highest"))
+    unit = unit_of(attractor["attractor_lowest"])
+    returns = regime in (Regime.REST, Regime.PERIODIC)
+    unstable = ", unstable" if returns and float(attractor["attractor_lyapunov"]) > 0.0 else ""
+    where = f"at {high:.3g}{unit}" if regime == Regime.REST else f"from {low:.3g} to {high:.3g}{unit}"
+    name = motion_in_words(regime, period)
+    return f"{name}{unstable}: {100.0 * float(attractor['attractor_share']):.3g} %\n{where}"
+
+
+def kinds_of_motion(sweep: xr.Dataset) -> dict[str, xr.DataArray]:
+    """How the motion of one frequency sweep departs from the drive's period -> where; failed runs are neither."""
+    return {
+        "subharmonic": sweep["period"] > 1,
+        "not periodic": (sweep["period"] == 0) & (sweep["outcome"] == Outcome.OK),
+    }
+
+
+def regime_counts(cells: xr.Dataset) -> dict[str, int]:
+    """Kind of motion -> number of cells, of those that occur."""
+    codes = cells["regime"].values.ravel()
+    return {kind.label: int((codes == kind).sum()) for kind in Regime if (codes == kind).any()}
+
+
+# --- members ----------------------------------------------------------------------------------------------------------
+
+
+def members_of(result: xr.Dataset, most: int | None = None) -> list[tuple[str, xr.Dataset]]:
+    """The first ``most`` members of an ensemble (default all), each named by its varied parameters; a single run has no
+    name."""
+    dims = list(result["outcome"].dims)
+    if not dims:
+        return [("", result)]
+    stacked = result.stack(flat=dims)
+    names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") == "parameter"]
+    chosen = [stacked.isel(flat=i) for i in range(stacked.sizes["flat"])[:most]]
+    return [(", ".join(f"{n} {float(m[n]):.4g}" for n in names), m) for m in chosen]

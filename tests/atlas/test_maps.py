@@ -2,51 +2,47 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
+import xarray as xr
 
 from gelcone import dataset
-from gelcone.atlas import plan as plans
 from gelcone.atlas.bifurcation import bifurcation, thresholds_of
-from gelcone.atlas.maps import basin, parameter_map
-from gelcone.atlas.plan import Plan, join
+from gelcone.atlas.maps import basin, map
+from gelcone.atlas.plan import Plan
+from gelcone.atlas.sweep import compute, sweep
 from gelcone.codes import Regime
 from gelcone.errors import InputError
-from gelcone.motion.evidence import Evidence
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
+from gelcone.register.analyses import find_analysis
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
 QUICK = {"transient": 300.0, "budget": 1500.0, "rounds": 2}
 
 
 def test_cells_do_not_depend_on_order_or_grouping():
-    plan = Plan(FAST, {"voltage": np.linspace(0.3, 1.7, 5), "stretch_limit": np.array([0.3, 1.2, 50.0])}, **QUICK)
-    whole = plan.run(threads=2)
+    over = {"voltage": np.linspace(0.3, 1.7, 5), "stretch_limit": np.array([0.3, 1.2, 50.0])}
+    plan, analysis = Plan(FAST, over, options={"tolerance": 1e-15, **QUICK}), find_analysis("regime")
+    whole = sweep(plan, keep=["section"], threads=2).stack(member=plan.dims)
     order = np.random.default_rng(1).permutation(plan.size)
-    parts = join([plan.classify(*plan.at(plan.values(part)), threads=1) for part in (order[:4], order[4:])])
-    for field in fields(Evidence):
-        np.testing.assert_array_equal(getattr(parts, field.name), getattr(whole, field.name)[order])
+    for part in (order[:4], order[4:]):
+        cells = compute(plan, analysis, part, ["section"])
+        for name in cells.data_vars:
+            alone = whole[name].transpose("member", ...).values[part]
+            np.testing.assert_array_equal(cells[name].values, alone, str(name))
 
 
-def test_cells_do_not_depend_on_how_many_are_computed_together(monkeypatch):
-    plan = Plan(FAST, {"voltage": np.linspace(0.2, 1.4, 7)}, **QUICK)
-    whole = plan.run()
-    monkeypatch.setattr(plans, "CHUNK", 3)
-    shares = []
-    pieces = plan.run(progress=shares.append)
-    for field in fields(Evidence):
-        np.testing.assert_array_equal(getattr(pieces, field.name), getattr(whole, field.name), field.name)
-    assert len(shares) == 3
-    assert sum(shares) == pytest.approx(1.0)
+def test_branches_do_not_depend_on_how_many_members_are_computed_together(monkeypatch):
+    whole = bifurcation(FAST, "voltage", np.linspace(0.2, 1.4, 7), bisections=0, **QUICK)
+    monkeypatch.setattr("gelcone.atlas.bifurcation.CHUNK", 3)
+    xr.testing.assert_identical(bifurcation(FAST, "voltage", np.linspace(0.2, 1.4, 7), bisections=0, **QUICK), whole)
 
 
 def test_a_map_is_its_cells_one_by_one():
     """The regime of a cell is that of the model with its values, and the first name varies slowest."""
-    plane = parameter_map(FAST, {"voltage": [0.4, 1.0, 1.6], "damping_ratio": [0.05, 0.2]}, budget=1500.0)
+    plane = map(FAST, {"voltage": [0.4, 1.0, 1.6], "damping_ratio": [0.05, 0.2]}, budget=1500.0)
     for voltage, damping in [(0.4, 0.2), (1.6, 0.05), (1.0, 0.2)]:
         alone = regime(FAST.replace(voltage=voltage, damping_ratio=damping), budget=1500.0)
         cell = plane.sel(voltage=voltage, damping_ratio=damping)
@@ -55,7 +51,7 @@ def test_a_map_is_its_cells_one_by_one():
 
 
 def test_cells_outside_the_stretch_limit_do_not_stop_the_map():
-    plane = parameter_map(FAST, {"stretch_limit": [0.3, 5.0, 50.0], "voltage": [0.3, 1.2]}, **QUICK)
+    plane = map(FAST, {"stretch_limit": [0.3, 5.0, 50.0], "voltage": [0.3, 1.2]}, **QUICK)
     assert (plane["regime"].sel(stretch_limit=0.3) == Regime.LEFT_THE_DOMAIN).all()
     assert (plane["outcome"].sel(stretch_limit=[5.0, 50.0]) == 0).all()
     assert plane["regime"].dims == ("stretch_limit", "voltage")
@@ -174,7 +170,7 @@ def test_results_read_back_as_they_were(tmp_path):
 )
 def test_bad_plans_are_refused(over, options, message):
     with pytest.raises(InputError, match=message):
-        parameter_map(FAST, over, **options)
+        map(FAST, over, **options)
 
 
 def test_sweeps_and_states_are_checked():

@@ -137,7 +137,7 @@ def test_a_tile_that_is_gone_or_changed_is_noticed(opened):
     with pytest.raises(InputError, match="is damaged: a tile of lowest cannot be read"):
         opened.read()
     chunk.unlink()
-    with pytest.raises(InputError, match="is damaged: a tile of lowest is gone"):
+    with pytest.raises(InputError, match="is damaged: a tile of lowest is missing"):
         opened.read()
 
 
@@ -145,7 +145,7 @@ def test_a_store_is_for_one_run_at_a_time_and_for_one_plan(tmp_path):
     path = tmp_path / "store"
     with open_store(path, STORED, DIMS, SHAPE, resume=False):
         with (
-            pytest.raises(InputError, match="another run is working on it"),
+            pytest.raises(InputError, match="another run is writing to it"),
             open_store(path, STORED, DIMS, SHAPE, resume=True),
         ):
             pass

@@ -6,7 +6,7 @@ import xarray as xr
 from scipy.stats import binomtest
 
 from gelcone.atlas.plan import Plan
-from gelcone.atlas.survey import survey
+from gelcone.atlas.sweep import sweep
 from gelcone.atlas.uncertain import Normal, Uniform, draw, probability
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
@@ -43,8 +43,8 @@ def test_one_draw_of_each_stratum_in_a_latin_hypercube():
         (lambda: draw({}, 4), "is empty"),
         (lambda: draw({"voltage": Uniform(0, 1)}, 1), "count = 1"),
         (lambda: draw({"voltage": Uniform(0, 1)}, 4, method="sobel"), "did you mean 'sobol'"),
-        (lambda: Plan(FAST, {"voltage": [0.0, 1.0]}, draws={"voltage": [0.1, 0.2]}), "swept and drawn"),
-        (lambda: Plan(FAST, {}, draws={"voltage": [0.1], "prestretch": [1.0, 1.1]}), "as many of each"),
+        (lambda: Plan(FAST, {"voltage": [0.0, 1.0]}, draws={"voltage": [0.1, 0.2]}), "both swept and drawn"),
+        (lambda: Plan(FAST, {}, draws={"voltage": [0.1], "prestretch": [1.0, 1.1]}), "same number of values"),
         (lambda: Plan(FAST, {}, draws={"voltage": [-0.1, 0.2]}), "at least 0"),
         (lambda: Plan(FAST, {}, draws={"volts": [0.1, 0.2]}), "'volts'"),
     ],
@@ -55,18 +55,18 @@ def test_bad_draws_are_refused(make, message):
 
 
 def test_draws_are_cells_like_others():
-    plan = Plan(FAST, {"voltage": [0.3, 0.9]}, draws={"prestretch": [0.9, 1.0, 1.1]}, **QUICK)
-    result = survey(plan)
+    plan = Plan(FAST, {"voltage": [0.3, 0.9]}, draws={"prestretch": [0.9, 1.0, 1.1]}, options=QUICK)
+    result = sweep(plan)
     assert result["regime"].dims == ("voltage", "draw")
     np.testing.assert_array_equal(result["drawn_prestretch"], [0.9, 1.0, 1.1])
     alone = regime(FAST.replace(voltage=0.9, prestretch=1.1), transient=300.0, budget=1500.0)
     assert float(result["highest"][1, 2]) == float(alone["highest"])
     with pytest.raises(InputError, match="draws of uncertain parameters cannot be refined"):
-        survey(plan, coarsest=2)
+        sweep(plan, coarsest=2)
 
 
 def test_draws_without_a_grid():
-    result = survey(Plan(FAST, {}, draws=draw({"voltage": Uniform(0.1, 0.4)}, 4), **QUICK))
+    result = sweep(Plan(FAST, {}, draws=draw({"voltage": Uniform(0.1, 0.4)}, 4), options=QUICK))
     assert result["regime"].dims == ("draw",)
     assert float(probability(result, Regime.REST)["probability"]) == 1.0
 

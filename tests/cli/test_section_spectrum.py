@@ -60,7 +60,7 @@ def test_section_prints_its_points_as_json(gelcone):
 
 
 def test_extrema_as_json(gelcone):
-    code, out, _ = gelcone("section", *MODEL, "--extrema", "--repeats", 3, "--json")
+    code, out, _ = gelcone("extrema", *MODEL, "--repeats", 3, "--json")
     content = json.loads(out)
     assert code == 0
     assert content["count"] == 6
@@ -70,7 +70,7 @@ def test_extrema_as_json(gelcone):
 
 
 def test_section_of_an_ensemble_in_words(gelcone):
-    code, out, _ = gelcone("section", "--set", "voltage=0.2:0.8:3", "--repeats", 4, "--extrema")
+    code, out, _ = gelcone("extrema", "--set", "voltage=0.2:0.8:3", "--repeats", 4)
     assert code == 0
     assert "3 member(s)" in out
     assert "3 of 3: ok" in out
@@ -114,9 +114,9 @@ def test_a_device_gets_hertz_and_millimetres(gelcone, device):
     assert json.loads(out)["si"]["displacement"]["units"] == "mm"
 
 
-@pytest.mark.parametrize(("command", "name"), [("section", "section"), ("section --extrema", "extrema")])
-def test_section_writes_data_and_figure_and_overwrites_only_if_forced(gelcone, device, tmp_path, command, name):
-    arguments = (*command.split(), device, "--repeats", 3, "--out", tmp_path / "out")
+@pytest.mark.parametrize("name", ["section", "extrema"])
+def test_section_writes_data_and_figure_and_overwrites_only_if_forced(gelcone, device, tmp_path, name):
+    arguments = (name, device, "--repeats", 3, "--out", tmp_path / "out")
     code, out, _ = gelcone(*arguments)
     assert code == 0
     assert f"{name}.png" in out
@@ -144,8 +144,8 @@ def test_spectrum_writes_data_and_figure(gelcone, device, tmp_path):
         ("section --phase 1.2", "phase = 1.2: must be at least 0 and below 1"),
         ("section --repeats 0", "repeats = 0: must be at least 1"),
         ("section --discard -1", "discard = -1: must be at least 0"),
-        ("section --phase 0.5 --extrema", "leave out --phase or --extrema"),
-        ("section --extrema --repeats 0", "repeats = 0: must be at least 1"),
+        ("extrema --phase 0.5", "--phase"),
+        ("extrema --repeats 0", "repeats = 0: must be at least 1"),
         ("spectrum --periods 0", "periods = 0: must be at least 16"),
         ("spectrum --discard -1", "discard = -1: must be at least 0"),
         ("spectrum --highest 0", "highest = 0: must be from 1"),

@@ -12,8 +12,8 @@ import xarray as xr
 
 import gelcone
 from gelcone import ConeModel
-from gelcone.cli.options import read_settings, read_value
-from gelcone.cli.output import parameters_json, plain
+from gelcone.analyses.answer import parameters_json, plain
+from gelcone.analyses.subject import read_settings, read_value
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "trajectories.json").read_text())
 PNG = b"\x89PNG\r\n\x1a\n"

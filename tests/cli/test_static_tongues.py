@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gelcone import ConeModel, InputError, find_device, load, onset_voltage, static
-from gelcone.cli.sweeps import read_over, read_values
+from gelcone.analyses.subject import read_over, read_values
 
 TABLE1 = ["--set", "spring_stiffness=1.5"]
 COARSE = ["--over", "drive_frequency=0.5:2:4", "--over", "voltage=0:2:9"]

@@ -133,8 +133,8 @@ def test_one_per_cent_below_onset_motions_die_and_above_they_grow(model):
     pair = model.replace(voltage=voltage)
     expected = floquet_multipliers(pair).growth_rate.values
     # Long enough to tell, short enough to stay small.
-    repeats = 10 * int(np.clip(1.5 / np.abs(expected).max() / model.drive_repeat, 3, 12))
-    times = float(model.drive_repeat) * np.arange(1, repeats + 1)
+    repeats = 10 * int(np.clip(1.5 / np.abs(expected).max() / model.forcing_period, 3, 12))
+    times = float(model.forcing_period) * np.arange(1, repeats + 1)
     states = integrate(pair, (1e-9, 0.0), times).states
     size = np.log(np.hypot(states[..., 0], states[..., 1]).reshape(2, -1, 10).max(axis=2))
     growth = (size[:, -1] - size[:, 1]) / (times[-1] - times[19])
@@ -149,7 +149,7 @@ def test_the_map_is_the_tangent_map_of_the_motion():
     """Two finite deviations through the full equations of motion give the same multipliers."""
     model = ConeModel(voltage=0.8, drive_frequency=0.9)
     small = 1e-7
-    columns = [integrate(model, state, [float(model.drive_repeat)]).states[0, 0] for state in small * np.eye(2)]
+    columns = [integrate(model, state, [float(model.forcing_period)]).states[0, 0] for state in small * np.eye(2)]
     expected = np.linalg.eigvals(np.array(columns).T / small)
     result = floquet_multipliers(model)
     computed = result.multiplier_real.values + 1j * result.multiplier_imag.values

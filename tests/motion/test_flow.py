@@ -11,17 +11,18 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from gelcone import codes
 from gelcone.codes import Outcome
 from gelcone.errors import InputError, MissingDependency
-from gelcone.motion import flow
+from gelcone.motion import batches, flow, heyoka
 from gelcone.motion.flow import integrate
-from gelcone.physics import drive
+from gelcone.motion.job import KEEPS
 from gelcone.physics.laws import LAWS, Gent
 from gelcone.physics.model import ConeModel
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "trajectories.json").read_text())
 every_case = pytest.mark.parametrize("case", REFERENCE, ids=[f"case{i}" for i in range(len(REFERENCE))])
-every_keep = pytest.mark.parametrize("keep", flow.KEEPS)
+every_keep = pytest.mark.parametrize("keep", KEEPS)
 
 
 def certified(case):
@@ -158,12 +159,12 @@ def test_a_small_motion_with_damping_and_a_constant_voltage_is_the_damped_oscill
     np.testing.assert_allclose(integrate(model, start, times).states[0], expected, atol=1e-19)
 
 
-def test_the_drive_repeats_and_its_phase_is_set_by_the_start():
-    """A start one drive repeat later is the same motion; a start at another phase is another one."""
+def test_the_drive_is_periodic_and_its_phase_is_set_by_the_start():
+    """A start one forcing period later is the same motion; a start at another phase is another one."""
     model, initial = varied(count=9, voltage=1.2, voltage_bias=0.0, rest_height=0.0)
     times = np.linspace(0.5, 6.0, 12)
     first = integrate(model, initial, times)
-    later = model.drive_repeat
+    later = model.forcing_period
     again = integrate(model, initial, later[:, None] + times, start=later)
     np.testing.assert_allclose(again.states, first.states, rtol=1e-10, atol=1e-12)
     np.testing.assert_array_equal(again.times, later[:, None] + times)
@@ -195,7 +196,7 @@ def test_how_often_is_sampled_changes_nothing_beyond_the_tolerance(keep):
 def test_a_gap_of_many_calls_is_crossed_in_pieces():
     """Longer than `CALL_SPAN`: in pieces whose ends are not kept, on the same motion."""
     model = ConeModel(damping_ratio=0.02, voltage=0.8)
-    far = 10.0 * flow.CALL_SPAN
+    far = 10.0 * codes.CALL_SPAN
     alone = integrate(model, (1.0, 0.0), [far])
     among = integrate(model, (1.0, 0.0), np.linspace(0.0, far, 3001))
     np.testing.assert_allclose(alone.states[0, -1], among.states[0, -1], rtol=1e-11, atol=1e-12)
@@ -315,8 +316,8 @@ def test_after_a_failure_all_samples_are_nan_and_before_it_none():
 
 @every_keep
 def test_a_member_that_needs_too_many_steps_says_so_and_changes_no_bit_of_its_neighbours(keep, monkeypatch):
-    monkeypatch.setattr(flow, "STEPS_PER_CALL", 400)
-    monkeypatch.setattr(flow, "CALL_SPAN", 100.0)
+    monkeypatch.setattr(heyoka, "STEPS_PER_CALL", 400)
+    monkeypatch.setattr(batches, "CALL_SPAN", 100.0)
     model, initial = varied(count=7, drive_frequency=0.5)
     times = np.arange(0.0, 60.0)
     alone = integrate(model, initial, times, keep=keep)
@@ -358,12 +359,12 @@ def test_tangents_are_the_derivative_of_the_motion():
 
 @every_case
 def test_tangents_equal_heyokas_variational_equations(case):
-    hk = flow.import_heyoka()
+    hk = heyoka.import_heyoka()
     model, initial, times, _ = certified(case)
     tangents = integrate(model, initial, times, keep="tangents").tangents[0]
-    system = hk.var_ode_sys(flow.equations(model.law, "states", 1), hk.var_args.vars, order=1)
+    system = hk.var_ode_sys(heyoka.equations(model.system, "states"), hk.var_args.vars, order=1)
     variational = hk.taylor_adaptive(system, list(initial), tol=1e-15)
-    variational.pars[:] = flow._runtime_parameters(model)[:, 0]
+    variational.pars[:] = [float(model.own_numbers[name]) for name in model.system.numbers]
     total = np.eye(2)
     for time, tangent in zip(times, tangents, strict=True):
         variational.propagate_until(time)
@@ -386,10 +387,7 @@ def test_work_is_the_integral_of_the_powers():
     times = np.linspace(0.0, 10.0, 4001)
     run = integrate(model, initial, times, keep="work")
     x, u = np.moveaxis(run.states, 2, 0)
-    amplitude, bias, omega = (
-        parameter[:, None] for parameter in (model.voltage, model.voltage_bias, model.drive_frequency)
-    )
-    v = drive.voltage(times, amplitude, bias, omega)
+    v = model.voltage_bias[:, None] + model.voltage[:, None] * np.sin(model.drive_frequency[:, None] * times)
     powers = v * v * x * u, 2.0 * model.damping_ratio[:, None] * u * u
     for column, power in enumerate(powers):
         simpson = (power[:, :-1:2] + 4.0 * power[:, 1::2] + power[:, 2::2]).sum(axis=1) * (times[1] / 3.0)
@@ -468,10 +466,10 @@ def test_bad_input_is_refused_in_one_line(options, message):
     assert "\n" not in str(error.value)
 
 
-def test_a_missing_heyoka_is_told_with_the_way_to_get_it(monkeypatch):
+def test_a_missing_heyoka_is_reported_with_the_way_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "heyoka", None)
     with pytest.raises(MissingDependency) as error:
-        flow.import_heyoka()
+        heyoka.import_heyoka()
     assert "conda install -c conda-forge heyoka.py" in str(error.value)
     assert "\n" not in str(error.value)
 
@@ -486,7 +484,7 @@ def test_where_the_compiled_code_cannot_be_cached_it_is_compiled_each_time(monke
     module = ModuleType("heyoka")
     module.llvm_state = states
     monkeypatch.setitem(sys.modules, "heyoka", module)
-    assert flow.import_heyoka().llvm_state is states
+    assert heyoka.import_heyoka().llvm_state is states
     assert enabled == [False]
 
 
@@ -503,6 +501,6 @@ def test_a_law_of_ones_own_is_compiled_too():
 def test_a_model_from_another_process_needs_no_new_program(law):
     model = ConeModel(voltage=0.3, law=law)
     integrate(model, (0.1, 0.0), [1.0])
-    programs = flow._template.cache_info().currsize
+    programs = heyoka._template.cache_info().currsize
     integrate(pickle.loads(pickle.dumps(model)), (0.1, 0.0), [1.0])
-    assert flow._template.cache_info().currsize == programs
+    assert heyoka._template.cache_info().currsize == programs

@@ -8,7 +8,7 @@ import pytest
 import gelcone
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.motion.frequency import frequency_response
+from gelcone.motion.frequency import frequency
 from gelcone.motion.linear import equilibrium_under_bias, small_signal_response
 from gelcone.motion.settled import HARMONICS, highest, settled_swing
 from gelcone.physics.model import ConeModel
@@ -22,12 +22,12 @@ JUMPING = ConeModel(damping_ratio=0.05, voltage=0.5, rest_height=0.1, spring_sti
 
 @pytest.fixture(scope="module")
 def small():
-    return frequency_response(LINEAR, np.linspace(0.4, 2.4, 7), (0.8, 0.0))
+    return frequency(LINEAR, np.linspace(0.4, 2.4, 7), (0.8, 0.0))
 
 
 @pytest.fixture(scope="module")
 def jumping():
-    return frequency_response(JUMPING, np.linspace(0.3, 0.8, 26))
+    return frequency(JUMPING, np.linspace(0.3, 0.8, 26))
 
 
 # --- the linear limit -------------------------------------------------------------------------------------------------
@@ -59,7 +59,7 @@ def test_the_peak_is_that_of_a_linear_oscillator(small):
 
 def test_a_pure_sine_drives_at_twice_its_frequency():
     model = LINEAR.replace(voltage=0.02, voltage_bias=0.0)
-    found = frequency_response(model, [0.3, 0.6, 0.9], (0.8, 0.0))
+    found = frequency(model, [0.3, 0.6, 0.9], (0.8, 0.0))
     for phase in ("amplitude", "phase"):
         large, linear = (found[f"{kind}_{phase}"].sel(harmonic=2) for kind in ("harmonic", "linear"))
         np.testing.assert_allclose(large.sel(branch="up"), linear, rtol=1e-3)
@@ -105,9 +105,9 @@ def test_a_subharmonic_is_told_by_its_period_and_its_harmonic(jumping):
 def test_members_do_not_depend_on_one_another():
     model = JUMPING.replace(spring_stiffness=np.array([0.1, 5.0]))
     grid = np.array([[0.3, 0.5, 0.7], [1.0, 1.1, 1.2]])
-    both = frequency_response(model, grid)
+    both = frequency(model, grid)
     assert both["stroke"].dims == ("member", "branch", "step")
-    one = frequency_response(JUMPING.replace(spring_stiffness=5.0), grid[1])
+    one = frequency(JUMPING.replace(spring_stiffness=5.0), grid[1])
     np.testing.assert_array_equal(both["stroke"].isel(member=1), one["stroke"])
     np.testing.assert_array_equal(both["swept_frequency"].isel(member=1), one["drive_frequency"])
 
@@ -121,7 +121,7 @@ def test_a_result_is_labelled_and_comes_back_as_it_was(jumping, tmp_path):
 
 def test_films_at_rest_do_not_jump_and_follow_the_drive():
     flat = ConeModel(damping_ratio=0.2, voltage=0.1)
-    found = frequency_response(flat, [0.5, 1.0, 1.5])
+    found = frequency(flat, [0.5, 1.0, 1.5])
     assert float(found["stroke"].max()) < 1e-8
     assert (found["period"] == 1).all()
     assert found.sizes["jump"] == 0
@@ -132,7 +132,7 @@ def test_a_softening_cone_jumps_up_and_down_at_different_frequencies():
     bent = ConeModel(
         damping_ratio=0.01, voltage=0.06, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, law="neo-hookean"
     )
-    found = frequency_response(bent, np.linspace(1.39, 1.45, 13), (0.8, 0.0))
+    found = frequency(bent, np.linspace(1.39, 1.45, 13), (0.8, 0.0))
     assert found["jump_branch"].values.tolist() == ["down", "up"]
     assert float(found["jump_high"][0]) < float(found["jump_low"][1])
     falls, rises = (found["jump_to"] / found["jump_from"]).values
@@ -179,7 +179,7 @@ def test_a_failed_member_stays_nan_and_leaves_the_others_alone():
 )
 def test_bad_input_is_refused(model, frequencies, message):
     with pytest.raises(InputError, match=message):
-        frequency_response(model, frequencies)
+        frequency(model, frequencies)
 
 
 # --- what happens at a jump -------------------------------------------------------------------------------------------
@@ -190,7 +190,7 @@ def test_the_amplitudes_of_a_jump_are_those_at_its_bracket(jumping):
     low, grid = float(jumping["jump_low"][1]), jumping["drive_frequency"].values
     before = grid[grid < low]
     closer = np.concatenate([before, np.linspace(before[-1], low, 6)[1:]])
-    there = float(frequency_response(JUMPING, closer)["amplitude"].sel(branch="up")[-1])
+    there = float(frequency(JUMPING, closer)["amplitude"].sel(branch="up")[-1])
     assert float(jumping["jump_from"][1]) == pytest.approx(there, rel=1e-4)
     on_grid = float(jumping["amplitude"].sel(branch="up", drive_frequency=before[-1]))
     assert abs(float(jumping["jump_from"][1]) / on_grid - 1.0) > 1e-3
@@ -199,6 +199,6 @@ def test_the_amplitudes_of_a_jump_are_those_at_its_bracket(jumping):
 def test_a_sweep_leaves_a_rest_that_has_become_unstable():
     """Started exactly at rest, only the nudge between frequencies lets the parametric motion grow."""
     flat = ConeModel(damping_ratio=0.05, spring_stiffness=1.5, voltage=0.8)
-    found = frequency_response(flat, [0.5, 1.0, 1.1], (0.0, 0.0))
+    found = frequency(flat, [0.5, 1.0, 1.1], (0.0, 0.0))
     assert float(found["stroke"].sel(branch="up")[0]) < 1e-6
     assert float(found["stroke"].sel(branch="up")[2]) > 0.1

@@ -28,7 +28,7 @@ FULL = {
 LAWS = {
     "gent": {"law": "gent", "stretch_limit": 12.0},
     "neo-hookean": {"law": "neo-hookean", "stretch_limit": None},
-    "yeoh": {"law": "yeoh", "stretch_limit": None, "law_parameters": {"yeoh_c2": 0.05, "yeoh_c3": 0.002}},
+    "yeoh": {"law": "yeoh", "stretch_limit": None, "yeoh_c2": 0.05, "yeoh_c3": 0.002},
 }
 every_law = pytest.mark.parametrize("law", LAWS)
 
@@ -310,7 +310,7 @@ MODELS = {
     "no limit": ConeModel(stretch_limit=np.inf),
     "some without limit": ConeModel(stretch_limit=[5.0, np.inf]),
     "mode": ConeModel(prestretch=[1.0, 1.2], prestretch_mode="equibiaxial"),
-    "yeoh": ConeModel(law="yeoh", **{"yeoh_c2": [0.1, 0.2], "yeoh_c3": 1 / 3}),
+    "yeoh": ConeModel(law="yeoh", yeoh_c2=[0.1, 0.2], yeoh_c3=1 / 3),
     "neo-hookean": ConeModel(law="neo-hookean", voltage=1 / 3),
     "grid": ConeModel(voltage=[[0.1], [1 / 3]], drive_frequency=[0.5, 0.7, 1.0]),
     "one failed": ConeModel(stretch_limit=[0.4, 50.0]),
@@ -330,7 +330,7 @@ def test_the_model_comes_back_from_its_result_and_from_the_file(name, tmp_path):
     for source in (result, read):
         again = dataset.model_of(source)
         assert again.shape == model.shape
-        assert again.law is model.law
+        assert again.law == model.law
         assert again.prestretch_mode == model.prestretch_mode
         for parameter, value in model.parameters().items():
             if not isinstance(value, str):

@@ -1,49 +1,97 @@
-"""The drive: the voltage, its rate, and the smallest period of its square."""
+"""Waveforms: the voltage, its rate, the smallest period of its square, its peak and its mean square."""
 
 import numpy as np
 import pytest
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import quad
 
-from gelcone.physics import drive
+from gelcone.physics.drive import VOLTAGE, WAVEFORMS, Sine, Waveform
+from gelcone.quantity import Quantity
 
+SINE = Sine()
 frequencies = st.floats(1e-3, 1e3)
 amplitudes = st.floats(0.01, 10.0)
 biases = st.one_of(st.just(0.0), st.floats(0.01, 10.0), st.floats(-10.0, -0.01))
 
 
+def numbers(amplitude=1.0, bias=0.0, frequency=1.0, **own):
+    return {"voltage": amplitude, "voltage_bias": bias, "drive_frequency": frequency, **own}
+
+
+class ThreeHarmonics(Waveform):
+    """sin + b2 sin(2 phase) + b3 cos(3 phase): with b2 = 0 antiperiodic, which its class does not claim."""
+
+    name = "three harmonics"
+    parameters = VOLTAGE | {"second": Quantity("b2", "second harmonic", 0.5), "third": Quantity("b3", "third", 0.2)}
+
+    def shape(self, phase, n, xp=np):
+        return xp.sin(phase) + n["second"] * xp.sin(2.0 * phase) + n["third"] * xp.cos(3.0 * phase)
+
+    def shape_rate(self, phase, n, xp=np):
+        return xp.cos(phase) + 2.0 * n["second"] * xp.cos(2.0 * phase) - 3.0 * n["third"] * xp.sin(3.0 * phase)
+
+
+class OddHarmonics(Waveform):
+    """sin + b3 cos(3 phase), which changes its sign half a period on."""
+
+    name = "odd harmonics"
+    antiperiodic = True
+    parameters = VOLTAGE | {"third": Quantity("b3", "third harmonic", 0.2)}
+
+    def shape(self, phase, n, xp=np):
+        return xp.sin(phase) + n["third"] * xp.cos(3.0 * phase)
+
+    def shape_rate(self, phase, n, xp=np):
+        return xp.cos(phase) - 3.0 * n["third"] * xp.sin(3.0 * phase)
+
+
+CASES = [(SINE, {}), (ThreeHarmonics(), {"second": 0.5, "third": 0.2}), (OddHarmonics(), {"third": 0.3})]
+every_waveform = pytest.mark.parametrize(("waveform", "own"), CASES, ids=[case[0].name for case in CASES])
+
+
+# --- the voltage and its rate -----------------------------------------------------------------------------------------
+
+
 def test_the_waveform_is_a_biased_sine():
     tau, a, b, w = sympy.symbols("tau a b omega", real=True)
-    assert drive.voltage(tau, a, b, w, sympy) == b + a * sympy.sin(w * tau)
-    assert drive.voltage(0.0, 2.0, 0.3, 5.0) == 0.3
-    assert drive.voltage(np.pi / 10.0, 2.0, 0.3, 5.0) == pytest.approx(2.3)
+    assert SINE.voltage(tau, numbers(a, b, w), sympy) == b + a * sympy.sin(w * tau)
+    assert SINE.voltage(0.0, numbers(2.0, 0.3, 5.0)) == 0.3
+    assert SINE.voltage(np.pi / 10.0, numbers(2.0, 0.3, 5.0)) == pytest.approx(2.3)
 
 
-def test_the_rate_is_the_derivative_of_the_voltage():
+@every_waveform
+def test_the_rate_is_the_derivative_of_the_voltage(waveform, own):
     tau, a, b, w = sympy.symbols("tau a b omega", real=True)
-    difference = sympy.diff(drive.voltage(tau, a, b, w, sympy), tau) - drive.voltage_rate(tau, a, w, sympy)
-    assert sympy.simplify(difference) == 0
+    n = numbers(a, b, w, **{name: sympy.Symbol(name) for name in own})
+    difference = sympy.diff(waveform.voltage(tau, n, sympy), tau) - waveform.voltage_rate(tau, n, sympy)
+    assert sympy.simplify(sympy.nsimplify(difference, rational=True)) == 0
 
 
 @settings(deadline=None)
 @given(st.floats(-100.0, 100.0), amplitudes, biases, st.floats(1e-3, 30.0))
 def test_the_rate_is_the_derivative_in_numpy_too(tau, a, b, w):
     h = 1e-30
-    complex_step = drive.voltage(tau + 1j * h, a, b, w).imag / h
-    assert drive.voltage_rate(tau, a, w) == pytest.approx(complex_step, rel=1e-12, abs=1e-12 * a * w)
+    n = numbers(a, b, w)
+    complex_step = SINE.voltage(tau + 1j * h, n).imag / h
+    assert SINE.voltage_rate(tau, n) == pytest.approx(complex_step, rel=1e-12, abs=1e-12 * a * w)
+
+
+# --- periods ----------------------------------------------------------------------------------------------------------
 
 
 @settings(deadline=None)
 @given(amplitudes, biases, frequencies)
-def test_the_repeat_is_a_period_of_the_squared_voltage_and_no_part_of_it_is(a, b, w):
-    period = drive.repeat(w, b)
+def test_the_forcing_period_is_a_period_of_the_squared_voltage_and_no_part_of_it_is(a, b, w):
+    numbers_ = numbers(a, b, w)
+    period = SINE.forcing_period(numbers_)
     n = 64
     tau = np.arange(n) / n * period
-    force = drive.voltage(tau, a, b, w) ** 2
+    force = SINE.voltage(tau, numbers_) ** 2
     scale = (a + abs(b)) ** 2
-    np.testing.assert_allclose(drive.voltage(tau + period, a, b, w) ** 2, force, rtol=0.0, atol=1e-13 * scale)
-    # A smaller period would be the repeat over a whole number, and then the fundamental would vanish.
+    np.testing.assert_allclose(SINE.voltage(tau + period, numbers_) ** 2, force, rtol=0.0, atol=1e-13 * scale)
+    # A smaller period would be this one over a whole number, and then the fundamental would vanish.
     fundamental = 2.0 * abs(np.fft.rfft(force)[1]) / n
     expected = 2.0 * a * abs(b) if b != 0.0 else 0.5 * a * a
     assert fundamental == pytest.approx(expected, rel=1e-9, abs=1e-13 * scale)
@@ -52,14 +100,67 @@ def test_the_repeat_is_a_period_of_the_squared_voltage_and_no_part_of_it_is(a, b
 
 @settings(deadline=None)
 @given(frequencies)
-def test_a_bias_doubles_the_repeat(w):
-    assert drive.repeat(w, 0.0) == pytest.approx(np.pi / w, rel=1e-15)
-    assert drive.repeat(w, 1e-9) == pytest.approx(2.0 * np.pi / w, rel=1e-15)
-    assert drive.repeat(w, -1e-9) == pytest.approx(2.0 * np.pi / w, rel=1e-15)
+def test_a_bias_doubles_the_forcing_period(w):
+    for b, halves in ((0.0, 1.0), (1e-9, 2.0), (-1e-9, 2.0)):
+        assert SINE.forcing_period(numbers(bias=b, frequency=w)) == pytest.approx(halves * np.pi / w, rel=1e-15)
+    assert SINE.period(numbers(frequency=w)) == pytest.approx(2.0 * np.pi / w, rel=1e-15)
+
+
+def test_only_an_antiperiodic_waveform_without_bias_forces_twice_a_period():
+    """With even harmonics the squared voltage has the period of the voltage; the odd ones alone have half of it."""
+    tau = np.linspace(0.0, 7.0, 50)
+    for bias, halves in ((0.0, 1.0), (0.2, 2.0)):
+        n = numbers(1.5, bias, 0.8, third=0.3)
+        period = OddHarmonics().forcing_period(n)
+        assert period == pytest.approx(halves * np.pi / 0.8, rel=1e-15)
+        squares = (OddHarmonics().voltage(tau + shift, n) ** 2 for shift in (0.0, period))
+        np.testing.assert_allclose(*squares, rtol=0.0, atol=1e-13)
+    n = numbers(1.5, 0.0, 0.8, second=0.5, third=0.2)
+    assert ThreeHarmonics().forcing_period(n) == pytest.approx(2.0 * np.pi / 0.8, rel=1e-15)
+    half = ThreeHarmonics().voltage(tau + np.pi / 0.8, n) ** 2 - ThreeHarmonics().voltage(tau, n) ** 2
+    assert np.abs(half).max() > 0.5
+
+
+@every_waveform
+def test_a_waveform_is_antiperiodic_exactly_where_it_says_so(waveform, own):
+    phase = np.linspace(0.0, 2.0 * np.pi, 37)
+    changes_sign = np.allclose(waveform.shape(phase + np.pi, own), -waveform.shape(phase, own), atol=1e-14)
+    assert changes_sign == waveform.antiperiodic
+
+
+# --- peak and mean square ---------------------------------------------------------------------------------------------
+
+
+@every_waveform
+@pytest.mark.parametrize("bias", [0.0, 0.7, -0.4])
+def test_peak_and_mean_square_against_quadrature(waveform, own, bias):
+    n = numbers(1.3, bias, 0.6, **own)
+    period = float(waveform.period(n))
+    mean = quad(lambda tau: waveform.voltage(tau, n) ** 2, 0.0, period, epsabs=1e-13)[0] / period
+    assert waveform.mean_square(n) == pytest.approx(mean, rel=1e-12)
+    peak = np.abs(waveform.voltage(np.linspace(0.0, period, 200_001), n)).max()
+    assert waveform.peak(n) == pytest.approx(peak, rel=2e-4)
+
+
+def test_the_sines_closed_forms_are_those_of_its_samples():
+    rng = np.random.default_rng(1)
+    n = numbers(rng.uniform(0.0, 2.0, (3, 4)), rng.uniform(-1.0, 1.0, 4), 2.0)
+    np.testing.assert_allclose(SINE.peak(n), Waveform.peak(SINE, n), rtol=1e-12)
+    np.testing.assert_allclose(SINE.mean_square(n), Waveform.mean_square(SINE, n), rtol=1e-12)
+    assert SINE.peak(n).shape == (3, 4)
+    assert SINE.peak(numbers(2.0, -0.3)) == 2.3
+    assert SINE.mean_square(numbers(2.0, -0.3)) == pytest.approx(2.09)
 
 
 def test_arrays_broadcast():
-    repeat = drive.repeat(np.array([[1.0], [2.0]]), np.array([0.0, 0.5, -0.5]))
-    np.testing.assert_allclose(repeat / np.pi, [[1.0, 2.0, 2.0], [0.5, 1.0, 1.0]], rtol=1e-15)
-    voltage = drive.voltage(np.linspace(0.0, 1.0, 4), np.ones((3, 1)), np.zeros((3, 1)), 2.0)
-    assert voltage.shape == (3, 4)
+    n = numbers(1.0, np.array([0.0, 0.5, -0.5]), np.array([[1.0], [2.0]]))
+    np.testing.assert_allclose(SINE.forcing_period(n) / np.pi, [[1.0, 2.0, 2.0], [0.5, 1.0, 1.0]], rtol=1e-15)
+    n = numbers(np.ones((3, 1)), np.zeros((3, 1)), 2.0)
+    assert SINE.voltage(np.linspace(0.0, 1.0, 4), n).shape == (3, 4)
+
+
+def test_the_table_of_waveforms():
+    for name, waveform in WAVEFORMS.items():
+        assert waveform.name == name
+        assert waveform.parameters.keys() >= VOLTAGE.keys()
+    assert isinstance(WAVEFORMS["sine"], Sine)

@@ -17,8 +17,8 @@ DRAWS = {"prestretch": gelcone.Uniform(0.9, 1.1)}
 
 
 def sweep(analysis, **draws):
-    plan = gelcone.Plan(MODEL, {"voltage": [0.5, 1.0]}, draws=gelcone.draw(draws, 4) if draws else {}, **QUICK)
-    return gelcone.survey(plan, analysis, coarsest=None)
+    plan = gelcone.Plan(MODEL, {"voltage": [0.5, 1.0]}, draws=gelcone.draw(draws, 4) if draws else {}, options=QUICK)
+    return gelcone.sweep(plan, analysis)
 
 
 def compared():
@@ -32,12 +32,12 @@ RESULTS = {
     "bifurcation diagram": lambda: gelcone.bifurcation(MODEL, "voltage", [0.5, 1.0], bisections=0, **QUICK),
     "extrema": lambda: gelcone.extrema(MOVING, repeats=5, discard=20),
     "basins of attraction": lambda: gelcone.basin(MODEL, {"displacement": [0.0, 1.0], "velocity": [0.0, 1.0]}, **QUICK),
-    "frequency response": lambda: gelcone.frequency_response(RAISED, [0.2, 0.3]),
+    "frequency response": lambda: gelcone.frequency(RAISED, [0.2, 0.3]),
     "cone and continuum": compared,
     "operating envelope": lambda: gelcone.envelope(RAISED, peaks=[0.3, 0.6], frequencies=[0.3, 0.5]),
     "instability tongues of rest": lambda: gelcone.tongues(MODEL, [0.3, 0.4, 0.5], [0.0, 1.0, 2.0]),
     "Lyapunov exponents": lambda: gelcone.lyapunov(MODEL, **QUICK),
-    "parameter map": lambda: gelcone.parameter_map(MODEL, {"voltage": [0.5, 1.0], "prestretch": [0.9, 1.0]}, **QUICK),
+    "parameter map": lambda: gelcone.map(MODEL, {"voltage": [0.5, 1.0], "prestretch": [0.9, 1.0]}, **QUICK),
     "Poincare section": lambda: gelcone.section(MODEL, repeats=5, discard=5),
     "regime of motion": lambda: gelcone.regime(MODEL, **QUICK),
     "spectrum": lambda: gelcone.spectrum(MOVING),
@@ -144,7 +144,7 @@ def test_a_result_in_si_units_is_drawn_in_them():
 
 
 def test_a_map_of_one_parameter_is_drawn_over_it():
-    result = gelcone.parameter_map(MODEL, {"voltage": [0.5, 1.0]}, **QUICK)
+    result = gelcone.map(MODEL, {"voltage": [0.5, 1.0]}, **QUICK)
     (line, *_) = gelcone.plot(result).axes[0].lines
     assert line.get_xdata().tolist() == [0.5, 1.0]
 
@@ -168,7 +168,9 @@ def test_what_is_no_result_is_refused_with_a_remedy(given):
 
 def test_a_result_without_a_variable_of_its_figure_says_which():
     response = RESULTS["time response"]().drop_vars("velocity")
-    with pytest.raises(InputError, match=r"'time response' lacks .*velocity.*compute it again"):
+    with pytest.raises(
+        InputError, match=r"'time response' of gelcone .* lacks what its figure draws: .*'velocity'; compute it again"
+    ):
         gelcone.plot(response)
 
 

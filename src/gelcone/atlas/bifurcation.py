@@ -14,8 +14,17 @@ from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion.evidence import Evidence, label_evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.regime import ROUNDS
-from gelcone.motion.settle import complete, members_of, nudge, repeats_lasting, settle, transient_of
+from gelcone.motion.regime import ROUNDS, classify
+from gelcone.motion.settle import (
+    check_budgets,
+    complete,
+    members_of,
+    nudge,
+    repeats_lasting,
+    settle,
+    start_states,
+    transient_of,
+)
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
@@ -24,6 +33,8 @@ from gelcone.quantity import Array
 if TYPE_CHECKING:
     import xarray as xr
 
+CHUNK = 256
+"""Members computed together: enough to fill lanes and threads, few enough for progress and interrupts."""
 NUDGE = 1e-4
 """A sweep moves each state by this much before the next value, so that it leaves a motion that has become unstable."""
 BISECTIONS = 8
@@ -37,14 +48,14 @@ def bifurcation(
     model: ConeModel,
     parameter: str,
     values: npt.ArrayLike,
-    initial: Sequence[tuple[float, float]] = ((1.0, 0.0),),
+    initial: npt.ArrayLike = (1.0, 0.0),
     *,
     sweeps: Sequence[str] = ("up", "down"),
     bisections: int = BISECTIONS,
     transient: float | None = None,
     budget: float = 20_000.0,
-    tolerance: float = DEFAULT_TOLERANCE,
     rounds: int = ROUNDS,
+    tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -54,13 +65,12 @@ def bifurcation(
     ----------
     model : a single model; the swept parameter replaces its own.
     parameter, values : the parameter's name and its increasing values, at least two.
-    initial : fixed initial states, each giving one branch over all values; the sweeps start from the first.
-        Default ((1, 0),).
+    initial : displacement and velocity at time 0, shape (2,), or several initial states, shape (states, 2): each gives
+        one branch over all values, and the sweeps start from the first. Default (1, 0).
     sweeps : any of ``"up"`` and ``"down"``: each point starts where the one before was after the transient, moved by
         `NUDGE`, so that hysteresis shows. Default both.
-    bisections : how often each change of regime between neighbours is narrowed down by half. Default 8.
-    transient, budget, tolerance : as in `regime`.
-    rounds : how often a motion that has not settled is examined. Default 5.
+    bisections : how often the interval of each change of regime is halved. Default 8.
+    transient, budget, rounds, tolerance : as in `regime`.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -75,7 +85,8 @@ def bifurcation(
     InputError : for an unknown parameter, too few or unsorted values, unknown sweeps, budgets that are not positive, no
         initial state, one given twice, or none inside the stretch limit.
     """
-    if not initial:
+    states = np.atleast_2d(np.asarray(initial, dtype=float))
+    if not states.size:
         raise InputError("initial: is empty; give at least one initial state")
     for sweep in sweeps:
         if sweep not in ("up", "down"):
@@ -84,17 +95,21 @@ def bifurcation(
         raise InputError(f"bisections = {bisections}: must be at least 0")
     if parameter in STATES:
         raise InputError(f"{parameter}: belongs to the initial state; a bifurcation diagram sweeps a parameter")
+    check_budgets(transient=transient, budget=budget)
+    options = {"transient": transient, "budget": budget, "rounds": rounds, "tolerance": tolerance}
     plans = {
-        _name(state): Plan(model, {parameter: np.asarray(values)}, state, transient, budget, tolerance, rounds)
-        for state in initial
+        _name(state): Plan(model, {parameter: np.asarray(values)}, tuple(map(float, state)), options=options)
+        for state in states
     }
-    if len(plans) < len(initial):
-        raise InputError(f"initial = {[tuple(state) for state in initial]}: holds a state twice; leave out doubles")
+    if len(plans) < len(states):
+        raise InputError(f"initial = {states.tolist()}: holds a state twice; remove duplicates")
     counted, once = Counted(progress), tuple(dict.fromkeys(sweeps))
     part = BRANCHES_SHARE / (len(once) + len(plans))
     branches: dict[str, Evidence] = {}
     for name, plan in plans.items():
-        branches[name] = plan.run(threads=threads, progress=weighted(counted, part))
+        start_states(*plan.at(plan.grid))
+        members, starts = _fixed(plan, plan.grid)
+        branches[name] = _classify(plan, members, starts, threads, weighted(counted, part))
     first = next(iter(plans.values()))
     branches = _sweep(first, once, threads, lambda share: counted(share * part)) | branches
     result = _label(first, branches)
@@ -103,6 +118,22 @@ def bifurcation(
     )
     counted.finish()
     return result.assign(thresholds)
+
+
+def _options(plan: Plan) -> dict[str, Any]:
+    """What is recorded of a branch."""
+    return {"initial": list(plan.initial), **plan.options}
+
+
+def _classify(plan: Plan, members: Members, states: Array, threads: int | None, progress: Progress = None) -> Evidence:
+    """Kinds of motion of some members with the plan's options, chunk by chunk."""
+    parts = []
+    for first in range(0, members.size, CHUNK):
+        rows = np.arange(first, min(first + CHUNK, members.size))
+        parts.append(classify(members.take(rows), states[rows], threads=threads, **plan.options))
+        if progress is not None:
+            progress(rows.size / members.size)
+    return Evidence.join(parts)
 
 
 def _name(state: Sequence[float]) -> str:
@@ -128,12 +159,12 @@ def _sweep(
         at = [order[sweep][k] for sweep in sweeps]
         starts[np.arange(len(sweeps)), at] = state
         part, fallback = _fixed(plan, {name: values[at]})
-        repeats = repeats_lasting(part, transient_of(part, plan.transient))
-        after, outcome = settle(part, state, repeats, tolerance=plan.tolerance, threads=threads)
+        repeats = repeats_lasting(part, transient_of(part, plan.options["transient"]))
+        after, outcome = settle(part, state, repeats, tolerance=plan.options["tolerance"], threads=threads)
         state = np.where((outcome != Outcome.OK)[:, None], fallback, nudge(after, NUDGE))
         progress(len(sweeps) * WALK / count)
     share = len(sweeps) * (1.0 - WALK)
-    evidence = plan.classify(members, starts.reshape(len(first), -1), threads, lambda part: progress(share * part))
+    evidence = _classify(plan, members, starts.reshape(len(first), -1), threads, lambda part: progress(share * part))
     return {sweep: evidence.take(slice(i * count, (i + 1) * count)) for i, sweep in enumerate(sweeps)}
 
 
@@ -149,14 +180,14 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
 
     name, values = next(iter(plan.over.items()))
     model, _ = plan.at(plan.grid)
-    attrs = {"long_name": meaning_of(name), "units": "1", "quantity": quantity_of(name)}
+    attrs = {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": quantity_of(name)}
     labelled = []
     for evidence in branches.values():
-        branch = label_evidence(members_of(model), evidence, plan.options(), "bifurcation diagram")
+        branch = label_evidence(members_of(model), evidence, _options(plan), "bifurcation diagram")
         branch = branch.drop_vars([str(c) for c in branch.coords]).rename({"member": name})
         labelled.append(branch.assign_coords({name: (name, values, attrs)}))
     result = xr.concat(labelled, dim=xr.DataArray(list(branches), dims="branch", name="branch"))
-    result.attrs = dataset.label(plan.model, {}, options=plan.options(), title="bifurcation diagram").attrs
+    result.attrs = dataset.label(plan.model, {}, options=_options(plan), title="bifurcation diagram").attrs
     return result.assign_attrs(parameter=name)
 
 
@@ -181,9 +212,9 @@ def _thresholds(
     states = np.concatenate([_met(plans, branch, branches[branch], values, at) for branch, at in changes.items()])
     for _ in range(bisections if names.size else 0):
         middle = 0.5 * (low + high)
-        model, _ = plan.at({name: middle})
+        members = members_of(plan.at({name: middle})[0])
         # What is neither kind lies between them too; the side that keeps its kind moves up.
-        stays = plan.classify(model, states, threads).regime == below
+        stays = _classify(plan, members, states, threads).regime == below
         low, high = np.where(stays, middle, low), np.where(stays, high, middle)
         progress(1.0 / bisections)
 

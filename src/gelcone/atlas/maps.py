@@ -9,13 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gelcone import dataset
-from gelcone.atlas import workers
-from gelcone.atlas.plan import Plan, meaning_of, quantity_of
-from gelcone.atlas.record import Tally
-from gelcone.atlas.survey import survey
+from gelcone.atlas.plan import Plan
+from gelcone.atlas.sweep import sweep
 from gelcone.codes import Regime
-from gelcone.motion.evidence import Evidence, label_evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.regime import ROUNDS
 from gelcone.physics.model import ConeModel
@@ -27,15 +23,15 @@ SAME_ATTRACTOR = 1e-3
 """Two cycles are one when their highest turning points agree to this share of the size of the larger one."""
 
 
-def parameter_map(
+def map(
     model: ConeModel,
     over: Mapping[str, npt.ArrayLike],
     initial: tuple[float, float] = (1.0, 0.0),
     *,
     transient: float | None = None,
     budget: float = 20_000.0,
-    tolerance: float = DEFAULT_TOLERANCE,
     rounds: int = ROUNDS,
+    tolerance: float = DEFAULT_TOLERANCE,
     coarsest: int | None = None,
     store: str | Path | None = None,
     threads: int | None = None,
@@ -43,38 +39,33 @@ def parameter_map(
 ) -> xr.Dataset:
     """Regime, exponents with errors, amplitude and outcome over a grid of parameters (usually two).
 
-    `gelcone.survey` does the same for any analysis, on a cluster too, and goes on with a store.
+    `gelcone.sweep` does the same for any analysis, on a cluster too, and resumes a store.
 
     Parameters
     ----------
     model : a single model; the swept parameters replace its own.
     over : parameter name -> increasing values, at least two of each.
     initial : displacement and velocity at time 0 in every cell. Default (1, 0).
-    transient, budget, tolerance : as in `regime`.
-    rounds : how often a motion that has not settled is looked at again. Default 5.
-    coarsest, store : as in `gelcone.survey`: refine from a lattice of so many points; keep what comes in a folder.
+    transient, budget, rounds, tolerance : as in `regime`.
+    coarsest : points along each axis that are computed at least; the map is refined where it changes between them.
+        Default: every cell is computed.
+    store : folder that keeps what is computed while the map runs. Default none.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
     Dataset over the swept names with the variables of `regime` but the section, ``status`` and ``source`` as in
-    `gelcone.survey`. A cell that fails carries its ``outcome`` and the regime ``left the domain``; the others are not
-    touched by it.
+    `gelcone.sweep`. A cell that fails carries its ``outcome`` and the regime ``left the domain``; the others are not
+    affected by it.
 
     Raises
     ------
     InputError : for unknown names, too few or unsorted values, budgets that are not positive, no cell inside its limit.
     """
-    plan = Plan(model, over, initial, transient, budget, tolerance, rounds)
-    told = 0.0
-
-    def share(tally: Tally) -> None:
-        nonlocal told
-        now = (tally.computed + tally.inferred) / tally.cells
-        if progress is not None and now > told:
-            progress(now - told)
-        told = max(now, told)
-
-    result = survey(plan, coarsest=coarsest, store=store, workers=workers.threads(threads), progress=share)
+    options = {"transient": transient, "budget": budget, "rounds": rounds, "tolerance": tolerance}
+    plan = Plan(model, over, initial, options=options)
+    result = sweep(plan, coarsest=coarsest, store=store, threads=threads, progress=progress)
     return result.assign_attrs(title="parameter map")
 
 
@@ -84,8 +75,8 @@ def basin(
     *,
     transient: float | None = None,
     budget: float = 20_000.0,
-    tolerance: float = DEFAULT_TOLERANCE,
     rounds: int = ROUNDS,
+    tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
@@ -95,24 +86,28 @@ def basin(
     ----------
     model : a single model.
     over : ``displacement`` and ``velocity`` -> increasing values.
-    transient, budget, tolerance : as in `regime`.
-    rounds : how often a motion that has not settled is looked at again. Default 5.
+    transient, budget, rounds, tolerance : as in `regime`.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
     Dataset over ``displacement`` and ``velocity`` with ``attractor`` (number of the attractor, -1 where the motion has
     left the domain or not settled) and the variables of `regime` but the section; over ``attractor_number`` the
-    attractors by falling ``share`` of the grid: ``attractor_regime``, ``attractor_period``, ``attractor_lowest``,
-    ``attractor_highest`` and ``attractor_lyapunov``. A motion and its mirror image are two attractors.
+    attractors by falling ``attractor_share`` of the grid: ``attractor_regime``, ``attractor_period``,
+    ``attractor_lowest``, ``attractor_highest`` and ``attractor_lyapunov``. A motion and its mirror image are two
+    attractors.
 
     Raises
     ------
-    InputError : as `parameter_map`.
+    InputError : as `map`.
     """
-    plan = Plan(model, over, (0.0, 0.0), transient, budget, tolerance, rounds)
-    evidence = plan.run(threads=threads, progress=progress)
-    result = label_cells(plan, evidence, "basins of attraction").drop_vars("section")
-    numbers, first = attractors(evidence)
+    options = {"transient": transient, "budget": budget, "rounds": rounds, "tolerance": tolerance}
+    plan = Plan(model, over, (0.0, 0.0), options=options)
+    result = sweep(plan, threads=threads, progress=progress).drop_vars(["status", "source"])
+    result = result.assign_attrs(title="basins of attraction")
+    flat = {name: result[name].values.reshape(plan.size, -1)[:, 0] for name in _TELLING}
+    numbers, first = attractors(flat)
     result["attractor"] = (
         tuple(plan.over),
         numbers.reshape(plan.shape),
@@ -125,21 +120,27 @@ def basin(
 
     return result.assign(
         attractor_share=column(shares, "share of the initial states", "share"),
-        attractor_regime=column(evidence.regime[first], "kind of motion", "code"),
-        attractor_period=column(evidence.period[first], "period in drive repeats, 0 if none", "count"),
-        attractor_lowest=column(evidence.lowest[first], "lowest displacement", "length"),
-        attractor_highest=column(evidence.highest[first], "highest displacement", "length"),
-        attractor_lyapunov=column(evidence.exponents[first, 0], "largest Lyapunov exponent per unit time", "rate"),
+        attractor_regime=column(flat["regime"][first], "kind of motion", "code"),
+        attractor_period=column(flat["period"][first], "period in forcing periods, 0 if none", "count"),
+        attractor_lowest=column(flat["lowest"][first], "lowest displacement", "length"),
+        attractor_highest=column(flat["highest"][first], "highest displacement", "length"),
+        attractor_lyapunov=column(flat["lyapunov"][first], "largest Lyapunov exponent per unit time", "rate"),
     )
 
 
-def attractors(evidence: Evidence) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.intp]]:
-    """Number of the attractor of each cell (-1 for none), the most frequent first, and one cell of each attractor."""
-    numbers = np.full(len(evidence.regime), -1)
+_TELLING = ("regime", "period", "lowest", "highest", "lyapunov")
+
+
+def attractors(cells: Mapping[str, npt.NDArray[Any]]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.intp]]:
+    """Number of the attractor of each cell (-1 for none), the most frequent first, and one cell of each attractor.
+
+    ``cells`` holds ``regime``, ``period``, ``lowest`` and ``highest`` of each cell.
+    """
+    numbers = np.full(len(cells["regime"]), -1)
     found: list[int] = []
-    settled = ~np.isin(evidence.regime, (Regime.TRANSIENT, Regime.LEFT_THE_DOMAIN))
+    settled = ~np.isin(cells["regime"], (Regime.TRANSIENT, Regime.LEFT_THE_DOMAIN))
     for cell in np.flatnonzero(settled):
-        match = next((n for n, other in enumerate(found) if _same(evidence, int(cell), other)), len(found))
+        match = next((n for n, other in enumerate(found) if _same(cells, int(cell), other)), len(found))
         if match == len(found):
             found.append(int(cell))
         numbers[cell] = match
@@ -150,32 +151,15 @@ def attractors(evidence: Evidence) -> tuple[npt.NDArray[np.int64], npt.NDArray[n
     return np.where(numbers >= 0, rank[numbers] if found else -1, -1), np.array(found, dtype=int)[order]
 
 
-def _same(evidence: Evidence, one: int, other: int) -> bool:
+def _same(cells: Mapping[str, npt.NDArray[Any]], one: int, other: int) -> bool:
     """Whether two settled motions are on one attractor: the same regime and, for rests and cycles, the same extent.
 
     Chaotic and quasi-periodic motions cover their extent too slowly for that, and count as one a regime.
     """
-    if evidence.regime[one] != evidence.regime[other] or evidence.period[one] != evidence.period[other]:
+    regime, period = cells["regime"], cells["period"]
+    if regime[one] != regime[other] or period[one] != period[other]:
         return False
-    if evidence.regime[one] in (Regime.CHAOTIC, Regime.QUASI_PERIODIC):
+    if regime[one] in (Regime.CHAOTIC, Regime.QUASI_PERIODIC):
         return True
-    ends = np.array([[evidence.lowest[i], evidence.highest[i]] for i in (one, other)])
+    ends = np.array([[cells["lowest"][i], cells["highest"][i]] for i in (one, other)])
     return bool(np.abs(ends[0] - ends[1]).max() <= SAME_ATTRACTOR * max(np.abs(ends).max(), 1e-2))
-
-
-def label_cells(plan: Plan, evidence: Evidence, title: str) -> xr.Dataset:
-    """Evidence of all cells of a plan as a Dataset over the swept names."""
-    flat, _ = plan.at(plan.grid)
-    result = label_evidence(flat.members(), evidence, plan.options(), title)
-    single = dataset.label(plan.model, {}, options=plan.options(), title=title)
-    names = [str(n) for n in result.coords]
-    result = result.drop_vars(names)
-    coords: dict[str, Any] = {
-        name: (name, values, {"long_name": meaning_of(name), "units": "1", "quantity": quantity_of(name)})
-        for name, values in plan.over.items()
-    }
-    variables = {
-        name: (tuple(plan.over) + v.dims[1:], v.values.reshape(plan.shape + v.shape[1:]), v.attrs)
-        for name, v in result.variables.items()
-    }
-    return single.assign_coords(coords).assign(variables)

@@ -1,4 +1,4 @@
-"""The cells of a sweep: which model and initial state belong to each, and what is computed there.
+"""The cells of a sweep: which model and initial state belong to each, and with which options it is analysed.
 
 A cell's numbers depend on the plan and its own index alone, so that cells can be computed in any order, in any
 grouping and by any worker, with the same result to the last bit.
@@ -6,26 +6,17 @@ grouping and by any worker, with the same result to the last bit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.evidence import Evidence
-from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.regime import ROUNDS, classify
-from gelcone.motion.settle import check_budgets, start_states
-from gelcone.physics.members import Ensemble
-from gelcone.physics.model import ConeModel, parameter_quantity
+from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Quantity
 
-Progress = Callable[[float], None]
-
-CHUNK = 256
-"""Cells computed together: large enough to fill lanes and threads, small enough for progress and interrupts."""
 STATES = {
     "displacement": Quantity("x(0)", "initial displacement", 1.0),
     "velocity": Quantity("x'(0)", "initial velocity", 0.0),
@@ -41,43 +32,34 @@ class Plan:
     model : a single model; the swept parameters replace its own.
     over : swept name -> values, the first varying slowest. Names are the model's parameters, ``displacement`` and
         ``velocity``.
-    initial : displacement and velocity at time 0 where they are not swept.
-    transient, budget, tolerance : as in `gelcone.motion.regime.regime`.
-    rounds : as in `gelcone.motion.regime.classify`.
+    initial : displacement and velocity at time 0 where they are not swept. Default (1, 0).
     draws : name -> values, as many of each: draws of uncertain parameters. Each is made at every point of the grid, as
         a last axis ``draw``. Default none.
-    field_limit : dielectric strength over sqrt(mu/eps), for the analysis ``"envelope"``. Default unknown.
+    options : option of the analysis -> value, such as ``{"budget": 1500.0}``; those not given take the defaults of
+        the analysis, which `gelcone.sweep` checks them against. Default none.
 
     Raises
     ------
     InputError : for an unknown name, fewer than two values, values that do not increase or are out of bounds, an
-        ensemble as model, budgets that are not positive, or draws of unlike number or of a swept name.
+        ensemble as model, an initial state of the wrong shape, or draws of unlike number or of a swept name.
     """
 
     model: ConeModel
     over: Mapping[str, Any]
-    initial: tuple[float, float] = (1.0, 0.0)
-    transient: float | None = None
-    budget: float = 20_000.0
-    tolerance: float = DEFAULT_TOLERANCE
-    rounds: int = ROUNDS
+    initial: tuple[float, ...] = (1.0, 0.0)
     draws: Mapping[str, Any] = field(default_factory=dict)
-    field_limit: float | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.model.shape:
             raise InputError(f"a sweep starts from a single model, not from an ensemble of shape {self.model.shape}")
-        check_budgets(transient=self.transient, budget=self.budget)
-        if self.rounds < 1:
-            raise InputError(f"rounds = {self.rounds}: must be at least 1")
-        if self.field_limit is not None and not self.field_limit > 0.0:
-            raise InputError(f"field_limit = {self.field_limit:g}: must be positive; leave it out where it is unknown")
-        if np.shape(self.initial) != (2,):
+        if np.shape(self.initial) != (len(STATES),):
             raise InputError(f"initial = {self.initial!r}: must be a displacement and a velocity")
         if not (self.over or self.draws):
             raise InputError("over: is empty; give at least one name and its values")
         object.__setattr__(self, "over", {name: swept_values(self.model, name, v) for name, v in self.over.items()})
         object.__setattr__(self, "draws", drawn_values(self.model, self.draws, self.over))
+        object.__setattr__(self, "options", dict(self.options))
 
     @property
     def dims(self) -> tuple[str, ...]:
@@ -118,50 +100,6 @@ class Plan:
             model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
         return model, states
 
-    def classify(
-        self, model: Ensemble, states: Array, threads: int | None = None, progress: Progress | None = None
-    ) -> Evidence:
-        """`classify` with the plan's options, chunk by chunk."""
-        parts, members = [], model.members()
-        for first in range(0, model.size, CHUNK):
-            cells = np.arange(first, min(first + CHUNK, model.size))
-            parts.append(
-                classify(
-                    members.take(cells),
-                    states[cells],
-                    transient=self.transient,
-                    budget=self.budget,
-                    rounds=self.rounds,
-                    tolerance=self.tolerance,
-                    threads=threads,
-                )
-            )
-            if progress is not None:
-                progress(len(cells) / model.size)
-        return join(parts)
-
-    def run(self, *, threads: int | None = None, progress: Progress | None = None) -> Evidence:
-        """The evidence of all cells; `InputError` when none lies inside its stretch limit."""
-        model, states = self.at(self.grid)
-        start_states(model, states)
-        return self.classify(model, states, threads, progress)
-
-    def options(self) -> dict[str, Any]:
-        """The options as attributes of a result."""
-        return {
-            "initial": list(self.initial),
-            "transient": self.transient,
-            "budget": self.budget,
-            "tolerance": self.tolerance,
-            "rounds": self.rounds,
-            "field_limit": self.field_limit,
-        }
-
-
-def join(parts: list[Evidence]) -> Evidence:
-    """Evidence of several groups of cells, one after the other."""
-    return Evidence(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Evidence)})
-
 
 def swept_values(model: ConeModel, name: str, values: npt.ArrayLike) -> Array:
     """The checked values of a swept parameter or component of the initial state."""
@@ -173,7 +111,7 @@ def swept_values(model: ConeModel, name: str, values: npt.ArrayLike) -> Array:
     if array.ndim != 1 or array.size < 2:
         raise InputError(f"{name}: a sweep needs at least 2 values in one dimension, not shape {array.shape}")
     if not (np.diff(array) > 0.0).all():
-        raise InputError(f"{name}: the values of a sweep must increase; sort them and leave out doubles")
+        raise InputError(f"{name}: the values of a sweep must increase; sort them and remove duplicates")
     if name not in STATES:
         model.replace(**{name: array})
     return array
@@ -184,7 +122,7 @@ def drawn_values(model: ConeModel, draws: Mapping[str, Any], over: Mapping[str, 
     checked: dict[str, Array] = {}
     for name, values in draws.items():
         if name in over:
-            raise InputError(f"{name}: is swept and drawn; do one or the other")
+            raise InputError(f"{name}: is both swept and drawn; choose one")
         known = [*model.system.parameters, *STATES]
         if name not in known:
             raise unknown_name("parameter that can be drawn", name, known)
@@ -194,7 +132,7 @@ def drawn_values(model: ConeModel, draws: Mapping[str, Any], over: Mapping[str, 
             model.replace(**{name: checked[name]})
     if len({array.shape for array in checked.values()}) > 1 or any(array.ndim != 1 for array in checked.values()):
         shapes = ", ".join(f"{name} {array.shape}" for name, array in checked.items())
-        raise InputError(f"draws: must be as many of each parameter, in one dimension, not {shapes}")
+        raise InputError(f"draws: must be the same number of values for each parameter, in one dimension: {shapes}")
     return checked
 
 
@@ -203,6 +141,6 @@ def quantity_of(name: str) -> str:
     return {"displacement": "length", "velocity": "velocity"}.get(name, "parameter")
 
 
-def meaning_of(name: str) -> str:
+def meaning_of(model: ConeModel, name: str) -> str:
     """Long name of a swept coordinate."""
-    return STATES[name].meaning if name in STATES else parameter_quantity(name).meaning
+    return STATES[name].meaning if name in STATES else model.system.parameters[name].meaning

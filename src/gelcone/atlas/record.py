@@ -1,9 +1,9 @@
-"""A sweep in words: its plan and device as a store keeps them, its totals, and its labelled result."""
+"""What is recorded of a sweep: its plan and device in a store, its totals, and its labelled result."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,8 @@ from gelcone._version import __version__
 from gelcone.atlas.plan import Plan, meaning_of, quantity_of
 from gelcone.atlas.store import Field, Status, Store, read_attribute, read_plan
 from gelcone.errors import InputError
+from gelcone.register.analyses import find_analysis
+from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,33 +63,47 @@ class Tally:
         }
 
 
-def plan_record(plan: Plan, analysis: str, coarsest: int | None) -> dict[str, Any]:
-    """All that decides the numbers, as plain data."""
-    return {
+def plan_record(plan: Plan, analysis: Analysis, coarsest: int | None, keep: Sequence[str] = ()) -> dict[str, Any]:
+    """All that decides the numbers, as plain data; the options in full, also those left at their defaults."""
+    record = {
         "gelcone_version": __version__,
-        "analysis": analysis,
+        "analysis": analysis.name,
         "model": json.loads(dataset.label(plan.model, {}, options={}, title="").attrs["model"]),
         "over": {name: values.tolist() for name, values in plan.over.items()},
         "draws": {name: values.tolist() for name, values in plan.draws.items()},
+        "initial": list(plan.initial),
+        "options": analysis.settings(plan.options),
         "coarsest": coarsest,
-        **json.loads(json.dumps(plan.options())),
+        "keep": list(keep),
     }
+    plain: dict[str, Any] = json.loads(json.dumps(record))
+    return plain
 
 
-def stored_plan(path: str | Path) -> tuple[Plan, str, int | None]:
-    """Plan, analysis and coarsest lattice that a store was made for; `InputError` as `read_plan`."""
+@dataclass(frozen=True)
+class StoredSweep:
+    """What a store was made for: the arguments of `gelcone.sweep` with which it can be resumed."""
+
+    plan: Plan
+    analysis: str
+    coarsest: int | None
+    keep: tuple[str, ...]
+
+
+def stored_sweep(path: str | Path) -> StoredSweep:
+    """What a store was made for; `InputError` as `read_plan`, and for a store of another version."""
     record = read_plan(Path(path))
     import xarray as xr
 
-    names = ("over", "draws", "initial", "transient", "budget", "tolerance", "rounds", "field_limit")
-    if missing := [name for name in ("analysis", "coarsest", "model", *names) if name not in record]:
+    names = ("analysis", "model", "over", "draws", "initial", "options", "coarsest", "keep")
+    if missing := [name for name in names if name not in record]:
         raise InputError(
             f"{path}: its plan lacks {missing[0]}; it was made by another version ({record.get('gelcone_version')}): "
             "use that one, or choose another store"
         )
     model = dataset.model_of(xr.Dataset(attrs={"model": json.dumps(record["model"])}))
-    options = {name: record[name] for name in names} | {"initial": tuple(record["initial"])}
-    return Plan(model, **options), record["analysis"], record["coarsest"]
+    plan = Plan(model, record["over"], tuple(record["initial"]), record["draws"], record["options"])
+    return StoredSweep(plan, record["analysis"], record["coarsest"], tuple(record["keep"]))
 
 
 def device_record(device: Device | None) -> dict[str, Any]:
@@ -96,7 +112,7 @@ def device_record(device: Device | None) -> dict[str, Any]:
 
 
 def stored_device(path: str | Path) -> Device | None:
-    """The device that a store was made for, None for a dimensionless one; `InputError` as `stored_plan`."""
+    """The device that a store was made for, None for a dimensionless one; `InputError` as `stored_sweep`."""
     record = read_attribute(Path(path), DEVICE)
     if record is None:
         return None
@@ -105,38 +121,65 @@ def stored_device(path: str | Path) -> Device | None:
     return Device(**record)
 
 
-def look(path: str | Path) -> xr.Dataset:
-    """What a store holds by now, whether its run goes on or not, as `survey` labels it.
+def show(path: str | Path) -> xr.Dataset:
+    """What a store holds by now, also while its run continues, labelled as by `gelcone.sweep`.
 
-    Cells that are missing hold NaN, -1 or 0; ``status`` tells them. Raises `InputError` for what is no whole store.
+    Parameters
+    ----------
+    path : the folder of the store.
+
+    Returns
+    -------
+    Dataset as of `gelcone.sweep`, without ``source``. Cells that are missing hold NaN, -1 or 0; ``status`` says which.
+
+    Raises
+    ------
+    InputError : for a folder that is not a complete store, one of another version, or one that holds no cell yet.
     """
-    plan, analysis, _ = stored_plan(path)
+    stored = stored_sweep(path)
+    plan = stored.plan
     fields = Store(Path(path), {}, plan.dims, plan.shape).read()
     if not fields:
-        raise InputError(f"{path}: holds no cell yet; look again when its run has come further")
+        raise InputError(f"{path}: holds no cell yet; try again when its run has computed some")
     status = fields["status"].values
     tally = Tally(
         plan.size, computed=int((status == Status.COMPUTED).sum()), inferred=int((status == Status.INFERRED).sum())
     )
-    return label(plan, fields, None, tally, f"sweep: {analysis}")
+    return label(plan, find_analysis(stored.analysis), fields, None, tally, f"sweep: {stored.analysis}")
 
 
 def coordinates(plan: Plan) -> dict[str, Field]:
+    """The axes of a plan, and the draws of its uncertain parameters."""
     coordinates = {
-        name: Field((name,), values, {"long_name": meaning_of(name), "units": "1", "quantity": quantity_of(name)})
+        name: Field(
+            (name,), values, {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": quantity_of(name)}
+        )
         for name, values in plan.over.items()
     }
     drawn = {
-        f"drawn_{name}": Field(("draw",), values, {"long_name": meaning_of(name), "units": "1", "quantity": "code"})
+        f"drawn_{name}": Field(
+            ("draw",), values, {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": "code"}
+        )
         for name, values in plan.draws.items()
     }
     return coordinates | drawn
 
 
+def _axis(plan: Plan, name: str, quantity: str) -> dict[str, str]:
+    return {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": quantity}
+
+
 def label(
-    plan: Plan, fields: Mapping[str, Field], sources: npt.NDArray[np.intp] | None, tally: Tally, title: str
+    plan: Plan,
+    analysis: Analysis,
+    fields: Mapping[str, Field],
+    sources: npt.NDArray[np.intp] | None,
+    tally: Tally,
+    title: str,
 ) -> xr.Dataset:
-    result = dataset.label(plan.model, {}, options=plan.options(), title=title)
+    """The cells of a sweep as a Dataset over the plan's axes, with all that is needed to run it again."""
+    options = {"initial": list(plan.initial), **analysis.settings(plan.options)}
+    result = dataset.label(plan.model, {}, options=options, title=title)
     if sources is not None:
         about = {"long_name": "flattened index of the cell whose values it carries", "units": "1", "quantity": "code"}
         fields = {**fields, "source": Field((), sources, about)}
@@ -146,4 +189,4 @@ def label(
     }
     axes = {name: (f.dims, f.values, dict(f.attributes)) for name, f in coordinates(plan).items()}
     result = result.assign_coords(axes).assign(variables)
-    return result.assign_attrs(totals=json.dumps(tally.record()))
+    return result.assign_attrs(analysis=analysis.name, totals=json.dumps(tally.record()))

@@ -290,7 +290,7 @@ def _consolidate(path: Path) -> None:
     """Collects all metadata in one file, which readers look for first."""
     zarr = _import_zarr()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", category=zarr.errors.ZarrUserWarning)  # not every reader supports it
+        warnings.simplefilter("ignore", category=UserWarning)  # not every reader supports it
         zarr.consolidate_metadata(path, zarr_format=3)
 
 

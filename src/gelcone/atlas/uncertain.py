@@ -116,7 +116,7 @@ def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence:
 
     Parameters
     ----------
-    cells : what `gelcone.survey` gives of a plan with draws and the analysis ``"regime"``.
+    cells : what `gelcone.sweep` gives of a plan with draws and the analysis ``"regime"``.
     kind : default chaos.
     confidence : of the interval. Default 0.95.
 

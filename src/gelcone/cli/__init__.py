@@ -1,4 +1,4 @@
-"""The command line: arguments in, calls to the library, text or JSON out. One command a file, loaded when called."""
+"""The command line: arguments in, an analysis out. Commands are made from the register when they are called."""
 
 from __future__ import annotations
 
@@ -9,26 +9,22 @@ from typing import NoReturn
 import click
 
 from gelcone._version import __version__
+from gelcone.register.analyses import ANALYSES
 
+OWN_COMMANDS = {
+    "paper": ("Redraw the source paper's figures and check its claims.", "paper:paper_command"),
+    "validate": ("Is the cone right? Its force against the film as a continuum.", "validate:validate_command"),
+    "devices": ("List the device files that ship.", "lists:devices_command"),
+    "materials": ("List the measured gels that ship.", "lists:materials_command"),
+    "map": (ANALYSES["map"].summary, "grids:map_command"),
+    "sweep": (ANALYSES["sweep"].summary, "grids:sweep_command"),
+    "show": (ANALYSES["show"].summary, "grids:show_command"),
+}
+"""Commands that are more than an analysis of one model: the line in the list of commands, and who makes them."""
 COMMANDS = {
-    "paper": "Redraw the source paper's figures and check its claims.",
-    "simulate": "How it moves: time response, stresses, energies, validity.",
-    "section": "Poincare section: once a drive repeat, or at the turning points.",
-    "spectrum": "Amplitude spectrum, its lines and its flatness.",
-    "lyapunov": "Both Lyapunov exponents, in a window and in the long run, with errors.",
-    "regime": "What kind of motion it is, with the evidence.",
-    "static": "Equilibria under constant voltage, pitchfork, folds, pull-in, stroke.",
-    "tongues": "Where the drive makes rest unstable: onset voltage and tongues.",
-    "bifurcation": "What the motion is along one parameter, and where it changes.",
-    "map": "Exponent and regime over two parameters.",
-    "sweep": "Any analysis over any parameters, and the probability of chaos.",
-    "show": "What the store of a map or sweep holds by now.",
-    "basin": "Which motions coexist: the attractor of each initial state.",
-    "frequency": "Stroke over drive frequency, swept up and down: resonances and jumps.",
-    "envelope": "Where a device is safe to drive, and which limit comes first.",
-    "validate": "Is the cone right? Its force against the film as a continuum.",
-    "devices": "List the device files that ship.",
-    "materials": "List the measured gels that ship.",
+    "paper": OWN_COMMANDS["paper"][0],
+    **{analysis.command: analysis.summary for analysis in ANALYSES.values()},
+    **{name: summary for name, (summary, _) in OWN_COMMANDS.items()},
 }
 
 
@@ -41,12 +37,18 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"gelcone.cli.{name}").command
-        return command
+        if name in OWN_COMMANDS:
+            module, _, maker = OWN_COMMANDS[name][1].partition(":")
+            command: click.Command = getattr(import_module(f"gelcone.cli.{module}"), maker)()
+            return command
+        from gelcone.cli.command import command_of
+
+        return command_of(ANALYSES[name.replace("-", "_")])
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
+        args = [args[0].replace("_", "-"), *args[1:]]
         if args[0] not in COMMANDS:
             from gelcone.errors import unknown_name
 
@@ -88,7 +90,7 @@ def main() -> None:
     except (click.ClickException, MissingDependency, OSError) as error:
         _fail(str(error), 1)
     except MemoryError:
-        _fail("out of memory; take fewer members or samples", 1)
+        _fail("out of memory; use fewer members or samples", 1)
     sys.exit(code if isinstance(code, int) else 0)
 
 

@@ -11,38 +11,45 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from gelcone.cli.options import json_parameter
 from gelcone.cli.output import print_json
 
 if TYPE_CHECKING:
     from gelcone.paper.report import JudgedClaim
     from gelcone.paper.run import PaperRun
 
-NAME = "paper"
+HELP = """Redraw the source paper's figures and check its claims; all of them, or those named.
+
+Writes one self-contained report.html, the figures as PNG and SVG, and their data as netCDF. A run that was stopped
+continues with what is missing.
+
+\b
+gelcone paper --quick
+gelcone paper 7 voltage-threshold --out results
+"""
 MOST_PROCESSES = 4
 """More would compete for memory: each holds its own programs and data, and uses all cores where it can by itself."""
 
 
-@click.command(NAME)
-@click.argument("names", nargs=-1, metavar="[FIGURE|CLAIM]...")
-@click.option("--quick", is_flag=True, help="Coarser and shorter: about a minute instead of ten.")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder for report, figures and data.  [default: paper-results, with --quick paper-results-quick]",
-)
-@click.option("--force", is_flag=True, help="Compute again what is there already.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
-def command(names: tuple[str, ...], quick: bool, out: Path | None, force: bool, as_json: bool) -> None:
-    """Redraw the source paper's figures and check its claims; all of them, or those named.
+def paper_command() -> click.Command:
+    """`gelcone paper`."""
+    params: list[click.Parameter] = [
+        click.Argument(["names"], nargs=-1, metavar="[FIGURE|CLAIM]..."),
+        click.Option(["--quick"], is_flag=True, help="Coarser and shorter: about a minute instead of ten."),
+        click.Option(
+            ["--out"],
+            type=click.Path(path_type=Path),
+            metavar="DIR",
+            help="Folder for report, figures and data.  [default: paper-results, with --quick paper-results-quick]",
+        ),
+        click.Option(["--force"], is_flag=True, help="Compute again what exists already."),
+        json_parameter(),
+    ]
+    return click.Command("paper", params=params, callback=run_paper, help=HELP)
 
-    Writes one self-contained report.html, the figures as PNG and SVG, and their data as netCDF. A run that was stopped
-    continues with what is missing.
 
-    \b
-    gelcone paper --quick
-    gelcone paper 7 voltage-threshold --out results
-    """
+def run_paper(*, names: tuple[str, ...], quick: bool, out: Path | None, force: bool, as_json: bool) -> None:
+    """Runs studies, figures and claims, and prints what came of them."""
     from gelcone.motion.flow import available_threads
     from gelcone.paper.run import run
 
@@ -51,7 +58,7 @@ def command(names: tuple[str, ...], quick: bool, out: Path | None, force: bool, 
         with progress_bar(hidden=as_json) as progress:
             result = run(names, quick=quick, out=out, force=force, workers=workers, progress=progress)
     except KeyboardInterrupt:
-        print("interrupted; what is complete is kept, the same command continues from there", file=sys.stderr)
+        print("interrupted; what is complete is kept, and the same command continues from there", file=sys.stderr)
         sys.exit(130)
     if as_json:
         print_json(report(result))

@@ -194,8 +194,8 @@ class Device(Record):
             raise FieldError(
                 "prestretch",
                 f"prestretch: mounted flat, the film has I1 - 3 = {float(single.strain([0.0])[0]):.4g}, which must be "
-                f"less than its stretch limit {float(single.strain_limit()[0]):.4g}; lower the pre-stretch or raise the "
-                "limit",
+                f"less than its stretch limit {float(single.strain_limit()[0]):.4g}; lower the pre-stretch or raise "
+                "the limit",
             )
         highest = model.system.film.reach(single.numbers_at(0))[1]
         if self.release_height is not None and abs(self.release_height) >= highest * self.scales.length:

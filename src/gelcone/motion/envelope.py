@@ -49,8 +49,8 @@ def envelope(
     Parameters
     ----------
     model : a single model; its drive gives the proportion of amplitude to bias, and its own point of operation.
-    field_limit : dielectric strength over sqrt(mu/eps). Left out, breakdown is reported as unknown (NaN), and the
-        window does not account for it.
+    field_limit : dielectric strength over sqrt(mu/eps). Default unknown; breakdown is then NaN, and the window does not
+        account for it.
     peaks : increasing peak voltages of the driven plane; default 24 up to twice the model's own peak.
     frequencies : increasing drive frequencies; default some 30 from a tenth to three times the natural frequency at
         rest, the first resonances and the model's own among them, and more where the lowest limit changes steeply.
@@ -156,7 +156,7 @@ def operating_limits(
     Parameters
     ----------
     model : one actuator or an ensemble; its drive gives the proportion of amplitude to bias.
-    field_limit : dielectric strength over sqrt(mu/eps). Left out, breakdown is unknown (NaN) and not accounted for.
+    field_limit : dielectric strength over sqrt(mu/eps). Default unknown; breakdown is then NaN and not accounted for.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 

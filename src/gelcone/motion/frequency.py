@@ -45,7 +45,7 @@ NARROWED_AT = 7
 BISECTIONS = 6
 
 
-def frequency_response(
+def frequency(
     model: ConeModel,
     frequencies: npt.ArrayLike | None = None,
     initial: npt.ArrayLike = (1.0, 0.0),

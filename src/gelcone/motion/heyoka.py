@@ -11,6 +11,7 @@ import copy
 import queue
 import threading
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
@@ -38,12 +39,12 @@ class HeyokaBackend:
 
     def run(self, job: Job, *, threads: int, progress: Progress, watch: Watch | None) -> None:
         integrators = _Integrators(job.members.system, job.keep, job.tolerance)
-        rows = np.stack([job.members.number(name) for name in job.members.system.numbers])
+        ensemble = _Ensemble.of(job)
 
         def advance(batch: Batch) -> Iterator[float]:
             integrator = integrators.borrow()
             try:
-                yield from _advance(job, rows, batch, integrator)
+                yield from _advance(ensemble, batch, integrator)
             finally:
                 integrators.give_back(integrator)
 
@@ -147,9 +148,28 @@ class _Integrators:
 # --- one batch in the lanes of one integrator ------------------------------------------------------------------------
 
 
-def _advance(job: Job, rows: Array, batch: Batch, integrator: Any) -> Iterator[float]:
-    """Runs one batch to the end, yielding the share done after each call; ``rows`` are the numbers of all members."""
-    lanes = _Lanes(job, rows, batch.members, integrator)
+@dataclass(frozen=True)
+class _Ensemble:
+    """A job with what its lanes need of all members: their numbers (numbers, members), the limits of their strains and
+    the steps below which their digits are lost, (members,)."""
+
+    job: Job
+    rows: Array
+    limit: Array
+    smallest_step: Array
+
+    @classmethod
+    def of(cls, job: Job) -> _Ensemble:
+        members = job.members
+        rows = np.stack([members.number(name) for name in members.system.numbers])
+        limit = np.broadcast_to(members.strain_limit(), members.shape)
+        smallest_step = SMALLEST_STEP * np.minimum(1.0, 10.0 / members.rate)
+        return cls(job, rows, limit, np.where(np.isinf(limit), 0.0, smallest_step))
+
+
+def _advance(ensemble: _Ensemble, batch: Batch, integrator: Any) -> Iterator[float]:
+    """Runs one batch to the end, yielding the share done after each call."""
+    job, lanes = ensemble.job, _Lanes(ensemble, batch.members, integrator)
     reached = job.start[lanes.padded]
     times, samples = stretches(job, lanes.padded, batch.pieces)
     for first in range(0, len(samples), batch.call):
@@ -169,27 +189,27 @@ lanes that did not arrive, and why."""
 class _Lanes:
     """The members of one batch in the lanes of one integrator, with what becomes of each."""
 
-    def __init__(self, job: Job, rows: Array, members: npt.NDArray[np.intp], integrator: Any):
+    def __init__(self, ensemble: _Ensemble, members: npt.NDArray[np.intp], integrator: Any):
+        job = ensemble.job
         self.job, self.members, self.integrator = job, members, integrator
         self.system = job.members.system
         self.count = len(self.system.states)
+        self.identity = np.eye(self.count).reshape(-1, 1)
         self.padded = np.concatenate([members, np.full(LANES - members.size, members[-1])])
         self.alive = np.ones(members.size, dtype=bool)
-        self.numbers = dict(zip(self.system.numbers, rows[:, members], strict=True))
-        self.limit = np.broadcast_to(self.system.film.strain_limit(self.numbers), members.shape)
-        self.smallest_step = SMALLEST_STEP * np.minimum(1.0, 10.0 / job.members.rate[self.padded])
-        self.smallest_step[np.isinf(self.limit[np.minimum(np.arange(LANES), members.size - 1)])] = 0.0
+        self.rows = ensemble.rows[:, self.padded]
+        self.limit, self.smallest_step = ensemble.limit[members], ensemble.smallest_step[self.padded]
         self.outcomes = import_heyoka().taylor_outcome
         self.arrived = (self.outcomes.time_limit,) * LANES
         integrator.set_time(job.start[self.padded])
-        integrator.pars[:] = rows[:, self.padded]
+        integrator.pars[:] = self.rows
         integrator.state[:] = 0.0
         integrator.state[: self.count] = job.states0[self.padded].T
         if job.keep == "tangents":
             self._restart_tangents()
 
     def _restart_tangents(self) -> None:
-        self.integrator.state[self.count :] = np.eye(self.count).reshape(-1, 1)
+        self.integrator.state[self.count :] = self.identity
 
     def propagate(self, times: Array, samples: npt.NDArray[np.int64]) -> Array:
         """States at ``times[1:]``, shape (stretches, variables, lanes), starting from ``times[0]``.
@@ -221,7 +241,7 @@ class _Lanes:
         if not (self._ends_in_a_state and lane < self.members.size and self.alive[lane]):
             return
         result, member = self.job.result, self.members[lane]
-        own = {name: value[lane] for name, value in self.numbers.items()}
+        own = dict(zip(self.system.numbers, self.rows[:, lane], strict=True))
         inside = self.system.film.strain(values[:, 0], own) < self.limit[lane]
         reached = (samples >= 0) & np.isfinite(values).all(axis=1) & inside
         result.states[member, samples[reached]] = values[reached, : self.count]
@@ -290,7 +310,7 @@ class _Lanes:
     def store(self, samples: npt.NDArray[np.int64], values: Array) -> None:
         """Keeps the samples of the members that are alive and inside; ``values`` (samples, variables, lanes)."""
         values = np.moveaxis(values, 2, 0)[: self.members.size]
-        n = {name: value[:, None] for name, value in self.numbers.items()}
+        n = dict(zip(self.system.numbers, self.rows[:, : self.members.size, None], strict=True))
         beyond = np.asarray(self.system.film.strain(values[:, :, 0], n)) >= self.limit[:, None]
         for lane in np.flatnonzero(self.alive & beyond.any(axis=1)) if beyond.any() else ():
             self._retire(int(lane), Outcome.STRETCH_LIMIT)

@@ -115,8 +115,8 @@ class LinearResponse:
 def linear_response(model: ConeModel, frequencies: Array) -> LinearResponse:
     """The response to the model's own drive, linearised about the equilibrium under its mean-square voltage.
 
-    The force goes with the square of the film's voltage, whose harmonics drive the disc; of a sine with bias that at the
-    drive frequency with 2 v0 v, and at twice that with v^2/2. With a bias and a small amplitude this is
+    The force goes with the square of the film's voltage, whose harmonics drive the disc: for a sine with bias, that at
+    the drive frequency with 2 v0 v, and at twice that with v^2/2. With a bias and a small amplitude this is
     `small_signal_response`. NaN where there is no equilibrium, or an unstable one. ``model`` is a single one,
     ``frequencies`` are angular.
     """

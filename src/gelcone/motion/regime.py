@@ -345,7 +345,8 @@ def regime(
     ----------
     model : one actuator or an ensemble.
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
-    transient : time after which the motion is first examined; default `gelcone.motion.settle.default_transient`.
+    transient : time after which the motion is first examined; default by damping and drive
+        (`gelcone.motion.settle.default_transient`).
     budget : longest averaging time of the exponents. Default 20,000.
     rounds : how often a motion that has not settled on a cycle is examined, each time after as long as all before
         together, before it is measured. Default 5: followed for 16 times the transient.

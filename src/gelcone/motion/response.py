@@ -49,7 +49,7 @@ def simulate(
     periods : length of the run in periods 2 pi/omega of the voltage, when ``times`` is not given. Default 20.
     times : dimensionless sample times, increasing from 0 or later; default even ones, at least 100 a drive period and
         20 an oscillation at the fastest rate (at most 20,000 in all).
-    field_limit : dielectric strength over sqrt(mu/eps), for the validity; unknown when left out.
+    field_limit : dielectric strength over sqrt(mu/eps), for the validity. Default unknown.
     tolerance : relative error of one step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).

@@ -97,7 +97,7 @@ def settled(
     """The settled motion under the full drive, and the linear response to the same drive.
 
     Over drive frequencies it is a frequency response whose points all start from ``initial``;
-    `gelcone.frequency_response` sweeps up and down instead.
+    `gelcone.frequency` sweeps up and down instead.
 
     Parameters
     ----------

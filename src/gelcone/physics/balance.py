@@ -1,8 +1,8 @@
 """One actuator under a constant voltage: where its forces balance, and what a slow voltage ramp does to it.
 
 The force that holds the disc at x against film, bias and a constant voltage v is F(x, V) = F_film(x, V) + F_bias(x),
-with V = v^2. It falls as the voltage rises, so that away from x = 0 it vanishes at one V = w(x). There dF/dx has the sign
-of x dw/dx: an equilibrium is stable where w grows with |x|, and two of them meet in a fold where x dF/dx - F = 0.
+with V = v^2. It falls as the voltage rises, so that away from x = 0 it vanishes at one V = w(x). There dF/dx has the
+sign of x dw/dx: an equilibrium is stable where w grows with |x|, and two of them meet in a fold where x dF/dx - F = 0.
 Between neighbouring folds w is monotone and holds one equilibrium at most, so that none is missed however close two
 come. Where the flat film is an equilibrium at every voltage, it is stable up to the pitchfork at w(0).
 

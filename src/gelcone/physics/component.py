@@ -74,7 +74,7 @@ class Component(ABC):
 C = TypeVar("C", bound=Component)
 
 
-# --- components in files -----------------------------------------------------------------------------------------------
+# --- components in files ---------------------------------------------------------------------------------------------
 
 
 def to_record(component: Component, shipped: Mapping[str, Component]) -> Any:
@@ -144,8 +144,8 @@ def _imported(kind: str, name: str) -> type[Any]:
     except (ImportError, AttributeError) as error:
         where = "a script or notebook" if module == "__main__" else f"the module {module!r}"
         raise InputError(
-            f"{kind} {name!r}: cannot be imported ({error}); it was defined in {where}: put its class into a module that "
-            "Python finds (in this folder or on PYTHONPATH) under that name"
+            f"{kind} {name!r}: cannot be imported ({error}); it was defined in {where}: put its class into a module "
+            "that Python finds (in this folder or on PYTHONPATH) under that name"
         ) from None
     if not isinstance(found, type):
         raise InputError(f"{kind} {name!r}: is no class; give the component itself")

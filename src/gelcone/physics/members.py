@@ -62,7 +62,7 @@ class Ensemble:
         array = np.asarray(x, dtype=float)
         return array, self.numbers(max(0, array.ndim - len(self.shape)))
 
-    # --- the film ------------------------------------------------------------------------------------------------------
+    # --- the film ----------------------------------------------------------------------------------------------------
 
     def strain(self, x: npt.ArrayLike) -> Any:
         """The film's measure of strain (I1 - 3 in the cone, x^2 in a continuum film) at displacements of the ensemble's
@@ -72,14 +72,15 @@ class Ensemble:
 
     def strain_limit(self, trailing: int = 0) -> Any:
         """The strain that the film cannot reach."""
-        return self.system.film.strain_limit(self.numbers(trailing))
+        limit = self.system.film.strain_limit(self.numbers(trailing))
+        return np.broadcast_to(limit, self.shape + (1,) * trailing)
 
     def film_state(self, x: npt.ArrayLike, voltage: Any) -> FilmState:
         """What x and the voltage do to the film."""
         x, n = self._at(x)
         return self.system.film.state(x, voltage, n)
 
-    # --- statics -------------------------------------------------------------------------------------------------------
+    # --- statics -----------------------------------------------------------------------------------------------------
 
     def energy(self, x: npt.ArrayLike) -> Any:
         """Energy of film and bias without voltage; NaN beyond the film's limit."""
@@ -105,7 +106,7 @@ class Ensemble:
             inside = film.strain(x, n) < film.strain_limit(n)
             return np.where(inside, compute(), np.nan)[()]
 
-    # --- the drive -----------------------------------------------------------------------------------------------------
+    # --- the drive ---------------------------------------------------------------------------------------------------
 
     @property
     def drive_period(self) -> Array:
@@ -166,7 +167,7 @@ class Members(Ensemble):
         """The numbers of one member."""
         return {name: float(self.number(name)[member]) for name in self.system.numbers}
 
-    # --- what an integration asks -----------------------------------------------------------------------------------------
+    # --- what an integration asks ------------------------------------------------------------------------------------
 
     @cached_property
     def damped(self) -> npt.NDArray[np.bool_]:
@@ -211,7 +212,7 @@ class Members(Ensemble):
         return np.tile(np.array([*disc, *rest], dtype=float), (self.size, 1))
 
     def flow(self, times: Array, states: Array) -> tuple[list[Any], list[list[Any]]]:
-        """Rates of change and Jacobian along motions, ``times`` (members, samples) and ``states`` (members, samples, N)."""
+        """Rates of change and Jacobian along motions, at ``times`` (members, samples) and ``states`` (..., N)."""
         n = self.numbers(times.ndim - 1)
         return self.system.flow(times, list(np.moveaxis(states, -1, 0)), n)
 

@@ -64,8 +64,8 @@ class ConeModel(Ensemble):
 
     Raises
     ------
-    InputError : for unknown names (with the nearest one), a value out of bounds, arrays that do not broadcast, or a film
-        that was fitted for another law or pre-stretch.
+    InputError : for unknown names (with the nearest one), a value out of bounds, arrays that do not broadcast, or a
+        film that was fitted for another law or pre-stretch.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class ConeModel(Ensemble):
         told = ", ".join(f"{name}={value!r}" for name, value in self.parameters().items() if name != "film")
         return f"ConeModel({told})"
 
-    # --- parameters by name --------------------------------------------------------------------------------------------
+    # --- parameters by name ------------------------------------------------------------------------------------------
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> ConeModel:
@@ -116,9 +116,11 @@ class ConeModel(Ensemble):
         A component that changes starts from the defaults of what is its own. Raises `InputError` as the constructor.
         """
         given = changes.get("film", self.system.film)
-        # a film by its name takes over law and pre-stretch mode; one that is given has its own
-        law, mode = (self.law, self.prestretch_mode) if isinstance(given, str) and given in FILMS else (None, None)
-        film = _film(given, changes.get("law", law), changes.get("prestretch_mode", mode))
+        # a film by its name takes over the law; one that is given has its own
+        law = self.law if isinstance(given, str) and given in FILMS else None
+        film = _film(given, changes.get("law", law), changes.get("prestretch_mode"))
+        if isinstance(film, GelFilm) and self.prestretch_mode and "prestretch_mode" not in changes:
+            film = _film(film, None, self.prestretch_mode)
         parts = {name: changes.get(name, getattr(self.system, name)) for name in ("bias", "waveform", "circuit")}
         known = ConeModel(film=film, **parts).system.parameters
         kept = {name: value for name, value in self.values.items() if name in known}
@@ -162,7 +164,7 @@ class ConeModel(Ensemble):
         film = self.system.film
         return film.stretches(self.values) if isinstance(film, GelFilm) else (1.0, 1.0)
 
-    # --- members -------------------------------------------------------------------------------------------------------
+    # --- members -----------------------------------------------------------------------------------------------------
 
     def take(self, index: Any) -> ConeModel:
         """The members at ``index`` of the flattened ensemble, as a one-dimensional ensemble."""
@@ -185,8 +187,8 @@ def _film(film: Any, law: Any, mode: str | None) -> Film:
         return found
     if isinstance(found, ContinuumFilm) and law is not None and law != found.law:
         raise InputError(
-            f"the continuum film does not fit the model: law = {law.name}, fitted for {found.law.name}; fit another film "
-            "for each law and pre-stretch (gelcone validate --fit, or gelcone.fit_film), or leave it out for the cone"
+            f"the continuum film does not fit the model: law = {law.name}, fitted for {found.law.name}; fit another "
+            "film for each law and pre-stretch (gelcone validate --fit, or gelcone.fit_film), or leave it out"
         )
     fields = {"law": law, "prestretch_mode": mode}
     return with_fields(found, **{name: value for name, value in fields.items() if value is not None})  # type: ignore[type-var]
@@ -240,7 +242,7 @@ def _shape(values: Mapping[str, Any]) -> tuple[int, ...]:
         raise InputError(f"the parameter arrays do not broadcast together: {shapes}") from None
 
 
-# --- names of what ships, for those who have no model yet ----------------------------------------------------------------
+# --- names of what ships, for those who have no model yet ------------------------------------------------------------
 
 
 def shipped_components() -> Iterable[Component]:

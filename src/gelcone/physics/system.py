@@ -67,7 +67,7 @@ class ConeSystem:
     def parts(self) -> tuple[Component, ...]:
         return self.film, self.bias, self.waveform, self.circuit
 
-    # --- names ---------------------------------------------------------------------------------------------------------
+    # --- names -------------------------------------------------------------------------------------------------------
 
     @cached_property
     def parameters(self) -> dict[str, Quantity]:
@@ -98,7 +98,7 @@ class ConeSystem:
         """What the mirror image x -> -x does to each state: -1 or 1."""
         return np.array([-1.0 if state.mirrored else 1.0 for state in self.states])
 
-    # --- numbers -------------------------------------------------------------------------------------------------------
+    # --- numbers -----------------------------------------------------------------------------------------------------
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """The values of all parameters, checked; what is not ``given`` takes its default."""
@@ -118,7 +118,7 @@ class ConeSystem:
             numbers |= own
         return numbers
 
-    # --- the equation of motion ----------------------------------------------------------------------------------------
+    # --- the equation of motion --------------------------------------------------------------------------------------
 
     def split(self, z: Sequence[Any]) -> tuple[list[Any], list[Any], list[Any]]:
         """The states of film, bias and circuit."""

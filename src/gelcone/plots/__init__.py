@@ -66,10 +66,10 @@ def plot(result: xr.Dataset, **options: Any) -> Figure:
     try:
         return draw(result, **options)
     except KeyError as error:
-        attrs = result.attrs
+        attrs, what = result.attrs, str(error.args[0]).partition(". ")[0]
         raise InputError(
-            f"the result {attrs['title']!r} lacks {error}, which its figure draws; it was written by gelcone "
-            f"{attrs['gelcone_version']}: compute it again, or give it whole"
+            f"the result {attrs['title']!r} of gelcone {attrs['gelcone_version']} lacks what its figure draws: {what}; "
+            "compute it again, or give it whole"
         ) from error
 
 

@@ -10,7 +10,7 @@ from gelcone.codes import Regime
 from gelcone.plots.map import label_axes, marks
 from gelcone.plots.regime import REGIME_COLOURS, cell_legend, edges, mark_failed, mark_flagged, regime_cells
 from gelcone.plots.style import styled
-from gelcone.words import motion_in_words, unit_of
+from gelcone.words import attractor_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,16 +93,3 @@ def legend(cells: xr.Dataset) -> list[Artist]:
     regime, failed, flagged = marks(cells)
     unsettled = np.where(regime == Regime.TRANSIENT, regime, -1)
     return handles + cell_legend(unsettled, failed, flagged & (regime != Regime.TRANSIENT))
-
-
-def attractor_in_words(attractor: xr.Dataset) -> str:
-    """Regime, period, share and extent of one attractor."""
-    regime, period = int(attractor["attractor_regime"]), int(attractor["attractor_period"])
-    # What lies below 1e-6 is rounding; adding 0 turns -0 into 0.
-    low, high = (round(float(attractor[f"attractor_{end}"]), 6) + 0.0 for end in ("lowest", "highest"))
-    unit = unit_of(attractor["attractor_lowest"])
-    returns = regime in (Regime.REST, Regime.PERIODIC)
-    unstable = ", unstable" if returns and float(attractor["attractor_lyapunov"]) > 0.0 else ""
-    where = f"at {high:.3g}{unit}" if regime == Regime.REST else f"from {low:.3g} to {high:.3g}{unit}"
-    name = motion_in_words(regime, period)
-    return f"{name}{unstable}: {100.0 * float(attractor['attractor_share']):.3g} %\n{where}"

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.codes import Outcome
 from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, axis_label, log_ticks, styled
+from gelcone.words import kinds_of_motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,11 +71,6 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
     # An unbounded linear resonance would compress everything else.
     axes.set_ylim(0.0, 1.1 * top if top > 0.0 else None)
     axes.set_ylabel(axis_label(response["stroke"], "stroke, peak to peak"))
-
-
-def kinds_of_motion(own: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Kind of motion that does not repeat with the drive -> where it occurs in one sweep; failed runs are neither."""
-    return {"subharmonic": own["period"] > 1, "not periodic": (own["period"] == 0) & (own["outcome"] == Outcome.OK)}
 
 
 def arrows(response: xr.Dataset, axes: Axes) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.plots.response import members
 from gelcone.plots.style import CYCLE, GREY, axis_label, styled
-from gelcone.words import outcome_in_words, rate_unit, with_error
+from gelcone.words import SIGNS, outcome_in_words, rate_unit, with_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,11 +17,10 @@ if TYPE_CHECKING:
 
 SETTLED = 0.05
 """The limits contain the running estimates from this share of the longest window on; earlier ones may leave them."""
-SIGNS = {-1: "certainly negative", 0: "sign uncertain within the budget", 1: "certainly positive"}
 
 
 def lyapunov_figure(result: xr.Dataset) -> Figure:
-    """Running estimates over the window's length, with the asymptotic values; up to six members of an ensemble."""
+    """Running estimates over the window's length, with the long-run values; up to six members of an ensemble."""
 
     def draw(figure: Figure) -> None:
         axes = figure.add_subplot()
@@ -34,21 +33,21 @@ def lyapunov_figure(result: xr.Dataset) -> Figure:
 
 def running_exponents(result: xr.Dataset, axes: Axes) -> None:
     """Largest exponent against window length: from the start (dashed, a dot where the finite window ends) and after
-    the transient (solid), with the asymptotic value and its standard error as a band."""
+    the transient (solid), with the long-run value and its standard error as a band."""
     axes.set_xscale("log")
     axes.axhline(0.0, color=GREY, lw=0.8)
     for colour, (name, member) in zip(CYCLE, members(result), strict=False):
         draw_member(member, name, colour, axes)
     set_limits(result, axes)
     axes.plot([], [], color=GREY, ls="--", marker="o", ms=4.0, label="from the start, to the\nend of the finite window")
-    axes.plot([], [], color=GREY, label="after the transient, with\nasymptotic value ± s.e.")
+    axes.plot([], [], color=GREY, label="after the transient, with\nlong-run value ± s.e.")
     length = axis_label(result["running_time"], "window length")
     axes.set_xlabel(length if "(" in length else "window length (dimensionless time)")
     axes.set_ylabel(f"largest Lyapunov exponent\n({rate_unit(result['lyapunov'])})")
 
 
 def draw_member(member: xr.Dataset, name: str, colour: str, axes: Axes) -> None:
-    """Both running estimates of one member and its asymptotic value."""
+    """Both running estimates of one member and its long-run value."""
     time, exponent = member["finite_time"].values, member["finite_exponent"].values
     axes.plot(time, exponent, color=colour, ls="--", lw=0.8)
     if np.isfinite(exponent).any():
@@ -64,7 +63,7 @@ def draw_member(member: xr.Dataset, name: str, colour: str, axes: Axes) -> None:
 
 
 def verdict(member: xr.Dataset) -> str:
-    """The asymptotic value with its error, and whether its sign is certain; or how the member failed."""
+    """The long-run value with its error, and whether its sign is certain; or how the member failed."""
     if int(member["outcome"]):
         return f"failed: {outcome_in_words(int(member['outcome']))}"
     value = with_error(float(member["lyapunov"][0]), float(member["standard_error"][0]))

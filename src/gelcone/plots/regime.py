@@ -10,7 +10,7 @@ from gelcone.codes import Regime
 from gelcone.plots.response import members
 from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, SKY, VERMILION, YELLOW, styled
 from gelcone.quantity import Array
-from gelcone.words import motion_in_words, outcome_in_words, rate_unit, with_error
+from gelcone.words import evidence_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,7 +55,7 @@ def regime_points(result: xr.Dataset, axes: Axes) -> None:
             facecolors=REGIME_COLOURS[regime],
             edgecolors=BLACK,
             linewidths=0.4,
-            label="\n".join(filter(None, [name, *caption(member)])),
+            label="\n".join(filter(None, [name, *evidence_in_words(member)])),
             zorder=3.0 if regime in (Regime.REST, Regime.PERIODIC) else 2.0,
         )
     keep_in_proportion(axes)
@@ -81,27 +81,6 @@ def keep_in_proportion(axes: Axes) -> None:
         centre, least = 0.5 * (limits[0] + limits[1]), max(0.1 * max(map(abs, limits)), 1e-2)
         if limits[1] - limits[0] < 2.0 * least:
             set_limits(centre - least, centre + least)
-
-
-def caption(member: xr.Dataset) -> list[str]:
-    """The name of the motion and the evidence for it, line by line."""
-    if int(member["outcome"]):
-        return [f"failed: {outcome_in_words(int(member['outcome']))}"]
-    period, mirror = int(member["period"]), bool(member["symmetric"])
-    exponent = with_error(float(member["lyapunov"][0]), float(member["standard_error"][0]))
-    lines = [
-        motion_in_words(int(member["regime"]), period, mirror),
-        f"largest exponent {exponent} {rate_unit(member['lyapunov'])}",
-    ]
-    if np.isfinite(member["zero_one"]):
-        lines.append(f"0-1 test {float(member['zero_one']):.2f}")
-    if np.isfinite(member["cycle_distance"]):
-        lines.append(f"{float(member['cycle_distance']):.0e} of its size from the motion it settles to")
-    elif period:
-        lines.append(f"points return to within {float(member['return_distance']):.0e} of its size")
-    if int(member["doubtful"]):
-        lines.append("! the evidence disagrees")
-    return lines
 
 
 # --- grids of cells ----------------------------------------------------------------------------------------------

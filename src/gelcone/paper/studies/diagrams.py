@@ -56,7 +56,7 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
         model,
         parameter,
         values,
-        initial=(preset.initial,),
+        initial=preset.initial,
         sweeps=effort.sweeps,
         bisections=effort.bisections,
         rounds=effort.rounds,

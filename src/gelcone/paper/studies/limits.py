@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone import dataset
-from gelcone.atlas.maps import parameter_map
+from gelcone.atlas import maps
 from gelcone.motion.flow import integrate
 from gelcone.motion.regime import classify
 from gelcone.motion.settled import swing
@@ -63,7 +63,7 @@ def limit_map(effort: Effort, progress: Progress) -> xr.Dataset:
     preset = find_preset("fast")
     voltages, limits = effort.limit_map
     over = {"voltage": np.linspace(0.7, 1.6, voltages), "stretch_limit": np.geomspace(0.52, 50.0, limits)}
-    return parameter_map(preset.model, over, preset.initial, rounds=effort.rounds, progress=progress).assign_attrs(
+    return maps.map(preset.model, over, preset.initial, rounds=effort.rounds, progress=progress).assign_attrs(
         preset="fast"
     )
 
@@ -72,7 +72,7 @@ def damping_map(effort: Effort, progress: Progress) -> xr.Dataset:
     """Regimes over voltage and damping ratio, at the base set."""
     preset = find_preset("base")
     over = {"voltage": np.linspace(0.5, 2.0, effort.limit_map[0]), "damping_ratio": np.linspace(0.02, 2.0, 34)}
-    return parameter_map(preset.model, over, preset.initial, rounds=effort.rounds, progress=progress).assign_attrs(
+    return maps.map(preset.model, over, preset.initial, rounds=effort.rounds, progress=progress).assign_attrs(
         preset="base"
     )
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.atlas.maps import label_cells
 from gelcone.atlas.plan import Plan
+from gelcone.atlas.sweep import sweep
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.diagrams import rest_stability
@@ -31,8 +31,9 @@ def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
     voltages, stretches = effort.map_shape
     over = {"voltage": np.linspace(0.0, 2.0, voltages), "prestretch": np.linspace(0.4, 2.0, stretches)}
     preset = find_preset("base")
-    plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial, rounds=effort.rounds)
-    result = label_cells(plan, plan.run(progress=lambda share: progress(0.9 * share)), "parameter map")
+    plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial, options={"rounds": effort.rounds})
+    result = sweep(plan, keep=["section"], progress=lambda share: progress(0.9 * share))
+    result = result.drop_vars(["status", "source"]).assign_attrs(title="parameter map")
     model, states = plan.at(plan.grid)
     finite, _ = finite_exponents(model.members(), states, effort.window, {})
     progress(0.1)

@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.motion.equilibrium import static as static_curves
-from gelcone.motion.frequency import frequency_response
+from gelcone.motion.frequency import frequency as frequency_response
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about
 from gelcone.paper.studies.triples import motions
@@ -27,7 +27,7 @@ BAND = (0.05, 6.0)
 def frequency(effort: Effort, progress: Progress) -> xr.Dataset:
     """Amplitude over drive frequency for six spring stiffnesses, in a sweep up and one down.
 
-    The variables of `gelcone.frequency_response` over ``spring_stiffness``, ``sweep`` and ``step``, whose drive
+    The variables of `gelcone.frequency` over ``spring_stiffness``, ``sweep`` and ``step``, whose drive
     frequency is ``swept_frequency``, closer together around half the ``natural_frequency`` and around it.
     """
     preset = find_preset("spring")

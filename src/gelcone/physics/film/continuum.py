@@ -77,7 +77,7 @@ class ContinuumFilm(GelFilm):
     disc_stretch: tuple[Polynomial, Polynomial]
     hoop_stress: tuple[Polynomial, Polynomial]
     errors: tuple[tuple[str, float], ...] = ()
-    prestretch_mode: str = "radial"
+    prestretch_mode: str = dataclasses.field(default="radial", compare=False)
 
     name = "continuum"
     ending = Outcome.PULLED_IN

@@ -84,7 +84,7 @@ class Film(Component):
         """The V above which the film has no state. Default infinity."""
         return np.full(np.shape(x), np.inf)[()]
 
-    # --- statics -------------------------------------------------------------------------------------------------------
+    # --- statics -----------------------------------------------------------------------------------------------------
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
         """-dF/dV: how fast the voltage weakens the force."""
@@ -109,7 +109,7 @@ class Film(Component):
         """A typical stiffness, which bounds how fast the disc moves. Default: that at the flat film."""
         return np.abs(self.force(0.0, 0.0, [], n)[1])
 
-    # --- energies --------------------------------------------------------------------------------------------------------
+    # --- energies ----------------------------------------------------------------------------------------------------
 
     def work(self, x: Any, squared: Any, n: Numbers) -> Any:
         """Work against film and field from the flat film to x at constant V, the integral of the force."""
@@ -127,7 +127,7 @@ class Film(Component):
         area = np.broadcast_to(self.area(x, voltage * voltage, n), x.shape)
         return np.stack([np.gradient(v * a, t) for v, a, t in zip(voltage, area, times, strict=True)])
 
-    # --- what is asked of a film -----------------------------------------------------------------------------------------
+    # --- what is asked of a film -------------------------------------------------------------------------------------
 
     def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
         """What x and the voltage do to the film. Default: unknown."""

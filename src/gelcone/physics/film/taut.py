@@ -22,7 +22,7 @@ import numpy as np
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Film, FilmState
-from gelcone.physics.laws import Gent, StrainEnergyLaw
+from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.quantity import Array, Quantity
 
 PRESTRETCH_MODES = ("radial", "equibiaxial")
@@ -106,7 +106,7 @@ class TautCone(GelFilm):
     ``"radial"``: lm = 1, lh = lp; ``"equibiaxial"``: lm = lh = lp.
     """
 
-    law: StrainEnergyLaw = Gent()
+    law: StrainEnergyLaw = LAWS["gent"]
     prestretch_mode: str = "radial"
 
     name = "taut"

@@ -13,28 +13,29 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gelcone.atlas import analyses, record, store, workers
-from gelcone.atlas import survey as module
+from gelcone.atlas import record, store, workers
+from gelcone.atlas import sweep as module
 from gelcone.atlas.plan import Plan
-from gelcone.atlas.record import Tally, look, stored_plan
+from gelcone.atlas.record import Tally, show, stored_sweep
 from gelcone.atlas.store import Status
-from gelcone.atlas.survey import survey
+from gelcone.atlas.sweep import sweep
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion.envelope import envelope
-from gelcone.motion.frequency import frequency_response
+from gelcone.motion.frequency import frequency
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
+from gelcone.register.analyses import SWEEPABLE
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
 QUICK = {"transient": 300.0, "budget": 1500.0, "rounds": 1}
-PLAN = Plan(FAST, {"voltage": np.linspace(0.0, 1.2, 13), "prestretch": np.linspace(0.8, 1.6, 9)}, **QUICK)
+PLAN = Plan(FAST, {"voltage": np.linspace(0.0, 1.2, 13), "prestretch": np.linspace(0.8, 1.6, 9)}, options=QUICK)
 COARSE = 4
 
 
 @pytest.fixture(scope="module")
 def whole():
-    return survey(PLAN, coarsest=COARSE)
+    return sweep(PLAN, coarsest=COARSE)
 
 
 def same(one, other):
@@ -73,7 +74,7 @@ def test_a_refined_map_says_where_its_values_come_from(whole):
 
 
 def test_a_refined_map_has_the_regimes_of_the_uniform_one(whole):
-    uniform = survey(PLAN)
+    uniform = sweep(PLAN)
     assert (uniform["status"] == Status.COMPUTED).all()
     assert (uniform["regime"].values != whole["regime"].values).mean() <= 0.02
     computed = whole["status"] == Status.COMPUTED
@@ -85,26 +86,28 @@ def test_a_refined_map_has_the_regimes_of_the_uniform_one(whole):
 def test_who_computes_and_in_which_tasks_changes_no_bit(whole, monkeypatch):
     monkeypatch.setattr(module, "TASK_CELLS", 5)
     monkeypatch.setattr(module, "FEWEST_CELLS", 3)
-    same(survey(PLAN, coarsest=COARSE, workers=workers.threads(1)), whole)
+    same(sweep(PLAN, coarsest=COARSE, workers=workers.threads(1)), whole)
 
 
-@pytest.mark.parametrize("name", sorted({*analyses.ANALYSES} - {"envelope"}))
-def test_every_analysis_is_a_sweep(name):
-    plan = Plan(FAST, {"voltage": [0.3, 0.9], "stretch_limit": [0.3, 30.0, 60.0]}, **QUICK)
-    result = survey(plan, name)
+OF_ITS_OWN = {"regime": QUICK, "lyapunov": {"transient": 60.0, "budget": 100.0, "window": 30.0}}
+
+
+@pytest.mark.parametrize("name", SWEEPABLE)
+def test_every_sweep_marks_the_cells_that_cannot_start(name):
+    plan = Plan(FAST, {"voltage": [0.3, 0.9], "stretch_limit": [0.3, 60.0]}, options=OF_ITS_OWN.get(name, {}))
+    result = sweep(plan, name)
     assert result["outcome"].dims == ("voltage", "stretch_limit")
-    outside = Outcome.OK if name == "limits" else Outcome.OUTSIDE  # those start from rest
+    from_rest = name in ("limits", "operating_limits")
+    outside = Outcome.OK if from_rest else Outcome.OUTSIDE
     assert (result["outcome"].sel(stretch_limit=0.3) == outside).all()
-    assert (result["outcome"].sel(stretch_limit=30.0) == Outcome.OK).all()
-    one = analyses.compute(plan, name, np.array([4]))
-    for variable in one.data_vars:
-        np.testing.assert_array_equal(result[variable].values.reshape(6, -1)[4], one[variable].values.ravel())
+    assert (result["outcome"].sel(stretch_limit=60.0) == Outcome.OK).all()
+    assert result.attrs["analysis"] == name
 
 
 def test_a_sweep_of_envelopes_and_of_responses():
     model = FAST.replace(rest_height=0.5, spring_stiffness=1.5, voltage_bias=0.3)
-    plan = Plan(model, {"drive_frequency": [0.4, 0.8], "voltage": [0.0, 0.4]}, **QUICK)
-    ends = survey(replace(plan, model=model.replace(voltage_bias=0.0)), "envelope")
+    plan = Plan(model, {"drive_frequency": [0.4, 0.8], "voltage": [0.0, 0.4]})
+    ends = sweep(replace(plan, model=model.replace(voltage_bias=0.0)), "operating_limits")
     assert ends["outcome"].values.tolist() == [[Outcome.ERROR, Outcome.OK]] * 2  # no drive, no envelope
     alone = envelope(model.replace(voltage_bias=0.0, voltage=0.4), frequencies=[0.4, 0.8], margin=0.0)
     for k in range(2):
@@ -114,14 +117,14 @@ def test_a_sweep_of_envelopes_and_of_responses():
     static = alone["static_limit_voltage"].sel(static_limit="hoop slack")
     assert float(ends["hoop_slack_voltage"][0, 1]) == pytest.approx(float(static), rel=1e-12)
     assert np.isnan(ends["driven_dielectric_breakdown_voltage"]).all()
-    weak = survey(replace(plan, model=model.replace(voltage_bias=0.0), field_limit=0.3), "envelope")
+    weak = sweep(replace(plan, model=model.replace(voltage_bias=0.0), options={"field_limit": 0.3}), "operating_limits")
     low = envelope(model.replace(voltage_bias=0.0, voltage=0.4), frequencies=[0.4, 0.8], margin=0.0, field_limit=0.3)
     for k in range(2):
         breaks = float(low["limit_high"].sel(driven_limit="dielectric breakdown")[k])
         assert float(weak["driven_dielectric_breakdown_voltage"][k, 1]) == breaks < 0.3
         assert float(weak["safe_peak_voltage"][k, 1]) == float(low["recommended_peak"][k])
-    moved = survey(plan, "response")
-    swept = frequency_response(model.replace(voltage=0.4), [0.4, 0.8], (1.0, 0.0))
+    moved = sweep(plan, "settled")
+    swept = frequency(model.replace(voltage=0.4), [0.4, 0.8], (1.0, 0.0))
     np.testing.assert_allclose(moved["stroke"][:, 1], swept["stroke"].sel(branch="up"), rtol=1e-6)
     np.testing.assert_array_equal(moved["linear_stroke"][:, 1], swept["linear_stroke"])
     assert float(moved["stroke"][0, 0]) < 4.2e-9  # twenty decay times
@@ -160,27 +163,28 @@ def test_tasks_are_given_out_only_a_little_ahead(count):
 
 
 def test_three_parameters_and_a_line():
-    cube = survey(Plan(FAST, {"voltage": [0.2, 0.4], "prestretch": [1.0, 1.2], "damping_ratio": [0.1, 0.2]}, **QUICK))
+    cube = sweep(
+        Plan(FAST, {"voltage": [0.2, 0.4], "prestretch": [1.0, 1.2], "damping_ratio": [0.1, 0.2]}, options=QUICK)
+    )
     assert cube["regime"].dims == ("voltage", "prestretch", "damping_ratio")
-    line = survey(Plan(FAST, {"voltage": np.linspace(0.0, 1.0, 33)}, **QUICK), coarsest=5)
+    line = sweep(Plan(FAST, {"voltage": np.linspace(0.0, 1.0, 33)}, options=QUICK), coarsest=5)
     assert line["regime"][0] == Regime.REST
     assert line["regime"][-1] != Regime.REST
     assert json.loads(line.attrs["totals"])["computed"] < 20
 
 
 def test_a_cell_that_raises_an_error_is_told_and_stops_nothing(monkeypatch):
-    find = analyses.find_analysis
+    from gelcone.motion import regime as regimes
 
-    def broken(name):
-        def analysis(plan, model, states):
-            if np.isclose(model.voltage, 0.5).any():
-                raise ZeroDivisionError("made up")
-            return find(name)(plan, model, states)
+    cells = regimes.regime_cells
 
-        return analysis
+    def broken(members, states, **options):
+        if np.isclose(members.voltage, 0.5).any():
+            raise ZeroDivisionError("made up")
+        return cells(members, states, **options)
 
-    monkeypatch.setattr(analyses, "find_analysis", broken)
-    result = survey(Plan(FAST, {"voltage": [0.3, 0.4, 0.5, 0.6]}, **QUICK))
+    monkeypatch.setattr(regimes, "regime_cells", broken)
+    result = sweep(Plan(FAST, {"voltage": [0.3, 0.4, 0.5, 0.6]}, options=QUICK))
     assert result["outcome"].values.tolist() == [0, 0, Outcome.ERROR, 0]
     assert np.isnan(result["highest"][2])
     assert np.isfinite(result["highest"][[0, 1, 3]]).all()
@@ -189,7 +193,7 @@ def test_a_cell_that_raises_an_error_is_told_and_stops_nothing(monkeypatch):
 
 def test_progress_counts_every_cell():
     tallies: list[Tally] = []
-    survey(PLAN, coarsest=COARSE, progress=tallies.append)
+    sweep(PLAN, coarsest=COARSE, watch=tallies.append)
     counts = [tally.computed for tally in tallies]
     assert counts == sorted(counts)
     assert counts[-1] + tallies[-1].inferred == PLAN.size
@@ -201,19 +205,23 @@ def test_progress_counts_every_cell():
     [
         ({"analysis": "regimes"}, "did you mean 'regime'"),
         ({"analysis": "limits", "coarsest": 4}, "limits cannot be refined"),
+        ({"analysis": "bifurcation"}, "bifurcation: cannot be swept"),
+        ({"analysis": "lyapunov"}, "'rounds' is not an option of the analysis lyapunov"),
+        ({"keep": ["lyapunov"]}, "variable that a sweep of regime leaves out; known: section"),
+        ({"threads": 1, "workers": workers.threads(1)}, "give one of them"),
         ({"coarsest": 1}, "at least 2"),
     ],
 )
 def test_bad_sweeps_are_refused(options, message):
     with pytest.raises(InputError, match=message):
-        survey(PLAN, **options)
+        sweep(replace(PLAN, options={}) if options.get("analysis") == "limits" else PLAN, **options)
 
 
 # --- the store --------------------------------------------------------------------------------------------------------
 
 
 def test_a_store_is_read_by_xarray_as_it_is(whole, tmp_path):
-    result = survey(PLAN, coarsest=COARSE, store=tmp_path / "s")
+    result = sweep(PLAN, coarsest=COARSE, store=tmp_path / "s")
     same(result, whole)
     with xr.open_zarr(tmp_path / "s", chunks=None) as stored:
         np.testing.assert_array_equal(stored["regime"], whole["regime"])
@@ -221,10 +229,12 @@ def test_a_store_is_read_by_xarray_as_it_is(whole, tmp_path):
         assert stored["lyapunov"].dims == ("voltage", "prestretch", "exponent")
         np.testing.assert_array_equal(stored["voltage"], PLAN.over["voltage"])
         assert stored["regime"].attrs["flag_meanings"] == whole["regime"].attrs["flag_meanings"]
-    same(look(tmp_path / "s"), whole.drop_vars("source"))
-    plan, analysis, coarsest = stored_plan(tmp_path / "s")
-    assert (analysis, coarsest, plan.options()) == ("regime", COARSE, PLAN.options())
-    assert plan.model.parameters() == FAST.parameters()
+    same(show(tmp_path / "s"), whole.drop_vars("source"))
+    stored = stored_sweep(tmp_path / "s")
+    assert (stored.analysis, stored.coarsest, stored.keep) == ("regime", COARSE, ())
+    assert stored.plan.options == {"tolerance": 1e-15, **QUICK}
+    assert stored.plan.initial == PLAN.initial
+    assert stored.plan.model.parameters() == FAST.parameters()
 
 
 class Interrupt(Exception):
@@ -241,18 +251,18 @@ def interrupted(path, after, **options):
             raise Interrupt
 
     with pytest.raises(Interrupt):
-        survey(PLAN, coarsest=COARSE, store=path, progress=stop, **options)
+        sweep(PLAN, coarsest=COARSE, store=path, watch=stop, **options)
 
 
 def test_what_was_interrupted_goes_on_to_the_same_bytes(tmp_path, monkeypatch, whole):
     monkeypatch.setattr(module, "TASK_CELLS", 7)
-    survey(PLAN, coarsest=COARSE, store=tmp_path / "undisturbed")
+    sweep(PLAN, coarsest=COARSE, store=tmp_path / "undisturbed")
     interrupted(tmp_path / "s", 2)
-    held = look(tmp_path / "s")
+    held = show(tmp_path / "s")
     assert 0 < int((held["status"] == Status.COMPUTED).sum()) < PLAN.size
     assert np.isnan(held["highest"].where(held["status"] == Status.MISSING)).all()
     interrupted(tmp_path / "s", 4, resume=True)
-    result = survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+    result = sweep(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
     same(result, whole)
     assert json.loads(result.attrs["totals"])["computed_before"] > 0
     assert files(tmp_path / "s") == files(tmp_path / "undisturbed")
@@ -261,36 +271,42 @@ def test_what_was_interrupted_goes_on_to_the_same_bytes(tmp_path, monkeypatch, w
 def test_another_plan_or_version_is_refused_with_the_difference(tmp_path, monkeypatch):
     interrupted(tmp_path / "s", 1)
     for changed, message in [
-        (Plan(FAST.replace(damping_ratio=0.06), PLAN.over, **QUICK), r"damping_ratio is 0\.05 there and 0\.06 here"),
-        (Plan(FAST, PLAN.over | {"voltage": [0.0, 1.0]}, **QUICK), r"voltage is 13 values from 0 to 1\.2 there and \["),
-        (Plan(FAST, PLAN.over, **(QUICK | {"budget": 1000.0})), "budget is 1500.0 there and 1000.0 here"),
+        (
+            Plan(FAST.replace(damping_ratio=0.06), PLAN.over, options=QUICK),
+            r"damping_ratio is 0\.05 there and 0\.06 here",
+        ),
+        (
+            Plan(FAST, PLAN.over | {"voltage": [0.0, 1.0]}, options=QUICK),
+            r"voltage is 13 values from 0 to 1\.2 there and \[",
+        ),
+        (Plan(FAST, PLAN.over, options=QUICK | {"budget": 1000.0}), "budget is 1500.0 there and 1000.0 here"),
     ]:
         with pytest.raises(InputError, match=message):
-            survey(changed, coarsest=COARSE, store=tmp_path / "s", resume=True)
+            sweep(replace(PLAN, **changed), coarsest=COARSE, store=tmp_path / "s", resume=True)
     with pytest.raises(InputError, match="coarsest is 4 there and missing here"):
-        survey(PLAN, store=tmp_path / "s", resume=True)
+        sweep(PLAN, store=tmp_path / "s", resume=True)
     monkeypatch.setattr(record, "__version__", "9.9")
     with pytest.raises(InputError, match=r"gelcone_version is .* there and 9\.9 here"):
-        survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+        sweep(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
 
 
 def test_a_store_belongs_to_one_run(tmp_path):
     def second(tally):
         with pytest.raises(InputError, match="another run is writing to it"):
-            survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+            sweep(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
         raise Interrupt
 
     with pytest.raises(Interrupt):
-        survey(PLAN, coarsest=COARSE, store=tmp_path / "s", progress=second)
+        sweep(PLAN, coarsest=COARSE, store=tmp_path / "s", watch=second)
     with pytest.raises(InputError, match="is not empty; resume it with --resume"):
-        survey(PLAN, coarsest=COARSE, store=tmp_path / "s")
-    survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+        sweep(PLAN, coarsest=COARSE, store=tmp_path / "s")
+    sweep(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
 
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory):
     path = tmp_path_factory.mktemp("stores") / "s"
-    survey(Plan(FAST, {"voltage": [0.3, 0.4, 0.5]}, **QUICK), store=path)
+    sweep(Plan(FAST, {"voltage": [0.3, 0.4, 0.5]}, options=QUICK), store=path)
     return path
 
 
@@ -323,7 +339,7 @@ def test_a_damaged_store_is_refused_in_one_line(stored, tmp_path, damage, messag
     path = tmp_path / "s"
     shutil.copytree(stored, path)
     damage(path)
-    for use in (look, lambda p: survey(*stored_plan(p)[:2], store=p, resume=True)):
+    for use in (show, lambda p: sweep(stored_sweep(p).plan, store=p, resume=True)):
         with pytest.raises(InputError, match=message) as told:
             use(path)
         assert "\n" not in str(told.value)
@@ -332,20 +348,20 @@ def test_a_damaged_store_is_refused_in_one_line(stored, tmp_path, damage, messag
 def test_a_run_killed_while_it_made_the_store_leaves_one_to_begin_again(tmp_path):
     (tmp_path / "s").mkdir()
     (tmp_path / "s" / "zarr.0123.partial").write_text("{")
-    survey(Plan(FAST, {"voltage": [0.3, 0.4]}, **QUICK), store=tmp_path / "s")
-    assert (look(tmp_path / "s")["status"] == Status.COMPUTED).all()
+    sweep(Plan(FAST, {"voltage": [0.3, 0.4]}, options=QUICK), store=tmp_path / "s")
+    assert (show(tmp_path / "s")["status"] == Status.COMPUTED).all()
 
 
 def test_what_is_no_store_is_refused(tmp_path):
     import zarr
 
     with pytest.raises(InputError, match="no such store"):
-        look(tmp_path / "nothing")
+        show(tmp_path / "nothing")
     with pytest.raises(InputError, match="holds no metadata"):
-        look(tmp_path)
+        show(tmp_path)
     zarr.create_group(store=tmp_path / "foreign", zarr_format=3)
     with pytest.raises(InputError, match="not one that gelcone wrote"):
-        look(tmp_path / "foreign")
+        show(tmp_path / "foreign")
 
 
 @pytest.mark.parametrize(("number", "remedy"), [("ENOSPC", "free some space"), ("EROFS", "make it writable")])
@@ -361,10 +377,10 @@ def test_a_full_or_read_only_disk_loses_nothing(tmp_path, monkeypatch, number, r
     with monkeypatch.context() as patch:
         patch.setattr(store, "_write_part", refuse)
         with pytest.raises(InputError, match=f"what it holds is safe: {remedy} and continue with --resume"):
-            survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+            sweep(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
     assert files(tmp_path / "s") == before
-    survey(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
-    assert (look(tmp_path / "s")["status"] != Status.MISSING).all()
+    sweep(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+    assert (show(tmp_path / "s")["status"] != Status.MISSING).all()
 
 
 # --- processes --------------------------------------------------------------------------------------------------------
@@ -397,18 +413,18 @@ def test_ctrl_c_ends_soon_and_leaves_a_store_to_resume(tmp_path, who):
     _, error = process.communicate(timeout=20.0)
     assert time.monotonic() - told < 4.0  # two seconds on a machine that does nothing else
     assert (process.returncode, error.strip()) == (130, "interrupted")
-    held = look(path)
+    held = show(path)
     assert 0 < int((held["status"] == Status.COMPUTED).sum()) < held["status"].size
 
 
 def test_processes_start_also_where_dasks_usual_port_is_taken():
     pytest.importorskip("distributed")
-    few = Plan(FAST, {"voltage": [0.1, 0.2]}, **QUICK)
+    few = Plan(FAST, {"voltage": [0.1, 0.2]}, options=QUICK)
     with socket.socket() as taken:
         with suppress(OSError):  # taken already
             taken.bind(("127.0.0.1", 8787))
             taken.listen()
-        same(survey(few, workers=workers.cluster(1)), survey(few))  # a warning would be an error
+        same(sweep(few, workers=workers.cluster(1)), sweep(few))  # a warning would be an error
 
 
 def test_processes_give_the_same_bits_also_when_one_dies(whole, monkeypatch):
@@ -424,12 +440,10 @@ def test_processes_give_the_same_bits_also_when_one_dies(whole, monkeypatch):
             if not killed:
                 killed.append(os.kill(victims[0], signal.SIGKILL))
 
-        result = survey(
-            PLAN, coarsest=COARSE, workers=workers.cluster(scheduler=cluster.scheduler_address), progress=kill
-        )
+        result = sweep(PLAN, coarsest=COARSE, workers=workers.cluster(scheduler=cluster.scheduler_address), watch=kill)
         monkeypatch.setattr(workers, "__version__", "9.9")
         with pytest.raises(InputError, match=r"its workers have .*, here is 9\.9; install the same"):
-            survey(PLAN, workers=workers.cluster(scheduler=cluster.scheduler_address))
+            sweep(PLAN, workers=workers.cluster(scheduler=cluster.scheduler_address))
     assert killed
     same(result, whole)
 
@@ -438,7 +452,7 @@ def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr(workers, "CONNECT_SECONDS", 1)
     with pytest.raises(InputError, match="scheduler tcp://localhost:9: does not answer; start one"):
-        survey(PLAN, workers=workers.cluster(scheduler="tcp://localhost:9"))
+        sweep(PLAN, workers=workers.cluster(scheduler="tcp://localhost:9"))
 
 
 def test_workers_are_checked():
@@ -453,8 +467,8 @@ def test_workers_are_checked():
 def test_a_store_of_another_version_says_so(tmp_path, monkeypatch):
     whole_record = module.plan_record
     monkeypatch.setattr(
-        module, "plan_record", lambda *given: {k: v for k, v in whole_record(*given).items() if k != "field_limit"}
+        module, "plan_record", lambda *given: {k: v for k, v in whole_record(*given).items() if k != "options"}
     )
-    survey(Plan(FAST, {"voltage": [0.1, 0.2]}, **QUICK), store=tmp_path / "s")
-    with pytest.raises(InputError, match=r"its plan lacks field_limit; it was made by another version"):
-        stored_plan(tmp_path / "s")
+    sweep(Plan(FAST, {"voltage": [0.1, 0.2]}, options=QUICK), store=tmp_path / "s")
+    with pytest.raises(InputError, match=r"its plan lacks options; it was made by another version"):
+        stored_sweep(tmp_path / "s")

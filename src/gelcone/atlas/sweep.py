@@ -1,32 +1,36 @@
 """Sweeps of any size: an analysis in every cell of a plan, by any workers, kept in a store while it runs.
 
-The grid's cells are computed all of them, or level by level with `gelcone.atlas.refinement`; what is not computed takes
-its values from a computed cell nearby. Cells go to the workers in tasks of about a second.
+Either every cell of the grid is computed, or the grid is refined level by level (`gelcone.atlas.refinement`) and cells
+that are not computed take their values from a computed cell nearby. Workers take cells in tasks of about a second.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.atlas.analyses import compute, find_analysis
+from gelcone import dataset
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import Tally, coordinates, device_record, label, plan_record
 from gelcone.atlas.refinement import Cells, Kinds, Refined, border_dimension, refine
 from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of, open_store
-from gelcone.atlas.workers import Team, Workers, threads
+from gelcone.atlas.workers import Team, Workers
+from gelcone.atlas.workers import threads as start_threads
 from gelcone.codes import Outcome, Regime
-from gelcone.errors import InputError
+from gelcone.errors import InputError, unknown_name
 from gelcone.motion.heyoka import LANES
-from gelcone.motion.settle import start_states
-from gelcone.progress import Stopped
+from gelcone.motion.settle import check_budgets, complete, members_of, start_states
+from gelcone.progress import Progress, Stopped
+from gelcone.quantity import check_count
+from gelcone.register.analyses import find_analysis
+from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,45 +38,53 @@ if TYPE_CHECKING:
     from gelcone.devices.device import Device
 
 TASK_CELLS = 64
-"""Cells of a task at most: some seconds of work, many lanes of the integrator."""
+"""Most cells of a task: some seconds of work, many lanes of the integrator."""
 FEWEST_CELLS = 16
-"""Cells of a task, where there are as many: with fewer the lanes stay empty, and a cell costs a quarter more."""
+"""Fewest cells of a task, where there are as many: with fewer the lanes stay empty, and a cell costs a quarter more."""
 FLUSH_SECONDS, LONGEST_FLUSH_SECONDS = 2.0, 10.0
-"""What is done goes to the store so often: as a large map's writing takes longer, less often."""
+"""Time between two writes to the store; the longer writing takes, as for a large map, the longer."""
 FLUSH_SHARE = 0.05
 """Share of the time that writing takes, within these bounds."""
-REFINABLE = ("regime", "section")
-"""Analyses whose cells have a kind, so that a map of them can be refined where it changes."""
-_EVIDENCE = ("regime", "sign")
+LARGEST_KIND = 64
+"""Values of the variables that tell kinds of cells apart lie between -1 and this."""
 
 
-Progress = Callable[[Tally], None]
-
-
-def survey(
+def sweep(
     plan: Plan,
     analysis: str = "regime",
     *,
     coarsest: int | None = None,
+    keep: Sequence[str] = (),
     store: str | Path | None = None,
     resume: bool = False,
     device: Device | None = None,
     workers: Workers | None = None,
-    progress: Progress = lambda tally: None,
+    watch: Callable[[Tally], None] | None = None,
+    threads: int | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """An analysis in every cell of a plan.
 
+    A cell's numbers are those that the analysis itself gives of the cell's model and initial state, under the same
+    names, to the last bit, whoever computes it.
+
     Parameters
     ----------
-    plan : which parameters are swept over which values, and which are drawn.
-    analysis : one of `gelcone.atlas.analyses.ANALYSES`. Default ``"regime"``.
+    plan : which parameters are swept over which values, which are drawn, and the options of the analysis.
+    analysis : an analysis of `gelcone.register.analyses.SWEEPABLE`: regime, lyapunov, limits, settled or
+        operating_limits. Default ``"regime"``.
     coarsest : computes only a lattice of at least so many points along each axis, and what is needed to follow every
         change of regime, or of the exponent's sign, down to the finest cell. Default: all cells are computed.
-    store : folder that takes the results while they come, as a Zarr group.
-    resume : goes on with what the store holds, whose plan must be the same.
+    keep : variables with many values a cell that a sweep leaves out otherwise: ``section`` of regime; ``running_time``,
+        ``running_exponent``, ``finite_time`` and ``finite_exponent`` of lyapunov. Default none.
+    store : folder that keeps what is computed while the sweep runs (a Zarr group). Default none.
+    resume : continues with what ``store`` holds, whose plan must be the same. Default no.
     device : what the plan's model comes from; the store keeps it, so that what it holds can be shown in SI units.
-    workers : who computes: `gelcone.atlas.workers.threads` (default, one a core) or ``cluster``.
-    progress : called with a `Tally` after each task.
+        Default none.
+    workers : who computes, for example `gelcone.cluster`. Default threads of this process.
+    watch : called with a `Tally` of the cells after each task. Default none.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
@@ -82,34 +94,87 @@ def survey(
 
     Raises
     ------
-    InputError : for an unknown analysis, one that cannot be refined, no cell inside its stretch limit, and what
-        `gelcone.atlas.store.open_store` refuses.
+    InputError : for an unknown analysis or option, an analysis that cannot be swept or refined, no cell inside its
+        stretch limit, threads as well as workers, and what `gelcone.atlas.store.open_store` refuses.
     """
-    find_analysis(analysis)
-    if coarsest is not None and (analysis not in REFINABLE or plan.draws):
-        what = "draws of uncertain parameters" if plan.draws else f"the analysis {analysis}"
-        raise InputError(f"coarsest = {coarsest}: {what} cannot be refined; compute every cell")
+    found = find_analysis(analysis)
+    options = check_sweepable(found, plan, coarsest, keep)
     start_states(*plan.at(plan.grid))
-    cells = _Cells(plan)
+    if workers is not None and threads is not None:
+        raise InputError(f"threads = {threads}: workers are given too; give one of them")
+    report = _reporter(watch, progress)
+    compute_cells = partial(_task, replace(plan, options=options), found, tuple(keep))
+    cells = _Cells(plan, found.kinds)
     with ExitStack() as stack:
         if store is not None:
-            record, about = plan_record(plan, analysis, coarsest), device_record(device)
+            record, about = plan_record(plan, found, coarsest, keep), device_record(device)
             cells.keep_in(
                 stack.enter_context(open_store(Path(store), record, plan.dims, plan.shape, about=about, resume=resume))
             )
-        team = stack.enter_context((workers or threads())())
+        team = stack.enter_context((workers or start_threads(threads))())
         begun = time.monotonic()
 
         def timed(tally: Tally) -> None:
-            progress(replace(tally, seconds=time.monotonic() - begun))
+            report(replace(tally, seconds=time.monotonic() - begun))
 
         stack.enter_context(cells.flushed_at_the_end())
         wanted = refine(plan.shape, coarsest) if coarsest is not None else _all(plan.size)
-        refined = _follow(wanted, partial(_work, cells, team, analysis, timed))
+        refined = _follow(wanted, partial(_work, cells, team, compute_cells, timed))
         cells.infer(refined)
         totals = replace(cells.tally, seconds=time.monotonic() - begun)
-        progress(totals)
-    return label(plan, cells.fields, refined.sources, totals, f"sweep: {analysis}")
+        report(totals)
+    return label(plan, found, cells.fields, refined.sources, totals, f"sweep: {analysis}")
+
+
+def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: Sequence[str]) -> dict[str, Any]:
+    """The options of all cells, those not given by the plan at their defaults.
+
+    Raises `InputError` where the analysis cannot be swept, or not like this.
+    """
+    if analysis.cells is None:
+        raise InputError(f"{analysis.name}: cannot be swept; use gelcone.{analysis.name}")
+    for name in keep:
+        if name not in analysis.bulky:
+            raise unknown_name(f"variable that a sweep of {analysis.name} leaves out", name, analysis.bulky)
+    if coarsest is not None and (not analysis.kinds or plan.draws):
+        what = "draws of uncertain parameters" if plan.draws else f"the analysis {analysis.name}"
+        raise InputError(f"coarsest = {coarsest}: {what} cannot be refined; compute every cell")
+    options = analysis.settings(plan.options)
+    check_budgets(**{name: options[name] for name in ("window", "transient", "budget") if name in options})
+    if "rounds" in options:
+        check_count("rounds", options["rounds"], 1)
+    return options
+
+
+def _reporter(watch: Callable[[Tally], None] | None, progress: Progress) -> Callable[[Tally], None]:
+    """Passes a tally on, and what it adds to the share of the cells that are done."""
+    done = 0.0
+
+    def report(tally: Tally) -> None:
+        nonlocal done
+        now = (tally.computed + tally.inferred) / tally.cells
+        if watch is not None:
+            watch(tally)
+        if progress is not None and now > done:
+            progress(now - done)
+        done = max(now, done)
+
+    return report
+
+
+def compute(plan: Plan, analysis: Analysis, cells: Cells, keep: Sequence[str] = ()) -> xr.Dataset:
+    """An analysis of some cells of the flattened grid, over ``member`` in the order given; the plan has all options."""
+    model, states = plan.at(plan.values(cells))
+    members = members_of(model)
+    found = analysis.compute(members, complete(members, states), threads=1, **plan.options)
+    kept = {name: v for name, v in found.variables.items() if name in keep or name not in analysis.bulky}
+    result = dataset.label(members, kept, outcome=found.outcome, options={}, title=analysis.name)
+    if "regime" in result:
+        result["regime"].attrs |= {
+            "flag_values": np.array([kind.value for kind in Regime], dtype=np.int8),
+            "flag_meanings": " ".join(kind.name.lower() for kind in Regime),
+        }
+    return result.reset_coords(drop=True)
 
 
 def _all(size: int) -> Generator[Cells, Kinds, Refined]:
@@ -129,11 +194,14 @@ def _follow(wanted: Generator[Cells, Kinds, Refined], answer: Callable[[Cells], 
         return refined
 
 
-def _work(cells: _Cells, team: Team, analysis: str, progress: Progress, asked: Cells) -> Kinds:
+Task = Callable[[Cells], "list[tuple[Cells, xr.Dataset | None]]"]
+
+
+def _work(cells: _Cells, team: Team, task: Task, progress: Callable[[Tally], None], asked: Cells) -> Kinds:
     """Has those of the cells computed that are not there yet; the kinds of all."""
     cells.ask(asked)
     tasks = _tasks(asked[~cells.computed[asked]], team.size)
-    for parts, steps in team.run(partial(_task, cells.plan, analysis), tasks):
+    for parts, steps in team.run(task, tasks):
         cells.take(parts, steps)
         progress(cells.tally)
     if not cells.fields:
@@ -151,23 +219,24 @@ def _tasks(cells: Cells, team: int) -> Iterator[Cells]:
         first = last
 
 
-def _task(plan: Plan, analysis: str, cells: Cells) -> list[tuple[Cells, xr.Dataset | None]]:
+def _task(plan: Plan, analysis: Analysis, keep: tuple[str, ...], cells: Cells) -> list[tuple[Cells, xr.Dataset | None]]:
     """Computes some cells. Where that raises an error they are tried one by one; those that raise it have no result."""
     try:
-        return [(cells, compute(plan, analysis, cells))]
+        return [(cells, compute(plan, analysis, cells, keep))]
     except (Stopped, InputError, MemoryError):
         raise
     except Exception:
         if cells.size == 1:
             return [(cells, None)]
-    return [part for cell in np.split(cells, cells.size) for part in _task(plan, analysis, cell)]
+    return [part for cell in np.split(cells, cells.size) for part in _task(plan, analysis, keep, cell)]
 
 
 class _Cells:
     """What is known of the cells of a plan, in memory and - with a store - on disk."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, kinds: tuple[str, ...]) -> None:
         self.plan = plan
+        self._kinds = kinds
         self.fields: dict[str, Field] = {}
         self.computed = np.zeros(plan.size, dtype=bool)
         self.tally = Tally(plan.size)
@@ -260,7 +329,7 @@ class _Cells:
 
     def kinds(self, cells: Cells) -> Kinds:
         """A number for each kind that cells are told apart by; 0 for an analysis without kinds."""
-        if not all(name in self.fields for name in _EVIDENCE):
-            return np.zeros(cells.size, dtype=np.int64)
-        regime, sign = (self.fields[name].values[cells].astype(np.int64) for name in _EVIDENCE)
-        return 3 * regime + sign + 1
+        kinds = np.zeros(cells.size, dtype=np.int64)
+        for name in self._kinds if self.fields else ():
+            kinds = (LARGEST_KIND + 2) * kinds + self.fields[name].values[cells].astype(np.int64) + 1
+        return kinds

@@ -1,0 +1,252 @@
+"""Answers in words and as JSON: what all analyses share. SI units for a device, headings, outcomes, members, files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.analyses.subject import IN_SI
+from gelcone.codes import Outcome, Regime
+from gelcone.words import DISCORD, members_of, regime_counts, shortened, unit_of
+from gelcone.words import MOST_LINES as MOST_PRINTED
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from gelcone.analyses.subject import Subject
+    from gelcone.devices.device import Device
+
+UNIT = "per unit dimensionless time"
+_QUANTITIES: Mapping[str, str] = {
+    "voltage": "voltage",
+    "voltage_bias": "voltage",
+    "drive_frequency": "frequency",
+    "rest_height": "length",
+    "spring_stiffness": "stiffness",
+}
+assert _QUANTITIES.keys() == IN_SI.keys()
+
+
+# --- SI units ---------------------------------------------------------------------------------------------------------
+
+
+def in_si(result: xr.Dataset, subject: Subject) -> xr.Dataset:
+    """The result in millimetres, volts and so on when there is a device.
+
+    The dimensionless parameters stay; the SI values of those that have some stand beside them as ``NAME_si``.
+    """
+    if subject.device is None:
+        return result
+    from gelcone.devices.si import READ_AS, factor, to_si
+
+    shown = to_si(result, subject.device)
+    for name, variable in shown.data_vars.items():
+        # Displacement and velocity side by side in one variable, each with its own scale.
+        if variable.attrs.get("quantity") == "state" and variable.attrs["units"] == "1":
+            quantities = ("length", "velocity")
+            scaled = variable * [factor(subject.device, quantity) for quantity in quantities]
+            scaled.attrs = variable.attrs | {"units": ", ".join(READ_AS[quantity][0] for quantity in quantities)}
+            shown[name] = scaled
+    for name, coord in result.coords.items():
+        scale = parameter_scale(str(name), subject.device)
+        if scale is not None:
+            attrs = {"long_name": str(coord.attrs["long_name"]), "units": scale[1], "quantity": "si"}
+            shown = shown.assign_coords({f"{name}_si": (coord.dims, coord.values * scale[0], attrs)})
+    return shown
+
+
+def parameter_scale(name: str, device: Device) -> tuple[float, str] | None:
+    """What one dimensionless unit of a parameter is for a device, and in which unit; None for one without a scale."""
+    if name not in _QUANTITIES:
+        return None
+    from gelcone.devices.si import READ_AS, factor
+
+    quantity = _QUANTITIES[name]
+    return factor(device, quantity), READ_AS[quantity][0]
+
+
+# --- JSON -------------------------------------------------------------------------------------------------------------
+
+
+def common_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """What every JSON object holds: how the runs ended, the parameters, the initial state, the options, the device."""
+    content = {
+        "outcome": outcome_names(result),
+        "parameters": parameters_json(subject.model),
+        "initial": list(subject.initial),
+        "options": json.loads(result.attrs["options"]),
+    }
+    return content if subject.device is None else content | {"device": subject.device.name}
+
+
+def si_json(shown: xr.Dataset, names: Iterable[str]) -> dict[str, Any]:
+    """Some variables of a result in SI units, each with its unit."""
+    return {name: {"units": shown[name].attrs["units"], "values": shown[name]} for name in names}
+
+
+def plain(value: Any) -> Any:
+    """``value`` in the types of JSON; what is not a finite number becomes null."""
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if hasattr(value, "dims"):
+        value = value.values
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
+
+
+def parameters_json(model: Any) -> dict[str, Any]:
+    """The model's parameters; an infinite stretch limit is the string "inf"."""
+
+    def write(value: Any) -> Any:
+        array = np.asarray(value, dtype=object)
+        return (
+            ["inf" if v == np.inf else v for v in array.ravel()] if array.ndim else "inf" if value == np.inf else value
+        )
+
+    return {name: write(value) for name, value in model.parameters().items()}
+
+
+def outcome_names(result: xr.Dataset) -> Any:
+    """The outcome of a single run as a name, of an ensemble as (nested) lists of names."""
+    return _names(result["outcome"], lambda code: Outcome(code).name.lower())
+
+
+def regime_names(codes: Any) -> Any:
+    """Codes of `Regime` as names, nested lists for arrays."""
+    return _names(codes, lambda code: Regime(code).label)
+
+
+def periods_json(periods: Any) -> Any:
+    """Periods in forcing periods, null where a motion has none."""
+    return _names(periods, lambda period: int(period) or None)
+
+
+def _names(codes: Any, name: Callable[[Any], Any]) -> Any:
+    return np.vectorize(name, otypes=[object])(np.asarray(codes)).tolist()
+
+
+def first(variable: xr.DataArray) -> xr.DataArray:
+    """The largest exponent of a variable that holds all; another variable as it is."""
+    return variable.isel(exponent=0) if "exponent" in variable.dims else variable
+
+
+def marked_cells(result: xr.Dataset) -> dict[str, list[dict[str, Any]]]:
+    """The cells that failed, each with its outcome, and those whose evidence is doubtful, each with its regime."""
+
+    def cells(which: Any, kind: str, name: Callable[[int], str]) -> list[dict[str, Any]]:
+        places = [np.nonzero(which)[axis] for axis in range(which.ndim)]
+        columns: dict[str, Any] = {
+            str(dim): result[dim].values[at] for dim, at in zip(result["outcome"].dims, places, strict=True)
+        }
+        columns[kind] = [name(int(code)) for code in result[kind].values[which]]
+        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+    failed = result["outcome"].values != 0
+    doubtful = (result["doubtful"].values != 0) & ~failed
+    return {
+        "failed": cells(failed, "outcome", lambda code: Outcome(code).name.lower()),
+        "doubtful": cells(doubtful, "regime", lambda code: Regime(code).label),
+    }
+
+
+# --- words ------------------------------------------------------------------------------------------------------------
+
+
+def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
+    """First lines of a text: what was computed on, with those parameters that are one number and not swept."""
+    numbers = {k: v for k, v in subject.model.parameters().items() if isinstance(v, float) and k not in swept}
+    name = subject.device.name if subject.device else "cone model, dimensionless"
+    lines = [name, "  " + ", ".join(f"{k} {v:.4g}" for k, v in numbers.items())]
+    about = subject.model.film.describe()
+    return [*lines, f"  {about}"] if about else lines
+
+
+def outcome_lines(result: xr.Dataset) -> list[str]:
+    """How many runs did not end well, and what to do about them."""
+    codes = result["outcome"].values.ravel()
+    counts = {outcome: int((codes == outcome).sum()) for outcome in Outcome if outcome}
+    return [f"{n} of {codes.size} run(s) failed: {outcome.meaning}" for outcome, n in counts.items() if n]
+
+
+def ending_lines(result: xr.Dataset) -> list[str]:
+    """How the members of an ensemble ended, a line a kind; of a single run only how it failed."""
+    codes = result["outcome"].values.ravel()
+    counts = {outcome: int((codes == outcome).sum()) for outcome in Outcome}
+    return [
+        f"  {count} of {codes.size}: {outcome.meaning}"
+        for outcome, count in counts.items()
+        if count and (outcome or codes.size > 1)
+    ]
+
+
+def counts_text(result: xr.Dataset) -> str:
+    """How many cells move in each way that occurs, in one line."""
+    return ", ".join(f"{name} {count}" for name, count in regime_counts(result).items())
+
+
+def doubt_lines(result: xr.Dataset) -> list[str]:
+    """How many results are doubtful."""
+    doubtful = (result["doubtful"].values != 0) & (result["outcome"].values == 0)
+    count = int(doubtful.sum())
+    return [f"{count} of {doubtful.size} doubtful: {DISCORD}, check before you rely on it"] * bool(count)
+
+
+def member_lines(result: xr.Dataset, describe: Callable[[xr.Dataset], str]) -> list[str]:
+    """One line for each of the first members of an ensemble, beginning with its varied parameters."""
+    lines = [f"  {name}: {describe(member)}" for name, member in members_of(result, MOST_PRINTED)]
+    return shortened(lines, result["outcome"].size)
+
+
+def grid_text(shown: xr.Dataset, names: Iterable[Any]) -> str:
+    """The swept coordinates in one line."""
+    spans = []
+    for dim in names:
+        with_si = f" ({_ends(shown[f'{dim}_si'])})" if f"{dim}_si" in shown.coords else ""
+        spans.append(f"{dim} {_ends(shown[dim])}{with_si}, {shown.sizes[dim]} values")
+    return "; ".join(spans)
+
+
+def _ends(coordinate: xr.DataArray) -> str:
+    return f"{float(coordinate[0]):.6g} to {float(coordinate[-1]):.6g}{unit_of(coordinate)}"
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+def result_paths(out: Path, name: str) -> tuple[Path, Path]:
+    """The files NAME.nc and NAME.png in the folder ``out``."""
+    return out / f"{name}.nc", out / f"{name}.png"
+
+
+def check_folder(out: Path | None, name: str, force: bool) -> None:
+    """Refuses a result that exists or a folder that cannot be written, before any work is done."""
+    if out is not None:
+        from gelcone.files import check_writable
+
+        check_writable(result_paths(out, name), force=force)
+
+
+def write_results(out: Path, name: str, result: xr.Dataset, figure: Figure, force: bool) -> tuple[Path, Path]:
+    """Writes NAME.nc and NAME.png; both appear whole or none does."""
+    from gelcone.dataset import write_netcdf
+    from gelcone.files import write_together
+    from gelcone.plots import style
+
+    data, picture = result_paths(out, name)
+    write_together(
+        {data: lambda to: write_netcdf(result, to), picture: lambda to: style.draw_file(figure, to)},
+        force=force,
+    )
+    return data, picture

@@ -1,0 +1,205 @@
+"""Answers about where a device is safe to drive."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.analyses.answer import common_json, heading
+from gelcone.codes import Regime
+from gelcone.errors import InputError
+from gelcone.words import unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.analyses.subject import Subject
+
+_AXES = {"voltage": "peaks", "drive_frequency": "frequencies"}
+_STATIC = ("peak_voltage", "stroke", "blocked_force", "natural_frequency")
+_DRIVEN = ("driven_peak", "driven_stroke", "driven_power", "driven_apparent_power")
+_WINDOW = ("drive_frequency", "recommended_peak", "window_stroke", "window_power", "window_apparent_power")
+_HEADS = ("frequency", "up to", "stroke", "power", "apparent")
+_WIDTHS = (18, 12, 14, 14, 16)
+
+
+def envelope_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of `gelcone.envelope`."""
+    subject.without_initial("an envelope starts from the device's rest; leave it out")
+    arguments = {name: value for name, value in given.items() if name != "over"}
+    for name, values in subject.over(given.get("over", ())).items():
+        if name not in _AXES:
+            raise InputError(f"--over {name}: an envelope is over drive_frequency and voltage; leave it out")
+        arguments[_AXES[name]] = values
+    return arguments
+
+
+def envelope_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object; voltages, frequencies and so on in SI units for a device."""
+    values = (*_STATIC, *_DRIVEN, *_WINDOW, "recommended_constant")
+    common = common_json(result.drop_vars("outcome").assign(outcome=0), subject)
+    static = zip(_names(shown, "static_limit"), shown["static_limit_voltage"].values, strict=True)
+    return {
+        **{k: v for k, v in common.items() if k != "outcome"},
+        "units": {name: shown[name].attrs["units"] for name in values},
+        "static_limits": {name: _reading(name, voltage) for name, voltage in static},
+        "driven_limits": {
+            name: _reading(name, np.nan)
+            if np.isnan(shown["limit_low"].values[i]).all()
+            else {"low": shown["limit_low"].values[i], "high": shown["limit_high"].values[i]}
+            for i, name in enumerate(_names(shown, "driven_limit"))
+        },
+        "first_limit": [_first_name(shown, i) for i in shown["first_limit"].values],
+        "window_motion": [None if r != r else Regime(int(r)).label for r in shown["window_regime"].values],
+        **{name: shown[name] for name in values},
+    }
+
+
+def _names(shown: xr.Dataset, dim: str) -> list[str]:
+    """The names along a dim of limits."""
+    return [str(name) for name in shown[dim].values]
+
+
+def _first_name(shown: xr.Dataset, index: int) -> str | None:
+    """Name of the driven limit that comes first, None where none does."""
+    return None if index < 0 else _names(shown, "driven_limit")[int(index)]
+
+
+def _reading(name: str, voltage: float) -> float | str:
+    """A limit's voltage, or in words why it has none."""
+    if np.isnan(voltage):
+        return "unknown" if name == "dielectric breakdown" else "not applicable"
+    return "not reached" if np.isinf(voltage) else float(voltage)
+
+
+def envelope_words(shown: xr.Dataset, subject: Subject) -> str:
+    """An envelope as text: all limits, the window over frequency with what it yields, and the own drive."""
+    return "\n".join([*heading(subject), *_limits_table(shown), *_static_lines(shown), *_window_table(shown)])
+
+
+def _limits_table(shown: xr.Dataset) -> Iterator[str]:
+    """Each limit at a constant voltage, and the lowest peak voltage at which a driven motion meets it."""
+    static = dict(zip(_names(shown, "static_limit"), shown["static_limit_voltage"].values, strict=True))
+    driven_names = _names(shown, "driven_limit")
+    yield f"{'limit':22s}  {'constant voltage':16s}  driven, lowest peak voltage"
+    for name in dict.fromkeys([*static, *driven_names]):
+        told = _static_reading(shown, name, static[name]) if name in static else "-"
+        row = _lowest_driven(shown, driven_names.index(name)) if name in driven_names else "-"
+        yield f"  {name:20s}  {told:16s}  {row}"
+    if np.isnan(static["dielectric breakdown"]):
+        yield "the dielectric strength is not given: the window takes no account of breakdown"
+
+
+def _static_reading(shown: xr.Dataset, name: str, voltage: float) -> str:
+    if np.isinf(voltage) and name not in ("pitchfork", "pull-in"):
+        return f"above {_plain(shown['peak_voltage'].max())}{unit_of(shown['peak_voltage'])}"
+    value = _reading(name, voltage)
+    return value if isinstance(value, str) else f"{_plain(value)}{unit_of(shown['peak_voltage'])}"
+
+
+def _lowest_driven(shown: xr.Dataset, row: int) -> str:
+    low = shown["limit_low"].values[row]
+    if np.isnan(low).all():
+        return str(_reading(_names(shown, "driven_limit")[row], np.nan))
+    k = int(np.argmin(low))
+    frequency = shown["drive_frequency"]
+    if np.isinf(low[k]):
+        return f"above {_plain(shown['driven_peak'].max())}{unit_of(shown['driven_peak'])}"
+    return f"{_interval(shown, row, k)} at {_plain(frequency[k])}{unit_of(frequency)}"
+
+
+def _interval(shown: xr.Dataset, row: int, k: int) -> str:
+    low, high = (_plain(shown[name].values[row, k]) for name in ("limit_low", "limit_high"))
+    return f"{low if low == high else f'{low} to {high}'}{unit_of(shown['driven_peak'])}"
+
+
+def _static_lines(shown: xr.Dataset) -> Iterator[str]:
+    """The recommended constant voltage, with stroke, blocked force and natural frequency there."""
+    highest, margin = float(shown["recommended_constant"]), _margin_of(shown)
+    if highest <= 0.0:
+        yield "no constant voltage is recommended: the film is slack from 0 on; pre-stretch it"
+        return
+    at = {
+        name: f"{_plain(np.interp(highest, shown['peak_voltage'], shown[name]))}{unit_of(shown[name])}"
+        for name in _STATIC
+    }
+    still = _plain(shown["natural_frequency"][0])
+    yield (
+        f"recommended constant voltage, {margin:.0%} below its limits: {at['peak_voltage']}; stroke {at['stroke']}, "
+        f"blocked force {at['blocked_force']}, natural frequency {at['natural_frequency']} ({still} at 0)"
+    )
+
+
+def _margin_of(shown: xr.Dataset) -> float:
+    """The margin that the envelope was made with."""
+    return float(json.loads(shown.attrs["options"])["margin"])
+
+
+def _window_table(shown: xr.Dataset) -> Iterator[str]:
+    """The recommended window over drive frequency; neighbouring frequencies of equal rows in one."""
+    recommended = shown["recommended_peak"].values
+    if (recommended <= 0.0).all():
+        first = dict.fromkeys(_first_name(shown, i) for i in shown["first_limit"].values)
+        yield f"no driven window is recommended: {', '.join(map(str, first))} from 0 on at every frequency"
+    else:
+        units = [shown[name].attrs["units"].replace("1", "") for name in _WINDOW]
+        told = [f"{text} ({u})" if u else text for text, u in zip(_HEADS, units, strict=True)]
+        yield f"recommended drive, {_margin_of(shown):.0%} below its limits:"
+        yield "  " + "".join(f"{head:{width}s}" for head, width in zip(told, _WIDTHS, strict=True)) + "first limit"
+        frequency = shown["drive_frequency"].values
+        rows = [_window_row(shown, k) for k in range(frequency.size)]
+        for row, group in itertools.groupby(range(frequency.size), key=lambda k: rows[k]):
+            ks = list(group)
+            span = _plain(frequency[ks[0]]) + (f" to {_plain(frequency[ks[-1]])}" if len(ks) > 1 else "")
+            yield f"  {span:{_WIDTHS[0]}s}{row}"
+        if (shown["window_regime"].values == 0.0).all():
+            yield "within the window the film stays at rest: only a bias and a spring that lifts the disc move it there"
+    yield _own_line(shown)
+
+
+def _window_row(shown: xr.Dataset, k: int) -> str:
+    """Recommended peak, what it yields, and the limit that comes first, at one drive frequency."""
+    recommended = float(shown["recommended_peak"][k])
+    if recommended <= 0.0:
+        cells = ["none", "-", "-", "-"]
+    else:
+        rest = shown["window_regime"].values[k] == 0.0
+        moved = ["at rest", "0"] if rest else [_plain(shown[name][k]) for name in _WINDOW[2:4]]
+        cells = [_plain(recommended), *moved, _plain(shown[_WINDOW[4]][k])]
+    first = int(shown["first_limit"].values[k])
+    lowest_static = float(np.nanmin(shown["static_limit_voltage"].values, initial=np.inf))
+    low = np.inf if first < 0 else float(shown["limit_low"].values[first, k])
+    if np.isinf(min(low, lowest_static)):
+        told = "none met"
+    elif lowest_static < low:
+        at = int(np.nanargmin(shown["static_limit_voltage"].values))
+        told = f"{_names(shown, 'static_limit')[at]} held at {_plain(lowest_static)}{unit_of(shown['driven_peak'])}"
+    else:
+        told = f"{_first_name(shown, first)} {_interval(shown, first, k)}"
+    return "".join(f"{cell:{width}s}" for cell, width in zip(cells, _WIDTHS[1:], strict=True)) + told
+
+
+def _own_line(shown: xr.Dataset) -> str:
+    """Where the device's own drive lies."""
+    peak, frequency = float(shown["own_peak"]), float(shown["own_frequency"])
+    volt, hertz = unit_of(shown["own_peak"]), unit_of(shown["own_frequency"])
+    own = f"its own drive, {_plain(peak)}{volt} at {_plain(frequency)}{hertz}:"
+    looked = shown["drive_frequency"].values
+    if not looked[0] <= frequency <= looked[-1]:
+        return f"{own} outside the frequencies looked at"
+    highest = float(np.interp(frequency, looked, shown["recommended_peak"].values))
+    limit = highest / (1.0 - _margin_of(shown))
+    if peak <= highest:
+        return f"{own} inside the window, {_plain(highest)}{volt} there"
+    return (
+        f"{own} above the window, {_plain(highest)}{volt} there, and {'below' if peak <= limit else 'beyond'} a limit"
+    )
+
+
+def _plain(value: Any) -> str:
+    """A number to four digits, a large one without an exponent."""
+    return f"{float(f'{float(value):.4g}'):.10g}"

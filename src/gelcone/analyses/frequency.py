@@ -1,0 +1,107 @@
+"""Answers about the response over drive frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.analyses.answer import common_json, heading, outcome_lines, periods_json
+from gelcone.errors import InputError
+from gelcone.words import kinds_of_motion, shortened, unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.analyses.subject import Subject
+
+_PEAK = ("peak_frequency", "peak_low", "peak_high", "peak_amplitude", "peak_amplitude_error")
+_JUMP = ("jump_low", "jump_high", "jump_from", "jump_to")
+_CURVES = ("stroke", "lowest", "highest", "harmonic_amplitude", "harmonic_phase")
+
+
+def frequency_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of `gelcone.frequency`."""
+    swept = subject.over(given.get("over", ()))
+    if list(swept) not in ([], ["drive_frequency"]):
+        raise InputError(
+            "--over: a frequency response takes drive_frequency alone, as in --over drive_frequency=0.1:2:80"
+        )
+    others = {name: value for name, value in given.items() if name != "over"}
+    return {"frequencies": swept.get("drive_frequency"), **others}
+
+
+def frequency_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object; frequencies and lengths in SI units for a device."""
+    named = ("drive_frequency", "stroke", "harmonic_phase")
+    return {
+        "units": {name: shown[name].attrs["units"] for name in named} | {"harmonic_phase": "degrees"},
+        "drive_frequency": shown["drive_frequency"],
+        "harmonic": shown["harmonic"],
+        "branches": {str(branch): _branch_json(shown.sel(branch=branch)) for branch in shown["branch"].values},
+        "jumps": [_jump_json(shown.isel(jump=i)) for i in range(shown.sizes["jump"])],
+        "linear": {name: shown[f"linear_{name}"] for name in ("stroke", "amplitude", "phase")},
+        **common_json(result, subject),
+    }
+
+
+def _branch_json(own: xr.Dataset) -> dict[str, Any]:
+    return {
+        **{name: own[name] for name in _CURVES},
+        "period": periods_json(own["period"]),
+        "peak": {name.removeprefix("peak_"): float(own[name]) for name in _PEAK},
+    }
+
+
+def _jump_json(jump: xr.Dataset) -> dict[str, Any]:
+    numbers = {name.removeprefix("jump_"): float(jump[name]) for name in _JUMP}
+    return {"branch": str(jump["jump_branch"].values), **numbers}
+
+
+def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
+    """A frequency response as text: the peak and what is not periodic on each sweep, linear theory, the jumps."""
+    hertz, length = unit_of(shown["drive_frequency"]), unit_of(shown["stroke"])
+    frequency = shown["drive_frequency"].values
+    lines = [
+        *heading(subject, ["drive_frequency"]),
+        f"drive frequency {frequency[0]:.6g} to {frequency[-1]:.6g}{hertz}, {frequency.size} values",
+        *outcome_lines(shown),
+    ]
+    for branch in shown["branch"].values:
+        lines += _branch_lines(str(branch), shown.sel(branch=branch), hertz, length)
+    linear = shown["linear_stroke"].values
+    if np.isfinite(linear).all():
+        k = int(linear.argmax())
+        lines.append(f"linear theory: largest stroke {linear[k]:.4g}{length} at {frequency[k]:.5g}{hertz}")
+    else:
+        lines.append("no linear theory: no stable equilibrium under the drive's mean square")
+    return "\n".join([*lines, *shortened(_jump_lines(shown, hertz, length))])
+
+
+def _branch_lines(branch: str, own: xr.Dataset, hertz: str, length: str) -> list[str]:
+    """The peak of one sweep, and at how many frequencies the motion does not follow the drive."""
+    frequency = own["drive_frequency"].values
+    stroke, error = 2.0 * float(own["peak_amplitude"]), 2.0 * float(own["peak_amplitude_error"])
+    at = f"{float(own['peak_frequency']):.5g} [{float(own['peak_low']):.5g}, {float(own['peak_high']):.5g}]{hertz}"
+    ends = float(own["peak_frequency"]) in (frequency[0], frequency[-1])
+    rising = ", an end of the frequencies: it may rise beyond" if ends else ""
+    lines = [f"swept {branch:5s} largest stroke {stroke:.4g} ± {error:.1g}{length} at {at}{rising}"]
+    counts = {kind: int(which.sum()) for kind, which in kinds_of_motion(own).items()}
+    kinds = ", ".join(f"{kind} at {n}" for kind, n in counts.items() if n)
+    return [*lines, f"            {kinds} of {frequency.size} frequencies"] if kinds else lines
+
+
+def _jump_lines(shown: xr.Dataset, hertz: str, length: str) -> list[str]:
+    """Where each sweep jumps, from which stroke to which."""
+    if not shown.sizes["jump"]:
+        return ["no jump: both sweeps show the same motion"]
+    lines = ["jumps (the sweeps differ between):"]
+    for i in range(shown.sizes["jump"]):
+        jump = shown.isel(jump=i)
+        low, high, before, after = (float(jump[name]) for name in _JUMP)
+        lines.append(
+            f"  swept {jump['jump_branch'].values!s:5s} at {low:.5g} to {high:.5g}{hertz}: "
+            f"stroke {2.0 * before:.4g} -> {2.0 * after:.4g}{length}"
+        )
+    return lines

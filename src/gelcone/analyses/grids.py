@@ -1,0 +1,320 @@
+"""Answers about many cells: bifurcation diagrams, maps, sweeps, stores and basins of attraction."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from gelcone.analyses.answer import (
+    UNIT,
+    common_json,
+    counts_text,
+    doubt_lines,
+    first,
+    grid_text,
+    heading,
+    marked_cells,
+    outcome_lines,
+    parameter_scale,
+    periods_json,
+    regime_names,
+    si_json,
+)
+from gelcone.analyses.subject import STATES, read_states
+from gelcone.errors import InputError
+from gelcone.words import attractor_in_words, rate_unit, regime_counts, shortened, with_error
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.analyses.subject import Subject
+
+
+def _cells_json(result: xr.Dataset) -> dict[str, Any]:
+    """What is known of every cell, nested in the order of ``axes``."""
+    counts = regime_counts(result)
+    return {
+        "axes": {str(dim): result[dim] for dim in result["regime"].dims},
+        "counts": counts,
+        "chaotic_share": counts.get("chaotic", 0) / result["regime"].size,
+        "regime": regime_names(result["regime"]),
+        "period": periods_json(result["period"]),
+        "lyapunov": {
+            "values": first(result["lyapunov"]),
+            "standard_error": first(result["standard_error"]),
+            "unit": UNIT,
+        },
+        "lowest": result["lowest"],
+        "highest": result["highest"],
+        **marked_cells(result),
+    }
+
+
+# --- bifurcation diagrams ---------------------------------------------------------------------------------------------
+
+
+def bifurcation_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of `gelcone.bifurcation`."""
+    swept = subject.over(given.get("over", ()))
+    if len(swept) != 1:
+        other = "two make a `gelcone map`" if len(swept) == 2 else "for example --over voltage=0:2:401"
+        raise InputError(f"--over: a bifurcation diagram takes one parameter, not {len(swept)}; {other}")
+    ((name, values),) = swept.items()
+    arguments = {key: value for key, value in given.items() if key != "over"}
+    if "sweeps" in arguments:
+        arguments["sweeps"] = read_sweeps(arguments["sweeps"])
+    return {"parameter": name, "values": values, **arguments}
+
+
+def read_sweeps(text: str) -> list[str]:
+    """``up,down``, one of them, or ``none``."""
+    sweeps = [part.strip() for part in text.split(",")]
+    if sweeps == ["none"]:
+        return []
+    if not set(sweeps) <= {"up", "down"} or len(set(sweeps)) < len(sweeps):
+        raise InputError(f"--sweeps {text!r}: must be up, down, up,down or none")
+    return sweeps
+
+
+def bifurcation_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of a bifurcation diagram; section points are in the netCDF file."""
+    from gelcone.atlas.bifurcation import thresholds_of
+
+    name = result.attrs["parameter"]
+    content = {
+        "parameter": name,
+        "values": result[name],
+        "thresholds": thresholds_of(result),
+        "branches": {str(branch): _branch_json(result.sel(branch=branch)) for branch in result["branch"].values},
+        "unit": UNIT,
+        **marked_cells(result),
+        **common_json(result, subject),
+    }
+    if subject.device is None:
+        return content
+    measured = ("lowest", "highest", "lyapunov", "standard_error")
+    content["si"] = {n: {"units": shown[n].attrs["units"]} for n in measured} | {
+        "branches": {str(b): {n: first(shown.sel(branch=b)[n]) for n in measured} for b in shown["branch"].values}
+    }
+    scale = parameter_scale(name, subject.device)
+    if scale is not None:
+        content["si"] |= {
+            "values": {"units": scale[1], "values": shown[f"{name}_si"]},
+            "thresholds": [
+                row | {end: row[end] * scale[0] for end in ("low", "high")} | {"units": scale[1]}
+                for row in content["thresholds"]
+            ],
+        }
+    return content
+
+
+def _branch_json(branch: xr.Dataset) -> dict[str, Any]:
+    """What one branch is at each value."""
+    return {
+        "regime": regime_names(branch["regime"]),
+        "period": periods_json(branch["period"]),
+        "symmetric": branch["symmetric"].astype(bool),
+        **{name: first(branch[name]) for name in ("lyapunov", "standard_error", "lowest", "highest", "zero_one")},
+    }
+
+
+def bifurcation_words(shown: xr.Dataset, subject: Subject) -> str:
+    """A bifurcation diagram as text."""
+    name = shown.attrs["parameter"]
+    lines = [*heading(subject, [name]), grid_text(shown, [name]), *outcome_lines(shown)]
+    for branch in shown["branch"].values:
+        lines.append(f"  {branch}: {counts_text(shown.sel(branch=branch))}")
+    return "\n".join([*lines, *doubt_lines(shown), *_threshold_lines(shown, subject)])
+
+
+def _threshold_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
+    """Where the regime changes, on which branch, from what to what."""
+    from gelcone.atlas.bifurcation import thresholds_of
+
+    name = shown.attrs["parameter"]
+    scale = None if subject.device is None else parameter_scale(name, subject.device)
+    lines = []
+    for row in thresholds_of(shown):
+        low, high = row["low"], row["high"]
+        with_si = "" if scale is None else f" ({low * scale[0]:.6g} to {high * scale[0]:.6g} {scale[1]})"
+        lines.append(f"  {row['branch']}: {row['from']} -> {row['to']} at {name} {low:.6g} to {high:.6g}{with_si}")
+    return ["changes of regime:" if lines else "no change of regime", *shortened(lines)]
+
+
+# --- maps -------------------------------------------------------------------------------------------------------------
+
+
+def map_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of a map; arrays are nested in the order of ``axes``."""
+    content = _cells_json(result) | common_json(result, subject)
+    content |= {"status": result["status"], "totals": json.loads(result.attrs["totals"])}
+    if subject.device is not None:
+        swept = [f"{dim}_si" for dim in result["regime"].dims if f"{dim}_si" in shown.coords]
+        content["si"] = si_json(shown, [*swept, "lyapunov", "standard_error", "lowest", "highest"])
+    return content
+
+
+def map_words(shown: xr.Dataset, subject: Subject) -> str:
+    """A map as text."""
+    lines = [*heading(subject, shown["regime"].dims), grid_text(shown, shown["regime"].dims), *outcome_lines(shown)]
+    chaotic = regime_counts(shown).get("chaotic", 0) / shown["regime"].size
+    lines.append(f"{counts_text(shown)} ({100.0 * chaotic:.3g} % chaotic)")
+    lines.append(totals_text(json.loads(shown.attrs["totals"])))
+    return "\n".join([*lines, *_exponent_lines(shown), *doubt_lines(shown)])
+
+
+def _exponent_lines(shown: xr.Dataset) -> list[str]:
+    """The highest and the lowest of the largest exponents, and where they are."""
+    exponent = first(shown["lyapunov"])
+    if not exponent.notnull().any():
+        return []
+    lines = []
+    for word, at in (("highest", exponent.argmax(...)), ("lowest", exponent.argmin(...))):
+        cell = shown.isel(at)
+        value = with_error(float(cell["lyapunov"][0]), float(cell["standard_error"][0]))
+        where = ", ".join(f"{dim} {float(cell[dim]):.4g}" for dim in exponent.dims)
+        lines.append(f"{word} exponent {value} {rate_unit(exponent)} at {where}")
+    return lines
+
+
+# --- sweeps and stores ------------------------------------------------------------------------------------------------
+
+
+def sweep_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of a sweep; arrays are nested in the order of ``dims``."""
+    content: dict[str, Any] = {"dims": list(map(str, result["status"].dims))}
+    content |= {str(name): variable for name, variable in result.data_vars.items()}
+    content["draws"] = {name: result[f"drawn_{name}"] for name in _drawn(result)}
+    if "draw" in result.dims and "regime" in result:
+        from gelcone.atlas.uncertain import probability
+
+        content["probability"] = {str(name): variable for name, variable in probability(result).data_vars.items()}
+    return content | show_json(result, shown, subject)
+
+
+def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
+    """A sweep as text."""
+    lines = [*_grid_heading(shown, subject), *_regime_lines(shown), totals_text(json.loads(shown.attrs["totals"]))]
+    if "draw" in shown.dims and "regime" in shown:
+        from gelcone.atlas.uncertain import probability
+
+        chance = probability(shown)
+        highest = chance.isel(chance["probability"].argmax(...)) if chance["probability"].ndim else chance
+        where = ", ".join(f"{name} {float(highest[name]):.4g}" for name in chance["probability"].dims)
+        lines.append(
+            f"probability of chaos {float(highest['probability']):.3g} "
+            f"[{float(highest['low']):.3g}, {float(highest['high']):.3g}] "
+            f"of {int(highest['decided'])} draws" + (f", the highest, at {where}" if where else "")
+        )
+    return "\n".join(lines)
+
+
+def show_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of a store: axes, counts and totals."""
+    content: dict[str, Any] = {"axes": {str(dim): result[dim] for dim in result["status"].dims if dim in result.coords}}
+    if "regime" in result:
+        content["counts"] = regime_counts(result)
+    content |= {"status": result["status"], "totals": json.loads(result.attrs["totals"])}
+    return content | {k: v for k, v in common_json(_known(result), subject).items() if k != "outcome"}
+
+
+def show_words(shown: xr.Dataset, subject: Subject) -> str:
+    """A store as text."""
+    totals = json.loads(shown.attrs["totals"])
+    missing = int((shown["status"] == 0).sum())
+    counts = (
+        f"{totals['computed']} cells computed, {totals['inferred']} inferred, {missing} missing of {totals['cells']}"
+    )
+    return "\n".join([*_grid_heading(shown, subject), counts, *_regime_lines(shown)])
+
+
+def _known(result: xr.Dataset) -> xr.Dataset:
+    """The cells that are there, one after the other."""
+    flat = result.stack(cell=result["status"].dims)
+    return flat.isel(cell=(flat["status"] > 0).values)
+
+
+def _drawn(shown: xr.Dataset) -> list[str]:
+    """Names of the uncertain parameters."""
+    return [str(name)[len("drawn_") :] for name in shown.coords if str(name).startswith("drawn_")]
+
+
+def _grid_heading(shown: xr.Dataset, subject: Subject) -> list[str]:
+    """What was computed on, over which axes and draws, and what failed."""
+    axes, drawn = [dim for dim in shown["status"].dims if dim in shown.coords], _drawn(shown)
+    lines = [*heading(subject, [*axes, *drawn]), grid_text(shown, axes), *outcome_lines(_known(shown))]
+    lines += [f"{shown.sizes['draw']} draws of {', '.join(drawn)}"] if drawn else []
+    return [line for line in lines if line]
+
+
+def _regime_lines(shown: xr.Dataset) -> list[str]:
+    """How often each regime was found, where that was the question."""
+    return [counts_text(shown)] if "regime" in shown else []
+
+
+def totals_text(totals: dict[str, Any]) -> str:
+    """What a run computed, what its check found, and the dimension of the borders."""
+    parts = [f"{totals['computed']} of {totals['cells']} cells computed"]
+    if totals["computed_before"]:
+        parts.append(f"{totals['computed_before']} of them before")
+    parts += [f"{totals[kind]} {kind}" for kind in ("inferred", "failed") if totals[kind]]
+    lines = [f"{', '.join(parts)}; {totals['integrator_steps']:,} steps in {totals['wall_time_s']:.3g} s"]
+    if totals["checked"]:
+        from gelcone.atlas.uncertain import share_interval
+
+        checked, missed = totals["checked"], totals["missed"]
+        low, high = share_interval(missed, checked)
+        lines.append(
+            f"check: of {checked} inferred cells, drawn at random and computed, {missed} had another regime or sign: "
+            f"{100 * missed / checked:.2g} % [{100 * low:.2g}, {100 * high:.2g}]"
+        )
+    if totals["border_dimension"] is not None:
+        dimension, error = totals["border_dimension"]
+        power = "the work of refining grows with that power of the cells a side"
+        lines.append(f"borders between regimes: dimension {dimension:.2f} ± {error:.2f} ({power})")
+    return "\n".join(lines)
+
+
+# --- basins -----------------------------------------------------------------------------------------------------------
+
+
+def basin_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of `gelcone.basin`."""
+    subject.without_initial("a basin starts from a grid of states; give --over displacement=... and velocity=...")
+    others = {name: value for name, value in given.items() if name != "over"}
+    return {"over": read_states(given.get("over", ()), subject.device), **others}
+
+
+def basin_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of basins of attraction; arrays are nested in the order of ``axes``."""
+    content: dict[str, Any] = {"attractors": _attractors_json(result), "attractor": result["attractor"]}
+    content |= _cells_json(result) | common_json(result, subject)
+    del content["initial"], content["options"]["initial"]
+    if subject.device is not None:
+        measured = [f"attractor_{name}" for name in ("lowest", "highest", "lyapunov")]
+        content["si"] = si_json(shown, [*STATES, *measured])
+    return content
+
+
+def _attractors_json(result: xr.Dataset) -> list[dict[str, Any]]:
+    """The attractors by falling share."""
+    columns: dict[str, Any] = {
+        "regime": regime_names(result["attractor_regime"]),
+        "period": periods_json(result["attractor_period"]),
+        **{name: result[f"attractor_{name}"].values for name in ("share", "lowest", "highest", "lyapunov")},
+    }
+    return [{"number": n} | {k: v[n] for k, v in columns.items()} for n in range(result.sizes["attractor_number"])]
+
+
+def basin_words(shown: xr.Dataset, subject: Subject) -> str:
+    """Basins of attraction as text."""
+    count = shown.sizes["attractor_number"]
+    named = [attractor_in_words(shown.isel(attractor_number=n)).replace("\n", ", ") for n in range(count)]
+    lines = [*heading(subject), f"initial {grid_text(shown, STATES)}", *outcome_lines(shown)]
+    lines.append(f"{count} attractor(s):")
+    lines += shortened([f"  {n}: {text}" for n, text in enumerate(named)])
+    nowhere = float((shown["attractor"] < 0).mean())
+    if nowhere:
+        lines.append(f"  none: {100.0 * nowhere:.3g} % (failed or not settled)")
+    return "\n".join(lines + doubt_lines(shown))

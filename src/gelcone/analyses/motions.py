@@ -1,0 +1,149 @@
+"""Answers about kinds of motion: Lyapunov exponents and regimes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.analyses.answer import (
+    UNIT,
+    common_json,
+    counts_text,
+    doubt_lines,
+    heading,
+    member_lines,
+    outcome_lines,
+    periods_json,
+    regime_names,
+    si_json,
+)
+from gelcone.words import SIGNS, evidence_in_words, exponent_in_words, outcome_in_words, rate_unit, unit_of, with_error
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.analyses.subject import Subject
+
+
+def _time(variable: xr.DataArray) -> str:
+    """The unit of a time."""
+    return unit_of(variable) or " time units"
+
+
+# --- exponents --------------------------------------------------------------------------------------------------------
+
+
+def lyapunov_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of Lyapunov exponents."""
+    content = {
+        "lyapunov": {
+            "values": result["lyapunov"],
+            **{name: result[name] for name in ("standard_error", "finite", "sign", "sum_residual", "averaged_time")},
+            "cycle": periods_json(result["cycle"]),
+            "per_repeat": result["per_repeat"],
+            "unit": UNIT,
+        },
+        **common_json(result, subject),
+    }
+    if subject.device is not None:
+        own = {name: shown[name] for name in ("standard_error", "finite", "sum_residual", "averaged_time")}
+        units = {"unit": shown["lyapunov"].attrs["units"], "time_unit": shown["averaged_time"].attrs["units"]}
+        content["si"] = {"lyapunov": {"values": shown["lyapunov"], **own, **units}}
+    return content
+
+
+def lyapunov_words(shown: xr.Dataset, subject: Subject) -> str:
+    """Lyapunov exponents as text."""
+    lines = heading(subject) + outcome_lines(shown)
+    if not shown["outcome"].dims:
+        return "\n".join(lines + _exponents(shown))
+    return "\n".join([*lines, "largest exponent in the long run:", *member_lines(shown, _largest)])
+
+
+def _largest(member: xr.Dataset) -> str:
+    """The largest exponent in one line."""
+    if int(member["outcome"]):
+        return f"failed, {outcome_in_words(int(member['outcome']))}"
+    value, error = float(member["lyapunov"][0]), float(member["standard_error"][0])
+    period = float(member["per_repeat"]) / value if value else 0.0
+    return (
+        f"{exponent_in_words(member)} ({with_error(value * period, error * period)} per forcing period), "
+        f"{SIGNS[int(member['sign'])]}"
+    )
+
+
+def _exponents(member: xr.Dataset) -> list[str]:
+    """The exponents of one run, what they rest on, and those over the finite window."""
+    if int(member["outcome"]):
+        return []
+    at = rate_unit(member["lyapunov"])
+    second = with_error(float(member["lyapunov"][1]), float(member["standard_error"][1]))
+    finite = " and ".join(f"{float(value):+.4g}" for value in member["finite"])
+    window, averaged = float(member["finite_time"].max()), float(member["averaged_time"])
+    unit, period = _time(member["averaged_time"]), int(member["cycle"])
+    source = f"averaged over {averaged:.4g}{unit} after the transient"
+    if period:
+        cycle = "rest or a cycle of 1 forcing period" if period == 1 else f"a cycle of {period} forcing periods"
+        source = f"from the multipliers of what it settles on, {cycle}"
+    return [
+        f"largest exponent {_largest(member)}",
+        f"second exponent {second} {at}; their sum is off -2 zeta by {abs(float(member['sum_residual'])):.1g}",
+        source,
+        f"over the first {window:.4g}{unit} from the start: {finite} {at}",
+    ]
+
+
+# --- regimes ----------------------------------------------------------------------------------------------------------
+
+
+def regime_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of kinds of motion."""
+    evidence = {
+        "lyapunov": {
+            "values": result["lyapunov"],
+            "standard_error": result["standard_error"],
+            "sign": result["sign"],
+            "averaged_time": result["averaged_time"],
+            "unit": UNIT,
+        },
+        **{name: result[name] for name in ("return_distance", "cycle_distance", "zero_one")},
+        **{name: result[name] for name in ("lowest", "highest", "settled_time")},
+        "section": {"displacement": result["section"][..., 0], "velocity": result["section"][..., 1]},
+        "doubtful": result["doubtful"].astype(bool),
+    }
+    kind = {
+        "name": regime_names(result["regime"]),
+        "period": periods_json(result["period"]),
+        "symmetric": result["symmetric"].astype(bool),
+        "evidence": evidence,
+    }
+    content = {"regime": kind, **common_json(result, subject)}
+    if subject.device is not None:
+        names = ("lyapunov", "standard_error", "averaged_time", "lowest", "highest", "settled_time")
+        content["si"] = si_json(shown, names)
+    return content
+
+
+def regime_words(shown: xr.Dataset, subject: Subject) -> str:
+    """Kinds of motion as text."""
+    lines = heading(subject) + outcome_lines(shown)
+    if not shown["outcome"].dims:
+        return "\n".join(lines + _evidence(shown))
+    members = member_lines(shown, lambda member: "; ".join(_evidence(member)[:2]))
+    return "\n".join([*lines, counts_text(shown), *doubt_lines(shown), *members])
+
+
+def _evidence(member: xr.Dataset) -> list[str]:
+    """The kind of one motion, the evidence for it, its extent, and the times behind it."""
+    lines = evidence_in_words(member)
+    if int(member["outcome"]):
+        return lines
+    unit, time = unit_of(member["lowest"]), _time(member["averaged_time"])
+    lines.insert(2, f"displacement {float(member['lowest']):.4g} to {float(member['highest']):.4g}{unit}")
+    settled, averaged = float(member["settled_time"]), float(member["averaged_time"])
+    if np.isfinite(settled):
+        of_cycle = np.isfinite(member["cycle_distance"])
+        source = "of the cycle" if of_cycle else f"averaged over {averaged:.4g}{time}"
+        lines.append(f"settled for {settled:.4g}{time}, exponents {source}")
+    return lines

@@ -1,0 +1,112 @@
+"""Answers about the stability of rest under the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.analyses.answer import common_json, heading, outcome_lines
+from gelcone.analyses.subject import read_over
+from gelcone.errors import InputError
+from gelcone.motion import floquet
+from gelcone.motion.floquet import Onset
+from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.physics.model import ConeModel
+from gelcone.words import measured, unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.analyses.subject import Subject
+
+DEFAULT_OVER = {"drive_frequency": "0.2:3:120", "voltage": "0:2:100"}
+
+
+def tongues(
+    model: ConeModel,
+    frequencies: npt.ArrayLike,
+    voltages: npt.ArrayLike,
+    *,
+    highest: float | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """`gelcone.tongues` with the onset at the model's own frequency.
+
+    Parameters
+    ----------
+    model : one actuator, with ``rest_height`` 0 (or no spring).
+    frequencies, voltages : increasing drive frequencies and voltage amplitudes, at least two each.
+    highest : the onset at the model's own frequency is searched up to this amplitude, dimensionless. Default three
+        times the static pitchfork voltage.
+    tolerance : relative error of one integration step. Default 1e-15.
+    threads : worker threads. Default one a core.
+    """
+    flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
+    own = floquet.onset_voltage(model, highest=highest, **flow)
+    plane = floquet.tongues(model, frequencies, voltages, progress=progress, **flow)
+    return plane.assign({f"own_{name}": own[name] for name in ("onset_voltage", "onset_kind", "searched")})
+
+
+def tongues_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of `tongues`; axes that are not given take their defaults."""
+    swept = subject.over(given.get("over", ()))
+    for name in swept:
+        if name not in DEFAULT_OVER:
+            raise InputError(f"--over {name}: tongues go over drive_frequency and voltage; fix the others with --set")
+    swept |= read_over(f"{name}={values}" for name, values in DEFAULT_OVER.items() if name not in swept)
+    others = {name: value for name, value in given.items() if name != "over"}
+    return {"frequencies": swept["drive_frequency"], "voltages": swept["voltage"], **others}
+
+
+def tongues_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object; the grid is nested frequency first."""
+    content = _json(result) | common_json(result, subject)
+    if subject.device is not None:
+        names = ("drive_frequency", "voltage", "growth_rate")
+        content["si"] = _json(shown) | {"units": {name: shown[name].attrs["units"] for name in names}}
+    return content
+
+
+def _json(result: xr.Dataset) -> dict[str, Any]:
+    """Onset at the model's own frequency, and the grid."""
+    own = {name: result[name] for name in ("drive_frequency", "voltage", "growth_rate", "onset_voltage")}
+    return {
+        "onset_voltage": result["own_onset_voltage"],
+        "onset_kind": _kind_name(result["own_onset_kind"]),
+        "searched": result["own_searched"],
+        "pitchfork_amplitude": result["pitchfork_amplitude"],
+        "tongues": {
+            **own,
+            "onset_kind": [_kind_name(kind) for kind in result["onset_kind"].values],
+            "boundary_voltages": [row[np.isfinite(row)] for row in result["boundary_voltage"].values],
+            "unstable_share": float((result["margin"] > 0.0).mean()),
+        },
+    }
+
+
+def _kind_name(kind: Any) -> str:
+    return Onset(int(kind)).name.lower()
+
+
+def tongues_words(shown: xr.Dataset, subject: Subject) -> str:
+    """The tongues as text."""
+    volt = unit_of(shown["voltage"])
+    onset, kind = float(shown["own_onset_voltage"]), Onset(int(shown["own_onset_kind"]))
+    searched = f"searched up to {float(shown['own_searched'][1]):.4g}{volt}"
+    found = f"onset at {onset:.6g}{volt}, " if np.isfinite(onset) else ""
+    lines = [*heading(subject), *outcome_lines(shown), f"at its own frequency: {found}{kind.meaning} ({searched})"]
+    line = shown["onset_voltage"].values
+    if np.isfinite(line).any():
+        i = int(np.nanargmin(line))
+        at = measured(shown["drive_frequency"][i])
+        lines.append(f"lowest onset on the grid {line[i]:.4g}{volt} at drive frequency {at}")
+    lines.append(f"rest is unstable in {100.0 * float((shown['margin'] > 0.0).mean()):.3g} % of the grid")
+    static = float(shown["pitchfork_amplitude"])
+    return "\n".join(
+        [*lines, f"static pitchfork, for comparison: {static:.4g}{volt}"] if np.isfinite(static) else lines
+    )

@@ -1,0 +1,156 @@
+"""Answers about constant voltages: equilibria, pitchfork, folds, pull-in, stroke and blocked force."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.analyses.answer import common_json, heading, outcome_lines
+from gelcone.analyses.subject import read_values
+from gelcone.motion import equilibrium
+from gelcone.physics.balance import PullIn
+from gelcone.physics.model import ConeModel
+from gelcone.words import measured, members_of, shortened, unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.analyses.subject import Subject
+
+
+def static(model: ConeModel, voltages: npt.ArrayLike | None = None) -> xr.Dataset:
+    """`gelcone.static` and the stroke and blocked force on a slow voltage ramp.
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble; its own drive plays no part.
+    voltages : constant voltages. Default the voltage amplitude, taken as a constant voltage.
+    """
+    levels = np.unique(model.voltage) if voltages is None else voltages
+    delivered = equilibrium.stroke_and_blocked_force(model, levels)
+    result = equilibrium.static(model, levels).assign({n: delivered[n] for n in ("stroke", "blocked_force")})
+    options = json.loads(result.attrs["options"]) | {"own_voltage": voltages is None}
+    return result.assign_attrs(options=json.dumps(options))
+
+
+def static_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of `static`."""
+    if "voltages" not in given:
+        return {}
+    return {"voltages": read_values("--voltages", given["voltages"], "voltage", subject.device)}
+
+
+def static_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object; for an ensemble each entry is a list over its members."""
+    own = _own_levels(result, subject) if json.loads(result.attrs["options"])["own_voltage"] else None
+    content = _members_json(result, own) | common_json(result, subject)
+    if subject.device is not None:
+        names = ("displacement", "force", "slope", "constant_voltage")
+        units = {name.removeprefix("constant_"): shown[name].attrs["units"] for name in names}
+        content["si"] = {**_members_json(shown, own), "units": units}
+    return content
+
+
+def _own_levels(result: xr.Dataset, subject: Subject) -> list[int]:
+    """For each member, which of the voltages is its own amplitude."""
+    own = np.broadcast_to(subject.model.voltage, subject.model.shape).ravel()
+    return [int(i) for i in np.searchsorted(result["constant_voltage"].values, own)]
+
+
+def _members_json(result: xr.Dataset, own: list[int] | None) -> dict[str, Any]:
+    """The members side by side; a single one by itself."""
+    each = [
+        _member_json(member) | ({} if own is None else {"equilibria": _equilibria(member, own[i])})
+        for i, (_, member) in enumerate(members_of(result))
+    ]
+    return each[0] if not result["outcome"].dims else {name: [one[name] for one in each] for name in each[0]}
+
+
+def _member_json(member: xr.Dataset) -> dict[str, Any]:
+    """What is known of one actuator."""
+    folds = np.isfinite(member["fold_voltage"].values)
+    return {
+        "pitchfork_voltage": member["pitchfork_voltage"],
+        "fold_voltages": member["fold_voltage"].values[folds],
+        "fold_displacements": member["fold_displacement"].values[folds],
+        "pull_in": {
+            "voltage": member["pull_in_voltage"],
+            "kind": PullIn(int(member["pull_in_kind"])).name.lower(),
+            "from": member["pull_in_from"],
+            "to": member["pull_in_to"],
+        },
+        "rest_displacement": member["rest_displacement"],
+        "displacement": member["displacement"],
+        "curves": [
+            {
+                "voltage": member["constant_voltage"][i],
+                "equilibria": _equilibria(member, i),
+                **{name: member[name][i] for name in ("stroke", "blocked_force", "force")},
+            }
+            for i in range(member.sizes["constant_voltage"])
+        ],
+    }
+
+
+def _equilibria(member: xr.Dataset, level: int) -> list[dict[str, Any]]:
+    """The equilibria at one of the voltages."""
+    one = member.isel(constant_voltage=level)
+    names = {"displacement": "equilibrium_displacement", "slope": "slope", "stable": "stable"}
+    return [{key: one[name][k] for key, name in names.items()} for k in range(int(one["equilibria"]))]
+
+
+def static_words(shown: xr.Dataset, subject: Subject) -> str:
+    """The statics as text."""
+    lines = heading(subject) + outcome_lines(shown)
+    members = members_of(shown)
+    if len(members) == 1:
+        return "\n".join(lines + _curve_lines(members[0][1]) + _event_lines(members[0][1]))
+    listed = [line for name, member in members for line in (f"{name}:", *(f"  {e}" for e in _event_lines(member)))]
+    return "\n".join(lines + shortened(listed))
+
+
+def _curve_lines(member: xr.Dataset) -> list[str]:
+    """The equilibria, stroke and blocked force at each voltage."""
+    if int(member["outcome"]):
+        return []
+    length = unit_of(member["displacement"])
+    lines = []
+    for i in range(member.sizes["constant_voltage"]):
+        one = member.isel(constant_voltage=i)
+        places = [
+            f"{float(e['displacement']):.4g}{length} ({'stable' if e['stable'] else 'unstable'})"
+            for e in _equilibria(member, i)
+        ]
+        lines.append(
+            f"  {measured(one['constant_voltage'])}: rests at {', '.join(places) or 'nothing'}; "
+            f"stroke {float(one['stroke']):.4g}{length}, "
+            f"blocked force {float(one['blocked_force']):.4g}{unit_of(member['force'])}"
+        )
+    return ["constant voltage:", *shortened(lines)]
+
+
+def _event_lines(member: xr.Dataset) -> list[str]:
+    """Pitchfork, folds and pull-in."""
+    if int(member["outcome"]):
+        return ["nothing can be reached inside the stretch limit"]
+    volt, length = unit_of(member["constant_voltage"]), unit_of(member["displacement"])
+    pitchfork = float(member["pitchfork_voltage"])
+    lines = [f"pitchfork of the flat film at {pitchfork:.4g}{volt}"] if np.isfinite(pitchfork) else []
+    for voltage, place in zip(member["fold_voltage"].values, member["fold_displacement"].values, strict=True):
+        if np.isfinite(voltage):
+            lines.append(f"fold at {voltage:.4g}{volt}, displacement {place:.4g}{length}")
+    kind = PullIn(int(member["pull_in_kind"]))
+    voltage, begin, end = (float(member[f"pull_in_{part}"]) for part in ("voltage", "from", "to"))
+    ramp = "slow voltage ramp from 0"
+    if np.isnan(voltage):
+        return [*lines, f"{ramp}: no stable equilibrium to start from"]
+    if kind == PullIn.NEVER:
+        return [*lines, f"{ramp}: {kind.meaning}"]
+    event = f"{ramp}: at {voltage:.4g}{volt} the disc {kind.meaning}"
+    if np.isinf(end):
+        return [*lines, event]
+    return [*lines, f"{event} ({'it leaves it gradually' if begin == end else f'moves to {end:.4g}{length}'})"]

@@ -1,0 +1,53 @@
+"""Answers that are some numbers a member, told by their long names: limits, settled motions, operating limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.analyses.answer import common_json, heading, member_lines, outcome_lines, si_json
+from gelcone.codes import Outcome
+from gelcone.words import unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.analyses.subject import Subject
+
+
+def _json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    names = [str(name) for name in result.data_vars if name not in ("outcome", "initial")]
+    content = {name: result[name] for name in names} | common_json(result, subject)
+    if subject.device is not None:
+        content["si"] = si_json(shown, [name for name in names if shown[name].attrs["units"] != "1"])
+    return content
+
+
+def _words(shown: xr.Dataset, subject: Subject) -> str:
+    lines = [*heading(subject), *outcome_lines(shown)]
+    if shown["outcome"].dims:
+        return "\n".join([*lines, *member_lines(shown, lambda member: "; ".join(_rows(member)))])
+    return "\n".join([*lines, *_rows(shown)])
+
+
+def _rows(member: xr.Dataset) -> list[str]:
+    """A line for each number of one member."""
+    if int(member["outcome"]) != Outcome.OK:
+        return ["failed"]
+    return [
+        f"{variable.attrs['long_name']}: {_number(variable)}"
+        for name, variable in member.data_vars.items()
+        if not variable.dims and name != "outcome"
+    ]
+
+
+def _number(variable: xr.DataArray) -> str:
+    value = float(variable)
+    if np.isnan(value):
+        return "none"
+    return "not reached" if np.isinf(value) else f"{value:.5g}{unit_of(variable)}"
+
+
+limits_json = settled_json = operating_limits_json = _json
+limits_words = settled_words = operating_limits_words = _words

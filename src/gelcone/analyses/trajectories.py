@@ -1,0 +1,162 @@
+"""Answers about single runs: time responses, sections, turning points and spectra."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.analyses.answer import ending_lines, heading, outcome_names, parameters_json, si_json
+from gelcone.analyses.subject import read_times
+from gelcone.codes import Outcome
+from gelcone.words import measured, unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.analyses.subject import Subject
+
+PRINTED_LINES = 8
+"""Lines of a spectrum in its text."""
+
+
+def _run_json(
+    result: xr.Dataset, shown: xr.Dataset, subject: Subject, own: tuple[str, ...], measures: tuple[str, ...]
+) -> dict[str, Any]:
+    """Variables of runs, dimensionless, and with a device those that have a unit also in SI units under ``si``."""
+    content: dict[str, Any] = {name: result[name] for name in (*own, *measures)}
+    content |= {
+        "outcome": outcome_names(result),
+        "parameters": parameters_json(subject.model),
+        "initial": list(subject.initial),
+    }
+    if subject.device is not None:
+        content |= {"device": subject.device.name, "si": si_json(shown, measures)}
+    return content
+
+
+def _span(variable: xr.DataArray, digits: int = 5) -> str:
+    """Smallest and largest value of a variable with its unit."""
+    return f"{float(variable.min()):.{digits}g} to {float(variable.max()):.{digits}g}{unit_of(variable)}"
+
+
+# --- time responses ---------------------------------------------------------------------------------------------------
+
+
+def simulate_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of `gelcone.simulate`."""
+    times = {"times": read_times(given["times"], subject.device)} if "times" in given else {}
+    return {**given, **times}
+
+
+def simulate_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of a time response."""
+    measures = ("time", "displacement", "velocity", "drive_voltage")
+    return _run_json(result, shown, subject, (), measures) | {
+        "validity": {str(n).removeprefix("validity_"): v for n, v in result.items() if str(n).startswith("validity_")},
+        "energy_residual": float(abs(result["energy_residual"]).max()),
+    }
+
+
+def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
+    """A time response as text."""
+    x = shown["displacement"]
+    run = f"run of {measured(shown['time'].max(keep_attrs=True), 5)}, {subject.model.size} member(s)"
+    lines = [*heading(subject), run, *ending_lines(shown)]
+    if (shown["outcome"].values == Outcome.OK).any():
+        late = x.isel({x.dims[-1]: slice(x.shape[-1] // 2, None)})
+        lines.append(f"displacement {_span(x, 4)}; in the second half {_span(late, 4)}")
+        lines.append("share of the time outside the model's validity (mean over members):")
+        for name, variable in shown.items():
+            if str(name).startswith("validity_"):
+                share = float(variable.mean())
+                text = f"{100 * share:5.1f} %" if share == share else "unknown (no dielectric strength given)"
+                lines.append(f"  {str(name).removeprefix('validity_').replace('_', ' '):17s} {text}")
+    return "\n".join(lines)
+
+
+# --- sections ---------------------------------------------------------------------------------------------------------
+
+_POINT = ("time", "displacement", "velocity")
+
+
+def section_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of a Poincare section."""
+    return _run_json(result, shown, subject, ("repeat",), _POINT)
+
+
+def section_words(shown: xr.Dataset, subject: Subject) -> str:
+    """A Poincare section as text."""
+    lines = _section_heading(shown, subject)
+    if shown["velocity"].notnull().any():
+        lines.append(f"velocity {_span(shown['velocity'])}")
+    return "\n".join(lines)
+
+
+def extrema_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of the turning points."""
+    return _run_json(result, shown, subject, ("phase", "maximum", "count"), _POINT)
+
+
+def extrema_words(shown: xr.Dataset, subject: Subject) -> str:
+    """Turning points as text."""
+    lines = _section_heading(shown, subject)
+    for kind, word in ((1, "maxima"), (-1, "minima")):
+        of_kind = shown["displacement"].where(shown["maximum"] == kind)
+        if of_kind.notnull().any():
+            lines.append(f"  {int(of_kind.notnull().sum())} {word}: {_span(of_kind)}")
+    return "\n".join(lines)
+
+
+def _section_heading(shown: xr.Dataset, subject: Subject) -> list[str]:
+    lines = [*heading(subject), f"{shown.attrs['title']}, {subject.model.size} member(s)", *ending_lines(shown)]
+    x = shown["displacement"]
+    return [*lines, f"displacement {_span(x)}"] if x.notnull().any() else lines
+
+
+# --- spectra ----------------------------------------------------------------------------------------------------------
+
+
+def spectrum_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of a spectrum."""
+    own = ("frequency_ratio", "line_ratio", "line_prominence", "power_in_lines", "flatness")
+    measures = ("frequency", "amplitude", "line_frequency", "line_amplitude", "mean_displacement", "rms", "folded")
+    return _run_json(result, shown, subject, own, measures)
+
+
+def spectrum_words(shown: xr.Dataset, subject: Subject) -> str:
+    """A spectrum as text: the strongest lines of a single run, how far the members of an ensemble differ."""
+    lines = [*heading(subject), *ending_lines(shown)]
+    if shown["outcome"].size > 1:
+        lines += [
+            f"{name.replace('_', ' ')} {_span(shown[name], 4)}"
+            for name in ("rms", "power_in_lines", "flatness")
+            if shown[name].notnull().any()
+        ]
+    elif int(shown["outcome"].values.ravel()[0]) == Outcome.OK:
+        lines += _line_table(shown)
+    return "\n".join(lines)
+
+
+def _line_table(shown: xr.Dataset) -> list[str]:
+    """The strongest lines of a single run."""
+    if np.isnan(shown["power_in_lines"]):
+        return ["the actuator stands still: it has no spectrum"]
+    lines = [
+        f"rms {measured(shown['rms'], 5)} about {measured(shown['mean_displacement'], 5)}",
+        f"{100.0 * float(shown['power_in_lines']):.4g} % of the variance in lines, "
+        f"spectral flatness {float(shown['flatness']):.3g}",
+        "  frequency/drive    frequency    amplitude    prominence",
+    ]
+    for i in range(min(PRINTED_LINES, shown.sizes["line"])):
+        line = shown.isel(line=i)
+        lines.append(
+            f"  {float(line['line_ratio']):15.6g} "
+            f"{float(line['line_frequency']):12.6g}{unit_of(line['line_frequency'])} "
+            f"{float(line['line_amplitude']):12.4g}{unit_of(line['line_amplitude'])} "
+            f"{float(line['line_prominence']):10.1f} dB"
+        )
+    if shown.sizes["line"] > PRINTED_LINES:
+        lines.append(f"  and {shown.sizes['line'] - PRINTED_LINES} more")
+    return lines

@@ -1,0 +1,148 @@
+"""Answers about the cone against the film as a continuum."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.analyses.answer import common_json, heading, si_json
+from gelcone.analyses.subject import DEFAULT_RADIUS_RATIO, RADIUS_RATIO, read_settings, read_values
+from gelcone.errors import InputError
+from gelcone.quantity import Array
+from gelcone.words import shortened, unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.analyses.subject import Subject
+
+FORCES = (
+    "force that holds the disc against film and field at a constant voltage, per mu Vol/(b-a), without the spring; "
+    "the voltage enters both models as -v^2/2 times the squared area ratio, v = Phi sqrt(eps/mu)/H with the mounted H"
+)
+HOOP_SLACK = "converged, but compressed along the hoop: the film wrinkles there, and this state is not physical"
+AT_POINTS = ("cone_force", "continuum_force", "deviation", "force_error", "limit_share", "cone_limit_share")
+FLAGS = ("hoop_slack", "meridional_slack", "overhangs", "stable", "folds", "reached_voltage")
+LIMITS = ("limit_displacement", "cone_limit_displacement")
+IN_SI = ("displacement", "constant_voltage", "cone_force", "continuum_force", "reached_voltage", *LIMITS)
+
+
+def split_settings(settings: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The settings of the radius ratio, and those of the model or device."""
+    own = tuple(s for s in settings if s.partition("=")[0].strip() == RADIUS_RATIO)
+    return own, tuple(s for s in settings if s not in own)
+
+
+def radius_ratio(own: tuple[str, ...], subject: Subject) -> Any:
+    """a/b as given, as the device has it, or the default."""
+    given = read_settings(own).get(RADIUS_RATIO)
+    if subject.device is None:
+        return DEFAULT_RADIUS_RATIO if given is None else given
+    if given is not None:
+        raise InputError(f"--set {RADIUS_RATIO}: a device has its own; set disc_radius or film_radius")
+    return subject.device.disc_radius / subject.device.film_radius
+
+
+def constant_voltages(voltages: str | None, settings: tuple[str, ...], subject: Subject) -> Array:
+    """The voltages that were asked for; else the amplitude that is set or that the device has; else 0."""
+    if voltages is not None:
+        return np.unique(read_values("--voltages", voltages, "voltage", subject.device))
+    is_set = subject.device is not None or any(s.partition("=")[0].strip() == "voltage" for s in settings)
+    return np.unique(subject.model.voltage) if is_set else np.zeros(1)
+
+
+def validate_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object. Points are lists over voltages and displacements, over displacements alone at one voltage."""
+    result, shown = (
+        one.squeeze("constant_voltage") if one.sizes["constant_voltage"] == 1 else one for one in (result, shown)
+    )
+    common = common_json(result, subject)
+    content = {
+        **{name: result[name] for name in ("displacement", "constant_voltage", RADIUS_RATIO, *AT_POINTS, *FLAGS)},
+        "ending": _ending_names(result),
+        "largest_deviation": abs(result["deviation"]).max(_points(result)),
+        "limit": {
+            "share": result["share"],
+            "continuum": result["limit_displacement"],
+            "cone": result["cone_limit_displacement"],
+        },
+        "mesh": {n.removeprefix("mesh_"): result[n] for n in map(str, result.variables) if n.startswith("mesh_")},
+        "forces": FORCES,
+        **{name: value for name, value in common.items() if name != "initial"},
+    }
+    return content if subject.device is None else content | {"si": si_json(shown, IN_SI)}
+
+
+def _points(result: xr.Dataset) -> list[str]:
+    return [dim for dim in ("constant_voltage", "displacement") if dim in result["deviation"].dims]
+
+
+def _ending_names(result: xr.Dataset) -> Any:
+    """How each point's search ended, as names."""
+    from gelcone.continuum.path import Ending
+
+    return np.vectorize(lambda code: Ending(code).name.lower(), otypes=[object])(result["ending"].values).tolist()
+
+
+def validate_words(shown: xr.Dataset, subject: Subject) -> str:
+    """What a person reads on the terminal."""
+    from gelcone.plots.validation import member_labels
+
+    lines = heading(subject)
+    for name, member in member_labels(shown):
+        told = [*_voltage_lines(member), *_limit_lines(member), *_mesh_lines(member)]
+        lines += [*([f"{name}:"] if name else []), *told]
+    return "\n".join(lines)
+
+
+def _voltage_lines(member: xr.Dataset) -> list[str]:
+    """At each voltage the deviation of the cone where the film is taut, and what became of it elsewhere."""
+    from gelcone.continuum.path import Ending
+
+    lines = [
+        f"disc over film a/b {float(member[RADIUS_RATIO]):.4g}; cone force over that of the taut continuum, less 1:"
+    ]
+    for i in range(member.sizes["constant_voltage"]):
+        one = member.isel(constant_voltage=i)
+        taut = one["deviation"].where(~one["hoop_slack"]).values
+        told = "the film is taut nowhere"
+        if np.isfinite(taut).any():
+            ends = dict.fromkeys((int(np.nanargmin(taut)), int(np.nanargmax(taut))))
+            told = " to ".join(f"{taut[k]:+.1%} at {_place(one, k)}" for k in ends)
+        lines.append(f"  {float(one['constant_voltage']):.4g}{unit_of(one['constant_voltage'])}: {told}")
+        endings = [Ending(code) for code in one["ending"].values]
+        wrinkled = int((one["hoop_slack"] & (one["ending"] == Ending.CONVERGED)).sum())
+        if wrinkled:
+            lines.append(f"    {wrinkled} of {len(endings)}: {HOOP_SLACK}")
+        kinds = [ending for ending in Ending if ending and ending in endings]
+        lines += [f"    {endings.count(ending)} of {len(endings)}: {ending.meaning}" for ending in kinds]
+    return shortened(lines)
+
+
+def _place(one: xr.Dataset, k: int) -> str:
+    return f"{float(one['displacement'][k]):.4g}{unit_of(one['displacement'])}"
+
+
+def _limit_lines(member: xr.Dataset) -> list[str]:
+    """Where continuum and cone come to shares of the stretch limit."""
+    lines = []
+    for k, share in enumerate(member["share"].values):
+        found, cone = (float(member[name][k]) for name in LIMITS)
+        if np.isfinite(found):
+            unit = unit_of(member["limit_displacement"])
+            lines.append(f"  {share:.0%} of the stretch limit at {found:.4g}{unit}, the cone at {cone:.4g}{unit}")
+    return ["without voltage the film reaches, beside the disc:", *lines] if lines else []
+
+
+def _mesh_lines(member: xr.Dataset) -> list[str]:
+    """The mesh-convergence table."""
+    if not np.isfinite(member["mesh_force"]).all():
+        return []
+    place = f"{float(member['mesh_displacement']):.4g}{unit_of(member['mesh_displacement'])}"
+    lines = [f"mesh at {place}: elements, error of the force (order), of the shape (order)"]
+    for k, count in enumerate(member["mesh_elements"].values):
+        one = {n: float(member[f"mesh_{n}"][k]) for n in ("force_error", "force_order", "shape_error", "shape_order")}
+        orders = [f" ({one[n]:.2f})" if np.isfinite(one[n]) else "" for n in ("force_order", "shape_order")]
+        lines.append(f"  {count:4d}  {one['force_error']:.2e}{orders[0]}  {one['shape_error']:.2e}{orders[1]}")
+    return lines

@@ -1,0 +1,48 @@
+"""The command of an analysis, made from what the register says of it."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from gelcone.analyses.answer import check_folder
+from gelcone.analyses.ask import answers_of, arguments_of
+from gelcone.cli.options import (
+    option_parameters,
+    output_parameters,
+    over_parameter,
+    subject_of,
+    subject_parameters,
+)
+from gelcone.cli.output import deliver, progress_bar
+from gelcone.register.analysis import Analysis
+
+
+def command_of(analysis: Analysis) -> click.Command:
+    """The command that runs an analysis."""
+    options = option_parameters(analysis.options.values())
+    params = [*subject_parameters(), *over_parameter(analysis), *options, *output_parameters()]
+    return click.Command(analysis.command, params=params, callback=partial(run, analysis), help=help_of(analysis))
+
+
+def help_of(analysis: Analysis) -> str:
+    """The first paragraph of the public function's docstring, and examples."""
+    text = (analysis.call.__doc__ or analysis.summary).split("\n\n")[0].replace("`", "")
+    examples = "\n".join(f"gelcone {analysis.command} {example}" for example in analysis.examples)
+    return f"{text}\n\n\b\n{examples}" if examples else text
+
+
+def run(analysis: Analysis, *, out: Path | None, force: bool, as_json: bool, **typed: Any) -> None:
+    """Reads what was typed, runs the analysis and delivers its result."""
+    subject = subject_of(typed)
+    given = {name: value for name, value in typed.items() if value is not None}
+    arguments = arguments_of(analysis, subject, given)
+    check_folder(out, analysis.command, force)
+    with progress_bar(analysis.command, hidden=as_json) as progress:
+        if "progress" in analysis.signature.parameters:
+            arguments["progress"] = progress
+        result = analysis.call(subject.model, **arguments)
+    deliver(answers_of(analysis), result, subject, out, force, as_json)

@@ -1,0 +1,276 @@
+"""`gelcone map`, `gelcone sweep` and `gelcone show`: many cells, and the stores that keep them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import click
+from click.core import ParameterSource
+
+from gelcone.analyses.answer import check_folder
+from gelcone.analyses.ask import answers_of, with_breakdown
+from gelcone.analyses.subject import Subject, read_uncertain
+from gelcone.atlas.plan import Plan
+from gelcone.atlas.record import show, stored_device, stored_sweep
+from gelcone.atlas.sweep import check_sweepable, sweep
+from gelcone.atlas.uncertain import draw
+from gelcone.cli.command import help_of
+from gelcone.cli.options import (
+    OUTPUT,
+    option_parameters,
+    output_parameters,
+    over_parameter,
+    subject_of,
+    subject_parameters,
+)
+from gelcone.cli.output import deliver, tally_shown
+from gelcone.errors import InputError
+from gelcone.register.analyses import ANALYSES, SWEEPABLE, find_analysis
+from gelcone.register.analysis import Analysis, Option
+
+if TYPE_CHECKING:
+    from gelcone.atlas.workers import Workers
+
+MAP, SWEEP, SHOW = (ANALYSES[name] for name in ("map", "sweep", "show"))
+COARSEST = 64
+_RUN = ("store", "resume", "threads", "workers", "scheduler")
+"""Arguments that say how a sweep is run, not which."""
+
+
+class Sweep(NamedTuple):
+    """A sweep to run, and what it is about."""
+
+    subject: Subject
+    plan: Plan
+    analysis: str
+    coarsest: int | None
+    keep: tuple[str, ...]
+
+
+def run_parameters() -> list[click.Parameter]:
+    """--store, --resume, --threads, --workers and --scheduler."""
+    path = click.Path(path_type=Path)
+    return [
+        click.Option(
+            ["--store"],
+            type=path,
+            metavar="STORE",
+            help="Keep results there while they come (Zarr); an interrupted run can be resumed.",
+        ),
+        click.Option(
+            ["--resume"],
+            type=path,
+            metavar="STORE",
+            help="Continue with what a store holds; without other arguments its own plan is taken.",
+        ),
+        click.Option(["--threads"], type=int, metavar="N", help="Threads of this process. [default: one a core]"),
+        click.Option(["--workers"], type=int, metavar="N", help="Start so many processes (needs the extra 'cluster')."),
+        click.Option(["--scheduler"], metavar="ADDRESS", help="Use the dask cluster whose scheduler is there."),
+    ]
+
+
+def sweep_options() -> list[Option]:
+    """The options of all analyses that can be swept, each with the analyses that take it."""
+    takers: dict[str, list[Analysis]] = {}
+    for analysis in SWEEPABLE.values():
+        for name in analysis.options:
+            if name != "threads":
+                takers.setdefault(name, []).append(analysis)
+    return [
+        Option(name, option.default, option.kind, f"{option.help} Of {', '.join(a.name for a in users)}.", option.unset)
+        for name, users in takers.items()
+        for option in [users[0].options[name]]
+    ]
+
+
+def map_command() -> click.Command:
+    """`gelcone map`."""
+    params = [
+        *subject_parameters(),
+        *over_parameter(MAP),
+        click.Option(
+            ["--coarsest"],
+            type=int,
+            default=COARSEST,
+            show_default=True,
+            help="Points along each axis that are computed at least; the map is refined where it changes between them.",
+        ),
+        click.Option(["--uniform"], is_flag=True, help="Compute every cell."),
+        *option_parameters(option for name, option in find_analysis("regime").options.items() if name != "threads"),
+        *run_parameters(),
+        *output_parameters(),
+    ]
+    return click.Command("map", params=params, callback=run_map, help=help_of(MAP))
+
+
+def run_map(*, over: tuple[str, ...], coarsest: int, uniform: bool, resume: Path | None, **typed: Any) -> None:
+    """Reads the map, or takes that of a store, and runs it."""
+    output, how = _take(typed, OUTPUT), _take(typed, _RUN)
+    kept, workers = one_store(how["store"], resume), read_workers(how)
+    if resume is not None and from_store(resume, bool(over)):
+        wanted = stored(resume)
+        if wanted.analysis != "regime" or len(wanted.plan.dims) != 2 or wanted.plan.draws:
+            raise InputError(f"{resume}: holds a sweep that is not a map; use `gelcone sweep --resume {resume}`")
+    else:
+        subject = subject_of(typed).alone("map")
+        swept = subject.over(over)
+        if len(swept) != 2:
+            remedies = {
+                0: "for example --over voltage=0:2:101 --over prestretch=0.4:2:81",
+                1: "for one, use `gelcone bifurcation`",
+            }
+            remedy = remedies.get(len(swept), "fix the others with --set, or use `gelcone sweep`")
+            raise InputError(f"--over: a map takes two parameters, not {len(swept)}; {remedy}")
+        plan = Plan(subject.model, swept, subject.initial, options=_given(typed))
+        wanted = Sweep(subject, plan, "regime", None if uniform else coarsest, ())
+    run(MAP, wanted, kept, resume is not None, workers, output)
+
+
+def sweep_command() -> click.Command:
+    """`gelcone sweep`."""
+    params = [
+        *subject_parameters(),
+        *over_parameter(SWEEP),
+        click.Option(
+            ["--uncertain"],
+            multiple=True,
+            metavar="NAME=DISTRIBUTION",
+            help="A parameter that is drawn at every point: low:high (uniform) or mean~deviation (normal); "
+            "may be repeated.",
+        ),
+        click.Option(["--count"], type=int, default=64, show_default=True, help="Draws of the uncertain parameters."),
+        click.Option(
+            ["--method"], default="sobol", show_default=True, help="How they are drawn: sobol or latin-hypercube."
+        ),
+        click.Option(["--seed"], type=int, default=0, show_default=True, help="Seed of the draws."),
+        click.Option(
+            ["--analysis"],
+            default="regime",
+            show_default=True,
+            help=f"What is computed in every cell: {', '.join(SWEEPABLE)}.",
+        ),
+        click.Option(
+            ["--keep"],
+            multiple=True,
+            metavar="VARIABLE",
+            help="Keep a variable with many values a cell, such as the section of regime; may be repeated.",
+        ),
+        *option_parameters(sweep_options()),
+        *run_parameters(),
+        *output_parameters(),
+    ]
+    return click.Command("sweep", params=params, callback=run_sweep, help=help_of(SWEEP))
+
+
+def run_sweep(
+    *,
+    over: tuple[str, ...],
+    uncertain: tuple[str, ...],
+    count: int,
+    method: Any,
+    seed: int,
+    analysis: str,
+    keep: tuple[str, ...],
+    resume: Path | None,
+    **typed: Any,
+) -> None:
+    """Reads the sweep, or takes that of a store, and runs it."""
+    output, how = _take(typed, OUTPUT), _take(typed, _RUN)
+    kept, workers = one_store(how["store"], resume), read_workers(how)
+    if resume is not None and from_store(resume, bool(over or uncertain)):
+        wanted = stored(resume)
+    else:
+        subject = subject_of(typed).alone("sweep")
+        found = find_analysis(analysis.replace("-", "_"))
+        spread = read_uncertain(uncertain)
+        draws = draw(spread, count, method=method, seed=seed) if spread else {}
+        options = with_breakdown(found, subject, _given(typed))
+        plan = Plan(subject.model, subject.over(over), subject.initial, draws, options)
+        wanted = Sweep(subject, plan, found.name, None, keep)
+    run(SWEEP, wanted, kept, resume is not None, workers, output)
+
+
+def run(
+    command: Analysis, wanted: Sweep, store: Path | None, resume: bool, workers: Workers, output: dict[str, Any]
+) -> None:
+    """Runs a sweep and delivers its result."""
+    subject, plan, analysis, coarsest, keep = wanted
+    check_sweepable(find_analysis(analysis), plan, coarsest, keep)
+    check_folder(output["out"], command.command, output["force"])
+    with tally_shown(command.command) as watch:
+        result = sweep(
+            plan,
+            analysis,
+            coarsest=coarsest,
+            keep=keep,
+            store=store,
+            resume=resume,
+            device=subject.device,
+            workers=workers,
+            watch=watch,
+        )
+    deliver(answers_of(command), result, subject, **output)
+
+
+def show_command() -> click.Command:
+    """`gelcone show`."""
+    store = click.Argument(["store"], type=click.Path(path_type=Path))
+    return click.Command("show", params=[store, *output_parameters()], callback=run_show, help=help_of(SHOW))
+
+
+def run_show(*, store: Path, out: Path | None, force: bool, as_json: bool) -> None:
+    """Reads a store and delivers what it holds."""
+    check_folder(out, SHOW.command, force)
+    deliver(answers_of(SHOW), show(store), stored(store).subject, out, force, as_json)
+
+
+# --- stores and workers -----------------------------------------------------------------------------------------------
+
+
+def stored(store: Path) -> Sweep:
+    """The sweep that a store was made for."""
+    own = stored_sweep(store)
+    subject = Subject(own.plan.model, stored_device(store), own.plan.initial)
+    return Sweep(subject, own.plan, own.analysis, own.coarsest, own.keep)
+
+
+def from_store(resume: Path, given: bool) -> bool:
+    """Whether the sweep is the store's own, as the command line describes none; `InputError` for a part of one."""
+    context = click.get_current_context()
+    typed = {name for name in context.params if context.get_parameter_source(name) != ParameterSource.DEFAULT}
+    if typed <= {*_RUN, *OUTPUT}:
+        return True
+    if not given:
+        raise InputError(
+            f"--resume {resume}: give it alone, and the store's own sweep is taken, or with all of the sweep "
+            "(device, --set, --over), and it is compared"
+        )
+    return False
+
+
+def one_store(store: Path | None, resume: Path | None) -> Path | None:
+    """The folder that keeps the results, if any."""
+    if store is not None and resume is not None:
+        raise InputError("--store and --resume: give one of them; --store begins, --resume continues")
+    return store or resume
+
+
+def read_workers(how: dict[str, Any]) -> Workers:
+    """Who computes."""
+    from gelcone.atlas.workers import cluster, threads
+
+    chosen = {name: how[name] for name in ("threads", "workers", "scheduler") if how[name] is not None}
+    if len(chosen) > 1:
+        raise InputError("--threads, --workers and --scheduler: give one of them")
+    if "threads" in chosen or not chosen:
+        return threads(how["threads"])
+    return cluster(how["workers"], how["scheduler"])
+
+
+def _take(typed: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
+    return {name: typed.pop(name) for name in names if name in typed}
+
+
+def _given(typed: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in typed.items() if value is not None}

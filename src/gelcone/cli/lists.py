@@ -1,0 +1,49 @@
+"""`gelcone devices` and `gelcone materials`: what ships."""
+
+from __future__ import annotations
+
+import click
+
+from gelcone.cli.options import json_parameter
+from gelcone.cli.output import print_json
+
+
+def devices_command() -> click.Command:
+    """`gelcone devices`."""
+    text = "List the device files that ship; `gelcone simulate NAME` runs one."
+    return click.Command("devices", params=[json_parameter()], callback=list_devices, help=text)
+
+
+def list_devices(*, as_json: bool) -> None:
+    """Prints name, title and file of each device."""
+    from gelcone.devices.device import Device, shipped_devices
+
+    devices = {stem: (path, Device.from_toml(path)) for stem, path in shipped_devices().items()}
+    if as_json:
+        print_json({stem: {"name": device.name, "file": str(path)} for stem, (path, device) in devices.items()})
+        return
+    for stem, (path, device) in devices.items():
+        click.echo(f"{stem}\n  {device.name}\n  {path}")
+
+
+def materials_command() -> click.Command:
+    """`gelcone materials`."""
+    text = "List the measured gels that ship, with their sources."
+    return click.Command("materials", params=[json_parameter()], callback=list_materials, help=text)
+
+
+def list_materials(*, as_json: bool) -> None:
+    """Prints the gels and the sources of their numbers."""
+    from gelcone.devices.materials import load_materials
+
+    materials = load_materials()
+    if as_json:
+        print_json({name: material.parameters() for name, material in materials.items()})
+        return
+    for name, material in materials.items():
+        click.echo(
+            f"{name}: shear modulus {material.shear_modulus / 1e3:.4g} kPa, "
+            f"relative permittivity {material.relative_permittivity:.3g}"
+        )
+    sources = sorted({source for material in materials.values() for source in material.sources.values()})
+    click.echo("\n".join(["sources:", *(f"  {source}" for source in sources)]))

@@ -1,0 +1,145 @@
+"""The register: a sweep and the analysis itself give the same numbers, and options are read from signatures."""
+
+from __future__ import annotations
+
+import inspect
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.analyses.ask import answers_of
+from gelcone.atlas.plan import Plan
+from gelcone.atlas.sweep import sweep
+from gelcone.errors import InputError
+from gelcone.physics.model import ConeModel
+from gelcone.register.analyses import ANALYSES, SWEEPABLE, find_analysis
+from gelcone.register.analysis import NOT_OPTIONS, default_of, explanations, first_sentence
+
+MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.6, voltage=0.6)
+VOLTAGES = [0.4, 1.0, 1.4]
+SHORT = {
+    "lyapunov": {"window": 30.0, "transient": 60.0, "budget": 100.0},
+    "regime": {"transient": 60.0, "budget": 100.0, "rounds": 2},
+    "operating_limits": {"field_limit": 0.8},
+}
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("name", SWEEPABLE)
+def test_a_sweep_gives_what_the_analysis_gives_to_the_last_bit(name, threads):
+    analysis = find_analysis(name)
+    options = SHORT.get(name, {})
+    start = {"initial": (0.7, 0.1)} if "initial" in analysis.signature.parameters else {}
+    plan = Plan(MODEL, {"voltage": VOLTAGES}, (0.7, 0.1), options=options)
+    cells = sweep(plan, name, keep=analysis.bulky, threads=threads)
+    alone = getattr(gelcone, name)(MODEL.replace(voltage=VOLTAGES), **start, **options, threads=threads)
+    assert set(alone.data_vars) - {"initial"} == set(cells.data_vars) - {"status", "source"}
+    for variable in set(alone.data_vars) - {"initial"}:
+        np.testing.assert_array_equal(cells[variable].values, alone[variable].values, str(variable))
+        for attribute in ("long_name", "units", "quantity"):
+            assert cells[variable].attrs.get(attribute) == alone[variable].attrs.get(attribute)
+
+
+@pytest.mark.parametrize("name", SWEEPABLE)
+def test_what_a_sweep_leaves_out_is_all_that_it_leaves_out(name):
+    plan = Plan(MODEL, {"voltage": [0.4, 0.5]}, options=SHORT.get(name, {}))
+    few, all_ = sweep(plan, name), sweep(plan, name, keep=find_analysis(name).bulky)
+    assert set(all_.data_vars) - set(few.data_vars) == set(find_analysis(name).bulky)
+
+
+@pytest.mark.parametrize("name", ANALYSES)
+def test_the_public_name_is_that_of_the_register(name):
+    analysis = ANALYSES[name]
+    public = getattr(gelcone, name)
+    assert inspect.getdoc(public)
+    assert analysis.summary.endswith(".")
+    answers = answers_of(analysis)
+    assert callable(answers.words)
+    assert callable(answers.json)
+    assert callable(analysis.call)
+
+
+@pytest.mark.parametrize("name", SWEEPABLE)
+def test_cells_take_the_options_of_the_public_function(name):
+    analysis = ANALYSES[name]
+    cells = inspect.signature(analysis.compute).parameters
+    assert set(list(cells)[2:]) - {"threads", "progress"} == set(analysis.settings({}))
+    for option in analysis.settings({}):
+        assert cells[option].default == analysis.options[option].default
+
+
+@pytest.mark.parametrize("name", ANALYSES)
+def test_every_option_is_explained(name):
+    for option in ANALYSES[name].options.values():
+        assert option.help, option.name
+        assert option.help[0].isupper()
+        assert option.default is not None or option.unset, option.name
+
+
+@pytest.mark.parametrize("name", ANALYSES)
+def test_all_analyses_take_initial_threads_and_progress_alike(name):
+    """Model and axes first, then the initial state, then options by keyword; threads and progress come last."""
+    parameters = inspect.signature(getattr(gelcone, name)).parameters
+    positional = [p for p in parameters.values() if p.kind is not inspect.Parameter.KEYWORD_ONLY]
+    if "initial" in parameters:
+        assert positional[-1].name == "initial"
+        assert tuple(parameters["initial"].default) == (1.0, 0.0)
+    named = [n for n in ("threads", "progress") if n in parameters]
+    assert list(parameters)[len(parameters) - len(named) :] == named
+    for n in named:
+        assert parameters[n].default is None
+        assert parameters[n].kind is inspect.Parameter.KEYWORD_ONLY
+
+
+def test_settings_fill_in_defaults_and_refuse_what_is_no_option():
+    regime = find_analysis("regime")
+    assert regime.settings({"budget": 300}) == {
+        "transient": None,
+        "budget": 300.0,
+        "rounds": 5,
+        "tolerance": 1e-15,
+    }
+    with pytest.raises(InputError, match="'bugdet' is not an option of the analysis regime; did you mean 'budget'"):
+        regime.settings({"bugdet": 1.0})
+    with pytest.raises(InputError, match="budget = 'long': must be a number"):
+        regime.settings({"budget": "long"})
+    with pytest.raises(InputError, match=r"rounds = 1\.5: must be a whole number"):
+        regime.settings({"rounds": 1.5})
+
+
+def test_an_unknown_analysis_is_refused_with_the_nearest():
+    with pytest.raises(InputError, match="did you mean 'regime'"):
+        find_analysis("regimes")
+
+
+def test_explanations_come_from_docstrings():
+    text = """Does it.
+
+    Parameters
+    ----------
+    model : one actuator.
+    budget, window : longest time; taken
+        together. Default `all`.
+    transient : as in `regime`.
+    none : whether not.
+
+    Returns
+    -------
+    result : something.
+    """
+    found = explanations(text)
+    assert list(found) == ["model", "budget", "window", "transient", "none"]
+    assert found["budget"] == found["window"] == "longest time; taken together. Default `all`."
+    assert found["transient"].startswith("time after which")
+    assert first_sentence(found["budget"]) == "Longest time."
+    assert default_of(found["budget"]) == "all"
+    assert first_sentence("shares; default one a core. Does not matter.") == "Shares."
+    assert default_of("shares; default one a core. Does not matter.") == "one a core"
+    assert default_of("no word of it.") == ""
+    assert explanations("No parameters.") == {}
+
+
+def test_options_leave_out_what_is_computed():
+    for analysis in ANALYSES.values():
+        assert not set(analysis.options) & set(NOT_OPTIONS)
