@@ -1,7 +1,7 @@
 """Components of a user's own run through every registered analysis, stores, files and the command line.
 
-No line of gelcone knows the components of `tests.toys`: what they add - parameters, a state - must be set, swept, drawn,
-saved and shown all the same.
+No line of gelcone knows the components of `tests.toys`: what they add - parameters, a state - must be set, swept,
+drawn, saved and shown all the same.
 """
 
 import json
