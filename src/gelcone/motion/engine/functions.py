@@ -11,7 +11,7 @@ from gelcone.motion.engine.code import Function, Value
 
 ROUND = 1.5 * 2.0**52
 """Added to and taken from a number, it leaves the nearest integer, which its sum holds in the lowest bits."""
-HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33)
+HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33)
 LOG_2_HIGH, LOG_2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 """log 2 in two parts, the first with 21 trailing zero bits: its product with an exponent is exact."""
 SQRT_HALF_BITS = 0x3FE6A09E667F3BCD
@@ -28,9 +28,10 @@ def sine_cosine(f: Function, angle: Value) -> tuple[Value, Value]:
     minus = f.negative(f.subtract(shifted, f.real(ROUND)))
     quarter = f.bits(shifted)
     first = f.fused(minus, f.real(HALF_PI[0]), angle)
-    r = f.fused(minus, f.real(HALF_PI[1]), first)
-    rest = f.fused(minus, f.real(HALF_PI[1]), f.subtract(first, r))  # what rounding took from r
-    rest = f.fused(minus, f.real(HALF_PI[2]), rest)
+    product = f.multiply(minus, f.real(HALF_PI[1]))
+    r, lost = two_sum(f, first, product)
+    product_lost = f.fused(minus, f.real(HALF_PI[1]), f.negative(product))
+    rest = f.fused(minus, f.real(HALF_PI[2]), f.add(lost, product_lost))
     z = f.multiply(r, r)
     series = f.polynomial(z, [f.real((-1.0) ** k / math.factorial(2 * k + 1)) for k in range(1, 10)])
     sine = f.add(r, f.fused(f.multiply(z, r), series, f.fused(f.multiply(f.real(-0.5), z), rest, rest)))

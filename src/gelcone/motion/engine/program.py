@@ -86,14 +86,15 @@ class Raw:
     end_state: Array
 
 
-def order_and_label(tolerance: float) -> tuple[int, float]:
+def order_and_label(tolerance: float, keep: str = "states") -> tuple[int, float]:
     """Order of the Taylor polynomials and tolerance of the step rule for a relative error of one step.
 
-    Order 8 for tolerances above 3e-8, 12 above 3e-11, else 16, which each run fastest at the error that they give. The
-    step rule takes a tenth of the tolerance, at least 1e-15: the errors are then those of heyoka at ``tolerance``.
+    Order 8 for tolerances above 3e-8, 12 above 3e-11, else 18 (16 with tangents): each ran fastest at the error that it
+    gives. The step rule takes a tenth of the tolerance, so that the errors are those of heyoka at ``tolerance``, and at
+    least 2e-15, below which rounding alone decides.
     """
-    order = 8 if tolerance > 3e-8 else 12 if tolerance > 3e-11 else 16
-    return order, max(tolerance / 10.0, 1e-15)
+    order = 8 if tolerance > 3e-8 else 12 if tolerance > 3e-11 else 16 if keep == "tangents" else 18
+    return order, max(tolerance / 10.0, 2e-15)
 
 
 class Program:
@@ -131,7 +132,7 @@ class Program:
             raise ValueError(f"tolerance = {tolerance!r}: must be between 0 and 1")
         self.keep = keep
         self.size = len(system.states)
-        self.order, self.label = order_and_label(tolerance)
+        self.order, self.label = order_and_label(tolerance, keep)
         self._machine = machine
         self._width = width
         self._lock = threading.Lock()
