@@ -67,3 +67,60 @@ def cone_numbers(**changed: Any) -> dict[str, Any]:
         "bias": given["bias"],
         "frequency": given["frequency"],
     }
+
+
+@dataclass(frozen=True)
+class Oscillator:
+    """x'' = sign - x."""
+
+    states = ("x", "u")
+    numbers = ("sign",)
+
+    def rates(self, time: Any, state: Any, n: Any, xp: Any) -> list[Any]:
+        return self.flow(time, state, n, xp)[0]
+
+    def flow(self, time: Any, state: Any, n: Any, xp: Any) -> tuple[list[Any], list[list[Any]]]:
+        x, u = state
+        return [u, n["sign"] - x], [[0.0, 1.0], [-1.0, 0.0]]
+
+
+@dataclass(frozen=True)
+class Riccati:
+    """x' = x^2, infinite at a finite time."""
+
+    states = ("x",)
+    numbers = ()
+
+    def rates(self, time: Any, state: Any, n: Any, xp: Any) -> list[Any]:
+        return [state[0] * state[0]]
+
+
+@dataclass(frozen=True)
+class Decay:
+    """x' = -rate x."""
+
+    states = ("x",)
+    numbers = ("rate",)
+
+    def rates(self, time: Any, state: Any, n: Any, xp: Any) -> list[Any]:
+        return [-n["rate"] * state[0]]
+
+    def flow(self, time: Any, state: Any, n: Any, xp: Any) -> tuple[list[Any], list[list[Any]]]:
+        return self.rates(time, state, n, xp), [[-n["rate"]]]
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A damped nonlinear oscillator with a third state that follows its displacement."""
+
+    states = ("x", "u", "w")
+    numbers = ("rate",)
+
+    def rates(self, time: Any, state: Any, n: Any, xp: Any) -> list[Any]:
+        return self.flow(time, state, n, xp)[0]
+
+    def flow(self, time: Any, state: Any, n: Any, xp: Any) -> tuple[list[Any], list[list[Any]]]:
+        x, u, w = state
+        rates = [u, -x * x * x - 0.1 * u - w + xp.sin(time), n["rate"] * (x - w)]
+        slopes = [[0.0, 1.0, 0.0], [-3.0 * x * x, -0.1, -1.0], [n["rate"], 0.0, -n["rate"]]]
+        return rates, slopes

@@ -425,7 +425,11 @@ def _serve(plan: Plan, layout: Layout) -> Function:
 
     failed = f.new("or i1 %small, " + f.new("xor i1 %finite, true"))
     with f.when(failed):  # the step does not count: the member ended where it began
-        code = f.new(f"select i1 %small, i64 {STEP_TOO_SMALL}, i64 {NOT_FINITE}")
+        total = f.real(0.0)
+        for k in range(layout.states):
+            total = f.add(total, lane.step(k * layout.terms))
+        lost = f.both("%small", f.compare("olt", f.absolute(total), f.real(math.inf)))
+        code = f.new(f"select i1 {lost}, i64 {STEP_TOO_SMALL}, i64 {NOT_FINITE}")
         f.store_whole(code, status)
         for k in range(layout.states):
             lane.set(k, lane.step(k * layout.terms))
@@ -469,10 +473,10 @@ def _take_samples(
         number = lane.get_whole(layout.sample)
         place = lane.times(f.whole("add", first, number), layout.states)
         for k in range(layout.states):
-            if _ends_at_samples(plan):
-                value = lane.get(k)
-            else:
-                value = f.polynomial(offset, [lane.step(k * layout.terms + j) for j in range(layout.terms)])
+            value = lane.get(k)
+            if not _ends_at_samples(plan):
+                inside = f.polynomial(offset, [lane.step(k * layout.terms + j) for j in range(layout.terms)])
+                value = f.choose(f.compare("oeq", offset, f.load(reach)), value, inside)
             f.store(value, lane.array(Job.RESULT, place, str(k)))
         for k, restart in enumerate(plan.restarts):
             if restart is not None:

@@ -139,11 +139,17 @@ class Program:
         self._compiled: dict[int, _Compiled] = {}
         self._traced = _trace(system, keep, events, corner_switch)
 
+    def _plan(self, width: int) -> loop.Plan:
+        return loop.Plan(**self._traced, order=self.order, tolerance=self.label, width=width)
+
+    def module_text(self, width: int) -> str:
+        """The LLVM module that is compiled for this many lanes."""
+        return loop.module_text(self._plan(width))
+
     def _compile(self, width: int) -> _Compiled:
         with self._lock:
             if width not in self._compiled:
-                plan = loop.Plan(**self._traced, order=self.order, tolerance=self.label, width=width)
-                self._compiled[width] = _Compiled(plan, self._machine)
+                self._compiled[width] = _Compiled(self._plan(width), self._machine)
             return self._compiled[width]
 
     def run(
