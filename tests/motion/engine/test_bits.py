@@ -82,7 +82,7 @@ def test_chunks_and_resumption(kind, monkeypatch):
         assert_same_bits(raw, run(program))
 
 
-@pytest.mark.parametrize("width", [4, 8, 16])
+@pytest.mark.parametrize("width", [2, 4, 8, 16])
 def test_lane_width(kind, width):
     (keep, tolerance), _, raw = kind
     assert_same_bits(raw, run(Program(Cone(), keep, tolerance, width=width)))

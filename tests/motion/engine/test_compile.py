@@ -199,7 +199,7 @@ OTHERS = [
 def test_code_for_other_systems_calls_nothing_from_outside(triple, processor, magic, allowed):
     machine = compiler.Machine(triple, processor, "")
     for keep, tolerance in (("states", 1e-6), ("tangents", 1e-15)):
-        text = Program(Cone(), keep, tolerance).module_text(8)
+        text = Program(Cone(), keep, tolerance).module_text(machine.vector)
         assert re.match(magic, compiler.object_code(text, machine), re.DOTALL)
         words = compiler.assembly(text, machine)
         defined = set(re.findall(r"^([\w.$]+):", words, re.MULTILINE))

@@ -273,15 +273,17 @@ def _spread(f: Function, whole: Value) -> Value:
 
 
 def _near(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value) -> Value:
-    """Lanes that may cross a border in this step: sign g_0 <= |g_1| h + |g_2| h^2 + ..., or NaN."""
+    """Lanes that may cross a border in this step: those in which g_0 + g_1 h - |g_2| h^2 - |g_3| h^3 - ... or g_0 less
+    all but the slope is not positive, with the sign that g has on the member's side; or NaN."""
     near = "zeroinitializer"
     for k, (border, coefficients) in enumerate(zip(plan.borders, jet.borders, strict=True)):
-        sizes = [f.real(0.0) if value is None else f.absolute(value) for value in coefficients[1:]]
-        change = f.multiply(step, f.polynomial(step, sizes))
+        g = [f.real(0.0) if value is None else value for value in coefficients]
         side = f.load(f.place("%lanes", (layout.sides + k) * f.width))
-        g = coefficients[0] or f.real(0.0)
         sign = f.negative(side) if border.direction > 0 else side
-        near = f.either(near, f.compare("ule", f.multiply(sign, g), change))
+        bend = f.multiply(step, f.polynomial(step, [f.absolute(value) for value in g[2:]]))
+        slope = f.smaller(f.multiply(sign, g[1]), f.real(0.0))
+        least = f.fused(f.subtract(slope, bend), step, f.multiply(sign, g[0]))
+        near = f.either(near, f.compare("ule", least, f.real(0.0)))
     return near
 
 

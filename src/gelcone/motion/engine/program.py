@@ -146,6 +146,12 @@ class Program:
         """The LLVM module that is compiled for this many lanes."""
         return loop.module_text(self._plan(width))
 
+    def _best_width(self, members: int) -> int:
+        """Lanes that run fastest: two registers side by side hide waiting times, as long as the numbers of the step
+        find room in the others."""
+        vector = (self._machine or compiler.host()).vector
+        return 2 * vector if members > vector and self.order <= 12 and self.keep != "tangents" else vector
+
     def _compile(self, width: int) -> _Compiled:
         with self._lock:
             if width not in self._compiled:
@@ -190,8 +196,7 @@ class Program:
             raise ValueError(f"threads = {threads!r}: must be at least 1")
         sample_times = np.ascontiguousarray(times, dtype=float)
         members, samples = sample_times.shape
-        width = self._width or (16 if members > 8 and self.order <= 8 else 8)
-        compiled = self._compile(width)
+        compiled = self._compile(self._width or self._best_width(members))
         arrays = compiled.job(numbers, states0, start, sample_times, smallest_step, most_steps, corners)
         if members and samples:
             _Run(compiled, arrays, threads, report, stopped).work()
