@@ -179,10 +179,10 @@ def test_cold_and_cached_start_are_quick(folder):
     numbers = cone_numbers()
     seconds = []
     for _ in range(2):
-        before = time.perf_counter()
+        before = time.process_time()
         Program(Cone(), "tangents", 1e-15).run(numbers, [[1.0, 0.0]], 0.0, [[1.0]])
-        seconds.append(time.perf_counter() - before)
-    assert seconds[0] < 1.0  # twice what it takes on an idle core
+        seconds.append(time.process_time() - before)
+    assert seconds[0] < 1.0  # twice what it may take on an idle core
     assert seconds[1] < 0.1
 
 

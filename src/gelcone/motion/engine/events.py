@@ -17,6 +17,8 @@ from gelcone.motion.engine.code import Function, Value
 MARCHES = 300
 """Parabolas after which the search takes at least the 1,000th part of a step at once: only a g that is zero but for
 rounding needs more."""
+HORIZON = 4.0
+"""A parabola is bound to lie below the polynomial up to this multiple of the time reached."""
 ON_BORDER = 2.0**-40
 """A member that starts this near to the border, as a share of what g changes in its first step, starts on it."""
 
@@ -79,9 +81,7 @@ def crossing_function(order: int, width: int) -> Function:
     start = f.place(polynomial, f.load_whole(first))
     coefficients = [f.load(f.place(start, k)) for k in range(order + 1)]
 
-    # |second derivative| <= bend on the whole step
     bends = [f.multiply(f.real(float(k * (k - 1))), f.absolute(coefficients[k])) for k in range(2, order + 1)]
-    bend = f.polynomial("%step", bends)
     f.store(f.real(0.0), time)
     f.store_whole("0", count)
     with f.repeat() as out:
@@ -92,6 +92,10 @@ def crossing_function(order: int, width: int) -> Function:
             value = f.fused(value, at, coefficient)
         with f.when(f.compare("ole", value, f.real(0.0))):
             f.finish_here(f"double {at}")
+        # |second derivative| <= bend up to the horizon: near the start, where it is small, not that of the whole step
+        near = f.smaller(f.multiply(f.real(HORIZON), at), "%step")
+        horizon = f.choose(f.compare("ogt", at, f.real(0.0)), near, "%step")
+        bend = f.polynomial(horizon, bends)
         # the zero of the parabola value + slope d - bend d^2/2, in the form that does not cancel
         root = f.sqrt(f.fused(slope, slope, f.multiply(f.multiply(f.real(2.0), bend), value)))
         falling = f.divide(f.multiply(f.real(2.0), value), f.subtract(root, slope))
@@ -102,6 +106,8 @@ def crossing_function(order: int, width: int) -> Function:
         least = f.multiply(f.real(0.001), "%step")
         slow = f.new(f"and i1 {f.compare_whole('sgt', marches, str(MARCHES))}, {f.compare('olt', advance, least)}")
         after = f.add(at, f.choose(slow, least, advance))
+        beyond = f.both(f.compare("ogt", after, horizon), f.compare("olt", horizon, "%step"))
+        after = f.choose(beyond, horizon, after)
         f.leave(out, f.compare("ugt", after, "%step"))
         with f.when(f.compare("ole", after, at)):
             f.finish_here(f"double {at}")
