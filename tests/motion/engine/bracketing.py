@@ -62,7 +62,9 @@ class Pieces:
         _, slope = self.gap(now, border)
         gap_end, slope_end = self.gap(end, border)
         # one that leaves the border which it stands on does not cross it; a dip may hide between positive ends
-        index = np.flatnonzero(((gap_end < 0.0) & ((slope <= 0.0) | (slope_end <= 0.0))) | ((slope < 0.0) & (slope_end > 0.0)))
+        index = np.flatnonzero(
+            ((gap_end < 0.0) & ((slope <= 0.0) | (slope_end <= 0.0))) | ((slope < 0.0) & (slope_end > 0.0))
+        )
         if not index.size:
             return times
         low, high, slope, slope_end = now[index], end[index], slope[index], slope_end[index]

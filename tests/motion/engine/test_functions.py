@@ -41,7 +41,9 @@ def compiled():
         f.finish()
         made.append(f.text())
         declarations |= f.intrinsics
-    library = compiler.Library(compiler.object_code("\n".join([*declarations, *made]), compiler.host()), compiler.host())
+    library = compiler.Library(
+        compiler.object_code("\n".join([*declarations, *made]), compiler.host()), compiler.host()
+    )
 
     def caller(name):
         pointer = ctypes.c_void_p

@@ -61,7 +61,9 @@ def test_tangents_agree_with_heyoka():
     rates, slopes = cone.flow(hk.time, (x, u), n, hk)
     rows = [[sum(slopes[i][k] * deviations[2 * k + j] for k in range(2)) for j in range(2)] for i in range(2)]
     system = list(zip(variables, [*rates, *rows[0], *rows[1]], strict=True))
-    integrator = hk.taylor_adaptive(system, [0.6, -0.2, 1.0, 0.0, 0.0, 1.0], pars=[float(numbers[k]) for k in cone.numbers])
+    integrator = hk.taylor_adaptive(
+        system, [0.6, -0.2, 1.0, 0.0, 0.0, 1.0], pars=[float(numbers[k]) for k in cone.numbers]
+    )
     raw = Program(cone, "tangents", 1e-15).run(numbers, [[0.6, -0.2]], 0.0, times[None])
     for k, moment in enumerate(times):
         integrator.propagate_until(moment)

@@ -179,7 +179,11 @@ def _read(key: str) -> bytes | None:
             content = file.read()
         if hasattr(os, "getuid") and owner != os.getuid():  # what someone else left there is not run
             return None
-        head, digest, code = content[: len(_MAGIC)], content[len(_MAGIC) : len(_MAGIC) + 32], content[len(_MAGIC) + 32 :]
+        head, digest, code = (
+            content[: len(_MAGIC)],
+            content[len(_MAGIC) : len(_MAGIC) + 32],
+            content[len(_MAGIC) + 32 :],
+        )
         if head != _MAGIC or digest != _digest(key, code):
             return None
         os.utime(path)

@@ -18,7 +18,8 @@ MARCHES = 300
 """Parabolas after which the search takes at least the 1,000th part of a step at once: only a g that is zero but for
 rounding needs more."""
 HORIZON = 4.0
-"""A parabola is bound to lie below the polynomial up to this multiple of the time reached."""
+"""A parabola lies below the polynomial up to this multiple of the last advance: where a border is close, the bound on
+the whole step is far too careful."""
 ON_BORDER = 2.0**-40
 """A member that starts this near to the border, as a share of what g changes in its first step, starts on it."""
 
@@ -57,7 +58,8 @@ def crossing_function(order: int, width: int) -> Function:
     Infinity when there is no such time.
     """
     f = Function("crossing", ["ptr %border", "double %sign", "double %step"], "double", 1)
-    polynomial, first, time, count = f.slot(2 * (order + 1)), f.slot(), f.slot(), f.slot()
+    polynomial = f.slot(2 * (order + 1))
+    first, time, reach, count = f.slot(), f.slot(), f.slot(), f.slot()
     for k in range(order + 1):
         value = f.multiply("%sign", f.load(f.place("%border", k * width)))
         f.store(value, f.place(polynomial, k))
@@ -79,39 +81,45 @@ def crossing_function(order: int, width: int) -> Function:
         with f.when(f.compare_whole("sgt", place, str(order))):
             f.finish_here(f"double {f.real(math.inf)}")
     start = f.place(polynomial, f.load_whole(first))
-    coefficients = [f.load(f.place(start, k)) for k in range(order + 1)]
-
-    bends = [f.multiply(f.real(float(k * (k - 1))), f.absolute(coefficients[k])) for k in range(2, order + 1)]
     f.store(f.real(0.0), time)
+    f.store("%step", reach)
     f.store_whole("0", count)
     with f.repeat() as out:
-        at = f.load(time)
-        value, slope = coefficients[-1], f.real(0.0)
-        for coefficient in coefficients[-2::-1]:
-            slope = f.fused(slope, at, value)
-            value = f.fused(value, at, coefficient)
+        # the polynomial about the time reached, where it is positive
+        coefficients = [f.load(f.place(start, k)) for k in range(order + 1)]
+        value, slope, at = coefficients[0], coefficients[1], f.load(time)
         with f.when(f.compare("ole", value, f.real(0.0))):
             f.finish_here(f"double {at}")
-        # |second derivative| <= bend up to the horizon: near the start, where it is small, not that of the whole step
-        near = f.smaller(f.multiply(f.real(HORIZON), at), "%step")
-        horizon = f.choose(f.compare("ogt", at, f.real(0.0)), near, "%step")
+        left = f.subtract("%step", at)
+        horizon = f.smaller(f.load(reach), left)
+        # |second derivative| <= bend up to the horizon: value + slope d - bend d^2/2 lies below, and so does its zero
+        bends = [f.multiply(f.real(float(k * (k - 1))), f.absolute(coefficients[k])) for k in range(2, order + 1)]
         bend = f.polynomial(horizon, bends)
-        # the zero of the parabola value + slope d - bend d^2/2, in the form that does not cancel
         root = f.sqrt(f.fused(slope, slope, f.multiply(f.multiply(f.real(2.0), bend), value)))
         falling = f.divide(f.multiply(f.real(2.0), value), f.subtract(root, slope))
         rising = f.divide(f.add(root, slope), bend)
-        advance = f.choose(f.compare("olt", slope, f.real(0.0)), falling, rising)
+        advance = f.smaller(f.choose(f.compare("olt", slope, f.real(0.0)), falling, rising), horizon)
         marches = f.whole("add", f.load_whole(count), "1")
         f.store_whole(marches, count)
         least = f.multiply(f.real(0.001), "%step")
-        slow = f.new(f"and i1 {f.compare_whole('sgt', marches, str(MARCHES))}, {f.compare('olt', advance, least)}")
-        after = f.add(at, f.choose(slow, least, advance))
-        beyond = f.both(f.compare("ogt", after, horizon), f.compare("olt", horizon, "%step"))
-        after = f.choose(beyond, horizon, after)
-        f.leave(out, f.compare("ugt", after, "%step"))
+        advance = f.choose(f.compare_whole("sgt", marches, str(MARCHES)), f.larger(advance, least), advance)
+        f.leave(out, f.compare("uge", advance, left))
+        after = f.add(at, advance)
         with f.when(f.compare("ole", after, at)):
             f.finish_here(f"double {at}")
         f.store(after, time)
+        f.store(f.multiply(f.real(HORIZON), advance), reach)
+        for k, coefficient in enumerate(_shifted(f, coefficients, advance)):
+            f.store(coefficient, f.place(start, k))
     f.finish(f"double {f.real(math.inf)}")
     return f
 
+
+def _shifted(f: Function, coefficients: Sequence[Value], by: Value) -> list[Value]:
+    """Coefficients of the polynomial about ``by``, by repeated synthetic division."""
+    shifted = list(coefficients)
+    last = len(shifted) - 1
+    for low in range(last):
+        for k in range(last - 1, low - 1, -1):
+            shifted[k] = f.fused(shifted[k + 1], by, shifted[k])
+    return shifted

@@ -99,9 +99,7 @@ def logarithm(f: Function, value: Value) -> tuple[Value, Value]:
     result, more = two_sum(f, result, f.negative(square))
     low = f.add(f.add(lost, more), correction)
     total, low = two_sum(f, result, low)
-    normal = f.both(
-        f.compare("oge", value, f.real(2.0**-1022)), f.compare("olt", value, f.real(math.inf))
-    )
+    normal = f.both(f.compare("oge", value, f.real(2.0**-1022)), f.compare("olt", value, f.real(math.inf)))
     return f.choose(normal, total, f.real(math.nan)), low
 
 

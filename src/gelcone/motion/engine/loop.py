@@ -203,9 +203,7 @@ def _advance(plan: Plan, layout: Layout) -> Function:
         finite = f.compare("olt", f.absolute(total), f.real(math.inf))
         small = f.compare("olt", wanted, f.load(row(layout.smallest)))
         steps = f.add(f.load(row(layout.steps)), f.real(1.0))
-        sampled = f.compare(
-            "ole", f.subtract(f.subtract(f.load(row(layout.target)), time), low), step
-        )
+        sampled = f.compare("ole", f.subtract(f.subtract(f.load(row(layout.target)), time), low), step)
         spent = f.compare("oge", steps, _spread(f, f.load_whole(f.place("%job", Job.MOST_STEPS))))
         near = _near(f, jet, plan, layout, step)
         due = f.either(f.either(ends, sampled), f.either(small, spent))
@@ -287,15 +285,15 @@ def _near(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value) -> Val
     return near
 
 
-def _keep_step(
-    f: Function, jet: Jet, plan: Plan, layout: Layout, time: Value, low: Value, step: Value
-) -> None:
+def _keep_step(f: Function, jet: Jet, plan: Plan, layout: Layout, time: Value, low: Value, step: Value) -> None:
     """Puts the step's polynomials where the scalar code finds them; of states that are only kept at steps' ends, the
     start."""
     terms = layout.terms if plan.borders or not any(r is not None for r in plan.restarts) else 1
     rows = [(i * layout.terms + k, value) for i, row in enumerate(jet.states) for k, value in enumerate(row[:terms])]
     rows += [
-        (layout.borders + i * layout.terms + k, value) for i, row in enumerate(jet.borders) for k, value in enumerate(row)
+        (layout.borders + i * layout.terms + k, value)
+        for i, row in enumerate(jet.borders)
+        for k, value in enumerate(row)
     ]
     rows += [(layout.step_time, time), (layout.step_low, low), (layout.step, step)]
     for k, value in rows:
