@@ -3,8 +3,8 @@
     python benchmarks/engine.py [TURNS]
 
 For each tolerance, both errors are those of the sampled states (and tangents) against heyoka in extended precision; the
-times are the shortest of TURNS (default 8) turns, in which both take turns. A ratio of times is stated at equal error: a
-difference of the errors is accounted for by how heyoka's time changes with its error.
+times are the shortest of TURNS (default 8) rounds, in which both take turns. A ratio of times is stated at equal error:
+a difference of the errors is accounted for by how heyoka's time changes with its error.
 """
 
 from __future__ import annotations
@@ -98,10 +98,10 @@ def own(program: Program, numbers: dict[str, Any], members: int, times: np.ndarr
     return np.concatenate([raw.states, columns], axis=-1)
 
 
-def timed(call: Any) -> float:
+def timed(call: Any, *arguments: Any) -> float:
     """Seconds that a call takes."""
     before = time.perf_counter()
-    call()
+    call(*arguments)
     return time.perf_counter() - before
 
 
@@ -129,9 +129,9 @@ def main(turns: int) -> None:
         for _ in range(turns):
             for k, (peer, program) in enumerate(zip(peers, programs, strict=True)):
                 turn = [
-                    timed(lambda peer=peer: peer.run(matrices[1], long)),
-                    timed(lambda program=program: own(program, large, MEMBERS, long)),
-                    timed(lambda program=program: own(program, large, MEMBERS, long, 2)),
+                    timed(peer.run, matrices[1], long),
+                    timed(own, program, large, MEMBERS, long),
+                    timed(own, program, large, MEMBERS, long, 2),
                 ]
                 seconds[k] = np.minimum(seconds[k], turn)
         errors = np.array(

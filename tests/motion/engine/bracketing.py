@@ -2,7 +2,7 @@
 
     x'' + 2 z x' + k x = c + f sin(w t)    between switches,
 
-with k = 1 + K_1 [x > d_1] + K_2 [x > d_2] and c = K_1 d_1 [x > d_1] + K_2 d_2 [x > d_2], so that the force is continuous.
+with k = 1 + K_1 [x > d_1] + K_2 [x > d_2] and c = K_1 d_1 [x > d_1] + K_2 d_2 [x > d_2]: the force is continuous.
 """
 
 import numpy as np

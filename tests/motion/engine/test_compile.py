@@ -170,7 +170,10 @@ def test_processes_at_once_share_the_cache(folder):
 
 
 def test_importing_the_package_loads_none_of_it():
-    code = "import sys, gelcone, gelcone.motion.engine; print([m for m in sys.modules if 'llvmlite' in m or 'engine.' in m])"
+    code = (
+        "import sys, gelcone, gelcone.motion.engine\n"
+        "print([name for name in sys.modules if 'llvmlite' in name or 'engine.' in name])"
+    )
     output, errors = run_python(code).communicate(timeout=60)
     assert (output.strip(), errors) == ("[]", "")
 

@@ -52,7 +52,7 @@ separate = st.lists(st.integers(1, 400), min_size=1, max_size=5, unique=True).ma
 @settings(max_examples=200, deadline=None)
 @given(places=separate, middle=st.integers(-300, 700), away=st.integers(1, 300))
 def test_the_first_falling_zero_is_found(crossing, places, middle, away):
-    """Real roots that are multiples of 1/320 and a complex pair: positive before the first, which is the one that counts.
+    """Multiples of 1/320 and a complex pair as roots: positive before the first, which is the one that counts.
 
     It is as exact as rounding of the coefficients lets it be.
     """

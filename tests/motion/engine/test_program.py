@@ -282,9 +282,9 @@ def test_options_that_cannot_be_used_are_refused():
         Program(Cone(), "speed", 1e-6)
     with pytest.raises(ValueError, match="between 0 and 1"):
         Program(Cone(), "states", 0.0)
+    numbers = cone_numbers()
+    del numbers["zeta"]
     with pytest.raises(ValueError, match="numbers: zeta missing"):
-        numbers = cone_numbers()
-        del numbers["zeta"]
         Program(Cone(), "states", 1e-6).run(numbers, [[1.0, 0.0]], 0.0, [[1.0]])
     with pytest.raises(ValueError, match="threads = 0"):
         Program(Cone(), "states", 1e-6).run(cone_numbers(), [[1.0, 0.0]], 0.0, [[1.0]], threads=0)

@@ -31,7 +31,8 @@ def test_arithmetic_that_does_nothing_leaves_no_nodes(graph):
     assert x / 1.0 is x
     assert (0.0 * x).value == 0.0
     assert (x - x).value == 0.0
-    assert -(-x) is x
+    negative = -x
+    assert -negative is x
     assert +x is x
     assert (2.0 * x) * 3.0 is 6.0 * x
     assert x + -x * 1.0 is x - x

@@ -17,7 +17,7 @@ from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine import loop
 from gelcone.motion.engine.events import Event
 from gelcone.motion.engine.loop import ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TERMINAL_EVENT, TOO_MANY_STEPS, Job
-from gelcone.motion.engine.trace import Graph, Node, fingerprint, ordered
+from gelcone.motion.engine.trace import Graph, fingerprint, ordered
 
 __all__ = [
     "ARRIVED",
