@@ -47,8 +47,11 @@ class Machine:
 def host() -> Machine:
     """The machine that this process runs on."""
     _initialize()
-    features = llvm.get_host_cpu_features()
-    told = ",".join(("+" if on else "-") + name for name, on in sorted(features.items()))
+    try:
+        features = sorted(llvm.get_host_cpu_features().items())
+    except RuntimeError:  # not known on every system; the processor's name then stands for them
+        features = []
+    told = ",".join(("+" if on else "-") + name for name, on in features)
     return Machine(llvm.get_process_triple(), llvm.get_host_cpu_name(), told)
 
 

@@ -33,7 +33,7 @@ class Job(IntEnum):
 
     TABLE = 0  # (held values, padded members)
     STATES = 1  # (members, states)
-    SWITCHES = 2  # (members, switches)
+    SWITCHES = 2  # (members, switches), at the start, then at the end
     START = 3  # (members,)
     TIMES = 4  # (members, samples)
     CORNERS = 5  # (members, corners + 1), the last infinite
@@ -455,6 +455,9 @@ def _serve(plan: Plan, layout: Layout) -> Function:
             f.store(lane.get(row), lane.array(field, member))
         for k in range(layout.states):
             f.store(lane.get(k), lane.array(Job.END_STATE, lane.times(member, layout.states), str(k)))
+        for k in range(len(plan.switches)):
+            value = lane.get(layout.switches + k)
+            f.store(value, lane.array(Job.SWITCHES, lane.times(member, len(plan.switches)), str(k)))
         f.line("call void @refill(ptr %lane, ptr %job, i64 %number, ptr %active)")
     f.finish()
     return f

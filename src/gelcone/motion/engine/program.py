@@ -72,8 +72,8 @@ class Raw:
     respect to state j of the previous sample, or of the start; ``work`` (members, samples, 2), the integrals of both
     powers since the start. ``status`` (members,): `ARRIVED`, `NOT_FINITE`, `STEP_TOO_SMALL`, `TOO_MANY_STEPS` or
     `TERMINAL_EVENT` + the number of the event. ``steps`` and ``smallest_step`` (members,): how many steps, and the
-    shortest that the tolerance asked for. ``end_time`` (members,) and ``end_state`` (members, N): the last that is
-    known of the member.
+    shortest that the tolerance asked for. ``end_time`` (members,), ``end_state`` (members, N) and ``switches``,
+    name -> (members,): the last that is known of a member; a run from there goes on with these.
     """
 
     states: Array
@@ -84,6 +84,7 @@ class Raw:
     smallest_step: Array
     end_time: Array
     end_state: Array
+    switches: Mapping[str, Array]
 
 
 def order_and_label(tolerance: float, keep: str = "states") -> tuple[int, float]:
@@ -146,11 +147,12 @@ class Program:
         """The LLVM module that is compiled for this many lanes."""
         return loop.module_text(self._plan(width))
 
-    def _best_width(self, members: int) -> int:
+    def _best_width(self, members: int, threads: int) -> int:
         """Lanes that run fastest: two registers side by side hide waiting times, as long as the numbers of the step
-        find room in the others."""
+        find room in the others, and every thread has lanes to fill."""
         vector = (self._machine or compiler.host()).vector
-        return 2 * vector if members > vector and self.order <= 12 and self.keep != "tangents" else vector
+        wide = self.order <= 12 and self.keep != "tangents" and members > vector * threads
+        return 2 * vector if wide else vector
 
     def _compile(self, width: int) -> _Compiled:
         with self._lock:
@@ -196,7 +198,7 @@ class Program:
             raise ValueError(f"threads = {threads!r}: must be at least 1")
         sample_times = np.ascontiguousarray(times, dtype=float)
         members, samples = sample_times.shape
-        compiled = self._compile(self._width or self._best_width(members))
+        compiled = self._compile(self._width or self._best_width(members, threads))
         arrays = compiled.job(numbers, states0, start, sample_times, smallest_step, most_steps, corners)
         if members and samples:
             _Run(compiled, arrays, threads, report, stopped).work()
@@ -211,6 +213,9 @@ class Program:
             smallest_step=arrays.least,
             end_time=arrays.end_time,
             end_state=arrays.end_state[:, :count],
+            switches={
+                node.value: values for node, values in zip(compiled.plan.switches, arrays.switches.T, strict=True)
+            },
         )
 
 
