@@ -134,6 +134,8 @@ class Jet:
             # q_n = (a_n - sum_(j=1..n) b_j q_(n-j)) / b_0
             divisor = node.arguments[1]
             b = self._coefficients[divisor.index]
+            if n == 0:
+                return f.divide(_known(a[0]), _known(b[0]))
             total = self._chain([(b[j], own[n - j]) for j in _oldest_first(1, n, n)])
             return self._times(self._difference(a[n], total), self._reciprocal(divisor))
         if node.operation in ("sin", "cos"):
