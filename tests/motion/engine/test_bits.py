@@ -77,8 +77,9 @@ def test_threads(kind):
 
 def test_chunks_and_resumption(kind, monkeypatch):
     _, program, raw = kind
-    for steps in (1, 7):
+    for steps, seconds in ((1, 0.0), (7, 1e-5), (100, 1.0)):
         monkeypatch.setattr(programs, "STEPS_PER_CALL", steps)
+        monkeypatch.setattr(programs, "CALL_SECONDS", seconds)
         assert_same_bits(raw, run(program))
 
 

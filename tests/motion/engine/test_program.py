@@ -286,6 +286,9 @@ def test_options_that_cannot_be_used_are_refused():
     del numbers["zeta"]
     with pytest.raises(ValueError, match="numbers: zeta missing"):
         Program(Cone(), "states", 1e-6).run(numbers, [[1.0, 0.0]], 0.0, [[1.0]])
+    for times in ([2.0, 1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, np.inf], [np.nan, 1.0]):
+        with pytest.raises(ValueError, match="times: must be finite, increase"):
+            Program(Cone(), "states", 1e-6).run(cone_numbers(), [[1.0, 0.0]], 0.0, [times])
     with pytest.raises(ValueError, match="threads = 0"):
         Program(Cone(), "states", 1e-6).run(cone_numbers(), [[1.0, 0.0]], 0.0, [[1.0]], threads=0)
 
@@ -316,6 +319,7 @@ def test_a_square_wave_flips_at_its_corners():
 
 def test_progress_adds_up_to_one(monkeypatch):
     monkeypatch.setattr(programs, "REPORT_EVERY", 0.001)
+    monkeypatch.setattr(programs, "CALL_SECONDS", 0.002)
     told = []
     program = Program(Cone(), "states", 1e-15)
     for threads in (1, 2):
@@ -345,6 +349,29 @@ def test_a_run_stops_soon_after_it_is_told(threads):
     )
     assert time.perf_counter() - before < 0.3 + 0.25
     assert (raw.status == -1).all()
+
+
+def test_a_run_with_many_samples_a_step_stops_soon():
+    program, times = Program(Cone(), "states", 1e-15), np.linspace(0.0, 300.0, 400_000)[None].repeat(16, axis=0)
+    program.run(cone_numbers(), [[1.0, 0.0]], 0.0, [[1.0]])
+    asked = []
+    program.run(
+        cone_numbers(),
+        np.tile([1.0, 0.0], (16, 1)),
+        0.0,
+        times,
+        stopped=lambda: asked.append(time.thread_time()) is None,
+    )
+    assert len(asked) == 1
+    asked.clear()
+    program.run(
+        cone_numbers(),
+        np.tile([1.0, 0.0], (16, 1)),
+        0.0,
+        times,
+        stopped=lambda: asked.append(time.thread_time()) or False,
+    )
+    assert np.diff(asked).max() < 0.2
 
 
 @pytest.mark.parametrize("threads", [1, 2])

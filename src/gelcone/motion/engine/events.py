@@ -39,7 +39,9 @@ class Event:
     and the side of the border together, also where the border is touched and left at once; it takes direction -1 or 1
     and a switch that starts with the sign that makes g positive (direction -1) or negative (direction 1). Where the
     rates of change jump at a switch, the tangent maps across it lack the jump (the saltation matrix); where they are
-    continuous there is none. A member that starts on a border counts as having just crossed it.
+    continuous there is none. Where the rates on both sides lead back to the border (dry friction at rest), a member
+    switches on and on in place, until it has made all its steps. A member that starts on a border counts as having
+    just crossed it.
     """
 
     border: Callable[[Any, Sequence[Any], Mapping[str, Any], Any], Any]

@@ -34,8 +34,10 @@ __all__ = [
 Array = npt.NDArray[np.float64]
 Keep = Literal["states", "tangents", "work"]
 
-STEPS_PER_CALL = 4096
-"""Steps of all lanes between two looks at interrupts and progress: some milliseconds."""
+STEPS_PER_CALL = 256
+"""Steps of all lanes in the first call of the compiled loop."""
+CALL_SECONDS = 0.02
+"""What later calls should take: between calls interrupts and progress are looked at."""
 REPORT_EVERY = 0.05
 """Seconds between two reports of progress."""
 _ALIGNMENT = 128
@@ -193,12 +195,17 @@ class Program:
 
         Raises
         ------
-        ValueError : for arrays that do not fit, a number that is missing, or fewer threads than one.
+        ValueError : for arrays that do not fit, times that do not increase, a number that is missing, or fewer threads
+            than one.
         """
         if threads < 1:
             raise ValueError(f"threads = {threads!r}: must be at least 1")
         sample_times = np.ascontiguousarray(times, dtype=float)
         members, samples = sample_times.shape
+        first = np.broadcast_to(np.asarray(start, dtype=float), (members,))
+        gaps = np.diff(sample_times, axis=1, prepend=first[:, None])
+        if not (np.isfinite(gaps).all() and (gaps[:, :1] >= 0.0).all() and (gaps[:, 1:] > 0.0).all()):
+            raise ValueError("times: must be finite, increase, and not be before the start")
         compiled = self._compile(self._width or self._best_width(members, threads))
         arrays = compiled.job(numbers, states0, start, sample_times, smallest_step, most_steps, corners)
         if members and samples:
@@ -439,8 +446,14 @@ class _Run:
         lanes, active, job = self._lanes[k].ctypes.data, self._active[k], self._job.ctypes.data
         scratch = aligned(compiled.layout.scratch_rows, compiled.plan.width)
         compiled.start(lanes, job, active.ctypes.data)
+        steps = STEPS_PER_CALL
         while active[0] and not self._stop.is_set():
-            compiled.advance(lanes, scratch.ctypes.data, job, active.ctypes.data, STEPS_PER_CALL)
+            before = time.perf_counter()
+            compiled.advance(lanes, scratch.ctypes.data, job, active.ctypes.data, steps)
+            took = time.perf_counter() - before
+            steps = max(
+                1, 2 * steps if took < 0.5 * CALL_SECONDS else steps // 2 if took > 2.0 * CALL_SECONDS else steps
+            )
             if k == 0:
                 self._look_around()
 
