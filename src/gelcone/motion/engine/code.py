@@ -12,8 +12,6 @@ from contextlib import contextmanager
 Value = str
 """A number, vector, pointer or truth value in the text: a name like ``%v7``, or a constant."""
 
-Block = tuple[str, int]
-
 
 def real_bits(value: float) -> str:
     """A double as LLVM writes it exactly."""
@@ -143,10 +141,6 @@ class Function:
     def choose(self, condition: Value, a: Value, b: Value) -> Value:
         """a where the condition holds, else b."""
         return self.new(f"select {self.truth_type} {condition}, {self.real_type} {a}, {self.real_type} {b}")
-
-    def choose_whole(self, condition: Value, a: Value, b: Value) -> Value:
-        """The same for integers."""
-        return self.new(f"select {self.truth_type} {condition}, {self.integer_type} {a}, {self.integer_type} {b}")
 
     def larger(self, a: Value, b: Value) -> Value:
         """The larger one; b if a is NaN."""

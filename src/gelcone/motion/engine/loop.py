@@ -271,8 +271,8 @@ def _spread(f: Function, whole: Value) -> Value:
 
 
 def _near(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value) -> Value:
-    """Lanes that may cross a border in this step: those in which g_0 + g_1 h - |g_2| h^2 - |g_3| h^3 - ... or g_0 less
-    all but the slope is not positive, with the sign that g has on the member's side; or NaN."""
+    """Lanes that may cross a border in this step: with the sign that makes g positive on the member's side, those in
+    which g_0 + min(g_1, 0) h - |g_2| h^2 - |g_3| h^3 - ... is not."""
     near = "zeroinitializer"
     for k, (border, coefficients) in enumerate(zip(plan.borders, jet.borders, strict=True)):
         g = [f.real(0.0) if value is None else value for value in coefficients]
@@ -286,9 +286,9 @@ def _near(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value) -> Val
 
 
 def _keep_step(f: Function, jet: Jet, plan: Plan, layout: Layout, time: Value, low: Value, step: Value) -> None:
-    """Puts the step's polynomials where the scalar code finds them; of states that are only kept at steps' ends, the
-    start."""
-    terms = layout.terms if plan.borders or not any(r is not None for r in plan.restarts) else 1
+    """Puts the step's polynomials where the scalar code finds them; of states that no one reads inside of a step, the
+    start alone."""
+    terms = layout.terms if plan.borders or not _ends_at_samples(plan) else 1
     rows = [(i * layout.terms + k, value) for i, row in enumerate(jet.states) for k, value in enumerate(row[:terms])]
     rows += [
         (layout.borders + i * layout.terms + k, value)

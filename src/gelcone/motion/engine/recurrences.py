@@ -84,42 +84,33 @@ class Jet:
         self._rounds: dict[int, tuple[Value, Value]] = {}
         nodes = ordered([*rates, *borders])
         self._inlined = _single_products(nodes, {node.index for node in [*rates, *borders]})
-        for node in nodes:
-            first: Coefficient = None
-            if node.operation == "state":
-                first = states[node.value]
-            elif node.operation == "constant":
-                first = f.real(node.value)
-            elif node.fixed or node.operation == "switch":
-                first = held.get(node.index)
-            elif node.operation == "time":
-                first = time
-            self._coefficients[node.index] = [first]
-        leaves = [n for n in nodes if n.fixed or n.operation in ("state", "time", "switch")]
-        known = {leaf.index for leaf in leaves}
-        moving = [node for node in nodes if node.index not in known and node.index not in self._inlined]
-        for_borders = {node.index for node in ordered(borders)}
         self.states: list[list[Coefficient]] = [[value] for value in states]
-        leaf_of = {node.value: node for node in nodes if node.operation == "state"}
-
-        for n in range(order + 1):
-            for node in leaves:
-                if n and node.operation != "state":
-                    self._coefficients[node.index].append(f.real(1.0) if n == 1 and node.operation == "time" else None)
+        for node in nodes:
+            self._coefficients[node.index] = self._leaf(node, order, time, held)
+        moving = [node for node in nodes if not self._coefficients[node.index] and node.index not in self._inlined]
+        for_borders = {node.index for node in ordered(borders)}
+        for n in range(order):
             for node in moving:
-                if n == order and node.index not in for_borders:
-                    continue
-                value = self._coefficient(node, n)
-                row = self._coefficients[node.index]
-                row[n:] = [value]
-            if n == order:
-                break
-            for i, (row, rate) in enumerate(zip(self.states, rates, strict=True)):
+                self._coefficients[node.index].append(self._coefficient(node, n))
+            for row, rate in zip(self.states, rates, strict=True):
                 slope = self._coefficients[rate.index][n]
                 row.append(slope if slope is None or n == 0 else f.multiply(slope, f.real(1.0 / (n + 1))))
-                if i in leaf_of:
-                    self._coefficients[leaf_of[i].index].append(row[-1])
+        for node in moving:
+            if node.index in for_borders:
+                self._coefficients[node.index].append(self._coefficient(node, order))
         self.borders = [self._coefficients[border.index] for border in borders]
+
+    def _leaf(self, node: Node, order: int, time: Value, held: Mapping[int, Value]) -> list[Coefficient]:
+        """The coefficients of a leaf or of what is fixed; none yet of other nodes."""
+        if node.operation == "state":
+            return self.states[node.value]
+        if node.operation == "time":
+            return [time, self._f.real(1.0), *[None] * (order - 1)]
+        if node.operation == "constant":
+            return [self._f.real(node.value), *[None] * order]
+        if node.fixed or node.operation == "switch":
+            return [held.get(node.index), *[None] * order]
+        return []
 
     def _coefficient(self, node: Node, n: int) -> Coefficient:
         """The n-th coefficient of an operation."""
