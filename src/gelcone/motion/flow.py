@@ -10,14 +10,14 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.heyoka import HeyokaBackend
+from gelcone.motion.engine.backend import EngineBackend
 from gelcone.motion.job import KEEPS, Backend, Job, Keep, Trajectories
 from gelcone.physics.members import Ensemble, Members
 from gelcone.progress import current_watch
 from gelcone.quantity import Array
 
 DEFAULT_TOLERANCE = 1e-15
-BACKEND: Backend = HeyokaBackend()
+BACKEND: Backend = EngineBackend()
 
 
 def integrate(

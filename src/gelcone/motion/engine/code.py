@@ -1,0 +1,238 @@
+"""Text of LLVM functions: arithmetic on vectors of lanes or on single numbers, memory, and structured control flow.
+
+No instruction carries a fast-math flag, and every fused multiply-add is explicit: the text fixes each rounding.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+Value = str
+"""A number, vector, pointer or truth value in the text: a name like ``%v7``, or a constant."""
+
+
+def real_bits(value: float) -> str:
+    """A double as LLVM writes it exactly."""
+    return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
+
+
+class Function:
+    """The text of one function, whose numbers are vectors of ``width`` doubles, or single ones at width 1.
+
+    ``arguments`` are like "ptr %job"; they are read by their names. ``external`` makes the function visible outside.
+    """
+
+    def __init__(self, name: str, arguments: Sequence[str], result: str, width: int, external: bool = False) -> None:
+        self.width = width
+        linkage = "" if external else "internal "
+        self._head = f"define {linkage}{result} @{name}({', '.join(arguments)}) {'' if external else 'noinline '}{{"
+        self._lines: list[str] = ["entry:"]
+        self._slots: list[str] = []
+        self._count = 0
+        self.intrinsics: set[str] = set()
+        self.real_type = "double" if width == 1 else f"<{width} x double>"
+        self.integer_type = "i64" if width == 1 else f"<{width} x i64>"
+        self.truth_type = "i1" if width == 1 else f"<{width} x i1>"
+        self._suffix = "f64" if width == 1 else f"v{width}f64"
+
+    def text(self) -> str:
+        """The whole function."""
+        return "\n".join([self._head, self._lines[0], *self._slots, *self._lines[1:], "}", ""])
+
+    def line(self, text: str) -> None:
+        """An instruction without result."""
+        self._lines.append("  " + text)
+
+    def new(self, text: str) -> Value:
+        """An instruction with a result."""
+        self._count += 1
+        self._lines.append(f"  %v{self._count} = {text}")
+        return f"%v{self._count}"
+
+    # --- numbers -------------------------------------------------------------------------------------------------
+
+    def real(self, value: float) -> Value:
+        """A constant, the same in all lanes."""
+        return real_bits(value) if self.width == 1 else f"splat (double {real_bits(value)})"
+
+    def integer(self, value: int) -> Value:
+        """An integer constant, the same in all lanes."""
+        return str(value) if self.width == 1 else f"splat (i64 {value})"
+
+    def _binary(self, instruction: str, a: Value, b: Value) -> Value:
+        return self.new(f"{instruction} {self.real_type} {a}, {b}")
+
+    def add(self, a: Value, b: Value) -> Value:
+        """a + b."""
+        return self._binary("fadd", a, b)
+
+    def subtract(self, a: Value, b: Value) -> Value:
+        """a - b."""
+        return self._binary("fsub", a, b)
+
+    def multiply(self, a: Value, b: Value) -> Value:
+        """a b."""
+        return self._binary("fmul", a, b)
+
+    def divide(self, a: Value, b: Value) -> Value:
+        """a / b."""
+        return self._binary("fdiv", a, b)
+
+    def negative(self, a: Value) -> Value:
+        """-a."""
+        return self.new(f"fneg {self.real_type} {a}")
+
+    def _intrinsic(self, name: str, *arguments: Value) -> Value:
+        full = f"@llvm.{name}.{self._suffix}"
+        self.intrinsics.add(f"declare {self.real_type} {full}({', '.join([self.real_type] * len(arguments))})")
+        return self.new(f"call {self.real_type} {full}({', '.join(f'{self.real_type} {a}' for a in arguments)})")
+
+    def fused(self, a: Value, b: Value, c: Value) -> Value:
+        """a b + c with one rounding."""
+        return self._intrinsic("fma", a, b, c)
+
+    def sqrt(self, a: Value) -> Value:
+        """Correctly rounded square root."""
+        return self._intrinsic("sqrt", a)
+
+    def absolute(self, a: Value) -> Value:
+        """|a|."""
+        return self._intrinsic("fabs", a)
+
+    def polynomial(self, x: Value, coefficients: Sequence[Value]) -> Value:
+        """coefficients[0] + coefficients[1] x + ..., by Horner's rule."""
+        total = coefficients[-1]
+        for coefficient in coefficients[-2::-1]:
+            total = self.fused(total, x, coefficient)
+        return total
+
+    # --- integers, comparisons -----------------------------------------------------------------------------------
+
+    def whole(self, instruction: str, a: Value, b: Value) -> Value:
+        """An integer instruction: "add", "sub", "mul", "and", "or", "xor", "shl", "ashr", ..."""
+        return self.new(f"{instruction} {self.integer_type} {a}, {b}")
+
+    def bits(self, a: Value) -> Value:
+        """The bits of a real number as an integer."""
+        return self.new(f"bitcast {self.real_type} {a} to {self.integer_type}")
+
+    def from_bits(self, a: Value) -> Value:
+        """The real number with these bits."""
+        return self.new(f"bitcast {self.integer_type} {a} to {self.real_type}")
+
+    def compare(self, relation: str, a: Value, b: Value) -> Value:
+        """A comparison of reals: "olt", "ole", ... are false for NaN, "ult", ... true."""
+        return self.new(f"fcmp {relation} {self.real_type} {a}, {b}")
+
+    def compare_whole(self, relation: str, a: Value, b: Value) -> Value:
+        """A comparison of integers: "eq", "ne", "slt", ..."""
+        return self.new(f"icmp {relation} {self.integer_type} {a}, {b}")
+
+    def both(self, a: Value, b: Value) -> Value:
+        """a and b."""
+        return self.new(f"and {self.truth_type} {a}, {b}")
+
+    def either(self, a: Value, b: Value) -> Value:
+        """a or b."""
+        return self.new(f"or {self.truth_type} {a}, {b}")
+
+    def choose(self, condition: Value, a: Value, b: Value) -> Value:
+        """a where the condition holds, else b."""
+        return self.new(f"select {self.truth_type} {condition}, {self.real_type} {a}, {self.real_type} {b}")
+
+    def larger(self, a: Value, b: Value) -> Value:
+        """The larger one; b if a is NaN."""
+        return self.choose(self.compare("ogt", a, b), a, b)
+
+    def smaller(self, a: Value, b: Value) -> Value:
+        """The smaller one; b if a is NaN."""
+        return self.choose(self.compare("olt", a, b), a, b)
+
+    # --- memory --------------------------------------------------------------------------------------------------
+
+    def place(self, base: Value, index: Value | int) -> Value:
+        """The address of the 8-byte number ``index`` places behind ``base``."""
+        return self.new(f"getelementptr double, ptr {base}, i64 {index}")
+
+    def load(self, address: Value) -> Value:
+        """The vector or number there; vectors lie on multiples of 64 bytes, or of their own size if that is less."""
+        return self.new(f"load {self.real_type}, ptr {address}{self._alignment()}")
+
+    def store(self, value: Value, address: Value) -> None:
+        """Puts a vector or number there."""
+        self.line(f"store {self.real_type} {value}, ptr {address}{self._alignment()}")
+
+    def _alignment(self) -> str:
+        return f", align {min(64, 8 * self.width)}"
+
+    def load_whole(self, address: Value) -> Value:
+        """The 64-bit integer there."""
+        return self.new(f"load i64, ptr {address}")
+
+    def store_whole(self, value: Value, address: Value) -> None:
+        """Puts a 64-bit integer there."""
+        self.line(f"store i64 {value}, ptr {address}")
+
+    def load_pointer(self, address: Value) -> Value:
+        """The address that is stored there."""
+        return self.new(f"load ptr, ptr {address}")
+
+    def slot(self, places: int = 1) -> Value:
+        """Room for some numbers in the function's frame."""
+        name = f"%slot{len(self._slots)}"
+        self._slots.append(f"  {name} = alloca double, i64 {places}")
+        return name
+
+    # --- control flow, in functions of width 1 ----------------------------------------------------------------------
+
+    def _label(self, name: str) -> None:
+        self._lines.append(f"{name}:")
+
+    def _fresh(self, name: str) -> str:
+        self._count += 1
+        return f"{name}{self._count}"
+
+    @contextmanager
+    def when(self, condition: Value) -> Iterator[None]:
+        """The block runs where the condition holds."""
+        inside, after = self._fresh("inside"), self._fresh("after")
+        self.line(f"br i1 {condition}, label %{inside}, label %{after}")
+        self._label(inside)
+        yield
+        self.line(f"br label %{after}")
+        self._label(after)
+
+    @contextmanager
+    def repeat(self) -> Iterator[str]:
+        """The block runs again and again until `leave` is told the label that this yields."""
+        again, out = self._fresh("again"), self._fresh("out")
+        self.line(f"br label %{again}")
+        self._label(again)
+        yield out
+        self.line(f"br label %{again}")
+        self._label(out)
+
+    def leave(self, label: str, condition: Value) -> None:
+        """Goes to the label where the condition holds."""
+        on = self._fresh("on")
+        self.line(f"br i1 {condition}, label %{label}, label %{on}")
+        self._label(on)
+
+    @contextmanager
+    def leavable(self) -> Iterator[str]:
+        """A block that runs once, and that `leave` can end early."""
+        out = self._fresh("out")
+        yield out
+        self.line(f"br label %{out}")
+        self._label(out)
+
+    def finish(self, value: str = "void") -> None:
+        """Returns, at the end of the text."""
+        self.line(f"ret {value}")
+
+    def finish_here(self, value: str = "void") -> None:
+        """Returns from inside a block."""
+        self.finish(value)
+        self._label(self._fresh("unreached"))

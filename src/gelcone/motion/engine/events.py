@@ -1,0 +1,127 @@
+"""Events: where a border function g(time, state, numbers) of a trajectory goes through zero.
+
+The Taylor polynomial of g over a step is known, so the first zero is found on it: it is never jumped, because the
+search advances by parabolas that lie below the polynomial, and it is never found twice, because the side of the border
+that a member is on is kept from step to step instead of being read from a g that is zero but for rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from gelcone.motion.engine.code import Function, Value
+
+MARCHES = 300
+"""Parabolas after which the search takes at least the 1,000th part of a step at once: only a g that is zero but for
+rounding needs more."""
+HORIZON = 4.0
+"""A parabola lies below the polynomial up to this multiple of the last advance: where a border is close, the bound on
+the whole step is far too careful."""
+ON_BORDER = 2.0**-40
+"""A member that starts this near to the border, as a share of what g changes in its first step, starts on it."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """A border, and what happens where it is crossed.
+
+    Parameters
+    ----------
+    border : g(time, state, n, xp), with the arguments of a system's ``rates``; smooth, negative beyond the border or
+        positive, see ``direction``.
+    direction : -1 counts only where g falls through zero, 1 only where it rises, 0 both.
+    switch : name of a number whose sign changes there. None: the event is terminal, the member ends there.
+
+    A border that contains its own switch as a factor, like s (d - x) falling with s = 1 while x < d, keeps the switch
+    and the side of the border together, also where the border is touched and left at once; it takes direction -1 or 1
+    and a switch that starts with the sign that makes g positive (direction -1) or negative (direction 1). Where the
+    rates of change jump at a switch, the tangent maps across it lack the jump (the saltation matrix); where they are
+    continuous there is none. Where the rates on both sides lead back to the border (dry friction at rest), a member
+    switches on and on in place, until it has made all its steps. A member that starts on a border counts as having
+    just crossed it.
+    """
+
+    border: Callable[[Any, Sequence[Any], Mapping[str, Any], Any], Any]
+    direction: Literal[-1, 0, 1] = -1
+    switch: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.direction not in (-1, 0, 1):
+            raise ValueError(f"direction = {self.direction!r}: must be -1 (g falls), 1 (g rises) or 0 (both)")
+
+
+def crossing_function(order: int, width: int) -> Function:
+    """Code of ``crossing(border, sign, step)``: the first time in [0, step] at which sign * g falls through zero.
+
+    ``border`` holds g's Taylor coefficients, ``width`` places apart; sign * g is taken to be positive before the step.
+    Infinity when there is no such time.
+    """
+    f = Function("crossing", ["ptr %border", "double %sign", "double %step"], "double", 1)
+    polynomial = f.slot(2 * (order + 1))
+    first, time, reach, count = f.slot(), f.slot(), f.slot(), f.slot()
+    for k in range(order + 1):
+        value = f.multiply("%sign", f.load(f.place("%border", k * width)))
+        f.store(value, f.place(polynomial, k))
+        f.store(f.real(0.0), f.place(polynomial, order + 1 + k))
+
+    # g <= 0 at the start is a border just crossed, or missed by rounding. If g falls further it is crossed now; if it
+    # rises, the next crossing is the first zero of (g(t) - g(0)) / t, and so on for vanishing derivatives
+    f.store_whole("0", first)
+    with f.repeat() as out:
+        place = f.load_whole(first)
+        lead = f.load(f.place(polynomial, place))
+        f.leave(out, f.compare("ogt", lead, f.real(0.0)))
+        with f.leavable() as on:
+            f.leave(on, f.compare_whole("eq", place, "0"))
+            f.leave(on, f.compare("oge", lead, f.real(0.0)))
+            f.finish_here(f"double {f.real(0.0)}")
+        place = f.whole("add", place, "1")
+        f.store_whole(place, first)
+        with f.when(f.compare_whole("sgt", place, str(order))):
+            f.finish_here(f"double {f.real(math.inf)}")
+    start = f.place(polynomial, f.load_whole(first))
+    f.store(f.real(0.0), time)
+    f.store("%step", reach)
+    f.store_whole("0", count)
+    with f.repeat() as out:
+        # the polynomial about the time reached, where it is positive
+        coefficients = [f.load(f.place(start, k)) for k in range(order + 1)]
+        value, slope, at = coefficients[0], coefficients[1], f.load(time)
+        with f.when(f.compare("ole", value, f.real(0.0))):
+            f.finish_here(f"double {at}")
+        left = f.subtract("%step", at)
+        horizon = f.smaller(f.load(reach), left)
+        # |second derivative| <= bend up to the horizon: value + slope d - bend d^2/2 lies below, and so does its zero
+        bends = [f.multiply(f.real(float(k * (k - 1))), f.absolute(coefficients[k])) for k in range(2, order + 1)]
+        bend = f.polynomial(horizon, bends)
+        root = f.sqrt(f.fused(slope, slope, f.multiply(f.multiply(f.real(2.0), bend), value)))
+        falling = f.divide(f.multiply(f.real(2.0), value), f.subtract(root, slope))
+        rising = f.divide(f.add(root, slope), bend)
+        advance = f.smaller(f.choose(f.compare("olt", slope, f.real(0.0)), falling, rising), horizon)
+        marches = f.whole("add", f.load_whole(count), "1")
+        f.store_whole(marches, count)
+        least = f.multiply(f.real(0.001), "%step")
+        advance = f.choose(f.compare_whole("sgt", marches, str(MARCHES)), f.larger(advance, least), advance)
+        f.leave(out, f.compare("uge", advance, left))
+        after = f.add(at, advance)
+        with f.when(f.compare("ole", after, at)):
+            f.finish_here(f"double {at}")
+        f.store(after, time)
+        f.store(f.multiply(f.real(HORIZON), advance), reach)
+        for k, coefficient in enumerate(_shifted(f, coefficients, advance)):
+            f.store(coefficient, f.place(start, k))
+    f.finish(f"double {f.real(math.inf)}")
+    return f
+
+
+def _shifted(f: Function, coefficients: Sequence[Value], by: Value) -> list[Value]:
+    """Coefficients of the polynomial about ``by``, by repeated synthetic division."""
+    shifted = list(coefficients)
+    last = len(shifted) - 1
+    for low in range(last):
+        for k in range(last - 1, low - 1, -1):
+            shifted[k] = f.fused(shifted[k + 1], by, shifted[k])
+    return shifted

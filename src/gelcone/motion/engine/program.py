@@ -1,0 +1,483 @@
+"""Programs: a system of equations of motion compiled for one purpose and tolerance, run over any number of members."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.motion.engine import compile as compiler
+from gelcone.motion.engine import loop
+from gelcone.motion.engine.events import Event
+from gelcone.motion.engine.loop import ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TERMINAL_EVENT, TOO_MANY_STEPS, Job
+from gelcone.motion.engine.trace import Graph, fingerprint, ordered
+
+__all__ = [
+    "ARRIVED",
+    "NOT_FINITE",
+    "STEP_TOO_SMALL",
+    "TERMINAL_EVENT",
+    "TOO_MANY_STEPS",
+    "Event",
+    "Program",
+    "Raw",
+    "System",
+]
+
+Array = npt.NDArray[np.float64]
+Keep = Literal["states", "tangents", "work"]
+
+STEPS_PER_CALL = 256
+"""Steps of all lanes in the first call of the compiled loop."""
+CALL_SECONDS = 0.02
+"""What later calls should take: between calls interrupts and progress are looked at."""
+REPORT_EVERY = 0.05
+"""Seconds between two reports of progress."""
+_ALIGNMENT = 128
+
+
+class System(Protocol):
+    """What a program is made of. Every formula is traced with a `Graph` as ``xp``."""
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the state variables."""
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """Names of the numbers in the formulas, of which each member has its own."""
+
+    def rates(self, time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> Sequence[Any]:
+        """Rates of change of the states, (N,)."""
+
+    def flow(
+        self, time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any
+    ) -> tuple[Sequence[Any], Sequence[Sequence[Any]]]:
+        """Rates (N,) and their derivatives with respect to the states (N, N)."""
+
+    def powers(self, time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> tuple[Any, Any]:
+        """Power of the electric force, and power dissipated."""
+
+
+@dataclass(frozen=True)
+class Raw:
+    """What a run gave; samples that a member did not reach are NaN.
+
+    ``states`` (members, samples, N); ``tangents`` (members, samples, N, N), [..., i, j] the derivative of state i with
+    respect to state j of the previous sample, or of the start; ``work`` (members, samples, 2), the integrals of both
+    powers since the start. ``status`` (members,): `ARRIVED`, `NOT_FINITE`, `STEP_TOO_SMALL`, `TOO_MANY_STEPS` or
+    `TERMINAL_EVENT` + the number of the event. ``steps`` and ``smallest_step`` (members,): how many steps, and the
+    shortest that the tolerance asked for. ``end_time`` (members,), ``end_state`` (members, N) and ``switches``,
+    name -> (members,): the last that is known of a member; a run from there goes on with these.
+    """
+
+    states: Array
+    tangents: Array | None
+    work: Array | None
+    status: npt.NDArray[np.int64]
+    steps: npt.NDArray[np.int64]
+    smallest_step: Array
+    end_time: Array
+    end_state: Array
+    switches: Mapping[str, Array]
+
+
+def order_and_label(tolerance: float, keep: str = "states") -> tuple[int, float]:
+    """Order of the Taylor polynomials and tolerance of the step rule for a relative error of one step.
+
+    Order 8 for tolerances above 3e-8, 12 above 3e-11, else 18, or 16 with tangents: each ran fastest at the error that
+    it gives. The step rule takes a tenth of the tolerance, so that the errors are those of heyoka at ``tolerance``, and
+    at least 1e-15, or 3e-15 with tangents, below which rounding alone decides.
+    """
+    tangents = keep == "tangents"
+    order = 8 if tolerance > 3e-8 else 12 if tolerance > 3e-11 else 16 if tangents else 18
+    return order, max(tolerance / 10.0, 3e-15 if tangents else 1e-15)
+
+
+class Program:
+    """A compiled integrator of one system.
+
+    Parameters
+    ----------
+    system : the equations of motion.
+    keep : ``"states"``; ``"tangents"`` adds the tangent maps between samples, ``"work"`` the integrals of both powers.
+    tolerance : relative error of one step, between 0 and 1; see `order_and_label`.
+    events : borders at which a member ends or a number changes its sign.
+    corner_switch : name of a number whose sign changes at every corner that `run` is given.
+    width : lanes; default by the number of members. It does not change a bit of the result.
+    machine : what to compile for; default this process's machine. It does not either.
+
+    Raises
+    ------
+    ValueError : for an unknown ``keep``, a tolerance out of bounds, or a switch that is not among the numbers.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        keep: str = "states",
+        tolerance: float = 1e-15,
+        events: Sequence[Event] = (),
+        *,
+        corner_switch: str | None = None,
+        width: int | None = None,
+        machine: compiler.Machine | None = None,
+    ) -> None:
+        if keep not in get_args(Keep):
+            raise ValueError(f"keep = {keep!r}: must be one of {', '.join(get_args(Keep))}")
+        if not 0.0 < tolerance < 1.0:
+            raise ValueError(f"tolerance = {tolerance!r}: must be between 0 and 1")
+        self.keep = keep
+        self.size = len(system.states)
+        self.order, self.label = order_and_label(tolerance, keep)
+        self._machine = machine
+        self._width = width
+        self._lock = threading.Lock()
+        self._compiled: dict[int, _Compiled] = {}
+        self._traced = _trace(system, keep, events, corner_switch)
+
+    def _plan(self, width: int) -> loop.Plan:
+        return loop.Plan(**self._traced, order=self.order, tolerance=self.label, width=width)
+
+    def module_text(self, width: int) -> str:
+        """The LLVM module that is compiled for this many lanes."""
+        return loop.module_text(self._plan(width))
+
+    def _best_width(self, members: int, threads: int) -> int:
+        """Lanes that run fastest: two registers side by side hide waiting times, as long as the numbers of the step
+        find room in the others, and every thread has lanes to fill."""
+        vector = (self._machine or compiler.host()).vector
+        wide = self.order <= 12 and self.keep != "tangents" and members > vector * threads
+        return 2 * vector if wide else vector
+
+    def _compile(self, width: int) -> _Compiled:
+        with self._lock:
+            if width not in self._compiled:
+                self._compiled[width] = _Compiled(self._plan(width), self._machine)
+            return self._compiled[width]
+
+    def run(
+        self,
+        numbers: Mapping[str, npt.ArrayLike],
+        states0: npt.ArrayLike,
+        start: npt.ArrayLike,
+        times: npt.ArrayLike,
+        *,
+        smallest_step: npt.ArrayLike = 0.0,
+        most_steps: int = 10**9,
+        threads: int = 1,
+        corners: npt.ArrayLike | None = None,
+        report: Callable[[float], None] | None = None,
+        stopped: Callable[[], bool] | None = None,
+    ) -> Raw:
+        """Integrates all members.
+
+        Parameters
+        ----------
+        numbers : name -> values, scalar or (members,).
+        states0 : initial states, (members, N).
+        start : time of the initial states, scalar or (members,).
+        times : sample times, (members, samples), increasing along a row and not before the start.
+        smallest_step : a member ends where its step falls below this, scalar or (members,).
+        most_steps : a member ends after so many steps.
+        threads : how many threads work; does not change a bit of the result.
+        corners : increasing times, (members, corners), at which steps end; infinite ones and those before the start
+            are left out. Default none.
+        report : called from this thread, now and then, with the share of the work done since the last call.
+        stopped : asked now and then; the run ends early, with what is there, once it returns True.
+
+        Raises
+        ------
+        ValueError : for arrays that do not fit, times that do not increase, a number that is missing, or fewer threads
+            than one.
+        """
+        if threads < 1:
+            raise ValueError(f"threads = {threads!r}: must be at least 1")
+        sample_times = np.ascontiguousarray(times, dtype=float)
+        members, samples = sample_times.shape
+        first = np.broadcast_to(np.asarray(start, dtype=float), (members,))
+        gaps = np.diff(sample_times, axis=1, prepend=first[:, None])
+        if not (np.isfinite(gaps).all() and (gaps[:, :1] >= 0.0).all() and (gaps[:, 1:] > 0.0).all()):
+            raise ValueError("times: must be finite, increase, and not be before the start")
+        compiled = self._compile(self._width or self._best_width(members, threads))
+        arrays = compiled.job(numbers, states0, start, sample_times, smallest_step, most_steps, corners)
+        if members and samples:
+            _Run(compiled, arrays, threads, report, stopped).work()
+        result, count = arrays.result, self.size
+        extra = result[..., count:]
+        return Raw(
+            states=result[..., :count],
+            tangents=extra.reshape(members, samples, count, count) if self.keep == "tangents" else None,
+            work=extra if self.keep == "work" else None,
+            status=arrays.status,
+            steps=arrays.steps.astype(np.int64),
+            smallest_step=arrays.least,
+            end_time=arrays.end_time,
+            end_state=arrays.end_state[:, :count],
+            switches={
+                node.value: values for node, values in zip(compiled.plan.switches, arrays.switches.T, strict=True)
+            },
+        )
+
+
+def _trace(system: System, keep: str, events: Sequence[Event], corner_switch: str | None) -> dict[str, Any]:
+    """The system's formulas as fields of a `loop.Plan`."""
+    graph = Graph()
+    count = len(system.states)
+    state = [graph.state(i) for i in range(count)]
+    names = [event.switch for event in events] + [corner_switch]
+    switched = tuple(dict.fromkeys(name for name in names if name is not None))
+    for name in switched:
+        if name not in system.numbers:
+            raise ValueError(f"switch = {name!r}: is not among the numbers {', '.join(system.numbers)}")
+    n = {name: graph.switch(name) if name in switched else graph.number(name) for name in system.numbers}
+
+    restarts: list[float | None] = [None] * count
+    if keep == "tangents":
+        flow, slopes = system.flow(graph.time, state, n, graph)
+        rates = [graph.node(rate) for rate in flow]
+        deviation = [[graph.state(count + count * i + j) for j in range(count)] for i in range(count)]
+        for i in range(count):
+            for j in range(count):
+                terms = [graph.multiply(slopes[i][k], deviation[k][j]) for k in range(count)]
+                total = graph.constant(0.0)
+                for term in terms:
+                    total = total + term
+                rates.append(total)
+                restarts.append(float(i == j))
+    else:
+        rates = [graph.node(rate) for rate in system.rates(graph.time, state, n, graph)]
+        if keep == "work":
+            rates += [graph.node(power) for power in system.powers(graph.time, state, n, graph)]
+            restarts += [None, None]
+
+    borders = []
+    for event in events:
+        value = graph.node(event.border(graph.time, state, n, graph))
+        own = event.switch is not None and n[event.switch] in ordered([value])
+        if own and not event.direction:
+            raise ValueError(f"direction = 0: a border that contains its switch {event.switch!r} takes -1 or 1")
+        place = None if event.switch is None else switched.index(event.switch)
+        borders.append(loop.Border(value, event.direction, place, own))
+    return {
+        "rates": tuple(rates),
+        "borders": tuple(borders),
+        "switches": tuple(graph.switch(name) for name in switched),
+        "numbers": tuple(system.numbers),
+        "restarts": tuple(restarts),
+        "corner_switch": None if corner_switch is None else switched.index(corner_switch),
+    }
+
+
+class _Compiled:
+    """The machine code of one plan."""
+
+    def __init__(self, plan: loop.Plan, machine: compiler.Machine | None) -> None:
+        self.plan = plan
+        self.layout = loop.Layout(plan)
+        library = compiler.library(_content(plan), lambda: loop.module_text(plan), machine)
+        address, whole = ctypes.c_void_p, ctypes.c_int64
+        self._library = library  # its code is freed with it
+        self.prepare = library.function("prepare", None, address, address, whole)
+        self.start = library.function("start", None, address, address, address)
+        self.advance = library.function("advance", whole, address, address, address, address, whole)
+
+    def job(
+        self,
+        numbers: Mapping[str, npt.ArrayLike],
+        states0: npt.ArrayLike,
+        start: npt.ArrayLike,
+        times: Array,
+        smallest_step: npt.ArrayLike,
+        most_steps: int,
+        corners: npt.ArrayLike | None,
+    ) -> _Arrays:
+        """The arrays of a run, filled in."""
+        members, samples = times.shape
+        plan, states = self.plan, self.layout.states
+        missing = [name for name in plan.numbers if name not in numbers]
+        if missing:
+            raise ValueError(f"numbers: {', '.join(missing)} missing")
+        width = plan.width
+        padded = -(-max(members, 1) // width) * width
+        values = aligned(len(plan.numbers), padded)
+        for row, name in zip(values, plan.numbers, strict=True):
+            row[:members] = numbers[name]
+            row[members:] = row[0] if members else 0.0
+        table = aligned(max(len(self.layout.held), 1), padded)
+        self.prepare(values.ctypes.data, table.ctypes.data, padded)
+
+        initial = np.zeros((members, states))
+        given = np.asarray(states0, dtype=float)
+        initial[:, : given.shape[-1]] = given
+        for k, restart in enumerate(plan.restarts):
+            if restart is not None:
+                initial[:, k] = restart
+        first = np.ascontiguousarray(np.broadcast_to(start, (members,)), dtype=float)
+        return _Arrays(
+            table=table,
+            states=initial,
+            switches=np.ascontiguousarray(
+                np.stack([values[plan.numbers.index(node.value), :members] for node in plan.switches], axis=1)
+                if plan.switches
+                else np.zeros((members, 0))
+            ),
+            start=first,
+            times=times,
+            corners=_corner_rows(corners, first),
+            smallest=np.ascontiguousarray(np.broadcast_to(smallest_step, (members,)), dtype=float),
+            result=np.full((members, samples, states), np.nan),
+            status=np.full(members, -1, dtype=np.int64),
+            steps=np.zeros(members),
+            least=np.full(members, math.inf),
+            end_time=first.copy(),
+            end_state=initial.copy(),
+            padded=padded,
+            most_steps=most_steps,
+        )
+
+
+def _corner_rows(corners: npt.ArrayLike | None, start: Array) -> Array:
+    """The corners after each member's start, (members, corners + 1), with infinity behind the last."""
+    members = start.size
+    if corners is None:
+        return np.full((members, 1), math.inf)
+    given = np.broadcast_to(np.asarray(corners, dtype=float), (members, np.shape(corners)[-1]))
+    later = np.where(given > start[:, None], given, math.inf)
+    return np.ascontiguousarray(np.hstack([np.sort(later, axis=1), np.full((members, 1), math.inf)]))
+
+
+def _content(plan: loop.Plan) -> str:
+    """What tells the plan's code from other plans' code."""
+    borders = [(border.direction, border.switch, border.sided) for border in plan.borders]
+    switches = [node.value for node in plan.switches]
+    rest = (borders, switches, plan.numbers, plan.order, plan.tolerance.hex(), plan.restarts, plan.corner_switch)
+    return repr((fingerprint(plan.roots), rest, plan.width))
+
+
+def aligned(*shape: int) -> Array:
+    """Zeros that start at a multiple of the largest vector's size."""
+    count = math.prod(shape)
+    room = np.zeros(count + _ALIGNMENT // 8)
+    skip = (-room.ctypes.data // 8) % (_ALIGNMENT // 8)
+    return room[skip : skip + count].reshape(shape)
+
+
+@dataclass
+class _Arrays:
+    """The arrays of a run, in the order of `Job`, and its sizes."""
+
+    table: Array
+    states: Array
+    switches: Array
+    start: Array
+    times: Array
+    corners: Array
+    smallest: Array
+    result: Array
+    status: npt.NDArray[np.int64]
+    steps: Array
+    least: Array
+    end_time: Array
+    end_state: Array
+    padded: int
+    most_steps: int
+
+    def fields(self) -> npt.NDArray[np.int64]:
+        """The job as the compiled loop reads it."""
+        job = np.zeros(len(Job), dtype=np.int64)
+        for field in list(Job)[: Job.MEMBERS]:
+            job[field] = getattr(self, field.name.lower()).ctypes.data
+        job[Job.MEMBERS], job[Job.SAMPLES] = self.times.shape
+        job[Job.CORNER_COUNT] = self.corners.shape[1]
+        job[Job.PADDED], job[Job.MOST_STEPS] = self.padded, self.most_steps
+        return job
+
+
+class _Run:
+    """One run: threads that take members from one queue until it is empty, or the run is stopped."""
+
+    def __init__(
+        self,
+        compiled: _Compiled,
+        arrays: _Arrays,
+        threads: int,
+        report: Callable[[float], None] | None,
+        stopped: Callable[[], bool] | None,
+    ) -> None:
+        self._compiled, self._arrays = compiled, arrays
+        self._job = arrays.fields()
+        width, layout = compiled.plan.width, compiled.layout
+        count = min(threads, -(-arrays.padded // width))
+        self._lanes = [aligned(layout.rows, width) for _ in range(count)]
+        self._active = [np.zeros(1, dtype=np.int64) for _ in range(count)]
+        self._report, self._stopped = report, stopped
+        self._stop = threading.Event()
+        self._told, self._next_report = 0.0, 0.0
+
+    def work(self) -> None:
+        """Runs to the end; this thread is one of those that work, so that an interrupt reaches it between calls."""
+        others = [threading.Thread(target=self._advance, args=(k,)) for k in range(1, len(self._lanes))]
+        for thread in others:
+            thread.start()
+        try:
+            self._advance(0)
+            for thread in others:
+                while thread.is_alive():
+                    thread.join(REPORT_EVERY)
+                    self._look_around()
+        except BaseException:
+            self._stop.set()
+            for thread in others:
+                thread.join()
+            raise
+        if self._report is not None and not self._stop.is_set():
+            self._report(1.0 - self._told)
+
+    def _advance(self, k: int) -> None:
+        compiled = self._compiled
+        lanes, active, job = self._lanes[k].ctypes.data, self._active[k], self._job.ctypes.data
+        scratch = aligned(compiled.layout.scratch_rows, compiled.plan.width)
+        compiled.start(lanes, job, active.ctypes.data)
+        steps = STEPS_PER_CALL
+        while active[0] and not self._stop.is_set():
+            before = time.perf_counter()
+            compiled.advance(lanes, scratch.ctypes.data, job, active.ctypes.data, steps)
+            took = time.perf_counter() - before
+            steps = max(
+                1, 2 * steps if took < 0.5 * CALL_SECONDS else steps // 2 if took > 2.0 * CALL_SECONDS else steps
+            )
+            if k == 0:
+                self._look_around()
+
+    def _look_around(self) -> None:
+        if self._stopped is not None and self._stopped():
+            self._stop.set()
+        now = time.perf_counter()
+        if self._report is not None and now >= self._next_report:
+            self._next_report = now + REPORT_EVERY
+            done = max(self._share_done(), self._told)
+            self._report(done - self._told)
+            self._told = done
+
+    def _share_done(self) -> float:
+        """Members that are done, and the shares of those under way, over all."""
+        layout, arrays = self._compiled.layout, self._arrays
+        members = arrays.start.size
+        total = float(min(self._job[Job.NEXT], members))
+        for lanes, active in zip(self._lanes, self._active, strict=True):
+            for lane in range(lanes.shape[1]):
+                if not int(active[0]) >> lane & 1:
+                    continue
+                member = int(lanes[layout.member].view(np.int64)[lane])
+                first, last = arrays.start[member], arrays.times[member, -1]
+                share = (lanes[layout.time, lane] - first) / (last - first) if last > first else 1.0
+                total -= 1.0 - min(max(share, 0.0), 1.0)
+        return max(total, 0.0) / members

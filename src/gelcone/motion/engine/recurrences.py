@@ -1,0 +1,289 @@
+"""Taylor coefficients of a graph, order by order, as vector code.
+
+With a(t) = a_0 + a_1 h + a_2 h^2 + ... for every node, each operation gives its n-th coefficient from those of its
+arguments, and the rates give the states: x_(n+1) = rate_n / (n + 1). The recurrences are those of Moore, Interval
+Analysis (1966), ch. 11, collected by Jorba & Zou, Experimental Mathematics 14 (2005) 99, sec. 2; that of real powers is
+in Knuth, The Art of Computer Programming 2, 4.7. A coefficient known to be zero is None, and costs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from gelcone.motion.engine import functions
+from gelcone.motion.engine.code import Function, Value
+from gelcone.motion.engine.trace import Node, ordered, partner
+
+Coefficient = Value | None
+
+
+def held_values(roots: Sequence[Node]) -> list[Node]:
+    """The fixed nodes, constants apart, that nodes which change take as they are, or that are roots themselves."""
+    nodes = ordered(roots)
+    taken = {a.index for node in nodes if not node.fixed for a in node.arguments} | {root.index for root in roots}
+    return [node for node in nodes if node.fixed and node.operation != "constant" and node.index in taken]
+
+
+def evaluate(f: Function, node: Node, values: Sequence[Value]) -> Value:
+    """The value of a node from those of its arguments."""
+    match node.operation:
+        case "constant":
+            return f.real(node.value)
+        case "add":
+            return f.add(*values)
+        case "subtract":
+            return f.subtract(*values)
+        case "multiply":
+            return f.multiply(*values)
+        case "divide":
+            return f.divide(*values)
+        case "power":
+            return functions.power(f, *values)
+        case "sqrt":
+            return f.sqrt(*values)
+        case "exp":
+            return functions.exponential(f, *values)
+        case "log":
+            return functions.logarithm(f, *values)[0]
+        case "log1p":
+            return functions.logarithm_of_one_plus(f, *values)
+        case "sin":
+            return functions.sine_cosine(f, *values)[0]
+        case "cos":
+            return functions.sine_cosine(f, *values)[1]
+    raise ValueError(f"{node.operation!r} has no arguments to be computed from")
+
+
+class Jet:
+    """Taylor coefficients of the states and of the border functions, emitted into ``f``.
+
+    Parameters
+    ----------
+    f : the function that the code goes into.
+    rates : rate of change of each state.
+    borders : further nodes that are wanted.
+    order : the highest coefficient.
+    states, time : values at the start of the step.
+    held : values of the nodes of `held_values` and of the switches, by index.
+    """
+
+    def __init__(
+        self,
+        f: Function,
+        rates: Sequence[Node],
+        borders: Sequence[Node],
+        order: int,
+        states: Sequence[Value],
+        time: Value,
+        held: Mapping[int, Value],
+    ) -> None:
+        self._f = f
+        self._coefficients: dict[int, list[Coefficient]] = {}
+        self._reciprocals: dict[int, Value] = {}
+        self._weighted: dict[tuple[int, int], Value] = {}
+        self._rounds: dict[int, tuple[Value, Value]] = {}
+        nodes = ordered([*rates, *borders])
+        self._inlined = _single_products(nodes, {node.index for node in [*rates, *borders]})
+        self.states: list[list[Coefficient]] = [[value] for value in states]
+        for node in nodes:
+            self._coefficients[node.index] = self._leaf(node, order, time, held)
+        moving = [node for node in nodes if not self._coefficients[node.index] and node.index not in self._inlined]
+        for_borders = {node.index for node in ordered(borders)}
+        for n in range(order):
+            for node in moving:
+                self._coefficients[node.index].append(self._coefficient(node, n))
+            for row, rate in zip(self.states, rates, strict=True):
+                slope = self._coefficients[rate.index][n]
+                row.append(slope if slope is None or n == 0 else f.multiply(slope, f.real(1.0 / (n + 1))))
+        for node in moving:
+            if node.index in for_borders:
+                self._coefficients[node.index].append(self._coefficient(node, order))
+        self.borders = [self._coefficients[border.index] for border in borders]
+
+    def _leaf(self, node: Node, order: int, time: Value, held: Mapping[int, Value]) -> list[Coefficient]:
+        """The coefficients of a leaf or of what is fixed; none yet of other nodes."""
+        if node.operation == "state":
+            return self.states[node.value]
+        if node.operation == "time":
+            return [time, self._f.real(1.0), *[None] * (order - 1)]
+        if node.operation == "constant":
+            return [self._f.real(node.value), *[None] * order]
+        if node.fixed or node.operation == "switch":
+            return [held.get(node.index), *[None] * order]
+        return []
+
+    def _coefficient(self, node: Node, n: int) -> Coefficient:
+        """The n-th coefficient of an operation."""
+        f = self._f
+        own = self._coefficients[node.index]
+        if node.operation == "multiply":
+            return self._product(node, n, None, False)
+        if node.operation in ("add", "subtract"):
+            return self._sum(node, n)
+        a = self._coefficients[node.arguments[0].index]
+        if node.operation == "divide":
+            # q_n = (a_n - sum_(j=1..n) b_j q_(n-j)) / b_0
+            divisor = node.arguments[1]
+            b = self._coefficients[divisor.index]
+            if n == 0:
+                return f.divide(_known(a[0]), _known(b[0]))
+            total = self._chain([(b[j], own[n - j]) for j in _oldest_first(1, n, n)])
+            return self._times(self._difference(a[n], total), self._reciprocal(divisor))
+        if node.operation in ("sin", "cos"):
+            # s_n = (1/n) sum_(j=1..n) j a_j c_(n-j), c_n = -(1/n) sum_(j=1..n) j a_j s_(n-j)
+            if n == 0:
+                angle = node.arguments[0].index
+                if angle not in self._rounds:
+                    self._rounds[angle] = functions.sine_cosine(f, _known(a[0]))
+                return self._rounds[angle][node.operation == "cos"]
+            other = self._coefficients[partner(node).index]
+            return self._times(
+                self._slopes(node.arguments[0], other, n), f.real((1.0 if node.operation == "sin" else -1.0) / n)
+            )
+        if n == 0:
+            arguments = [_known(self._coefficients[argument.index][0]) for argument in node.arguments]
+            return evaluate(f, node, arguments)
+        if node.operation == "sqrt":
+            # s_n = (a_n - sum_(j=1..n-1) s_j s_(n-j)) / (2 s_0)
+            total = self._square(own, n, None, False, inner=True)
+            return self._times(self._difference(a[n], total), f.multiply(f.real(0.5), self._reciprocal(node)))
+        if node.operation == "exp":
+            # e_n = (1/n) sum_(j=1..n) j a_j e_(n-j)
+            return self._times(self._slopes(node.arguments[0], own, n), f.real(1.0 / n))
+        if node.operation == "power":
+            # r_n = sum_(j=1..n) (p j - (n - j)) a_j r_(n-j) / (n a_0)
+            exponent = _known(self._coefficients[node.arguments[1].index][0])
+            terms = [
+                (f.multiply(f.fused(exponent, f.real(float(j)), f.real(float(j - n))), _known(a[j])), own[n - j])
+                for j in range(1, n + 1)
+                if a[j] is not None and own[n - j] is not None
+            ]
+            total = self._times(self._chain(terms), f.real(1.0 / n))
+            return self._times(total, self._reciprocal(node.arguments[0]))
+        # "log", "log1p": l_n = (a_n - (1/n) sum_(j=1..n-1) j l_j a_(n-j)) / a_0, with 1 + a_0 in place of a_0 for log1p
+        total = self._chain(
+            [
+                (self._weight(node, j), a[n - j])
+                for j in _oldest_first(1, n - 1, n)
+                if own[j] is not None and a[n - j] is not None
+            ]
+        )
+        argument = node.arguments[0]
+        if node.operation == "log1p":
+            argument = argument.graph.add(1.0, argument)
+            self._coefficients.setdefault(argument.index, [f.add(f.real(1.0), _known(a[0]))])
+        return self._times(self._difference(a[n], self._times(total, f.real(1.0 / n))), self._reciprocal(argument))
+
+    # --- sums and products ---------------------------------------------------------------------------------------
+
+    def _sum(self, node: Node, n: int) -> Coefficient:
+        """s_n = a_n + b_n or a_n - b_n; products that only this sum takes become links of its chain."""
+        total: Coefficient = None
+        parts = [(node.arguments[0], False), (node.arguments[1], node.operation == "subtract")]
+        for part, negative in sorted(parts, key=lambda pair: pair[0].index in self._inlined or pair[1]):
+            if part.index in self._inlined:
+                total = self._product(part, n, total, negative)
+            else:
+                total = self._plus(total, self._coefficients[part.index][n], negative)
+        return total
+
+    def _product(self, node: Node, n: int, start: Coefficient, negative: bool) -> Coefficient:
+        """start +- p_n, p_n = sum_(j=0..n) a_j b_(n-j)."""
+        f = self._f
+        a, b = (self._coefficients[argument.index] for argument in node.arguments)
+        if node.arguments[0] is node.arguments[1]:
+            return self._square(a, n, start, negative)
+        if node.arguments[1].fixed:
+            a, b = b, a
+        if node.arguments[0].fixed or node.arguments[1].fixed:
+            factor = _known(a[0])
+            return self._chain([(f.negative(factor) if negative else factor, b[n])], start)
+        total = self._chain([(a[j], b[n - j]) for j in _oldest_first(0, n, n)], None if negative else start)
+        return self._plus(start, total, True) if negative else total
+
+    def _square(
+        self, a: Sequence[Coefficient], n: int, start: Coefficient, negative: bool, inner: bool = False
+    ) -> Coefficient:
+        """start +- sum_(j=0..n) a_j a_(n-j), each mixed product once; ``inner`` leaves j = 0 and j = n out."""
+        f = self._f
+        lowest = 1 if inner else 0
+        total = start
+        if n % 2 == 0 and n // 2 >= lowest and a[n // 2] is not None:
+            middle = _known(a[n // 2])
+            total = self._chain([(f.negative(middle) if negative else middle, middle)], total)
+        mixed = self._chain([(a[j], a[n - j]) for j in range((n - 1) // 2, lowest - 1, -1)])
+        return total if mixed is None else self._chain([(f.real(-2.0 if negative else 2.0), mixed)], total)
+
+    def _slopes(self, argument: Node, other: Sequence[Coefficient], n: int) -> Coefficient:
+        """sum_(j=1..n) j a_j other_(n-j)."""
+        a = self._coefficients[argument.index]
+        return self._chain(
+            [
+                (self._weight(argument, j), other[n - j])
+                for j in _oldest_first(1, n, n)
+                if a[j] is not None and other[n - j] is not None
+            ]
+        )
+
+    def _weight(self, node: Node, j: int) -> Value:
+        """j a_j."""
+        value = _known(self._coefficients[node.index][j])
+        if j == 1:
+            return value
+        if (node.index, j) not in self._weighted:
+            self._weighted[node.index, j] = self._f.multiply(self._f.real(float(j)), value)
+        return self._weighted[node.index, j]
+
+    def _reciprocal(self, node: Node) -> Value:
+        """1 / a_0, which all quotients by the same node share."""
+        if node.index not in self._reciprocals:
+            first = _known(self._coefficients[node.index][0])
+            self._reciprocals[node.index] = self._f.divide(self._f.real(1.0), first)
+        return self._reciprocals[node.index]
+
+    def _chain(self, terms: Sequence[tuple[Coefficient, Coefficient]], start: Coefficient = None) -> Coefficient:
+        """start + a b + ... for all pairs, by fused multiply-adds."""
+        total = start
+        for a, b in terms:
+            if a is not None and b is not None:
+                total = self._f.multiply(a, b) if total is None else self._f.fused(a, b, total)
+        return total
+
+    def _plus(self, a: Coefficient, b: Coefficient, negative: bool) -> Coefficient:
+        if b is None:
+            return a
+        if a is None:
+            return self._f.negative(b) if negative else b
+        return self._f.subtract(a, b) if negative else self._f.add(a, b)
+
+    def _difference(self, a: Coefficient, b: Coefficient) -> Coefficient:
+        return self._plus(a, b, True)
+
+    def _times(self, a: Coefficient, factor: Value) -> Coefficient:
+        return None if a is None else self._f.multiply(a, factor)
+
+
+def _single_products(nodes: Sequence[Node], wanted: set[int]) -> set[int]:
+    """Products that one sum alone takes."""
+    uses: dict[int, int] = {}
+    for node in nodes:
+        for argument in node.arguments:
+            uses[argument.index] = uses.get(argument.index, 0) + 1
+    return {
+        a.index
+        for node in nodes
+        if not node.fixed and node.operation in ("add", "subtract")
+        for a in node.arguments
+        if a.operation == "multiply" and not a.fixed and uses[a.index] == 1 and a.index not in wanted
+    }
+
+
+def _oldest_first(low: int, high: int, n: int) -> list[int]:
+    """j from ``low`` to ``high`` so that the products of coefficients j and n - j known longest come first."""
+    return sorted(range(low, high + 1), key=lambda j: -min(j, n - j))
+
+
+def _known(value: Coefficient) -> Value:
+    if value is None:
+        raise ValueError("a first coefficient is never left out")
+    return value

@@ -1,0 +1,293 @@
+"""Tracing: formulas that run on graph nodes leave a graph in which equal expressions exist once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+LARGEST_INTEGER_POWER = 32
+"""Integer powers up to this one are products; larger ones go by logarithm, like real powers."""
+
+
+class Node:
+    """One value of a graph.
+
+    ``operation`` is "constant", "number", "switch", "time" or "state" for a leaf, whose only argument is its value,
+    name or index, else one of "add", "subtract", "multiply", "divide", "power", "sqrt", "exp", "log", "log1p", "sin"
+    and "cos". ``fixed`` says that the value depends on constants and numbers alone, so that it does not change while
+    a member is integrated.
+    """
+
+    __slots__ = ("arguments", "fixed", "graph", "index", "operation", "value")
+    __array_ufunc__ = None  # NumPy scalars leave arithmetic with nodes to them
+
+    def __init__(
+        self, graph: Graph, index: int, operation: str, arguments: tuple[Node, ...], value: Any, fixed: bool
+    ) -> None:
+        self.graph = graph
+        self.index = index
+        self.operation = operation
+        self.arguments = arguments
+        self.value = value
+        self.fixed = fixed
+
+    def __add__(self, other: Any) -> Node:
+        return self.graph.add(self, other)
+
+    def __radd__(self, other: Any) -> Node:
+        return self.graph.add(other, self)
+
+    def __sub__(self, other: Any) -> Node:
+        return self.graph.subtract(self, other)
+
+    def __rsub__(self, other: Any) -> Node:
+        return self.graph.subtract(other, self)
+
+    def __mul__(self, other: Any) -> Node:
+        return self.graph.multiply(self, other)
+
+    def __rmul__(self, other: Any) -> Node:
+        return self.graph.multiply(other, self)
+
+    def __truediv__(self, other: Any) -> Node:
+        return self.graph.divide(self, other)
+
+    def __rtruediv__(self, other: Any) -> Node:
+        return self.graph.divide(other, self)
+
+    def __neg__(self) -> Node:
+        return self.graph.multiply(-1.0, self)
+
+    def __pos__(self) -> Node:
+        return self
+
+    def __pow__(self, exponent: Any) -> Node:
+        return self.graph.power(self, exponent)
+
+    def __rpow__(self, base: Any) -> Node:
+        return self.graph.power(base, self)
+
+    def __bool__(self) -> bool:
+        raise TypeError("a formula cannot branch on a value that changes with time: describe the border by an event")
+
+
+class Graph:
+    """The namespace that formulas are traced with: arithmetic on its nodes, and ``sin``, ``cos``, ``exp``, ``log``,
+    ``log1p`` and ``sqrt``, as in NumPy."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[Any, ...], Node] = {}
+        self.time = self._leaf("time", 0)
+
+    # --- leaves --------------------------------------------------------------------------------------------------
+
+    def state(self, index: int) -> Node:
+        """The state variable of that index."""
+        return self._leaf("state", index)
+
+    def number(self, name: str) -> Node:
+        """A number that each member has its own value of."""
+        return self._leaf("number", name, fixed=True)
+
+    def switch(self, name: str) -> Node:
+        """A number that keeps its value between events, and changes its sign at some."""
+        return self._leaf("switch", name)
+
+    def constant(self, value: float) -> Node:
+        """The same number for all members."""
+        value = float(value)
+        return self._intern("constant", (), value, True, (value.hex(),))
+
+    def node(self, value: Any) -> Node:
+        """``value`` itself if it is a node, else the constant."""
+        return value if isinstance(value, Node) else self.constant(value)
+
+    # --- arithmetic ----------------------------------------------------------------------------------------------
+
+    def add(self, first: Any, second: Any) -> Node:
+        """first + second."""
+        a, b = self.node(first), self.node(second)
+        if _is(a, 0.0):
+            return b
+        if _is(b, 0.0):
+            return a
+        if b.operation == "multiply" and _is(b.arguments[0], -1.0):
+            return self.subtract(a, b.arguments[1])
+        if a.operation == "multiply" and _is(a.arguments[0], -1.0):
+            return self.subtract(b, a.arguments[1])
+        return self._make("add", *_sorted(a, b))
+
+    def subtract(self, first: Any, second: Any) -> Node:
+        """first - second."""
+        a, b = self.node(first), self.node(second)
+        if _is(b, 0.0):
+            return a
+        if a is b:
+            return self.constant(0.0)
+        if _is(a, 0.0):
+            return self.multiply(-1.0, b)
+        if b.operation == "multiply" and _is(b.arguments[0], -1.0):
+            return self.add(a, b.arguments[1])
+        return self._make("subtract", a, b)
+
+    def multiply(self, first: Any, second: Any) -> Node:
+        """first * second; a constant comes first, and constant factors are drawn together."""
+        a, b = _sorted(self.node(first), self.node(second))
+        if _is(a, 0.0):
+            return a
+        if _is(a, 1.0):
+            return b
+        if a.operation == "constant" and b.operation == "multiply" and b.arguments[0].operation == "constant":
+            return self.multiply(a.value * b.arguments[0].value, b.arguments[1])
+        return self._make("multiply", a, b)
+
+    def divide(self, first: Any, second: Any) -> Node:
+        """first / second; to divide by what is fixed is to multiply by its reciprocal, taken once a member."""
+        a, b = self.node(first), self.node(second)
+        if _is(b, 1.0) or _is(a, 0.0):
+            return a
+        if b.fixed and not a.fixed:
+            return self.multiply(a, self._make("divide", self.constant(1.0), b))
+        return self._make("divide", a, b)
+
+    def power(self, first: Any, second: Any) -> Node:
+        """first ** second: by products for integers, a square root for halves of odd integers, else a real power."""
+        base, exponent = self.node(first), self.node(second)
+        if not exponent.fixed:
+            return self.exp(self.multiply(exponent, self.log(base)))
+        if exponent.operation == "constant":
+            doubled = 2.0 * exponent.value
+            if doubled.is_integer() and abs(exponent.value) <= LARGEST_INTEGER_POWER:
+                return self._half_integer_power(base, int(doubled))
+        return self._make("power", base, exponent)
+
+    def _half_integer_power(self, base: Node, doubled: int) -> Node:
+        if doubled < 0:
+            return self.divide(1.0, self._half_integer_power(base, -doubled))
+        if doubled % 2:
+            return self.multiply(self.sqrt(base), self._half_integer_power(base, doubled - 1))
+        result, factor, left = self.constant(1.0), base, doubled // 2
+        while left:
+            if left % 2:
+                result = self.multiply(result, factor)
+            left //= 2
+            if left:
+                factor = self.multiply(factor, factor)
+        return result
+
+    # --- functions -----------------------------------------------------------------------------------------------
+
+    def sqrt(self, value: Any) -> Node:
+        """The square root."""
+        return self._make("sqrt", self.node(value))
+
+    def exp(self, value: Any) -> Node:
+        """The exponential function."""
+        return self._make("exp", self.node(value))
+
+    def log(self, value: Any) -> Node:
+        """The natural logarithm."""
+        return self._make("log", self.node(value))
+
+    def log1p(self, value: Any) -> Node:
+        """log(1 + value), exact for small values."""
+        return self._make("log1p", self.node(value))
+
+    def sin(self, value: Any) -> Node:
+        """The sine of an angle in radians."""
+        return self._make("sin", self.node(value))
+
+    def cos(self, value: Any) -> Node:
+        """The cosine of an angle in radians."""
+        return self._make("cos", self.node(value))
+
+    # --- nodes that exist once -----------------------------------------------------------------------------------
+
+    def _leaf(self, operation: str, value: Any, fixed: bool = False) -> Node:
+        return self._intern(operation, (), value, fixed, (value,))
+
+    def _make(self, operation: str, *arguments: Node) -> Node:
+        if operation in _EXACT and all(a.operation == "constant" for a in arguments):
+            value = _fold(operation, [a.value for a in arguments])
+            if math.isfinite(value):
+                return self.constant(value)
+        return self._intern(operation, arguments, None, all(a.fixed for a in arguments), ())
+
+    def _intern(
+        self, operation: str, arguments: tuple[Node, ...], value: Any, fixed: bool, content: tuple[Any, ...]
+    ) -> Node:
+        key = (operation, *content, *(a.index for a in arguments))
+        if key not in self._known:
+            self._known[key] = Node(self, len(self._known), operation, arguments, value, fixed)
+        return self._known[key]
+
+
+_EXACT: Mapping[str, Callable[..., float]] = {
+    "add": lambda a, b: a + b,
+    "subtract": lambda a, b: a - b,
+    "multiply": lambda a, b: a * b,
+    "divide": lambda a, b: a / b,
+    "sqrt": math.sqrt,
+}
+"""What is the same on every machine, and so may be computed while tracing."""
+
+
+def _fold(operation: str, values: Sequence[float]) -> float:
+    try:
+        return _EXACT[operation](*values)
+    except (ArithmeticError, ValueError):
+        return math.nan
+
+
+def _is(node: Node, value: float) -> bool:
+    return node.operation == "constant" and node.value == value
+
+
+def _sorted(a: Node, b: Node) -> tuple[Node, Node]:
+    """In one order for both orders of a commutative operation: constants first, then by age."""
+    if (b.operation != "constant", b.index) < (a.operation != "constant", a.index):
+        return b, a
+    return a, b
+
+
+def ordered(roots: Iterable[Node]) -> list[Node]:
+    """All nodes that ``roots`` depend on and the roots, each once and after its arguments.
+
+    Sine and cosine of an angle that changes need each other's Taylor coefficients, and so come together.
+    """
+    done: dict[int, Node] = {}
+    waiting = list(roots)[::-1]
+    while waiting:
+        node = waiting.pop()
+        missing = [a for a in node.arguments if a.index not in done]
+        if node.index in done:
+            continue
+        if missing:
+            waiting += [node, *missing[::-1]]
+            continue
+        done[node.index] = node
+        if node.operation in ("sin", "cos") and not node.fixed:
+            waiting.append(partner(node))
+    return list(done.values())
+
+
+def partner(node: Node) -> Node:
+    """The cosine to a sine, the sine to a cosine."""
+    (angle,) = node.arguments
+    return node.graph.cos(angle) if node.operation == "sin" else node.graph.sin(angle)
+
+
+def fingerprint(roots: Sequence[Node]) -> str:
+    """Text that is equal for equal expressions, in any process."""
+    nodes = ordered(roots)
+    place = {node.index: i for i, node in enumerate(nodes)}
+    rows = [
+        (node.operation, [place[a.index] for a in node.arguments], node.value.hex() if _constant(node) else node.value)
+        for node in nodes
+    ]
+    return repr((rows, [place[root.index] for root in roots]))
+
+
+def _constant(node: Node) -> bool:
+    return node.operation == "constant"

@@ -1,0 +1,211 @@
+"""Object code: the cache, two processes at once, other systems, and what importing the package loads."""
+
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from engine_systems import Cone, cone_numbers
+
+from gelcone.motion.engine import compile as compiler
+from gelcone.motion.engine.program import Program
+
+HERE = Path(__file__).parent
+SOURCES = HERE.parents[2] / "src"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("GELCONE_CACHE", str(tmp_path / "code"))
+    return tmp_path / "code"
+
+
+@pytest.fixture
+def compilations(monkeypatch):
+    """Counts what is compiled."""
+    made = []
+    real = compiler.object_code
+
+    def count(text, machine):
+        made.append(text)
+        return real(text, machine)
+
+    monkeypatch.setattr(compiler, "object_code", count)
+    return made
+
+
+def end(tolerance=1e-6):
+    program = Program(Cone(), "states", tolerance)
+    return program.run(cone_numbers(), [[1.0, 0.0]], 0.0, [[7.0]]).end_state
+
+
+def test_a_second_program_comes_from_the_cache(folder, compilations):
+    first = end()
+    assert len(compilations) == 1
+    assert len(list(folder.iterdir())) == 1
+    np.testing.assert_array_equal(end(), first)
+    assert len(compilations) == 1
+    end(1e-10)
+    assert len(compilations) == 2
+
+
+def test_programs_that_differ_have_entries_of_their_own(folder, monkeypatch):
+    end()
+    (entry,) = folder.iterdir()
+    monkeypatch.setattr(compiler, "__version__", "another")
+    end()
+    assert len(list(folder.iterdir())) == 2
+    monkeypatch.setattr(compiler, "_sources", lambda: "edited")
+    end()
+    assert len(list(folder.iterdir())) == 3
+    Program(Cone(), "states", 1e-6, machine=compiler.Machine(compiler.host().triple, "", ""))._compile(8)
+    assert len(list(folder.iterdir())) == 4
+    assert entry.exists()
+
+
+@pytest.mark.parametrize("damage", ["cut", "flip", "empty", "foreign", "text", "folder"])
+def test_a_damaged_entry_is_compiled_anew_and_not_run(folder, compilations, damage):
+    first = end()
+    (entry,) = folder.iterdir()
+    content = entry.read_bytes()
+    if damage == "cut":
+        entry.write_bytes(content[:-100])
+    elif damage == "flip":
+        entry.write_bytes(content[:-500] + bytes([content[-500] ^ 1]) + content[-499:])
+    elif damage == "empty":
+        entry.write_bytes(b"")
+    elif damage == "text":
+        entry.write_text("no code")
+    elif damage == "folder":
+        entry.unlink()
+        entry.mkdir()
+    else:
+        end(1e-10)
+        (other,) = set(folder.iterdir()) - {entry}
+        entry.write_bytes(other.read_bytes())  # whole, but of another program
+        compilations.pop()
+    np.testing.assert_array_equal(end(), first)
+    assert len(compilations) == 2
+    if damage != "folder":
+        assert entry.read_bytes() == content
+        np.testing.assert_array_equal(end(), first)
+        assert len(compilations) == 2
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no such owner here")
+def test_code_of_another_owner_is_not_run(folder, compilations, monkeypatch):
+    end()
+    monkeypatch.setattr(os, "getuid", lambda: 12345)
+    end()
+    assert len(compilations) == 2
+
+
+def test_the_cache_keeps_its_bound(folder, monkeypatch):
+    end(1e-6)
+    (oldest,) = folder.iterdir()
+    size = oldest.stat().st_size
+    os.utime(oldest, (1.0, 1.0))
+    monkeypatch.setattr(compiler, "CACHE_BYTES", 4 * size)
+    end(1e-10)
+    end(1e-14)
+    assert sum(path.stat().st_size for path in folder.iterdir()) <= 4 * size
+    assert not oldest.exists()
+
+
+def test_it_works_without_a_folder(folder, compilations, monkeypatch, tmp_path):
+    first = end()
+    monkeypatch.setenv("GELCONE_CACHE", "")
+    np.testing.assert_array_equal(end(), first)
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("GELCONE_CACHE", str(tmp_path / "file" / "below"))
+    np.testing.assert_array_equal(end(), first)
+    monkeypatch.delenv("GELCONE_CACHE")
+    for name in ("HOME", "XDG_CACHE_HOME", "LOCALAPPDATA", "USERPROFILE"):
+        monkeypatch.delenv(name, raising=False)
+
+    def homeless(*_):
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(Path, "home", homeless)
+    assert compiler.cache_folder() is None
+    np.testing.assert_array_equal(end(), first)
+    assert len(compilations) == 4
+
+
+def test_a_file_left_half_written_does_no_harm(folder, compilations):
+    folder.mkdir()
+    (folder / "0123456789abcdef.part").write_bytes(b"half")
+    first = end()
+    np.testing.assert_array_equal(end(), first)
+    assert len(compilations) == 1
+
+
+def run_python(code, **environment):
+    return subprocess.Popen(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(SOURCES), str(HERE)])} | environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def test_processes_at_once_share_the_cache(folder):
+    code = (
+        "from engine_systems import Cone, cone_numbers\n"
+        "from gelcone.motion.engine.program import Program\n"
+        "for keep in ('states', 'work'):\n"
+        "    raw = Program(Cone(), keep, 1e-6).run(cone_numbers(), [[1.0, 0.0]], 0.0, [[7.0]])\n"
+        "    print(raw.end_state.tobytes().hex())\n"
+    )
+    running = [run_python(code, GELCONE_CACHE=str(folder)) for _ in range(3)]
+    told = [process.communicate(timeout=60) for process in running]
+    assert [errors for _, errors in told] == [""] * 3
+    assert len({output for output, _ in told}) == 1
+    assert len(list(folder.iterdir())) == 2
+
+
+def test_importing_the_package_loads_none_of_it():
+    code = (
+        "import sys, gelcone, gelcone.motion.engine\n"
+        "print([name for name in sys.modules if 'llvmlite' in name or 'engine.' in name])"
+    )
+    output, errors = run_python(code).communicate(timeout=60)
+    assert (output.strip(), errors) == ("[]", "")
+
+
+def test_cold_and_cached_start_are_quick(folder):
+    numbers = cone_numbers()
+    seconds = []
+    for _ in range(2):
+        before = time.process_time()
+        Program(Cone(), "tangents", 1e-15).run(numbers, [[1.0, 0.0]], 0.0, [[1.0]])
+        seconds.append(time.process_time() - before)
+    assert seconds[0] < 1.0  # twice what it may take on an idle core
+    assert seconds[1] < 0.1
+
+
+OTHERS = [
+    ("x86_64-pc-windows-msvc", "haswell", rb"\x64\x86", {"__chkstk"}),
+    ("aarch64-pc-windows-msvc", "generic", rb"\x64\xaa", {"__chkstk"}),
+    ("arm64-apple-macosx11.0.0", "apple-m1", rb"\xcf\xfa\xed\xfe", set()),
+    ("x86_64-apple-macosx11.0.0", "haswell", rb"\xcf\xfa\xed\xfe", set()),
+    ("aarch64-unknown-linux-gnu", "generic", rb"\x7fELF", set()),
+]
+
+
+@pytest.mark.parametrize(("triple", "processor", "magic", "allowed"), OTHERS, ids=[other[0] for other in OTHERS])
+def test_code_for_other_systems_calls_nothing_from_outside(triple, processor, magic, allowed):
+    machine = compiler.Machine(triple, processor, "")
+    for keep in ("states", "tangents"):
+        text = Program(Cone(), keep, 1e-6).module_text(machine.vector)
+        assert re.match(magic, compiler.object_code(text, machine), re.DOTALL)
+        words = compiler.assembly(text, machine)
+        defined = set(re.findall(r"^([\w.$]+):", words, re.MULTILINE))
+        called = set(re.findall(r"^\s+(?:callq?|bl|b|jmpq?)\s+([A-Za-z_]\w*)\s*(?:[#;/].*)?$", words, re.MULTILINE))
+        assert {"serve", "refill"} <= {name.lstrip("_") for name in called}
+        assert called - defined <= allowed

@@ -1,0 +1,108 @@
+"""Tracing: one node for each value, constants drawn together, and nothing that depends on the machine folded."""
+
+import numpy as np
+import pytest
+
+from gelcone.motion.engine.trace import Graph, fingerprint, ordered
+
+
+@pytest.fixture
+def graph():
+    return Graph()
+
+
+def test_equal_expressions_exist_once(graph):
+    x, y = graph.state(0), graph.state(1)
+    assert x * y is y * x
+    assert x + y is y + x
+    assert 1.0 / (1.0 + x * x) is 1.0 / (x * x + 1)
+    assert graph.sin(x) is graph.sin(x)
+    assert x - y is not y - x
+    assert graph.state(0) is x
+    assert graph.number("a") is not graph.switch("a")
+
+
+def test_arithmetic_that_does_nothing_leaves_no_nodes(graph):
+    x = graph.state(0)
+    assert x + 0.0 is x
+    assert 0.0 + x is x
+    assert x - 0.0 is x
+    assert 1.0 * x is x
+    assert x / 1.0 is x
+    assert (0.0 * x).value == 0.0
+    assert (x - x).value == 0.0
+    negative = -x
+    assert -negative is x
+    assert +x is x
+    assert (2.0 * x) * 3.0 is 6.0 * x
+    assert x + -x * 1.0 is x - x
+
+
+def test_numpy_scalars_leave_the_arithmetic_to_nodes(graph):
+    x = graph.state(0)
+    assert np.float64(2.0) * x is 2.0 * x
+    assert np.float64(2.0) / x is 2.0 / x
+    assert x - np.float64(2.0) is x - 2.0
+
+
+def test_powers_are_products_and_roots_where_they_can_be(graph):
+    x = graph.state(0)
+    assert x**2 is x * x
+    assert x**0 is graph.constant(1.0)
+    assert x**3 is x * (x * x)
+    assert x**-2 is 1.0 / (x * x)
+    assert x**0.5 is graph.sqrt(x)
+    assert x**1.5 is graph.sqrt(x) * x
+    assert (x**1.3).operation == "power"
+    assert (x ** graph.number("p")).operation == "power"
+    assert (2.0**x).operation == "exp"
+    assert x**x is graph.exp(x * graph.log(x))
+
+
+def test_what_depends_on_numbers_alone_is_fixed(graph):
+    x, a = graph.state(0), graph.number("a")
+    assert (2.0 * a + graph.sin(a)).fixed
+    assert not (a * x).fixed
+    assert not graph.switch("side").fixed
+    assert (x / a).operation == "multiply"  # by the reciprocal, taken once a member
+    assert graph.sin(1.0).operation == "sin"  # a library's sine is not the same everywhere
+    assert graph.sqrt(4.0).value == 2.0
+    assert (1.0 / graph.constant(0.0)).operation == "divide"
+
+
+def test_values_that_change_cannot_be_branched_on(graph):
+    with pytest.raises(TypeError, match="cannot branch"):
+        bool(graph.state(0))
+
+
+def test_arguments_come_before_what_takes_them(graph):
+    x = graph.state(0)
+    root = graph.exp(graph.sin(x) * x) / (1.0 + x)
+    nodes = ordered([root])
+    assert len({node.index for node in nodes}) == len(nodes)
+    seen = set()
+    for node in nodes:
+        assert {a.index for a in node.arguments} <= seen
+        seen.add(node.index)
+    assert graph.cos(x).index in seen  # the sine's coefficients need the cosine's
+
+
+def test_a_fingerprint_does_not_depend_on_what_else_was_traced(graph):
+    def formula(g):
+        x, a = g.state(0), g.number("a")
+        return [a * x + g.sin(x), 3.0 * x]
+
+    first = fingerprint(formula(graph))
+    other = Graph()
+    other.exp(other.state(3) * 7.0)
+    assert fingerprint(formula(other)) == first
+    assert fingerprint([graph.number("b") * graph.state(0)]) != fingerprint([graph.number("a") * graph.state(0)])
+    assert fingerprint([2.0 * graph.state(0)]) != fingerprint([np.nextafter(2.0, 3.0) * graph.state(0)])
+
+
+def test_long_chains_need_no_deep_recursion(graph):
+    x = graph.state(0)
+    total = x
+    for k in range(5000):
+        total = total * x + float(k)
+    assert len(ordered([total])) > 10_000
