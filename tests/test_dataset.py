@@ -12,6 +12,7 @@ from gelcone import ConeModel, InputError
 from gelcone.dataset import label, model_of, outcome_array
 from gelcone.devices import si
 from gelcone.files import check_writable, write_together, write_whole
+from tests import toys
 
 
 def write_text(text):
@@ -214,3 +215,46 @@ def test_every_scaled_quantity_has_a_unit():
     device = gelcone.find_device("soft-film")
     for quantity in si.READ_AS:
         assert si.factor(device, quantity) > 0.0
+
+
+# --- components of one's own ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", toys.TOYS)
+def test_a_result_of_own_components_comes_back_from_its_file_with_their_numbers(name, tmp_path):
+    """A class that can be imported is found by module and name; swept parameters of its own are coordinates."""
+    pytest.importorskip("heyoka")
+    own = {"film": "film_modulus", "waveform": "second_harmonic", "bias": "bias_cubic", "circuit": "filter_time"}[name]
+    model = ConeModel(**toys.TOYS[name], **{own: [0.2, 0.4]})
+    result = gelcone.simulate(model, (0.3, 0.0), periods=1)
+    np.testing.assert_array_equal(result[own], [0.2, 0.4])
+    assert result[own].attrs["long_name"] == model.system.parameters[own].meaning
+    gelcone.save(result, tmp_path / "own.nc")
+    read = gelcone.load(tmp_path / "own.nc")
+    again = model_of(read)
+    assert again.system == model.system
+    np.testing.assert_array_equal(getattr(again, own), [0.2, 0.4])
+    repeated = gelcone.simulate(again, (0.3, 0.0), periods=1)
+    np.testing.assert_array_equal(repeated["displacement"], read["displacement"])
+
+
+def test_a_field_of_a_component_is_kept_to_the_last_digit(tmp_path):
+    pytest.importorskip("heyoka")
+    model = ConeModel(film=toys.PowerFilm(0.1 + 0.2))
+    gelcone.save(gelcone.simulate(model, (0.3, 0.0), periods=1), tmp_path / "own.nc")
+    assert model_of(gelcone.load(tmp_path / "own.nc")).film == toys.PowerFilm(0.1 + 0.2)
+
+
+def test_a_class_that_is_gone_says_what_to_do(tmp_path):
+    """The numbers of the result are still read; only the model needs the class."""
+    pytest.importorskip("heyoka")
+    result = gelcone.simulate(ConeModel(bias=toys.CubicBias()), (0.3, 0.0), periods=1)
+    result.attrs["model"] = result.attrs["model"].replace("toys:CubicBias", "toys_of_last_year:CubicBias")
+    gelcone.save(result, tmp_path / "own.nc")
+    read = gelcone.load(tmp_path / "own.nc")
+    np.testing.assert_array_equal(read["displacement"], result["displacement"])
+    with pytest.raises(InputError) as error:
+        model_of(read)
+    assert "toys_of_last_year" in str(error.value)
+    assert "put its class into a module that Python finds" in str(error.value)
+    assert "\n" not in str(error.value)
