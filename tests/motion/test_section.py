@@ -12,8 +12,7 @@ from gelcone.errors import InputError
 from gelcone.motion import settle as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.section import extrema, section
-from gelcone.physics import drive
-from gelcone.physics.model import ConeModel, acceleration
+from gelcone.physics.model import ConeModel
 from gelcone.plots.section import section_figure
 
 PERIODIC = ConeModel(damping_ratio=0.1, spring_stiffness=1.0, voltage=0.8, drive_frequency=1.0, rest_height=0.3)
@@ -105,11 +104,10 @@ def test_a_period_doubled_motion_gives_two_points():
 
 def scipy_extrema(model, initial, span):
     """Turning points from a fine SciPy run and root finding on its dense output."""
-    c = model.coefficients()
 
     def slope(t, state):
-        voltage = drive.voltage(t, model.voltage, model.voltage_bias, model.drive_frequency)
-        return [state[1], acceleration(state[0], state[1], voltage, c, model.law)[0]]
+        voltage = float(model.voltage_bias) + float(model.voltage) * np.sin(float(model.drive_frequency) * t)
+        return [state[1], -float(model.force(state[0], voltage)) - 2.0 * float(model.damping_ratio) * state[1]]
 
     run = solve_ivp(slope, (0.0, span), initial, "DOP853", rtol=1e-13, atol=1e-14, dense_output=True, max_step=0.05)
     times = np.linspace(0.0, span, 20_001)[1:]
