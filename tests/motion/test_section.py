@@ -119,7 +119,7 @@ def scipy_extrema(model, initial, span):
 
 @pytest.mark.parametrize(("model", "repeats"), [(PERIODIC, 8), (CHAOTIC, 1), (PERIODIC.replace(voltage_bias=0.3), 4)])
 def test_extrema_agree_with_a_fine_scipy_run(model, repeats):
-    times, displacements = scipy_extrema(model, (1.0, 0.0), repeats * float(model.drive_repeat))
+    times, displacements = scipy_extrema(model, (1.0, 0.0), repeats * float(model.forcing_period))
     result = extrema(model, repeats=repeats, discard=0)
     assert int(result["count"]) == len(times)
     np.testing.assert_allclose(result.time, times, rtol=0.0, atol=1e-8)
@@ -134,8 +134,8 @@ def test_extrema_have_no_velocity_and_alternate():
     assert set(result.maximum.values.tolist()) == {1, -1}
     assert (np.diff(result.maximum) != 0).all()
     assert (np.sign(np.diff(result.displacement)) == result.maximum[1:]).all()
-    assert result.time.min() >= 20 * CHAOTIC.drive_repeat
-    np.testing.assert_allclose((result.time / CHAOTIC.drive_repeat) % 1.0, result.phase, rtol=0.0, atol=1e-9)
+    assert result.time.min() >= 20 * CHAOTIC.forcing_period
+    np.testing.assert_allclose((result.time / CHAOTIC.forcing_period) % 1.0, result.phase, rtol=0.0, atol=1e-9)
 
 
 def test_the_film_turning_the_motion_round_like_a_wall_is_an_extremum():
@@ -271,7 +271,7 @@ def test_figures_are_drawn_from_the_dataset_alone(analysis, model):
     (axes,) = figure.axes
     members = max(1, model.size)
     assert len(axes.collections) == members * (1 if analysis is section else 2)
-    assert axes.get_xlabel() == ("displacement" if analysis is section else "phase within the drive repeat")
+    assert axes.get_xlabel() == ("displacement" if analysis is section else "phase within the forcing period")
 
 
 def test_one_returning_point_is_not_magnified_into_rounding():
