@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError
 from gelcone.quantity import Quantity
 
 ANY = Quantity("a", "anything finite", 0.25)
@@ -114,12 +114,3 @@ def test_refused_values(quantity, value, message):
     assert message in str(error.value)
     assert str(error.value).startswith("x = ")
     assert "\n" not in str(error.value)
-
-
-def test_an_input_error_is_a_value_error():
-    assert issubclass(InputError, ValueError)
-
-
-def test_an_unknown_name_suggests_the_nearest_one_or_lists_them_all():
-    assert str(unknown_name("fruit", "aple", iter(["apple", "pear"]))) == "'aple' is not a fruit; did you mean 'apple'?"
-    assert str(unknown_name("fruit", "zzz", ["apple", "pear"])) == "'zzz' is not a fruit; known: apple, pear"

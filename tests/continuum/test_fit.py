@@ -30,7 +30,7 @@ def misses():
     """What the fit misses at every state, relative as the weights are, and the kinds of the states."""
     film, states = fitted_with_states()
     s, squared, stiffness, kind = states.T
-    inside = squared / film.highest_squared(s) < CEILING_MARGIN
+    inside = squared / film.highest_squared_at(s) < CEILING_MARGIN
     s, squared, stiffness, kind = (values[inside] for values in (s, squared, stiffness, kind))
     off = film.stiffness(s, squared)[0] - squared - stiffness
     return np.abs(off) / (np.abs(stiffness) + 0.3 * squared + 0.02), kind

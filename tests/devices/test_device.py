@@ -357,6 +357,20 @@ def test_shipped_devices_say_where_each_number_comes_from(name):
             assert "# " in line, line
 
 
+def test_a_file_of_a_shipped_devices_name_wins_over_it(tmp_path, monkeypatch):
+    name = next(iter(shipped_devices()))
+    shipped = find_device(name)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).write_text(TOML)
+    own = find_device(name)
+    assert own.frequency == 7.5
+    assert own.spring_rate == 60.0
+    (tmp_path / name).unlink()
+    assert find_device(name) == shipped
+    (tmp_path / name).mkdir()  # a folder is no file
+    assert find_device(name) == shipped
+
+
 def test_table1_device():
     device = find_device("paper-table1")
     model = device.to_model()
@@ -373,3 +387,45 @@ def test_the_biased_pump_rests_out_of_plane():
     x, _ = device.initial_state()
     assert x * device.scales.length == pytest.approx(0.0126, abs=1e-4)
     assert device.to_model().voltage_bias > 0.0
+
+
+def test_a_file_wins_over_a_shipped_device_of_that_name(tmp_path, monkeypatch):
+    """Whoever writes a file of that name into the folder means it."""
+    monkeypatch.chdir(tmp_path)
+    shipped = find_device("soft-film")
+    text = shipped_devices()["soft-film"].read_text(encoding="utf-8")
+    (tmp_path / "soft-film").write_text(text.replace(shipped.name, "my own film"), encoding="utf-8")
+    assert find_device("soft-film").name == "my own film"
+    (tmp_path / "soft-film").unlink()
+    (tmp_path / "soft-film").mkdir()  # a folder is no device
+    assert find_device("soft-film").name == shipped.name
+
+
+@pytest.mark.parametrize("prestretch", [{}, {"prestretch": 1.4, "prestretch_mode": "equibiaxial"}])
+def test_a_release_is_refused_where_the_film_reaches_its_stretch_limit(prestretch):
+    """The largest height by the strain itself, without the formula for its root."""
+    from scipy.optimize import brentq
+
+    material = {"shear_modulus": "20 kPa", "relative_permittivity": 5, "stretch_limit": 4.0}
+    device = Device(**BASE | {"material": material} | prestretch)
+    model = device.cone_model()
+    highest = brentq(lambda x: float(model.strain(x)) - 4.0, 0.1, 20.0) * device.scales.length
+    device.replace(release_height=0.999 * highest)
+    for side in (1.0, -1.0):
+        with pytest.raises(InputError, match="where the film reaches its stretch limit 4; start lower"):
+            device.replace(release_height=side * 1.001 * highest)
+
+
+def test_scales_follow_from_energy_mass_and_field():
+    """Energy mu Vol; rate sqrt(energy/mass)/length; voltage H sqrt(mu/eps)."""
+    device = Device(**BASE)
+    scales, mu = device.scales, device.material.shear_modulus
+    volume = math.pi * (0.05**2 - 0.01**2) * 0.5e-3
+    rate = math.sqrt(mu * volume / 0.02) / 0.04
+    field = math.sqrt(mu / device.material.permittivity)
+    expected = {
+        **{"length": 0.04, "time": 1.0 / rate, "velocity": 0.04 * rate, "energy": mu * volume},
+        **{"force": mu * volume / 0.04, "power": mu * volume * rate, "voltage": 0.5e-3 * field, "field": field},
+        **{"current": mu * volume * rate / (0.5e-3 * field), "stress": mu, "frequency": rate / (2.0 * math.pi)},
+    }
+    assert dataclasses.asdict(scales) == pytest.approx(expected, rel=1e-12)

@@ -1,6 +1,7 @@
 """Units: what is read, what is refused and how, and the way back."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -156,3 +157,35 @@ def test_what_is_written_is_read_back(value, si, digits):
 )
 def test_format(value, unit, written):
     assert format_si(value, unit) == written
+
+
+WORTH = {
+    **{"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "kg": 1.0, "g": 1e-3, "mg": 1e-6},
+    **{"s": 1.0, "ms": 1e-3, "us": 1e-6, "Hz": 1.0, "kHz": 1e3, "mHz": 1e-3},
+    **{"V": 1.0, "kV": 1e3, "mV": 1e-3, "MV": 1e6, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "N": 1.0, "mN": 1e-3},
+    **{"m/s": 1.0, "mm/s": 1e-3, "N/m": 1.0, "kN/m": 1e3, "N/cm": 1e2, "N/mm": 1e3, "mN/mm": 1.0, "mN/m": 1e-3},
+    **{"N s/m": 1.0, "N*s/m": 1.0, "kg/s": 1.0, "mN s/m": 1e-3, "g/s": 1e-3},
+    **{"V/m": 1.0, "kV/m": 1e3, "V/mm": 1e3, "MV/m": 1e6, "kV/mm": 1e6, "V/um": 1e6},
+    **{"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "W": 1.0, "mW": 1e-3, "uW": 1e-6},
+}
+"""What a unit is worth in SI units, by its prefixes."""
+
+
+@pytest.mark.parametrize(("si", "unit"), [(si, unit) for si, unit in ALL_UNITS if unit])
+def test_every_unit_is_worth_what_its_prefixes_say(si, unit):
+    assert parse("field", f"3 {unit}", si) == pytest.approx(3.0 * WORTH[re.sub("[\u00b5\u03bc]", "u", unit)], rel=1e-15)
+
+
+@pytest.mark.parametrize("values", [["1 mm", 0.002], ("1 mm", 0.002), np.array([0.001, 0.002])])
+def test_lists_tuples_and_arrays_are_read_alike(values):
+    found = parse_many("field", values, "m")
+    np.testing.assert_array_equal(found, [0.001, 0.002])
+    assert not found.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.12345678, "123.5 mm"), (999.96e-3, "1 m"), (0.0, "0 m"), (math.inf, "inf m"), (-2.5e-6, "-2.5 um")],
+)
+def test_four_digits_are_shown(value, text):
+    assert format_si(value, "m") == text

@@ -129,8 +129,8 @@ def test_the_page_says_what_is_needed_to_judge_it(page):
         "Redraw it with gelcone paper 8 . Its data: data/swing.nc",
         "1.0432 ± 0.0031",
         "0.20 [0.10, 0.30] mm",
-        "share of the neighbouring parameters (voltages) on which it holds 0.1",
-        "Claims whose figure is not drawn here gelcone paper 12 draws what shows them.",
+        "share of the neighbouring parameters (voltages) for which it holds 0.1",
+        "Claims whose figure is not drawn here gelcone paper 12 draws the figures that show them.",
     ):
         assert said in text
 

@@ -8,9 +8,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-OUTCOME, REGIME, DOUBTFUL = "outcome", "regime", "flag"
+OUTCOME, REGIME, DOUBTFUL = "outcome", "regime", "doubtful"
 EXPONENT = "lyapunov"
-LASTING_EXPONENT = "asymptotic"
+LASTING_EXPONENT = "lyapunov"
 
 
 def result(variables, coords=None, units=None, attrs=None):

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from gelcone.motion.balance import PullIn
 from matplotlib.colors import to_rgb
 
 from gelcone import Outcome
+from gelcone.physics.balance import PullIn
 from gelcone.plots.equilibrium import MARKER_SIZES, equilibrium_branches, force_curves, static_figure
 from gelcone.plots.style import BLUE, CYCLE, VERMILION
 from tests.plots.made_up import blank, data_of, line, parameter, result, texts
@@ -88,6 +88,9 @@ def test_the_force_is_shown_between_the_equilibria_and_not_up_to_the_wall():
     most = 1.6 * np.abs(X * (X**2 - LEVELS[:, None]))[:, near].max()
     assert axes.get_ylim() == pytest.approx((-most, most))
     assert most < 0.8 * (8.0 - 0.0)
+    pushed = blank()
+    force_curves(statics(force=X * (X**2 - LEVELS[:, None]) - 10.0), pushed)
+    assert pushed.get_ylim()[1] == pytest.approx(most + 16.0)  # the force is negative throughout
     flat = blank()
     force_curves(statics(equilibrium_displacement=np.zeros((9, 3))), flat)
     assert flat.get_ylim() == pytest.approx((-12.8, 12.8))

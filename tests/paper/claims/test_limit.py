@@ -115,7 +115,7 @@ def test_numbers_of_the_largest_limits():
     assert number(finding, "share of these voltages").value == pytest.approx(2.0 / 3.0)
     assert number(finding, "v = 1.005").value == pytest.approx(0.04 / 2.04, rel=0.01)
     assert "that of v = 1.005" in finding.unseen
-    assert "on 2 of 3" in finding.unseen
+    assert "for 2 of 3" in finding.unseen
     small = large()
     small["highest"][1], small["lowest"][1] = [0.006, 0.005, 0.005], 0.0
     finding = found("limit-large-same", large_limits=small)

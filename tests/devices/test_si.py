@@ -1,0 +1,81 @@
+"""Results of a device in the units that its users read."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gelcone
+from gelcone.devices import si
+from gelcone.devices.si import READ_AS, factor, to_si
+
+
+@pytest.fixture(scope="module")
+def device():
+    return gelcone.find_device("soft-film")
+
+
+@pytest.mark.parametrize(
+    ("quantity", "unit", "scale"),
+    [
+        ("length", "mm", lambda s: 1e3 * s.length),
+        ("time", "ms", lambda s: 1e3 * s.time),
+        ("velocity", "m/s", lambda s: s.length / s.time),
+        ("force", "N", lambda s: s.force),
+        ("stiffness", "N/m", lambda s: s.force / s.length),
+        ("energy", "mJ", lambda s: 1e3 * s.force * s.length),
+        ("power", "mW", lambda s: 1e3 * s.force * s.length / s.time),
+        ("apparent power", "mVA", lambda s: 1e3 * s.force * s.length / s.time),
+        ("voltage", "V", lambda s: s.voltage),
+        ("current", "mA", lambda s: 1e3 * s.force * s.length / s.time / s.voltage),
+        ("field", "V/um", lambda s: 1e-6 * s.field),
+        ("stress", "kPa", lambda s: 1e-3 * s.stress),
+        ("frequency", "Hz", lambda s: 1.0 / (2.0 * np.pi * s.time)),
+        ("rate", "1/s", lambda s: 1.0 / s.time),
+    ],
+)
+def test_a_quantity_has_its_unit_and_scale(device, quantity, unit, scale):
+    assert READ_AS[quantity][0] == unit
+    assert factor(device, quantity) == pytest.approx(scale(device.scales), rel=1e-12)
+
+
+def test_every_quantity_that_is_read_in_si_is_tested():
+    assert len(READ_AS) == 14
+
+
+def test_variables_and_coordinates_are_scaled_up_and_others_left_alone(device):
+    data = xr.Dataset(
+        {
+            "length": ("t", [1, 2], {"units": "1", "quantity": "length"}),
+            "done": ("t", [1.0, 2.0], {"units": "mm", "quantity": "length"}),
+            "ratio": ("t", [1.0, 2.0], {"units": "1", "quantity": "ratio"}),
+            "plain": ("t", [1.0, 2.0]),
+        },
+        coords={"t": ("t", [0.0, 3.0], {"units": "1", "quantity": "time", "long_name": "time"})},
+    )
+    found = to_si(data, device)
+    np.testing.assert_allclose(found["length"], 1e3 * device.scales.length * np.array([1.0, 2.0]))
+    np.testing.assert_allclose(found["t"], 1e3 * device.scales.time * np.array([0.0, 3.0]))
+    assert found["t"].attrs == {"units": "ms", "quantity": "time", "long_name": "time"}
+    for name in ("done", "ratio", "plain"):
+        np.testing.assert_array_equal(found[name].values, data[name].values)
+    assert found.attrs == {"device": device.name}
+    assert data["length"].attrs["units"] == "1"
+
+
+def test_results_of_a_device_are_scaled_once():
+    device = gelcone.find_device("soft-film").replace(frequency=[8.0, 10.0])
+    result = gelcone.simulate(device.to_model(), device.initial_state(), periods=2)
+    shown = gelcone.to_si(result, device)
+    scales = {"displacement": 1e3 * device.scales.length, "drive_voltage": device.scales.voltage, "hoop_stretch": 1.0}
+    for name, scale in scales.items():
+        np.testing.assert_allclose(shown[name], result[name] * scale, rtol=1e-15)
+    np.testing.assert_allclose(shown.time, result.time * 1e3 * device.scales.time, rtol=1e-15)
+    assert [shown[name].attrs["units"] for name in ("time", "displacement", "hoop_stretch")] == ["ms", "mm", "1"]
+    assert "device" not in result.attrs
+    xr.testing.assert_identical(gelcone.to_si(shown, device), shown)
+
+
+def test_every_scaled_quantity_has_a_unit():
+    device = gelcone.find_device("soft-film")
+    for quantity in si.READ_AS:
+        assert si.factor(device, quantity) > 0.0

@@ -1,0 +1,56 @@
+"""Studies of figure 13: ranges, names, and what theory says of rest."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gelcone.paper.effort import FULL, QUICK
+from gelcone.paper.studies.diagrams import PANELS, diagram, diagram_name, rest_stability, values_of
+from gelcone.presets import find_preset
+
+TINY = replace(QUICK, name="tiny", diagram_values=3, sweeps=(), rounds=1, bisections=1, window=40.0)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "low", "high"),
+    [("damping_ratio", 0.0, 2.0), ("voltage", 0.0, 2.0), ("prestretch", 0.4, 2.0), ("stretch_limit", 0.52, 100.0)],
+)
+def test_ranges(parameter, low, high):
+    values = values_of(parameter, FULL)
+    assert (values[0], values[-1], values.size) == (pytest.approx(low), pytest.approx(high), 201)
+    steps = np.diff(np.log(values) if parameter == "stretch_limit" else values)
+    np.testing.assert_allclose(steps, steps[0])
+
+
+def test_every_set_has_a_panel_for_every_parameter():
+    assert {diagram_name(*panel) for panel in PANELS} == {
+        f"diagram-{name}-{parameter}"
+        for name in ("base", "fast")
+        for parameter in ("damping-ratio", "voltage", "prestretch", "stretch-limit")
+    }
+    assert PANELS["base", "damping_ratio"] == 0.5
+    assert PANELS["base", "stretch_limit"] == 1.04
+    assert {voltage for (name, _), voltage in PANELS.items() if name == "fast"} == {1.005}
+
+
+def test_rest_is_lost_statically_at_the_root_of_the_stiffness():
+    kappa = float(find_preset("base").model.spring_stiffness)
+    model = find_preset("base").model.replace(voltage=np.array([0.1, 0.99 * kappa**0.5, 1.01 * kappa**0.5]))
+    found = rest_stability(model, ("voltage",))
+    dims, stiffness, attrs = found["static_stiffness"]
+    np.testing.assert_allclose(stiffness, kappa - model.voltage**2)
+    assert (dims, attrs["quantity"]) == (("voltage",), "stiffness")
+    growth = found["rest_growth"][1]
+    # a small drive leaves the growth of free motion, the damping
+    assert growth[0] == pytest.approx(-float(np.asarray(model.damping_ratio).flat[0]), rel=1e-2)
+
+
+def test_a_diagram_holds_the_long_run_and_the_window():
+    found = diagram("base", "damping_ratio", TINY, lambda share: None)
+    assert found["finite"].dims == ("damping_ratio", "exponent")
+    np.testing.assert_allclose(found["finite"].sum("exponent"), -2.0 * found["damping_ratio"], atol=1e-6)
+    assert found.attrs["preset"] == "base"
+    assert found.attrs["window"] == 40.0
+    assert [str(name) for name in found["branch"].values] == ["from 1,0"]
+    assert "0.5" in found.attrs["model"]

@@ -1,0 +1,51 @@
+"""Outcomes and regimes: their numbers are written to files, their words are shown."""
+
+import pytest
+
+from gelcone.codes import Outcome, Regime
+
+
+def test_numbers_in_files_keep_their_meaning():
+    """Results on disk hold these numbers."""
+    assert [outcome.name for outcome in sorted(Outcome)][:7] == [
+        "OK",
+        "OUTSIDE",
+        "STRETCH_LIMIT",
+        "STEP_LIMIT",
+        "NOT_FINITE",
+        "ERROR",
+        "PULLED_IN",
+    ]
+    assert [int(kind) for kind in Regime] == [0, 1, 2, 3, 4, 5]
+    assert [kind.name for kind in Regime] == [
+        "REST",
+        "PERIODIC",
+        "QUASI_PERIODIC",
+        "CHAOTIC",
+        "TRANSIENT",
+        "LEFT_THE_DOMAIN",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "label"),
+    [
+        (Regime.REST, "rest"),
+        (Regime.QUASI_PERIODIC, "quasi-periodic"),
+        (Regime.LEFT_THE_DOMAIN, "left the domain"),
+        (Regime.CHAOTIC, "chaotic"),
+    ],
+)
+def test_a_regime_in_words(kind, label):
+    assert kind.label == label
+
+
+def test_every_outcome_says_in_one_line_of_its_own_what_happened():
+    meanings = [outcome.meaning for outcome in Outcome]
+    assert len(set(meanings)) == len(meanings)
+    assert all(meaning and "\n" not in meaning for meaning in meanings)
+    assert Outcome.OK.meaning == "ok"
+    # what ends a run says what to do about it
+    assert "raise stretch_limit" in Outcome.STRETCH_LIMIT.meaning
+    assert "start lower" in Outcome.OUTSIDE.meaning
+    assert "lower the voltage" in Outcome.PULLED_IN.meaning

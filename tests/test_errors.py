@@ -1,0 +1,17 @@
+"""Errors that a user can act on."""
+
+from gelcone import InputError
+from gelcone.errors import MissingDependency, unknown_name
+
+
+def test_an_input_error_is_a_value_error():
+    assert issubclass(InputError, ValueError)
+
+
+def test_an_unknown_name_suggests_the_nearest_one_or_lists_them_all():
+    assert str(unknown_name("fruit", "aple", iter(["apple", "pear"]))) == "'aple' is not a fruit; did you mean 'apple'?"
+    assert str(unknown_name("fruit", "zzz", ["apple", "pear"])) == "'zzz' is not a fruit; known: apple, pear"
+
+
+def test_a_missing_library_is_an_import_error():
+    assert issubclass(MissingDependency, ImportError)

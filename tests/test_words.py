@@ -1,0 +1,59 @@
+"""Results in words, the same in figures and on the command line."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gelcone.codes import Outcome, Regime
+from gelcone.words import motion_in_words, outcome_in_words, rate_unit, unit_of, with_error
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.0310, 0.0061, "+0.0310 ± 0.0061"),
+        (-0.1, 1e-8, "-0.100000 ± 1e-08"),
+        (1234.5, 12.0, "+1234 ± 12"),
+        (0.05, 0.5, "+0.05 ± 0.50"),
+        (3e-9, 1e-9, "+3.000e-09 ± 1.0e-09"),
+        (0.25, 0.0, "+0.25"),
+        (np.nan, 1.0, "unknown"),
+        (np.inf, 1.0, "unknown"),
+        (0.25, np.nan, "+0.25"),
+        (0.25, np.inf, "+0.25"),
+        (12345.6, 123.0, "+1.235e+04 ± 1.2e+02"),
+        (0.123456789, 1.2e-7, "+0.123457 ± 1e-07"),
+        (1.23456, 1.2e-4, "+1.23456 ± 0.00012"),
+        (1e-8, 2e-7, "+0.00000001 ± 0.00000020"),
+    ],
+)
+def test_a_value_shows_the_digits_that_its_error_leaves(value, error, text):
+    assert with_error(value, error) == text
+
+
+@pytest.mark.parametrize(
+    ("kind", "period", "symmetric", "text"),
+    [
+        (Regime.PERIODIC, 2, True, "periodic, period 2, symmetric"),
+        (Regime.PERIODIC, 3, False, "periodic, period 3"),
+        (Regime.QUASI_PERIODIC, 0, False, "quasi-periodic"),
+        (Regime.REST, 1, True, "rest"),
+    ],
+)
+def test_motions_in_words(kind, period, symmetric, text):
+    assert motion_in_words(kind, period, symmetric) == text
+
+
+def test_outcomes_in_words():
+    assert outcome_in_words(int(Outcome.STRETCH_LIMIT)) == "stretch limit"
+    assert outcome_in_words(int(Outcome.NOT_FINITE)) == "not finite"
+
+
+def test_units_in_words():
+    one, si = xr.DataArray(1.0, attrs={"units": "1"}), xr.DataArray(1.0, attrs={"units": "mm"})
+    assert (unit_of(one), unit_of(si), unit_of(xr.DataArray(1.0))) == ("", " mm", "")
+    assert (rate_unit(one), rate_unit(si), rate_unit(xr.DataArray(1.0))) == (
+        "per unit time",
+        "per second",
+        "per unit time",
+    )
