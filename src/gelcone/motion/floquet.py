@@ -68,8 +68,8 @@ class Onset(IntEnum):
 
 _MEANINGS = {
     Onset.NONE: "rest stays stable in the searched interval",
-    Onset.PLUS_ONE: "multiplier +1: a motion with the period of one drive repeat grows",
-    Onset.MINUS_ONE: "multiplier -1: a motion with the period of two drive repeats grows (period doubling)",
+    Onset.PLUS_ONE: "multiplier +1: a motion with the period of one forcing period grows",
+    Onset.MINUS_ONE: "multiplier -1: a motion with the period of two forcing periods grows (period doubling)",
     Onset.AT_START: "rest is unstable without voltage already",
 }
 
@@ -94,7 +94,7 @@ def floquet_multipliers(
     modulus first, infinite where they overflow; ``log_modulus`` of each, which does not; ``growth_rate``, that of the
     first per unit time (positive: rest is unstable); ``spectral_radius``, the larger modulus; ``margin`` =
     (|trace| - 1 - p)/(|trace| + 1 + p) with the product p of the multipliers, which passes 0 where the stability
-    changes; ``drive_repeat`` T; ``product_error``, how far the determinant of the computed map departs from
+    changes; ``forcing_period`` T; ``product_error``, how far the determinant of the computed map departs from
     exp(-2 zeta T), relatively. The multipliers use this exact product.
 
     Raises
@@ -116,7 +116,7 @@ def floquet_multipliers(
             "growth_rate": ((), log_modulus[:, 0] / maps.repeat, *_GROWTH),
             "spectral_radius": ((), radius, *_RADIUS),
             "margin": ((), maps.margin(), *_MARGIN),
-            "drive_repeat": ((), maps.repeat, "repeat of the drive", "time"),
+            "forcing_period": ((), maps.repeat, "repeat of the drive", "time"),
             "product_error": ((), maps.product_error, "relative error of the product of the multipliers", "error"),
         },
         outcome=maps.outcome,
