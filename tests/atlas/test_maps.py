@@ -13,7 +13,7 @@ from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import compute, sweep
 from gelcone.codes import Regime
 from gelcone.errors import InputError
-from gelcone.motion.floquet import onset_voltage
+from gelcone.motion.floquet import onset_voltage, tongues
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
 from gelcone.register.analyses import find_analysis
@@ -104,6 +104,17 @@ def test_sweeps_of_a_driven_film_show_where_rest_and_swing_coexist():
     margin = 0.02
     beside = regime(model.replace(voltage=[change["low"] - margin, change["high"] + margin]), (0.01, 0.0))
     assert beside["regime"].values.tolist() == [Regime.PERIODIC, Regime.REST]
+
+
+def test_a_sweep_that_comes_from_rest_finds_where_rest_is_lost():
+    """Rest and swing coexist between 1 and 1.1; met from above, the change is where rest loses its stability."""
+    model = ConeModel(damping_ratio=0.05, spring_stiffness=1.5, drive_frequency=1.1)
+    tongue = tongues(model, [1.1, 1.2], np.linspace(0.8, 1.2, 41))
+    lost = float(tongue["boundary_voltage"][0, -1])
+    diagram = bifurcation(model, "voltage", [1.0, 1.1, 1.2], ((0.1, 0.0),), sweeps=("down",), bisections=4, **QUICK)
+    (change,) = (row for row in thresholds_of(diagram) if row["branch"] == "down")
+    assert (change["from"], change["to"]) == ("periodic", "rest")
+    assert change["low"] - 0.01 < lost < change["high"] + 0.01
 
 
 def test_thresholds_bracket_a_real_change():

@@ -43,7 +43,7 @@ SAME = {
 def test_a_film_that_is_the_cone_gives_the_cones_answers(run, command):
     cone, film = (
         SAME[command](json.loads(run(command, *MODEL, *COMMANDS[command], "--film", choice, "--json")[1]))
-        for choice in ("cone", "film.json")
+        for choice in ("taut", "film.json")
     )
     np.testing.assert_allclose(film, cone, rtol=1e-6, atol=1e-8)
 

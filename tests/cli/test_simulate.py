@@ -349,7 +349,7 @@ def test_bad_input_is_one_line_and_exit_code_2(run, arguments, message):
 
 def test_a_missing_integrator_is_one_line(run, monkeypatch):
     monkeypatch.setitem(sys.modules, "heyoka", None)
-    monkeypatch.setattr("gelcone.motion.flow._template", lambda *key: gelcone.motion.flow.import_heyoka())
+    monkeypatch.setattr("gelcone.motion.heyoka._template", lambda *key: gelcone.motion.heyoka.import_heyoka())
     code, out, err = run("simulate", "--periods", "1")
     assert (code, out) == (1, "")
     assert err.count("\n") == 1

@@ -357,6 +357,20 @@ def test_shipped_devices_say_where_each_number_comes_from(name):
             assert "# " in line, line
 
 
+def test_a_file_of_a_shipped_devices_name_wins_over_it(tmp_path, monkeypatch):
+    name = next(iter(shipped_devices()))
+    shipped = find_device(name)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).write_text(TOML)
+    own = find_device(name)
+    assert own.frequency == 7.5
+    assert own.spring_rate == 60.0
+    (tmp_path / name).unlink()
+    assert find_device(name) == shipped
+    (tmp_path / name).mkdir()  # a folder is no file
+    assert find_device(name) == shipped
+
+
 def test_table1_device():
     device = find_device("paper-table1")
     model = device.to_model()

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gelcone.codes import Regime
+from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
+from gelcone.motion import driven as driven_module
 from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven
 from gelcone.motion.envelope import STATIC_LIMITS, envelope
+from gelcone.motion.evidence import Evidence
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import simulate
@@ -162,7 +164,7 @@ def test_under_a_sine_the_natural_frequency_is_that_of_its_root_mean_square():
 
 def test_a_motion_that_leaves_the_domain_meets_every_limit_of_the_film():
     free = ConeModel(law="neo-hookean", damping_ratio=0.1, voltage=8.0, meridional_prestretch=1.2, hoop_prestretch=1.5)
-    plane = Plane(free, DriveShape.of(free), 0.0, 2.0, None)
+    plane = Plane(free, DriveShape.of(free), 0.0, 1e12, None)
     found = plane.examine(np.array([1.0, 1.0]), np.array([0.1, 8.0]))
     assert found["outcome"].tolist()[0] == 0.0
     assert found["outcome"].tolist()[1] != 0.0
@@ -170,6 +172,22 @@ def test_a_motion_that_leaves_the_domain_meets_every_limit_of_the_film():
         assert found[name].tolist() == [0.0, 1.0], name
     assert np.isfinite(found["stroke"][0])
     assert np.isnan(found["stroke"][1])
+
+
+def test_a_motion_that_could_not_be_followed_meets_every_limit(monkeypatch):
+    """Whatever it would be from its start: nothing is known of it, so nothing counts as safe."""
+
+    def out_of_steps(members, states, **options):
+        evidence = Evidence.blank(members.size)
+        evidence.final[:] = states
+        evidence.outcome[1] = Outcome.STEP_LIMIT
+        return evidence
+
+    monkeypatch.setattr(driven_module, "classify", out_of_steps)
+    found = Plane(TAUT, DriveShape.of(TAUT), 0.3, 1e6, None).examine(np.array([1.0, 1.0]), np.array([0.1, 0.1]))
+    for name in ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit"):
+        assert found[name].tolist() == [0.0, 1.0], name
+    assert np.isnan(found["power"]).tolist() == [False, True]
 
 
 def test_limits_are_narrowed_to_a_64th_of_the_peaks_apart(taut):

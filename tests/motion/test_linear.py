@@ -9,8 +9,9 @@ from scipy import signal
 from gelcone.devices.device import find_device
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
-from gelcone.motion.linear import equilibrium_under_bias, small_signal_response, state_space
+from gelcone.motion.linear import equilibrium_under_bias, linear_response, small_signal_response, state_space
 from gelcone.physics.model import ConeModel
+from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
 
 BIASED = ConeModel(
     damping_ratio=0.1, voltage=1e-4, voltage_bias=0.6, drive_frequency=1.3, rest_height=0.8, hoop_prestretch=1.4
@@ -69,3 +70,69 @@ def test_frequencies_are_positive(frequencies):
 def test_an_ensemble_has_no_single_state_space():
     with pytest.raises(InputError, match="single"):
         state_space(ConeModel(voltage=[0.1, 0.2]))
+
+
+# --- circuits, waveforms and films of one's own -----------------------------------------------------------------------
+
+
+def test_a_filter_multiplies_the_gain_by_its_own():
+    """In modulus and phase: the filter stands in front of the same actuator."""
+    omega = np.array([0.2, 0.9, 3.0])
+    filtered = BIASED.replace(circuit=FilteredVoltage(), filter_time=0.6)
+    own = filtered.system.circuit.gain(omega, {"filter_time": 0.6})
+    plain, found = (small_signal_response(model, omega) for model in (BIASED, filtered))
+    np.testing.assert_allclose(found["gain"], plain["gain"] * np.abs(own), rtol=1e-10)
+    lag = (found["phase"] - plain["phase"] - np.degrees(np.angle(own)) + 180.0) % 360.0 - 180.0
+    np.testing.assert_allclose(lag, 0.0, atol=1e-9)
+
+
+def test_the_state_space_of_three_states_is_the_jacobian_at_the_equilibrium():
+    model = BIASED.replace(circuit=FilteredVoltage(), filter_time=0.6, voltage=0.0)
+    found = state_space(model)
+    place = equilibrium_under_bias(model, 0.6)
+    at = np.array([place, 0.0, 0.6])
+    assert np.abs(np.array(model.system.rates(0.0, at, model.own_numbers))).max() < 1e-12
+    h = 1e-6
+    columns = [
+        (
+            np.array(model.system.rates(0.0, at + s, model.own_numbers))
+            - model.system.rates(0.0, at - s, model.own_numbers)
+        )
+        / (2.0 * h)
+        for s in h * np.eye(3)
+    ]
+    np.testing.assert_allclose(found.A, np.transpose(columns), rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(found.B, [[0.0], [0.0], [1.0 / 0.6]], rtol=1e-14)
+    np.testing.assert_array_equal(found.C, [[1.0, 0.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {},
+        {"waveform": ThreeHarmonics()},
+        {"circuit": FilteredVoltage()},
+        {"bias": CubicBias(), "film": PowerFilm(), "waveform": ThreeHarmonics(), "circuit": FilteredVoltage()},
+    ],
+    ids=["sine", "three harmonics", "filter", "all"],
+)
+def test_the_linear_response_is_the_motion_under_a_weak_drive(parts):
+    """A small drive about a large constant force: stroke and first two harmonics against the full motion."""
+    kept = {} if "film" in parts else {"hoop_prestretch": 1.4}
+    own = {"bias_stiffness": -0.1} if "bias" in parts else {"rest_height": 0.8}
+    model = ConeModel(damping_ratio=0.2, voltage=1e-4, voltage_bias=0.6, drive_frequency=0.7, **kept, **own, **parts)
+    place = equilibrium_under_bias(model, 0.6)
+    assert place > 0.1
+    period = float(model.drive_period)
+    times = np.concatenate([[40 * period], 40 * period + period * np.arange(1, 129) / 128])
+    start = model.members().start_states((place, 0.0))
+    if len(model.system.states) == 3:
+        start[:, 2] = 0.6
+    x = integrate(model, start, times).states[0, 1:, 0]
+    found = linear_response(model, np.array([0.7]))
+    assert np.ptp(x) == pytest.approx(float(found.stroke[0]), rel=1e-3)
+    turn = np.exp(-1j * np.outer([1, 2], 0.7 * times[1:]))
+    harmonics = 2j * (turn * x).mean(axis=1)
+    np.testing.assert_allclose(found.harmonics[0, 0], harmonics[0], rtol=1e-3)
+    if "waveform" in parts:
+        np.testing.assert_allclose(found.harmonics[1, 0], harmonics[1], rtol=2e-3)

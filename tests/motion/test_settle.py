@@ -22,6 +22,7 @@ from gelcone.motion.settle import (
     start_states,
 )
 from gelcone.physics.model import ConeModel
+from tests.toys import FilteredVoltage
 
 PERIODIC = ConeModel(damping_ratio=0.1, spring_stiffness=1.0, voltage=0.8, drive_frequency=1.0, rest_height=0.3)
 
@@ -77,7 +78,7 @@ def test_members_that_are_sampled_alike_share_a_block_of_bounded_memory(monkeypa
 
 
 def test_clocks_follow_from_the_longest_stretch():
-    model = ConeModel(damping_ratio=[0.05, 0.05], drive_frequency=[0.1, 3.0])
+    model = members_of(ConeModel(damping_ratio=[0.05, 0.05], drive_frequency=[0.1, 3.0]))
     for stretch in (16.0, 64.0):
         for members, clock in clocks(model, stretch):
             assert (clock.spacing * fastest_rate(model)[members] <= stretch * (1.0 + 1e-12)).all()
@@ -86,30 +87,19 @@ def test_clocks_follow_from_the_longest_stretch():
 # --- initial states ---------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def three_states(monkeypatch):
-    monkeypatch.setattr(module, "state_names", lambda members: ("displacement", "velocity", "film_voltage"))
-
-    def start(members):
-        values = np.zeros((members.size, 3))
-        values[:, 2] = 0.4
-        return values
-
-    monkeypatch.setattr(module, "start_values", start)
-
-
-def test_states_that_are_not_given_start_from_their_own_values(three_states):
-    model = ConeModel(voltage=[0.1, 0.2])
-    assert start_states(model, (0.3, 0.1)).tolist() == [[0.3, 0.1, 0.4]] * 2
+def test_states_that_are_not_given_start_from_their_own_values():
+    model = ConeModel(voltage=[0.1, 0.2], circuit=FilteredVoltage())
+    begin = FilteredVoltage().states[0].start
+    assert start_states(model, (0.3, 0.1)).tolist() == [[0.3, 0.1, begin]] * 2
     assert start_states(model, (0.3, 0.1, 0.9)).tolist() == [[0.3, 0.1, 0.9]] * 2
     each = start_states(model, [[0.3, 0.1], [0.2, 0.0]])
-    assert each.tolist() == [[0.3, 0.1, 0.4], [0.2, 0.0, 0.4]]
+    assert each.tolist() == [[0.3, 0.1, begin], [0.2, 0.0, begin]]
 
 
-def test_another_number_of_states_is_refused(three_states):
-    message = r"a displacement and a velocity, or displacement, velocity, film_voltage, shape \(2,\) or shape \(3,\)"
+def test_another_number_of_states_is_refused():
+    message = r"a displacement and a velocity, or displacement, velocity, \w+, shape \(2,\) or shape \(3,\)"
     with pytest.raises(InputError, match=message):
-        start_states(ConeModel(), (1.0, 0.0, 0.0, 0.0))
+        start_states(ConeModel(circuit=FilteredVoltage()), (1.0, 0.0, 0.0, 0.0))
 
 
 def test_with_two_states_a_third_is_refused():

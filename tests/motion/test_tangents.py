@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from gelcone.codes import Regime
 from gelcone.motion import cycle, tangents
+from gelcone.motion.lyapunov import lyapunov
+from gelcone.motion.regime import regime
 from gelcone.motion.settle import Clock
 from gelcone.motion.tangents import TangentRun, advance, chained, log_multipliers, qr_growth, solved, unit_frames
+from gelcone.physics.model import ConeModel
+from tests.toys import FilteredVoltage
 
 TURN = np.array([[np.cos(0.7), -np.sin(0.7), 0.0], [np.sin(0.7), np.cos(0.7), 0.0], [0.0, 0.0, 1.0]])
 
@@ -181,3 +186,35 @@ def test_a_path_with_a_third_state_is_its_own_mirror_image():
     period, size = np.array([2]), np.ones(1)
     assert cycle._is_symmetric(path, period, size, np.array([-1.0, -1.0, 1.0])).tolist() == [True]
     assert cycle._is_symmetric(path, period, size, np.array([-1.0, -1.0, -1.0])).tolist() == [False]
+
+
+# --- a real film behind a filter --------------------------------------------------------------------------------------
+
+
+def filtered(**parameters):
+    return ConeModel(circuit=FilteredVoltage(), damping_ratio=0.05, **parameters)
+
+
+def test_three_exponents_of_an_undriven_film_behind_a_filter():
+    """The disc's own two are -zeta; the third is the rate of the filter, of which the motion knows nothing."""
+    model = filtered(voltage=0.0)
+    members = model.members()
+    rate = float(members.divergence[0]) + 2.0 * 0.05
+    result = lyapunov(model, (0.3, 0.0), window=50.0, budget=2_000.0)
+    np.testing.assert_allclose(result["lyapunov"], sorted([-0.05, -0.05, rate], reverse=True), atol=1e-7)
+    assert int(result["cycle"]) == 1
+    assert abs(float(result["sum_residual"])) < 1e-9
+
+
+def test_the_cycle_of_a_film_behind_a_filter_has_the_exponents_of_its_average():
+    """Newton's steps and multipliers in three states against growth along the motion; their sum is the divergence."""
+    model = filtered(voltage=0.8, spring_stiffness=1.0, rest_height=0.3)
+    cycle_result = lyapunov(model, window=600.0)
+    assert int(cycle_result["cycle"]) == 1
+    found, averaged = cycle_result["lyapunov"].values, cycle_result["finite"].values
+    assert found.sum() == pytest.approx(float(model.members().divergence[0]), abs=1e-9)
+    np.testing.assert_allclose(averaged, found, atol=0.02)
+    named = regime(model)
+    assert Regime(int(named["regime"])) == Regime.PERIODIC
+    assert named["section"].shape == (cycle.RETURNS, 3)
+    np.testing.assert_allclose(named["lyapunov"], found, atol=1e-8)

@@ -21,11 +21,13 @@ def test_the_ideal_source_gives_the_film_the_commanded_voltage():
 def test_the_table_of_circuits():
     assert all(circuit.name == name for name, circuit in CIRCUITS.items())
     assert isinstance(CIRCUITS["ideal"], IdealSource)
+
+
+def test_a_circuit_without_a_voltage_cannot_be_made():
+    class Unfinished(Circuit):
+        name = "unfinished"
+
     with pytest.raises(TypeError, match="voltage"):
-
-        class Unfinished(Circuit):
-            name = "unfinished"
-
         Unfinished()
 
 

@@ -6,7 +6,9 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
+from scipy.integrate import solve_ivp
 
+import gelcone
 from gelcone.errors import InputError
 from gelcone.physics.laws import LAWS, Gent, NeoHookean, StrainEnergyLaw, Yeoh, find_law
 from gelcone.physics.model import ConeModel
@@ -307,3 +309,76 @@ def test_a_law_of_ones_own_needs_no_more_than_the_interface():
     assert ConeModel(law=Quadratic()).quadratic_b == 0.1
     assert own.replace(quadratic_b=0.4).quadratic_b == 0.4
     assert own.replace(quadratic_b=np.array([0.3, 0.4])).take([1]).quadratic_b == 0.4
+
+
+class Fung(StrainEnergyLaw):
+    """W = (exp(b e) - 1)/(2 b). Fung, Am. J. Physiol. 213 (1967) 1532."""
+
+    name = "fung"
+    parameters = {"fung_b": Quantity("b", "exponent of Fung's law", 0.4, positive=True)}
+
+    def energy(self, strain, n, xp=np):
+        return (xp.exp(n["fung_b"] * strain) - 1.0) / (2.0 * n["fung_b"])
+
+    def response(self, strain, n, xp=np):
+        return xp.exp(n["fung_b"] * strain)
+
+    def response_slope(self, strain, n, xp=np):
+        return n["fung_b"] * xp.exp(n["fung_b"] * strain)
+
+
+FUNG = ConeModel(law=Fung(), fung_b=0.3, prestretch=1.1, voltage=0.7, rest_height=0.2, damping_ratio=0.03)
+
+
+def test_a_law_with_an_exponential_has_the_force_of_its_energy():
+    x = np.linspace(-1.5, 1.5, 7)
+    np.testing.assert_allclose(FUNG.force(x), fung_force(x), rtol=1e-12)
+    h = 1e-5
+    np.testing.assert_allclose(FUNG.force(x), (FUNG.energy(x + h) - FUNG.energy(x - h)) / (2.0 * h), rtol=1e-8)
+
+
+def fung_force(x):
+    """x (A - G/q^2) exp(b e) + kappa (x - x0), by hand."""
+    q, g = 1.0 + x**2, 1.0 / 1.21
+    strain = q + 1.21 + g / q - 3.0
+    return x * (1.0 - g / q**2) * np.exp(0.3 * strain) + 1.5 * (x - 0.2)
+
+
+def test_a_law_with_an_exponential_runs_in_the_compiled_program():
+    """Against SciPy's integrator, and the energy balance of a simulated response."""
+    pytest.importorskip("heyoka")
+    times = np.linspace(0.0, 20.0, 201)
+    result = gelcone.simulate(FUNG, (0.6, 0.2), times=times)
+
+    def rates(tau, z):
+        volts = 0.7 * np.sin(tau)
+        return z[1], -0.06 * z[1] - fung_force(z[0]) + volts**2 * z[0]
+
+    run = solve_ivp(rates, (0.0, 20.0), (0.6, 0.2), "DOP853", t_eval=times, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(result["displacement"], run.y[0], atol=1e-9)
+    np.testing.assert_allclose(result["velocity"], run.y[1], atol=1e-9)
+    assert float(abs(result["energy_residual"]).max()) < 1e-12
+    assert float(result["supplied_energy"][-1]) > 0.01
+
+
+def test_a_law_with_an_exponential_has_tangents():
+    pytest.importorskip("heyoka")
+    from gelcone.motion.flow import integrate
+
+    times, h = [3.0], 1e-5
+    tangent = integrate(FUNG, (0.6, 0.2), times, keep="tangents").tangents[0, 0]
+    for column, shift in enumerate(h * np.eye(2)):
+        ahead, behind = (integrate(FUNG, [0.6, 0.2] + s * shift, times).states[0, 0] for s in (1.0, -1.0))
+        np.testing.assert_allclose(tangent[:, column], (ahead - behind) / (2.0 * h), rtol=1e-7, atol=1e-8)
+
+
+def test_a_result_of_an_own_law_comes_back_from_its_file(tmp_path):
+    """The class is found by module and name; another process needs nothing else."""
+    pytest.importorskip("heyoka")
+    result = gelcone.simulate(FUNG, (0.6, 0.2), periods=1)
+    gelcone.save(result, tmp_path / "fung.nc")
+    again = gelcone.model_of(gelcone.load(tmp_path / "fung.nc"))
+    assert again.law == Fung()
+    assert again.system == FUNG.system
+    assert again.parameters() == FUNG.parameters()
+    assert FUNG.parameters()["law"] == f"{__name__}:Fung"

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from gelcone.analyses.subject import Subject
 
+_UNKNOWN = {"validity_breakdown": "unknown (no dielectric strength given)"}
 PRINTED_LINES = 8
 """Lines of a spectrum in its text."""
 
@@ -71,7 +72,7 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
         for name, variable in shown.items():
             if str(name).startswith("validity_"):
                 share = float(variable.mean())
-                text = f"{100 * share:5.1f} %" if share == share else "unknown (no dielectric strength given)"
+                text = f"{100 * share:5.1f} %" if share == share else _UNKNOWN.get(str(name), "unknown")
                 lines.append(f"  {str(name).removeprefix('validity_').replace('_', ' '):17s} {text}")
     return "\n".join(lines)
 

@@ -96,7 +96,7 @@ def run_validate(
     from gelcone.continuum.compare import compare, with_mesh_table
 
     # The film alone: a voltage that is given as a list makes levels, not members.
-    film = subject.model.replace(voltage=0.0, voltage_bias=0.0, drive_frequency=1.0, film=None)
+    film = subject.model.replace(voltage=0.0, voltage_bias=0.0, drive_frequency=1.0, film="taut")
     with progress_bar("validate", hidden=as_json) as progress:
         result = compare(
             film, ratio, displacements=x, voltages=levels, wrinkles=wrinkles, elements=elements, progress=progress

@@ -92,6 +92,9 @@ def simulate(
         broken = _broken_assumptions(members, variables, field_limit)
     shares = {name: _share(fails[:, checked], variables["displacement"][:, checked]) for name, fails in broken.items()}
     shares.setdefault("breakdown", np.full(model.size, np.nan))
+    for name in ("hoop", "meridional"):
+        if np.isnan(variables[f"{name}_stress"]).all():  # a film that does not know its stresses
+            shares[f"{name}_slack"][:] = np.nan
     shared_times = (sampled == sampled[0]).all()
     dim = "time" if shared_times else "sample"
     meanings = _MEANINGS | {state.name: (state.meaning, state.quantity) for state in model.system.states[2:]}

@@ -84,8 +84,8 @@ class StaticBalance:
 
     @cached_property
     def lifted(self) -> bool:
-        """Whether the bias pushes the flat film."""
-        return bool(self.system.bias.force(0.0, [], self.n)[0] != 0.0)
+        """Whether bias or film push the flat film."""
+        return bool(abs(self.force(0.0, 0.0)) > 0.0)
 
     @property
     def flat(self) -> bool:

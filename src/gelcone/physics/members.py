@@ -73,7 +73,7 @@ class Ensemble:
     def strain_limit(self, trailing: int = 0) -> Any:
         """The strain that the film cannot reach."""
         limit = self.system.film.strain_limit(self.numbers(trailing))
-        return np.broadcast_to(limit, self.shape + (1,) * trailing)
+        return np.broadcast_to(limit, self.shape + (1,) * trailing)[()]
 
     def film_state(self, x: npt.ArrayLike, voltage: Any) -> FilmState:
         """What x and the voltage do to the film."""

@@ -1,0 +1,192 @@
+"""The heyoka back end: what it compiles, any number of states, and equal systems share a program."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from gelcone.codes import Outcome
+from gelcone.errors import InputError
+from gelcone.motion import heyoka
+from gelcone.motion.flow import integrate
+from gelcone.motion.job import KEEPS
+from gelcone.physics.model import ConeModel
+from tests.physics.test_system import ViscousFilm
+from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
+
+pytest.importorskip("heyoka")
+
+MODELS = {
+    "cone": ConeModel(voltage_bias=0.2, rest_height=0.1, prestretch=1.1),
+    "toys": ConeModel(film=PowerFilm(1.3), bias=CubicBias(), waveform=ThreeHarmonics(), voltage_bias=0.1),
+    "filter": ConeModel(circuit=FilteredVoltage(), voltage=0.9, rest_height=0.1),
+    "four states": ConeModel(
+        film=ViscousFilm(), bias=CubicBias(), waveform=ThreeHarmonics(), circuit=FilteredVoltage(), voltage=0.8
+    ),
+}
+every_model = pytest.mark.parametrize("name", MODELS)
+
+
+def start(model):
+    return np.array([0.6, -0.2, 0.3, 0.1])[: len(model.system.states)]
+
+
+# --- what is compiled -------------------------------------------------------------------------------------------------
+
+
+@every_model
+@pytest.mark.parametrize("keep", KEEPS)
+def test_the_program_has_a_variable_for_each_state_and_for_what_is_kept(name, keep):
+    system = MODELS[name].system
+    count = len(system.states)
+    compiled = heyoka.equations(system, keep)
+    names = [str(variable) for variable, _ in compiled]
+    assert names[:count] == [state.name for state in system.states]
+    assert len(set(names)) == len(names) == count + {"states": 0, "tangents": count * count, "work": 2}[keep]
+
+
+@every_model
+def test_compiled_rates_are_those_of_the_system(name):
+    import heyoka as hk
+
+    model = MODELS[name]
+    compiled = heyoka.equations(model.system, "work")
+    function = hk.cfunc([right for _, right in compiled], vars=[left for left, _ in compiled][:-2])
+    pars = np.array([model.own_numbers[name] for name in model.system.numbers], dtype=float)
+    rng = np.random.default_rng(1)
+    for tau in rng.uniform(0.0, 20.0, 5):
+        z = rng.uniform(-0.5, 0.5, len(model.system.states))
+        expected = [*model.system.rates(tau, z, model.own_numbers), *model.system.powers(tau, z, model.own_numbers)]
+        np.testing.assert_allclose(function(z, pars=pars, time=tau), expected, rtol=1e-12, atol=1e-14)
+
+
+def test_every_function_of_the_contract_is_there():
+    import heyoka as hk
+
+    z = hk.make_vars("z")
+    xp = heyoka.functions()
+    for name in ("sin", "cos", "exp", "log", "log1p", "sqrt"):
+        (found,) = hk.cfunc([getattr(xp, name)(z)], vars=[z])(np.array([0.7]))
+        assert found == pytest.approx(getattr(np, name)(0.7), rel=1e-15)
+
+
+def test_systems_that_differ_in_numbers_alone_share_a_program():
+    integrate(MODELS["filter"], start(MODELS["filter"]), [0.5])
+    programs = heyoka._template.cache_info().currsize
+    other = ConeModel(circuit=FilteredVoltage(), voltage=[0.1, 0.2], filter_time=0.9, stretch_limit=7.0)
+    integrate(other, (0.1, 0.0), [0.5])
+    assert heyoka._template.cache_info().currsize == programs
+    integrate(ConeModel(circuit=FilteredVoltage(), law="neo-hookean"), (0.1, 0.0), [0.5])
+    assert heyoka._template.cache_info().currsize == programs + 1
+
+
+def test_a_number_that_a_components_formulas_depend_on_makes_another_program():
+    """A field of a component is no parameter: it is compiled into the program."""
+    times = [4.0]
+    ends = [integrate(ConeModel(film=PowerFilm(p)), (0.6, 0.0), times).states[0, 0, 0] for p in (1.1, 1.2, 1.1)]
+    assert ends[0] == ends[2]
+    assert abs(ends[0] - ends[1]) > 1e-4
+
+
+# --- motions ----------------------------------------------------------------------------------------------------------
+
+
+@every_model
+def test_motions_are_those_of_another_integrator(name):
+    model = MODELS[name]
+    times = np.linspace(0.0, 12.0, 25)
+    run = integrate(model, start(model), times)
+    reference = solve_ivp(
+        lambda tau, z: model.system.rates(tau, z, model.own_numbers),
+        (0.0, 12.0),
+        start(model),
+        "DOP853",
+        t_eval=times,
+        rtol=1e-12,
+        atol=1e-13,
+    )
+    assert run.states.shape == (1, 25, len(model.system.states))
+    np.testing.assert_allclose(run.states[0], reference.y.T, atol=2e-10)
+
+
+@pytest.mark.parametrize("name", ["cone", "toys", "filter"])
+def test_tangents_are_the_derivative_of_the_motion(name):
+    model = MODELS[name]
+    z0, times, h = start(model), [1.0, 2.5], 1e-5
+    run = integrate(model, z0, times, keep="tangents")
+    total = run.tangents[0, 1] @ run.tangents[0, 0]
+    for column, shift in enumerate(h * np.eye(z0.size)):
+        ahead, behind = (integrate(model, z0 + s * shift, times).states[0, 1] for s in (1.0, -1.0))
+        np.testing.assert_allclose(total[:, column], (ahead - behind) / (2.0 * h), rtol=1e-7, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["cone", "filter"])
+def test_tangents_shrink_volumes_by_the_integrated_trace(name):
+    """Liouville: ln det = integral of the trace of the Jacobian along the motion."""
+    model = MODELS[name]
+    times = np.linspace(0.0, 6.0, 2001)
+    run = integrate(model, start(model), times, keep="tangents")
+    total = np.log(np.linalg.det(run.tangents[0])).sum()
+    _, jacobian = model.members().flow(times[None], run.states)
+    trace = sum(np.broadcast_to(jacobian[i][i], (1, times.size)) for i in range(run.states.shape[-1]))[0]
+    assert total == pytest.approx(np.trapezoid(trace, times), rel=1e-5)
+
+
+@every_model
+def test_work_is_the_integral_of_the_powers(name):
+    model = MODELS[name]
+    times = np.linspace(0.0, 6.0, 4001)
+    run = integrate(model, start(model), times, keep="work")
+    powers = model.system.powers(times, list(run.states[0].T), model.own_numbers)
+    for column, power in enumerate(powers):
+        simpson = (power[:-1:2] + 4.0 * power[1::2] + power[2::2]).sum() * (times[1] / 3.0)
+        assert run.work[0, -1, column] == pytest.approx(simpson, rel=1e-9, abs=1e-11)
+
+
+@pytest.mark.parametrize("keep", KEEPS)
+@pytest.mark.parametrize("threads", [1, 2])
+def test_members_of_three_states_are_the_same_alone_and_together(keep, threads):
+    model = ConeModel(
+        circuit=FilteredVoltage(), voltage=np.linspace(0.2, 1.2, 11), filter_time=np.linspace(0.1, 0.9, 11)
+    )
+    times = np.linspace(0.0, 20.0, 9)
+    initial = np.random.default_rng(2).uniform(-0.5, 0.5, (11, 3))
+    together = integrate(model, initial, times, keep=keep, threads=threads)
+    for member in (0, 7, 8, 10):
+        alone = integrate(model.take([member]), initial[member], times, keep=keep)
+        for name in ("states", "tangents", "work", "steps"):
+            if getattr(alone, name) is not None:
+                np.testing.assert_array_equal(getattr(together, name)[member], getattr(alone, name)[0])
+
+
+# --- starts and ends --------------------------------------------------------------------------------------------------
+
+
+def test_displacement_and_velocity_will_do_as_a_start():
+    model = ConeModel(film=ViscousFilm(), circuit=FilteredVoltage(), voltage=[0.3, 0.9])
+    short = integrate(model, (0.6, -0.2), [0.0, 2.0])
+    whole = integrate(model, (0.6, -0.2, 0.1, 0.0), [0.0, 2.0])
+    np.testing.assert_array_equal(short.states, whole.states)
+    np.testing.assert_array_equal(short.states[:, 0], [[0.6, -0.2, 0.1, 0.0]] * 2)
+    each = integrate(model, [(0.6, -0.2), (0.1, 0.0)], [0.0])
+    np.testing.assert_array_equal(each.states[:, 0, :2], [(0.6, -0.2), (0.1, 0.0)])
+    with pytest.raises(InputError, match="initial: must be numbers of shape"):
+        integrate(model, (0.6, -0.2, 0.1), [2.0])
+
+
+def test_a_member_of_three_states_that_fails_changes_no_bit_of_its_neighbours():
+    limits = np.array([9.0, 9.0, 1e-2, 9.0])
+    model = ConeModel(circuit=FilteredVoltage(), voltage=np.array([0.2, 0.5, 3.0, 0.9]), stretch_limit=limits)
+    model = model.replace(voltage_bias=np.array([0.0, 0.1, 30.0, 0.0]))
+    times = np.linspace(0.0, 15.0, 16)
+    run = integrate(model, (0.05, 0.0), times)
+    assert run.outcome.tolist() == [Outcome.OK, Outcome.OK, Outcome.STRETCH_LIMIT, Outcome.OK]
+    assert np.isnan(run.states[2, -1]).all()
+    others = [0, 1, 3]
+    alone = integrate(model.take(others), (0.05, 0.0), times)
+    np.testing.assert_array_equal(run.states[others], alone.states)
+
+
+def test_a_start_with_an_infinite_extra_state_is_not_finite():
+    run = integrate(MODELS["filter"], (0.1, 0.0, np.inf), [1.0])
+    assert run.outcome[0] == Outcome.NOT_FINITE
+    assert np.isnan(run.states).all()

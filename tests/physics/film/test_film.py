@@ -1,0 +1,74 @@
+"""The contract of a film: what a new one has without another line than its force."""
+
+import numpy as np
+import pytest
+
+from gelcone.codes import Outcome
+from gelcone.physics.film.film import Film
+from gelcone.physics.model import ConeModel
+from tests.toys import PowerFilm
+
+X = np.array([-1.4, -0.3, 0.05, 0.6, 1.5])
+N = {"film_modulus": 0.8}
+FILM = PowerFilm(2.0)
+
+
+def test_energies_of_a_power_law_by_hand():
+    """F = c x ((1 + x^2)^2 - 1) - V x: work c (x^4/2 + x^6/6) - V x^2/2, area 1 + x^2."""
+    for squared in (0.0, 0.7):
+        work = 0.8 * (X**4 / 2.0 + X**6 / 6.0) - 0.5 * squared * X**2
+        np.testing.assert_allclose(FILM.work(X, squared, N), work, rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(FILM.area(X, squared, N), 1.0 + X**2, rtol=1e-13)
+        np.testing.assert_allclose(FILM.voltage_gain(X, squared, N), X, rtol=1e-14)
+        np.testing.assert_allclose(FILM.turning(X, squared, N), 0.8 * (4.0 * X**3 + 4.0 * X**5), rtol=1e-12)
+        np.testing.assert_allclose(FILM.voltage_force(X, squared, [], N), squared * X, rtol=1e-13, atol=1e-15)
+
+
+def test_the_balancing_voltage_by_hand():
+    """V = c ((1 + x^2)^2 - 1) - pull, and its limit at the flat film."""
+    for pull in (-1.0, 0.3):
+        expected = 0.8 * ((1.0 + X**2) ** 2 - 1.0) - pull
+        np.testing.assert_allclose(FILM.balancing(X, pull, N), expected, rtol=1e-12)
+        assert FILM.balancing(0.0, pull, N) == pytest.approx(-pull, abs=1e-10)
+
+
+def test_the_defaults_are_an_odd_film_without_limit_or_states():
+    assert FILM.ending is Outcome.STRETCH_LIMIT
+    assert FILM.odd
+    assert FILM.states == ()
+    assert FILM.rates(0.1, 0.2, 0.3, [], N) == []
+    assert FILM.reach(N) == (0.0, np.inf)
+    assert FILM.strain_limit(N) == np.inf
+    np.testing.assert_array_equal(FILM.strain(X, N), X**2)
+    np.testing.assert_array_equal(FILM.highest_squared(X, N), np.full(5, np.inf))
+    assert FILM.highest_squared(0.0, N) == np.inf
+    assert FILM.describe() == ""
+    assert "start lower" in FILM.outside(2.0, N)
+    assert "change its parameters" in FILM.unreachable(N)
+    assert FILM.stiffness_scale(N) == 0.0
+    assert not FILM.near_limit(X, 0.3, N, 0.8).any()
+
+
+def test_the_state_of_a_film_that_does_not_know_it_is_not_a_number():
+    state = FILM.state(np.zeros((4, 3)), np.zeros(3), N)
+    assert all(np.isnan(value).all() and value.shape == (4, 3) for value in state)
+
+
+def test_a_film_without_a_force_cannot_be_made():
+    class Unfinished(Film):
+        name = "unfinished"
+
+    with pytest.raises(TypeError, match="force"):
+        Unfinished()
+
+
+def test_statics_through_the_model():
+    model = ConeModel(film=FILM, spring_stiffness=0.9, rest_height=0.2, film_modulus=[0.8, 1.6])
+    x = np.array([0.5, 0.5])
+    expected = np.array([0.8, 1.6]) * 0.5 * (1.25**2 - 1.0) - 0.36 * 0.5 + 0.9 * 0.3
+    np.testing.assert_allclose(model.force(x, 0.6), expected, rtol=1e-13)
+    h = 1e-5
+    np.testing.assert_allclose(model.force(x), (model.energy(x + h) - model.energy(x - h)) / (2.0 * h), rtol=1e-8)
+    assert model.law is None
+    assert model.prestretch_mode is None
+    assert model.stretches == (1.0, 1.0)

@@ -1,0 +1,270 @@
+"""Static balance of one actuator: the cone's closed forms, wells of a cubic bias by hand, and each kind of pull-in."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from gelcone.errors import InputError
+from gelcone.physics.balance import (
+    SEARCH_RANGE,
+    PullIn,
+    along_ramp,
+    balances_of,
+    equilibria_of,
+    every_balance,
+    first_loss,
+    rest_displacement,
+    rest_of,
+)
+from gelcone.physics.bias import Bias
+from gelcone.physics.film.film import Film
+from gelcone.physics.model import ConeModel
+from gelcone.quantity import Quantity
+from tests.toys import CubicBias, PowerFilm
+
+X = np.array([-1.3, -0.4, 0.2, 0.9, 1.6])
+
+
+@dataclass(frozen=True)
+class Quintic(Bias):
+    """F = k1 x + k3 x^3 - k5 x^5."""
+
+    name = "quintic"
+    parameters = {name: Quantity(name, name, 1.0) for name in ("k1", "k3", "k5")}
+
+    def force(self, x, y, n, xp=np):
+        s = x * x
+        return x * (n["k1"] + s * (n["k3"] - s * n["k5"])), n["k1"] + s * (3.0 * n["k3"] - 5.0 * s * n["k5"])
+
+
+class NoStateAbove(PowerFilm):
+    """A power film that pulls in at V = 2, at every displacement."""
+
+    def highest_squared(self, x, n):
+        return np.full(np.shape(x), 2.0)[()]
+
+
+def one(model):
+    (balance,) = balances_of(model)
+    return balance
+
+
+def displacements(balance, squared):
+    return [e.displacement for e in equilibria_of(balance, squared)]
+
+
+# --- the closed forms of the cone with a spring -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rest_height", [0.0, 0.3])
+@pytest.mark.parametrize(
+    "law", [{"stretch_limit": 9.0}, {"law": "neo-hookean"}, {"law": "yeoh", "yeoh_c2": 0.1, "yeoh_c3": 0.01}]
+)
+def test_force_slope_voltage_and_turning_of_the_cone(rest_height, law):
+    """F = x (kappa + h - V) - kappa x0, w = kappa (1 - x0/x) + h, x F' - F = 2 x^3 dh/dq + kappa x0."""
+    kappa = 1.3
+    model = ConeModel(spring_stiffness=kappa, rest_height=rest_height, hoop_prestretch=1.2, **law)
+    balance, n = one(model), model.own_numbers
+    h, h_slope = model.law.film_stiffness(1.0 + X**2, n["A"], n["B"], n["G"], n)
+    push = kappa * rest_height
+    for squared in (0.0, 0.8):
+        np.testing.assert_allclose(balance.force(X, squared), X * (kappa + h - squared) - push, rtol=1e-12, atol=1e-14)
+        slope = kappa + h - squared + 2.0 * X**2 * h_slope
+        np.testing.assert_allclose(balance.slope(X, squared), slope, rtol=1e-12, atol=1e-14)
+        np.testing.assert_allclose(balance.voltage_force(X, squared), squared * X, rtol=1e-14)
+    np.testing.assert_allclose(balance.squared(X), kappa * (1.0 - rest_height / X) + h, rtol=1e-12)
+    np.testing.assert_allclose(balance.turning(X), 2.0 * X**3 * h_slope + push, rtol=1e-12, atol=1e-14)
+    np.testing.assert_array_equal(balance.excess(X), -np.ones(5))
+    assert balance.lifted == (rest_height > 0.0)
+    assert balance.flat == (rest_height == 0.0)
+    assert balance.free_height == rest_height
+    at_flat = balance.squared(0.0)
+    assert at_flat == (pytest.approx(model.stiffness(0.0)) if rest_height == 0.0 else -math.inf)
+
+
+def test_the_turning_has_the_sign_of_the_slope_of_the_voltage():
+    """x F' - F = x^2 dw/dx at the voltage of equilibrium."""
+    balance = one(ConeModel(rest_height=0.3, law="yeoh", yeoh_c2=-0.05, prestretch=1.2))
+    h = 1e-6
+    slope = (balance.squared(X + h) - balance.squared(X - h)) / (2.0 * h)
+    np.testing.assert_allclose(balance.turning(X), X**2 * slope, rtol=1e-7, atol=1e-8)
+
+
+def test_the_wells_of_a_neo_hookean_cone_by_hand():
+    """kappa + 1 - 1/q^2 = V: x = +-sqrt(1/sqrt(1 + kappa - V) - 1) for kappa < V < kappa + 1, and the flat film."""
+    balance = one(ConeModel(law="neo-hookean", spring_stiffness=0.7))
+    for squared in (0.0, 0.5, 0.7 * (1.0 - 1e-9)):
+        (flat,) = equilibria_of(balance, squared)
+        assert flat.displacement == 0.0
+        assert flat.stable
+        assert flat.slope == pytest.approx(0.7 - squared, abs=1e-15)
+    for squared in (0.71, 1.2, 1.69):
+        lower, flat, upper = equilibria_of(balance, squared)
+        well = math.sqrt(1.0 / math.sqrt(1.7 - squared) - 1.0)
+        assert (lower.displacement, upper.displacement) == pytest.approx((-well, well), rel=1e-12)
+        assert (lower.stable, flat.stable, upper.stable) == (True, False, True)
+        q = 1.0 + well**2
+        assert upper.slope == pytest.approx(4.0 * well**2 / q**3, rel=1e-9)
+    assert displacements(balance, 1.71) == [0.0]
+
+
+def test_what_is_reached_ends_before_the_stretch_limit_or_with_the_search():
+    gent = one(ConeModel(stretch_limit=4.0))
+    assert gent.wall
+    assert ConeModel().strain(gent.highest) == pytest.approx(4.0, rel=1e-10)
+    assert ConeModel().strain(gent.highest) < 4.0
+    free = one(ConeModel(law="neo-hookean"))
+    assert (free.lowest, free.highest, free.wall) == (0.0, SEARCH_RANGE, False)
+    np.testing.assert_array_equal(free.inside(np.array([-1001.0, -999.0, 0.0, 999.0])), [False, True, True, True])
+
+
+def test_an_ensemble_has_a_balance_for_each_member_in_its_order():
+    model = ConeModel(spring_stiffness=[[0.5], [2.0]], stretch_limit=[4.0, np.inf])
+    found = balances_of(model)
+    assert [b.n["spring_stiffness"] for b in found] == [0.5, 0.5, 2.0, 2.0]
+    assert [b.wall for b in found] == [True, False, True, False]
+
+
+def test_members_that_reach_nothing_are_refused_only_together():
+    model = ConeModel(prestretch=[1.0, 2.0], stretch_limit=0.5)
+    assert [b.reachable for b in balances_of(model)] == [True, False]
+    assert equilibria_of(balances_of(model)[1], 0.1) == []
+    with pytest.raises(InputError, match="must exceed the smallest I1 - 3"):
+        balances_of(model.take([1]))
+    assert not every_balance(model.take([1]))[0].reachable
+
+
+# --- a bias with two wells --------------------------------------------------------------------------------------------
+
+
+def wells(k1=-0.8, k3=0.5):
+    return ConeModel(film=PowerFilm(), film_modulus=0.0, bias=CubicBias(), bias_stiffness=k1, bias_cubic=k3)
+
+
+@pytest.mark.parametrize("squared", [0.0, 0.3, 2.5])
+def test_the_wells_of_a_cubic_bias_by_hand(squared):
+    """x (k1 - V + k3 x^2) = 0, on a film that resists nothing: 0 and +-sqrt((V - k1)/k3)."""
+    lower, flat, upper = equilibria_of(one(wells()), squared)
+    well = math.sqrt((squared + 0.8) / 0.5)
+    assert (lower.displacement, flat.displacement, upper.displacement) == pytest.approx((-well, 0.0, well), rel=1e-12)
+    assert (lower.stable, flat.stable, upper.stable) == (True, False, True)
+    assert flat.slope == pytest.approx(-0.8 - squared)
+    assert upper.slope == pytest.approx(2.0 * (squared + 0.8), rel=1e-12)
+    assert rest_displacement(wells()) == pytest.approx(math.sqrt(1.6), rel=1e-12)
+    assert rest_of(one(wells()), -0.1) == pytest.approx(-math.sqrt(1.6), rel=1e-12)
+
+
+def test_an_equilibrium_on_its_pitchfork_counts_once():
+    balance = one(wells(k1=0.6))
+    (flat,) = equilibria_of(balance, 0.6)
+    assert flat.displacement == 0.0
+    assert flat.stable  # the cubic stiffness holds it
+    assert displacements(balance, 0.6 + 1e-6) == pytest.approx([-math.sqrt(2e-6), 0.0, math.sqrt(2e-6)], rel=1e-6)
+
+
+# --- how a slow ramp ends ---------------------------------------------------------------------------------------------
+
+
+def quintic(k1=0.5, k3=1.0, k5=0.25):
+    """w = k1 + k3 x^2 - k5 x^4: a pitchfork at V = k1, folds at x^2 = k3/(2 k5), V = k1 + k3^2/(4 k5)."""
+    return ConeModel(film=PowerFilm(), film_modulus=0.0, bias=Quintic(), k1=k1, k3=k3, k5=k5)
+
+
+def test_a_fold_by_hand():
+    balance = one(quintic(k1=-0.5))
+    rest = rest_of(balance, None)
+    assert rest**2 == pytest.approx(2.0 - math.sqrt(2.0), rel=1e-12)  # -0.5 + s - s^2/4 = 0
+    voltage, kind, before, beyond = first_loss(balance, rest)
+    assert kind == PullIn.FOLD
+    assert voltage == pytest.approx(math.sqrt(0.5), rel=1e-12)
+    assert before == pytest.approx(math.sqrt(2.0), rel=1e-7)
+    assert beyond == math.inf
+    inner = [e for e in equilibria_of(balance, 0.25) if e.displacement > 0.0]
+    assert [e.displacement**2 for e in inner] == pytest.approx([1.0, 3.0], rel=1e-12)  # -0.5 + s - s^2/4 = 0.25
+    assert [e.stable for e in inner] == [True, False]
+    (left,) = {abs(x) for x in displacements(balance, 0.5) if x != 0.0}
+    assert left == pytest.approx(math.sqrt(2.0), rel=1e-7)
+    assert displacements(balance, 0.51) == [0.0]
+
+
+def test_a_pitchfork_by_hand_and_the_fold_behind_it():
+    balance = one(quintic())
+    voltage, kind, before, beyond = first_loss(balance, 0.0)
+    assert kind == PullIn.PITCHFORK
+    assert voltage == pytest.approx(math.sqrt(0.5), rel=1e-12)
+    assert (before, beyond) == (0.0, 0.0)
+    squared = np.array([0.2, 0.4999, 0.75, 1.25, 1.4999, 1.51])
+    place, losses = along_ramp(balance, 0.0, squared)
+    np.testing.assert_array_equal(losses, [0, 0, 1, 1, 1, 2])
+    expected = [0.0, 0.0, *np.sqrt(2.0 - np.sqrt(4.0 - 4.0 * (squared[2:5] - 0.5)))]
+    np.testing.assert_allclose(place[:5], expected, rtol=1e-9)
+    assert np.isnan(place[5])
+
+
+def test_a_bias_that_stiffens_leaves_the_searched_displacements():
+    balance = one(wells())
+    voltage, kind, before, beyond = first_loss(balance, rest_of(balance, None))
+    assert kind == PullIn.SEARCH_RANGE
+    assert voltage == pytest.approx(math.sqrt(-0.8 + 0.5 * SEARCH_RANGE**2), rel=1e-9)
+    assert before == SEARCH_RANGE
+    assert beyond == math.inf
+
+
+def test_a_lifted_film_with_a_limit_is_never_lost():
+    balance = one(ConeModel(rest_height=0.3, stretch_limit=9.0))
+    rest = rest_of(balance, None)
+    assert 0.0 < rest < 0.3
+    voltage, kind, before, beyond = first_loss(balance, rest)
+    assert (voltage, kind) == (math.inf, PullIn.NEVER)
+    assert math.isnan(before)
+    assert math.isnan(beyond)
+    place, losses = along_ramp(balance, rest, np.array([0.0, 1.0, 25.0, 900.0]))
+    assert place[0] == pytest.approx(rest, rel=1e-12)
+    assert (np.diff(place) > 0.0).all()
+    assert (losses == 0).all()
+    np.testing.assert_allclose(balance.force(place, 0.0) - np.array([0.0, 1.0, 25.0, 900.0]) * place, 0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize(("k1", "kind", "squared"), [(3.0, PullIn.FILM, 2.0), (1.2, PullIn.PITCHFORK, 1.2)])
+def test_a_film_that_has_no_state_above_a_voltage_pulls_in_there(k1, kind, squared):
+    model = ConeModel(film=NoStateAbove(), bias=CubicBias(), bias_stiffness=k1)
+    balance = one(model)
+    assert balance.film_fails
+    assert balance.highest_squared == 2.0
+    voltage, found, before, _ = first_loss(balance, 0.0)
+    assert found == kind
+    assert voltage == pytest.approx(math.sqrt(squared), rel=1e-12)
+    assert before == 0.0
+    assert displacements(balance, 2.1) == []
+    _, losses = along_ramp(balance, 0.0, np.array([1.0, 1.9, 2.1]))
+    np.testing.assert_array_equal(losses, [0, 0, 1] if kind == PullIn.FILM else [0, 1, 2])
+
+
+class Pushed(Film):
+    """F = 0.5 x - 0.1 - V x: a film that is not flat where nothing pulls."""
+
+    name = "pushed"
+    odd = False
+
+    def force(self, x, squared, y, n, xp=np):
+        return 0.5 * x - 0.1 - squared * x, 0.5 - squared + 0.0 * x
+
+
+def test_a_film_that_pushes_the_disc_by_itself_is_not_flat_at_any_voltage():
+    """x = 0.1/(0.5 - V): above the flat film and stable below V = 0.5, below it and unstable beyond."""
+    balance = one(ConeModel(film=Pushed(), spring_stiffness=0.0))
+    assert not balance.flat
+    assert balance.lifted
+    for squared, x, stable in ((0.0, 0.2, True), (0.1, 0.25, True), (0.7, -0.5, False)):
+        (found,) = equilibria_of(balance, squared)
+        assert found.displacement == pytest.approx(x, rel=1e-12)
+        assert found.stable == stable
+    assert rest_of(balance, None) == pytest.approx(0.2, rel=1e-12)
+
+
+def test_every_kind_has_a_meaning_of_one_line():
+    for kind in PullIn:
+        assert kind.meaning
+        assert "\n" not in kind.meaning

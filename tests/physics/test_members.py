@@ -1,0 +1,181 @@
+"""Members: an ensemble flattened once, its numbers by name, and what follows from them."""
+
+import numpy as np
+import pytest
+
+from gelcone.physics.film.taut import TautCone
+from gelcone.physics.model import ConeModel
+from tests.physics.test_system import ViscousFilm
+from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
+
+
+def grid(**more):
+    """An ensemble of shape (2, 3) in which each parameter varies along one axis or not at all."""
+    parameters = {
+        "spring_stiffness": np.array([[0.5], [2.0]]),
+        "stretch_limit": np.array([5.0, 20.0, np.inf]),
+        "prestretch": np.array([[1.0], [1.1]]),
+        "rest_height": 0.2,
+        "voltage": np.array([0.1, 0.2, 0.3]),
+        "damping_ratio": np.array([[0.0], [0.1]]),
+    }
+    return ConeModel(**parameters | more)
+
+
+class Lopsided(TautCone):
+    """A film that is not odd in x."""
+
+    odd = False
+
+
+# --- numbers by name --------------------------------------------------------------------------------------------------
+
+
+def test_members_are_the_ensemble_in_c_order():
+    members = grid().members()
+    assert (members.shape, members.size) == ((6,), 6)
+    np.testing.assert_array_equal(members.values["spring_stiffness"], [0.5, 0.5, 0.5, 2.0, 2.0, 2.0])
+    np.testing.assert_array_equal(members.number("voltage"), [0.1, 0.2, 0.3, 0.1, 0.2, 0.3])
+    np.testing.assert_array_equal(members.number("rest_height"), np.full(6, 0.2))
+    np.testing.assert_allclose(members.number("B"), np.repeat([1.0, 1.21], 3), rtol=1e-15)
+    np.testing.assert_allclose(members.number("G"), 1.0 / members.number("B"), rtol=1e-15)
+    np.testing.assert_allclose(members.number("inverse_stretch_limit"), [0.2, 0.05, 0.0] * 2, rtol=1e-15)
+    assert members.prestretch.shape == (6,)
+    assert ConeModel().members().size == 1
+
+
+def test_the_numbers_of_one_member_are_those_of_the_model_of_that_member():
+    model = grid()
+    for member in range(6):
+        alone = model.take(member)
+        assert model.members().numbers_at(member) == pytest.approx(
+            {name: float(value) for name, value in alone.own_numbers.items()}, rel=1e-15
+        )
+        assert list(model.members().numbers_at(member)) == list(model.system.numbers)
+
+
+@pytest.mark.parametrize("index", [[4, 0, 4], slice(1, 5, 2), np.arange(6) % 3 == 1])
+def test_take_gives_the_same_numbers_as_the_whole(index):
+    members = grid().members()
+    chosen = members.take(index)
+    positions = np.arange(6)[index]
+    assert chosen.size == len(positions)
+    for name in members.system.numbers:
+        np.testing.assert_array_equal(chosen.number(name), members.number(name)[positions])
+    for name, value in members.values.items():
+        np.testing.assert_array_equal(chosen.values[name], value[positions])
+    np.testing.assert_array_equal(chosen.rate, members.rate[positions])
+    x = np.full(chosen.size, 0.3)
+    np.testing.assert_array_equal(chosen.force(x), members.force(np.full(6, 0.3))[positions])
+
+
+def test_replace_changes_one_parameter_and_its_numbers():
+    members = grid().members()
+    changed = members.replace(prestretch=1.3, voltage=np.arange(6.0))
+    np.testing.assert_allclose(changed.number("B"), np.full(6, 1.69), rtol=1e-15)
+    np.testing.assert_allclose(members.number("B"), np.repeat([1.0, 1.21], 3), rtol=1e-15)
+    np.testing.assert_array_equal(changed.number("voltage"), np.arange(6.0))
+    np.testing.assert_array_equal(changed.number("spring_stiffness"), members.number("spring_stiffness"))
+    taken = members.take([0, 1]).replace(prestretch=1.3)
+    np.testing.assert_allclose(taken.number("B"), [1.69, 1.69], rtol=1e-15)
+
+
+# --- what follows from them -------------------------------------------------------------------------------------------
+
+
+def test_damped_is_where_the_damping_is_positive():
+    np.testing.assert_array_equal(grid().members().damped, [False] * 3 + [True] * 3)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [grid(), grid(film=PowerFilm(), stretch_limit=None, prestretch=None), ConeModel(bias=CubicBias())],
+    ids=["cone", "power film", "cubic"],
+)
+def test_with_two_states_the_divergence_is_twice_the_damping(model):
+    """The trace of the Jacobian, anywhere."""
+    members = model.members()
+    np.testing.assert_array_equal(members.divergence, -2.0 * members.values["damping_ratio"])
+    states = np.random.default_rng(4).uniform(-0.5, 0.5, (members.size, 7, 2))
+    _, jacobian = members.flow(np.zeros((members.size, 7)), states)
+    trace = np.broadcast_to(jacobian[0][0] + jacobian[1][1], (members.size, 7))
+    np.testing.assert_allclose(trace, np.broadcast_to(members.divergence[:, None], trace.shape), atol=1e-15)
+
+
+def test_a_filter_adds_its_own_rate_to_the_divergence():
+    model = ConeModel(circuit=FilteredVoltage(), filter_time=[0.2, 0.5], damping_ratio=[[0.0], [0.1]])
+    np.testing.assert_allclose(model.members().divergence, [-5.0, -2.0, -5.2, -2.2], rtol=1e-14)
+
+
+def test_the_mirror_image_is_a_motion_where_nothing_pushes_the_flat_film():
+    model = ConeModel(rest_height=[0.0, 0.1, 0.0], spring_stiffness=[1.0, 1.0, 0.0], voltage_bias=0.3)
+    np.testing.assert_array_equal(model.members().symmetric, [True, False, True])
+    assert ConeModel(rest_height=0.1, spring_stiffness=0.0).members().symmetric.all()
+    assert ConeModel(bias=CubicBias(), waveform=ThreeHarmonics()).members().symmetric.all()
+    assert not ConeModel(film=Lopsided()).members().symmetric.any()
+
+
+@pytest.mark.parametrize(
+    "model",
+    [ConeModel(voltage_bias=0.2), ConeModel(film=ViscousFilm(), circuit=FilteredVoltage(), bias=CubicBias())],
+    ids=["cone", "four states"],
+)
+def test_symmetric_members_have_mirrored_rates(model):
+    members = model.members()
+    assert members.symmetric.all()
+    states = np.random.default_rng(5).uniform(-0.5, 0.5, (1, 9, len(model.system.states)))
+    times = np.linspace(0.0, 3.0, 9)[None]
+    rates, mirrored = (np.array(members.flow(times, s)[0]) for s in (states, states * model.system.mirror))
+    np.testing.assert_allclose(mirrored, rates * model.system.mirror[:, None, None], atol=1e-15)
+
+
+def test_starts_have_displacement_and_velocity_and_what_the_components_say():
+    np.testing.assert_array_equal(grid().members().start_states((0.3, -0.1)), np.tile([0.3, -0.1], (6, 1)))
+    model = ConeModel(film=ViscousFilm(), circuit=FilteredVoltage(), voltage=[0.1, 0.2])
+    np.testing.assert_array_equal(model.members().start_states((0.3, 0.0)), np.tile([0.3, 0.0, 0.1, 0.0], (2, 1)))
+
+
+@pytest.mark.parametrize("samples", [(), (5,)])
+def test_the_flow_of_members_is_that_of_each_alone(samples):
+    model = grid(circuit=FilteredVoltage(), filter_time=[[0.2], [0.5]])
+    members, rng = model.members(), np.random.default_rng(6)
+    times, states = rng.uniform(0.0, 5.0, (6, *samples)), rng.uniform(-0.4, 0.4, (6, *samples, 3))
+    rates, jacobian = members.flow(times, states)
+    volts = members.film_voltage(times, states)
+    assert volts.shape == times.shape
+    for member in range(6):
+        n = members.numbers_at(member)
+        for at in np.ndindex(samples):
+            one, rows = model.system.flow(times[(member, *at)], states[(member, *at)], n)
+            for i in range(3):
+                assert np.broadcast_to(rates[i], times.shape)[(member, *at)] == pytest.approx(one[i], rel=1e-12)
+                for j in range(3):
+                    got = np.broadcast_to(jacobian[i][j], times.shape)[(member, *at)]
+                    assert got == pytest.approx(rows[i][j], rel=1e-12, abs=1e-15)
+            assert volts[(member, *at)] == states[(member, *at, 2)]
+
+
+def test_the_rate_bounds_how_fast_deviations_move():
+    """No eigenvalue of the Jacobian is larger, over displacements up to half the width of the film."""
+    model = grid(voltage_bias=0.4)
+    members = model.members()
+    x = np.linspace(-0.5, 0.5, 21)
+    states = np.stack(np.broadcast_arrays(x, 0.0), axis=-1)
+    _, jacobian = members.flow(np.full((6, 21), 1.3), np.broadcast_to(states, (6, 21, 2)))
+    slope = np.broadcast_to(jacobian[1][0], (6, 21))
+    fastest = np.sqrt(np.abs(slope)).max(axis=1)
+    assert (members.rate >= fastest).all()
+    assert members.rate.shape == (6,)
+    np.testing.assert_allclose(
+        members.rate,
+        2.0 * members.values["damping_ratio"]
+        + np.sqrt(1.0 + members.number("spring_stiffness") + 1.0 + (members.number("voltage") + 0.4) ** 2),
+        rtol=1e-14,
+    )
+
+
+def test_a_parameter_has_its_name_and_another_name_is_none():
+    members = grid().members()
+    assert members.meridional_prestretch is None
+    with pytest.raises(AttributeError, match="has no parameter 'volage'"):
+        _ = members.volage

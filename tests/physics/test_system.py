@@ -1,0 +1,231 @@
+"""The system: its Jacobian, its powers, the order of its states, and names that two components claim."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from gelcone.errors import InputError
+from gelcone.physics.bias import Bias, LinearSpring
+from gelcone.physics.circuit import IdealSource
+from gelcone.physics.component import State
+from gelcone.physics.drive import Sine
+from gelcone.physics.dual import gradients
+from gelcone.physics.film.taut import TautCone
+from gelcone.physics.model import ConeModel
+from gelcone.physics.system import ConeSystem
+from gelcone.quantity import Quantity
+from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
+
+
+@dataclass(frozen=True)
+class ViscousFilm(PowerFilm):
+    """A spring and a dashpot beside the power film; the dashpot's strain y follows x, faster under voltage."""
+
+    name = "viscous"
+    states = (State("dashpot", "displacement of the dashpot", "length", 0.1, True),)
+    parameters = PowerFilm.parameters | {"branch": Quantity("g", "stiffness of the branch", 0.4)}
+
+    def force(self, x, squared, y, n, xp=np):
+        force, slope = super().force(x, squared, y, n, xp)
+        lag = x - (y[0] if y else x)
+        return force + n["branch"] * lag, slope + n["branch"]
+
+    def rates(self, x, velocity, squared, y, n, xp=np):
+        return [(x - y[0]) * (1.0 + squared) + 0.2 * xp.sin(velocity)]
+
+
+class Lagging(CubicBias):
+    """A cubic bias with a mass point hung on it by a damper: its height w follows the disc."""
+
+    name = "lagging"
+    states = (State("hung_height", "height of the mass point", "length", 0.2, True),)
+
+    def force(self, x, y, n, xp=np):
+        force, slope = super().force(x, y, n, xp)
+        return force + 0.3 * (x - (y[0] if y else x)), slope + (0.3 if y else 0.0)
+
+    def rates(self, x, velocity, y, n, xp=np):
+        return [n["bias_stiffness"] * (x - y[0]) - 0.1 * velocity]
+
+
+MODELS = {
+    "gent": ConeModel(prestretch=1.2, rest_height=0.3, voltage_bias=0.2, stretch_limit=9.0),
+    "yeoh": ConeModel(law="yeoh", yeoh_c2=0.1, yeoh_c3=0.02, hoop_prestretch=1.2),
+    "toys": ConeModel(film=PowerFilm(1.3), bias=CubicBias(), waveform=ThreeHarmonics(), voltage_bias=0.1),
+    "filter": ConeModel(circuit=FilteredVoltage(), voltage=0.9, rest_height=0.1),
+    "viscous": ConeModel(film=ViscousFilm(), voltage=0.9),
+    "five": ConeModel(film=ViscousFilm(), bias=Lagging(), waveform=ThreeHarmonics(), circuit=FilteredVoltage()),
+}
+every_model = pytest.mark.parametrize("name", MODELS)
+
+
+def points(system, count=5):
+    rng = np.random.default_rng(3)
+    return [(rng.uniform(0.0, 9.0), rng.uniform(-0.8, 0.8, len(system.states))) for _ in range(count)]
+
+
+# --- rates and their Jacobian -----------------------------------------------------------------------------------------
+
+
+@every_model
+def test_the_jacobian_is_that_of_dual_numbers_and_of_central_differences(name):
+    model = MODELS[name]
+    system, n, h = model.system, model.own_numbers, 1e-5
+    for tau, z in points(system):
+        rates, jacobian = system.flow(tau, z, n)
+        np.testing.assert_array_equal(rates, system.rates(tau, z, n))
+        exact = gradients(lambda at, xp, tau=tau: system.rates(tau, at, n, xp), list(z))
+        np.testing.assert_allclose(
+            np.array(jacobian, dtype=float), np.array(exact, dtype=float), rtol=1e-12, atol=1e-13
+        )
+        for j, step in enumerate(h * np.eye(len(z))):
+            ahead, behind = (np.array(system.rates(tau, z + sign * step, n), dtype=float) for sign in (1.0, -1.0))
+            column = [row[j] for row in jacobian]
+            np.testing.assert_allclose(column, (ahead - behind) / (2.0 * h), rtol=1e-7, atol=1e-8)
+
+
+@every_model
+def test_the_rates_are_newtons_law_of_its_parts(name):
+    """x'' = -2 zeta x' - F_film - F_bias, with each part called by hand."""
+    model = MODELS[name]
+    system, n = model.system, model.own_numbers
+    for tau, z in points(system):
+        film_y, bias_y, circuit_y = system.split(z)
+        commanded = system.waveform.voltage(tau, n)
+        volts = circuit_y[0] if circuit_y else commanded
+        film, bias = system.film.force(z[0], volts**2, film_y, n)[0], system.bias.force(z[0], bias_y, n)[0]
+        rates = system.rates(tau, z, n)
+        assert rates[0] == z[1]
+        assert rates[1] == pytest.approx(-2.0 * n["damping_ratio"] * z[1] - film - bias, rel=1e-13)
+        own = [
+            *system.film.rates(z[0], z[1], volts**2, film_y, n),
+            *system.bias.rates(z[0], z[1], bias_y, n),
+            *system.circuit.rates(commanded, circuit_y, n),
+        ]
+        assert rates[2:] == own
+        np.testing.assert_array_equal(system.rates_under(commanded, z, n), rates)
+        assert system.film_voltage(tau, z, n) == volts
+
+
+def test_states_stand_in_the_order_of_film_bias_and_circuit():
+    system = MODELS["five"].system
+    names = ["displacement", "velocity", "dashpot", "hung_height", "film_voltage"]
+    assert [state.name for state in system.states] == names
+    assert system.split([1.0, 2.0, 3.0, 4.0, 5.0]) == ([3.0], [4.0], [5.0])
+    np.testing.assert_array_equal(system.mirror, [-1.0, -1.0, -1.0, -1.0, 1.0])
+    assert not system.planar
+    assert MODELS["gent"].system.planar
+
+
+@every_model
+def test_the_names_of_the_numbers_are_those_of_the_numbers(name):
+    model = MODELS[name]
+    assert set(model.system.numbers) == model.own_numbers.keys()
+    assert len(set(model.system.numbers)) == len(model.system.numbers)
+
+
+def test_equal_systems_are_equal_and_others_are_not():
+    one = ConeModel(film=PowerFilm(1.3), voltage=0.1).system
+    assert one == ConeModel(film=PowerFilm(1.3), voltage=0.9).system
+    assert hash(one) == hash(ConeModel(film=PowerFilm(1.3)).system)
+    assert one != ConeModel(film=PowerFilm(1.4)).system
+    assert ConeModel(law="yeoh").system != ConeModel().system
+    assert ConeModel(circuit=FilteredVoltage()).system != ConeModel().system
+
+
+# --- powers -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["gent", "yeoh", "toys", "filter"])
+def test_the_powers_change_the_energy(name):
+    """d/dt (u^2/2 + E) = electric power - dissipated power, with E the energy of film and bias without voltage."""
+    model = MODELS[name]
+    system, n = model.system, model.own_numbers
+    for tau, z in points(system):
+        electric, dissipated = system.powers(tau, z, n)
+        change = z[1] * system.rates(tau, z, n)[1] + model.force(z[0]) * z[1]
+        assert change == pytest.approx(electric - dissipated, rel=1e-11, abs=1e-13)
+        assert dissipated == pytest.approx(2.0 * n["damping_ratio"] * z[1] ** 2, rel=1e-14)
+        volts = system.film_voltage(tau, z, n)
+        if name != "toys":
+            assert electric == pytest.approx(volts**2 * z[0] * z[1], rel=1e-13)
+
+
+@every_model
+def test_the_rate_of_the_film_voltage_is_its_slope_along_the_motion(name):
+    model = MODELS[name]
+    system, n, h = model.system, model.own_numbers, 1e-5
+    for tau, z in points(system):
+        rates = np.array(system.rates(tau, z, n), dtype=float)
+        ahead, behind = (system.film_voltage(tau + s * h, z + s * h * rates, n) for s in (1.0, -1.0))
+        assert system.film_voltage_rate(tau, z, n) == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-7, abs=1e-9)
+
+
+@every_model
+def test_the_static_force_is_what_the_rates_have_at_rest(name):
+    """At rest under a constant voltage, film strains and circuit settled, x'' is the negative static force."""
+    model = MODELS[name]
+    system, n = model.system, model.own_numbers
+    settled = [0.4, 0.0, *[0.4] * len(system.film.states + system.bias.states), *[0.7] * len(system.circuit.states)]
+    force, slope = system.static_force(0.4, 0.49, n)
+    assert system.rates_under(0.7, settled, n)[1] == pytest.approx(-force, rel=1e-13)
+    assert force == pytest.approx(model.force(0.4, 0.7), rel=1e-13)
+    if system.planar:
+        h = 1e-6
+        ahead, behind = (system.static_force(0.4 + s * h, 0.49, n)[0] for s in (1.0, -1.0))
+        assert slope == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-7)
+
+
+# --- names ------------------------------------------------------------------------------------------------------------
+
+
+class Pushing(Bias):
+    """F = -p."""
+
+    name = "pushing"
+
+    def force(self, x, y, n, xp=np):
+        return 0.0 * x - n["push"], 0.0 * x
+
+
+class TakesVoltage(Pushing):
+    parameters = {"voltage": Quantity("v", "of the drive", 1.0)}
+
+
+class TakesDamping(Pushing):
+    parameters = {"damping_ratio": Quantity("z", "of the disc", 1.0)}
+
+
+class TakesState(Pushing):
+    states = (State("velocity", "of the disc"),)
+
+
+class GivesNumber(Pushing):
+    parameters = {"push": Quantity("p", "push", 0.1)}
+
+    def numbers(self, parameters):
+        return {"push": parameters["push"], "A": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("bias", "name"), [(TakesVoltage(), "voltage"), (TakesDamping(), "damping_ratio"), (TakesState(), "velocity")]
+)
+def test_a_name_that_two_components_use_is_refused(bias, name):
+    with pytest.raises(InputError) as error:
+        ConeSystem(TautCone(), bias, Sine(), IdealSource())
+    assert str(error.value) == f"{name}: two components use this name; give one of them another"
+
+
+def test_a_number_that_two_components_give_is_refused():
+    system = ConeSystem(TautCone(), GivesNumber(), Sine(), IdealSource())
+    with pytest.raises(InputError, match=r"^A: two components give a number of this name; give one of them another$"):
+        system.numbers_of(system.complete({}))
+
+
+def test_all_parameters_have_defaults_and_are_checked():
+    system = ConeSystem(TautCone(), LinearSpring(), Sine(), IdealSource())
+    assert system.complete({})["damping_ratio"] == 0.05
+    assert system.complete({}).keys() <= system.parameters.keys()
+    with pytest.raises(InputError, match="damping_ratio = -1: must be at least 0"):
+        system.complete({"damping_ratio": -1.0})

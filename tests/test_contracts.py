@@ -1,0 +1,145 @@
+"""Components of a user's own run through every registered analysis, stores, files and the command line.
+
+No line of gelcone knows the components of `tests.toys`: what they add - parameters, a state - must be set, swept,
+drawn, saved and shown all the same.
+"""
+
+import json
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone import ConeModel, InputError
+from gelcone.register.analyses import ANALYSES
+from tests.toys import TOYS, CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
+
+DRIVE = ["--set", "damping_ratio=0.2", "--set", "voltage=0.6", "--set", "drive_frequency=1.3"]
+TYPED = {
+    "film": ["--set", "film=tests.toys:PowerFilm", "--set", "film_modulus=0.9"],
+    "waveform": ["--set", "waveform=tests.toys:ThreeHarmonics", "--set", "second_harmonic=0.15"],
+    "bias": ["--set", "bias=tests.toys:CubicBias", "--set", "bias_cubic=0.4"],
+    "circuit": ["--set", "circuit=tests.toys:FilteredVoltage", "--set", "filter_time=0.4"],
+}
+OWN = {"film": "film_modulus", "waveform": "second_harmonic", "bias": "bias_cubic", "circuit": "filter_time"}
+SMALL = {
+    "simulate": ["--periods", "3"],
+    "section": ["--repeats", "5", "--discard", "20"],
+    "extrema": ["--repeats", "5", "--discard", "20"],
+    "lyapunov": ["--budget", "3000", "--window", "50"],
+    "frequency": ["--over", "drive_frequency=0.9:1.5:3"],
+    "tongues": ["--over", "drive_frequency=1:2:3", "--over", "voltage=0.1:0.9:3"],
+    "bifurcation": ["--over", "voltage=0.2:0.6:3", "--sweeps", "up"],
+    "map": ["--over", "voltage=0.2:0.6:2", "--over", "damping_ratio=0.2:0.3:2", "--uniform"],
+    "sweep": ["--over", "damping_ratio=0.2:0.3:2"],
+    "basin": ["--over", "displacement=-0.5:0.5:2", "--over", "velocity=-0.5:0.5:2"],
+    "envelope": ["--over", "drive_frequency=0.9:1.5:2", "--over", "voltage=0.2:0.6:2"],
+}
+"""What keeps the work small; an analysis that is not listed runs as it is."""
+ASKED = [name for name in ANALYSES if name != "show"]
+"""A store is shown by the test of stores."""
+
+
+@pytest.mark.parametrize("toy", TOYS)
+@pytest.mark.parametrize("name", ASKED)
+def test_every_analysis_takes_a_component_of_ones_own(name, toy, command_line, tmp_path):
+    analysis = ANALYSES[name]
+    arguments = [analysis.command, *TYPED[toy], *DRIVE, *SMALL.get(name, []), "--json", "--out", "results"]
+    code, out, err = command_line(*arguments)
+    assert code == 0, err
+    answer = json.loads(out)
+    typed = dict(setting.split("=", 1) for setting in TYPED[toy][1::2])
+    assert answer["parameters"][OWN[toy]] == float(typed[OWN[toy]])
+    (written,) = (tmp_path / "results").glob("*.nc")
+    assert (tmp_path / "results" / f"{written.stem}.png").stat().st_size > 1000
+    model = gelcone.model_of(gelcone.load(written))
+    assert getattr(model.system, toy) == TOYS[toy][toy]
+    assert np.all(np.asarray(model.values[OWN[toy]]) == float(typed[OWN[toy]]))
+
+
+@pytest.mark.parametrize("toy", TOYS)
+def test_what_a_component_adds_is_swept_stored_resumed_and_shown(toy, tmp_path):
+    model = ConeModel(damping_ratio=0.3, voltage=0.4, drive_frequency=1.3, **TOYS[toy])
+    own = OWN[toy]
+    values = model.values[own] * np.array([1.0, 1.2])
+    plan = gelcone.Plan(model, {own: values, "voltage": [0.2, 0.4]})
+    alone = gelcone.sweep(plan)
+    stored = gelcone.sweep(plan, store=tmp_path / "toy.zarr")
+    resumed = gelcone.sweep(plan, store=tmp_path / "toy.zarr", resume=True)
+    for name in ("regime", "lyapunov", "highest"):
+        np.testing.assert_array_equal(alone[name], stored[name])
+        np.testing.assert_array_equal(alone[name], resumed[name])
+    assert json.loads(resumed.attrs["totals"])["computed_before"] == plan.size
+    shown = gelcone.show(tmp_path / "toy.zarr")
+    np.testing.assert_array_equal(shown[own], values)
+    assert gelcone.model_of(shown).system == model.system
+    single = gelcone.regime(model.replace(**{own: values[1], "voltage": 0.2}))
+    np.testing.assert_array_equal(single["lyapunov"], alone["lyapunov"].sel({own: values[1], "voltage": 0.2}))
+
+
+# --- their physics ----------------------------------------------------------------------------------------------------
+
+
+def test_a_filter_weakens_and_delays_the_voltage_as_its_gain_says():
+    model = ConeModel(circuit=FilteredVoltage(), filter_time=0.7, voltage=0.5, drive_frequency=2.0)
+    response = gelcone.simulate(model, (0.0, 0.0), periods=30)
+    omega, gain = 2.0, 1.0 / (1.0 + 2.0j * 0.7)
+    late = response.isel(time=slice(-101, None))
+    expected = 0.5 * np.imag(gain * np.exp(1j * omega * late["time"].values))
+    np.testing.assert_allclose(late["film_voltage"], expected, atol=1e-9)
+    np.testing.assert_allclose(late["drive_voltage"], expected, atol=1e-9)
+
+
+def test_the_exponents_of_a_filtered_system_are_three_and_add_up():
+    model = ConeModel(circuit=FilteredVoltage(), filter_time=0.5, damping_ratio=0.2, voltage=0.4, drive_frequency=1.3)
+    found = gelcone.lyapunov(model, budget=3000.0)
+    assert found["lyapunov"].shape == (3,)
+    assert float(found["lyapunov"].sum()) == pytest.approx(-0.4 - 1.0 / 0.5, abs=1e-8)
+    # the filter's own state decays with its time constant, whatever the disc does
+    assert float(abs(found["lyapunov"] + 2.0).min()) < 1e-6
+
+
+def test_a_fast_filter_is_the_ideal_source():
+    ideal = ConeModel(damping_ratio=0.3, voltage=0.5, drive_frequency=1.3, voltage_bias=0.4, rest_height=0.3)
+    fast = ideal.replace(circuit=FilteredVoltage(), filter_time=1e-4)
+    one, other = (gelcone.settled(model) for model in (ideal, fast))
+    assert float(other["stroke"]) == pytest.approx(float(one["stroke"]), rel=1e-3)
+    rest, filtered = (gelcone.floquet_multipliers(m.replace(rest_height=0.0)) for m in (ideal, fast))
+    assert float(filtered["growth_rate"]) == pytest.approx(float(rest["growth_rate"]), abs=1e-4)
+
+
+def test_a_cubic_bias_without_cube_is_the_spring():
+    spring = ConeModel(spring_stiffness=1.2, damping_ratio=0.1, voltage=0.9, drive_frequency=0.7)
+    cubic = ConeModel(
+        bias=CubicBias(), bias_stiffness=1.2, bias_cubic=0.0, damping_ratio=0.1, voltage=0.9, drive_frequency=0.7
+    )
+    one, other = (gelcone.integrate(model, (1.0, 0.0), [20.0]) for model in (spring, cubic))
+    np.testing.assert_allclose(other.states, one.states, rtol=1e-12)
+    voltages = [float(gelcone.pitchfork_voltage(model)) for model in (spring, cubic)]
+    assert voltages[1] == pytest.approx(voltages[0], rel=1e-12)
+
+
+def test_harmonics_that_are_nothing_leave_the_sine_and_its_forcing_period_doubles_with_the_second():
+    sine = ConeModel(voltage=0.8, drive_frequency=0.6)
+    plain = sine.replace(waveform=ThreeHarmonics(), second_harmonic=0.0, third_harmonic=0.0)
+    one, other = (gelcone.integrate(model, (1.0, 0.0), [30.0]) for model in (sine, plain))
+    np.testing.assert_allclose(other.states, one.states, rtol=1e-11)
+    assert float(plain.forcing_period) == 2.0 * float(sine.forcing_period)
+
+
+def test_the_energy_of_a_film_that_knows_only_its_force_is_conserved():
+    model = ConeModel(film=PowerFilm(), damping_ratio=0.0, voltage=0.0, spring_stiffness=0.5)
+    response = gelcone.simulate(model, (1.2, 0.0), periods=20)
+    assert float(abs(response["energy_residual"]).max()) < 1e-12
+    # what the film does not say of itself is unknown, not fine
+    assert np.isnan(float(response["validity_hoop_slack"]))
+
+
+def test_a_component_that_cannot_be_imported_again_says_what_to_do(tmp_path):
+    class Passing(PowerFilm):
+        name = "passing"
+
+    response = gelcone.simulate(ConeModel(film=Passing()), periods=1)
+    gelcone.save(response, tmp_path / "passing.nc")
+    with pytest.raises(InputError, match="put its class into a module that Python finds"):
+        gelcone.model_of(gelcone.load(tmp_path / "passing.nc"))
