@@ -12,7 +12,7 @@ MODELS = {
     "gent": ConeModel(),
     "soft limit": ConeModel(stretch_limit=4.0, meridional_prestretch=1.1, hoop_prestretch=1.2),
     "neo-hookean": ConeModel(law="neo-hookean", prestretch=1.2, prestretch_mode="equibiaxial"),
-    "yeoh": ConeModel(law="yeoh", law_parameters={"yeoh_c2": 0.1, "yeoh_c3": 0.02}, prestretch=1.1),
+    "yeoh": ConeModel(law="yeoh", yeoh_c2=0.1, yeoh_c3=0.02, prestretch=1.1),
 }
 EQUIBIAXIAL = {"prestretch": 1.2, "prestretch_mode": "equibiaxial"}
 NEO_HOOKEAN = ConeModel(law="neo-hookean")

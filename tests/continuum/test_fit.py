@@ -64,9 +64,9 @@ def test_the_fit_agrees_with_the_membrane_between_its_states():
 def test_states_reach_up_to_the_stretch_limit_and_the_pull_in():
     film, states = fitted_with_states()
     s, squared = states[:, 0], states[:, 1]
-    assert film.reach == pytest.approx(np.sqrt(s.max()))
+    assert film.largest == pytest.approx(np.sqrt(s.max()))
     assert film.wall > s.max()
-    at_reach = membrane(ConeModel(), 0.2, displacements=film.reach, elements=40)
+    at_reach = membrane(ConeModel(), 0.2, displacements=film.largest, elements=40)
     assert LIMIT_SHARE - 0.2 < float(at_reach["limit_share"].squeeze()) <= LIMIT_SHARE + 0.01
     assert squared.max() <= free_film_limit(ConeModel()) * (1.0 + 1e-9)
 
@@ -141,7 +141,7 @@ def test_a_film_of_another_law_prestretch_or_radius_ratio_is_another_file(kept, 
 
 def test_parameters_of_a_law_tell_films_apart(kept):
     for second in (0.1, 0.2):
-        kept(ConeModel(law="yeoh", law_parameters={"yeoh_c2": second, "yeoh_c3": 0.0}))
+        kept(ConeModel(law="yeoh", yeoh_c2=second, yeoh_c3=0.0))
     assert len(kept.fits) == 2
 
 
@@ -162,15 +162,15 @@ def test_a_kept_file_that_cannot_be_read_is_fitted_again(kept, tmp_path):
 
 def test_a_sweep_over_what_a_film_is_fitted_for_is_refused():
     for change, name in (({"prestretch": [1.0, 1.1]}, "prestretch"), ({"stretch_limit": [5.0, 6.0]}, "law")):
-        with pytest.raises(InputError, match=f"{name}: .* fitted for one {name}; sweep it with --film cone"):
+        with pytest.raises(InputError, match=f"{name}: .* fitted for one {name}; sweep it with --film taut"):
             find_film("continuum", ConeModel(**change))
     with pytest.raises(InputError, match="one film is fitted at a time"):
         fit_film(ConeModel(voltage=[0.1, 0.2]))
 
 
-def test_the_cone_is_no_film_and_a_file_is_read(tmp_path):
+def test_the_taut_cone_is_no_continuum_film_and_a_file_is_read(tmp_path):
     film, _ = fitted_with_states()
-    assert find_film("cone", ConeModel()) is None
+    assert find_film("taut", ConeModel()) is None
     write_film(film, tmp_path / "film.json")
     assert find_film(str(tmp_path / "film.json"), ConeModel()) == film == read_film(tmp_path / "film.json")
 

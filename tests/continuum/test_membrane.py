@@ -76,8 +76,8 @@ def shot(model, ratio, x, v):
 
     def along(n, pull):
         """The stretch along the meridian that carries the nominal pull."""
-        c = film.coefficients
-        highest = min(0.999 * np.sqrt((model.strain_limit() + 3.0 - c.B * n) / c.A), 20.0)
+        lm, lh = model.stretches
+        highest = min(0.999 * np.sqrt((model.strain_limit() + 3.0 - lh * lh * n) / (lm * lm)), 20.0)
         return brentq(lambda s: 2.0 * s * derivatives(film, s * s, n, squared).m - pull, 0.5, highest, xtol=1e-14)
 
     def slope(radius, state, force):

@@ -12,7 +12,7 @@ from gelcone.motion.limits import limits, limits_cells
 from gelcone.motion.lyapunov import lyapunov, lyapunov_cells
 from gelcone.motion.regime import regime, regime_cells
 from gelcone.motion.section import section, section_cells
-from gelcone.motion.settle import members_of, settle, start_states
+from gelcone.motion.settle import settle, start_states
 from gelcone.motion.settled import settled, settled_cells
 from gelcone.motion.spectrum import spectrum, spectrum_cells
 from gelcone.physics.model import ConeModel
@@ -40,7 +40,7 @@ each = pytest.mark.parametrize("name", ANALYSES)
 def test_a_call_and_its_cells_give_the_same_to_the_last_bit(name):
     public, cells, options = ANALYSES[name]
     result = public(MODEL, START, **options)
-    found = cells(members_of(MODEL), start_states(MODEL, START), **options)
+    found = cells(MODEL.members(), start_states(MODEL, START), **options)
     assert set(found.variables) <= set(result.data_vars)
     for variable, (_, values, _, _) in found.variables.items():
         own = result[variable].values
@@ -52,7 +52,7 @@ def test_a_call_and_its_cells_give_the_same_to_the_last_bit(name):
 def test_cells_that_cannot_start_carry_their_outcome(name):
     """A call with nobody inside is refused; cells of a sweep are not."""
     public, cells, options = ANALYSES[name]
-    outside = members_of(MODEL).take([2])
+    outside = MODEL.members().take([2])
     assert cells(outside, np.array([START]), **options).outcome.tolist() == [Outcome.OUTSIDE]
     with pytest.raises(InputError, match=r"stretch_limit = 0\.03: must exceed"):
         public(MODEL.replace(stretch_limit=0.03), START, **options)
@@ -70,7 +70,7 @@ def test_progress_of_a_call_adds_up_to_one(name):
 
 def test_spectra_of_cells_have_one_shape_whatever_the_members():
     first, second = (
-        spectrum_cells(members_of(MODEL).take(rows), np.tile(START, (len(rows), 1)), periods=16, discard=0, highest=3.0)
+        spectrum_cells(MODEL.members().take(rows), np.tile(START, (len(rows), 1)), periods=16, discard=0, highest=3.0)
         for rows in ([0], [1, 2])
     )
     for name, (dims, values, _, _) in first.variables.items():
@@ -95,7 +95,7 @@ def test_limits_are_those_of_each_analysis_alone():
     assert np.isnan(result["onset_voltage"].values[1:]).all()
     pull_in = gelcone.pull_in_voltage(model.take([2]))["pull_in_voltage"]
     assert float(result["pull_in_voltage"][2]) == float(pull_in[0])
-    found = limits_cells(members_of(model), np.zeros((3, 2)))
+    found = limits_cells(model.members(), np.zeros((3, 2)))
     for name, (_, values, _, _) in found.variables.items():
         np.testing.assert_array_equal(values, result[name].values, name)
 
@@ -195,7 +195,7 @@ def test_operating_limits_of_members_without_voltage_or_inside(operating):
     model, result = operating
     assert result["outcome"].values.tolist() == [Outcome.OK, Outcome.ERROR, Outcome.OUTSIDE]
     assert np.isnan(result["safe_peak_voltage"].values[1:]).all()
-    found = operating_limits_cells(members_of(model), np.zeros((3, 2)), field_limit=1.2, threads=1)
+    found = operating_limits_cells(model.members(), np.zeros((3, 2)), field_limit=1.2, threads=1)
     for name, (_, values, _, _) in found.variables.items():
         np.testing.assert_array_equal(values, result[name].values, name)
 

@@ -107,7 +107,7 @@ def test_the_multipliers_multiply_to_the_damping_of_a_repeat(zeta, voltage, omeg
     model = ConeModel(damping_ratio=zeta, voltage=voltage, drive_frequency=omega, voltage_bias=bias, prestretch=stretch)
     result = floquet_multipliers(model)
     repeat = (2.0 if bias else 1.0) * np.pi / omega
-    assert float(result.drive_repeat) == pytest.approx(repeat)
+    assert float(result.forcing_period) == pytest.approx(repeat)
     assert abs(float(result.product_error)) < 1e-9
     assert float(result.log_modulus.sum()) == pytest.approx(-2.0 * zeta * repeat, abs=1e-9)
 

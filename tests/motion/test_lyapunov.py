@@ -11,7 +11,7 @@ from gelcone.errors import InputError
 from gelcone.motion import lyapunov as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.lyapunov import average, finite_exponents, lyapunov, running_estimate
-from gelcone.motion.settle import BLOCK, STRETCH, Clock, clocks, fastest_rate, repeats_lasting, settle
+from gelcone.motion.settle import BLOCK, STRETCH, Clock, clocks, repeats_lasting, settle
 from gelcone.motion.tangents import FLOOR, qr_growth
 from gelcone.physics.model import ConeModel
 
@@ -43,7 +43,7 @@ def test_rest_has_the_exponents_of_a_damped_linear_oscillator(damping, stiffness
     apart = np.sqrt(max(damping**2 - float(model.stiffness(0.0)), 0.0))
     expected = np.array([-damping + apart, -damping - apart])
     # A frame that turns with an oscillation averages over it as 1/t only.
-    found = average(model.take(slice(None)), np.zeros((1, 2)), budget=20_000.0 if apart == 0.0 else 3_000.0)
+    found = average(model.members(), np.zeros((1, 2)), budget=20_000.0 if apart == 0.0 else 3_000.0)
     np.testing.assert_allclose(found.values[0], expected, atol=1e-9 if apart else 2e-3)
     if apart == 0.0:
         assert found.values.sum() == pytest.approx(-2.0 * damping, abs=1e-10)
@@ -123,9 +123,9 @@ def test_a_published_kind_of_check_against_scipy():
 def test_the_flow_exponent_times_the_repeat_is_that_of_the_stroboscopic_map():
     """The map's exponent from finite differences of the map alone, over 15 repeats (later, chaos parts the two)."""
     model = ConeModel(**CHAOS)
-    repeat = float(model.drive_repeat)
+    repeat = float(model.forcing_period)
     state = integrate(model, (1.0, 0.0), [20 * repeat]).states[0, -1]
-    finite, _ = finite_exponents(model.take(slice(None)), state[None], 15 * repeat, {})
+    finite, _ = finite_exponents(model.members(), state[None], 15 * repeat, {})
     h = 1e-7
     vector, total = np.array([1.0, 0.0]), 0.0
     for _ in range(15):
@@ -161,7 +161,7 @@ def test_the_exponents_add_up_to_minus_twice_the_damping(damping, kappa, voltage
         stretch_limit=limit,
         hoop_prestretch=hoop,
     )
-    values, _ = finite_exponents(model.take(slice(None)), np.array([[x, 0.0]]), 100.0, {})
+    values, _ = finite_exponents(model.members(), np.array([[x, 0.0]]), 100.0, {})
     assert values.sum() == pytest.approx(-2.0 * damping, abs=1e-6)
 
 
@@ -180,8 +180,8 @@ def test_the_standard_error_is_the_spread_of_many_averages():
     count = 48
     model = ConeModel(**CHAOS | {"damping_ratio": np.full(count, 0.05)})
     initial = np.stack([np.linspace(0.2, 1.5, count), np.zeros(count)], axis=1)
-    states, _ = settle(model, initial, repeats_lasting(model, 200.0))
-    found = average(model, states, budget=1.0)
+    states, _ = settle(model.members(), initial, repeats_lasting(model.members(), 200.0))
+    found = average(model.members(), states, budget=1.0)
     assert (found.sign >= 0).all()
     spread, stated = found.values[:, 0].std(ddof=1), np.sqrt((found.standard_error[:, 0] ** 2).mean())
     assert spread / stated == pytest.approx(1.0, abs=0.35)
@@ -241,12 +241,12 @@ def test_finite_and_asymptotic_stand_side_by_side():
     assert times[last] == pytest.approx(40.0, abs=8.0)
     asymptotic = result["running_exponent"].values[1]
     assert asymptotic[np.isfinite(asymptotic)][-1] == pytest.approx(long_run[1], rel=0.1)
-    np.testing.assert_allclose(result["per_repeat"], result["lyapunov"][:, 0] * model.drive_repeat)
+    np.testing.assert_allclose(result["per_repeat"], result["lyapunov"][:, 0] * model.forcing_period)
 
 
 def test_the_running_estimate_ends_with_the_mean():
     growth = np.random.default_rng(4).normal(size=(2, 700, 2))
-    clock = clocks(ConeModel(**CHAOS | {"damping_ratio": [0.1, 0.1]}))[0][1]
+    clock = clocks(ConeModel(**CHAOS | {"damping_ratio": [0.1, 0.1]}).members())[0][1]
     running = running_estimate(growth, clock)
     np.testing.assert_allclose(running[:, -1, 1], growth[:, :, 0].mean(axis=1) / clock.spacing, rtol=1e-12)
     assert (np.diff(running[..., 0]) > 0.0).all()
@@ -281,13 +281,13 @@ def test_a_lost_member_does_not_touch_the_others():
 
 def test_clocks_keep_whole_repeats_and_the_same_numbers_in_any_ensemble():
     model, _ = varied(30)
-    for members, clock in clocks(model):
-        assert (clock.spacing * fastest_rate(model)[members] <= STRETCH * (1 + 1e-12)).any()
+    for members, clock in clocks(model.members()):
+        assert (clock.spacing * model.members().rate[members] <= STRETCH * (1 + 1e-12)).any()
         repeats_per_block = clock.block * clock.spacing / clock.repeat
         np.testing.assert_allclose(repeats_per_block, np.rint(repeats_per_block), rtol=1e-12)
         assert (clock.block * clock.spacing >= BLOCK * (1 - 1e-12)).all()
         for i, member in enumerate(members[:3]):
-            ((_, alone),) = clocks(model.take([member]))
+            ((_, alone),) = clocks(model.members().take([member]))
             assert (alone.per_repeat, alone.block) == (clock.per_repeat, clock.block)
             assert alone.spacing[0] == clock.spacing[i]
 
@@ -333,7 +333,7 @@ def test_block_statistics_are_those_of_the_blocks():
 
 def test_an_average_that_ends_on_a_cycle_takes_its_exponents_and_its_sign():
     """Both exponents of that cycle are -zeta, and certainly negative, however uncertain the average was."""
-    model = ConeModel(spring_stiffness=0.5, damping_ratio=0.05, drive_frequency=0.3, voltage=0.8).take(slice(None))
+    model = ConeModel(spring_stiffness=0.5, damping_ratio=0.05, drive_frequency=0.3, voltage=0.8).members()
     settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
     found = module.Exponents(
         values=np.array([[0.01, -0.11]]),

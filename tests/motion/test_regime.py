@@ -95,7 +95,7 @@ def test_the_exponents_of_a_cycle_are_the_decay_of_a_deviation_from_it():
     result = regime(model)
     rate = float(result["lyapunov"][0])
     assert -0.02 < rate < -0.01
-    repeat, point = float(model.drive_repeat), result["section"].values[-1]
+    repeat, point = float(model.forcing_period), result["section"].values[-1]
     cycle_after = 2 * repeat * np.arange(1, 21)
     runs = integrate(model.take([0, 0]), [point, point + np.array([1e-6, 0.0])], cycle_after).states
     apart = np.linalg.norm(runs[1] - runs[0], axis=1)
@@ -115,7 +115,7 @@ def test_a_slow_drive_that_squeezes_every_motion_together_once_a_repeat():
 def test_a_slow_drift_is_no_cycle():
     """A drive so fast that the decay over one of its repeats is below the tolerance of returns, far from rest."""
     model = ConeModel(voltage=0.0, damping_ratio=0.01, spring_stiffness=1.5, drive_frequency=np.pi / 0.01)
-    evidence = classify(model.take(slice(None)), np.array([[2e-3, 0.0]]), transient=1.0)
+    evidence = classify(model.members(), np.array([[2e-3, 0.0]]), transient=1.0)
     assert Regime(evidence.regime[0]) in (Regime.REST, Regime.TRANSIENT)
     assert evidence.period[0] == 0
 
@@ -132,7 +132,7 @@ def test_periods_of_counts_repeats():
 
 
 def test_newton_finds_the_cycle_from_a_distance_and_says_how_far_it_was():
-    model = ConeModel(**SET, voltage=1.0).take(slice(None))
+    model = ConeModel(**SET, voltage=1.0).members()
     settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
     off = settled + np.array([[3e-3, -2e-3]])
     exact, near = (cycle.find_cycles(model, states, np.array([1])) for states in (settled, off))
@@ -145,7 +145,7 @@ def test_newton_finds_the_cycle_from_a_distance_and_says_how_far_it_was():
 
 
 def test_a_multiple_of_the_period_gives_the_period():
-    model = ConeModel(**SET, voltage=0.8).take(slice(None))
+    model = ConeModel(**SET, voltage=0.8).members()
     settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
     found = [cycle.find_cycles(model, settled, np.array([n])) for n in (2, 4, 6)]
     assert [c.period[0] for c in found] == [2, 2, 2]
@@ -154,7 +154,7 @@ def test_a_multiple_of_the_period_gives_the_period():
 
 
 def test_no_cycle_is_found_in_the_middle_of_a_decay():
-    model = ConeModel(**SET, voltage=1.0).take(slice(None))
+    model = ConeModel(**SET, voltage=1.0).members()
     assert not cycle.find_cycles(model, np.array([[2.5, 0.0]]), np.array([1])).found[0]
 
 
@@ -210,7 +210,7 @@ def test_chaos_that_ends_in_a_cycle():
         prestretch=0.72,
     )
     states = np.stack([np.linspace(0.2, 1.8, 8), np.zeros(8)], axis=1)
-    at_once, patient = classify(model, states, rounds=1), classify(model, states)
+    at_once, patient = classify(model.members(), states, rounds=1), classify(model.members(), states)
     assert (at_once.regime == Regime.CHAOTIC).any()
     assert at_once.settled_time.max() == 2000.0
     settled = patient.regime == Regime.PERIODIC
@@ -222,13 +222,11 @@ def test_chaos_that_ends_in_a_cycle():
 
 def test_an_attractor_beside_chaos_is_found():
     """Chaos and an attracting cycle at the same parameters, started from the section around that cycle."""
-    model = ConeModel(**SET, voltage=1.0).take(slice(None))
-    section = integrate(model, (1.0, 0.0), model.drive_repeat * np.arange(1, 65)).states
+    model = ConeModel(**SET, voltage=1.0).members()
+    section = integrate(model, (1.0, 0.0), model.forcing_period * np.arange(1, 65)).states
     assert cycle.coexisting_attractors(model, section, 24).tolist() == [True]
-    free_of_them = ConeModel(spring_stiffness=0.9, damping_ratio=0.1, drive_frequency=1.5, voltage=2.5).take(
-        slice(None)
-    )
-    section = integrate(free_of_them, (1.0, 0.0), free_of_them.drive_repeat * np.arange(1, 200)).states[:, 100:]
+    free_of_them = ConeModel(spring_stiffness=0.9, damping_ratio=0.1, drive_frequency=1.5, voltage=2.5).members()
+    section = integrate(free_of_them, (1.0, 0.0), free_of_them.forcing_period * np.arange(1, 200)).states[:, 100:]
     assert cycle.coexisting_attractors(free_of_them, section, 24).tolist() == [False]
 
 
@@ -241,8 +239,8 @@ def test_a_cycle_of_three_repeats_beside_chaos_is_found():
         drive_frequency=0.3,
         prestretch=0.8304300120728514,
         prestretch_mode="equibiaxial",
-    ).take(slice(None))
-    section = integrate(model, (1.0, 0.0), model.drive_repeat * np.arange(100, 300)).states
+    ).members()
+    section = integrate(model, (1.0, 0.0), model.forcing_period * np.arange(100, 300)).states
     assert cycle.periods_of(section, 1e-3)[0].tolist() == [0]
     assert cycle.coexisting_attractors(model, section, 24).tolist() == [True]
 
@@ -266,7 +264,7 @@ def test_left_the_domain():
 
 def test_a_model_with_more_starts_than_one_may_start_outside_with_some():
     states = np.array([[0.1, 0.0], [30.0, 0.0]])
-    evidence = classify(ConeModel(**SET | {"damping_ratio": [0.05, 0.05]}, voltage=0.3), states)
+    evidence = classify(ConeModel(**SET | {"damping_ratio": [0.05, 0.05]}, voltage=0.3).members(), states)
     assert [Regime(code).name for code in evidence.regime] == ["REST", "LEFT_THE_DOMAIN"]
 
 
@@ -290,7 +288,7 @@ def test_what_has_not_settled_is_transient_and_flagged():
 def test_growth_away_from_unstable_rest_is_no_chaos():
     """Just above the onset a deviation grows for longer than there is patience: a positive exponent, and no chaos."""
     model = ConeModel(spring_stiffness=1.5, damping_ratio=0.05, drive_frequency=1.1, voltage=[0.6959, 0.697, 0.71])
-    evidence = classify(model, np.tile([3e-5, 0.0], (3, 1)))
+    evidence = classify(model.members(), np.tile([3e-5, 0.0], (3, 1)))
     assert [Regime(code).label for code in evidence.regime] == ["transient", "transient", "periodic"]
     assert evidence.doubtful.tolist() == [True, True, False]
     assert (evidence.sign[:2] == 1).all()
@@ -312,7 +310,7 @@ def test_judging_flags_what_disagrees():
     evidence.sign[:] = [1, 1, 1, -1, 0, -1]
     evidence.zero_one[:3] = [0.95, 0.4, 0.95]
     evidence.coexisting[2] = True
-    module._judge(model, evidence)
+    module._judge(model.members(), evidence)
     assert [Regime(code).label for code in evidence.regime] == ["chaotic"] * 3 + ["periodic"] * 2 + ["transient"]
     assert evidence.doubtful.tolist() == [False, True, True, False, True, True]
 
@@ -335,12 +333,12 @@ def mixed():
 
 def test_members_one_by_one_and_any_number_of_threads_give_the_same_to_the_last_bit():
     model, states = mixed()
-    together, threaded = (classify(model, states, rounds=3, threads=n) for n in (1, 2))
+    together, threaded = (classify(model.members(), states, rounds=3, threads=n) for n in (1, 2))
     assert len(set(together.regime.tolist())) >= 5
     for field in fields(Evidence):
         np.testing.assert_array_equal(getattr(together, field.name), getattr(threaded, field.name), field.name)
     for i in range(model.size):
-        alone = classify(model.take([i]), states[[i]], rounds=3)
+        alone = classify(model.members().take([i]), states[[i]], rounds=3)
         for field in fields(Evidence):
             expected = getattr(together, field.name)[i]
             np.testing.assert_array_equal(getattr(alone, field.name)[0], expected, f"{field.name} of {i}")
@@ -410,7 +408,7 @@ def test_a_member_that_ran_out_of_steps_has_not_left_the_domain():
     model = ConeModel(damping_ratio=np.full(3, 0.1))
     evidence = Evidence.blank(3)
     evidence.outcome[:] = [Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT, Outcome.PULLED_IN]
-    module._judge(model, evidence)
+    module._judge(model.members(), evidence)
     assert evidence.regime.tolist() == [Regime.TRANSIENT, Regime.LEFT_THE_DOMAIN, Regime.LEFT_THE_DOMAIN]
     assert evidence.doubtful.tolist() == [True, False, False]
 
@@ -443,7 +441,7 @@ def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(monkeyp
     monkeypatch.setattr(module, "planar", lambda members: plane)
     evidence = Evidence.blank(1, 2 if plane else 3)
     evidence.zero_one[:], evidence.sign[:] = zero_one, 0
-    module._judge(ConeModel(damping_ratio=np.array([0.1])), evidence)
+    module._judge(ConeModel(damping_ratio=np.array([0.1])).members(), evidence)
     assert Regime(int(evidence.regime[0])).label == name
     assert evidence.doubtful.tolist() == [doubtful]
 
@@ -452,7 +450,7 @@ def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(monkeyp
 
 
 def test_the_exponents_of_a_cycle_are_taken_over_its_whole_period():
-    model = ConeModel(**SET, voltage=0.8).take(slice(None))
+    model = ConeModel(**SET, voltage=0.8).members()
     settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
     for period in (2, 4):
         found = cycle.find_cycles(model, settled, np.array([period]))
@@ -463,7 +461,7 @@ def test_the_exponents_of_a_cycle_are_taken_over_its_whole_period():
 
 def test_a_cycle_far_from_the_motion_is_not_its_own():
     """Newton's method finds the rest of an undriven film from afar; a motion that has not arrived is not there yet."""
-    model = ConeModel(voltage=0.0, damping_ratio=0.1).take(slice(None))
+    model = ConeModel(voltage=0.0, damping_ratio=0.1).members()
     near, far = (
         cycle.find_cycles(model, np.array([[share * cycle.SMALLEST_SIZE, 0.0]]), np.array([1])) for share in (0.5, 2.0)
     )

@@ -12,8 +12,7 @@ from gelcone.errors import InputError
 from gelcone.motion import settle as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.section import extrema, section
-from gelcone.physics import drive
-from gelcone.physics.model import ConeModel, acceleration
+from gelcone.physics.model import ConeModel
 from gelcone.plots.section import section_figure
 
 PERIODIC = ConeModel(damping_ratio=0.1, spring_stiffness=1.0, voltage=0.8, drive_frequency=1.0, rest_height=0.3)
@@ -105,11 +104,10 @@ def test_a_period_doubled_motion_gives_two_points():
 
 def scipy_extrema(model, initial, span):
     """Turning points from a fine SciPy run and root finding on its dense output."""
-    c = model.coefficients()
 
     def slope(t, state):
-        voltage = drive.voltage(t, model.voltage, model.voltage_bias, model.drive_frequency)
-        return [state[1], acceleration(state[0], state[1], voltage, c, model.law)[0]]
+        voltage = float(model.voltage_bias) + float(model.voltage) * np.sin(float(model.drive_frequency) * t)
+        return [state[1], -float(model.force(state[0], voltage)) - 2.0 * float(model.damping_ratio) * state[1]]
 
     run = solve_ivp(slope, (0.0, span), initial, "DOP853", rtol=1e-13, atol=1e-14, dense_output=True, max_step=0.05)
     times = np.linspace(0.0, span, 20_001)[1:]
@@ -121,7 +119,7 @@ def scipy_extrema(model, initial, span):
 
 @pytest.mark.parametrize(("model", "repeats"), [(PERIODIC, 8), (CHAOTIC, 1), (PERIODIC.replace(voltage_bias=0.3), 4)])
 def test_extrema_agree_with_a_fine_scipy_run(model, repeats):
-    times, displacements = scipy_extrema(model, (1.0, 0.0), repeats * float(model.drive_repeat))
+    times, displacements = scipy_extrema(model, (1.0, 0.0), repeats * float(model.forcing_period))
     result = extrema(model, repeats=repeats, discard=0)
     assert int(result["count"]) == len(times)
     np.testing.assert_allclose(result.time, times, rtol=0.0, atol=1e-8)
@@ -136,8 +134,8 @@ def test_extrema_have_no_velocity_and_alternate():
     assert set(result.maximum.values.tolist()) == {1, -1}
     assert (np.diff(result.maximum) != 0).all()
     assert (np.sign(np.diff(result.displacement)) == result.maximum[1:]).all()
-    assert result.time.min() >= 20 * CHAOTIC.drive_repeat
-    np.testing.assert_allclose((result.time / CHAOTIC.drive_repeat) % 1.0, result.phase, rtol=0.0, atol=1e-9)
+    assert result.time.min() >= 20 * CHAOTIC.forcing_period
+    np.testing.assert_allclose((result.time / CHAOTIC.forcing_period) % 1.0, result.phase, rtol=0.0, atol=1e-9)
 
 
 def test_the_film_turning_the_motion_round_like_a_wall_is_an_extremum():
@@ -273,7 +271,7 @@ def test_figures_are_drawn_from_the_dataset_alone(analysis, model):
     (axes,) = figure.axes
     members = max(1, model.size)
     assert len(axes.collections) == members * (1 if analysis is section else 2)
-    assert axes.get_xlabel() == ("displacement" if analysis is section else "phase within the drive repeat")
+    assert axes.get_xlabel() == ("displacement" if analysis is section else "phase within the forcing period")
 
 
 def test_one_returning_point_is_not_magnified_into_rounding():

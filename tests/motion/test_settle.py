@@ -11,9 +11,6 @@ from gelcone.motion.settle import (
     blocks,
     clocks,
     default_transient,
-    fastest_rate,
-    forcing_period,
-    members_of,
     nudge,
     pieces,
     repeats_lasting,
@@ -32,7 +29,7 @@ PERIODIC = ConeModel(damping_ratio=0.1, spring_stiffness=1.0, voltage=0.8, drive
 
 def test_a_bias_doubles_the_forcing_period():
     model = ConeModel(drive_frequency=[0.5, 0.5], voltage_bias=[0.0, 0.1])
-    np.testing.assert_allclose(forcing_period(model), [2.0 * np.pi, 4.0 * np.pi])
+    np.testing.assert_allclose(model.forcing_period, [2.0 * np.pi, 4.0 * np.pi])
 
 
 @pytest.mark.parametrize(
@@ -49,12 +46,12 @@ def test_no_small_motion_at_rest_is_faster_than_the_fastest_rate(parameters):
     model = ConeModel(**parameters)
     stiffness = float(model.stiffness(0.0, float(model.voltage_bias)))
     linear = np.array([[0.0, 1.0], [-stiffness, -2.0 * float(model.damping_ratio)]])
-    assert np.abs(np.linalg.eigvals(linear)).max() <= fastest_rate(members_of(model))[0]
+    assert np.abs(np.linalg.eigvals(linear)).max() <= model.members().rate[0]
 
 
 def test_the_fastest_rate_is_finite_at_the_stretch_limit():
     flat_at_limit = ConeModel(stretch_limit=0.5, hoop_prestretch=1.5)
-    assert np.isfinite(fastest_rate(members_of(flat_at_limit))).all()
+    assert np.isfinite(flat_at_limit.members().rate).all()
 
 
 def test_transients_last_decay_times_periods_and_a_least_time():
@@ -78,10 +75,10 @@ def test_members_that_are_sampled_alike_share_a_block_of_bounded_memory(monkeypa
 
 
 def test_clocks_follow_from_the_longest_stretch():
-    model = members_of(ConeModel(damping_ratio=[0.05, 0.05], drive_frequency=[0.1, 3.0]))
+    model = ConeModel(damping_ratio=[0.05, 0.05], drive_frequency=[0.1, 3.0]).members()
     for stretch in (16.0, 64.0):
         for members, clock in clocks(model, stretch):
-            assert (clock.spacing * fastest_rate(model)[members] <= stretch * (1.0 + 1e-12)).all()
+            assert (clock.spacing * model.rate[members] <= stretch * (1.0 + 1e-12)).all()
 
 
 # --- initial states ---------------------------------------------------------------------------------------------------

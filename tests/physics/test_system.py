@@ -35,13 +35,27 @@ class ViscousFilm(PowerFilm):
         return [(x - y[0]) * (1.0 + squared) + 0.2 * xp.sin(velocity)]
 
 
+class Lagging(CubicBias):
+    """A cubic bias with a mass point hung on it by a damper: its height w follows the disc."""
+
+    name = "lagging"
+    states = (State("hung_height", "height of the mass point", "length", 0.2, True),)
+
+    def force(self, x, y, n, xp=np):
+        force, slope = super().force(x, y, n, xp)
+        return force + 0.3 * (x - (y[0] if y else x)), slope + (0.3 if y else 0.0)
+
+    def rates(self, x, velocity, y, n, xp=np):
+        return [n["bias_stiffness"] * (x - y[0]) - 0.1 * velocity]
+
+
 MODELS = {
     "gent": ConeModel(prestretch=1.2, rest_height=0.3, voltage_bias=0.2, stretch_limit=9.0),
     "yeoh": ConeModel(law="yeoh", yeoh_c2=0.1, yeoh_c3=0.02, hoop_prestretch=1.2),
     "toys": ConeModel(film=PowerFilm(1.3), bias=CubicBias(), waveform=ThreeHarmonics(), voltage_bias=0.1),
     "filter": ConeModel(circuit=FilteredVoltage(), voltage=0.9, rest_height=0.1),
     "viscous": ConeModel(film=ViscousFilm(), voltage=0.9),
-    "five": ConeModel(film=ViscousFilm(), bias=CubicBias(), waveform=ThreeHarmonics(), circuit=FilteredVoltage()),
+    "five": ConeModel(film=ViscousFilm(), bias=Lagging(), waveform=ThreeHarmonics(), circuit=FilteredVoltage()),
 }
 every_model = pytest.mark.parametrize("name", MODELS)
 
@@ -84,7 +98,11 @@ def test_the_rates_are_newtons_law_of_its_parts(name):
         rates = system.rates(tau, z, n)
         assert rates[0] == z[1]
         assert rates[1] == pytest.approx(-2.0 * n["damping_ratio"] * z[1] - film - bias, rel=1e-13)
-        own = [*system.film.rates(z[0], z[1], volts**2, film_y, n), *system.circuit.rates(commanded, circuit_y, n)]
+        own = [
+            *system.film.rates(z[0], z[1], volts**2, film_y, n),
+            *system.bias.rates(z[0], z[1], bias_y, n),
+            *system.circuit.rates(commanded, circuit_y, n),
+        ]
         assert rates[2:] == own
         np.testing.assert_array_equal(system.rates_under(commanded, z, n), rates)
         assert system.film_voltage(tau, z, n) == volts
@@ -92,9 +110,10 @@ def test_the_rates_are_newtons_law_of_its_parts(name):
 
 def test_states_stand_in_the_order_of_film_bias_and_circuit():
     system = MODELS["five"].system
-    assert [state.name for state in system.states] == ["displacement", "velocity", "dashpot", "film_voltage"]
-    assert system.split([1.0, 2.0, 3.0, 4.0]) == ([3.0], [], [4.0])
-    np.testing.assert_array_equal(system.mirror, [-1.0, -1.0, -1.0, 1.0])
+    names = ["displacement", "velocity", "dashpot", "hung_height", "film_voltage"]
+    assert [state.name for state in system.states] == names
+    assert system.split([1.0, 2.0, 3.0, 4.0, 5.0]) == ([3.0], [4.0], [5.0])
+    np.testing.assert_array_equal(system.mirror, [-1.0, -1.0, -1.0, -1.0, 1.0])
     assert not system.planar
     assert MODELS["gent"].system.planar
 
@@ -148,7 +167,7 @@ def test_the_static_force_is_what_the_rates_have_at_rest(name):
     """At rest under a constant voltage, film strains and circuit settled, x'' is the negative static force."""
     model = MODELS[name]
     system, n = model.system, model.own_numbers
-    settled = [0.4, 0.0, *([0.4] if system.film.states else []), *([0.7] if system.circuit.states else [])]
+    settled = [0.4, 0.0, *[0.4] * len(system.film.states + system.bias.states), *[0.7] * len(system.circuit.states)]
     force, slope = system.static_force(0.4, 0.49, n)
     assert system.rates_under(0.7, settled, n)[1] == pytest.approx(-force, rel=1e-13)
     assert force == pytest.approx(model.force(0.4, 0.7), rel=1e-13)

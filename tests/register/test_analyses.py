@@ -57,7 +57,7 @@ def test_the_public_name_is_that_of_the_register(name):
     answers = answers_of(analysis)
     assert callable(answers.words)
     assert callable(answers.json)
-    assert callable(analysis.call)
+    assert analysis.call is public
 
 
 @pytest.mark.parametrize("name", SWEEPABLE)

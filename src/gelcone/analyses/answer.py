@@ -49,8 +49,10 @@ def in_si(result: xr.Dataset, subject: Subject) -> xr.Dataset:
         # Displacement and velocity side by side in one variable, each with its own scale.
         if variable.attrs.get("quantity") == "state" and variable.attrs["units"] == "1":
             quantities = ("length", "velocity")
-            scaled = variable * [factor(subject.device, quantity) for quantity in quantities]
-            scaled.attrs = variable.attrs | {"units": ", ".join(READ_AS[quantity][0] for quantity in quantities)}
+            more = variable.shape[-1] - len(quantities)
+            scaled = variable * ([factor(subject.device, quantity) for quantity in quantities] + [1.0] * more)
+            units = [READ_AS[quantity][0] for quantity in quantities] + ["1"] * more
+            scaled.attrs = variable.attrs | {"units": ", ".join(units)}
             shown[name] = scaled
     for name, coord in result.coords.items():
         scale = parameter_scale(str(name), subject.device)

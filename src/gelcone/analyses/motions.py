@@ -77,7 +77,7 @@ def _exponents(member: xr.Dataset) -> list[str]:
     """The exponents of one run, what they rest on, and those over the finite window."""
     if int(member["outcome"]):
         return []
-    at = rate_unit(member["lyapunov"])
+    at, residual = rate_unit(member["lyapunov"]), abs(float(member["sum_residual"]))
     second = with_error(float(member["lyapunov"][1]), float(member["standard_error"][1]))
     finite = " and ".join(f"{float(value):+.4g}" for value in member["finite"])
     window, averaged = float(member["finite_time"].max()), float(member["averaged_time"])
@@ -88,7 +88,7 @@ def _exponents(member: xr.Dataset) -> list[str]:
         source = f"from the multipliers of what it settles on, {cycle}"
     return [
         f"largest exponent {_largest(member)}",
-        f"second exponent {second} {at}; their sum is off -2 zeta by {abs(float(member['sum_residual'])):.1g}",
+        f"second exponent {second} {at}; the sum of all is off the divergence of the flow by {residual:.1g}",
         source,
         f"over the first {window:.4g}{unit} from the start: {finite} {at}",
     ]

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from gelcone.analyses.answer import common_json, heading, outcome_lines
 from gelcone.analyses.subject import read_over
 from gelcone.errors import InputError
-from gelcone.motion import floquet
 from gelcone.motion.floquet import Onset
-from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.physics.model import ConeModel
 from gelcone.words import measured, unit_of
 
 if TYPE_CHECKING:
@@ -25,35 +21,8 @@ if TYPE_CHECKING:
 DEFAULT_OVER = {"drive_frequency": "0.2:3:120", "voltage": "0:2:100"}
 
 
-def tongues(
-    model: ConeModel,
-    frequencies: npt.ArrayLike,
-    voltages: npt.ArrayLike,
-    *,
-    highest: float | None = None,
-    tolerance: float = DEFAULT_TOLERANCE,
-    threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> xr.Dataset:
-    """`gelcone.tongues` with the onset at the model's own frequency.
-
-    Parameters
-    ----------
-    model : one actuator, with ``rest_height`` 0 (or no spring).
-    frequencies, voltages : increasing drive frequencies and voltage amplitudes, at least two each.
-    highest : the onset at the model's own frequency is searched up to this amplitude, dimensionless. Default three
-        times the static pitchfork voltage.
-    tolerance : relative error of one integration step. Default 1e-15.
-    threads : worker threads. Default one a core.
-    """
-    flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
-    own = floquet.onset_voltage(model, highest=highest, **flow)
-    plane = floquet.tongues(model, frequencies, voltages, progress=progress, **flow)
-    return plane.assign({f"own_{name}": own[name] for name in ("onset_voltage", "onset_kind", "searched")})
-
-
 def tongues_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of `tongues`; axes that are not given take their defaults."""
+    """The arguments of `gelcone.tongues`; axes that are not given take their defaults."""
     swept = subject.over(given.get("over", ()))
     for name in swept:
         if name not in DEFAULT_OVER:

@@ -7,13 +7,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from gelcone.analyses.answer import common_json, heading, outcome_lines
 from gelcone.analyses.subject import read_values
-from gelcone.motion import equilibrium
 from gelcone.physics.balance import PullIn
-from gelcone.physics.model import ConeModel
 from gelcone.words import measured, members_of, shortened, unit_of
 
 if TYPE_CHECKING:
@@ -22,31 +19,15 @@ if TYPE_CHECKING:
     from gelcone.analyses.subject import Subject
 
 
-def static(model: ConeModel, voltages: npt.ArrayLike | None = None) -> xr.Dataset:
-    """`gelcone.static` and the stroke and blocked force on a slow voltage ramp.
-
-    Parameters
-    ----------
-    model : one actuator or an ensemble; its own drive plays no part.
-    voltages : constant voltages. Default the voltage amplitude, taken as a constant voltage.
-    """
-    levels = np.unique(model.voltage) if voltages is None else voltages
-    delivered = equilibrium.stroke_and_blocked_force(model, levels)
-    result = equilibrium.static(model, levels).assign({n: delivered[n] for n in ("stroke", "blocked_force")})
-    options = json.loads(result.attrs["options"]) | {"own_voltage": voltages is None}
-    return result.assign_attrs(options=json.dumps(options))
-
-
 def static_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of `static`."""
-    if "voltages" not in given:
-        return {}
-    return {"voltages": read_values("--voltages", given["voltages"], "voltage", subject.device)}
+    """The arguments of `gelcone.static`."""
+    quantities = {"voltages": "voltage", "displacements": "rest_height"}
+    return {name: read_values(f"--{name}", text, quantities[name], subject.device) for name, text in given.items()}
 
 
 def static_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object; for an ensemble each entry is a list over its members."""
-    own = _own_levels(result, subject) if json.loads(result.attrs["options"])["own_voltage"] else None
+    own = _own_levels(result, subject) if json.loads(result.attrs["options"])["voltages"] is None else None
     content = _members_json(result, own) | common_json(result, subject)
     if subject.device is not None:
         names = ("displacement", "force", "slope", "constant_voltage")

@@ -18,7 +18,6 @@ from gelcone.motion.regime import ROUNDS, classify
 from gelcone.motion.settle import (
     check_budgets,
     complete,
-    members_of,
     nudge,
     repeats_lasting,
     settle,
@@ -171,7 +170,7 @@ def _sweep(
 def _fixed(plan: Plan, values: dict[str, Array]) -> tuple[Members, Array]:
     """The members at some values of the parameter, and the plan's initial state for each, (values, N)."""
     model, states = plan.at(values)
-    members = members_of(model)
+    members = model.members()
     return members, complete(members, states)
 
 
@@ -183,7 +182,7 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
     attrs = {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": quantity_of(name)}
     labelled = []
     for evidence in branches.values():
-        branch = label_evidence(members_of(model), evidence, _options(plan), "bifurcation diagram")
+        branch = label_evidence(model.members(), evidence, _options(plan), "bifurcation diagram")
         branch = branch.drop_vars([str(c) for c in branch.coords]).rename({"member": name})
         labelled.append(branch.assign_coords({name: (name, values, attrs)}))
     result = xr.concat(labelled, dim=xr.DataArray(list(branches), dims="branch", name="branch"))
@@ -212,7 +211,7 @@ def _thresholds(
     states = np.concatenate([_met(plans, branch, branches[branch], values, at) for branch, at in changes.items()])
     for _ in range(bisections if names.size else 0):
         middle = 0.5 * (low + high)
-        members = members_of(plan.at({name: middle})[0])
+        members = plan.at({name: middle})[0].members()
         # What is neither kind lies between them too; the side that keeps its kind moves up.
         stays = _classify(plan, members, states, threads).regime == below
         low, high = np.where(stays, middle, low), np.where(stays, high, middle)

@@ -53,7 +53,7 @@ class Plan:
     def __post_init__(self) -> None:
         if self.model.shape:
             raise InputError(f"a sweep starts from a single model, not from an ensemble of shape {self.model.shape}")
-        if np.shape(self.initial) != (len(STATES),):
+        if np.shape(self.initial) not in ((len(STATES),), (len(self.model.system.states),)):
             raise InputError(f"initial = {self.initial!r}: must be a displacement and a velocity")
         if not (self.over or self.draws):
             raise InputError("over: is empty; give at least one name and its values")

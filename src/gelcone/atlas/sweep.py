@@ -26,7 +26,7 @@ from gelcone.atlas.workers import threads as start_threads
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.heyoka import LANES
-from gelcone.motion.settle import check_budgets, complete, members_of, start_states
+from gelcone.motion.settle import check_budgets, complete, start_states
 from gelcone.progress import Progress, Stopped
 from gelcone.quantity import check_count
 from gelcone.register.analyses import find_analysis
@@ -165,7 +165,7 @@ def _reporter(watch: Callable[[Tally], None] | None, progress: Progress) -> Call
 def compute(plan: Plan, analysis: Analysis, cells: Cells, keep: Sequence[str] = ()) -> xr.Dataset:
     """An analysis of some cells of the flattened grid, over ``member`` in the order given; the plan has all options."""
     model, states = plan.at(plan.values(cells))
-    members = members_of(model)
+    members = model.members()
     found = analysis.compute(members, complete(members, states), threads=1, **plan.options)
     kept = {name: v for name, v in found.variables.items() if name in keep or name not in analysis.bulky}
     result = dataset.label(members, kept, outcome=found.outcome, options={}, title=analysis.name)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
-from gelcone.motion.settle import LONG_STRETCH, STRETCH, Clock, clocks, forcing_period, mirror, mirrored, planar
+from gelcone.motion.settle import LONG_STRETCH, STRETCH, Clock, clocks
 from gelcone.motion.tangents import CERTAIN, FLOOR, chained, log_multipliers, qr_growth, solved, unit_frames
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
@@ -58,7 +58,7 @@ def follow(members: Members, states: Array, **flow_options: Any) -> tuple[Array,
 
     The last phase of each period is its end.
     """
-    times = forcing_period(members)[:, None] * (np.arange(1, RETURNS * PHASES + 1) / PHASES)
+    times = members.forcing_period[:, None] * (np.arange(1, RETURNS * PHASES + 1) / PHASES)
     flow = integrate(members, states, times, **flow_options)
     return flow.states.reshape(len(states), RETURNS, PHASES, -1), flow.outcome
 
@@ -154,7 +154,7 @@ def _find(
     period = _smallest_period(path, size)
     cycles.found[rows], cycles.period[rows], cycles.distance[rows] = found, period, distance
     cycles.extent[rows] = np.maximum(np.ptp(path[..., 0], axis=(1, 2)), np.abs(path[..., 1]).max(axis=(1, 2)))
-    cycles.symmetric[rows] = _is_symmetric(path, period, size, mirror(members))
+    cycles.symmetric[rows] = _is_symmetric(path, period, size, members.system.mirror)
     # The exponents of the cycle against those found before the last step, which was far larger than what is left.
     cycles.exponents[rows], cycles.error[rows] = exponents, np.maximum(np.abs(exponents - first), FLOOR / 10)
     cycles.time[rows] = repeats * clock.repeat
@@ -173,7 +173,7 @@ def _newton_step(
     growth, _ = qr_growth(flow.tangents, unit_frames(states))
     end = flow.states[:, -1]
     if reflected:
-        signs = mirror(members)
+        signs = members.system.mirror
         end, product = signs * end, signs[:, None] * product
     log_moduli = log_multipliers(product, log_scale, growth.sum(axis=(1, 2)))
     step = solved(np.eye(states.shape[1]) - product * np.exp(log_scale)[:, None, None], end - states)
@@ -191,8 +191,8 @@ def coexisting_attractors(members: Members, section: Array, starts: int, **flow_
     of = np.repeat(np.arange(len(section)), starts)
     several = members.take(of)
     farthest = SEARCH_FARTHEST * np.abs(section).max(axis=1)[of]
-    can_reflect, signs = mirrored(several), mirror(several)
-    longest = LONG_STRETCH if planar(members) else STRETCH
+    can_reflect, signs = several.symmetric, several.system.mirror
+    longest = LONG_STRETCH if members.system.planar else STRETCH
     found = np.zeros(of.size, dtype=bool)
     options = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), SEARCH_TOLERANCE)}
     for repeats, reflected in SEARCH_MAPS:

@@ -19,7 +19,7 @@ from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven, is_f
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage, stroke_and_blocked_force
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.response import NEAR_LIMIT
-from gelcone.motion.settle import inside, members_of, single, start_states, start_values
+from gelcone.motion.settle import inside, single, start_states
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
@@ -173,9 +173,10 @@ def operating_limits(
         its stretch limit in all members.
     """
     start_states(model, (0.0, 0.0))
-    members = members_of(model)
+    members = model.members()
     options: dict[str, Any] = {"field_limit": field_limit}
-    found = operating_limits_cells(members, start_values(members), **options, threads=threads, progress=progress)
+    states = members.start_states((0.0, 0.0))
+    found = operating_limits_cells(members, states, **options, threads=threads, progress=progress)
     if (found.outcome == Outcome.ERROR).all():
         DriveShape.of(single(members, 0))
     return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="operating limits")

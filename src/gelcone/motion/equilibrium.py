@@ -5,6 +5,7 @@ How equilibria are found is explained in `gelcone.physics.balance`.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -40,13 +41,16 @@ if TYPE_CHECKING:
 FORCE_SAMPLES = 401
 
 
-def static(model: Ensemble, voltages: npt.ArrayLike, displacements: npt.ArrayLike | None = None) -> xr.Dataset:
+def static(
+    model: Ensemble, voltages: npt.ArrayLike | None = None, displacements: npt.ArrayLike | None = None
+) -> xr.Dataset:
     """Force over displacement, equilibria, their branches, pitchfork, folds and pull-in under constant voltages.
 
     Parameters
     ----------
     model : one actuator or an ensemble; its own drive plays no part.
-    voltages : constant voltages v, at least 0, one number or shape (voltages,).
+    voltages : constant voltages v, at least 0, one number or shape (voltages,). Default the voltage amplitude, taken as
+        a constant voltage.
     displacements : increasing x at which the force is given; default 401 even ones around all equilibria.
 
     Returns
@@ -55,15 +59,16 @@ def static(model: Ensemble, voltages: npt.ArrayLike, displacements: npt.ArrayLik
     ``equilibria`` counts them). ``force`` holds the disc at x and ``stiffness`` is its slope, both NaN beyond the
     stretch limit. ``slope`` is that of the force at ``equilibrium_displacement``, which is ``stable`` where the energy
     has a minimum. ``branch_*`` trace the equilibria over the voltage, pieces parted by NaN, with the folds among the
-    points. Pitchfork, folds and pull-in are those of `pitchfork_voltage`, `fold_voltages` and `pull_in_voltage`. The
-    ``outcome`` of a member is ``outside`` where its pre-stretch exceeds the stretch limit at every displacement.
+    points. Pitchfork, folds and pull-in are those of `pitchfork_voltage`, `fold_voltages` and `pull_in_voltage`,
+    ``stroke`` and ``blocked_force`` on a slow voltage ramp those of `stroke_and_blocked_force`. The ``outcome`` of a
+    member is ``outside`` where its pre-stretch exceeds the stretch limit at every displacement.
 
     Raises
     ------
     InputError : for voltages out of bounds, displacements that do not increase or of which none can be reached, or
         when no member can be reached at all.
     """
-    levels = _voltages(voltages)
+    levels = np.unique(model.voltage) if voltages is None else _voltages(voltages)
     balances = balances_of(model)
     found = [[equilibria_of(balance, v * v) for v in levels] for balance in balances]
     x = _force_range(balances, found) if displacements is None else _wanted(displacements, balances)
@@ -95,7 +100,10 @@ def static(model: Ensemble, voltages: npt.ArrayLike, displacements: npt.ArrayLik
         },
         title="statics",
     )
-    return _with_flags(result)
+    delivered = stroke_and_blocked_force(model, levels)
+    result = result.assign({name: delivered[name] for name in ("stroke", "blocked_force")})
+    options = json.loads(result.attrs["options"]) | {"voltages": None if voltages is None else levels.tolist()}
+    return _with_flags(result.assign_attrs(options=json.dumps(options)))
 
 
 def pitchfork_voltage(model: Ensemble) -> Array:

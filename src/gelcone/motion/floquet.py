@@ -68,8 +68,8 @@ class Onset(IntEnum):
 
 _MEANINGS = {
     Onset.NONE: "rest stays stable in the searched interval",
-    Onset.PLUS_ONE: "multiplier +1: a motion with the period of one drive repeat grows",
-    Onset.MINUS_ONE: "multiplier -1: a motion with the period of two drive repeats grows (period doubling)",
+    Onset.PLUS_ONE: "multiplier +1: a motion with the period of one forcing period grows",
+    Onset.MINUS_ONE: "multiplier -1: a motion with the period of two forcing periods grows (period doubling)",
     Onset.AT_START: "rest is unstable without voltage already",
 }
 
@@ -94,7 +94,7 @@ def floquet_multipliers(
     modulus first, infinite where they overflow; ``log_modulus`` of each, which does not; ``growth_rate``, that of the
     first per unit time (positive: rest is unstable); ``spectral_radius``, the larger modulus; ``margin`` =
     (|trace| - 1 - p)/(|trace| + 1 + p) with the product p of the multipliers, which passes 0 where the stability
-    changes; ``drive_repeat`` T; ``product_error``, how far the determinant of the computed map departs from
+    changes; ``forcing_period`` T; ``product_error``, how far the determinant of the computed map departs from
     exp(-2 zeta T), relatively. The multipliers use this exact product.
 
     Raises
@@ -116,7 +116,7 @@ def floquet_multipliers(
             "growth_rate": ((), log_modulus[:, 0] / maps.repeat, *_GROWTH),
             "spectral_radius": ((), radius, *_RADIUS),
             "margin": ((), maps.margin(), *_MARGIN),
-            "drive_repeat": ((), maps.repeat, "repeat of the drive", "time"),
+            "forcing_period": ((), maps.repeat, "repeat of the drive", "time"),
             "product_error": ((), maps.product_error, "relative error of the product of the multipliers", "error"),
         },
         outcome=maps.outcome,
@@ -197,6 +197,7 @@ def tongues(
     frequencies: npt.ArrayLike,
     voltages: npt.ArrayLike,
     *,
+    highest: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -205,9 +206,13 @@ def tongues(
 
     Parameters
     ----------
-    model : one actuator, with ``rest_height`` 0 (or no spring); its own drive plays no part, except for the bias.
+    model : one actuator, with ``rest_height`` 0 (or no spring); its own voltage plays no part, except for the bias.
     frequencies, voltages : increasing, at least two each.
-    tolerance : relative error of one step. Default 1e-15.
+    highest : voltage amplitude up to which the onset at the model's own frequency is searched. Default three times the
+        static pitchfork voltage.
+    tolerance : relative error of one integration step. Default 1e-15.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
@@ -215,7 +220,8 @@ def tongues(
     `floquet_multipliers`, and ``doubles``, whether the larger multiplier is negative; over the frequency,
     ``onset_voltage`` and ``onset_kind`` up to the highest voltage, and ``boundary_voltage`` (``boundary``, NaN-padded):
     all voltages at which the stability changes, each between two neighbours of the grid and narrowed down. At
-    ``pitchfork_amplitude`` the peak of the voltage reaches the static pitchfork.
+    ``pitchfork_amplitude`` the peak of the voltage reaches the static pitchfork. ``own_onset_voltage``,
+    ``own_onset_kind`` and ``own_searched`` are those of `onset_voltage` at the model's own frequency.
 
     Raises
     ------
@@ -226,6 +232,7 @@ def tongues(
     omega, volts = (_axis(n, v) for n, v in (("drive_frequency", frequencies), ("voltage", voltages)))
     _check_rest(model)
     options = _Options(tolerance, threads)
+    own = onset_voltage(model, highest=highest, tolerance=tolerance, threads=threads)
     rows = model.replace(drive_frequency=omega)
     grid = model.replace(drive_frequency=omega[:, None], voltage=volts).members()
     maps = _maps(grid, options, _part(progress, 0.4))
@@ -251,13 +258,13 @@ def tongues(
             "drive_frequency": (line, omega, "drive frequency", "frequency"),
             "voltage": (("voltage",), volts, "voltage amplitude", "voltage"),
         },
-        options={"tolerance": tolerance},
+        options={"highest": highest, "tolerance": tolerance},
         title="instability tongues of rest",
     )
     for name in ("onset_voltage", "onset_kind"):
         result[name] = (line, onset[name].values, onset[name].attrs)
     result["outcome"] = dataset.outcome_array(maps.outcome.reshape(shape), plane)
-    return result
+    return result.assign({f"own_{name}": own[name] for name in ("onset_voltage", "onset_kind", "searched")})
 
 
 # --- maps over one repeat -------------------------------------------------------------------------------------------

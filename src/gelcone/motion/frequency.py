@@ -19,7 +19,7 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import equilibrium_under_bias, linear_response
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.regime import REST_TOLERANCE
-from gelcone.motion.settle import members_of, nudge, start_states
+from gelcone.motion.settle import nudge, start_states
 from gelcone.motion.settled import HARMONICS, Swing, settled_swing
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -95,7 +95,7 @@ def frequency(
     if frequencies is None:
         frequencies = _around_resonance(model)
     grid = _grid(model, frequencies)
-    flat = members_of(model)
+    flat = model.members()
     members = np.repeat(np.arange(flat.size), len(BRANCHES))
     states = start_states(model, initial)[members]
     both, grids = flat.take(members), grid[members]

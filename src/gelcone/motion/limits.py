@@ -12,7 +12,7 @@ from gelcone.dataset import Findings
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.settle import inside, members_of, start_states, start_values
+from gelcone.motion.settle import inside, start_states
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
@@ -50,9 +50,9 @@ def limits(
     InputError : when the flat film lies beyond its stretch limit in all members.
     """
     start_states(model, (0.0, 0.0))
-    members = members_of(model)
+    members = model.members()
     options: dict[str, Any] = {"tolerance": tolerance}
-    found = limits_cells(members, start_values(members), **options, threads=threads, progress=progress)
+    found = limits_cells(members, members.start_states((0.0, 0.0)), **options, threads=threads, progress=progress)
     return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="limits")
 
 

@@ -25,10 +25,6 @@ from gelcone.motion.settle import (
     Clock,
     check_budgets,
     clocks,
-    damped,
-    divergence,
-    forcing_period,
-    members_of,
     repeats_lasting,
     settle,
     start_states,
@@ -111,7 +107,7 @@ def _average_group(
         growth = np.concatenate([growth, advance(members, run, clock, blocks * clock.block, **flow_options)], axis=1)
         means, errors, steady = steady_statistics(growth, clock)
         time = growth.shape[1] * clock.spacing
-        floor = np.where(damped(members), FLOOR, shear_level(time))
+        floor = np.where(members.damped, FLOOR, shear_level(time))
         certain = steady & (np.abs(means[:, 0]) > np.maximum(CERTAIN * errors[:, 0], floor))
         finished = certain | (run.outcome != Outcome.OK) | (2.0 * time > budget)
         ended = rows[finished]
@@ -215,7 +211,7 @@ def lyapunov(
     """
     options: dict[str, Any] = {"window": window, "transient": transient, "budget": budget, "tolerance": tolerance}
     states = start_states(model, initial)
-    found = lyapunov_cells(members_of(model), states, **options, threads=threads, progress=progress)
+    found = lyapunov_cells(model.members(), states, **options, threads=threads, progress=progress)
     return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="Lyapunov exponents")
 
 
@@ -244,13 +240,13 @@ def lyapunov_cells(
     counted.finish()
     values, running = result.values, result.running
     time = np.where(outcome == Outcome.OK, result.time, np.nan)
-    residual = values.sum(axis=1) - divergence(members)
+    residual = values.sum(axis=1) - members.divergence
     return Findings(
         {
             "lyapunov": (("exponent",), values, "Lyapunov exponents per unit time after the transient", "rate"),
             "standard_error": (("exponent",), result.standard_error, "standard error of the exponents", "rate"),
             "finite": (("exponent",), finite, "Lyapunov exponents per unit time over the window", "rate"),
-            "per_repeat": ((), values[:, 0] * forcing_period(members), "largest exponent per forcing period", "share"),
+            "per_repeat": ((), values[:, 0] * members.forcing_period, "largest exponent per forcing period", "share"),
             "averaged_time": ((), time, "averaging time behind the exponents", "time"),
             "cycle": ((), cycle, "period of the cycle behind the exponents, 0 if averaged", "count"),
             "sign": ((), result.sign, "sign of the largest exponent, 0 if uncertain", "share"),
@@ -275,7 +271,7 @@ def take_cycles(members: Members, result: Exponents, options: dict[str, Any]) ->
     An average over chaos that has ended in a cycle meanwhile would mix both.
     """
     period = np.zeros(members.size, dtype=np.int64)
-    rows = np.flatnonzero(damped(members) & np.isfinite(result.states).all(axis=1))
+    rows = np.flatnonzero(members.damped & np.isfinite(result.states).all(axis=1))
     if rows.size:
         found = cycles_reached(members.take(rows), result.states[rows], **options)
         there = rows[found.attracting]

@@ -40,17 +40,10 @@ from gelcone.motion.settle import (
     LONG_STRETCH,
     STRETCH,
     check_budgets,
-    damped,
-    forcing_period,
-    members_of,
-    mirror,
-    mirrored,
-    planar,
     repeats_lasting,
     round_duration,
     settle,
     start_states,
-    state_count,
     transient_of,
 )
 from gelcone.motion.tangents import CERTAIN, FLOOR
@@ -99,7 +92,7 @@ def classify(
     ``rounds`` says how often a motion that has not settled is examined, and how long the search for attractors that
     coexist with chaos is; fewer than the default are faster and take chaos that does not last for chaos.
     """
-    evidence = Evidence.blank(members.size, state_count(members))
+    evidence = Evidence.blank(members.size, len(members.system.states))
     evidence.final[:] = states
     counted = Counted(progress)
     duration = transient_of(members, transient)
@@ -115,7 +108,7 @@ def classify(
         if not unsettled.size:
             break
     wandering = _alive(np.flatnonzero(np.isnan(evidence.cycle_distance)), evidence)
-    losing = damped(members)[wandering]
+    losing = members.damped[wandering]
     measures = (partial(_measure, budget=budget), partial(_second_opinion, rounds=rounds))
     _examine(measures, members, wandering[~losing], evidence, flow_options)
     wandering = _examine(measures, members, wandering[losing], evidence, loose)
@@ -157,7 +150,7 @@ def _settle(
     """Lets ``duration`` (of all members) pass, and in later rounds as long as all before together."""
     part, span = members.take(rows), round_duration(duration[rows], trial)
     if trial:  # the examination before was part of the time that this round lasts
-        span = np.maximum(span - RETURNS * forcing_period(part), 0.0)
+        span = np.maximum(span - RETURNS * part.forcing_period, 0.0)
     evidence.final[rows], evidence.outcome[rows] = settle(
         part, evidence.final[rows], repeats_lasting(part, span), **options
     )
@@ -172,13 +165,13 @@ def _examine_returns(members: Members, rows: npt.NDArray[np.intp], evidence: Evi
     evidence.lowest[rows], evidence.highest[rows] = x.min(axis=(1, 2)), x.max(axis=(1, 2))
     evidence.section[rows], evidence.final[rows] = path[:, :, -1], path[:, -1, -1]
     evidence.test_phase[rows] = _widest(x)
-    losing = damped(members)
+    losing = members.damped
     whole = path.reshape(len(x), RETURNS, -1)
     period, distance = periods_of(whole, np.where(losing, NEAR_RETURN, RETURN_TOLERANCE))
     still = (np.ptp(x, axis=(1, 2)) < REST_TOLERANCE) & (np.abs(u).max(axis=(1, 2)) < REST_TOLERANCE)
     evidence.period[rows] = np.where(still & ~losing, 0, period)
     evidence.return_distance[rows] = distance
-    evidence.symmetric[rows] = symmetric(whole, period, np.tile(mirror(members), PHASES)) & mirrored(members)
+    evidence.symmetric[rows] = symmetric(whole, period, np.tile(members.system.mirror, PHASES)) & members.symmetric
     evidence.regime[rows] = np.select([still, period > 0], [Regime.REST, Regime.PERIODIC], Regime.TRANSIENT)
 
 
@@ -203,7 +196,7 @@ def symmetric(points: Array, period: npt.NDArray[np.int64], signs: Array | float
 
 def _find_cycle(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
     """Names the damped motions that return by the cycle they return to; without one they do not count as returned."""
-    returns = (evidence.period[rows] > 0) & damped(members)
+    returns = (evidence.period[rows] > 0) & members.damped
     if not returns.any():
         return
     members, rows = members.take(returns), rows[returns]
@@ -211,7 +204,7 @@ def _find_cycle(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence
     still = cycles.extent < REST_TOLERANCE
     evidence.regime[rows] = np.where(cycles.found, np.where(still, Regime.REST, Regime.PERIODIC), Regime.TRANSIENT)
     evidence.period[rows] = np.where(cycles.found & ~still, cycles.period, 0)
-    evidence.symmetric[rows] = cycles.found & cycles.symmetric & mirrored(members)
+    evidence.symmetric[rows] = cycles.found & cycles.symmetric & members.symmetric
     evidence.cycle_distance[rows] = np.where(cycles.found, cycles.distance, np.nan)
     evidence.sign[rows] = 0
     found = rows[cycles.found]
@@ -228,7 +221,7 @@ def _unsettled(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence)
     Not those that do not move at all, for which more time changes nothing.
     """
     attracted = (evidence.sign[rows] < 0) & (evidence.cycle_distance[rows] < NEAR_RETURN)
-    return damped(members)[rows] & ~attracted & (evidence.return_distance[rows] > 0.0)
+    return members.damped[rows] & ~attracted & (evidence.return_distance[rows] > 0.0)
 
 
 def _is_chaotic(evidence: Evidence, rows: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
@@ -242,7 +235,7 @@ def _measure(
     members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any], *, budget: float
 ) -> None:
     """The exponents of those that are on no cycle, by averaging."""
-    stretch = LONG_STRETCH if planar(members) else STRETCH
+    stretch = LONG_STRETCH if members.system.planar else STRETCH
     result = average(members, evidence.final[rows], budget=budget, stretch=stretch, **options)
     evidence.exponents[rows], evidence.standard_error[rows] = result.values, result.standard_error
     evidence.averaged_time[rows], evidence.sign[rows] = result.time, result.sign
@@ -256,7 +249,7 @@ def _second_opinion(
 ) -> None:
     """The 0-1 test of the members that do not return and may not be slow: chaotic ones, and those that may be
     quasi-periodic."""
-    regular = ~damped(members) | ((not planar(members)) & (evidence.sign[rows] == 0))
+    regular = ~members.damped | ((not members.system.planar) & (evidence.sign[rows] == 0))
     wandering = (evidence.regime[rows] == Regime.TRANSIENT) & ((evidence.sign[rows] > 0) | regular)
     for points in TEST_POINTS:
         part = rows[wandering]
@@ -279,12 +272,12 @@ def _test(
     phase = evidence.test_phase[rows] / PHASES
     shares = np.stack([np.where(phase > 0.0, phase, 0.5), np.ones(len(rows))], axis=1)
     ticks = (np.arange(points)[:, None] + shares[:, None, :]).reshape(len(rows), -1)
-    flow = integrate(members, evidence.final[rows], forcing_period(members)[:, None] * ticks, **options)
+    flow = integrate(members, evidence.final[rows], members.forcing_period[:, None] * ticks, **options)
     between, section = flow.states[:, ::2], flow.states[:, 1::2]
     evidence.outcome[rows], evidence.final[rows] = flow.outcome, section[:, -1]
     evidence.zero_one[rows] = zero_one(np.where(phase[:, None] > 0.0, between[..., 0], section[..., 0]))
     evidence.under_way[rows] = (periods_of(section[:, -RETURNS:], ENDED)[0] > 0) | drifts(section)
-    chaotic = np.flatnonzero(damped(members) & _is_chaotic(evidence, rows) & (flow.outcome == Outcome.OK))
+    chaotic = np.flatnonzero(members.damped & _is_chaotic(evidence, rows) & (flow.outcome == Outcome.OK))
     if chaotic.size:
         found = coexisting_attractors(members.take(chaotic), section[chaotic], STARTS_A_ROUND * rounds, **options)
         evidence.coexisting[rows[chaotic]] = found
@@ -307,14 +300,15 @@ def drifts(section: Array) -> npt.NDArray[np.bool_]:
 
 def _judge(members: Members, evidence: Evidence) -> None:
     """Names those that do not return, and marks every verdict that its evidence does not support."""
-    losing = damped(members)
+    losing = members.damped
     ran = evidence.outcome == Outcome.OK
     wandering = (evidence.regime == Regime.TRANSIENT) & ran
     # Chaos without damping sticks to the islands in it for long, so that its average may never become steady.
     sticky = ~losing & (evidence.exponents[:, 0] > shear_level(evidence.averaged_time)) & (evidence.sign == 0)
     sticky &= evidence.zero_one > CHAOTIC_K
     chaotic = wandering & ((evidence.sign > 0) | sticky) & ~(losing & evidence.under_way)
-    on_torus = (not planar(members)) & (evidence.sign == 0) & (evidence.zero_one < REGULAR_K) & ~evidence.under_way
+    neutral = (evidence.sign == 0) & (evidence.zero_one < REGULAR_K) & ~evidence.under_way
+    on_torus = (not members.system.planar) & neutral
     quasi_periodic = wandering & ~chaotic & (~losing | on_torus)
     evidence.regime[chaotic] = Regime.CHAOTIC
     evidence.regime[quasi_periodic] = Regime.QUASI_PERIODIC
@@ -372,7 +366,7 @@ def regime(
     """
     options: dict[str, Any] = {"transient": transient, "budget": budget, "rounds": rounds, "tolerance": tolerance}
     states = start_states(model, initial)
-    found = regime_cells(members_of(model), states, **options, threads=threads, progress=progress)
+    found = regime_cells(model.members(), states, **options, threads=threads, progress=progress)
     return label_regimes(model, found, options, "regime of motion")
 
 

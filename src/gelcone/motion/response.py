@@ -14,7 +14,7 @@ from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
-from gelcone.motion.settle import fastest_rate, members_of, start_states
+from gelcone.motion.settle import start_states
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
@@ -86,7 +86,7 @@ def simulate(
     sampled = np.broadcast_to(sampled, (model.size, sampled.shape[1]))
     _check_memory(*sampled.shape)
     run = integrate(model, states0, sampled, keep="work", tolerance=tolerance, threads=threads, progress=progress)
-    members = members_of(model)
+    members = model.members()
     with np.errstate(over="ignore", invalid="ignore"):
         variables = _variables(members, run)
         broken = _broken_assumptions(members, variables, field_limit)
@@ -137,12 +137,12 @@ def _check_memory(members: int, samples: int) -> None:
 
 def _even_times(model: ConeModel, spans: npt.ArrayLike) -> Array:
     """Even times from 0 to each of the spans, shape (spans, samples), equally many for all members."""
-    members = members_of(model)
+    members = model.members()
     span = np.broadcast_to(spans, model.shape).ravel() if np.ndim(spans) else np.full(1, spans)
     period = np.broadcast_to(members.drive_period, members.shape)
     spacing = min(
         float((period / SAMPLES_PER_PERIOD / span).min()),
-        float((2.0 * np.pi / fastest_rate(members) / SAMPLES_PER_OSCILLATION / span).min()),
+        float((2.0 * np.pi / members.rate / SAMPLES_PER_OSCILLATION / span).min()),
     )
     count = int(np.clip(np.ceil(1.0 / spacing), 2, MOST_SAMPLES))
     _check_memory(model.size, count)

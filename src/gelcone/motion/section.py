@@ -15,15 +15,11 @@ from gelcone.motion.settle import (
     Piece,
     acceleration_at,
     blocks,
-    forcing_period,
     jerk_at,
-    members_of,
     pieces,
     samples_per_repeat,
     settle,
     start_states,
-    state_count,
-    state_names,
 )
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -79,11 +75,11 @@ def section(
         lies inside its stretch limit.
     """
     phase = _checked_phase(phase)
-    states0, members = start_states(model, initial), members_of(model)
+    states0, members = start_states(model, initial), model.members()
     options: dict[str, Any] = {"repeats": repeats, "discard": discard, "phase": phase, "tolerance": tolerance}
     found = section_cells(members, states0, **options, threads=threads, progress=progress)
     numbers = discard + np.arange(repeats)
-    times = (numbers + phase) * forcing_period(members)[:, None]
+    times = (numbers + phase) * members.forcing_period[:, None]
     shared = bool((times == times[0]).all())
     result = dataset.label(
         model,
@@ -117,7 +113,7 @@ def section_cells(
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     settling, sampling = split_progress(progress, discard, repeats)
     settled, outcome = settle(members, states, discard, progress=settling, **flow)
-    points = np.full((members.size, repeats, state_count(members)), np.nan)
+    points = np.full((members.size, repeats, len(members.system.states)), np.nan)
     for piece in pieces(members, settled, repeats, [phase], outcome=outcome, progress=sampling, **flow):
         points[:, piece.first : piece.first + piece.repeats] = piece.states[:, :-1]
         outcome = piece.outcome
@@ -128,7 +124,7 @@ def section_cells(
         }
         | {
             name: (("repeat",), points[..., k], f"state {name}", "state")
-            for k, name in enumerate(state_names(members)[2:], start=2)
+            for k, name in enumerate([state.name for state in members.system.states[2:]], start=2)
         },
         outcome,
     )
@@ -171,7 +167,7 @@ def extrema(
     check_count("repeats", repeats, 1)
     check_count("discard", discard, 0)
     states0 = start_states(model, initial)
-    members = members_of(model)
+    members = model.members()
     outcome = np.zeros(members.size, dtype=np.int8)
     found = []
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
@@ -186,7 +182,7 @@ def extrema(
             found.append((rows[which], turns))
             outcome[rows] = piece.outcome
     table, count = _padded(found, members.size)
-    repeat = forcing_period(members)[:, None]
+    repeat = members.forcing_period[:, None]
     result = dataset.label(
         model,
         {
@@ -238,7 +234,7 @@ def _turning_points(members: Members, piece: Piece, flow: dict[str, Any]) -> tup
     kind = np.where(rising[which, sample], 1.0, -1.0)
     turning = members.take(which)
     times, states = _polish(turning, piece.states[which, sample], begin, end, guess, kind, flow)
-    return which, np.column_stack([times / forcing_period(turning), states, kind])
+    return which, np.column_stack([times / turning.forcing_period, states, kind])
 
 
 def _zero_of_quartic(u0: Array, u1: Array, slope0: Array, slope1: Array, mean: Array) -> Array:

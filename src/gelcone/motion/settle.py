@@ -43,68 +43,13 @@ LONGEST_DECAY = 5000.0
 FEWEST_REPEATS = 30
 SHORTEST_TRANSIENT = 200.0
 
+
 # --- what the analyses need to know of an ensemble --------------------------------------------------------------------
-
-
-def members_of(model: Ensemble) -> Members:
-    """The members of a model in C order, as a one-dimensional ensemble."""
-    return model.members()
 
 
 def single(members: Members, row: int) -> ConeModel:
     """One member as a single model."""
     return ConeModel.of_system(members.system, {name: float(value[row]) for name, value in members.values.items()})
-
-
-def state_names(members: Members) -> tuple[str, ...]:
-    """Names of the states; the first two are the displacement and its rate."""
-    return tuple(state.name for state in members.system.states)
-
-
-def state_count(members: Members) -> int:
-    """Number of states, N."""
-    return len(members.system.states)
-
-
-def planar(members: Members) -> bool:
-    """Whether the motion has two states, so that areas of deviations and closed curves bound what it can do."""
-    return members.system.planar
-
-
-def start_values(members: Members) -> Array:
-    """What the states start from where nothing is said of them, (members, N)."""
-    return members.start_states((0.0, 0.0))
-
-
-def mirror(members: Members) -> Array:
-    """Sign of each state under the reflection x -> -x, (N,)."""
-    return members.system.mirror
-
-
-def mirrored(members: Members) -> npt.NDArray[np.bool_]:
-    """Members whose equation of motion is unchanged by `mirror`, (members,)."""
-    return members.symmetric
-
-
-def forcing_period(members: Members) -> Array:
-    """Smallest period of the forcing, (members,): pi/omega for a pure sine, whose square forces the motion, 2 pi/omega
-    with a bias."""
-    return np.broadcast_to(members.forcing_period, members.shape)
-
-
-def damped(members: Members) -> npt.NDArray[np.bool_]:
-    """Members whose motion loses energy, (members,)."""
-    return members.damped
-
-
-def divergence(members: Members) -> Array:
-    """Rate at which volumes of states grow, (members,): the sum of all Lyapunov exponents."""
-    return members.divergence
-
-
-def fastest_rate(members: Members) -> Array:
-    """A bound of the fastest rate of the motion, (members,)."""
-    return members.rate
 
 
 def acceleration_at(members: Members, times: Array, states: Array) -> Array:
@@ -150,8 +95,9 @@ def start_states(model: Ensemble, initial: npt.ArrayLike) -> Array:
     ------
     InputError : for another shape, numbers that are not finite, or when no member can start.
     """
-    members = members_of(model)
-    count, names = state_count(members), state_names(members)
+    members = model.members()
+    names = [state.name for state in members.system.states]
+    count = len(names)
     try:
         given = np.asarray(initial, dtype=float)
         if given.shape[-1:] not in ((2,), (count,)):
@@ -174,9 +120,9 @@ def start_states(model: Ensemble, initial: npt.ArrayLike) -> Array:
 def complete(members: Members, states: Array) -> Array:
     """All N states (members, N) of members of which only the first, displacement and velocity, may be given."""
     given = states.shape[1]
-    if given == state_count(members):
+    if given == len(members.system.states):
         return states
-    return np.concatenate([states, start_values(members)[:, given:]], axis=1)
+    return np.concatenate([states, members.start_states((0.0, 0.0))[:, given:]], axis=1)
 
 
 def nudge(states: Array, by: float) -> Array:
@@ -196,7 +142,7 @@ def default_transient(
     """
     damping = np.broadcast_to(members.damping_ratio, members.shape).ravel()
     decay = np.minimum(DECAY_TIMES / np.maximum(damping, 1e-12), longest_decay)
-    return np.maximum(np.maximum(repeats * forcing_period(members), decay), SHORTEST_TRANSIENT)
+    return np.maximum(np.maximum(repeats * members.forcing_period, decay), SHORTEST_TRANSIENT)
 
 
 def transient_of(members: Members, transient: float | None) -> Array:
@@ -218,7 +164,7 @@ def check_budgets(**budgets: float | None) -> None:
 
 def repeats_lasting(members: Members, duration: Array | float) -> npt.NDArray[np.int64]:
     """Whole forcing periods that last ``duration`` or a little longer, (members,)."""
-    return np.ceil(duration / forcing_period(members)).astype(np.int64)
+    return np.ceil(duration / members.forcing_period).astype(np.int64)
 
 
 def settle(
@@ -240,7 +186,7 @@ def settle(
         step = np.minimum(left[running], CLOCK_REPEATS)
         part = members.take(running)
         share = weighted(progress, float(step.sum()) / whole)
-        run = integrate(part, states[running], (step * forcing_period(part))[:, None], progress=share, **flow)
+        run = integrate(part, states[running], (step * part.forcing_period)[:, None], progress=share, **flow)
         states[running], outcome[running] = run.states[:, 0], run.outcome
         left[running] -= step
     return states, outcome
@@ -284,7 +230,7 @@ def pieces(
     for first in range(0, repeats, most):
         count = min(most, repeats - first)
         ticks = np.append((np.arange(count)[:, None] + np.asarray(shares)).ravel(), count)
-        times = ticks * forcing_period(members)[:, None]
+        times = ticks * members.forcing_period[:, None]
         run = integrate(members, states, times, progress=weighted(progress, count / repeats), **flow)
         # The states of a failed member are NaN, from which `integrate` cannot start; its first failure is what counts.
         outcome = np.where(outcome == Outcome.OK, run.outcome, outcome)
@@ -298,7 +244,7 @@ def samples_per_repeat(members: Members, per_oscillation: int) -> npt.NDArray[np
     A power of two, from 16 to `MOST_PER_REPEAT`, that follows from each member's own numbers alone, so that a member
     is sampled alike in any ensemble.
     """
-    oscillations = fastest_rate(members) * forcing_period(members) / (2.0 * np.pi)
+    oscillations = members.rate * members.forcing_period / (2.0 * np.pi)
     return np.minimum(next_power_of_two(np.maximum(per_oscillation * oscillations, 16.0)), MOST_PER_REPEAT)
 
 
@@ -355,8 +301,8 @@ def clocks(members: Members, stretch: float = STRETCH) -> list[tuple[npt.NDArray
 
     ``stretch`` is the longest, in fastest time scales.
     """
-    repeat = forcing_period(members)
-    longest = stretch / fastest_rate(members)
+    repeat = members.forcing_period
+    longest = stretch / members.rate
     per_repeat = next_power_of_two(np.maximum(repeat / longest, 1.0))
     repeats = np.maximum(np.floor(longest / repeat), 1.0)
     block = per_repeat * np.ceil(BLOCK / (repeat * repeats)).astype(int)

@@ -16,17 +16,7 @@ from gelcone.motion.cycle import periods_of
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.linear import linear_response
 from gelcone.motion.regime import REST_TOLERANCE
-from gelcone.motion.settle import (
-    damped,
-    default_transient,
-    forcing_period,
-    members_of,
-    repeats_lasting,
-    round_duration,
-    settle,
-    single,
-    start_states,
-)
+from gelcone.motion.settle import default_transient, repeats_lasting, round_duration, settle, single, start_states
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
@@ -120,8 +110,8 @@ def settled(
     ------
     InputError : when no member has damping or can start.
     """
-    states, members = start_states(model, initial), members_of(model)
-    if not damped(members).any():
+    states, members = start_states(model, initial), model.members()
+    if not members.damped.any():
         raise InputError("damping_ratio = 0: without damping no motion settles; give it some")
     options: dict[str, Any] = {"tolerance": tolerance}
     found = settled_cells(members, states, **options, threads=threads, progress=progress)
@@ -145,7 +135,7 @@ def settled_cells(
     progress: Progress = None,
 ) -> Findings:
     """What `settled` finds of every member of a flattened ensemble from its state (members, N); options as there."""
-    losing = damped(members)
+    losing = members.damped
     found, linear = Swing.blank(members.size, states=states.shape[1]), np.full(members.size, np.nan)
     found.outcome[~losing] = Outcome.ERROR
     if losing.any():
@@ -172,7 +162,7 @@ def settled_cells(
 def swing(members: Members, states: Array, **flow_options: Any) -> Swing:
     """Follows a flattened ensemble from ``states`` (members, N) at phase 0 over `REPEATS` forcing periods."""
     ticks = np.arange(1, REPEATS * SAMPLES + 1) / SAMPLES
-    times = forcing_period(members)[:, None] * ticks
+    times = members.forcing_period[:, None] * ticks
     run = integrate(members, states, times, **flow_options)
     x, points = run.states[..., 0], run.states[:, SAMPLES - 1 :: SAMPLES]
     period, _ = periods_of(points)

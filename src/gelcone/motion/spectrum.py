@@ -22,9 +22,6 @@ from gelcone.motion.section import STILL
 from gelcone.motion.settle import (
     MOST_PER_REPEAT,
     blocks,
-    fastest_rate,
-    forcing_period,
-    members_of,
     next_power_of_two,
     pieces,
     samples_per_repeat,
@@ -112,7 +109,7 @@ def spectrum(
     """
     options: dict[str, Any] = {"periods": periods, "discard": discard, "highest": highest, "tolerance": tolerance}
     check_count("periods", periods, FEWEST_PERIODS)
-    states0, members = start_states(model, initial), members_of(model)
+    states0, members = start_states(model, initial), model.members()
     variables, outcome = spectrum_cells(members, states0, **options, threads=threads, progress=progress)
     lines = max(1, int(np.isfinite(variables["line_ratio"][1]).sum(axis=1).max()))
     variables = {name: _cut(variable, lines) for name, variable in variables.items()}
@@ -181,7 +178,7 @@ def _bands(members: Members, highest: float | None) -> Array:
     most = MOST_PER_REPEAT // OVERSAMPLING
     if highest is None:
         omega = np.broadcast_to(members.drive_frequency, members.shape)
-        wanted = next_power_of_two(np.maximum(BAND * fastest_rate(members) / omega, SMALLEST_BAND))
+        wanted = next_power_of_two(np.maximum(BAND * members.rate / omega, SMALLEST_BAND))
         return np.minimum(wanted, most).astype(float)
     try:
         value = float(highest)
@@ -203,7 +200,7 @@ def _sampling(members: Members, bands: Array, periods: int) -> tuple[npt.NDArray
 def _repeats_per_period(members: Members) -> npt.NDArray[np.int64]:
     """Forcing periods in a period of the voltage, (members,): 2 for a pure sine, 1 with a bias."""
     periods = np.broadcast_to(members.drive_period, members.shape)
-    return np.rint(periods / forcing_period(members)).astype(np.int64)
+    return np.rint(periods / members.forcing_period).astype(np.int64)
 
 
 def _records(

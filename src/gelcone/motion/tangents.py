@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
-from gelcone.motion.settle import STRETCH, Clock, divergence, fastest_rate
+from gelcone.motion.settle import STRETCH, Clock
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -63,8 +63,8 @@ def advance(members: Members, run: TangentRun, clock: Clock, stretches: int, **f
     flow = integrate(members, run.states, times, start=phase, keep="tangents", **flow_options)
     assert flow.tangents is not None
     growth, run.frames = qr_growth(flow.tangents, run.frames)
-    whole = divergence(members) * clock.spacing
-    long = clock.spacing * fastest_rate(members) > STRETCH * (1.0 + 1e-9)
+    whole = members.divergence * clock.spacing
+    long = clock.spacing * members.rate > STRETCH * (1.0 + 1e-9)
     growth[long, :, -1] = whole[long, None] - growth[long, :, :-1].sum(axis=2)
     run.states = flow.states[:, -1]
     run.done += stretches

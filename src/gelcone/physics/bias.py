@@ -20,7 +20,8 @@ class Bias(Component):
 
     @abstractmethod
     def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """Force at the displacement x and its derivative by x; ``y`` are the bias's own states, if it has any."""
+        """Force at the displacement x and its derivative by x; ``y`` are the bias's own states, empty where it has
+        none and in statics, which ask for the force once they have settled."""
 
     def rates(self, x: Any, velocity: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the bias's own states."""
@@ -71,11 +72,9 @@ class LinearSpring(Bias):
 
     def secant(self, x: Any, n: Numbers) -> Any:
         """kappa - kappa x0/x."""
-        push = np.asarray(n["spring_stiffness"] * n["rest_height"])
-        if (push == 0.0).all():
-            return n["spring_stiffness"] + 0.0 * np.asarray(x, dtype=float)
+        push = n["spring_stiffness"] * n["rest_height"]
         with np.errstate(divide="ignore", invalid="ignore"):
-            return n["spring_stiffness"] - push / np.asarray(x, dtype=float)
+            return n["spring_stiffness"] - np.where(push == 0.0, 0.0, push / np.asarray(x, dtype=float))
 
     def free_height(self, n: Numbers) -> Any:
         return n["rest_height"]

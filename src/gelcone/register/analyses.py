@@ -71,7 +71,7 @@ _ALL = (
     Analysis(
         "static",
         "Equilibria under constant voltage, pitchfork, folds, pull-in, stroke.",
-        function="analyses.statics:static",
+        function="motion.equilibrium:static",
         answers="analyses.statics",
         reader="analyses.statics:static_arguments",
         examples=(
@@ -112,7 +112,7 @@ _ALL = (
     Analysis(
         "tongues",
         "Where the drive makes rest unstable: onset voltage and tongues.",
-        function="analyses.stability:tongues",
+        function="motion.floquet:tongues",
         answers="analyses.stability",
         over="drive_frequency or voltage, with its values as from:to:count or v1,v2,...; may be given for both.",
         from_over=("frequencies", "voltages"),

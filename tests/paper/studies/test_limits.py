@@ -119,5 +119,5 @@ def test_maps_cover_their_ranges(study, preset, first, second, monkeypatch):
     assert list(seen["over"]) == [first[0], second[0]]
 
 
-NAME = "parameter_map"
+NAME = "maps.map"
 """Of the public function that computes a map."""

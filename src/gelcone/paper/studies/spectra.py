@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.motion.settle import forcing_period
 from gelcone.motion.spectrum import FEWEST_PERIODS, spectrum
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about, kinds_of, merged
@@ -34,7 +33,7 @@ def spectra(effort: Effort, progress: Progress) -> xr.Dataset:
     model = presets[0].model.replace(spring_stiffness=stiffness, drive_frequency=omega, voltage=voltages)
     kinds = kinds_of(model, initial, effort)
     progress(0.3)
-    settled = int(np.ceil((kinds["settled_time"].values.ravel() / forcing_period(model.members())).max()))
+    settled = int(np.ceil((kinds["settled_time"].values.ravel() / model.members().forcing_period).max()))
     early = spectrum(model, initial, periods=FEWEST_PERIODS, discard=0, progress=weighted(progress, 0.1))
     late = spectrum(model, initial, periods=effort.spectrum_periods, discard=settled, progress=weighted(progress, 0.6))
     early = early.drop_vars(["initial", "outcome"])

@@ -16,7 +16,6 @@ from gelcone.codes import Outcome
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.motion.response import simulate
 from gelcone.motion.section import section
-from gelcone.motion.settle import forcing_period
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about, kinds_of, meaning, merged
 from gelcone.physics.model import ConeModel
@@ -66,7 +65,7 @@ def motions(preset: Preset, model: ConeModel, parameter: str, effort: Effort, pr
     """
     kinds = kinds_of(model, preset.initial, effort)
     progress(0.3)
-    repeat = forcing_period(model.members())
+    repeat = model.members().forcing_period
     settled = int(np.ceil((kinds["settled_time"].values / repeat).max()))
     early_repeats = int(effort.window / repeat.min()) + 1
     early = section(model, preset.initial, repeats=early_repeats, discard=0, progress=weighted(progress, 0.1))
@@ -97,7 +96,7 @@ def _long_run(model: ConeModel, late: xr.Dataset, preset: Preset, progress: Mayb
     """The time response that follows the last point of a section; NaN for a member that has failed before."""
     ends = np.stack([late[name].isel(repeat=-1).values for name in ("displacement", "velocity")], axis=-1)
     states = np.where(np.isfinite(ends), ends, np.asarray(preset.initial))
-    run = _window(model, states, LATE_REPEATS * float(forcing_period(model.members()).max()), "late", progress)
+    run = _window(model, states, LATE_REPEATS * float(model.members().forcing_period.max()), "late", progress)
     ran = late["outcome"] == Outcome.OK
     return run if ran.all() else run.where(ran)
 

@@ -48,7 +48,8 @@ class Film(Component):
 
     @abstractmethod
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """Force that pulls the disc back, and its derivative by x; ``y`` are the film's own states, if it has any."""
+        """Force that pulls the disc back, and its derivative by x; ``y`` are the film's own states, empty where it has
+        none and in statics, which ask for the force once they have settled."""
 
     def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the film's own states."""
