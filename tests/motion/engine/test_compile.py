@@ -195,7 +195,6 @@ OTHERS = [
     ("arm64-apple-macosx11.0.0", "apple-m1", rb"\xcf\xfa\xed\xfe", set()),
     ("x86_64-apple-macosx11.0.0", "haswell", rb"\xcf\xfa\xed\xfe", set()),
     ("aarch64-unknown-linux-gnu", "generic", rb"\x7fELF", set()),
-    ("x86_64-unknown-linux-gnu", "haswell", rb"\x7fELF", set()),
 ]
 
 
