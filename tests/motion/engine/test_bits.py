@@ -100,3 +100,14 @@ def test_a_processor_without_wide_vectors(kind):
     assert "zmm" not in text
     assert "vfmadd" in text
     assert_same_bits(raw, run(program))
+
+
+def test_a_processor_without_fused_arithmetic():
+    """It calls the C library's fma, which is slow, and the same."""
+    host = compiler.host()
+    if not host.triple.startswith("x86_64"):
+        pytest.skip("the processors named here are of another kind")
+    plain = compiler.Machine(host.triple, "x86-64", "")
+    some = slice(0, 6)
+    program = Program(Cone(), "tangents", 1e-6)
+    assert_same_bits(run(program, some), run(Program(Cone(), "tangents", 1e-6, machine=plain), some))

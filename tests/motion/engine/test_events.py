@@ -247,7 +247,8 @@ def stops(kind, members):
     }
 
 
-def compare_with_brackets(numbers, times, tolerance):
+def errors_by_brackets(numbers, times, tolerances):
+    """Largest error of each member's states, for each tolerance, and the number of switches of each member."""
     members = numbers["f"].size
     exact, switches = reference(
         numbers["z"],
@@ -257,27 +258,32 @@ def compare_with_brackets(numbers, times, tolerance):
         np.array([numbers["d1"], numbers["d2"]]),
         times,
     )
-    program = Program(TwoStops(), "states", tolerance, STOPS)
-    # s2 (x - d2) rises where the border is passed, so that both switches start at 1
-    raw = program.run(numbers | {"s1": 1.0, "s2": 1.0}, np.zeros((members, 2)), 0.0, np.tile(times, (members, 1)))
-    assert (raw.status == ARRIVED).all()
-    return np.abs(raw.states - exact).max(axis=(1, 2)), switches
+    errors = []
+    for tolerance in tolerances:
+        program = Program(TwoStops(), "states", tolerance, STOPS)
+        # s2 (x - d2) rises where the border is passed, so that both switches start at 1
+        start = np.zeros((members, 2))
+        raw = program.run(numbers | {"s1": 1.0, "s2": 1.0}, start, 0.0, np.tile(times, (members, 1)))
+        assert (raw.status == ARRIVED).all()
+        errors.append(np.abs(raw.states - exact).max(axis=(1, 2)))
+    return errors, switches
 
 
 @pytest.mark.parametrize("kind", ["apart", "together", "beside"])
 def test_switches_agree_with_bracketing(kind):
-    errors, switches = compare_with_brackets(stops(kind, 50), np.linspace(5.0, 30.0, 6), 1e-15)
+    (tight, loose), switches = errors_by_brackets(stops(kind, 50), np.linspace(5.0, 30.0, 6), (1e-15, 1e-6))
     assert switches.mean() > 12
-    assert errors.max() < 1e-11
+    assert tight.max() < 1e-11
+    assert loose.max() < 1e-6
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["apart", "together", "beside"])
-@pytest.mark.parametrize(("tolerance", "bound"), [(1e-15, 1e-11), (1e-10, 1e-7)])
-def test_ten_thousand_members_agree_with_bracketing_after_100_switches(kind, tolerance, bound):
-    errors, switches = compare_with_brackets(stops(kind, 10_000), np.linspace(20.0, 240.0, 12), tolerance)
+def test_ten_thousand_members_agree_with_bracketing_after_100_switches(kind):
+    errors, switches = errors_by_brackets(stops(kind, 10_000), np.linspace(20.0, 240.0, 12), (1e-15, 1e-10, 1e-6))
     assert np.median(switches) > 100
-    assert errors.max() < bound
+    for error, bound in zip(errors, (1e-11, 1e-9, 1e-5), strict=True):
+        assert error.max() < bound
 
 
 def grazing_borders(shares):
@@ -297,9 +303,9 @@ def test_touching_borders_agree_with_bracketing():
     members = d1.size
     numbers = {"z": 0.1, "f": np.full(members, 0.5), "w": np.full(members, 0.9)}
     numbers |= {"K1": np.full(members, 4.0), "K2": np.full(members, 1.0), "d1": d1, "d2": d1 + 1e-9}
-    for tolerance, bound in ((1e-15, 1e-11), (1e-6, 1e-5)):
-        errors, _ = compare_with_brackets(numbers, np.linspace(5.0, 30.0, 6), tolerance)
-        assert errors.max() < bound
+    (tight, loose), _ = errors_by_brackets(numbers, np.linspace(5.0, 30.0, 6), (1e-15, 1e-6))
+    assert tight.max() < 1e-11
+    assert loose.max() < 1e-5
 
 
 def test_a_run_goes_on_from_the_state_and_the_switches_of_another():
