@@ -347,15 +347,6 @@ def test_bad_input_is_one_line_and_exit_code_2(run, arguments, message):
     assert sorted(os.listdir()) == before
 
 
-def test_a_missing_integrator_is_one_line(run, monkeypatch):
-    monkeypatch.setitem(sys.modules, "heyoka", None)
-    monkeypatch.setattr("gelcone.motion.heyoka._template", lambda *key: gelcone.motion.heyoka.import_heyoka())
-    code, out, err = run("simulate", "--periods", "1")
-    assert (code, out) == (1, "")
-    assert err.count("\n") == 1
-    assert "conda install -c conda-forge heyoka.py" in err
-
-
 # --- reading of values ------------------------------------------------------------------------------------------------
 
 
@@ -402,7 +393,7 @@ def test_help_and_version(run):
     assert run("--version")[1] == f"gelcone, version {gelcone.__version__}\n"
 
 
-HEAVY = {"heyoka", "matplotlib", "pandas", "xarray", "scipy", "pydantic", "h5py"}
+HEAVY = {"llvmlite", "matplotlib", "pandas", "xarray", "scipy", "pydantic", "h5py"}
 
 
 @pytest.mark.parametrize(

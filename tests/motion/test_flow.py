@@ -2,19 +2,19 @@
 
 import json
 import pickle
-import sys
 import threading
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from benchmarks import heyoka_backend as heyoka
 from gelcone import codes
 from gelcone.codes import Outcome
-from gelcone.errors import InputError, MissingDependency
-from gelcone.motion import batches, flow, heyoka
+from gelcone.errors import InputError
+from gelcone.motion import flow
+from gelcone.motion.engine import backend, program
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import KEEPS
 from gelcone.physics.laws import LAWS, Gent
@@ -316,8 +316,8 @@ def test_after_a_failure_all_samples_are_nan_and_before_it_none():
 
 @every_keep
 def test_a_member_that_needs_too_many_steps_says_so_and_changes_no_bit_of_its_neighbours(keep, monkeypatch):
-    monkeypatch.setattr(heyoka, "STEPS_PER_CALL", 400)
-    monkeypatch.setattr(batches, "CALL_SPAN", 100.0)
+    monkeypatch.setattr(backend, "STEPS_PER_CALL", 400)
+    monkeypatch.setattr(backend, "CALL_SPAN", 100.0)
     model, initial = varied(count=7, drive_frequency=0.5)
     times = np.arange(0.0, 60.0)
     alone = integrate(model, initial, times, keep=keep)
@@ -410,7 +410,9 @@ def test_the_first_sample_may_be_the_start():
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_progress_adds_up_to_one(threads):
+def test_progress_adds_up_to_one(threads, monkeypatch):
+    monkeypatch.setattr(program, "REPORT_EVERY", 0.0)
+    monkeypatch.setattr(program, "STEPS_PER_CALL", 256)
     model, initial = varied(count=20)
     shares = []
     integrate(model, initial, np.linspace(0.0, 900.0, 10), threads=threads, progress=shares.append)
@@ -466,28 +468,6 @@ def test_bad_input_is_refused_in_one_line(options, message):
     assert "\n" not in str(error.value)
 
 
-def test_a_missing_heyoka_is_reported_with_the_way_to_get_it(monkeypatch):
-    monkeypatch.setitem(sys.modules, "heyoka", None)
-    with pytest.raises(MissingDependency) as error:
-        heyoka.import_heyoka()
-    assert "conda install -c conda-forge heyoka.py" in str(error.value)
-    assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize("error", [RuntimeError, ValueError])
-def test_where_the_compiled_code_cannot_be_cached_it_is_compiled_each_time(monkeypatch, error):
-    def no_folder(limit):
-        raise error("cannot create directories")
-
-    enabled = []
-    states = SimpleNamespace(set_diskcache_limit=no_folder, set_diskcache_enabled=enabled.append)
-    module = ModuleType("heyoka")
-    module.llvm_state = states
-    monkeypatch.setitem(sys.modules, "heyoka", module)
-    assert heyoka.import_heyoka().llvm_state is states
-    assert enabled == [False]
-
-
 def test_a_law_of_ones_own_is_compiled_too():
     class Doubled(Gent):
         name = "doubled"
@@ -501,6 +481,6 @@ def test_a_law_of_ones_own_is_compiled_too():
 def test_a_model_from_another_process_needs_no_new_program(law):
     model = ConeModel(voltage=0.3, law=law)
     integrate(model, (0.1, 0.0), [1.0])
-    programs = heyoka._template.cache_info().currsize
+    programs = backend._program.cache_info().currsize
     integrate(pickle.loads(pickle.dumps(model)), (0.1, 0.0), [1.0])
-    assert heyoka._template.cache_info().currsize == programs
+    assert backend._program.cache_info().currsize == programs

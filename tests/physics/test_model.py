@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from benchmarks.heyoka_backend import functions
 from gelcone.errors import InputError
-from gelcone.motion.heyoka import functions
 from gelcone.physics import model
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import PARAMETERS, ConeModel

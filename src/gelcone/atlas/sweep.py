@@ -25,7 +25,6 @@ from gelcone.atlas.workers import Team, Workers
 from gelcone.atlas.workers import threads as start_threads
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.heyoka import LANES
 from gelcone.motion.settle import check_budgets, complete, start_states
 from gelcone.progress import Progress, Stopped
 from gelcone.quantity import check_count
@@ -213,7 +212,7 @@ def _tasks(cells: Cells, team: int) -> Iterator[Cells]:
     """Cuts cells into tasks, the smaller the fewer cells are left, so that no worker is busy long after the others."""
     first = 0
     while first < cells.size:
-        share = (cells.size - first) // (2 * team) // LANES * LANES
+        share = (cells.size - first) // (2 * team)
         last = first + min(max(share, FEWEST_CELLS), TASK_CELLS)
         yield cells[first:last]
         first = last

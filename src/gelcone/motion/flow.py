@@ -4,20 +4,27 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.engine.backend import EngineBackend
 from gelcone.motion.job import KEEPS, Backend, Job, Keep, Trajectories
 from gelcone.physics.members import Ensemble, Members
 from gelcone.progress import current_watch
 from gelcone.quantity import Array
 
 DEFAULT_TOLERANCE = 1e-15
-BACKEND: Backend = EngineBackend()
+
+
+@cache
+def backend() -> Backend:
+    """What integrates, loaded when it is first needed."""
+    from gelcone.motion.engine.backend import EngineBackend
+
+    return EngineBackend()
 
 
 def integrate(
@@ -70,7 +77,7 @@ def integrate(
     _store_start(result, states0, runs & (gaps[:, 0] == 0.0))
     job = Job(members, runs, states0, t0, sample_times, gaps, keep, tolerance, result)
     watch = current_watch()
-    BACKEND.run(job, threads=threads or available_threads(), progress=progress, watch=watch)
+    backend().run(job, threads=threads or available_threads(), progress=progress, watch=watch)
     if watch is not None:
         watch.steps += int(result.steps.sum())
     return result

@@ -13,7 +13,6 @@ from pathlib import Path
 import gelcone
 from gelcone._version import __version__
 from gelcone.devices.device import shipped_devices
-from gelcone.motion.heyoka import import_heyoka
 from gelcone.paper.effort import Effort
 
 SHOWING = (
@@ -48,7 +47,6 @@ def program() -> str:
     digest = sha256()
     for name in ("numpy", "scipy"):
         digest.update(f"{name} {version(name)}\n".encode())
-    digest.update(f"heyoka {import_heyoka().__version__}\n".encode())
     for name, path in sources():
         digest.update(name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""The engine in the place of an integrator: jobs of gelcone run by compiled programs."""
+"""The back end of `gelcone.integrate`: jobs run by compiled programs, and how their members ended."""
 
 from __future__ import annotations
 
@@ -6,48 +6,50 @@ import threading
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, Outcome
 from gelcone.motion.engine.program import ARRIVED, NOT_FINITE, TOO_MANY_STEPS, Program, Raw
 from gelcone.motion.job import Job, Keep
+from gelcone.physics.members import Members
 from gelcone.physics.system import ConeSystem
 from gelcone.progress import Progress, Stopped, Watch
+from gelcone.quantity import Array
 
 SMALLEST_STEP = 2e-8
 """A shorter step means that the film came so close to its stretch limit that the distance, and with it the force, is
 lost to rounding (measured by ``benchmarks/robustness.py``). It shrinks with the time scale of very stiff members."""
 MOST_PROGRAMS = 64
+"""Programs kept in memory; one that is dropped comes back from the cache on disk."""
 
-_lock = threading.Lock()
+_compiling = threading.Lock()
 
 
 class EngineBackend:
-    """Integrates jobs with compiled Taylor programs; see `gelcone.motion.job.Backend`."""
+    """Integrates jobs with the engine; see `gelcone.motion.job.Backend`."""
 
     def run(self, job: Job, *, threads: int, progress: Progress, watch: Watch | None) -> None:
         run = np.flatnonzero(job.runs)
         if not run.size:
             return
         members = job.members.take(run)
-        limit = np.broadcast_to(members.strain_limit(), members.shape)
-        smallest = np.where(np.isinf(limit), 0.0, SMALLEST_STEP * np.minimum(1.0, 10.0 / members.rate))
-        calls = np.maximum(np.ceil(job.gaps[run].sum(axis=1) * members.rate / CALL_SPAN), 1.0)
-        with _lock:
+        smallest_step = _smallest_step(members)
+        with _compiling:
             program = _program(members.system, job.keep, job.tolerance)
         raw = program.run(
             {name: members.number(name) for name in members.system.numbers},
             job.states0[run],
             job.start[run],
             job.times[run],
-            smallest_step=smallest,
-            most_steps=int(STEPS_PER_CALL * calls.max()),
+            smallest_step=smallest_step,
+            most_steps=STEPS_PER_CALL * np.ceil(np.maximum(job.gaps[run].sum(axis=1) * members.rate / CALL_SPAN, 1.0)),
             threads=threads,
             report=progress,
             stopped=None if watch is None else watch.stop.is_set,
         )
         if watch is not None and watch.stop.is_set():
             raise Stopped
-        _store(job, run, raw, limit)
+        _store(job, run, members, raw, smallest_step)
 
 
 @lru_cache(maxsize=MOST_PROGRAMS)
@@ -55,24 +57,39 @@ def _program(system: ConeSystem, keep: Keep, tolerance: float) -> Program:
     return Program(system, keep, tolerance)
 
 
-def _store(job: Job, run: np.ndarray, raw: Raw, limit: np.ndarray) -> None:
-    """Takes over what the members reached, and says how those ended that did not arrive."""
-    result, film = job.result, job.members.system.film
-    members = job.members.take(run)
+def _smallest_step(members: Members) -> Array:
+    """The step below which a member has lost its digits to its stretch limit, (members,); 0 where it has none."""
+    smallest = SMALLEST_STEP * np.minimum(1.0, 10.0 / members.rate)
+    return np.where(np.isinf(members.strain_limit()), 0.0, smallest)
+
+
+def _store(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw, smallest_step: Array) -> None:
+    """Keeps the samples that members reached inside their limits, and how those ended that did not arrive."""
     with np.errstate(all="ignore"):
-        beyond = members.strain(raw.states[..., 0]) >= limit[:, None]
-    crossed = beyond.any(axis=1)
-    wall = film.ending
-    far = raw.smallest_step >= np.where(np.isinf(limit), 0.0, 0.0)
-    outcome = np.where(raw.status == ARRIVED, Outcome.OK, wall)
-    unbounded = np.isinf(limit) & (film.ending == Outcome.STRETCH_LIMIT)
-    outcome[(raw.status == NOT_FINITE) & unbounded] = Outcome.NOT_FINITE
-    outcome[raw.status == TOO_MANY_STEPS] = Outcome.STEP_LIMIT
-    outcome[crossed] = wall
-    result.outcome[run] = outcome
+        beyond = members.strain(raw.states[..., 0]) >= members.strain_limit(trailing=1)
+    inside = ~np.logical_or.accumulate(beyond, axis=1)
+    result = job.result
+    for kept, values in ((result.states, raw.states), (result.tangents, raw.tangents), (result.work, raw.work)):
+        if kept is not None and values is not None:
+            kept[run] = values if inside.all() else np.where(_spread(inside, values.ndim), values, np.nan)
     result.steps[run] = raw.steps
-    kept = ~np.logical_or.accumulate(beyond, axis=1)
-    for into, values in ((result.states, raw.states), (result.tangents, raw.tangents), (result.work, raw.work)):
-        if into is not None and values is not None:
-            shape = kept.shape + (1,) * (values.ndim - 2)
-            into[run] = np.where(kept.reshape(shape), values, np.nan)
+    result.outcome[run] = _outcomes(job, members, raw, smallest_step, ~inside[:, -1])
+
+
+def _outcomes(
+    job: Job, members: Members, raw: Raw, smallest_step: Array, beyond: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.int8]:
+    """How each member ended."""
+    ending = members.system.film.ending
+    outcome = np.where((raw.status == ARRIVED) & ~beyond, Outcome.OK, ending)
+    if ending == Outcome.STRETCH_LIMIT:
+        # without a wall nearby a motion is infinite; away from it only its deviations can overflow
+        far = (job.keep == "tangents") & (raw.smallest_step >= smallest_step)
+        outcome[(raw.status == NOT_FINITE) & (far | (smallest_step == 0.0)) & ~beyond] = Outcome.NOT_FINITE
+    outcome[raw.status == TOO_MANY_STEPS] = Outcome.STEP_LIMIT
+    return outcome.astype(np.int8)
+
+
+def _spread(flags: npt.NDArray[np.bool_], rank: int) -> npt.NDArray[np.bool_]:
+    """``flags`` (members, samples) with axes for what each sample holds."""
+    return flags.reshape(flags.shape + (1,) * (rank - flags.ndim))

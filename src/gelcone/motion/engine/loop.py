@@ -5,7 +5,7 @@ the end, a corner, a failure, perhaps a crossed border - are then served one by 
 is done takes the next one from a queue that all threads share.
 
 Step size: the last two coefficients of the states bound what a step leaves out,
-    h = min over k in (p - 1, p) of (tolerance max(1, |x_0|) / |x_k|)^(1/k),   |.| the largest of all states,
+    h = min over k in (p - 1, p) of (tolerance max(small, |x_0|) / |x_k|)^(1/k),   |.| the largest of all states,
 as in Jorba & Zou, Experimental Mathematics 14 (2005) 99, sec. 3.2.
 """
 
@@ -22,6 +22,8 @@ from gelcone.motion.engine.events import ON_BORDER, crossing_function
 from gelcone.motion.engine.recurrences import Jet, evaluate, held_values
 from gelcone.motion.engine.trace import Node, ordered
 
+SMALLEST_NORM = 1e-8
+"""Errors are relative to the largest state; where all are below this, to this."""
 LONGEST_STEP_BITS = 40.0
 """Steps are at most 2^40: where all coefficients vanish nothing else bounds them."""
 ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, TERMINAL_EVENT = range(5)
@@ -38,17 +40,17 @@ class Job(IntEnum):
     TIMES = 4  # (members, samples)
     CORNERS = 5  # (members, corners + 1), the last infinite
     SMALLEST = 6  # (members,)
-    RESULT = 7  # (members, samples, states)
-    STATUS = 8  # (members,) int64
-    STEPS = 9  # (members,)
-    LEAST = 10  # (members,)
-    END_TIME = 11  # (members,)
-    END_STATE = 12  # (members, states)
-    MEMBERS = 13
-    SAMPLES = 14
-    CORNER_COUNT = 15
-    PADDED = 16
-    MOST_STEPS = 17
+    MOST_STEPS = 7  # (members,)
+    RESULT = 8  # (members, samples, states)
+    STATUS = 9  # (members,) int64
+    STEPS = 10  # (members,)
+    LEAST = 11  # (members,)
+    END_TIME = 12  # (members,)
+    END_STATE = 13  # (members, states)
+    MEMBERS = 14
+    SAMPLES = 15
+    CORNER_COUNT = 16
+    PADDED = 17
     NEXT = 18  # the member that the next free lane takes
 
 
@@ -100,13 +102,14 @@ class Layout:
             self.stop,
             self.corner,
             self.smallest,
+            self.most_steps,
             self.least,
             self.steps,
             self.member,
             self.sample,
             self.corner_number,
             self.table,
-        ) = range(first, first + 12)
+        ) = range(first, first + 13)
         self.switches = self.table + len(self.held)
         self.sides = self.switches + len(plan.switches)
         self.rows = self.sides + len(plan.borders)
@@ -204,7 +207,7 @@ def _advance(plan: Plan, layout: Layout) -> Function:
         small = f.compare("olt", wanted, f.load(row(layout.smallest)))
         steps = f.add(f.load(row(layout.steps)), f.real(1.0))
         sampled = f.compare("ole", f.subtract(f.subtract(f.load(row(layout.target)), time), low), step)
-        spent = f.compare("oge", steps, _spread(f, f.load_whole(f.place("%job", Job.MOST_STEPS))))
+        spent = f.compare("oge", steps, f.load(row(layout.most_steps)))
         near = _near(f, jet, plan, layout, step)
         due = f.either(f.either(ends, sampled), f.either(small, spent))
         due = f.either(due, f.new(f"xor {f.truth_type} {finite}, splat (i1 true)"))
@@ -238,7 +241,7 @@ def _step_size(f: Function, jet: Jet, plan: Plan) -> Value:
             total = f.larger(total, size)
         return total
 
-    allowed = functions.rough_log2(f, f.multiply(f.larger(norm(0), f.real(1.0)), f.real(plan.tolerance)))
+    allowed = functions.rough_log2(f, f.multiply(f.larger(norm(0), f.real(SMALLEST_NORM)), f.real(plan.tolerance)))
     logarithms = [
         f.multiply(f.subtract(allowed, functions.rough_log2(f, norm(k))), f.real(1.0 / k))
         for k in (plan.order - 1, plan.order)
@@ -261,13 +264,6 @@ def _later(f: Function, time: Value, low: Value, step: Value) -> tuple[Value, Va
     lost = f.add(lost, low)
     new_time = f.add(total, lost)
     return new_time, f.subtract(lost, f.subtract(new_time, total))
-
-
-def _spread(f: Function, whole: Value) -> Value:
-    """An integer as a real number in all lanes."""
-    single = f.new(f"sitofp i64 {whole} to double")
-    first = f.new(f"insertelement {f.real_type} poison, double {single}, i64 0")
-    return f.new(f"shufflevector {f.real_type} {first}, {f.real_type} poison, <{f.width} x i32> zeroinitializer")
 
 
 def _near(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value) -> Value:
@@ -401,6 +397,7 @@ def _refill(plan: Plan, layout: Layout) -> Function:
     lane.set(layout.corner, f.load(lane.array(Job.CORNERS, lane.times(member, lane.size(Job.CORNER_COUNT)))))
     lane.set_stop(plan, layout, member)
     lane.set(layout.smallest, f.load(lane.array(Job.SMALLEST, member)))
+    lane.set(layout.most_steps, f.load(lane.array(Job.MOST_STEPS, member)))
     lane.set(layout.least, f.real(math.inf))
     lane.set(layout.steps, f.real(0.0))
     f.finish()
@@ -446,7 +443,7 @@ def _serve(plan: Plan, layout: Layout) -> Function:
                 with f.when(f.compare_whole("eq", f.load_whole(event), str(k))):
                     _pass_border(f, lane, layout, border, k, status)
             _pass_corner(f, lane, plan, layout, member)
-            spent = f.compare("oge", lane.get(layout.steps), f.new(f"sitofp i64 {lane.size(Job.MOST_STEPS)} to double"))
+            spent = f.compare("oge", lane.get(layout.steps), lane.get(layout.most_steps))
             with f.when(f.both(spent, f.compare_whole("slt", f.load_whole(status), "0"))):
                 f.store_whole(str(TOO_MANY_STEPS), status)
     with f.when(f.compare_whole("sge", f.load_whole(status), "0")):

@@ -47,8 +47,8 @@ class System(Protocol):
     """What a program is made of. Every formula is traced with a `Graph` as ``xp``."""
 
     @property
-    def states(self) -> tuple[str, ...]:
-        """Names of the state variables."""
+    def states(self) -> tuple[Any, ...]:
+        """The state variables, one each."""
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -171,7 +171,7 @@ class Program:
         times: npt.ArrayLike,
         *,
         smallest_step: npt.ArrayLike = 0.0,
-        most_steps: int = 10**9,
+        most_steps: npt.ArrayLike = 1e9,
         threads: int = 1,
         corners: npt.ArrayLike | None = None,
         report: Callable[[float], None] | None = None,
@@ -186,7 +186,7 @@ class Program:
         start : time of the initial states, scalar or (members,).
         times : sample times, (members, samples), increasing along a row and not before the start.
         smallest_step : a member ends where its step falls below this, scalar or (members,).
-        most_steps : a member ends after so many steps.
+        most_steps : a member ends after so many steps, scalar or (members,).
         threads : how many threads work; does not change a bit of the result.
         corners : increasing times, (members, corners), at which steps end; infinite ones and those before the start
             are left out. Default none.
@@ -296,7 +296,7 @@ class _Compiled:
         start: npt.ArrayLike,
         times: Array,
         smallest_step: npt.ArrayLike,
-        most_steps: int,
+        most_steps: npt.ArrayLike,
         corners: npt.ArrayLike | None,
     ) -> _Arrays:
         """The arrays of a run, filled in."""
@@ -340,7 +340,7 @@ class _Compiled:
             end_time=first.copy(),
             end_state=initial.copy(),
             padded=padded,
-            most_steps=most_steps,
+            most_steps=np.ascontiguousarray(np.broadcast_to(most_steps, (members,)), dtype=float),
         )
 
 
@@ -381,6 +381,7 @@ class _Arrays:
     times: Array
     corners: Array
     smallest: Array
+    most_steps: Array
     result: Array
     status: npt.NDArray[np.int64]
     steps: Array
@@ -388,7 +389,6 @@ class _Arrays:
     end_time: Array
     end_state: Array
     padded: int
-    most_steps: int
 
     def fields(self) -> npt.NDArray[np.int64]:
         """The job as the compiled loop reads it."""
@@ -397,7 +397,7 @@ class _Arrays:
             job[field] = getattr(self, field.name.lower()).ctypes.data
         job[Job.MEMBERS], job[Job.SAMPLES] = self.times.shape
         job[Job.CORNER_COUNT] = self.corners.shape[1]
-        job[Job.PADDED], job[Job.MOST_STEPS] = self.padded, self.most_steps
+        job[Job.PADDED] = self.padded
         return job
 
 
@@ -438,7 +438,7 @@ class _Run:
             for thread in others:
                 thread.join()
             raise
-        if self._report is not None and not self._stop.is_set():
+        if self._report is not None and not self._stop.is_set() and self._told < 1.0:
             self._report(1.0 - self._told)
 
     def _advance(self, k: int) -> None:
@@ -463,9 +463,10 @@ class _Run:
         now = time.perf_counter()
         if self._report is not None and now >= self._next_report:
             self._next_report = now + REPORT_EVERY
-            done = max(self._share_done(), self._told)
-            self._report(done - self._told)
-            self._told = done
+            done = self._share_done()
+            if done > self._told:
+                self._report(done - self._told)
+                self._told = done
 
     def _share_done(self) -> float:
         """Members that are done, and the shares of those under way, over all."""

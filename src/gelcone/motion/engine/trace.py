@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from numbers import Real
 from typing import Any
 
 LARGEST_INTEGER_POWER = 32
@@ -33,28 +34,28 @@ class Node:
         self.fixed = fixed
 
     def __add__(self, other: Any) -> Node:
-        return self.graph.add(self, other)
+        return self.graph.add(self, other) if _is_value(other) else NotImplemented
 
     def __radd__(self, other: Any) -> Node:
-        return self.graph.add(other, self)
+        return self.graph.add(other, self) if _is_value(other) else NotImplemented
 
     def __sub__(self, other: Any) -> Node:
-        return self.graph.subtract(self, other)
+        return self.graph.subtract(self, other) if _is_value(other) else NotImplemented
 
     def __rsub__(self, other: Any) -> Node:
-        return self.graph.subtract(other, self)
+        return self.graph.subtract(other, self) if _is_value(other) else NotImplemented
 
     def __mul__(self, other: Any) -> Node:
-        return self.graph.multiply(self, other)
+        return self.graph.multiply(self, other) if _is_value(other) else NotImplemented
 
     def __rmul__(self, other: Any) -> Node:
-        return self.graph.multiply(other, self)
+        return self.graph.multiply(other, self) if _is_value(other) else NotImplemented
 
     def __truediv__(self, other: Any) -> Node:
-        return self.graph.divide(self, other)
+        return self.graph.divide(self, other) if _is_value(other) else NotImplemented
 
     def __rtruediv__(self, other: Any) -> Node:
-        return self.graph.divide(other, self)
+        return self.graph.divide(other, self) if _is_value(other) else NotImplemented
 
     def __neg__(self) -> Node:
         return self.graph.multiply(-1.0, self)
@@ -63,13 +64,18 @@ class Node:
         return self
 
     def __pow__(self, exponent: Any) -> Node:
-        return self.graph.power(self, exponent)
+        return self.graph.power(self, exponent) if _is_value(exponent) else NotImplemented
 
     def __rpow__(self, base: Any) -> Node:
-        return self.graph.power(base, self)
+        return self.graph.power(base, self) if _is_value(base) else NotImplemented
 
     def __bool__(self) -> bool:
         raise TypeError("a formula cannot branch on a value that changes with time: describe the border by an event")
+
+
+def _is_value(other: Any) -> bool:
+    """Whether arithmetic with it is a node's; what is neither node nor number has rules of its own."""
+    return isinstance(other, Node | Real)
 
 
 class Graph:

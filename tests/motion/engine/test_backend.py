@@ -1,12 +1,13 @@
-"""The heyoka back end: what it compiles, any number of states, and equal systems share a program."""
+"""The back end: any number of states, equal systems share a program, and heyoka as the second integrator agrees."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from benchmarks import heyoka_backend as heyoka
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.motion import heyoka
+from gelcone.motion.engine import backend
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import KEEPS
 from gelcone.physics.model import ConeModel
@@ -71,12 +72,12 @@ def test_every_function_of_the_contract_is_there():
 
 def test_systems_that_differ_in_numbers_alone_share_a_program():
     integrate(MODELS["filter"], start(MODELS["filter"]), [0.5])
-    programs = heyoka._template.cache_info().currsize
+    programs = backend._program.cache_info().currsize
     other = ConeModel(circuit=FilteredVoltage(), voltage=[0.1, 0.2], filter_time=0.9, stretch_limit=7.0)
     integrate(other, (0.1, 0.0), [0.5])
-    assert heyoka._template.cache_info().currsize == programs
+    assert backend._program.cache_info().currsize == programs
     integrate(ConeModel(circuit=FilteredVoltage(), law="neo-hookean"), (0.1, 0.0), [0.5])
-    assert heyoka._template.cache_info().currsize == programs + 1
+    assert backend._program.cache_info().currsize == programs + 1
 
 
 def test_a_number_that_a_components_formulas_depend_on_makes_another_program():

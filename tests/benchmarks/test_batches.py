@@ -6,9 +6,9 @@ import time
 import numpy as np
 import pytest
 
+from benchmarks.batches import Batch, run_batches, stretches
 from gelcone.codes import CALL_SPAN
 from gelcone.motion import batches
-from gelcone.motion.batches import Batch, run_batches, stretches
 from gelcone.motion.job import Job, Trajectories
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Stopped, Watch

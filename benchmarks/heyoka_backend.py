@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from benchmarks.batches import Batch, batches, run_batches, stretches
 from gelcone.codes import STEPS_PER_CALL, Outcome
 from gelcone.errors import MissingDependency
-from gelcone.motion.batches import Batch, batches, run_batches, stretches
 from gelcone.motion.job import Job, Keep
 from gelcone.physics.system import ConeSystem, System
 from gelcone.progress import Progress, Watch
