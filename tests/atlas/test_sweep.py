@@ -472,8 +472,10 @@ def test_a_store_of_another_version_says_so(tmp_path, monkeypatch):
 # --- what is computed, inferred and kept ------------------------------------------------------------------------------
 
 
-def test_a_finished_refined_store_holds_its_inferred_cells_as_inferred(tmp_path, whole):
+def test_a_finished_refined_store_holds_its_inferred_cells_as_inferred(tmp_path, whole, monkeypatch):
     """Resumed, it computes nothing again and takes no inferred cell for a computed one."""
+    monkeypatch.setattr(module, "FLUSH_SECONDS", 0.0)  # nothing waits to be written when the rest is inferred
+    monkeypatch.setattr(module, "LONGEST_FLUSH_SECONDS", 0.0)
     sweep(PLAN, coarsest=COARSE, store=tmp_path / "s")
     held = json.loads(show(tmp_path / "s").attrs["totals"])
     totals = json.loads(whole.attrs["totals"])
