@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 SIGNS = {-1: "certainly negative", 0: "sign uncertain within the budget", 1: "certainly positive"}
 """What is known of the sign of the largest exponent."""
-DISCORD = "the evidence does not agree"
+DISCORD = "the evidence disagrees"
 """What is doubtful about a kind of motion."""
 MOST_LINES = 20
 """Most lines of a list; the rest are counted."""
@@ -94,7 +94,7 @@ def evidence_in_words(member: xr.Dataset) -> list[str]:
     if np.isfinite(member["zero_one"]):
         lines.append(f"0-1 test {float(member['zero_one']):.2f}")
     if np.isfinite(member["cycle_distance"]):
-        lines.append(f"{float(member['cycle_distance']):.0e} of its size from the cycle or equilibrium it settles on")
+        lines.append(f"{float(member['cycle_distance']):.0e} of its size from the motion it settles to")
     elif period:
         lines.append(f"points return to within {float(member['return_distance']):.0e} of its size")
     if int(member["doubtful"]):

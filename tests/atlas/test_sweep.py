@@ -271,15 +271,10 @@ def test_what_was_interrupted_goes_on_to_the_same_bytes(tmp_path, monkeypatch, w
 def test_another_plan_or_version_is_refused_with_the_difference(tmp_path, monkeypatch):
     interrupted(tmp_path / "s", 1)
     for changed, message in [
-        (
-            Plan(FAST.replace(damping_ratio=0.06), PLAN.over, options=QUICK),
-            r"damping_ratio is 0\.05 there and 0\.06 here",
-        ),
-        (
-            Plan(FAST, PLAN.over | {"voltage": [0.0, 1.0]}, options=QUICK),
-            r"voltage is 13 values from 0 to 1\.2 there and \[",
-        ),
-        (Plan(FAST, PLAN.over, options=QUICK | {"budget": 1000.0}), "budget is 1500.0 there and 1000.0 here"),
+        ({"model": FAST.replace(damping_ratio=0.06)}, r"damping_ratio is 0\.05 there and 0\.06 here"),
+        ({"over": PLAN.over | {"voltage": [0.0, 1.0]}}, r"voltage is 13 values from 0 to 1\.2 there and \["),
+        ({"options": QUICK | {"budget": 1000.0}}, "budget is 1500.0 there and 1000.0 here"),
+        ({"initial": (0.5, 0.0)}, r"initial is \[1\.0, 0\.0\] there and \[0\.5, 0\.0\] here"),
     ]:
         with pytest.raises(InputError, match=message):
             sweep(replace(PLAN, **changed), coarsest=COARSE, store=tmp_path / "s", resume=True)
@@ -472,3 +467,51 @@ def test_a_store_of_another_version_says_so(tmp_path, monkeypatch):
     sweep(Plan(FAST, {"voltage": [0.1, 0.2]}, options=QUICK), store=tmp_path / "s")
     with pytest.raises(InputError, match=r"its plan lacks options; it was made by another version"):
         stored_sweep(tmp_path / "s")
+
+
+# --- what is computed, inferred and kept ------------------------------------------------------------------------------
+
+
+def test_a_finished_refined_store_holds_its_inferred_cells_as_inferred(tmp_path, whole, monkeypatch):
+    """Resumed, it computes nothing again and takes no inferred cell for a computed one."""
+    monkeypatch.setattr(module, "FLUSH_SECONDS", 0.0)  # nothing waits to be written when the rest is inferred
+    monkeypatch.setattr(module, "LONGEST_FLUSH_SECONDS", 0.0)
+    sweep(PLAN, coarsest=COARSE, store=tmp_path / "s")
+    held = json.loads(show(tmp_path / "s").attrs["totals"])
+    totals = json.loads(whole.attrs["totals"])
+    assert (held["computed"], held["inferred"]) == (totals["computed"], totals["inferred"])
+    assert held["computed"] + held["inferred"] == PLAN.size > held["computed"]
+    again = sweep(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+    resumed = json.loads(again.attrs["totals"])
+    assert resumed["computed"] == resumed["computed_before"] == totals["computed"]
+    assert (resumed["inferred"], resumed["integrator_steps"]) == (totals["inferred"], 0)
+    same(again, whole)
+
+
+def test_a_map_is_refined_also_where_only_the_sign_of_the_exponent_changes(monkeypatch):
+    """Made-up cells of one regime, whose sign changes along a line between the coarsest points."""
+    from gelcone.dataset import Findings
+    from gelcone.motion import regime as regimes
+
+    def cells(members, states, **options):
+        sign = np.where(members.voltage < 0.77, -1, 1).astype(np.int8)
+        return Findings(
+            {
+                "regime": ((), np.full(members.size, Regime.CHAOTIC, dtype=np.int8), "kind", "code"),
+                "sign": ((), sign, "sign", "code"),
+            },
+            np.zeros(members.size, dtype=np.int8),
+        )
+
+    monkeypatch.setattr(regimes, "regime_cells", cells)
+    result = sweep(Plan(FAST, {"voltage": np.linspace(0.0, 1.0, 65)}), coarsest=5)
+    np.testing.assert_array_equal(result["sign"], np.where(result["voltage"] < 0.77, -1, 1))
+    assert json.loads(result.attrs["totals"])["computed"] < 30
+
+
+def test_progress_is_called_with_shares_that_add_up_to_one():
+    shares, tallies = [], []
+    sweep(PLAN, coarsest=COARSE, progress=shares.append, watch=tallies.append)
+    assert sum(shares) == pytest.approx(1.0)
+    assert min(shares) > 0.0
+    assert len(tallies) >= len(shares)

@@ -108,3 +108,15 @@ def test_a_probability_needs_draws():
         probability(made_up([[0]]).isel(draw=0))
     with pytest.raises(InputError, match="confidence = 1"):
         probability(made_up([[0]]), confidence=1.0)
+
+
+def test_cells_that_are_missing_are_not_counted():
+    chance = probability(made_up([[Regime.CHAOTIC, -1, Regime.REST, -1]]))
+    assert (float(chance["probability"][0]), int(chance["decided"][0])) == (0.5, 2)
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin-hypercube"])
+def test_another_seed_gives_other_draws(method):
+    one, other, again = (draw({"voltage": Uniform(0.0, 1.0)}, 8, method=method, seed=s)["voltage"] for s in (1, 2, 1))
+    np.testing.assert_array_equal(one, again)
+    assert (one != other).all()

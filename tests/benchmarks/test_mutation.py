@@ -68,6 +68,7 @@ def test_looks_words_and_annotations_are_left_out(mutation, tree):
     assert [(fault.old, fault.new) for fault in faults] == [("3", "(4)")]
 
 
+@pytest.mark.slow
 def test_the_share_that_is_seen_is_printed_by_folder_and_the_tree_is_not_touched(mutation, tree, capsys):
     before = (tree / "src/gelcone/shapes/sides.py").read_text()
     code = mutation.main(["--folder", "shapes", "--count", "9"], tree)
@@ -80,6 +81,7 @@ def test_the_share_that_is_seen_is_printed_by_folder_and_the_tree_is_not_touched
     assert mutation.main(["--folder", "shapes", "--least", "0.5"], tree) == 0
 
 
+@pytest.mark.slow
 def test_tests_that_fail_without_a_fault_say_nothing_about_faults(mutation, tree):
     (tree / "tests/shapes/test_sides.py").write_text("def test_nothing():\n    assert False\n")
     with pytest.raises(SystemExit, match="fails without any fault"):

@@ -70,6 +70,8 @@ def test_a_stroke_that_is_largest_at_an_end_says_so(gelcone):
     ends = gelcone("biased-pump", "--over", "drive_frequency=9 Hz:10 Hz:3")[1]
     assert ends.count("an end of the frequencies: it may rise beyond") == 2
     assert "linear theory: largest stroke 13.3 mm at 10 Hz" in ends
+    falling = gelcone("biased-pump", "--over", "drive_frequency=13 Hz:16 Hz:3")[1]
+    assert falling.count("at 13 [13, ") == falling.count("an end of the frequencies: it may rise beyond") == 2
 
 
 def test_without_frequencies_the_band_lies_around_the_natural_one(gelcone):

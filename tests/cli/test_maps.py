@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from gelcone.analyses.grids import read_sweeps
-from gelcone.analyses.subject import read_states
 from gelcone.dataset import load
 from gelcone.devices.device import find_device
 from gelcone.words import MOST_LINES, shortened
@@ -137,15 +136,6 @@ def test_basin_names_its_attractors(found):
         assert attractor["lowest"] <= attractor["highest"]
         assert (numbers == attractor["number"]).mean() == pytest.approx(attractor["share"])
     assert (numbers == -1).sum() >= len(content["failed"]) == 6
-
-
-def test_an_axis_of_a_basin_that_is_not_given_takes_its_default():
-    swept = read_states(["velocity=-1,0,2"], None)
-    np.testing.assert_array_equal(swept["displacement"], np.linspace(-2.0, 2.0, 81))
-    np.testing.assert_array_equal(swept["velocity"], [-1.0, 0.0, 2.0])
-    device = find_device("soft-film")
-    in_mm = read_states(["displacement=-5 mm:5 mm:3"], device)["displacement"]
-    np.testing.assert_allclose(in_mm * device.scales.length, [-5e-3, 0.0, 5e-3], atol=1e-18)
 
 
 # --- devices -----------------------------------------------------------------------------------------------------

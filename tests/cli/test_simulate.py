@@ -8,12 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import gelcone
 from gelcone import ConeModel
-from gelcone.analyses.answer import parameters_json, plain
-from gelcone.analyses.subject import read_settings, read_value
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "trajectories.json").read_text())
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -348,38 +345,6 @@ def test_bad_input_is_one_line_and_exit_code_2(run, arguments, message):
 
 
 # --- reading of values ------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("1.5", 1.5),
-        ("-2e-3", -0.002),
-        ("inf", np.inf),
-        ("1,2.5", [1.0, 2.5]),
-        ("0:2:5", [0.0, 0.5, 1.0, 1.5, 2.0]),
-        ("-1:1:2", [-1.0, 1.0]),
-        ("50 mm", "50 mm"),
-        ("radial", "radial"),
-        ("PVC-DBA 4:1", "PVC-DBA 4:1"),
-    ],
-)
-def test_values_are_numbers_lists_ranges_or_text(text, value):
-    np.testing.assert_array_equal(read_value(text), value)
-
-
-def test_settings_keep_what_follows_the_first_equals_sign():
-    assert read_settings(("name=a=b", " voltage = 1 ")) == {"name": "a=b", "voltage": 1.0}
-
-
-def test_plain_values_are_json():
-    content = {"a": np.array([1.0, np.nan, np.inf]), 3: (np.float32(2.0), np.int8(1)), "x": xr.DataArray([True])}
-    assert json.loads(json.dumps(plain(content), allow_nan=False)) == {
-        "a": [1.0, None, None],
-        "3": [2.0, 1],
-        "x": [True],
-    }
-    assert parameters_json(ConeModel(stretch_limit=[2.0, np.inf]))["stretch_limit"] == [2.0, "inf"]
 
 
 # --- true processes ---------------------------------------------------------------------------------------------------

@@ -5,8 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from gelcone import ConeModel, InputError, find_device, load, onset_voltage, static
-from gelcone.analyses.subject import read_over, read_values
+from gelcone import ConeModel, find_device, load, onset_voltage, static
 
 TABLE1 = ["--set", "spring_stiffness=1.5"]
 COARSE = ["--over", "drive_frequency=0.5:2:4", "--over", "voltage=0:2:9"]
@@ -127,66 +126,6 @@ def test_tongues_of_a_device_are_also_in_volts_and_hertz(as_json, tmp_path):
 
 
 # --- sweeps -------------------------------------------------------------------------------------------------------
-
-
-def test_over_reads_ranges_and_lists_in_their_order():
-    swept = read_over(["voltage=0:2:5", "stretch_limit=1, 10, inf"])
-    assert list(swept) == ["voltage", "stretch_limit"]
-    assert swept["voltage"].tolist() == [0.0, 0.5, 1.0, 1.5, 2.0]
-    assert swept["stretch_limit"].tolist() == [1.0, 10.0, np.inf]
-
-
-def test_over_reads_the_units_of_a_device():
-    device = find_device("paper-table1")
-    swept = read_over(["voltage=0 V:1 kV:3", "drive_frequency=1 Hz,2 Hz", "spring_stiffness=10 N/m,0.1 N/mm"], device)
-    scales = device.scales
-    np.testing.assert_allclose(swept["voltage"] * scales.voltage, [0.0, 500.0, 1000.0])
-    np.testing.assert_allclose(swept["drive_frequency"] * scales.frequency, [1.0, 2.0])
-    np.testing.assert_allclose(swept["spring_stiffness"] * scales.force / scales.length, [10.0, 100.0])
-
-
-@pytest.mark.parametrize(
-    ("over", "message"),
-    [
-        ("voltage", "must be name=from:to:count"),
-        ("=1,2", "must be name=from:to:count"),
-        ("voltage=", "must be name=from:to:count"),
-        ("voltge=0:1:3", "did you mean 'voltage'"),
-        ("law=1,2", "not a numeric model parameter"),
-        ("voltage=1", "has one point"),
-        ("voltage=0:1:1", "has 1 points"),
-        ("voltage=2:0:5", "empty or reversed"),
-        ("voltage=1:1:5", "empty or reversed"),
-        ("voltage=0,2,1", "must increase"),
-        ("voltage=0,1,1", "must increase"),
-        ("voltage=0:1", "must be a number"),
-        ("voltage=0:inf:3", "must be finite"),
-        ("voltage=-1,1", "must be at least 0"),
-        ("voltage=0 V:1 V:3", "units need a device"),
-        ("drive_frequency=0,1", "must be greater than 0"),
-    ],
-)
-def test_over_refuses_what_is_no_sweep(over, message):
-    with pytest.raises(InputError, match=message):
-        read_over([over])
-
-
-def test_over_refuses_a_name_given_twice_and_a_unit_of_another_kind():
-    with pytest.raises(InputError, match="given twice"):
-        read_over(["voltage=0,1", "voltage=0,2"])
-    with pytest.raises(InputError, match="Hz is a unit of frequency, not of voltage"):
-        read_over(["voltage=0 Hz,1 Hz"], find_device("paper-table1"))
-
-
-@pytest.mark.parametrize("over", ["drive_frequency=1:20 Hz:5", "drive_frequency=1,2 Hz"])
-def test_over_refuses_bare_numbers_among_units(over):
-    with pytest.raises(InputError, match="'1': has no unit"):
-        read_over([over], find_device("paper-table1"))
-
-
-def test_values_may_be_one_and_in_any_order():
-    assert read_values("--voltages", "1", "voltage").tolist() == [1.0]
-    assert read_values("--voltages", "1,0", "voltage").tolist() == [1.0, 0.0]
 
 
 @pytest.mark.parametrize(

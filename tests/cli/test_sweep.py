@@ -2,7 +2,11 @@ import json
 
 import pytest
 
+from gelcone.analyses.grids import totals_text
+from gelcone.atlas.record import Tally
+from gelcone.atlas.uncertain import Uniform, draw
 from gelcone.cli import group
+from gelcone.cli.output import tally_text
 from gelcone.errors import InputError
 
 SETTINGS = ["--set", "damping_ratio=0.05", "--set", "spring_stiffness=0.5", "--set", "drive_frequency=0.3"]
@@ -90,3 +94,41 @@ def test_limits_over_three_parameters(run):
 def test_bad_input(run, arguments, message):
     with pytest.raises(InputError, match=message):
         run(*arguments)
+
+
+def test_seed_and_method_reach_the_draws(run):
+    arguments = ["sweep", "--uncertain", "prestretch=0.9:1.1", "--count", "4", "--analysis", "limits", "--json"]
+    for method in ("sobol", "latin-hypercube"):
+        drawn = {}
+        for seed in (0, 7):
+            told = json.loads(run(*arguments, "--method", method, "--seed", seed))
+            drawn[seed] = told["draws"]["prestretch"]
+            expected = draw({"prestretch": Uniform(0.9, 1.1)}, 4, method=method, seed=seed)["prestretch"]
+            assert drawn[seed] == expected.tolist()
+        assert drawn[0] != drawn[7]
+
+
+def test_options_of_the_chosen_analysis_are_taken_and_others_refused(run):
+    over = ["sweep", "--over", "voltage=0.4,0.5", "--json"]
+    told = json.loads(run(*over, "--analysis", "lyapunov", "--window", "30", *QUICK))
+    assert told["options"]["window"] == 30.0
+    assert told["options"]["budget"] == 1500.0
+    assert "running_exponent" not in told
+    kept = json.loads(run(*over, "--analysis", "lyapunov", "--window", "30", *QUICK, "--keep", "running_exponent"))
+    assert len(kept["running_exponent"][0]) > 10
+    with pytest.raises(InputError, match="'window' is not an option of the analysis regime"):
+        run(*over, "--window", "30")
+
+
+def test_the_line_about_a_run_counts_what_is_left_of_what_was_asked():
+    tally = Tally(cells=1000, asked=300, computed=200, found=100, chaotic=50, seconds=20.0)
+    assert tally_text(tally) == "200 of 300 cells, 5 a second, 20 s left, 25 % chaotic"
+    assert tally_text(Tally(cells=10)) == "0 of 0 cells, 0 a second, 0 % chaotic"
+
+
+def test_the_totals_say_what_the_check_missed_with_its_interval():
+    totals = Tally(cells=400, computed=200, inferred=200, steps=1234, seconds=2.0, checked=33, missed=2).record()
+    assert totals_text(totals).splitlines() == [
+        "200 of 400 cells computed, 200 inferred; 1,234 steps in 2 s",
+        "check: of 33 inferred cells, drawn at random and computed, 2 had another regime or sign: 6.1 % [0.74, 20]",
+    ]

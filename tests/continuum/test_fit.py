@@ -36,6 +36,7 @@ def misses():
     return np.abs(off) / (np.abs(stiffness) + 0.3 * squared + 0.02), kind
 
 
+@pytest.mark.slow
 def test_the_error_of_a_fit_is_the_largest_of_each_kind_of_state():
     film, _ = fitted_with_states()
     miss, kind = misses()

@@ -19,6 +19,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.regime import classify, regime
 from gelcone.motion.settle import repeats_lasting, settle
 from gelcone.physics.model import ConeModel
+from gelcone.physics.system import ConeSystem
 
 SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
 
@@ -438,7 +439,7 @@ def test_rounds_are_counted_from_one(rounds):
 )
 def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(monkeypatch, plane, zero_one, name, doubtful):
     """Its largest exponent is zero within its error and its 0-1 test regular; in the plane areas shrink, so never."""
-    monkeypatch.setattr(module, "planar", lambda members: plane)
+    monkeypatch.setattr(ConeSystem, "planar", plane)
     evidence = Evidence.blank(1, 2 if plane else 3)
     evidence.zero_one[:], evidence.sign[:] = zero_one, 0
     module._judge(ConeModel(damping_ratio=np.array([0.1])).members(), evidence)

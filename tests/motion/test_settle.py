@@ -147,7 +147,7 @@ def test_pieces_join_where_the_clock_returns(monkeypatch):
     monkeypatch.setattr(module, "CLOCK_REPEATS", 2)
     model = PERIODIC.replace(stretch_limit=[50.0, 0.1])
     states = np.tile([0.9, 0.0], (2, 1))
-    found = list(pieces(model, states, 5, [0.0, 0.25]))
+    found = list(pieces(model.members(), states, 5, [0.0, 0.25]))
     assert [(p.first, p.repeats) for p in found] == [(0, 2), (2, 2), (4, 1)]
     assert found[-1].outcome.tolist() == [Outcome.OK, Outcome.OUTSIDE]
     late = integrate(PERIODIC, (0.9, 0.0), [(4 + 0.25) * np.pi]).states[0, 0]

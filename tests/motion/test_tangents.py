@@ -143,11 +143,16 @@ def linear_flow(members, initial, times, *, start=0.0, keep="states", **options)
 
 @pytest.fixture
 def three_states(monkeypatch):
+    """What so many members of `linear_flow` say of themselves."""
     monkeypatch.setattr(tangents, "integrate", linear_flow)
     monkeypatch.setattr(cycle, "integrate", linear_flow)
-    monkeypatch.setattr(tangents, "divergence", lambda members: np.full(members, np.trace(RATES)))
-    monkeypatch.setattr(tangents, "fastest_rate", lambda members: np.full(members, 3.0))
-    monkeypatch.setattr(cycle, "mirror", lambda members: np.array([-1.0, -1.0, 1.0]))
+    system = SimpleNamespace(mirror=np.array([-1.0, -1.0, 1.0]), planar=False)
+
+    def members(count):
+        rates = {"divergence": np.full(count, np.trace(RATES)), "rate": np.full(count, 3.0)}
+        return SimpleNamespace(system=system, size=count, shape=(count,), **rates)
+
+    return members
 
 
 def test_advance_gives_three_exponents_also_over_long_stretches(three_states):
@@ -155,15 +160,15 @@ def test_advance_gives_three_exponents_also_over_long_stretches(three_states):
     for per_repeat in (8, 1):
         clock = Clock(per_repeat, 8, np.full(2, 20.0), np.ones(2))
         run = TangentRun.at(np.zeros((2, 3)))
-        advance(2, run, clock, 8)
-        growth = advance(2, run, clock, 400)
+        advance(three_states(2), run, clock, 8)
+        growth = advance(three_states(2), run, clock, 400)
         np.testing.assert_allclose(growth.mean(axis=1) / clock.spacing[:, None], [[-0.02, -0.02, -3.0]] * 2, atol=1e-3)
         np.testing.assert_allclose(growth.sum(axis=2), -3.04 * 20.0 / per_repeat, rtol=1e-12)
 
 
 def test_newton_steps_to_the_fixed_point_of_three_states(three_states):
     clock = Clock(4, 4, np.array([2.0]), np.ones(1))
-    step, exponents, path = cycle._newton_step(1, np.zeros((1, 3)), clock, 3, {})
+    step, exponents, path = cycle._newton_step(three_states(1), np.zeros((1, 3)), clock, 3, {})
     np.testing.assert_allclose(step[0], CENTRE, atol=1e-12)
     np.testing.assert_allclose(exponents[0], [-0.02, -0.02, -3.0], atol=1e-9)
     assert path.shape == (1, 3, 4, 3)
@@ -172,7 +177,7 @@ def test_newton_steps_to_the_fixed_point_of_three_states(three_states):
 def test_newton_steps_to_the_fixed_point_after_a_reflection(three_states):
     """The reflection turns the disc's displacement and velocity round, not the third state."""
     clock = Clock(4, 4, np.array([2.0]), np.ones(1))
-    step, exponents, _ = cycle._newton_step(1, np.zeros((1, 3)), clock, 1, {}, reflected=True)
+    step, exponents, _ = cycle._newton_step(three_states(1), np.zeros((1, 3)), clock, 1, {}, reflected=True)
     whole, signs = expm(2.0 * RATES), np.diag([-1.0, -1.0, 1.0])
     np.testing.assert_allclose(signs @ (CENTRE + whole @ (step[0] - CENTRE)), step[0], atol=1e-12)
     moduli = np.sort(np.abs(np.linalg.eigvals(signs @ whole)))[::-1]

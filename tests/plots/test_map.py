@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
 
-from gelcone import ConeModel, InputError, Outcome, Regime, find_device, map, to_si
+import gelcone
+from gelcone import ConeModel, InputError, Outcome, Regime, find_device, to_si
 from gelcone.plots.map import (
     exponent_bar,
     exponent_map,
@@ -161,7 +162,7 @@ def test_a_map_of_other_than_two_parameters_is_refused(dims):
 def test_a_computed_map_is_drawn_with_failed_cells_in_si_and_where_all_failed(tmp_path):
     model = ConeModel(damping_ratio=0.3, stretch_limit=5.0)
     over = {"voltage": [0.5, 1.0], "prestretch": [0.7, 1.0, 2.8]}
-    found = map(model, over, transient=60.0, budget=100.0)
+    found = gelcone.map(model, over, transient=60.0, budget=100.0)
     figure = map_figure(found)
     save_figure(figure, tmp_path / "map.png")
     hatched = [

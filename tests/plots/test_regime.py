@@ -10,7 +10,6 @@ from matplotlib.patches import Patch
 from gelcone import ConeModel, Outcome, Regime, find_device, regime, to_si
 from gelcone.plots.regime import (
     REGIME_COLOURS,
-    caption,
     cell_legend,
     edges,
     keep_in_proportion,
@@ -22,6 +21,7 @@ from gelcone.plots.regime import (
     state_labels,
 )
 from gelcone.plots.style import BLACK, GREY, save_figure
+from gelcone.words import evidence_in_words
 from tests.plots.made_up import DOUBTFUL, EXPONENT, blank, cells_of, corners, data_of, parameter, result, texts
 
 
@@ -63,7 +63,7 @@ def test_points_are_displacement_and_velocity_in_the_colour_of_the_regime():
 
 
 def test_the_evidence_is_written_line_by_line():
-    rest, periodic, chaotic, failed = (caption(regimes().isel(member=k)) for k in range(4))
+    rest, periodic, chaotic, failed = (evidence_in_words(regimes().isel(member=k)) for k in range(4))
     assert rest == [
         "rest",
         "largest exponent -0.1000 ± 0.0010 per unit time",

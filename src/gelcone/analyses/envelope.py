@@ -87,9 +87,9 @@ def _limits_table(shown: xr.Dataset) -> Iterator[str]:
     driven_names = _names(shown, "driven_limit")
     yield f"{'limit':22s}  {'constant voltage':16s}  driven, lowest peak voltage"
     for name in dict.fromkeys([*static, *driven_names]):
-        told = _static_reading(shown, name, static[name]) if name in static else "-"
+        reading = _static_reading(shown, name, static[name]) if name in static else "-"
         row = _lowest_driven(shown, driven_names.index(name)) if name in driven_names else "-"
-        yield f"  {name:20s}  {told:16s}  {row}"
+        yield f"  {name:20s}  {reading:16s}  {row}"
     if np.isnan(static["dielectric breakdown"]):
         yield "the dielectric strength is not given: the window takes no account of breakdown"
 
@@ -147,9 +147,9 @@ def _window_table(shown: xr.Dataset) -> Iterator[str]:
         yield f"no driven window is recommended: {', '.join(map(str, first))} from 0 on at every frequency"
     else:
         units = [shown[name].attrs["units"].replace("1", "") for name in _WINDOW]
-        told = [f"{text} ({u})" if u else text for text, u in zip(_HEADS, units, strict=True)]
+        reading = [f"{text} ({u})" if u else text for text, u in zip(_HEADS, units, strict=True)]
         yield f"recommended drive, {_margin_of(shown):.0%} below its limits:"
-        yield "  " + "".join(f"{head:{width}s}" for head, width in zip(told, _WIDTHS, strict=True)) + "first limit"
+        yield "  " + "".join(f"{head:{width}s}" for head, width in zip(reading, _WIDTHS, strict=True)) + "first limit"
         frequency = shown["drive_frequency"].values
         rows = [_window_row(shown, k) for k in range(frequency.size)]
         for row, group in itertools.groupby(range(frequency.size), key=lambda k: rows[k]):
@@ -174,13 +174,13 @@ def _window_row(shown: xr.Dataset, k: int) -> str:
     lowest_static = float(np.nanmin(shown["static_limit_voltage"].values, initial=np.inf))
     low = np.inf if first < 0 else float(shown["limit_low"].values[first, k])
     if np.isinf(min(low, lowest_static)):
-        told = "none met"
+        reading = "none met"
     elif lowest_static < low:
         at = int(np.nanargmin(shown["static_limit_voltage"].values))
-        told = f"{_names(shown, 'static_limit')[at]} held at {_plain(lowest_static)}{unit_of(shown['driven_peak'])}"
+        reading = f"{_names(shown, 'static_limit')[at]} held at {_plain(lowest_static)}{unit_of(shown['driven_peak'])}"
     else:
-        told = f"{_first_name(shown, first)} {_interval(shown, first, k)}"
-    return "".join(f"{cell:{width}s}" for cell, width in zip(cells, _WIDTHS[1:], strict=True)) + told
+        reading = f"{_first_name(shown, first)} {_interval(shown, first, k)}"
+    return "".join(f"{cell:{width}s}" for cell, width in zip(cells, _WIDTHS[1:], strict=True)) + reading
 
 
 def _own_line(shown: xr.Dataset) -> str:
@@ -190,7 +190,7 @@ def _own_line(shown: xr.Dataset) -> str:
     own = f"its own drive, {_plain(peak)}{volt} at {_plain(frequency)}{hertz}:"
     looked = shown["drive_frequency"].values
     if not looked[0] <= frequency <= looked[-1]:
-        return f"{own} outside the frequencies looked at"
+        return f"{own} outside the frequencies examined"
     highest = float(np.interp(frequency, looked, shown["recommended_peak"].values))
     limit = highest / (1.0 - _margin_of(shown))
     if peak <= highest:

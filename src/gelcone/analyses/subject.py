@@ -323,7 +323,7 @@ def read_uncertain(texts: Iterable[str]) -> dict[str, Distribution]:
             raise InputError(
                 f"--uncertain {text!r}: must be name=low:high or name=mean~deviation, for example prestretch=1~0.02"
             ) from None
-        if not equals or name in spread:
+        if not (equals and name) or name in spread:
             raise InputError(f"--uncertain {text!r}: must be name=..., each name once")
         spread[name] = Normal(one, other) if sign == "~" else Uniform(one, other)
     return spread

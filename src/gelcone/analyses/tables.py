@@ -1,4 +1,4 @@
-"""Answers that are some numbers a member, told by their long names: limits, settled motions, operating limits."""
+"""Answers that are a few numbers for each member, by their long names: limits, settled motions, operating limits."""
 
 from __future__ import annotations
 

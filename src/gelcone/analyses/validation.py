@@ -91,8 +91,8 @@ def validate_words(shown: xr.Dataset, subject: Subject) -> str:
 
     lines = heading(subject)
     for name, member in member_labels(shown):
-        told = [*_voltage_lines(member), *_limit_lines(member), *_mesh_lines(member)]
-        lines += [*([f"{name}:"] if name else []), *told]
+        text = [*_voltage_lines(member), *_limit_lines(member), *_mesh_lines(member)]
+        lines += [*([f"{name}:"] if name else []), *text]
     return "\n".join(lines)
 
 
@@ -106,11 +106,11 @@ def _voltage_lines(member: xr.Dataset) -> list[str]:
     for i in range(member.sizes["constant_voltage"]):
         one = member.isel(constant_voltage=i)
         taut = one["deviation"].where(~one["hoop_slack"]).values
-        told = "the film is taut nowhere"
+        text = "the film is taut nowhere"
         if np.isfinite(taut).any():
             ends = dict.fromkeys((int(np.nanargmin(taut)), int(np.nanargmax(taut))))
-            told = " to ".join(f"{taut[k]:+.1%} at {_place(one, k)}" for k in ends)
-        lines.append(f"  {float(one['constant_voltage']):.4g}{unit_of(one['constant_voltage'])}: {told}")
+            text = " to ".join(f"{taut[k]:+.1%} at {_place(one, k)}" for k in ends)
+        lines.append(f"  {float(one['constant_voltage']):.4g}{unit_of(one['constant_voltage'])}: {text}")
         endings = [Ending(code) for code in one["ending"].values]
         wrinkled = int((one["hoop_slack"] & (one["ending"] == Ending.CONVERGED)).sum())
         if wrinkled:
@@ -132,7 +132,7 @@ def _limit_lines(member: xr.Dataset) -> list[str]:
         if np.isfinite(found):
             unit = unit_of(member["limit_displacement"])
             lines.append(f"  {share:.0%} of the stretch limit at {found:.4g}{unit}, the cone at {cone:.4g}{unit}")
-    return ["without voltage the film reaches, beside the disc:", *lines] if lines else []
+    return ["without voltage the film reaches, next to the disc:", *lines] if lines else []
 
 
 def _mesh_lines(member: xr.Dataset) -> list[str]:

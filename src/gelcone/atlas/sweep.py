@@ -327,7 +327,7 @@ class _Cells:
         self._unwritten.append(inferred)
 
     def kinds(self, cells: Cells) -> Kinds:
-        """A number for each kind that cells are told apart by; 0 for an analysis without kinds."""
+        """A number for each kind that tells cells apart; 0 for an analysis without kinds."""
         kinds = np.zeros(cells.size, dtype=np.int64)
         for name in self._kinds if self.fields else ():
             kinds = (LARGEST_KIND + 2) * kinds + self.fields[name].values[cells].astype(np.int64) + 1

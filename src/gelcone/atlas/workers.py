@@ -188,5 +188,5 @@ def _result(distributed: Any, future: Any) -> Any:
     except distributed.KilledWorker:
         raise InputError(
             "a task ended several workers, one after the other: they may run out of memory; start fewer on a machine. "
-            "What the store holds is safe: go on with --resume"
+            "What the store holds is safe: continue with --resume"
         ) from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,9 +29,10 @@ def command_of(analysis: Analysis) -> click.Command:
     return click.Command(analysis.command, params=params, callback=partial(run, analysis), help=help_of(analysis))
 
 
-def help_of(analysis: Analysis) -> str:
-    """The first paragraph of the public function's docstring, and examples."""
-    text = (analysis.call.__doc__ or analysis.summary).split("\n\n")[0].replace("`", "")
+def help_of(analysis: Analysis, text: str | None = None) -> str:
+    """A text, by default the first paragraph of the public function's docstring, and examples."""
+    if text is None:
+        text = inspect.cleandoc(analysis.call.__doc__ or analysis.summary).split("\n\n")[0].replace("`", "")
     examples = "\n".join(f"gelcone {analysis.command} {example}" for example in analysis.examples)
     return f"{text}\n\n\b\n{examples}" if examples else text
 

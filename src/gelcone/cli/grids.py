@@ -101,7 +101,7 @@ def map_command() -> click.Command:
         *run_parameters(),
         *output_parameters(),
     ]
-    return click.Command("map", params=params, callback=run_map, help=help_of(MAP))
+    return click.Command("map", params=params, callback=run_map, help=help_of(MAP, MAP.summary))
 
 
 def run_map(*, over: tuple[str, ...], coarsest: int, uniform: bool, resume: Path | None, **typed: Any) -> None:
@@ -160,7 +160,7 @@ def sweep_command() -> click.Command:
         *run_parameters(),
         *output_parameters(),
     ]
-    return click.Command("sweep", params=params, callback=run_sweep, help=help_of(SWEEP))
+    return click.Command("sweep", params=params, callback=run_sweep, help=help_of(SWEEP, SWEEP.summary))
 
 
 def run_sweep(
@@ -216,7 +216,9 @@ def run(
 def show_command() -> click.Command:
     """`gelcone show`."""
     store = click.Argument(["store"], type=click.Path(path_type=Path))
-    return click.Command("show", params=[store, *output_parameters()], callback=run_show, help=help_of(SHOW))
+    return click.Command(
+        "show", params=[store, *output_parameters()], callback=run_show, help=help_of(SHOW, SHOW.summary)
+    )
 
 
 def run_show(*, store: Path, out: Path | None, force: bool, as_json: bool) -> None:

@@ -183,5 +183,5 @@ def first_sentence(explanation: str) -> str:
 
 def default_of(explanation: str) -> str:
     """What an explanation says of the default."""
-    told = re.search(r"\bdefault:? (.*?)(?:[.;] |[.;]$|$)", explanation.replace("`", ""), flags=re.IGNORECASE)
-    return told[1] if told else ""
+    stated = re.search(r"\bdefault:? (.*?)(?:[.;] |[.;]$|$)", explanation.replace("`", ""), flags=re.IGNORECASE)
+    return stated[1] if stated else ""

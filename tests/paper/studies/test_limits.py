@@ -108,7 +108,7 @@ def test_maps_cover_their_ranges(study, preset, first, second, monkeypatch):
         options["progress"](1.0)
         return merged()
 
-    monkeypatch.setattr(f"gelcone.paper.studies.limits.{NAME}", mapped)
+    monkeypatch.setattr(f"gelcone.atlas.maps.{NAME}", mapped)
     found = computed(study)
     assert found.attrs["preset"] == preset
     assert seen["initial"] == find_preset(preset).initial
@@ -119,5 +119,5 @@ def test_maps_cover_their_ranges(study, preset, first, second, monkeypatch):
     assert list(seen["over"]) == [first[0], second[0]]
 
 
-NAME = "maps.map"
+NAME = "map"
 """Of the public function that computes a map."""
