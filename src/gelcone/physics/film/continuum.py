@@ -124,7 +124,7 @@ class ContinuumFilm(GelFilm):
     def stiffness(self, s: Any, squared: Any) -> tuple[Any, Any]:
         """k + V, which takes the place of the law's h, and its derivative by s.
 
-        Works on floats, arrays and heyoka expressions.
+        Works on floats, arrays and the expressions of compiled programs.
         """
         r = 1.0 / (1.0 + s)
         t = self.variable[0] + self.variable[1] * r
