@@ -28,10 +28,10 @@ from typing import Any
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
 
 import numpy as np
+from heyoka_backend import LANES, equations, import_heyoka
 from scipy.integrate import odeint
 
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.heyoka import LANES, equations, import_heyoka
 from gelcone.motion.settle import clocks
 from gelcone.motion.tangents import TangentRun, advance, qr_growth
 from gelcone.physics.model import ConeModel

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from heyoka_batches import Batch, batches, run_batches, stretches
 
-from benchmarks.batches import Batch, batches, run_batches, stretches
 from gelcone.codes import STEPS_PER_CALL, Outcome
 from gelcone.errors import MissingDependency
 from gelcone.motion.job import Job, Keep

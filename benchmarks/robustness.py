@@ -15,9 +15,10 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from heyoka_backend import functions, import_heyoka
 
 from gelcone.codes import Outcome
-from gelcone.motion import heyoka
+from gelcone.motion.engine import backend
 from gelcone.motion.flow import available_threads, integrate
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel, dissipation, lagrangian
@@ -64,11 +65,11 @@ def reference(model: ConeModel, initial: np.ndarray, times: np.ndarray) -> np.nd
 
 
 def _reference(members: Members, initial: np.ndarray, times: np.ndarray) -> np.ndarray:
-    hk, system = heyoka.import_heyoka(), members.system
+    hk, system = import_heyoka(), members.system
     x, u = hk.make_vars("x", "u")
     n = {name: hk.par[i] for i, name in enumerate(system.numbers)}
     voltage = n["voltage_bias"] + n["voltage"] * hk.sin(n["drive_frequency"] * hk.time)
-    energy = lagrangian(x, u, voltage, n, system.film, system.bias, heyoka.functions())
+    energy = lagrangian(x, u, voltage, n, system.film, system.bias, functions())
     motion = hk.lagrangian(energy, [x], [u], dissipation(u, n))
     table = np.stack([members.number(name) for name in system.numbers]).astype(np.longdouble)
     out = np.full((*times.shape, 2), np.nan)
@@ -95,7 +96,7 @@ def main(count: int) -> int:
     begin = time.perf_counter()
     run = integrate(model, initial, times)
     seconds = time.perf_counter() - begin
-    heyoka.SMALLEST_STEP = 0.0  # the growth is wanted of every member that the run above kept
+    backend.SMALLEST_STEP = 0.0  # the growth is wanted of every member that the run above kept
     tangents = integrate(model, initial, times, keep="tangents").tangents
     begin = time.perf_counter()
     exact = reference(model, initial, times)

@@ -27,11 +27,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from heyoka_backend import LANES, import_heyoka
 from scipy.integrate import odeint
 
 from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
-from gelcone.motion.heyoka import LANES, import_heyoka
 from gelcone.physics.model import ConeModel
 
 MEMBERS = 512

@@ -5,11 +5,11 @@ import pickle
 import threading
 from pathlib import Path
 
+import heyoka_backend as heyoka
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from benchmarks import heyoka_backend as heyoka
 from gelcone import codes
 from gelcone.codes import Outcome
 from gelcone.errors import InputError

@@ -128,7 +128,7 @@ def test_a_zero_part_stays_the_float_zero_and_costs_no_operation():
 
 def test_symbols_and_the_compiled_programs_expressions():
     hk = pytest.importorskip("heyoka")
-    from benchmarks.heyoka_backend import functions
+    from heyoka_backend import functions
 
     formula = random_formula(np.random.default_rng(7))
     names = [hk.expression(name) for name in "abc"]

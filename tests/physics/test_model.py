@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import sympy
+from heyoka_backend import functions
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from benchmarks.heyoka_backend import functions
 from gelcone.errors import InputError
 from gelcone.physics import model
 from gelcone.physics.laws import LAWS

@@ -1,10 +1,10 @@
 """The back end: any number of states, equal systems share a program, and heyoka as the second integrator agrees."""
 
+import heyoka_backend as heyoka
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from benchmarks import heyoka_backend as heyoka
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.engine import backend

@@ -33,7 +33,9 @@ def finds(processor, tmp_path, **environment):
     """What a fresh process with code for this processor prints."""
     own = {"PYTHONPATH": str(SOURCE), "GELCONE_CACHE": str(tmp_path / processor)}
     command = [sys.executable, "-c", FINDS, processor]
-    return subprocess.run(command, env=os.environ | own | environment, capture_output=True, text=True, check=True).stdout
+    return subprocess.run(
+        command, env=os.environ | own | environment, capture_output=True, text=True, check=True
+    ).stdout
 
 
 @pytest.mark.skipif(compiler.host().vector != 8, reason="this machine has one vector width only")

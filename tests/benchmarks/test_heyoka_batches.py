@@ -3,12 +3,12 @@
 import threading
 import time
 
+import heyoka_batches as batches
 import numpy as np
 import pytest
+from heyoka_batches import Batch, run_batches, stretches
 
-from benchmarks.batches import Batch, run_batches, stretches
 from gelcone.codes import CALL_SPAN
-from gelcone.motion import batches
 from gelcone.motion.job import Job, Trajectories
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Stopped, Watch
