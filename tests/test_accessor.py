@@ -34,7 +34,7 @@ def test_an_existing_file_is_kept_unless_forced(result, tmp_path):
 
 LOADED = (
     "import sys, gelcone, gelcone.plots; "
-    "print(*(name for name in ('xarray', 'matplotlib', 'heyoka') if name in sys.modules)); "
+    "print(*(name for name in ('xarray', 'matplotlib', 'llvmlite') if name in sys.modules)); "
     "gelcone.load(sys.argv[1]).gelcone.model"
 )
 
