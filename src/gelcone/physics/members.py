@@ -137,23 +137,34 @@ class Ensemble:
 class Members(Ensemble):
     """A flat ensemble: ``values`` are arrays (members,)."""
 
-    def __init__(self, system: ConeSystem, values: Mapping[str, Any], size: int, numbers: dict[str, Any] | None = None):
+    def __init__(self, system: ConeSystem, values: Mapping[str, Any], size: int):
         self.system, self.shape = system, (size,)
-        self.values = {
-            name: np.broadcast_to(np.asarray(value, dtype=float).ravel(), (size,)) for name, value in values.items()
-        }
-        if numbers is not None:
-            self.own_numbers = numbers
+        arrays = {name: np.asarray(value, dtype=float).ravel() for name, value in values.items()}
+        self.values = {name: np.broadcast_to(array, self.shape) for name, array in arrays.items()}
+
+    @cached_property
+    def own_numbers(self) -> dict[str, Any]:
+        """What the formulas take, by name, each (members,)."""
+        return {name: np.broadcast_to(value, self.shape) for name, value in self.system.numbers_of(self.values).items()}
+
+    def numbers(self, trailing: int = 0) -> dict[str, Any]:
+        """The same with ``trailing`` axes of length 1 appended for samples."""
+        if not trailing:
+            return self.own_numbers
+        shape = self.shape + (1,) * trailing
+        return {name: value.reshape(shape) for name, value in self.own_numbers.items()}
 
     def members(self) -> Members:
         return self
 
     def take(self, index: Any) -> Members:
         """The members at ``index``, a slice, mask or array."""
-        values = {name: value[index] for name, value in self.values.items()}
-        numbers = {name: np.broadcast_to(v, self.shape)[index] for name, v in self.own_numbers.items()}
-        size = len(values["damping_ratio"])
-        return Members(self.system, values, size, numbers)
+        taken = Members.__new__(Members)
+        taken.system = self.system
+        taken.values = {name: value[index] for name, value in self.values.items()}
+        taken.own_numbers = {name: value[index] for name, value in self.own_numbers.items()}
+        taken.shape = taken.values["damping_ratio"].shape
+        return taken
 
     def replace(self, **changes: npt.ArrayLike) -> Members:
         """The same members with some parameters changed, numbers or arrays (members,); names are those in use."""
@@ -161,7 +172,8 @@ class Members(Ensemble):
 
     def number(self, name: str) -> Array:
         """One of the numbers, (members,)."""
-        return np.broadcast_to(self.own_numbers[name], self.shape)
+        values: Array = self.own_numbers[name]
+        return values
 
     def numbers_at(self, member: int) -> dict[str, float]:
         """The numbers of one member."""
