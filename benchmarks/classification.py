@@ -157,8 +157,8 @@ def unbounded(rng: np.random.Generator, count: int) -> Cases:
     voltage = np.broadcast_to(cases.model.voltage, cases.model.shape).copy()
     cases.initial[:half, 0] = np.sqrt(limit[:half] + 3.0) / np.asarray(cases.model.stretches[0])[:half]
     limit[half:], voltage[half:] = np.inf, 0.0
-    c = cases.model.coefficients()
-    bias[half:] = np.sqrt(c.kappa + c.A + 0.5)[half:]
+    members = cases.model.members()
+    bias[half:] = np.sqrt(members.number("spring_stiffness") + members.number("A") + 0.5)[half:]
     cases.model = cases.model.replace(stretch_limit=limit, voltage_bias=bias, voltage=voltage)
     cases.regime[:], cases.period[:] = Regime.LEFT_THE_DOMAIN, 0
     return cases
@@ -177,7 +177,7 @@ def build(count: int, seed: int) -> Cases:
 
 def run(model: ConeModel, states: np.ndarray, repeats: int, tolerance: float) -> np.ndarray:
     """States after each of some drive repeats, (members, repeats, 2)."""
-    repeat = np.broadcast_to(model.drive_repeat, model.shape)
+    repeat = np.broadcast_to(model.forcing_period, model.shape)
     parts = []
     for first in range(0, repeats, MOST_REPEATS):
         times = repeat[:, None] * np.arange(1, min(MOST_REPEATS, repeats - first) + 1)
@@ -189,7 +189,7 @@ def run(model: ConeModel, states: np.ndarray, repeats: int, tolerance: float) ->
 def let_pass(model: ConeModel, states: np.ndarray, transients: float, tolerance: float) -> np.ndarray:
     """States after so many times the transient of the classification (20 decay times or 30 repeats)."""
     states = states.copy()
-    repeat = np.broadcast_to(model.drive_repeat, model.shape)
+    repeat = np.broadcast_to(model.forcing_period, model.shape)
     transient = np.maximum(np.clip(20.0 / np.maximum(model.damping_ratio, 1e-9), 200.0, 5000.0), 30.0 * repeat)
     left = np.ceil(transients * transient / repeat).astype(int)
     while (left > 0).any():
@@ -205,7 +205,7 @@ def let_pass(model: ConeModel, states: np.ndarray, transients: float, tolerance:
 def tangent_growth(model: ConeModel, states: np.ndarray, duration: float, tolerance: float) -> tuple[Any, Any, Any]:
     """Logarithmic growth of one deviation over 400 blocks or more of whole repeats, (members, blocks); the length of a
     block, (members,); and the states after it."""
-    repeat = np.broadcast_to(model.drive_repeat, model.shape)
+    repeat = np.broadcast_to(model.forcing_period, model.shape)
     pieces = int(np.ceil(repeat.max() / 6.0))
     repeats = np.maximum(1, np.ceil(6.0 / repeat)).astype(int) if pieces == 1 else np.ones(model.size, dtype=int)
     blocks = max(FEWEST_BLOCKS, int(duration / (repeats * repeat).min()))
@@ -227,7 +227,7 @@ def tangent_growth(model: ConeModel, states: np.ndarray, duration: float, tolera
 
 def grouped(model: ConeModel) -> list[np.ndarray]:
     """Members with about the same repeat, so that one call does not cut a fast drive as finely as a slow one."""
-    octave = np.floor(2.0 * np.log2(np.broadcast_to(model.drive_repeat, model.shape)))
+    octave = np.floor(2.0 * np.log2(np.broadcast_to(model.forcing_period, model.shape)))
     return [np.flatnonzero(octave == value) for value in np.unique(octave)]
 
 
@@ -247,7 +247,7 @@ def is_chaotic(model: ConeModel, states: np.ndarray, tolerance: float) -> np.nda
 
 def newton(model: ConeModel, states: np.ndarray, period: int, tolerance: float) -> np.ndarray:
     """The fixed points of ``period`` drive repeats near ``states``; NaN where Newton's method does not get there."""
-    repeat = np.broadcast_to(model.drive_repeat, model.shape)
+    repeat = np.broadcast_to(model.forcing_period, model.shape)
     pieces = period * int(np.ceil(repeat.max() / 6.0))
     times = (period * repeat)[:, None] * np.arange(1, pieces + 1) / pieces
     states = states.copy()
@@ -303,7 +303,7 @@ def confirm(model: ConeModel, state: np.ndarray, period: int) -> tuple[bool, boo
         k = v * v - kappa - slope
         return [u, rate, b, k * a - two_zeta * b, d, k * c - two_zeta * d]
 
-    repeat = float(model.drive_repeat[0])
+    repeat = float(model.forcing_period[0])
     times = repeat * np.arange(8 * period + 1) / 8
     path, total = [state], np.eye(2)
     for begin, end in pairwise(times):
@@ -376,7 +376,7 @@ def judge(cases: Cases) -> tuple[Any, np.ndarray, int]:
     Where several cycles attract, rounding can decide which one chaos ends on. Such an answer is right when SciPy
     confirms the cycle that it claims, at the point where the classified motion is, in the same way as for the labels.
     """
-    evidence = classify(cases.model, cases.initial)
+    evidence = classify(cases.model.members(), cases.initial)
     right = (evidence.regime == cases.regime) & (evidence.period == cases.period)
     settled = np.isin(cases.regime, (Regime.REST, Regime.PERIODIC))
     others = np.flatnonzero(settled & ~right & np.isin(evidence.regime, (Regime.REST, Regime.PERIODIC)))

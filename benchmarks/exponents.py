@@ -30,10 +30,10 @@ os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_
 import numpy as np
 from scipy.integrate import odeint
 
-from gelcone.motion.flow import DEFAULT_TOLERANCE, LANES, _runtime_parameters, equations, import_heyoka
+from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.heyoka import LANES, equations, import_heyoka
 from gelcone.motion.settle import clocks
 from gelcone.motion.tangents import TangentRun, advance, qr_growth
-from gelcone.physics.laws import Gent
 from gelcone.physics.model import ConeModel
 
 PERIOD = 2.0 * pi
@@ -69,12 +69,12 @@ def rate(x: Any, u: Any, a: Any, b: Any, force: Any) -> tuple[Any, Any, Any, Any
 
 
 def gelcone(voltages: np.ndarray, periods: int, tolerance: float) -> np.ndarray:
-    model = ensemble(voltages)
-    ((_, clock),) = clocks(model)
-    run = TangentRun.at(np.tile([1.0, 0.0], (model.size, 1)))
+    members = ensemble(voltages).members()
+    ((_, clock),) = clocks(members)
+    run = TangentRun.at(np.tile([1.0, 0.0], (members.size, 1)))
     run.frames[:] = frame()
     stretches = round(periods * PERIOD / float(clock.spacing[0]))
-    return advance(model, run, clock, stretches, threads=1, tolerance=tolerance)[:, :, 0].sum(axis=1)
+    return advance(members, run, clock, stretches, threads=1, tolerance=tolerance)[:, :, 0].sum(axis=1)
 
 
 def frame() -> np.ndarray:
@@ -83,7 +83,8 @@ def frame() -> np.ndarray:
 
 def heyoka_loop(voltages: np.ndarray, periods: int, tolerance: float) -> np.ndarray:
     """A plain loop: heyoka's var_ode_sys, batches of 8, the tangents started anew every period."""
-    integrator, table = heyoka_program(tolerance), _runtime_parameters(ensemble(voltages))
+    members, integrator = ensemble(voltages).members(), heyoka_program(tolerance)
+    table = np.stack([members.number(name) for name in members.system.numbers])
     identity = np.array([[1.0], [0.0], [0.0], [1.0]])
     maps = np.empty((voltages.size, periods, 2, 2))
     for first in range(0, voltages.size, LANES):
@@ -101,7 +102,7 @@ def heyoka_loop(voltages: np.ndarray, periods: int, tolerance: float) -> np.ndar
 @cache
 def heyoka_program(tolerance: float) -> Any:
     hk = import_heyoka()
-    system = hk.var_ode_sys(equations(Gent(), "states", 1), hk.var_args.vars, order=1)
+    system = hk.var_ode_sys(equations(ConeModel().system, "states"), hk.var_args.vars, order=1)
     return hk.taylor_adaptive_batch(system, np.zeros((2, LANES)), tol=tolerance)
 
 

@@ -24,7 +24,8 @@ import numpy as np
 from scipy.integrate import odeint
 
 from gelcone.codes import Outcome
-from gelcone.motion.flow import LANES, import_heyoka, integrate
+from gelcone.motion.flow import integrate
+from gelcone.motion.heyoka import LANES, import_heyoka
 from gelcone.physics.model import ConeModel
 
 MEMBERS = 512
@@ -49,6 +50,14 @@ def sample_times(model: ConeModel, periods: int) -> np.ndarray:
     return model.drive_period[:, None] * np.arange(periods + 1)
 
 
+def numbers(model: ConeModel) -> np.ndarray:
+    """What the equations written out below take, (numbers, members): zeta, kappa, x0, A, B, G, J, v, omega."""
+    members = model.members()
+    kept = [members.number(name) for name in ("damping_ratio", "spring_stiffness", "rest_height", "A", "B", "G")]
+    driven = [members.number(name) for name in ("voltage", "drive_frequency")]
+    return np.stack([*kept, np.broadcast_to(model.stretch_limit, model.shape), *driven])
+
+
 # --- the bare loop ----------------------------------------------------------------------------------------------------
 
 
@@ -67,9 +76,7 @@ def hand_written() -> object:
 
 def bare_loop(integrator: object, model: ConeModel, initial: tuple[float, float], times: np.ndarray) -> np.ndarray:
     """All members, a batch at a time."""
-    c = model.coefficients()
-    rows = [c.zeta, c.kappa, c.rest, c.A, c.B, c.G, model.stretch_limit, model.voltage, model.drive_frequency]
-    table = np.stack([np.broadcast_to(row, model.shape) for row in rows])
+    table = numbers(model)
     states = np.empty((*times.shape, 2))
     for first in range(0, model.size, LANES):
         members = slice(first, first + LANES)
@@ -86,9 +93,7 @@ def bare_loop(integrator: object, model: ConeModel, initial: tuple[float, float]
 
 def lsoda(model: ConeModel, initial: tuple[float, float], times: np.ndarray, tolerance: float) -> np.ndarray:
     """All members, one at a time."""
-    c = model.coefficients()
-    rows = [c.zeta, c.kappa, c.rest, c.A, c.B, c.G, model.stretch_limit, model.voltage, model.drive_frequency]
-    table = np.stack([np.broadcast_to(row, model.shape) for row in rows]).T.tolist()
+    table = numbers(model).T.tolist()
 
     def rate(state, t, zeta, kappa, rest, A, B, G, J, v, omega):
         x, u = state

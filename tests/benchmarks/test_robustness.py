@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gelcone.motion import flow
+from gelcone.motion import heyoka
 
 MEMBERS = 200
 
@@ -17,7 +17,7 @@ def robustness(monkeypatch):
     spec = importlib.util.spec_from_file_location("robustness", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    monkeypatch.setattr(flow, "SMALLEST_STEP", flow.SMALLEST_STEP)  # the benchmark changes it for a second run
+    monkeypatch.setattr(heyoka, "SMALLEST_STEP", heyoka.SMALLEST_STEP)  # the benchmark changes it for a second run
     return module
 
 
