@@ -1,16 +1,21 @@
 """How fast: ratios measured side by side in one run, each the smallest of several interleaved repetitions.
 
-    python benchmarks/speed.py [REPETITIONS]      (default 5)
+    python benchmarks/speed.py [REPETITIONS] [--against SOURCE]      (default 5)
 
 * An ensemble through `gelcone.integrate` against the same work in a bare loop over a hand-written heyoka integrator.
 * Two threads against one, beside what two threads of bare loops gain on this machine.
 * SciPy's LSODA (compiled Fortran, called with `scipy.integrate.odeint`) member by member against `integrate` at a
   tolerance at which its error is no larger.
 * The time from the shell to the prompt: ``gelcone --help``, ``import gelcone``, a first ``gelcone simulate``.
+
+``--against SOURCE`` compares with another version instead, whose ``src`` folder that is: a process each, which take
+turns, one thread, processor time. The ratio of the shortest is printed for states, tangents, exponents, and the regimes
+of 9 x 9 cells of the base set.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
 import os
 import subprocess
@@ -19,6 +24,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 from scipy.integrate import odeint
@@ -215,6 +221,53 @@ def from_the_shell(repetitions: int) -> None:
     report("gelcone simulate --out, with netCDF and figure", drawn, "<= 3")
 
 
+# --- another version --------------------------------------------------------------------------------------------------
+
+PROGRAM = """
+import sys, time
+import numpy as np
+from gelcone import ConeModel, integrate, lyapunov, regime
+
+rng = np.random.default_rng(512)
+names = {"spring_stiffness": (0.5, 2.0), "voltage": (0.2, 1.2), "drive_frequency": (0.5, 1.5), "prestretch": (1.0, 1.3)}
+model = ConeModel(**{name: rng.uniform(*bounds, 128) for name, bounds in names.items()})
+grid = {"voltage": np.linspace(0.0, 2.0, 9)[:, None], "prestretch": np.linspace(0.4, 2.0, 9)}
+base = ConeModel(damping_ratio=0.01, spring_stiffness=0.9, drive_frequency=0.1, **grid)
+times = model.drive_period[:, None] * np.arange(101)
+for line in sys.stdin:
+    what, tolerance = line.split()
+    options = {"tolerance": float(tolerance), "threads": 1}
+    begin = time.process_time()
+    if what == "exponents":
+        lyapunov(model, **options)
+    elif what == "regimes":
+        regime(base, **options)
+    else:
+        integrate(model, (0.5, 0.0), times, keep=what, **options)
+    print(time.process_time() - begin, flush=True)
+"""
+WORKS = ("states 1e-15", "states 1e-10", "tangents 1e-15", "tangents 1e-10", "exponents 1e-15", "regimes 1e-15")
+
+
+def against(source: Path, repetitions: int) -> None:
+    """Prints how long each of `WORKS` takes here and with another version; the first turn compiles, too."""
+
+    def start(path: Path) -> subprocess.Popen[str]:
+        environment = {**os.environ, "PYTHONPATH": str(path.resolve(strict=True))}
+        command, pipe = [sys.executable, "-c", PROGRAM], subprocess.PIPE
+        return subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, text=True)
+
+    def seconds(process: subprocess.Popen[str], work: str) -> float:
+        print(work, file=process.stdin, flush=True)
+        return float(process.stdout.readline())
+
+    with start(Path(__file__).parents[1] / "src") as mine, start(source) as other:
+        for work in WORKS:
+            turns = [[seconds(process, work) for process in (mine, other)] for _ in range(repetitions + 1)]
+            here, there = np.min(turns, axis=0)
+            report(f"{work}: {here:.3f} s over {there:.3f} s of the other version", here / there, "<= 1.05")
+
+
 def main(repetitions: int) -> None:
     ensemble_against_bare_loop(repetitions)
     one_thread_against_two(repetitions)
@@ -223,4 +276,11 @@ def main(repetitions: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 5)
+    parser = argparse.ArgumentParser()
+    parser.add_argument("repetitions", nargs="?", type=int, default=5)
+    parser.add_argument("--against", type=Path, metavar="SOURCE")
+    given = parser.parse_args()
+    if given.against:
+        against(given.against, given.repetitions)
+    else:
+        main(given.repetitions)
