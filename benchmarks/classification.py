@@ -8,7 +8,8 @@ The labels come from evidence that the classification does not have:
   spring together, so that nothing bounds the motion;
 - rest: the voltage is constant and the motion damped, so that the energy falls until the disc rests;
 - quasi-periodic: neither damping nor an alternating voltage (an integrable oscillator seen at times that have nothing
-  to do with its period); or no damping and a deviation that over 400 repeats and more grows no faster than time does;
+  to do with its period); or no damping and a deviation that over 400 forcing periods and more grows no faster than time
+  does;
 - rest and cycles under a drive: after 10 times the transient, and at two tolerances alike, Newton's method from where
   the motion is finds an orbit that it stays on, its points well apart; SciPy's LSODA, with the equation and its
   variation written out by hand, confirms that the orbit closes and that both multipliers are inside the unit circle;
@@ -47,7 +48,7 @@ OPINION = 2000
 """Time over which exponents are averaged for the labels, fewest blocks of it, and points of their 0-1 test."""
 LONGEST_CYCLE = 16
 MOST_REPEATS = 500
-"""Repeats that are run at once, the clock then set back to 0."""
+"""Forcing periods that are run at once, the clock then set back to 0."""
 UNKNOWN = -1
 PAPER_SETS = ({"drive_frequency": 0.1, "spring_stiffness": 0.9}, {"drive_frequency": 0.3, "spring_stiffness": 0.5})
 
@@ -176,7 +177,7 @@ def build(count: int, seed: int) -> Cases:
 
 
 def run(model: ConeModel, states: np.ndarray, repeats: int, tolerance: float) -> np.ndarray:
-    """States after each of some drive repeats, (members, repeats, 2)."""
+    """States after each of some forcing periods, (members, repeats, 2)."""
     repeat = np.broadcast_to(model.forcing_period, model.shape)
     parts = []
     for first in range(0, repeats, MOST_REPEATS):
@@ -187,7 +188,7 @@ def run(model: ConeModel, states: np.ndarray, repeats: int, tolerance: float) ->
 
 
 def let_pass(model: ConeModel, states: np.ndarray, transients: float, tolerance: float) -> np.ndarray:
-    """States after so many times the transient of the classification (20 decay times or 30 repeats)."""
+    """States after so many times the transient of the classification (20 decay times or 30 forcing periods)."""
     states = states.copy()
     repeat = np.broadcast_to(model.forcing_period, model.shape)
     transient = np.maximum(np.clip(20.0 / np.maximum(model.damping_ratio, 1e-9), 200.0, 5000.0), 30.0 * repeat)
@@ -203,8 +204,8 @@ def let_pass(model: ConeModel, states: np.ndarray, transients: float, tolerance:
 
 
 def tangent_growth(model: ConeModel, states: np.ndarray, duration: float, tolerance: float) -> tuple[Any, Any, Any]:
-    """Logarithmic growth of one deviation over 400 blocks or more of whole repeats, (members, blocks); the length of a
-    block, (members,); and the states after it."""
+    """Logarithmic growth of one deviation over 400 blocks or more of whole forcing periods, (members, blocks); the
+    length of a block, (members,); and the states after it."""
     repeat = np.broadcast_to(model.forcing_period, model.shape)
     pieces = int(np.ceil(repeat.max() / 6.0))
     repeats = np.maximum(1, np.ceil(6.0 / repeat)).astype(int) if pieces == 1 else np.ones(model.size, dtype=int)
@@ -226,7 +227,7 @@ def tangent_growth(model: ConeModel, states: np.ndarray, duration: float, tolera
 
 
 def grouped(model: ConeModel) -> list[np.ndarray]:
-    """Members with about the same repeat, so that one call does not cut a fast drive as finely as a slow one."""
+    """Members of about the same forcing period, so that one call does not cut fast drives as finely as slow ones."""
     octave = np.floor(2.0 * np.log2(np.broadcast_to(model.forcing_period, model.shape)))
     return [np.flatnonzero(octave == value) for value in np.unique(octave)]
 
@@ -246,7 +247,7 @@ def is_chaotic(model: ConeModel, states: np.ndarray, tolerance: float) -> np.nda
 
 
 def newton(model: ConeModel, states: np.ndarray, period: int, tolerance: float) -> np.ndarray:
-    """The fixed points of ``period`` drive repeats near ``states``; NaN where Newton's method does not get there."""
+    """The fixed points of ``period`` forcing periods near ``states``; NaN where Newton's method does not get there."""
     repeat = np.broadcast_to(model.forcing_period, model.shape)
     pieces = period * int(np.ceil(repeat.max() / 6.0))
     times = (period * repeat)[:, None] * np.arange(1, pieces + 1) / pieces

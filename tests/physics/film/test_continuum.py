@@ -9,7 +9,8 @@ import pytest
 
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
-from gelcone.motion import flow, heyoka
+from gelcone.motion import flow
+from gelcone.motion.engine import backend
 from gelcone.physics.balance import PullIn
 from gelcone.physics.film.continuum import ContinuumFilm, film_from_json, read_film
 from gelcone.physics.film.taut import TautCone
@@ -57,9 +58,9 @@ def fitted():
 
 def test_a_film_from_another_process_needs_no_new_program():
     flow.integrate(TWIN, (0.1, 0.0), [1.0])
-    programs = heyoka._template.cache_info().currsize
+    programs = backend._program.cache_info().currsize
     flow.integrate(pickle.loads(pickle.dumps(TWIN)), (0.1, 0.0), [1.0])
-    assert heyoka._template.cache_info().currsize == programs
+    assert backend._program.cache_info().currsize == programs
 
 
 def test_a_film_with_the_cones_force_moves_like_the_cone():
