@@ -21,6 +21,7 @@ TYPED = {
     "bias": ["--set", "bias=tests.toys:CubicBias", "--set", "bias_cubic=0.4"],
     "circuit": ["--set", "circuit=tests.toys:FilteredVoltage", "--set", "filter_time=0.4"],
 }
+TYPED["together"] = [text for typed in TYPED.values() for text in typed]
 OWN = {"film": "film_modulus", "waveform": "second_harmonic", "bias": "bias_cubic", "circuit": "filter_time"}
 SMALL = {
     "simulate": ["--periods", "3"],
@@ -40,21 +41,24 @@ ASKED = [name for name in ANALYSES if name != "show"]
 """A store is shown by the test of stores."""
 
 
-@pytest.mark.parametrize("toy", TOYS)
+@pytest.mark.parametrize("toy", ["together", *(pytest.param(toy, marks=pytest.mark.slow) for toy in TOYS)])
 @pytest.mark.parametrize("name", ASKED)
-def test_every_analysis_takes_a_component_of_ones_own(name, toy, command_line, tmp_path):
+def test_every_analysis_takes_components_of_ones_own(name, toy, command_line, tmp_path):
+    """All four together, a system of three states; and, slower, each alone."""
     analysis = ANALYSES[name]
     arguments = [analysis.command, *TYPED[toy], *DRIVE, *SMALL.get(name, []), "--json", "--out", "results"]
     code, out, err = command_line(*arguments)
     assert code == 0, err
     answer = json.loads(out)
     typed = dict(setting.split("=", 1) for setting in TYPED[toy][1::2])
-    assert answer["parameters"][OWN[toy]] == float(typed[OWN[toy]])
     (written,) = (tmp_path / "results").glob("*.nc")
     assert (tmp_path / "results" / f"{written.stem}.png").stat().st_size > 1000
     model = gelcone.model_of(gelcone.load(written))
-    assert getattr(model.system, toy) == TOYS[toy][toy]
-    assert np.all(np.asarray(model.values[OWN[toy]]) == float(typed[OWN[toy]]))
+    for kind in TOYS if toy == "together" else [toy]:
+        own, expected = OWN[kind], float(typed[OWN[kind]])
+        assert answer["parameters"][own] == expected
+        assert getattr(model.system, kind) == TOYS[kind][kind]
+        assert np.all(np.asarray(model.values[own]) == expected)
 
 
 @pytest.mark.parametrize("toy", TOYS)

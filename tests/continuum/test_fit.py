@@ -46,6 +46,7 @@ def test_the_error_of_a_fit_is_the_largest_of_each_kind_of_state():
     assert miss[kind == TAUT].mean() < 0.5 * own["taut"]
 
 
+@pytest.mark.slow
 def test_the_fit_is_best_where_the_film_does_not_wrinkle():
     miss, kind = misses()
     assert miss[kind == TAUT].max() < 0.02
