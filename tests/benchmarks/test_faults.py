@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 
-@pytest.mark.parametrize("kills", [1, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kills", [1, 4])
 def test_a_killed_run_is_resumed_to_the_same_bytes(kills, tmp_path, capsys, monkeypatch):
     path = Path(__file__).parents[2] / "benchmarks" / "faults.py"
     spec = importlib.util.spec_from_file_location("faults", path)

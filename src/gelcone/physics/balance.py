@@ -137,7 +137,7 @@ class StaticBalance:
     def squared(self, x: Any) -> Any:
         """w(x): the V that makes x an equilibrium; at x = 0 its limit, infinite where the flat film is pushed.
 
-        Where it would exceed what the film withstands, it goes on as in the balance.
+        Where it would exceed what the film withstands, it continues as in the cone.
         """
         with np.errstate(all="ignore"):
             return self.system.film.balancing(x, -self.system.bias.secant(x, self.n), self.n)

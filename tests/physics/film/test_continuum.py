@@ -117,7 +117,7 @@ def test_the_fit_follows_the_membrane_between_its_points(fitted):
     [
         pytest.param({"law": "neo-hookean"}, {}, marks=pytest.mark.slow),
         pytest.param({}, {"prestretch": 1.3, "prestretch_mode": "equibiaxial"}, marks=pytest.mark.slow),
-        ({"stretch_limit": 5.0}, {}),
+        pytest.param({"stretch_limit": 5.0}, {}, marks=pytest.mark.slow),
     ],
 )
 def test_other_laws_and_prestretches_are_fitted_as_well(law, prestretch):

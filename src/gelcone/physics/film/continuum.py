@@ -190,7 +190,7 @@ class ContinuumFilm(GelFilm):
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
         """By bisection, as the pull k falls while the voltage rises. Beyond the V at which the film pulls in, and below
-        0, it goes on as in the cone."""
+        0, it continues as in the cone."""
         x = np.asarray(x, dtype=float)
         s, highest = x * x, self.highest_squared_at(x * x)
         with np.errstate(all="ignore"):
