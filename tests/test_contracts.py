@@ -147,3 +147,12 @@ def test_a_component_that_cannot_be_imported_again_says_what_to_do(tmp_path):
     gelcone.save(response, tmp_path / "passing.nc")
     with pytest.raises(InputError, match="put its class into a module that Python finds"):
         gelcone.model_of(gelcone.load(tmp_path / "passing.nc"))
+
+
+def test_the_command_line_finds_a_class_in_the_folder_it_runs_in(command_line, tmp_path):
+    (tmp_path / "my_springs.py").write_text(
+        "from tests.toys import CubicBias\n\n\nclass Mine(CubicBias):\n    name = 'mine'\n"
+    )
+    code, out, err = command_line("limits", "--set", "bias=my_springs:Mine", "--set", "bias_stiffness=1.44", "--json")
+    assert code == 0, err
+    assert json.loads(out)["pitchfork_voltage"] == pytest.approx(1.2, rel=1e-12)

@@ -77,6 +77,7 @@ def main() -> None:
     """Runs the command line; errors of the input are one line and exit code 2, an interrupt exits with 130."""
     from gelcone.errors import InputError, MissingDependency
 
+    sys.path.append("")  # components of one's own are found in this folder, behind all that is installed
     try:
         code = group.main(standalone_mode=False)
     except click.UsageError as error:
