@@ -45,6 +45,15 @@ CONE = BASE.replace(law="neo-hookean")
 TWIN = CONE.replace(film=film_like_the_cone())
 
 
+def test_what_is_local_changes_with_the_voltage_as_its_polynomials_say():
+    """t = 1/(1 + s) = 0.8 at x = 0.5; the field adds V times the second polynomial."""
+    film = film_like_the_cone(disc_stretch=((1.0, 0.5), (0.3, 0.2)), hoop_stress=((0.1,), (-0.4, 0.05)))
+    assert film.squared_stretch(0.25, 0.7) == pytest.approx(1.4 + 0.7 * 0.46, rel=1e-15)
+    assert film.smallest_hoop_stress(0.25, 0.7) == pytest.approx(0.1 - 0.7 * 0.36, rel=1e-14)
+    state = CONE.replace(film=film).film_state(0.5, 0.7**0.5)
+    assert state.meridional_stretch == pytest.approx((1.4 + 0.7 * 0.46) ** 0.5, rel=1e-14)
+
+
 @pytest.fixture(scope="module")
 def fitted():
     pytest.importorskip("skfem")
