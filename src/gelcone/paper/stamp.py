@@ -16,6 +16,8 @@ from gelcone.devices.device import shipped_devices
 from gelcone.paper.effort import Effort
 
 SHOWING = (
+    "accessor.py",
+    "analyses",
     "cli",
     "plots",
     "paper/figures",
@@ -26,6 +28,7 @@ SHOWING = (
     "paper/stamp.py",
     "paper/verdicts.py",
     "paper/work.py",
+    "words.py",
 )
 """Parts of the program that print, draw and judge what was computed, and do not compute."""
 
