@@ -79,7 +79,7 @@ def main() -> None:
 
     sys.path.append("")  # components of one's own are found in this folder, behind all that is installed
     try:
-        code = group.main(standalone_mode=False)
+        code = group.main(prog_name="gelcone", standalone_mode=False)
     except click.UsageError as error:
         help_of = error.ctx.command_path if error.ctx else "gelcone"
         _fail(f"{error.format_message().rstrip('.')}; see {help_of} --help", 2)
