@@ -19,6 +19,7 @@ from gelcone import (
     save,
     tongues,
 )
+from gelcone.motion import floquet
 from gelcone.plots.floquet import tongues_figure
 
 BASE = ConeModel(drive_frequency=0.1, spring_stiffness=0.9, damping_ratio=0.01)
@@ -272,3 +273,37 @@ def test_bad_input_is_refused_with_the_bound_and_the_remedy(call, message):
 def test_without_a_spring_a_rest_height_does_not_matter():
     free = ConeModel(spring_stiffness=0.0, prestretch=1.3)
     assert floquet_multipliers(free.replace(rest_height=0.3)).growth_rate == floquet_multipliers(free).growth_rate
+
+
+# --- tongues and onsets: kinds, bounds and errors ----------------------------------------------------------------------
+
+
+def test_the_principal_tongue_doubles_the_forcing_period_and_the_next_one_does_not():
+    """The force has twice the drive's frequency: at w = sqrt(k) a motion of two forcing periods grows, at half of that
+    one of a single period (Mathieu). The mean of the squared voltage softens k = 1 to 1 - v^2/2."""
+    free = float(np.sqrt(1.0 - 0.08))
+    model = ConeModel(spring_stiffness=1.0, damping_ratio=0.001)
+    found = floquet.tongues(model, [0.5 * free, free], [0.2, 0.4])
+    assert float(found["growth_rate"][1, 1]) > 0.0
+    assert found["doubles"].values[:, 1].tolist() == [False, True]
+
+
+def test_a_bias_is_taken_off_the_amplitude_whose_peak_reaches_the_pitchfork():
+    model = ConeModel(spring_stiffness=1.44, voltage_bias=-0.3)
+    found = floquet.tongues(model, [0.7, 1.1], [0.1, 0.2])
+    assert float(found["pitchfork_amplitude"]) == pytest.approx(1.2 - 0.3, rel=1e-12)
+
+
+def test_the_search_goes_up_to_three_times_the_pitchfork():
+    model = ConeModel(spring_stiffness=[1.44, 0.25], damping_ratio=0.2)
+    searched = floquet.onset_voltage(model)["searched"].values
+    np.testing.assert_allclose(searched, [[0.0, 3.6], [0.0, 1.5]], rtol=1e-12)
+
+
+def test_the_error_of_an_onset_is_the_whole_width_of_its_last_bracket():
+    members = ConeModel(damping_ratio=[0.05]).members()
+    onset = float(floquet.onset_voltage(members)["onset_voltage"][0])
+    low, high = np.array([onset - 0.04]), np.array([onset + 0.05])
+    voltage, width = floquet._refine(members, low, high, np.ones(1), floquet._Options(1e-15, 1))
+    assert voltage[0] == pytest.approx(onset, abs=1e-9)
+    assert width[0] == pytest.approx(0.09 / (floquet.SECTIONS + 1) ** floquet.ROUNDS, rel=1e-6)

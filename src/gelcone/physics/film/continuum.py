@@ -29,13 +29,14 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.physics.component import Numbers, from_record, to_record
-from gelcone.physics.film.film import BISECTIONS, FilmState
+from gelcone.physics.film.film import FilmState
 from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, check_prestretch_mode
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.quadrature import integral
 
 FORMAT = 1
 """Of the files; raised when an older one can no longer be read."""
+BISECTIONS = 60
 NEAR_PULL_IN = 1.0 - 1e-9
 """Share of the V at which the film pulls in up to which its slope, infinite there, is taken."""
 

@@ -14,7 +14,6 @@ from gelcone.physics.dual import derivative
 from gelcone.physics.quadrature import integral
 from gelcone.quantity import Array
 
-BISECTIONS = 60
 SMALL = 1e-6
 """A displacement at which limits at the flat film are taken: forces are odd in x, so the error is its square."""
 
