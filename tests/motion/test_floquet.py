@@ -275,7 +275,7 @@ def test_without_a_spring_a_rest_height_does_not_matter():
     assert floquet_multipliers(free.replace(rest_height=0.3)).growth_rate == floquet_multipliers(free).growth_rate
 
 
-# --- tongues and onsets: kinds, bounds and errors ----------------------------------------------------------------------
+# --- tongues and onsets: kinds, bounds and errors ---------------------------------------------------------------------
 
 
 def test_the_principal_tongue_doubles_the_forcing_period_and_the_next_one_does_not():
