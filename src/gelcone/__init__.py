@@ -75,7 +75,11 @@ if TYPE_CHECKING:
     from gelcone.motion.spectrum import spectrum as spectrum
     from gelcone.physics.balance import PullIn as PullIn
     from gelcone.physics.bias import Bias as Bias
+    from gelcone.physics.bias import BuckledBeam as BuckledBeam
+    from gelcone.physics.bias import ConstantForce as ConstantForce
     from gelcone.physics.bias import LinearSpring as LinearSpring
+    from gelcone.physics.bias import Together as Together
+    from gelcone.physics.bias import Weight as Weight
     from gelcone.physics.circuit import Circuit as Circuit
     from gelcone.physics.circuit import IdealSource as IdealSource
     from gelcone.physics.component import Component as Component

@@ -1,10 +1,17 @@
-"""Biases: the spring's closed forms against the contract's numerical defaults, and a cubic bias by hand."""
+"""Biases: closed forms against the contract's numerical defaults, several together, and what each does to a disc."""
+
+import json
 
 import numpy as np
 import pytest
 
-from gelcone.physics.bias import BIASES, Bias, LinearSpring
-from tests.toys import CubicBias
+from gelcone import simulate
+from gelcone.errors import InputError
+from gelcone.physics.balance import balances_of, equilibria_of, rest_displacement
+from gelcone.physics.bias import BIASES, Bias, BuckledBeam, ConstantForce, LinearSpring, Together, Weight
+from gelcone.physics.model import ConeModel
+from gelcone.physics.records import bias_record, find_bias
+from tests.toys import CubicBias, PowerFilm
 
 SPRING = LinearSpring()
 X = np.array([-2.0, -0.3, 0.1, 0.7, 3.0])
@@ -72,3 +79,143 @@ def test_a_cubic_bias_by_hand():
 def test_the_table_of_biases():
     assert all(bias.name == name for name, bias in BIASES.items())
     assert isinstance(BIASES["spring"], LinearSpring)
+
+
+# --- all that ship, and several together ------------------------------------------------------------------------------
+
+CASES = {
+    "beam": {"beam_stiffness": -0.7, "beam_cubic": 1.3, "beam_height": 0.25},
+    "weight": {"weight": 0.3},
+    "force": {"push": 0.2},
+    "spring+weight": {"spring_stiffness": 1.7, "rest_height": 0.4, "weight": -0.3},
+    "beam+weight+force": {
+        "beam_stiffness": -0.7,
+        "beam_cubic": 1.3,
+        "beam_height": 0.0,
+        "weight": 0.3,
+        "push": 0.3,
+    },
+}
+every_bias = pytest.mark.parametrize("name", CASES)
+
+
+@every_bias
+def test_force_energy_and_slope_belong_together(name):
+    bias, n, h = find_bias(name), CASES[name], 1e-30
+    force, slope = bias.force(X, [], n)
+    np.testing.assert_allclose(force, np.imag(bias.energy(X + 1j * h, n)) / h, rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(np.broadcast_to(slope, X.shape), np.imag(bias.force(X + 1j * h, [], n)[0]) / h)
+    energy = bias.energy(X, n) - bias.energy(0.0, n)
+    np.testing.assert_allclose(energy, Bias.energy(bias, X, n), rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(bias.turning(X, n), Bias.turning(bias, X, n), rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(bias.secant(X, n), force / X, rtol=1e-13)
+
+
+@every_bias
+def test_an_odd_bias_is_one_whose_mirror_image_it_is(name):
+    bias = find_bias(name)
+    for n in (CASES[name], dict.fromkeys(CASES[name], 0.0), CASES[name] | {"weight": 0.0, "push": 0.0}):
+        mirrored = np.allclose(bias.force(-X, [], n)[0], -bias.force(X, [], n)[0], rtol=0.0, atol=1e-15)
+        # equal weight and constant force cancel; that they do is not looked for
+        assert bool(bias.odd(n)) == (mirrored and not n.get("weight", 0.0))
+
+
+def test_a_beam_that_is_free_at_the_flat_film_is_no_mirror_image():
+    """It does not push the flat film, but the mirror image of a motion is none."""
+    n = {"beam_stiffness": -1.0, "beam_cubic": 4.0, "beam_height": 0.5}
+    model = ConeModel(bias="beam", **n)
+    assert BuckledBeam().force(0.0, [], n)[0] == 0.0
+    assert BuckledBeam().free_height(n) == 1.0
+    assert not model.members().symmetric[0]
+    assert ConeModel(bias="beam").members().symmetric[0]
+
+
+@pytest.mark.parametrize(("name", "height"), [("beam", 0.25 + np.sqrt(0.7 / 1.3)), ("spring+weight", 0.4 + 0.3 / 1.7)])
+def test_where_a_buckled_beam_and_a_loaded_spring_are_free(name, height):
+    bias, n = find_bias(name), CASES[name]
+    assert bias.free_height(n) == pytest.approx(height, rel=1e-15)
+    assert bias.force(bias.free_height(n), [], n)[0] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_a_beam_that_is_not_buckled_is_free_where_it_is_straight():
+    for stiffness, cubic in [(0.5, 1.0), (0.0, 1.0), (-0.5, 0.0), (0.0, 0.0)]:
+        n = {"beam_stiffness": stiffness, "beam_cubic": cubic, "beam_height": 0.3}
+        assert BuckledBeam().free_height(n) == 0.3
+
+
+def test_weight_pulls_down_and_a_constant_force_pushes_up():
+    assert Weight().force(0.7, [], {"weight": 0.2})[0] == 0.2
+    assert ConstantForce().force(0.7, [], {"push": 0.2})[0] == -0.2
+    assert Weight().stiffness_scale({"weight": 0.2}) == 0.0
+
+
+# --- records ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("bias", "record"),
+    [
+        (Together((LinearSpring(), Weight())), "spring+weight"),
+        (Together((BuckledBeam(), CubicBias())), "beam+tests.toys:CubicBias"),
+        (Weight(), "weight"),
+    ],
+)
+def test_several_are_written_as_their_names_with_a_plus(bias, record):
+    assert bias_record(bias) == record
+    assert find_bias(json.loads(json.dumps(bias_record(bias)))) == bias
+    assert find_bias(record.replace("+", " + ")) == bias
+
+
+def test_several_may_be_given_in_a_list():
+    assert find_bias(["spring", Weight()]) == find_bias("spring+weight")
+    assert ConeModel(bias=("spring", "weight"), weight=0.3).system == ConeModel(bias="spring+weight").system
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("spring+spring", "bias = spring+spring: must be at least two different ones; name each once"),
+        ("spring+wieght", "'wieght' is not a bias; did you mean 'weight'?"),
+        (["spring"], "bias = spring: must be at least two different ones; name each once"),
+    ],
+)
+def test_what_cannot_go_together_is_refused(given, message):
+    with pytest.raises(InputError) as error:
+        ConeModel(bias=given)
+    assert str(error.value) == message
+
+
+# --- what they do to a disc -------------------------------------------------------------------------------------------
+
+
+def without_film(bias, **parameters):
+    return ConeModel(film=PowerFilm(), film_modulus=0.0, bias=bias, **parameters)
+
+
+def test_a_weight_lowers_a_sprung_disc_by_m_g_over_k():
+    """Exactly without a film, and to the third order with one that has no stiffness where it is flat."""
+    model = without_film("spring+weight", spring_stiffness=1.7, rest_height=0.4, weight=0.3)
+    assert rest_displacement(model) == pytest.approx(0.4 - 0.3 / 1.7, rel=1e-14)
+    film = ConeModel(bias="spring+weight", spring_stiffness=1.5, weight=1e-3)
+    assert rest_displacement(film) == pytest.approx(-1e-3 / 1.5, rel=1e-5)
+    assert rest_displacement(film) != pytest.approx(-1e-3 / 1.5, rel=1e-9)
+
+
+def test_a_buckled_beam_alone_has_two_wells():
+    model = without_film("beam", beam_stiffness=-0.8, beam_cubic=0.5, beam_height=0.3)
+    (balance,) = balances_of(model)
+    found = equilibria_of(balance, 0.0)
+    well = np.sqrt(0.8 / 0.5)
+    np.testing.assert_allclose([e.displacement for e in found], [0.3 - well, 0.3, 0.3 + well], rtol=1e-13)
+    np.testing.assert_allclose([e.slope for e in found], [1.6, -0.8, 1.6], rtol=1e-12)
+    assert [e.stable for e in found] == [True, False, True]
+    assert rest_displacement(model) == pytest.approx(0.3 + well, rel=1e-13)
+
+
+@pytest.mark.parametrize("name", ["beam", "beam+weight+force"])
+def test_the_energy_balance_closes(name):
+    result = simulate(ConeModel(bias=name, voltage=0.8, prestretch=1.2, **CASES[name]), (0.5, 0.2), periods=3.0)
+    assert abs(result["energy_residual"]).max() < 1e-13
+    n = CASES[name]
+    x = result["displacement"].values
+    np.testing.assert_allclose(result["spring_energy"], find_bias(name).energy(x, n), rtol=1e-13, atol=1e-15)

@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 
 from gelcone.errors import InputError
 from gelcone.physics import model
+from gelcone.physics.bias import BIASES
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import PARAMETERS, ConeModel
 
@@ -530,8 +531,9 @@ def test_the_defaults_are_those_of_the_table():
     expected = {name: q.default for name, q in PARAMETERS.items() if "_prestretch" not in name}
     expected |= {"stretch_limit": 50.0, "prestretch_mode": "radial", "law": "gent"}
     expected |= {"film": "taut", "bias": "spring", "waveform": "sine", "circuit": "ideal"}
-    expected = {name: value for name, value in expected.items() if name not in ("yeoh_c2", "yeoh_c3")}
-    assert parameters == expected
+    others = [name for kind in (LAWS, BIASES) for part in kind.values() for name in part.parameters]
+    own = {*LAWS["gent"].parameters, *BIASES["spring"].parameters}
+    assert parameters == {name: value for name, value in expected.items() if name in own or name not in others}
 
 
 def test_every_parameter_name_is_known_once_and_accepts_its_default():
@@ -545,8 +547,18 @@ def test_every_parameter_name_is_known_once_and_accepts_its_default():
         quantity = model.parameter_quantity(name)
         assert quantity.meaning
         law = next((law.name for law in LAWS.values() if name in law.parameters), "gent")
-        m = ConeModel.from_parameters({name: quantity.default, "law": law})
+        bias = next((bias.name for bias in BIASES.values() if name in bias.parameters), "spring")
+        m = ConeModel.from_parameters({name: quantity.default, "law": law, "bias": bias})
         assert m.parameters()[name] == quantity.default
+
+
+def test_a_parameter_of_a_bias_that_the_model_has_not_says_how_to_have_it():
+    with pytest.raises(InputError) as error:
+        ConeModel(weight=0.1)
+    text = "weight: is a parameter of the bias 'weight', which this model has not; give bias = 'spring+weight'"
+    assert str(error.value) == text
+    with pytest.raises(InputError, match=r"give bias = 'weight\+spring'"):
+        ConeModel(bias="weight", rest_height=0.1)
 
 
 def law_values(m):

@@ -316,12 +316,17 @@ class _Maps:
 def _check_rest(model: Ensemble) -> None:
     start_states(model, (0.0, 0.0))
     members = model.members()
-    if not members.symmetric.all():
-        height = members.system.bias.free_height(members.numbers_at(int(np.argmin(members.symmetric))))
-        raise InputError(
-            f"rest_height = {float(height):g}: must be 0, or the disc does not rest at x = 0 and has no "
-            "Floquet multipliers there; set it to 0"
-        )
+    if members.symmetric.all():
+        return
+    values = members.take([int(np.argmin(members.symmetric))]).values
+    height = values.get("rest_height", [0.0])[0]
+    raise InputError(
+        f"rest_height = {float(height):g}: must be 0, or the disc does not rest at x = 0 and has no "
+        "Floquet multipliers there; set it to 0"
+        if height
+        else f"bias = {members.system.bias.name}: pushes the flat film, so the disc does not rest at x = 0 and has "
+        "no Floquet multipliers there; take one without a force at x = 0"
+    )
 
 
 def _resting(members: Members, options: _Options) -> Array:

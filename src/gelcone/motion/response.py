@@ -182,7 +182,7 @@ _MEANINGS = {
     "true_field": ("true electric field", "field"),
     "kinetic_energy": ("kinetic energy", "energy"),
     "film_energy": ("strain energy of the film", "energy"),
-    "spring_energy": ("energy of the spring", "energy"),
+    "spring_energy": ("energy of the spring, or of what else acts on the disc", "energy"),
     "field_energy": ("energy of the electric field", "energy"),
     "supplied_energy": ("energy put in by the voltage source since the start", "energy"),
     "dissipated_energy": ("energy dissipated since the start", "energy"),

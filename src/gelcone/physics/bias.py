@@ -1,13 +1,16 @@
-"""What pulls on the disc besides the film: the linear spring."""
+"""What acts on the disc besides the film: springs, a buckled beam, weight, a constant force, and several together."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from gelcone.physics.component import Component, Numbers
+from gelcone.errors import InputError
+from gelcone.physics.component import Component, Numbers, State
 from gelcone.physics.quadrature import integral
 from gelcone.quantity import Quantity
 
@@ -41,6 +44,10 @@ class Bias(Component):
         force, slope = self.force(x, [], n)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where((np.asarray(x) == 0.0) & (force == 0.0), slope, force / np.asarray(x, dtype=float))[()]
+
+    def odd(self, n: Numbers) -> Any:
+        """Whether its force at -x is the opposite of that at x. Default: whether it does not push the flat film."""
+        return self.force(0.0, [], n)[0] == 0.0
 
     def free_height(self, n: Numbers) -> Any:
         """A displacement at which it does not pull; where a search for equilibria begins. Default 0."""
@@ -83,4 +90,151 @@ class LinearSpring(Bias):
         return n["spring_stiffness"]
 
 
-BIASES: dict[str, Bias] = {bias.name: bias for bias in (LinearSpring(),)}
+class BuckledBeam(Bias):
+    """F = k1 d + k3 d^3, d = x - xb: a beam clamped at both ends and pressed along its axis, held at its middle.
+
+    A beam beyond buckling has a negative k1: it pushes away from its straight shape at xb, up to d = sqrt(-k1/k3) on
+    either side, where it is free. Holmes, Phil. Trans. R. Soc. A 292 (1979) 419: the first mode of a buckled beam.
+    """
+
+    name = "beam"
+    parameters = {
+        "beam_stiffness": Quantity("k1", "beam's stiffness where it is straight, over mu Vol/(b-a)^2", -0.5),
+        "beam_cubic": Quantity("k3", "beam's cubic stiffness, over mu Vol/(b-a)^4", 1.0, lower=0.0),
+        "beam_height": Quantity("xb", "height at which the beam is straight, over b-a", 0.0),
+    }
+
+    def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        d = x - n["beam_height"]
+        stiffening = n["beam_cubic"] * (d * d)
+        return d * (n["beam_stiffness"] + stiffening), n["beam_stiffness"] + 3.0 * stiffening
+
+    def energy(self, x: Any, n: Numbers) -> Any:
+        """k1 d^2/2 + k3 d^4/4, which is 0 where the beam is straight."""
+        d = x - n["beam_height"]
+        squared = d * d
+        return squared * (0.5 * n["beam_stiffness"] + 0.25 * n["beam_cubic"] * squared)
+
+    def odd(self, n: Numbers) -> Any:
+        return np.asarray(n["beam_height"]) == 0.0
+
+    def free_height(self, n: Numbers) -> Any:
+        """The higher of the two where a buckled beam is free, else where the beam is straight."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            squared = -np.asarray(n["beam_stiffness"]) / n["beam_cubic"]
+            away = np.where((squared > 0.0) & np.isfinite(squared), np.sqrt(np.maximum(squared, 0.0)), 0.0)
+        return (n["beam_height"] + away)[()]
+
+    def stiffness_scale(self, n: Numbers) -> Any:
+        """The largest that |k1| + 3 k3 d^2 has between the film's plane and its width above it."""
+        farthest = np.maximum(np.abs(n["beam_height"]), np.abs(1.0 - n["beam_height"]))
+        return np.abs(n["beam_stiffness"]) + 3.0 * n["beam_cubic"] * np.square(farthest)
+
+
+class Weight(Bias):
+    """F = W: gravity along the axis pulls the disc, and what it carries, towards the film's plane and beyond.
+
+    A negative W is that of a device that hangs: gravity pulls the disc away from the plane.
+    """
+
+    name = "weight"
+    parameters = {"weight": Quantity("W", "weight m g (b-a)/(mu Vol), positive where it pulls the disc down", 0.1)}
+
+    def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        return n["weight"] + 0.0 * x, 0.0 * x
+
+    def energy(self, x: Any, n: Numbers) -> Any:
+        return n["weight"] * x
+
+    def stiffness_scale(self, n: Numbers) -> Any:
+        return 0.0 * n["weight"]
+
+
+class ConstantForce(Bias):
+    """F = -P: a force that pushes the disc away from the film's plane wherever it is."""
+
+    name = "force"
+    parameters = {"push": Quantity("P", "constant force over mu Vol/(b-a), positive where it pushes the disc up", 0.1)}
+
+    def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        return 0.0 * x - n["push"], 0.0 * x
+
+    def energy(self, x: Any, n: Numbers) -> Any:
+        return -n["push"] * x
+
+    def stiffness_scale(self, n: Numbers) -> Any:
+        return 0.0 * n["push"]
+
+
+@dataclass(frozen=True)
+class Together(Bias):
+    """Several biases at once: their forces add up. ``parts`` are at least two, of different kinds."""
+
+    parts: tuple[Bias, ...]
+
+    name = "together"
+
+    def __post_init__(self) -> None:
+        names = [part.name for part in self.parts]
+        if len(names) < 2 or len(set(names)) < len(names):
+            raise InputError(f"bias = {'+'.join(names)}: must be at least two different ones; name each once")
+
+    @property
+    def states(self) -> tuple[State, ...]:  # type: ignore[override]
+        return tuple(state for part in self.parts for state in part.states)
+
+    @property
+    def parameters(self) -> Mapping[str, Quantity]:
+        return {name: quantity for part in self.parts for name, quantity in part.parameters.items()}
+
+    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        values: dict[str, Any] = {}
+        for part in self.parts:
+            values |= part.complete({name: given[name] for name in part.parameters if name in given})
+        return values
+
+    def numbers(self, parameters: Numbers) -> dict[str, Any]:
+        return {name: value for part in self.parts for name, value in part.numbers(parameters).items()}
+
+    def _own(self, y: list[Any]) -> list[tuple[Bias, list[Any]]]:
+        """Each part with its own states, none where statics give none."""
+        taken, found = 0, []
+        for part in self.parts:
+            count = len(part.states) if y else 0
+            found.append((part, y[taken : taken + count]))
+            taken += count
+        return found
+
+    def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        pulls = [part.force(x, own, n, xp) for part, own in self._own(y)]
+        force, slope = pulls[0]
+        for more, steeper in pulls[1:]:
+            force, slope = force + more, slope + steeper
+        return force, slope
+
+    def rates(self, x: Any, velocity: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        return [rate for part, own in self._own(y) for rate in part.rates(x, velocity, own, n, xp)]
+
+    def energy(self, x: Any, n: Numbers) -> Any:
+        return sum(part.energy(x, n) for part in self.parts)
+
+    def turning(self, x: Any, n: Numbers) -> Any:
+        return sum(part.turning(x, n) for part in self.parts)
+
+    def odd(self, n: Numbers) -> Any:
+        return np.logical_and.reduce([np.asarray(part.odd(n)) for part in self.parts])
+
+    def free_height(self, n: Numbers) -> Any:
+        """Near the first's, where the others' pull shifts it to, as far as its stiffness tells."""
+        first = self.parts[0].free_height(n)
+        force, slope = self.force(np.asarray(first, dtype=float), [], n)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shift = force / slope
+        return (first - np.where((np.asarray(slope) > 0.0) & np.isfinite(shift), shift, 0.0))[()]
+
+    def stiffness_scale(self, n: Numbers) -> Any:
+        return sum(part.stiffness_scale(n) for part in self.parts)
+
+
+BIASES: dict[str, Bias] = {bias.name: bias for bias in (LinearSpring(), BuckledBeam(), Weight(), ConstantForce())}
+"""What ships, by name; several together are written with a plus, as in ``"spring+weight"``."""

@@ -116,6 +116,15 @@ def from_record(kind: str, record: Any, shipped: Mapping[str, C], base: type[C])
     return component
 
 
+def find_component(kind: str, given: Any, shipped: Mapping[str, C], base: type[C]) -> C:
+    """A component, from itself or from its record; `InputError` for what is neither."""
+    if isinstance(given, base):
+        return given
+    if isinstance(given, str | Mapping):
+        return from_record(kind, given, shipped, base)
+    raise InputError(f"{kind} = {given!r}: must be a {kind} or the name of one: {', '.join(shipped)}")
+
+
 def _fields(component: Any) -> tuple[Any, ...]:
     return dataclasses.fields(component) if dataclasses.is_dataclass(component) else ()
 

@@ -215,8 +215,7 @@ class Members(Ensemble):
     @cached_property
     def symmetric(self) -> npt.NDArray[np.bool_]:
         """Whether the mirror image of each motion is a motion: the flat film is an equilibrium at every voltage."""
-        n = self.numbers()
-        return np.broadcast_to(self.system.film.odd and self.system.bias.force(0.0, [], n)[0] == 0.0, self.shape)
+        return np.broadcast_to(self.system.film.odd and self.system.bias.odd(self.numbers()), self.shape)
 
     def start_states(self, disc: Sequence[float]) -> Array:
         """States (members, N) with this displacement and velocity and all others at their start."""

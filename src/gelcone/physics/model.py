@@ -9,21 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace as with_fields
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.bias import BIASES, Bias
 from gelcone.physics.circuit import CIRCUITS, Circuit
-from gelcone.physics.component import Component, Numbers, from_record
+from gelcone.physics.component import Component, Numbers, find_component
 from gelcone.physics.drive import WAVEFORMS, Waveform
 from gelcone.physics.film.continuum import ContinuumFilm, film_from_json
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, TautCone, check_prestretch_mode
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.members import Ensemble
-from gelcone.physics.records import FILMS
+from gelcone.physics.records import FILMS, bias_record, find_bias
 from gelcone.physics.system import DAMPING, ConeSystem
 from gelcone.quantity import Quantity
 
@@ -32,8 +32,6 @@ KINDS = ("law", "prestretch_mode", "film", "bias", "waveform", "circuit")
 
 LEFT_OUT = ("stretch_limit", *PRESTRETCHES)
 """Parameters for which None means that they are not given."""
-
-C = TypeVar("C", bound=Component)
 
 
 class ConeModel(Ensemble):
@@ -58,7 +56,8 @@ class ConeModel(Ensemble):
         ``yeoh_c3``) are parameters of the model.
     film : a `Film`: ``"taut"`` (default), the homogeneous cone, or a `ContinuumFilm` fitted for this law and
         pre-stretch, or its JSON text.
-    bias : a `Bias`: what pulls on the disc besides the film. Default ``"spring"``, the linear spring.
+    bias : a `Bias`: what acts on the disc besides the film. ``"spring"`` (default), the linear spring; ``"beam"``,
+        a buckled beam; ``"weight"``; ``"force"``, a constant force; or several, as in ``"spring+weight"``.
     waveform : a `Waveform`. Default ``"sine"``.
     circuit : a `Circuit` between the commanded and the film's voltage. Default ``"ideal"``.
 
@@ -81,9 +80,9 @@ class ConeModel(Ensemble):
     ) -> None:
         system = ConeSystem(
             film=_film(film, law, prestretch_mode),
-            bias=_component("bias", bias, BIASES, Bias),  # type: ignore[type-abstract]
-            waveform=_component("waveform", waveform, WAVEFORMS, Waveform),  # type: ignore[type-abstract]
-            circuit=_component("circuit", circuit, CIRCUITS, Circuit),  # type: ignore[type-abstract]
+            bias=find_bias(bias),
+            waveform=find_component("waveform", waveform, WAVEFORMS, Waveform),  # type: ignore[type-abstract]
+            circuit=find_component("circuit", circuit, CIRCUITS, Circuit),  # type: ignore[type-abstract]
         )
         values = system.complete(_known(system, parameters))
         self.__dict__.update(system=system, values=values, shape=_shape(values))
@@ -175,12 +174,12 @@ class ConeModel(Ensemble):
 def _film(film: Any, law: Any, mode: str | None) -> Film:
     """The film, with the law and the pre-stretch mode that were given beside it."""
     if law is not None:
-        law = _component("strain-energy law", law, LAWS, StrainEnergyLaw)  # type: ignore[type-abstract]
+        law = find_component("strain-energy law", law, LAWS, StrainEnergyLaw)  # type: ignore[type-abstract]
     if mode is not None:
         check_prestretch_mode(mode)
     if isinstance(film, str) and film.lstrip().startswith("{"):
         film = film_from_json(film)
-    found = _component("film", film, FILMS, Film)  # type: ignore[type-abstract]
+    found = find_component("film", film, FILMS, Film)  # type: ignore[type-abstract]
     if not isinstance(found, GelFilm):
         if law is not None or mode is not None:
             raise InputError(f"law, prestretch_mode: the film {found.name!r} takes neither; leave them out")
@@ -192,15 +191,6 @@ def _film(film: Any, law: Any, mode: str | None) -> Film:
         )
     fields = {"law": law, "prestretch_mode": mode}
     return with_fields(found, **{name: value for name, value in fields.items() if value is not None})  # type: ignore[type-var]
-
-
-def _component(kind: str, given: Any, shipped: Mapping[str, C], base: type[C]) -> C:
-    """A component, from itself or from its record."""
-    if isinstance(given, base):
-        return given
-    if isinstance(given, str | Mapping):
-        return from_record(kind, given, shipped, base)
-    raise InputError(f"{kind} = {given!r}: must be a {kind} or the name of one: {', '.join(shipped)}")
 
 
 def _known(system: ConeSystem, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -216,6 +206,12 @@ def _known(system: ConeSystem, given: Mapping[str, Any]) -> dict[str, Any]:
         if law is not None and any(name in other.parameters for other in LAWS.values()):
             takes = ", ".join(law.parameters) or "no parameters"
             raise InputError(f"{name}: the {law.name} law does not take it; it takes {takes}")
+        owner = next((bias for bias in BIASES.values() if name in bias.parameters), None)
+        if owner is not None:
+            raise InputError(
+                f"{name}: is a parameter of the bias {owner.name!r}, which this model has not; give bias = "
+                f"'{bias_record(system.bias)}+{owner.name}'"
+            )
         raise unknown_name("model parameter", name, [*known, *KINDS])
     return values
 

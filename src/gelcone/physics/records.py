@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from gelcone.physics.bias import BIASES
+from gelcone.physics.bias import BIASES, Bias, Together
 from gelcone.physics.circuit import CIRCUITS
-from gelcone.physics.component import to_record
+from gelcone.physics.component import find_component, to_record
 from gelcone.physics.drive import WAVEFORMS
 from gelcone.physics.film.continuum import ContinuumFilm
 from gelcone.physics.film.film import Film
@@ -25,7 +25,7 @@ def system_record(system: ConeSystem) -> dict[str, Any]:
     )
     return own | {
         "film": film_record(film),
-        "bias": to_record(system.bias, BIASES),
+        "bias": bias_record(system.bias),
         "waveform": to_record(system.waveform, WAVEFORMS),
         "circuit": to_record(system.circuit, CIRCUITS),
     }
@@ -36,3 +36,22 @@ def film_record(film: Film) -> Any:
     if isinstance(film, ContinuumFilm):
         return film.to_json()
     return film.name if type(film) is TautCone else to_record(film, FILMS)
+
+
+def bias_record(bias: Bias) -> Any:
+    """A bias; several together as their names with a plus, or as a list where one needs more than its name."""
+    if not isinstance(bias, Together):
+        return to_record(bias, BIASES)
+    parts = [to_record(part, BIASES) for part in bias.parts]
+    return "+".join(parts) if all(isinstance(part, str) for part in parts) else parts
+
+
+def find_bias(given: Any) -> Bias:
+    """The bias that a record, or several joined by a plus or in a list, describe.
+
+    Raises `InputError` for an unknown name.
+    """
+    names = given.split("+") if isinstance(given, str) and "+" in given else given
+    if isinstance(names, list | tuple):
+        return Together(tuple(find_bias(name.strip() if isinstance(name, str) else name) for name in names))
+    return find_component("bias", given, BIASES, Bias)  # type: ignore[type-abstract]
