@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +14,12 @@ from gelcone.codes import Outcome
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.job import KEEPS, Backend, Job, Keep, Trajectories
 from gelcone.physics.members import Ensemble, Members
+from gelcone.physics.system import ConeSystem
 from gelcone.progress import current_watch
 from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    from gelcone.motion.engine.phase import PhaseProgram
 
 DEFAULT_TOLERANCE = 1e-15
 
@@ -25,6 +30,20 @@ def backend() -> Backend:
     from gelcone.motion.engine.backend import EngineBackend
 
     return EngineBackend()
+
+
+def phase_program(system: ConeSystem, moved: tuple[tuple[str, ...], ...], tolerance: float) -> PhaseProgram:
+    """What integrates over the drive's phase, with the derivatives that shooting needs; see `PhaseProgram`."""
+    from gelcone.motion.engine import phase
+
+    return phase.phase_program(system, moved, tolerance)
+
+
+def smallest_step(members: Members) -> Array:
+    """The step below which a member has lost its digits to its stretch limit, (members,); 0 where it has none."""
+    from gelcone.motion.engine.backend import smallest_step as of_members
+
+    return of_members(members)
 
 
 def integrate(

@@ -388,3 +388,18 @@ def test_an_interrupt_gets_through(threads):
     assert time.perf_counter() - before < 0.2 + 0.25
     time.sleep(0.05)
     assert threading.active_count() <= alive
+
+
+def test_rerun_gives_the_bits_of_run():
+    program, starts, ends = Program(Cone()), np.array([0.0, 1.0, 2.5]), np.array([3.0, 4.0, 2.75])
+    again = programs.Rerun(program, starts, ends, 1e5)
+    for voltage in (0.5, 1.3):
+        numbers = cone_numbers(voltage=voltage, frequency=0.7, bias=0.2, rest_height=0.1)
+        states = np.array([[0.6, -0.2], [0.1, 0.3], [-1.0, voltage]])
+        raw = program.run(numbers, states, starts, ends[:, None])
+        values = np.array([float(numbers[name]) for name in again.numbers])
+        found, arrived = again.run(values, states, 0.0)
+        assert arrived.all()
+        np.testing.assert_array_equal(found, raw.states[:, 0])
+    found, arrived = again.run(values, states * 1e200, 0.0)
+    assert not arrived.any()

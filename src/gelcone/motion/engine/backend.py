@@ -33,7 +33,7 @@ class EngineBackend:
         if not run.size:
             return
         members = job.members.take(run)
-        smallest_step = _smallest_step(members)
+        smallest = smallest_step(members)
         with _compiling:
             program = _program(members.system, job.keep, job.tolerance)
         raw = program.run(
@@ -41,7 +41,7 @@ class EngineBackend:
             job.states0[run],
             job.start[run],
             job.times[run],
-            smallest_step=smallest_step,
+            smallest_step=smallest,
             most_steps=STEPS_PER_CALL * np.ceil(np.maximum(job.gaps[run].sum(axis=1) * members.rate / CALL_SPAN, 1.0)),
             threads=threads,
             report=progress,
@@ -49,7 +49,7 @@ class EngineBackend:
         )
         if watch is not None and watch.stop.is_set():
             raise Stopped
-        _store(job, run, members, raw, smallest_step)
+        _store(job, run, members, raw, smallest)
 
 
 @lru_cache(maxsize=MOST_PROGRAMS)
@@ -57,7 +57,7 @@ def _program(system: ConeSystem, keep: Keep, tolerance: float) -> Program:
     return Program(system, keep, tolerance)
 
 
-def _smallest_step(members: Members) -> Array:
+def smallest_step(members: Members) -> Array:
     """The step below which a member has lost its digits to its stretch limit, (members,); 0 where it has none."""
     smallest = SMALLEST_STEP * np.minimum(1.0, 10.0 / members.rate)
     return np.where(np.isinf(members.strain_limit()), 0.0, smallest)

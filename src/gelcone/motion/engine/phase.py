@@ -1,0 +1,119 @@
+"""Equations of motion over the phase of the drive, with the derivatives that shooting needs.
+
+With the phase omega tau in place of time the repeats of the drive lie at fixed phases, and the frequency is a parameter
+like any other. Behind the states follow the columns of the tangent map and the derivatives with respect to the free
+parameters, all by the same Taylor series (variational equations).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.motion.engine.differentiate import Sensitivities
+from gelcone.motion.engine.program import ARRIVED, Program, Rerun
+from gelcone.physics.system import ConeSystem
+from gelcone.quantity import Array
+
+MOST_STEPS = 50_000.0
+"""A segment that takes more steps of the integrator does not end."""
+MOST_PROGRAMS = 64
+"""Programs kept in memory; one that is dropped comes back from the cache on disk."""
+
+
+@dataclass(frozen=True)
+class PhaseSystem:
+    """A system whose time is the phase of the drive, and whose numbers move with free parameters.
+
+    ``moved``: for each free parameter the numbers that depend on it. Its number ``share k`` (0 in every run) moves
+    number NAME by ``NAME by k`` times itself, so that a derivative with respect to the share is one along the
+    parameter. The numbers ``at NAME`` stand for the initial states: nothing depends on them but where a run begins.
+    """
+
+    system: ConeSystem
+    moved: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        return tuple(state.name for state in self.system.states)
+
+    @property
+    def initial(self) -> tuple[str, ...]:
+        """Names of the numbers that stand for the initial states."""
+        return tuple(f"at {name}" for name in self.states)
+
+    @property
+    def shares(self) -> tuple[str, ...]:
+        return tuple(f"share {k}" for k in range(len(self.moved)))
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        by = tuple(f"{name} by {k}" for k, names in enumerate(self.moved) for name in names)
+        return (*self.system.numbers, *self.initial, *self.shares, *by)
+
+    def flow(
+        self, phase: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any
+    ) -> tuple[list[Any], list[list[Any]]]:
+        """Rates of change with the phase, and their Jacobian."""
+        own = {name: n[name] for name in self.system.numbers}
+        for k, names in enumerate(self.moved):
+            for name in names:
+                own[name] = own[name] + n[f"share {k}"] * n[f"{name} by {k}"]
+        slowness = 1.0 / own["drive_frequency"]
+        rates, slopes = self.system.flow(phase, state, own | {"drive_frequency": 1.0}, xp)
+        return [rate * slowness for rate in rates], [[slope * slowness for slope in row] for row in slopes]
+
+
+class PhaseProgram:
+    """The compiled states, tangent maps and derivatives with respect to free parameters, over the drive's phase.
+
+    Behind the N states of a member follow the columns of the tangent map, N each, which begin as those of the unit
+    matrix, and the derivatives with respect to the shares, which begin at 0. ``numbers`` names what a run takes.
+    """
+
+    def __init__(self, system: ConeSystem, moved: tuple[tuple[str, ...], ...], tolerance: float) -> None:
+        phase = PhaseSystem(system, moved)
+        carried: Any = Sensitivities(phase, (*phase.initial, *phase.shares))
+        self._program = Program(carried, "states", tolerance)
+        self.numbers = phase.numbers
+
+    def again(self, start: Array, end: Array, corners: Array | None) -> Rerun:
+        """The same run, from phases ``start`` to ``end`` (members,), to be repeated with other numbers and states."""
+        return Rerun(self._program, start, end, MOST_STEPS, corners)
+
+    def run(
+        self,
+        numbers: Mapping[str, Array],
+        states: Array,
+        start: Array,
+        end: Array,
+        *,
+        smallest_step: npt.ArrayLike,
+        corners: Array | None,
+        threads: int,
+        stopped: Callable[[], bool] | None,
+    ) -> tuple[Array, npt.NDArray[np.bool_], int]:
+        """States at the phases ``end`` (members, ...), which members arrived, and how many steps were made."""
+        raw = self._program.run(
+            numbers,
+            states,
+            start,
+            end[:, None],
+            smallest_step=smallest_step,
+            most_steps=MOST_STEPS,
+            threads=threads,
+            corners=corners,
+            stopped=stopped,
+        )
+        return raw.states[:, 0], raw.status == ARRIVED, int(raw.steps.sum())
+
+
+@lru_cache(maxsize=MOST_PROGRAMS)
+def phase_program(system: ConeSystem, moved: tuple[tuple[str, ...], ...], tolerance: float) -> PhaseProgram:
+    """The program of a system and its free parameters, compiled once."""
+    return PhaseProgram(system, moved, tolerance)

@@ -1,0 +1,99 @@
+"""Periodic orbits against certified ones: states, multipliers, and how they follow parameters."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gelcone.motion.flow import integrate
+from gelcone.motion.orbit import Kind, Shooting, find_orbits, multipliers_of, repeat_phase, segments_for
+from gelcone.physics.model import ConeModel
+
+REFERENCES = json.loads((Path(__file__).parents[1] / "reference" / "continuation.json").read_text())["references"]
+REGULAR = [r for r in REFERENCES if r["type"] in ("orbit", "period_doubling")]
+
+
+def shooting_of(members, kind, free=("voltage",)):
+    phase = repeat_phase(members)
+    segments = segments_for(float(members.rate[0]), float(members.forcing_period[0]))
+    return Shooting(members, free, kind, segments, phase)
+
+
+@pytest.mark.parametrize("reference", REGULAR, ids=[r["key"] for r in REGULAR])
+def test_certified_orbit_and_multipliers(reference):
+    members = ConeModel(**reference["parameters"]).members()
+    kind = Kind(reference["period_in_drive_repeats"])
+    state = np.array(reference["orbit_state_at_phase_0"])
+    beside = 1e-4 / max(abs(reference["multipliers_of_that_map"][0][0]), 1.0)
+    found = find_orbits(members, state[None] * (1.0 + beside), kind)
+    assert found.found.all()
+    np.testing.assert_allclose(found.nodes[0, 0, 0], state, atol=1e-11)
+    shooting = shooting_of(members, kind)
+    multipliers = shooting.multipliers(
+        shooting.run(found.nodes[0].reshape(-1, 2), [members.voltage[0]]).tangents, [members.voltage[0]]
+    )
+    np.testing.assert_allclose(multipliers.real, [m[0] for m in reference["multipliers_of_that_map"]], rtol=1e-9)
+
+
+def test_orbit_does_not_depend_on_its_neighbours():
+    volts = np.array([1.0012791591929, 1.25, 1.1])
+    states = np.array([[0.1266, 0.0056], [0.3004, -0.0338], [0.2, 0.0]])
+    base = REGULAR[0]["parameters"]
+    whole = find_orbits(ConeModel(**base | {"voltage": volts}).members(), states, Kind(1), threads=2)
+    for k in range(3):
+        alone = find_orbits(ConeModel(**base | {"voltage": volts[k : k + 1]}).members(), states[k : k + 1], Kind(1))
+        width = alone.nodes.shape[2]
+        np.testing.assert_array_equal(alone.nodes[0], whole.nodes[k, :, :width])
+
+
+def test_symmetric_orbit_closes_at_its_mirror_image():
+    model = ConeModel(spring_stiffness=0.9, damping_ratio=0.01, voltage=0.6, drive_frequency=0.9)
+    members = model.members()
+    settled = integrate(members, [1.0, 0.0], [400.0 * members.forcing_period[0]]).states[:, -1]
+    found = find_orbits(members, settled, Kind(1, True))
+    assert found.found.all()
+    assert found.size[0] > 0.1
+    period = members.forcing_period[0]
+    run = integrate(members, found.nodes[0, 0, 0], [period, 2.0 * period])
+    np.testing.assert_allclose(run.states[0, 0], -found.nodes[0, 0, 0], atol=1e-11)
+    np.testing.assert_allclose(run.states[0, 1], found.nodes[0, 0, 0], atol=1e-11)
+
+
+@pytest.mark.parametrize("name", ["voltage", "drive_frequency", "prestretch", "stretch_limit", "damping_ratio"])
+def test_slopes_are_those_of_differences(name):
+    model = ConeModel(damping_ratio=0.02, voltage=1.1, voltage_bias=0.2, drive_frequency=0.4, rest_height=0.1)
+    members = model.members()
+    shooting, value, change = shooting_of(members, Kind(1), (name,)), float(members.values[name][0]), 1e-4
+    nodes = np.tile([0.4, -0.2], (shooting.count, 1))
+    ends = [shooting.run(nodes, [value + sign * change]).ends.copy() for sign in (1.0, -1.0)]
+    slopes = shooting.run(nodes, [value]).slopes[..., 0]
+    scale = np.abs(slopes).max()
+    np.testing.assert_allclose(slopes, (ends[0] - ends[1]) / (2.0 * change), atol=3e-7 * max(scale, 1.0))
+
+
+def test_map_in_phase_is_the_map_in_time():
+    model = ConeModel(damping_ratio=0.02, voltage=1.1, voltage_bias=0.2, drive_frequency=0.4, rest_height=0.1)
+    members = model.members()
+    shooting = shooting_of(members, Kind(1))
+    times = members.forcing_period[0] * np.arange(1, shooting.count + 1) / shooting.count
+    run = integrate(members, [0.4, -0.2], times, keep="tangents")
+    nodes = np.concatenate([[[0.4, -0.2]], run.states[0, :-1]])
+    found = shooting.run(nodes, [1.1])
+    np.testing.assert_allclose(found.ends, run.states[0], atol=1e-13)
+    np.testing.assert_allclose(found.tangents, run.tangents[0], rtol=1e-10, atol=1e-10)
+
+
+def test_multipliers_of_a_map_that_grows_beyond_doubles():
+    product = np.array([[1.0, 0.5], [0.0, 0.0]])
+    with np.errstate(over="ignore"):
+        multipliers = multipliers_of(product, 50.0, -0.6)
+    assert multipliers[0].real == pytest.approx(np.exp(50.0))
+    assert multipliers[1].real == pytest.approx(np.exp(-50.6))
+
+
+def test_what_is_no_orbit_is_not_found():
+    # undamped and far from resonance from a point that never returns within reach
+    members = ConeModel(voltage=1.3, drive_frequency=0.1, damping_ratio=0.01, spring_stiffness=0.9, stretch_limit=5.0)
+    found = find_orbits(members.members(), np.array([[2.6, 5.0]]), Kind(1))
+    assert not found.found.any()
