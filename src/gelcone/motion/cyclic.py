@@ -38,7 +38,8 @@ def solve_ring(
 
     ``tangents`` (..., n, N, N), ``signs`` (N,), ``right`` (..., n, N, K), ``columns`` (..., n, N, Q), ``rows``
     (..., Q, n, N), ``corner`` (..., Q, Q), ``top`` (..., Q, K). Segments are merged while no product grows beyond
-    ``growth``; with infinity the solution of a member does not depend on its neighbours. Raises `numpy.linalg.LinAlgError` for a singular one.
+    ``growth``; with infinity the solution of a member does not depend on its neighbours. Raises
+    `numpy.linalg.LinAlgError` for a singular one.
     """
     n, size = tangents.shape[-3:-1]
     merged = _merged(tangents, growth) if n * size > DENSE and n % 2 == 0 else None
