@@ -4,14 +4,24 @@ import dataclasses
 import json
 import math
 import pickle
+import re
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gelcone.devices.device import Device, Scales, find_device, shipped_devices
+from gelcone.devices.device import (
+    DEVICE_FIELDS,
+    SWEPT_FIELDS,
+    Device,
+    ImplausibleDevice,
+    Scales,
+    find_device,
+    shipped_devices,
+)
 from gelcone.devices.materials import Material
+from gelcone.devices.template import field_table, first_file
 from gelcone.errors import InputError
 
 BASE = {
@@ -92,6 +102,7 @@ def test_model_parameters_are_those_of_the_scaling_table(device):
     assert model.stretch_limit == 50.0
 
 
+@pytest.mark.filterwarnings("ignore::gelcone.devices.device.ImplausibleDevice")
 @settings(max_examples=50, deadline=None)
 @given(
     st.floats(1e-3, 0.1), st.floats(1e-3, 0.5), st.floats(1e-5, 1e-2), st.floats(1e-4, 1.0), st.floats(1e2, 1e6),
@@ -240,22 +251,16 @@ def test_a_device_survives_pickling(device):
         ({"film_thickness": 0.0}, "film_thickness = 0.0: must be greater than 0 m"),
         ({"moving_mass": 0.0}, "moving_mass = 0.0: must be greater than 0 kg"),
         ({"damping_coefficient": -1}, "damping_coefficient = -1: must be at least 0 N s/m"),
-        ({"spring_rate": [1, 2]}, "spring_rate = [1, 2]: must be one value, not several"),
         (
             {"disc_radius": "60 mm"},
             "disc_radius = 60 mm: must be less than film_radius = 50 mm; make the disc smaller or the film larger",
         ),
         ({"film_raduis": 1}, "'film_raduis' is not a device field; did you mean 'film_radius'?"),
-        ({"voltage": 1}, "'voltage' belongs to the dimensionless model; a device takes 'voltage_amplitude'"),
+        ({"voltage": 1}, "'voltage' is not a device field; did you mean 'voltage_amplitude'?"),
         (
             {"stretch_limit": 1},
-            "'stretch_limit' belongs to the dimensionless model; a device takes 'material.stretch_l",
+            "'stretch_limit' is not a device field; did you mean 'material.stretch_limit'?",
         ),
-        (
-            {"disc_radius": None, "frequency": "x"},
-            "disc_radius: is missing; give the radius of the rigid disc in m (to",
-        ),
-        ({"disc_radius": None, "frequency": "x"}, "(to correct as well: frequency)"),
         ({"material": "PVC-DBA 4:2"}, "material: 'PVC-DBA 4:2' is not a material; did you mean 'PVC-DBA 4:1'?"),
         ({"material": 5}, "material = 5: must be the name of a library material or a table of its numbers"),
         (
@@ -290,6 +295,36 @@ def test_bad_input_is_one_line(changes, message):
         Device(**BASE | changes)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("thickness", "'film_thickness'"),
+        ("mass", "'moving_mass'"),
+        ("damping", "'damping_coefficient', 'damping_ratio' or 'quality_factor'"),
+        ("voltage", "'voltage_amplitude'"),
+        ("spring_stiffness", "'spring_rate'"),
+        ("drive_frequency", "'frequency'"),
+        ("Radius", "'disc_radius' or 'film_radius'"),
+        ("modulus", "'material.shear_modulus' or 'material.young_modulus'"),
+        ("breakdown", "'dielectric_strength' or 'material.dielectric_strength'"),
+    ],
+)
+def test_names_that_people_use_name_the_right_one(typed, meant):
+    with pytest.raises(InputError) as caught:
+        Device(**BASE, **{typed: 1})
+    assert str(caught.value) == f"{typed!r} is not a device field; did you mean {meant}?"
+
+
+def test_every_wrong_field_has_a_line_of_its_own():
+    """A missing field that a near-miss name stands for is not told twice."""
+    values = {name: value for name, value in BASE.items() if name not in ("film_thickness", "moving_mass")}
+    with pytest.raises(InputError) as caught:
+        Device(**values | {"thickness": "0.5 mm", "frequency": "7 mm", "damping_coefficient": None})
+    lines = str(caught.value).splitlines()
+    assert [line.split(" ")[0].strip(":'") for line in lines] == ["thickness", "moving_mass", "frequency"]
+    assert pickle.loads(pickle.dumps(caught.value.with_traceback(None))).errors[1].field == "moving_mass"
 
 
 # --- files ------------------------------------------------------------------------------------------------------------
@@ -429,3 +464,145 @@ def test_scales_follow_from_energy_mass_and_field():
         **{"current": mu * volume * rate / (0.5e-3 * field), "stress": mu, "frequency": rate / (2.0 * math.pi)},
     }
     assert dataclasses.asdict(scales) == pytest.approx(expected, rel=1e-12)
+
+
+# --- damping ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["paper-table1", "soft-film", "biased-pump"])
+def test_three_forms_of_damping_are_one(name):
+    """c = 2 zeta m omega and Q = 1/(2 zeta), with omega from the stiffness about the rest, a difference of forces."""
+    device = find_device(name)
+    if name == "paper-table1":
+        device = device.replace(release_height=None)
+    model, scales = device.to_model(), device.scales
+    rest, step = device.replace(release_height=None).initial_state()[0], 1e-5
+    slope = (model.force(rest + step) - model.force(rest - step)) / (2.0 * step) * scales.force / scales.length
+    ratio = device.damping_coefficient / (2.0 * math.sqrt(device.moving_mass * slope))
+    for form in ({"damping_ratio": ratio}, {"quality_factor": 0.5 / ratio}):
+        other = device.replace(form)
+        assert other.damping_coefficient is None
+        assert other.to_model().damping_ratio == pytest.approx(model.damping_ratio, rel=1e-7)
+        assert other.replace(damping_coefficient=device.damping_coefficient) == device
+
+
+def test_damping_is_given_once_and_needs_a_free_vibration(device):
+    with pytest.raises(
+        InputError, match=r"damping_coefficient: is missing; give .* or damping_ratio or quality_factor"
+    ):
+        device.replace(damping_coefficient=None)
+    with pytest.raises(InputError, match="damping_coefficient and damping_ratio are both given"):
+        Device(**BASE, damping_ratio=0.1)
+    with pytest.raises(InputError, match=r"damping_ratio: refers to the free vibration .* give damping_coefficient"):
+        device.replace(damping_ratio=0.1, spring_rate=0.0)
+
+
+# --- ensembles over any field -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", SWEPT_FIELDS)
+def test_every_number_makes_an_ensemble_of_single_devices(device, name):
+    """Each member has the model, the scales and the start of a device with its value alone."""
+    law = {"material.law": "yeoh"} if "yeoh" in name else {}
+    start = device.replace({"initial_height": "8 mm", "dielectric_strength": "20 kV/mm", **law})
+    own = start.get(name)
+    usual = {"material.young_modulus": 5e4, "material.dielectric_strength": 2e7, "voltage_offset": 100.0}
+    values = np.array([1.0, 1.1, 1.3]) * (own or usual.get(name, 0.03 if name.startswith("release") else 1.01))
+    if name == "material.dielectric_strength":
+        start = start.replace(dielectric_strength=None)
+    ensemble = start.replace({name: values})
+    assert ensemble.shape == ensemble.to_model().shape == (3,)
+    states = np.broadcast_to(ensemble.initial_state(), (3, 2))
+    for i, value in enumerate(values):
+        alone = start.replace({name: value})
+        assert {k: np.broadcast_to(v, 3)[i] for k, v in ensemble.to_model().values.items()} == pytest.approx(
+            alone.to_model().values, rel=1e-14
+        )
+        assert [np.broadcast_to(s, 3)[i] for s in dataclasses.astuple(ensemble.scales)] == pytest.approx(
+            dataclasses.astuple(alone.scales), rel=1e-14
+        )
+        assert tuple(states[i]) == pytest.approx(alone.initial_state(), rel=1e-12)
+        assert np.broadcast_to(ensemble.breakdown_field(), 3)[i] == pytest.approx(alone.breakdown_field(), rel=1e-14)
+    assert Device(**json.loads(json.dumps(ensemble.parameters()))) == ensemble
+
+
+def test_lists_of_unlike_length_are_refused(device):
+    with pytest.raises(
+        InputError, match=r"film_thickness has 2, material.shear_modulus has 3 values; give lists of one"
+    ):
+        device.replace({"film_thickness": [1e-3, 2e-3], "material.shear_modulus": [1e4, 2e4, 3e4]})
+
+
+def test_an_array_is_checked_at_its_extremes(device):
+    with pytest.raises(InputError, match=r"film_thickness\[1\] = -0.001: must be greater than 0 m"):
+        device.replace(film_thickness=np.array([1e-3, -1e-3]))
+    with pytest.raises(InputError, match=r"frequency\[0\] = nan: must be finite"):
+        device.replace(frequency=np.array([np.nan, 3.0]))
+    with pytest.raises(InputError, match="disc_radius = 60 mm: must be less than film_radius = 50 mm"):
+        device.replace(disc_radius=np.array([0.01, 0.06]))
+
+
+# --- what can hardly be meant -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        (
+            {"film_thickness": "0.2 m", "film_radius": "30 mm"},
+            r"film_thickness = 200 mm is far from what is usual \(20 um",
+        ),
+        ({"film_thickness": "21 mm"}, "film_thickness = 21 mm is far from"),
+        ({"film_thickness": "15 mm", "film_radius": "30 mm"}, "no membrane on a ring 20 mm wide"),
+        ({"moving_mass": "20 kg"}, "moving_mass = 20 kg is far from what is usual"),
+        ({"material.shear_modulus": "20 MPa"}, "material.shear_modulus = 20 MPa is far from"),
+    ],
+)
+def test_an_implausible_size_warns(device, changes, told):
+    with pytest.warns(ImplausibleDevice, match=told):
+        odd = device.replace(changes)
+    odd.replace_quietly(frequency=8.0)
+
+
+# --- files of devices -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["paper-table1", "soft-film", "biased-pump"])
+def test_a_device_survives_its_own_file(tmp_path, name):
+    shipped = find_device(name)
+    variants = [
+        shipped,
+        shipped.replace({"material.shear_modulus": 12345.6789, "film_thickness": 1.0 / 3e3, "quality_factor": 15.0}),
+        shipped.replace({"frequency": [5.0, 6.5], "material.stretch_limit": math.inf, "name": 'a "quoted" name'}),
+        shipped.replace({"material.law": "yeoh", "material.yeoh_c2": [-0.01, 0.02]}),
+    ]
+    for k, device in enumerate(variants):
+        path = tmp_path / f"{k}.toml"
+        path.write_text(device.to_toml(), encoding="utf-8")
+        assert Device.from_toml(path) == device
+
+
+def test_a_first_file_explains_every_field_and_is_the_device_it_starts_from(tmp_path):
+    path = tmp_path / "mine.toml"
+    text = first_file("mine.toml", find_device("biased-pump"), find_device("biased-pump").material)
+    path.write_text(text, encoding="utf-8")
+    own, start = Device.from_toml(path), find_device("biased-pump")
+    assert own.replace(name=start.name) == start
+    for name, field in DEVICE_FIELDS.items():
+        if name != "material.sources":
+            assert field.meaning in text, name
+            assert f"{name.removeprefix('material.')} = " in text, name
+            assert field.unit in text
+    # what is commented out is right too: a gel of one's own, without what another law or another form takes
+    head, table = text.split("# [material]")
+    lines = [line.removeprefix("# ") for line in table.splitlines() if re.match(r"# \w+ = ", line)]
+    own_gel = "\n".join(line for line in lines if not line.startswith(("young_modulus", "yeoh")))
+    path.write_text(f"{head.replace('material =', '# material =')}[material]\n{own_gel}\n", encoding="utf-8")
+    assert Device.from_toml(path).material.replace(name=start.material.name).shear_modulus == own.material.shear_modulus
+
+
+def test_the_list_of_fields_names_all_of_them():
+    text = field_table(Device.fields)
+    for name, field in DEVICE_FIELDS.items():
+        assert f"  {name.removeprefix('material.')} " in text
+        assert field.meaning in text

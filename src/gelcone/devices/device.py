@@ -7,43 +7,37 @@ sqrt(mu/eps).
 
 from __future__ import annotations
 
-import math
 import re
 import tomllib
-from collections.abc import Callable, Mapping
+import warnings
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import astuple, dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
-from gelcone.devices.materials import Material, Record, find_material, si, text
+from gelcone.devices.materials import VACUUM_PERMITTIVITY, Material, find_material
+from gelcone.devices.record import Field, Record, unknown_field
+from gelcone.devices.template import device_text
 from gelcone.devices.units import FieldError, format_si
 from gelcone.errors import InputError, unknown_name
-from gelcone.physics.balance import rest_displacement
+from gelcone.physics.balance import rest_displacements
 from gelcone.physics.film.continuum import ContinuumFilm
 from gelcone.physics.film.taut import PRESTRETCH_MODES
 from gelcone.physics.model import ConeModel
 
-# What a user of the dimensionless model may type for a device, and the device's name for it.
-_DIMENSIONLESS = {
-    "damping_ratio": "damping_coefficient",
-    "spring_stiffness": "spring_rate",
-    "voltage": "voltage_amplitude",
-    "voltage_bias": "voltage_offset",
-    "drive_frequency": "frequency",
-    "rest_height": "initial_height",
-    "stretch_limit": "material.stretch_limit",
-    "yeoh_c2": "material.yeoh_c2",
-    "yeoh_c3": "material.yeoh_c3",
-    "law": "material.law",
-}
+DAMPINGS = ("damping_coefficient", "damping_ratio", "quality_factor")
+"""Three ways to give the damping; a device takes one of them."""
+DIRECT_PRESTRETCHES = ("meridional_prestretch", "hoop_prestretch")
+THICK = 0.5
+"""A film this thick, over the width b - a of its ring, is no membrane."""
 
 
 @dataclass(frozen=True)
 class Scales:
-    """The SI value of one dimensionless unit: ``x_in_metres = x * scales.length``.
+    """The SI value of one dimensionless unit: ``x_in_metres = x * scales.length``; arrays for an ensemble.
 
     Attributes
     ----------
@@ -60,24 +54,47 @@ class Scales:
     frequency : Omega0/(2 pi), Hz: the ordinary frequency of one unit of the angular omega.
     """
 
-    length: float
-    time: float
-    velocity: float
-    force: float
-    energy: float
-    power: float
-    voltage: float
-    current: float
-    field: float
-    stress: float
-    frequency: float
+    length: Any
+    time: Any
+    velocity: Any
+    force: Any
+    energy: Any
+    power: Any
+    voltage: Any
+    current: Any
+    field: Any
+    stress: Any
+    frequency: Any
+
+    @classmethod
+    def of(cls, get: Callable[[str], Any]) -> Scales:
+        """The scales by the fields of a device, its material's under dotted names; each a number or an array."""
+        a, b, mu = get("disc_radius"), get("film_radius"), get("material.shear_modulus")
+        length = b - a
+        energy = mu * (np.pi * (b**2 - a**2) * get("film_thickness"))
+        rate = np.sqrt(energy / get("moving_mass")) / length
+        field = np.sqrt(mu / (get("material.relative_permittivity") * VACUUM_PERMITTIVITY))
+        voltage = get("film_thickness") * field
+        return cls(
+            length=length,
+            time=1.0 / rate,
+            velocity=length * rate,
+            force=energy / length,
+            energy=energy,
+            power=energy * rate,
+            voltage=voltage,
+            current=energy * rate / voltage,
+            field=field,
+            stress=mu,
+            frequency=rate / (2.0 * np.pi),
+        )
 
 
 class Device(Record):
     """A conical gel actuator in SI units. In place of each number, a string such as ``"50 mm"`` will do.
 
-    ``voltage_amplitude``, ``voltage_offset`` and ``frequency`` may also be lists or one-dimensional arrays of one
-    length: they make an ensemble, member by member. All else is one number.
+    Every number may also be a list or one-dimensional array, all of one length: an ensemble, member by member.
+    ``gelcone help device`` lists the fields with their units, and ``gelcone init mine.toml`` writes a file of them.
 
     Parameters
     ----------
@@ -85,19 +102,20 @@ class Device(Record):
     disc_radius : radius a of the rigid disc, m, positive and less than ``film_radius``.
     film_radius : radius b at which the film is clamped, m.
     film_thickness : thickness H of the film as mounted (flat, after pre-stretch), m, positive.
-    initial_height : height h0 of the disc at which the spring is free, m. Default 0.
-    spring_rate : stiffness k of the spring, N/m, at least 0.
-    moving_mass : mass m of the disc and what moves with it, kg, positive.
-    damping_coefficient : viscous damping c, N s/m, at least 0.
     material : name of a library material, a `Material`, or a mapping of its fields.
-    dielectric_strength : true field that the film stands, V/m, positive. Default: the material's (None = unknown).
-    voltage_amplitude : amplitude of the drive offset + amplitude sin(2 pi f t), V, at least 0.
-    voltage_offset : its constant part, V. Default 0.
-    frequency : f, Hz, positive.
     prestretch, prestretch_mode, meridional_prestretch, hoop_prestretch : as in `ConeModel`.
     film : ``"taut"`` (default), the homogeneous cone; ``"continuum"``, the continuum film, fitted on first use and kept
         (see `gelcone.continuum.fit.find_film`); or a file that ``gelcone validate --fit`` wrote, in a device file
         relative to it.
+    spring_rate : stiffness k of the spring, N/m, at least 0.
+    initial_height : height h0 of the disc at which the spring is free, m. Default 0.
+    moving_mass : mass m of the disc and what moves with it, kg, positive.
+    damping_coefficient : viscous damping c, N s/m, at least 0. Or ``damping_ratio`` zeta = c/(2 m omega), or
+        ``quality_factor`` Q = 1/(2 zeta), with the natural frequency omega about the rest without voltage; one of them.
+    dielectric_strength : true field that the film stands, V/m, positive. Default: the material's (None = unknown).
+    voltage_amplitude : amplitude of the drive offset + amplitude sin(2 pi f t), V, at least 0.
+    voltage_offset : its constant part, V. Default 0.
+    frequency : f, Hz, positive.
     release_height : the disc is held there and let go at t = 0, m. Default: it starts from rest, see `initial_state`.
     release_velocity : its velocity at t = 0, m/s. Default 0.
 
@@ -105,134 +123,242 @@ class Device(Record):
 
     Raises
     ------
-    InputError : one line, for values that are missing, unknown, not exact or out of bounds.
+    InputError : a line each, for values that are missing, unknown, not exact or out of bounds.
     """
 
     kind: ClassVar[str] = "device"
 
-    name: Annotated[str, BeforeValidator(text)] = "unnamed device"
-    disc_radius: Annotated[float, si("m", above=0.0)] = Field(description="radius of the rigid disc in m")
-    film_radius: Annotated[float, si("m", above=0.0)] = Field(description="radius at which the film is clamped in m")
-    film_thickness: Annotated[float, si("m", above=0.0)] = Field(description="thickness of the film as mounted in m")
-    initial_height: Annotated[float, si("m")] = 0.0
-    spring_rate: Annotated[float, si("N/m", least=0.0)] = Field(description="stiffness of the spring in N/m")
-    moving_mass: Annotated[float, si("kg", above=0.0)] = Field(description="mass that moves in kg")
-    damping_coefficient: Annotated[float, si("N s/m", least=0.0)] = Field(description="viscous damping in N s/m")
-    material: Material = Field(description="name of a library material or a table of its numbers")
-    dielectric_strength: Annotated[float | None, si("V/m", above=0.0)] = None
-    voltage_amplitude: Annotated[Any, si("V", many=True, least=0.0)] = Field(description="amplitude of the drive in V")
-    voltage_offset: Annotated[Any, si("V", many=True)] = 0.0
-    frequency: Annotated[Any, si("Hz", many=True, above=0.0)] = Field(description="frequency of the drive in Hz")
-    prestretch: Annotated[float | None, si("1", above=0.0)] = None
-    prestretch_mode: str = "radial"
-    meridional_prestretch: Annotated[float | None, si("1", above=0.0)] = None
-    hoop_prestretch: Annotated[float | None, si("1", above=0.0)] = None
-    film: Annotated[str, BeforeValidator(text)] = "taut"
-    release_height: Annotated[float | None, si("m")] = None
-    release_velocity: Annotated[float, si("m/s")] = 0.0
+    # A field is one entry here, and its part of the model one line in `_undamped`.
+    name: Any = Field("name of the device", default="unnamed device", unset="the file's name", near=("title", "device"))
+    disc_radius: Any = Field(
+        "radius of the rigid disc", "m", typical=(1e-3, 0.05), above=0.0,
+        near=("inner_radius", "disk_radius", "radius_disc", "radius", "a", "r_in", "disc_diameter", "diameter"),
+    )  # fmt: skip
+    film_radius: Any = Field(
+        "radius at which the film is clamped", "m", typical=(5e-3, 0.2), above=0.0,
+        near=("outer_radius", "membrane_radius", "rim_radius", "radius", "b", "r_out", "film_diameter", "diameter"),
+    )  # fmt: skip
+    film_thickness: Any = Field(
+        "thickness of the film as mounted (flat, after pre-stretch)", "m", typical=(2e-5, 2e-3), above=0.0,
+        near=("thickness", "membrane_thickness", "height_film", "t", "h"),
+    )  # fmt: skip
+    material: Any = Field(
+        "name of a gel that ships (`gelcone materials`), or a table [material] of its numbers",
+        near=("gel", "film_material", "material_name"),
+    )
+    prestretch: Any = Field(
+        "pre-stretch of the mounted film, along the hoop (radial mode) or in both directions (equibiaxial)", "1",
+        default=None, unset="1 (none)", typical=(0.5, 4.0), near=("pre_stretch", "stretch", "lambda_p"),
+        above=0.0,
+    )  # fmt: skip
+    prestretch_mode: Any = Field(
+        "what one pre-stretch means: radial (hoop only) or equibiaxial", default="radial", near=("mode", "stretch_mode")
+    )
+    meridional_prestretch: Any = Field(
+        "pre-stretch from rim to disc, in place of prestretch", "1", default=None, unset="1", typical=(0.5, 4.0),
+        near=("radial_prestretch",), above=0.0,
+    )  # fmt: skip
+    hoop_prestretch: Any = Field(
+        "pre-stretch along the hoop, in place of prestretch", "1", default=None, unset="1", typical=(0.5, 4.0),
+        near=("circumferential_prestretch",), above=0.0,
+    )  # fmt: skip
+    film: Any = Field(
+        "taut (homogeneous cone), continuum, or a file that gelcone validate --fit wrote", default="taut",
+        near=("film_model", "membrane"),
+    )  # fmt: skip
+    spring_rate: Any = Field(
+        "stiffness of the spring", "N/m", typical=(1.0, 2000.0), least=0.0,
+        near=("spring_stiffness", "stiffness", "spring_constant", "spring", "k"),
+    )  # fmt: skip
+    initial_height: Any = Field(
+        "height of the disc at which the spring is free", "m", default=0.0, typical=(1e-3, 0.1),
+        near=("rest_height", "height", "free_height", "preload", "h0", "spring_height"),
+    )  # fmt: skip
+    moving_mass: Any = Field(
+        "mass of the disc and what moves with it", "kg", typical=(1e-4, 0.5), near=("mass", "disc_mass", "m"), above=0.0
+    )
+    damping_coefficient: Any = Field(
+        "viscous damping of the disc", "N s/m", default=None, unset="or give damping_ratio or quality_factor",
+        typical=(1e-4, 10.0), near=("damping", "viscous_damping", "c", "dashpot"), least=0.0,
+    )  # fmt: skip
+    damping_ratio: Any = Field(
+        "damping over the critical damping, about the rest without voltage", "1", default=None,
+        unset="or give damping_coefficient or quality_factor", typical=(1e-3, 1.0), near=("damping", "zeta"), least=0.0,
+    )  # fmt: skip
+    quality_factor: Any = Field(
+        "quality factor of the free vibration about the rest without voltage", "1", default=None,
+        unset="or give damping_coefficient or damping_ratio", typical=(0.5, 500.0), near=("damping", "q", "q_factor"),
+        above=0.0,
+    )  # fmt: skip
+    dielectric_strength: Any = Field(
+        "true electric field that the film stands", "V/m", default=None, unset="the material's, or unknown",
+        typical=(1e6, 2e8), near=("breakdown", "breakdown_field", "breakdown_strength", "field_limit"), above=0.0,
+    )  # fmt: skip
+    voltage_amplitude: Any = Field(
+        "amplitude of the drive: voltage = offset + amplitude sin(2 pi frequency t)", "V", typical=(50.0, 2e4),
+        least=0.0, near=("voltage", "amplitude", "drive_voltage", "v", "u", "ac_voltage"),
+    )  # fmt: skip
+    voltage_offset: Any = Field(
+        "constant part of the drive", "V", default=0.0, typical=(50.0, 2e4),
+        near=("voltage_bias", "bias", "offset", "bias_voltage", "dc_voltage", "voltage_dc"),
+    )  # fmt: skip
+    frequency: Any = Field(
+        "frequency of the drive", "Hz", typical=(0.1, 1000.0), above=0.0,
+        near=("drive_frequency", "omega", "f", "driving_frequency", "voltage_frequency"),
+    )  # fmt: skip
+    release_height: Any = Field(
+        "height at which the disc is held and let go at t = 0", "m", default=None,
+        unset="its rest without voltage", typical=(1e-4, 0.1),
+        near=("displacement", "initial_displacement", "start_height", "x0"),
+    )  # fmt: skip
+    release_velocity: Any = Field(
+        "velocity of the disc at t = 0", "m/s", default=0.0, typical=(1e-3, 10.0),
+        near=("velocity", "initial_velocity", "start_velocity"),
+    )  # fmt: skip
 
     def __init__(self, /, **values: Any) -> None:
         super().__init__(**_with_material(values))
+        for doubt in self.doubts():
+            warnings.warn(doubt, ImplausibleDevice, stacklevel=2)
 
     # --- checks ---------------------------------------------------------------------------------------------------
 
     @classmethod
+    def all_fields(cls) -> dict[str, Field]:
+        """All fields, the material's under dotted names."""
+        return {**cls.fields, **{f"material.{name}": field for name, field in Material.fields.items()}}
+
+    @classmethod
     def field_names(cls) -> list[str]:
-        return [*super().field_names(), *(f"material.{name}" for name in Material.field_names())]
+        return list(cls.all_fields())
 
     @classmethod
     def unknown(cls, name: str) -> FieldError:
-        if name in _DIMENSIONLESS:
-            own = _DIMENSIONLESS[name]
-            return FieldError(name, f"{name!r} belongs to the dimensionless model; a device takes {own!r}")
-        names = [known for known in cls.field_names() if ("." in known) == ("." in name)]
-        return FieldError(name, str(unknown_name("device field", name, names)))
+        return unknown_field("device", name, DEVICE_FIELDS)
 
-    @field_validator("material", mode="before")
-    @classmethod
-    def _material(cls, value: Any) -> Material:
-        return _as_material(value)
+    def read(self, name: str, value: Any) -> Any:
+        if name == "material":
+            return _as_material(value)
+        value = super().read(name, value)
+        if name == "prestretch_mode" and value not in PRESTRETCH_MODES:
+            raise FieldError(name, f"{name}: {unknown_name('pre-stretch mode', value, PRESTRETCH_MODES)}")
+        return value
 
-    @field_validator("prestretch_mode", mode="before")
-    @classmethod
-    def _mode(cls, value: Any, info: ValidationInfo) -> str:
-        if text(value, info) not in PRESTRETCH_MODES:
-            error = unknown_name("pre-stretch mode", value, PRESTRETCH_MODES)
-            raise FieldError("prestretch_mode", f"prestretch_mode: {error}")
-        return str(value)
+    def get(self, name: str) -> Any:
+        """The value of a field, the material's under dotted names."""
+        return getattr(self.material, name[len(_DOT) :]) if name.startswith(_DOT) else getattr(self, name)
 
-    @model_validator(mode="after")
-    def _parts_fit(self) -> Device:
-        if self.disc_radius >= self.film_radius:
-            raise FieldError(
-                "disc_radius",
-                f"disc_radius = {format_si(self.disc_radius, 'm')}: must be less than film_radius = "
-                f"{format_si(self.film_radius, 'm')}; make the disc smaller or the film larger",
-            )
-        lengths = {n: np.size(v) for n, v in self if isinstance(v, np.ndarray) and v.size > 1}
+    def misfits(self) -> Iterator[FieldError]:
+        errors = [*self._own_misfits()]
+        yield from errors
+        if not errors:
+            with np.errstate(all="ignore"):
+                try:
+                    self._check_heights(self.cone_model())
+                except FieldError as error:
+                    yield error
+                except InputError as error:
+                    yield FieldError(str(error).split(" ")[0], str(error))
+
+    def _own_misfits(self) -> Iterator[FieldError]:
+        lengths = {n: np.size(self.get(n)) for n in SWEPT_FIELDS if np.ndim(self.get(n))}
         if len(set(lengths.values())) > 1:
             told = ", ".join(f"{name} has {length}" for name, length in lengths.items())
-            raise FieldError(next(iter(lengths)), f"{told} values; give lists of one length")
-        self._check_scales()
-        with np.errstate(all="ignore"):
-            self._check_heights(self.cone_model())
-        return self
-
-    def _check_scales(self) -> None:
-        try:
-            usable = all(math.isfinite(scale) and scale > 0.0 for scale in astuple(self.scales))
-        except (OverflowError, ZeroDivisionError):
-            usable = False
-        if not usable:
-            raise FieldError(
+            yield FieldError(next(iter(lengths)), f"{told} values; give lists of one length")
+            return
+        given = [name for name in DAMPINGS if getattr(self, name) is not None]
+        if not given:
+            yield FieldError(
+                DAMPINGS[0],
+                f"{DAMPINGS[0]}: is missing; give the viscous damping in N s/m, or {' or '.join(DAMPINGS[1:])}",
+            )
+        if len(given) > 1:
+            yield FieldError(given[1], f"{' and '.join(given)} are both given; give one of them")
+        disc, film = np.broadcast_arrays(self.disc_radius, self.film_radius)
+        if (disc >= film).any():
+            at = int(np.argmax(disc - film))
+            yield FieldError(
+                "disc_radius",
+                f"disc_radius = {format_si(disc.flat[at], 'm')}: must be less than film_radius = "
+                f"{format_si(film.flat[at], 'm')}; make the disc smaller or the film larger",
+            )
+        elif not self._usable_scales():
+            yield FieldError(
                 "film_thickness", "the sizes, mass and shear modulus give no finite time and energy; check their units"
             )
 
+    def _usable_scales(self) -> bool:
+        try:
+            with np.errstate(all="ignore"):
+                return all(
+                    bool((np.isfinite(scale) & (np.asarray(scale) > 0.0)).all()) for scale in astuple(self.scales)
+                )
+        except (OverflowError, ZeroDivisionError):
+            return False
+
     def _check_heights(self, model: ConeModel) -> None:
-        single = model.members().take([0])
-        if not single.strain([0.0])[0] < single.strain_limit()[0]:
+        members = model.members()
+        strain, limit = members.strain(np.zeros(members.size)), np.broadcast_to(members.strain_limit(), members.shape)
+        if not (strain < limit).any():
             raise FieldError(
                 "prestretch",
-                f"prestretch: mounted flat, the film has I1 - 3 = {float(single.strain([0.0])[0]):.4g}, which must be "
-                f"less than its stretch limit {float(single.strain_limit()[0]):.4g}; lower the pre-stretch or raise "
+                f"prestretch: mounted flat, the film has I1 - 3 = {float(strain[0]):.4g}, which must be "
+                f"less than its stretch limit {float(limit[0]):.4g}; lower the pre-stretch or raise "
                 "the limit",
             )
-        highest = model.system.film.reach(single.numbers_at(0))[1]
-        if self.release_height is not None and abs(self.release_height) >= highest * self.scales.length:
+        if self.release_height is None:
+            return
+        heights = np.broadcast_to(np.abs(self.release_height), members.shape)
+        lengths = np.broadcast_to(self.scales.length, members.shape)
+        reach = model.system.film.reach
+        highest = np.array([reach(members.numbers_at(i))[1] for i in range(members.size)]) * lengths
+        if (heights >= highest).all():
             raise FieldError(
                 "release_height",
-                f"release_height = {format_si(self.release_height, 'm')}: must be less than "
-                f"{format_si(highest * self.scales.length, 'm')}, where the film reaches its stretch limit "
-                f"{float(single.strain_limit()[0]):.4g}; start lower or raise material.stretch_limit",
+                f"release_height = {format_si(np.ravel(self.release_height)[0], 'm')}: must be less than "
+                f"{format_si(highest[0], 'm')}, where the film reaches its stretch limit "
+                f"{float(limit[0]):.4g}; start lower or raise material.stretch_limit",
             )
+
+    def doubts(self) -> list[str]:
+        """What is hardly meant: sizes far from what is usual, each in a line."""
+        told = []
+        for name, field in DEVICE_FIELDS.items():
+            odd = field.implausible(self.get(name)) if field.unit in _SIZES else None
+            if odd is not None:
+                told.append(
+                    f"{name} = {format_si(odd, field.unit)} is far from what is usual "
+                    f"({field.typical_text()}); check its unit"
+                )
+        with np.errstate(all="ignore"):
+            thick = np.ravel(np.asarray(self.film_thickness) / self.scales.length)
+        if thick.max() > THICK and not any(text.startswith("film_thickness") for text in told):
+            at = int(thick.argmax())
+            thickness, width = (np.broadcast_to(v, thick.shape)[at] for v in (self.film_thickness, self.scales.length))
+            told.append(
+                f"film_thickness = {format_si(thickness, 'm')} is no membrane on a ring {format_si(width, 'm')} wide "
+                "(film_radius - disc_radius); check the units"
+            )
+        return told
 
     # --- to the model and back ---------------------------------------------------------------------------------------
 
     @property
+    def shape(self) -> tuple[int, ...]:
+        """(members,), or () for a single device."""
+        return next((np.shape(self.get(n)) for n in SWEPT_FIELDS if np.ndim(self.get(n))), ())
+
+    @cached_property
     def scales(self) -> Scales:
         """The SI value of each dimensionless unit."""
-        length = self.film_radius - self.disc_radius
-        volume = math.pi * (self.film_radius**2 - self.disc_radius**2) * self.film_thickness
-        energy = self.material.shear_modulus * volume
-        rate = math.sqrt(energy / self.moving_mass) / length
-        field = math.sqrt(self.material.shear_modulus / self.material.permittivity)
-        return Scales(
-            length=length,
-            time=1.0 / rate,
-            velocity=length * rate,
-            force=energy / length,
-            energy=energy,
-            power=energy * rate,
-            voltage=self.film_thickness * field,
-            current=energy * rate / (self.film_thickness * field),
-            field=field,
-            stress=self.material.shear_modulus,
-            frequency=rate / (2.0 * math.pi),
-        )
+        return Scales.of(self.get)
 
     def to_model(self) -> ConeModel:
-        """The dimensionless model with its ``film``; drive arrays make an ensemble of their length."""
-        model = self.cone_model()
+        """The dimensionless model with its ``film``; arrays make an ensemble of their length."""
+        return self._damped(self._undamped_with_film())
+
+    def _undamped_with_film(self) -> ConeModel:
+        model = self._undamped()
         film = self.film_for(model)
         return model if film is None else model.replace(film=film)
 
@@ -242,29 +368,53 @@ class Device(Record):
             return None
         from gelcone.continuum.fit import find_film
 
-        return find_film(self.film, model, self.disc_radius / self.film_radius, starting=starting)
+        ratios = np.unique(self.disc_radius / self.film_radius)
+        if ratios.size > 1:
+            raise FieldError(
+                "film", "film: one that is not taut is fitted for one disc_radius/film_radius; take the taut one"
+            )
+        return find_film(self.film, model, float(ratios[0]), starting=starting)
 
     def cone_model(self) -> ConeModel:
         """`to_model` with the film as a homogeneous cone."""
-        s = self.scales
-        parameters = {
-            "damping_ratio": self.damping_coefficient * s.time / (2.0 * self.moving_mass),
-            "spring_stiffness": self.spring_rate * s.length / s.force,
-            "voltage": self.voltage_amplitude / s.voltage,
-            "voltage_bias": self.voltage_offset / s.voltage,
-            "drive_frequency": self.frequency / s.frequency,
-            "rest_height": self.initial_height / s.length,
-            "prestretch": self.prestretch,
-            "prestretch_mode": self.prestretch_mode,
-            "meridional_prestretch": self.meridional_prestretch,
-            "hoop_prestretch": self.hoop_prestretch,
-            "law": self.material.law,
-            **self.material.law_parameters,
-        }
-        return ConeModel.from_parameters(parameters)
+        return self._damped(self._undamped())
 
-    def initial_state(self) -> tuple[float, float]:
-        """Displacement and velocity at t = 0, dimensionless.
+    def _undamped(self) -> ConeModel:
+        """The homogeneous cone without damping."""
+        s = self.scales
+        return ConeModel(
+            damping_ratio=0.0,
+            spring_stiffness=self.spring_rate * s.length / s.force,
+            voltage=self.voltage_amplitude / s.voltage,
+            voltage_bias=self.voltage_offset / s.voltage,
+            drive_frequency=self.frequency / s.frequency,
+            rest_height=self.initial_height / s.length,
+            prestretch=self.prestretch,
+            prestretch_mode=self.prestretch_mode,
+            meridional_prestretch=self.meridional_prestretch,
+            hoop_prestretch=self.hoop_prestretch,
+            law=self.material.law,
+            **self.material.law_parameters,
+        )
+
+    def _damped(self, model: ConeModel) -> ConeModel:
+        """A model with the damping ratio c/(2 m Omega0) of the device."""
+        if self.damping_coefficient is not None:
+            ratio = self.damping_coefficient * self.scales.time / (2.0 * self.moving_mass)
+            return model.replace(damping_ratio=np.broadcast_to(ratio, self.shape)[()])
+        name = "damping_ratio" if self.quality_factor is None else "quality_factor"
+        ratio = self.damping_ratio if self.quality_factor is None else 0.5 / self.quality_factor
+        stiffness = np.asarray(model.stiffness(rest_displacements(model)))
+        if not (stiffness > 0.0).all():
+            raise FieldError(
+                name,
+                f"{name}: refers to the free vibration about the rest without voltage, and there is none, for nothing "
+                "pulls the disc back; give damping_coefficient",
+            )
+        return model.replace(damping_ratio=np.broadcast_to(ratio * np.sqrt(stiffness), self.shape)[()])
+
+    def initial_state(self) -> Any:
+        """Displacement and velocity at t = 0, dimensionless: two numbers, or an array (members, 2) where they differ.
 
         The displacement is the release height or, without one, the stable rest equilibrium of the film and spring
         without voltage that is nearest the initial height. Raises `InputError` when there is none.
@@ -272,18 +422,24 @@ class Device(Record):
         s = self.scales
         velocity = self.release_velocity / s.velocity
         if self.release_height is not None:
-            return self.release_height / s.length, velocity
-        x = rest_displacement(self.to_model().take([0]))
-        if math.isnan(x):
-            raise FieldError(
-                "initial_height",
-                "initial_height: no stable rest position was found without voltage; give a release_height",
-            )
-        return x, velocity
+            x = self.release_height / s.length
+        else:
+            x = rest_displacements(self._undamped_with_film())
+            if np.isnan(x).all():
+                raise FieldError(
+                    "initial_height",
+                    "initial_height: no stable rest position was found without voltage; give a release_height",
+                )
+            # A member without a rest has a film beyond its stretch limit, and fails wherever it starts.
+            x = np.where(np.isnan(x), 0.0, x)[()]
+        states = np.stack(np.broadcast_arrays(x, velocity), axis=-1)
+        if states.ndim > 1 and (states != states[0]).any():
+            return states
+        return float(np.ravel(x)[0]), float(np.ravel(velocity)[0])
 
-    def breakdown_field(self) -> float | None:
+    def breakdown_field(self) -> Any:
         """Dielectric strength over the scale of the field, or None when it is unknown."""
-        strength = self.dielectric_strength or self.material.dielectric_strength
+        strength = self.material.dielectric_strength if self.dielectric_strength is None else self.dielectric_strength
         return None if strength is None else strength / self.scales.field
 
     # --- variants and files ------------------------------------------------------------------------------------------
@@ -292,17 +448,25 @@ class Device(Record):
         """A copy with some fields changed; None takes a field's default.
 
         ``changes`` serves dotted names: ``device.replace({"material.shear_modulus": "20 kPa"}, frequency=8.0)``.
-        Giving ``prestretch`` drops the two direct pre-stretches, and the reverse. Raises `InputError` as the
-        constructor does.
+        Giving ``prestretch`` drops the two direct pre-stretches, and the reverse; one form of damping drops the others.
+        Raises `InputError` as the constructor does.
         """
         changed = {**(changes or {}), **more}
         values = {name: value for name, value in self if value is not None}
-        direct = ("meridional_prestretch", "hoop_prestretch")
-        if any(changed.get(name) is not None for name in direct):
-            values.pop("prestretch", None)
-        elif changed.get("prestretch") is not None:
-            values = {name: value for name, value in values.items() if name not in direct}
+        for own, others in _EXCLUDING:
+            if any(changed.get(name) is not None for name in own):
+                values = {name: value for name, value in values.items() if name not in others or name in own}
         return Device(**values | changed)
+
+    def replace_quietly(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Device:
+        """`replace` without warnings: for the points of a sweep, whose device was checked before."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ImplausibleDevice)
+            return self.replace(changes, **more)
+
+    def to_toml(self) -> str:
+        """The device as the text of a device file, which `from_toml` reads back as an equal device."""
+        return device_text(self, self.material)
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Device:
@@ -322,8 +486,35 @@ class Device(Record):
                 values["film"] = str(path.parent / film)
             return cls(**{"name": path.stem} | values)
         except FieldError as error:
-            line = _line_of(error.field, source)
-            raise InputError(f"{path}{f', line {line}' if line else ''}: {error}") from None
+            raise InputError(
+                "\n".join(_located(path, source, one) for one in getattr(error, "errors", [error]))
+            ) from None
+
+
+class ImplausibleDevice(UserWarning):
+    """A device can hardly be meant as it is given."""
+
+
+_DOT = "material."
+_SIZES = ("m", "kg", "Pa")
+"""Units of the fields whose values are compared with what is usual: a drive may be as small as one likes."""
+_EXCLUDING = (
+    (("prestretch",), DIRECT_PRESTRETCHES),
+    (DIRECT_PRESTRETCHES, ("prestretch",)),
+    *(((name,), DAMPINGS) for name in DAMPINGS),
+)
+"""Fields that, when given, drop others."""
+DEVICE_FIELDS = Device.all_fields()
+"""All fields of a device by name, the material's under dotted names."""
+_NOT_MEMBERS = ("material.relative_permittivity_range",)
+SWEPT_FIELDS = {n: f for n, f in DEVICE_FIELDS.items() if f.unit and n not in _NOT_MEMBERS}
+"""Those that may be arrays, and so be swept, mapped and uncertain."""
+
+
+def _located(path: Path, source: str, error: FieldError) -> str:
+    """An error with the file, and the line where it can be told."""
+    line = _line_of(error.field, source)
+    return f"{path}{f', line {line}' if line else ''}: {error}"
 
 
 def _as_material(value: Any) -> Material:

@@ -4,25 +4,16 @@ from __future__ import annotations
 
 import functools
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib import resources
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    ValidationError,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
 
-from gelcone.devices.units import FieldError, parse, parse_many
+from gelcone.devices.record import Field, Record, plain
+from gelcone.devices.units import FieldError
 from gelcone.errors import InputError, unknown_name
-from gelcone.physics.laws import LAWS, StrainEnergyLaw, find_law
+from gelcone.physics.laws import LAWS, find_law
 
 # CODATA 2022, F/m
 VACUUM_PERMITTIVITY = 8.8541878188e-12
@@ -30,94 +21,10 @@ _LAW_PARAMETERS = frozenset(name for law in LAWS.values() for name in law.parame
 _CHANGED = ", changed"
 
 
-def si(unit: str, *, many: bool = False, **bounds: Any) -> BeforeValidator:
-    """A field that `gelcone.devices.units.parse` reads (``many``: `parse_many`), in ``unit`` and within ``bounds``."""
-    reader = parse_many if many else parse
-
-    def read(value: Any, info: ValidationInfo) -> Any:
-        return reader(str(info.field_name), value, unit, **bounds)
-
-    return BeforeValidator(read)
-
-
-def text(value: Any, info: ValidationInfo) -> str:
-    """The check of a text field."""
-    if not isinstance(value, str) or not value.strip():
-        raise FieldError(str(info.field_name), f"{info.field_name} = {value!r}: must be a non-empty text in quotes")
-    return value
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Record):
-        return value.parameters()
-    if isinstance(value, Mapping):
-        return dict(value)
-    return np.asarray(value).tolist() if isinstance(value, np.ndarray | tuple) else value
-
-
-class Record(BaseModel):
-    """A frozen record whose input errors come as one line; a field given as None counts as left out."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
-    kind: ClassVar[str] = "record"
-
-    def __init__(self, /, **values: Any) -> None:
-        given = {name: value for name, value in values.items() if value is not None}
-        try:
-            super().__init__(**given)
-        except ValidationError as error:
-            raise self._one_line(error) from None
-
-    def parameters(self) -> dict[str, Any]:
-        """All that is set, as plain numbers (SI), texts, lists and dicts: ``type(self)(**parameters)`` is equal."""
-        return {name: _plain(value) for name, value in self if value is not None}
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Record) and type(self) is type(other) and self.parameters() == other.parameters()
-
-    @classmethod
-    def field_names(cls) -> list[str]:
-        """The names that a user may give."""
-        return list(cls.model_fields)
-
-    @classmethod
-    def unknown(cls, name: str) -> FieldError:
-        """The error for a field that does not exist."""
-        return FieldError(name, str(unknown_name(f"{cls.kind} field", name, cls.field_names())))
-
-    @classmethod
-    def _one_line(cls, error: ValidationError) -> FieldError:
-        # a misspelt name comes first: it also makes the right one missing
-        found = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
-        first = cls._field_error(found[0])
-        others = [other.field for other in map(cls._field_error, found[1:]) if other.field != first.field]
-        if others:
-            return FieldError(first.field, f"{first} (to correct as well: {', '.join(others)})")
-        return first
-
-    @classmethod
-    def _field_error(cls, error: Any) -> FieldError:
-        name = ".".join(map(str, error["loc"]))
-        raised = error.get("ctx", {}).get("error")
-        if isinstance(raised, InputError):
-            return raised if isinstance(raised, FieldError) else FieldError(str(raised).split(" ")[0], str(raised))
-        if error["type"] == "extra_forbidden":
-            return cls.unknown(name)
-        if error["type"] == "missing":
-            return FieldError(name, f"{name}: is missing; give the {cls.model_fields[name].description}")
-        return FieldError(name, f"{name} = {error['input']!r}: {error['msg']}")
-
-
-def _law_of_field(name: str) -> StrainEnergyLaw:
-    """`find_law`, with its error told about the field ``law``."""
-    try:
-        return find_law(name)
-    except InputError as error:
-        raise FieldError("law", f"law: {error}") from None
-
-
 class Material(Record):
     """A film material. Numbers are in SI; in place of each, a string with a unit will do (see `gelcone.devices.units`).
+
+    Each number may also be a one-dimensional array: an ensemble, member by member.
 
     Parameters
     ----------
@@ -134,73 +41,89 @@ class Material(Record):
 
     Raises
     ------
-    InputError : one line, for values that are missing, unknown, not exact or out of bounds.
+    InputError : a line each, for values that are missing, unknown, not exact or out of bounds.
     """
 
     kind: ClassVar[str] = "material"
 
-    name: Annotated[str, BeforeValidator(text)] = "unnamed material"
-    shear_modulus: Annotated[float, si("Pa", above=0.0)] = Field(
-        description="shear modulus in Pa (or young_modulus, three times as much)"
+    name: Any = Field("name of the gel", default="unnamed material")
+    shear_modulus: Any = Field(
+        "small-strain shear modulus", "Pa", default=None, unset="or give young_modulus, three times as much",
+        typical=(1e3, 1e6), near=("modulus", "mu", "g", "shear", "stiffness"), above=0.0,
+    )  # fmt: skip
+    young_modulus: Any = Field(
+        "Young's modulus, in place of the shear modulus", "Pa", default=None, unset="or give shear_modulus",
+        typical=(3e3, 3e6), near=("modulus", "e", "youngs_modulus", "elastic_modulus", "stiffness"), above=0.0,
+    )  # fmt: skip
+    relative_permittivity: Any = Field(
+        "relative permittivity", "1", typical=(2.0, 100.0), least=1.0,
+        near=("permittivity", "epsilon", "eps", "dielectric_constant"),
+    )  # fmt: skip
+    relative_permittivity_range: Any = Field(
+        "lowest and highest measured relative permittivity", "1", default=None, unset="not stated", least=1.0
     )
-    relative_permittivity: Annotated[float, si("1", least=1.0)] = Field(description="relative permittivity")
-    relative_permittivity_range: Annotated[Any, si("1", many=True, least=1.0)] = None
-    law: Annotated[str, BeforeValidator(text)] = "gent"
-    stretch_limit: Annotated[float | None, si("1", above=0.0, infinite=True)] = None
-    yeoh_c2: Annotated[float | None, si("1")] = None
-    yeoh_c3: Annotated[float | None, si("1")] = None
-    dielectric_strength: Annotated[float | None, si("V/m", above=0.0)] = None
-    sources: Mapping[str, str] = {}
+    law: Any = Field("strain-energy law: gent, neo-hookean or yeoh", default="gent", near=("model", "strain_energy"))
+    stretch_limit: Any = Field(
+        "Gent's J, the largest I1 - 3 of the film", "1", default=None, unset="50 with the Gent law",
+        typical=(1.0, 200.0), near=("j", "jm", "j_m", "limit"), above=0.0, infinite=True,
+    )  # fmt: skip
+    yeoh_c2: Any = Field("Yeoh's C20/C10", "1", default=None, unset="0 with the Yeoh law", near=("c2", "c20"))
+    yeoh_c3: Any = Field("Yeoh's C30/C10", "1", default=None, unset="0 with the Yeoh law", near=("c3", "c30"))
+    dielectric_strength: Any = Field(
+        "true electric field that the film stands", "V/m", default=None, unset="unknown (no verdict on breakdown)",
+        typical=(1e6, 2e8), near=("breakdown", "breakdown_field", "breakdown_strength"), above=0.0,
+    )  # fmt: skip
+    sources: Any = Field("where each number comes from", default=(), unset="not stated")
 
     def __init__(self, /, **values: Any) -> None:
         values = {name: value for name, value in values.items() if value is not None}
-        if "young_modulus" in values:
-            if "shear_modulus" in values:
-                raise FieldError("young_modulus", "young_modulus and shear_modulus are both given; give one (mu = E/3)")
-            values["shear_modulus"] = parse("young_modulus", values.pop("young_modulus"), "Pa", above=0.0) / 3.0
         law = LAWS.get(str(values.get("law", "gent")))
         defaults = {name: quantity.default for name, quantity in law.parameters.items()} if law else {}
         super().__init__(**defaults | values)
 
-    @classmethod
-    def field_names(cls) -> list[str]:
-        return [*super().field_names(), "young_modulus"]
+    def read(self, name: str, value: Any) -> Any:
+        if name == "sources":
+            if not isinstance(value, Mapping) or not all(isinstance(t, str) for t in [*value, *value.values()]):
+                raise FieldError("sources", f"sources = {value!r}: must map field names to texts")
+            return dict(value)
+        return super().read(name, value)
 
-    @field_validator("sources", mode="before")
-    @classmethod
-    def _sources_are_texts(cls, value: Any) -> Any:
-        if not isinstance(value, Mapping) or not all(isinstance(t, str) for t in [*value, *value.values()]):
-            raise FieldError("sources", f"sources = {value!r}: must map field names to texts")
-        return value
-
-    @model_validator(mode="after")
-    def _parts_fit(self) -> Material:
-        law = _law_of_field(self.law)
-        for name in _LAW_PARAMETERS - law.parameters.keys():
-            if getattr(self, name) is not None:
+    def misfits(self) -> Iterator[FieldError]:
+        own = self.__dict__
+        own["sources"] = dict(own["sources"])
+        if own["young_modulus"] is not None:
+            if own["shear_modulus"] is not None:
+                yield FieldError("young_modulus", "young_modulus and shear_modulus are both given; give one (mu = E/3)")
+            own["shear_modulus"], own["young_modulus"] = own["young_modulus"] / 3.0, None
+        if own["shear_modulus"] is None:
+            yield FieldError(
+                "shear_modulus",
+                "shear_modulus: is missing; give the shear modulus in Pa (or young_modulus, three times as much)",
+            )
+        try:
+            law = find_law(self.law)
+        except InputError as error:
+            yield FieldError("law", f"law: {error}")
+            return
+        for name in sorted(_LAW_PARAMETERS - law.parameters.keys()):
+            if own[name] is not None:
                 takes = ", ".join(law.parameters) or "no parameters"
-                raise FieldError(name, f"{name}: the {law.name} law does not take it; it takes {takes}")
-        span = self.relative_permittivity_range
-        if span is not None and not (np.shape(span) == (2,) and span[0] <= self.relative_permittivity <= span[1]):
-            raise FieldError(
+                yield FieldError(name, f"{name}: the {law.name} law does not take it; it takes {takes}")
+        span, nominal = self.relative_permittivity_range, np.asarray(self.relative_permittivity)
+        if span is not None and not (np.shape(span) == (2,) and ((span[0] <= nominal) & (nominal <= span[1])).all()):
+            yield FieldError(
                 "relative_permittivity_range",
-                f"relative_permittivity_range = {_plain(span)}: must be [lowest, highest] around relative_permittivity "
+                f"relative_permittivity_range = {plain(span)}: must be [lowest, highest] around relative_permittivity "
                 f"= {self.relative_permittivity:g}; correct one of the two",
             )
-        return self
 
     @property
-    def young_modulus(self) -> float:
-        """Young's modulus 3 mu of the incompressible material, Pa."""
-        return 3.0 * self.shear_modulus
-
-    @property
-    def permittivity(self) -> float:
+    def permittivity(self) -> Any:
         """Absolute permittivity, F/m."""
         return self.relative_permittivity * VACUUM_PERMITTIVITY
 
     @property
-    def law_parameters(self) -> dict[str, float]:
+    def law_parameters(self) -> dict[str, Any]:
         """The numbers of the law, by name."""
         return {name: getattr(self, name) for name in LAWS[self.law].parameters}
 

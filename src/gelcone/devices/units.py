@@ -8,24 +8,29 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone.errors import InputError
 from gelcone.quantity import Array
 
 
 class FieldError(InputError):
-    """An `InputError` about one field; ``message`` starts with the field's name."""
+    """An `InputError` about one field; ``message`` starts with the field's name.
 
-    def __init__(self, field: str, message: str) -> None:
+    ``meant`` holds, where the name is unknown, the fields that were probably meant.
+    """
+
+    def __init__(self, field: str, message: str, meant: Sequence[str] = ()) -> None:
         super().__init__(field, message)
         self.field = field
         self.message = message
+        self.meant = tuple(meant)
 
     def __str__(self) -> str:
         return self.message
@@ -176,20 +181,39 @@ def parse(
 
 
 def parse_many(
-    name: str, value: Any, unit: str, *, above: float | None = None, least: float | None = None
+    name: str,
+    value: Any,
+    unit: str,
+    *,
+    above: float | None = None,
+    least: float | None = None,
+    infinite: bool = False,
 ) -> float | Array:
     """Like `parse`, but a list or one-dimensional array of values gives a read-only float array of its shape (n,)."""
+    bounds: Any = {"above": above, "least": least, "infinite": infinite}
     if hasattr(value, "__array__"):
         value = np.asarray(value)
-    if isinstance(value, np.ndarray):
         if value.ndim > 1:
             raise FieldError(name, f"{name} has the shape {value.shape}: must be a number or one-dimensional; ravel it")
+        if value.ndim and value.size and value.dtype.kind in "iuf":
+            return _checked_array(name, value, unit, bounds)
         value = value.tolist()
     if not isinstance(value, list | tuple):
-        return parse(name, value, unit, above=above, least=least)
+        return parse(name, value, unit, **bounds)
     if not value:
         raise FieldError(name, f"{name} = []: is empty; give at least one value")
-    array = np.array([parse(f"{name}[{i}]", v, unit, above=above, least=least) for i, v in enumerate(value)])
+    return _read_only(np.array([parse(f"{name}[{i}]", v, unit, **bounds) for i, v in enumerate(value)]))
+
+
+def _checked_array(name: str, values: npt.NDArray[Any], unit: str, bounds: Any) -> Array:
+    """The same of an array of numbers: only the extremes can be out of bounds, and a NaN counts as one."""
+    array = np.array(values, dtype=float)
+    for at in {int(array.argmin()), int(array.argmax())}:
+        parse(f"{name}[{at}]", float(array[at]), unit, **bounds)
+    return _read_only(array)
+
+
+def _read_only(array: Array) -> Array:
     array.flags.writeable = False
     return array
 

@@ -187,6 +187,24 @@ def rest_displacement(model: Ensemble) -> float:
     return rest_of(balance, None)
 
 
+def rest_displacements(model: Ensemble) -> Any:
+    """`rest_displacement` of every member: a number, or an array (members,); NaN where there is none.
+
+    Members of equal film and bias, whatever their drive, are searched once.
+    """
+    members = model.members()
+    values = {**members.system.bias.numbers(members.values), **members.system.film.numbers(members.values)}
+    table = np.column_stack([np.broadcast_to(value, members.shape) for value in values.values()])
+    _, firsts, inverse = np.unique(table, axis=0, return_index=True, return_inverse=True)
+    found = [_rest(_balance(members.system, members.numbers_at(int(row)))) for row in firsts]
+    rests = np.array(found)[inverse.ravel()]
+    return rests.reshape(model.shape) if model.shape else float(rests[0])
+
+
+def _rest(balance: StaticBalance) -> float:
+    return rest_of(balance, None) if balance.reachable else math.nan
+
+
 def _root(function: Callable[[float], Any], a: float, b: float) -> float:
     from scipy.optimize import brentq
 

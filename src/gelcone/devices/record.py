@@ -1,0 +1,194 @@
+"""Records of named fields in SI units: a field is declared once; its checks, its help and its file text follow."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from gelcone.devices.units import FieldError, format_si, parse_many
+from gelcone.errors import InputError
+
+REQUIRED: Any = object()
+"""Default of a field that must be given."""
+FAR = 10.0
+"""A value this many times beyond the typical range is called implausible."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """What a record takes under a name.
+
+    Attributes
+    ----------
+    meaning : what it is, in a few words.
+    unit : its SI unit, a key of `gelcone.devices.units.DIMENSIONS` (``"1"``: pure number); empty for a text.
+    default : its value when it is left out. Default: it must be given.
+    unset : what happens when it is left out, where the default does not say it.
+    typical : lowest and highest usual value, SI.
+    near : other names that people use for it; a message about one of them names the field.
+    above, least : bounds in SI, exclusive and inclusive.
+    infinite : whether infinity is allowed.
+    """
+
+    meaning: str
+    unit: str = ""
+    default: Any = REQUIRED
+    unset: str = ""
+    typical: tuple[float, float] | None = None
+    near: tuple[str, ...] = ()
+    above: float | None = None
+    least: float | None = None
+    infinite: bool = False
+
+    @property
+    def required(self) -> bool:
+        return self.default is REQUIRED
+
+    def read(self, name: str, value: Any) -> Any:
+        """``value`` checked: SI numbers, or a text; `FieldError` for what cannot be used."""
+        if not self.unit:
+            if not isinstance(value, str) or not value.strip():
+                raise FieldError(name, f"{name} = {value!r}: must be a non-empty text in quotes")
+            return value
+        bounds: dict[str, Any] = {"above": self.above, "least": self.least, "infinite": self.infinite}
+        return parse_many(name, value, self.unit, **bounds)
+
+    def implausible(self, value: Any) -> float | None:
+        """The value, or the worst of several, that is far outside what is typical; None if none is."""
+        if self.typical is None or value is None:
+            return None
+        low, high = self.typical[0] / FAR, self.typical[1] * FAR
+        sizes = np.atleast_1d(np.asarray(value, dtype=float))
+        odd = sizes[(sizes != 0.0) & np.isfinite(sizes) & ((np.abs(sizes) < low) | (np.abs(sizes) > high))]
+        return float(odd[0]) if odd.size else None
+
+    def typical_text(self) -> str:
+        """The typical range, with units; empty where there is none."""
+        if self.typical is None:
+            return ""
+        return " to ".join(format_si(end, self.unit) for end in self.typical)
+
+
+class FieldErrors(FieldError):
+    """Several errors about fields, a line each; ``errors`` holds them."""
+
+    def __init__(self, errors: Iterable[FieldError]) -> None:
+        self.errors = list(errors)
+        super().__init__(self.errors[0].field, "\n".join(map(str, self.errors)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return FieldErrors, (self.errors,)
+
+    def within(self, parent: str) -> FieldError:
+        return FieldErrors(error.within(parent) for error in self.errors)
+
+
+class Record:
+    """A frozen record; a field given as None counts as left out. Its fields are the `Field` attributes of the class."""
+
+    kind: ClassVar[str] = "record"
+    fields: ClassVar[Mapping[str, Field]] = {}
+
+    def __init_subclass__(cls) -> None:
+        own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
+        cls.fields = {**cls.fields, **own}
+
+    def __init__(self, /, **values: Any) -> None:
+        given = {name: value for name, value in values.items() if value is not None}
+        errors = [self.unknown(name) for name in given if name not in self.fields]
+        meant = {name for error in errors for name in error.meant}
+        for name, field in self.fields.items():
+            if name not in given:
+                if field.required and name not in meant:
+                    errors.append(FieldError(name, f"{name}: is missing; give the {_with_unit(field)}"))
+                self.__dict__[name] = None if field.required else field.default
+                continue
+            try:
+                self.__dict__[name] = self.read(name, given[name])
+            except FieldError as error:
+                errors.append(error)
+        if not errors:
+            errors = list(self.misfits())
+        if errors:
+            raise errors[0] if len(errors) == 1 else FieldErrors(errors)
+
+    def read(self, name: str, value: Any) -> Any:
+        """The checked value of a field; `FieldError` for what cannot be used."""
+        return self.fields[name].read(name, value)
+
+    def misfits(self) -> Iterator[FieldError]:
+        """What is wrong with the fields together."""
+        yield from ()
+
+    def parameters(self) -> dict[str, Any]:
+        """All that is set, as plain numbers (SI), texts, lists and dicts: ``type(self)(**parameters)`` is equal."""
+        return {name: plain(value) for name, value in self if value is not None}
+
+    def __iter__(self) -> Iterator[tuple[str, Any]]:
+        return ((name, self.__dict__[name]) for name in self.fields)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{name}: a {self.kind} does not change; replace({name}=...) gives one that differs")
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Record) and type(self) is type(other) and self.parameters() == other.parameters()
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{name}={value!r}" for name, value in self.parameters().items())
+        return f"{type(self).__name__}({told})"
+
+    @classmethod
+    def field_names(cls) -> list[str]:
+        """The names that a user may give."""
+        return list(cls.fields)
+
+    @classmethod
+    def unknown(cls, name: str) -> FieldError:
+        """The error for a field that does not exist, with those that were probably meant."""
+        return unknown_field(cls.kind, name, cls.fields)
+
+
+def unknown_field(kind: str, name: str, fields: Mapping[str, Field]) -> FieldError:
+    """The error for a name that is not one of ``fields``, with those that were probably meant."""
+    meant = meant_fields(name, fields)
+    if meant:
+        names = " or ".join([", ".join(map(repr, meant[:-1])), repr(meant[-1])] if meant[1:] else [repr(meant[0])])
+        remedy = f"did you mean {names}?"
+    else:
+        remedy = f"known: {', '.join(fields)}"
+    return FieldError(name, f"{name!r} is not a {kind} field; {remedy}", meant)
+
+
+def meant_fields(name: str, fields: Mapping[str, Field]) -> list[str]:
+    """The fields that a name which is none probably means: those that list it, else the one spelt most like it."""
+    plain_name = name.strip().lower().replace("-", "_").replace(" ", "_")
+    listed = [own for own, field in fields.items() if plain_name == own or plain_name in field.near]
+    if listed:
+        return listed
+    spelt = {own: own for own in fields} | {other: own for own, field in fields.items() for other in field.near}
+    near = difflib.get_close_matches(plain_name, spelt, n=1, cutoff=0.6)
+    return [spelt[near[0]]] if near else []
+
+
+def _with_unit(field: Field) -> str:
+    return f"{field.meaning} in {field.unit}" if field.unit not in ("", "1") else field.meaning
+
+
+def plain(value: Any) -> Any:
+    """A field's value as plain data."""
+    if isinstance(value, Record):
+        return value.parameters()
+    if isinstance(value, Mapping):
+        return dict(value)
+    return np.asarray(value).tolist() if isinstance(value, np.ndarray | tuple) else value
+
+
+def as_field_error(field: str, error: InputError) -> FieldError:
+    """An `InputError` told about a field."""
+    return error if isinstance(error, FieldError) else FieldError(field, f"{field}: {error}")

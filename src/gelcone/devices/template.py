@@ -1,0 +1,155 @@
+"""Device files as text: of a device, a first one to be filled in, and the list of fields."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from gelcone.devices.materials import Material, load_materials
+from gelcone.devices.record import Field, Record
+from gelcone.devices.units import FieldError, format_si, parse
+
+COMMENT_COLUMN = 40
+EXAMPLES = {
+    "prestretch": 1.2,
+    "damping_ratio": 0.02,
+    "quality_factor": 20.0,
+    "release_height": 0.005,
+    "dielectric_strength": 2e7,
+    "material.young_modulus": 6e4,
+    "material.yeoh_c2": -0.01,
+    "material.yeoh_c3": 0.002,
+}
+"""Values of optional fields that a first file shows commented out, where the device it starts from has none."""
+HEAD = """\
+# A conical gel actuator. `gelcone simulate {file}` shows how it moves, `gelcone envelope {file}` where it is safe.
+#
+# A value is a number in the SI unit of its line, or a text with a unit such as "0.2 mm". A line that begins with # is
+# left out; take the # away to use it. The numbers are those of a {start}: put in your own.
+"""
+
+
+def device_text(device: Record, gel: Material) -> str:
+    """The text of a device file that reads back as an equal device, of this gel."""
+    lines = [*_set_lines(device)]
+    if load_materials().get(gel.name) == gel:
+        return "\n".join([*lines, ""])
+    lines = [line for line in lines if not line.startswith("material =")]
+    lines += ["", "[material]", *(line for line in _set_lines(gel))]
+    if gel.sources:
+        lines += ["", "[material.sources]", *(f"{name} = {_value(text, '')}" for name, text in gel.sources.items())]
+    return "\n".join([*lines, ""])
+
+
+def _set_lines(record: Record) -> Iterator[str]:
+    """``name = value  # unit`` of every field that is set and not a table."""
+    for name, value in record:
+        if value is None or name == "sources":
+            continue
+        field = record.fields[name]
+        if isinstance(value, Material):
+            value = value.name
+        elif not field.required and not field.unit and value == field.default:
+            continue
+        yield _line(name, value, field)
+
+
+def first_file(name: str, device: Record, gel: Material) -> str:
+    """The text of a first device file called ``name``: every field, its unit, meaning, usual range and default.
+
+    The values are those of a device of this gel.
+    """
+    lines = [HEAD.format(file=name, start=getattr(device, "name", ""))]
+    for field_name, field in device.fields.items():
+        value = {"name": "my device", "material": gel.name}.get(field_name, getattr(device, field_name))
+        lines += _explained(field_name, value, field)
+    lines += [
+        "# --- a gel of one's own: put a # before `material` above, take away that of [material] and of its fields",
+        "",
+        "# [material]",
+    ]
+    own = {"name": "my gel", "stretch_limit": 50.0, "dielectric_strength": 2e7}
+    for field_name, field in Material.fields.items():
+        if field.unit or field_name in ("name", "law"):
+            value = own.get(field_name, getattr(gel, field_name))
+            lines += _explained(field_name, value, field, within="material.", out=True)
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _explained(name: str, value: Any, field: Field, within: str = "", out: bool = False) -> list[str]:
+    """A field with its meaning; commented out where it is left out."""
+    left_out = out or value is None
+    if value is None:
+        value = EXAMPLES.get(within + name)
+    if value is None:
+        value = field.typical[0] if field.typical else 1.0
+    return [
+        f"# {field.meaning}",
+        f"#   {'; '.join(_terms(field))}",
+        f"{'# ' if left_out else ''}{name} = {_value(value, field.unit)}",
+        "",
+    ]
+
+
+def _terms(field: Field) -> list[str]:
+    """Whether a field is needed, its unit, and its usual range."""
+    needed = "required" if field.required else f"optional, {default_text(field)} when left out"
+    if field.unset.startswith("or give"):
+        needed = f"required, {field.unset}"
+    told = [needed, f"SI unit {field.unit}" if field.unit not in ("", "1") else ""]
+    told += [f"usual {field.typical_text()}" if field.typical else ""]
+    return [text for text in told if text]
+
+
+def default_text(field: Field) -> str:
+    """What holds when a field is left out."""
+    if field.unset or field.default is None:
+        return field.unset
+    return str(field.default) if not field.unit else format_si(field.default, field.unit)
+
+
+def _line(name: str, value: Any, field: Field) -> str:
+    text = f"{name} = {_value(value, field.unit)}"
+    return f"{text:{COMMENT_COLUMN}s} # {field.meaning}"
+
+
+def _value(value: Any, unit: str) -> str:
+    """A value as TOML, with a unit where that loses no digit."""
+    if isinstance(value, np.ndarray | list | tuple):
+        return f"[{', '.join(_value(v, unit) for v in value)}]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if unit in ("", "1") or not np.isfinite(value) or value == 0.0:
+        return repr(float(value))
+    text = format_si(float(value), unit, 15)
+    try:
+        exact = parse("", text, unit) == value
+    except FieldError:
+        exact = False
+    return json.dumps(text) if exact else repr(float(value))
+
+
+def field_table(fields: Mapping[str, Field]) -> str:
+    """The fields of a device and of its material, each in two lines: its unit, whether it is needed, the usual range,
+    and what it means."""
+    lines = [
+        "The fields of a device, as in a device file, after --set and --over, and in Device(...).",
+        'A value is a number in the SI unit, or a text with a unit: "0.2 mm"; a list "500 V,800 V" or a range',
+        '"0 V:800 V:5" (from, to, how many) where several are taken.',
+        "",
+    ]
+    for name, field in fields.items():
+        lines += _rows(name, field)
+    lines += ["", "The fields of its material, in a table [material] or with a dot: material.shear_modulus", ""]
+    for name, field in Material.fields.items():
+        lines += _rows(name, field)
+    return "\n".join(lines)
+
+
+def _rows(name: str, field: Field) -> list[str]:
+    terms = [term for term in _terms(field) if not term.startswith("SI unit")]
+    kind = {"": "text", "1": "number"}.get(field.unit, field.unit)
+    return [f"  {name:28s} {kind:7s} {'; '.join(terms)}", f"      {field.meaning}"]
