@@ -6,6 +6,7 @@ that are not computed take their values from a computed cell nearby. Workers tak
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -36,10 +37,10 @@ if TYPE_CHECKING:
 
     from gelcone.devices.device import Device
 
-TASK_CELLS = 64
-"""Most cells of a task: some seconds of work, many lanes of the integrator."""
-FEWEST_CELLS = 16
-"""Fewest cells of a task, where there are as many: with fewer the lanes stay empty, and a cell costs a quarter more."""
+TASK_CELLS = 256
+"""Most cells of a task: some seconds of work that keep the integrator's lanes full."""
+FEWEST_CELLS = 32
+"""Fewest cells of a task, where there are as many: with fewer the lanes stay empty, and a cell costs a half more."""
 FLUSH_SECONDS, LONGEST_FLUSH_SECONDS = 2.0, 10.0
 """Time between two writes to the store; the longer writing takes, as for a large map, the longer."""
 FLUSH_SHARE = 0.05
@@ -209,11 +210,12 @@ def _work(cells: _Cells, team: Team, task: Task, progress: Callable[[Tally], Non
 
 
 def _tasks(cells: Cells, team: int) -> Iterator[Cells]:
-    """Cuts cells into tasks, the smaller the fewer cells are left, so that no worker is busy long after the others."""
+    """Cuts cells into tasks, for several workers the smaller the fewer cells are left, so that none is busy long after
+    the others."""
     first = 0
-    while first < cells.size:
-        share = (cells.size - first) // (2 * team)
-        last = first + min(max(share, FEWEST_CELLS), TASK_CELLS)
+    while left := cells.size - first:
+        parts = max(math.ceil(left / TASK_CELLS), 2 * team if team > 1 else 1)
+        last = first + min(max(math.ceil(left / parts), FEWEST_CELLS), TASK_CELLS, left)
         yield cells[first:last]
         first = last
 

@@ -69,14 +69,20 @@ def periods_of(points: Array, tolerance: npt.ArrayLike = RETURN_TOLERANCE) -> tu
     ``points`` (members, periods, coordinates). A return is closer than ``tolerance`` times the size of the motion (at
     least 1e-3 of a length), for every point.
     """
+    tolerance = np.broadcast_to(tolerance, (len(points),))
     scale = np.maximum(np.abs(points).max(axis=(1, 2)), SMALLEST_SIZE)
     period = np.zeros(len(points), dtype=np.int64)
     nearest = np.full(len(points), np.inf)
-    for candidate in range(LONGEST_PERIOD, 0, -1):
-        distance = np.abs(points[:, candidate:] - points[:, :-candidate]).max(axis=(1, 2)) / scale
-        returns = distance < tolerance
-        period[returns] = candidate
-        nearest = np.where(returns, distance, np.where(period > 0, nearest, np.fmin(nearest, distance)))
+    left = np.arange(len(points))
+    for candidate in range(1, LONGEST_PERIOD + 1):
+        distance = np.abs(points[:, candidate:] - points[:, :-candidate]).max(axis=(1, 2)) / scale[left]
+        nearest[left] = np.fmin(nearest[left], distance)
+        returns = distance < tolerance[left]
+        period[left[returns]] = candidate
+        if returns.any():
+            left, points = left[~returns], points[~returns]
+        if not left.size:
+            break
     return period, nearest
 
 

@@ -74,12 +74,21 @@ def advance(members: Members, run: TangentRun, clock: Clock, stretches: int, **f
 
 def chained(tangents: Array) -> tuple[Array, Array]:
     """Product of tangent maps (members, stretches, N, N), scaled to entries of at most 1, and log of the scale."""
-    product, log_scale = np.broadcast_to(np.eye(tangents.shape[-1]), tangents[:, 0].shape), np.zeros(len(tangents))
-    for k in range(tangents.shape[1]):
-        product = tangents[:, k] @ product
-        scale = np.abs(product).max(axis=(1, 2))
-        product, log_scale = product / scale[:, None, None], log_scale + np.log(scale)
-    return product, log_scale
+    multiplied = _multiplied_in_the_plane if _two_states(tangents) else np.matmul
+    product, log_scale = _scaled(tangents)
+    while product.shape[1] > 1:  # neighbours at once: as many products as halvings, not as many as stretches
+        pairs = product.shape[1] // 2
+        both, scale = _scaled(multiplied(product[:, 1 : 2 * pairs : 2], product[:, : 2 * pairs : 2]))
+        scale += log_scale[:, 1 : 2 * pairs : 2] + log_scale[:, : 2 * pairs : 2]
+        product = np.concatenate([both, product[:, 2 * pairs :]], axis=1)
+        log_scale = np.concatenate([scale, log_scale[:, 2 * pairs :]], axis=1)
+    return product[:, 0], log_scale[:, 0]
+
+
+def _scaled(maps: Array) -> tuple[Array, Array]:
+    """Maps (..., N, N) divided by their largest entries, and the logarithms of these."""
+    largest = np.abs(maps).max(axis=(-2, -1))
+    return maps / largest[..., None, None], np.log(largest)
 
 
 def qr_growth(tangents: Array, frames: Array) -> tuple[Array, Array]:
@@ -87,12 +96,8 @@ def qr_growth(tangents: Array, frames: Array) -> tuple[Array, Array]:
 
     Returns the growth (members, stretches, N) and the final frames (members, N, N), columns orthonormal.
     """
-    growth = np.empty(tangents.shape[:3])
-    turn = _turned_in_the_plane if _two_states(tangents) else _turned
     with np.errstate(divide="ignore", invalid="ignore"):
-        for k in range(tangents.shape[1]):
-            frames = turn(tangents[:, k] @ frames, growth[:, k])
-    return growth, frames
+        return (_growth_in_the_plane if _two_states(tangents) else _growth)(tangents, frames)
 
 
 def log_multipliers(product: Array, log_scale: Array, log_determinant: Array) -> Array:
@@ -120,16 +125,33 @@ def _two_states(matrices: Array) -> bool:
 # --- two states -------------------------------------------------------------------------------------------------------
 
 
-def _turned_in_the_plane(image: Array, growth: Array) -> Array:
-    first, second = image[:, :, 0], image[:, :, 1]
-    length = np.hypot(first[:, 0], first[:, 1])
-    first = first / length[:, None]
+def _growth_in_the_plane(tangents: Array, frames: Array) -> tuple[Array, Array]:
+    """The first vector of a frame leads; the second one is at right angles to it, on its left."""
+    (a, b), (c, d) = np.ascontiguousarray(tangents.transpose(2, 3, 1, 0))
+    leads = np.empty((a.shape[0] + 1, 2, a.shape[1]))
+    lengths = np.empty_like(a)
+    leads[0] = frames[:, :, 0].T
+    for k, (x, y) in enumerate(leads[:-1]):
+        image = leads[k + 1]
+        image[0], image[1] = a[k] * x + b[k] * y, c[k] * x + d[k] * y
+        np.hypot(image[0], image[1], out=lengths[k])
+        image /= lengths[k]
+    x, y = leads[:-1, 0], leads[:-1, 1]
     # In the plane what is left of the second vector is the area over the first one's length, without the
     # cancellation that subtracting its projection would suffer.
-    height = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-    growth[:, 0] = np.log(length)
-    growth[:, 1] = np.log(np.abs(height))
-    return np.stack([first, np.stack([-first[:, 1], first[:, 0]], axis=1)], axis=2)
+    height = leads[1:, 0] * (d * x - c * y) - leads[1:, 1] * (b * x - a * y)
+    growth = np.empty(tangents.shape[:3])  # a member's own numbers side by side: sums go in the same order anywhere
+    growth[:, :, 0], growth[:, :, 1] = np.log(lengths.T), np.log(np.abs(height.T))
+    x, y = leads[-1]
+    return growth, np.stack([np.stack([x, y], axis=1), np.stack([-y, x], axis=1)], axis=2)
+
+
+def _multiplied_in_the_plane(left: Array, right: Array) -> Array:
+    product = np.empty(left.shape)
+    for i in range(2):
+        for j in range(2):
+            product[..., i, j] = left[..., i, 0] * right[..., 0, j] + left[..., i, 1] * right[..., 1, j]
+    return product
 
 
 def _larger_in_the_plane(product: Array, log_scale: Array, log_determinant: Array) -> Array:
@@ -145,6 +167,13 @@ def _solved_in_the_plane(matrices: Array, right: Array) -> Array:
 
 
 # --- any number of states ---------------------------------------------------------------------------------------------
+
+
+def _growth(tangents: Array, frames: Array) -> tuple[Array, Array]:
+    growth = np.empty(tangents.shape[:3])
+    for k in range(tangents.shape[1]):
+        frames = _turned(tangents[:, k] @ frames, growth[:, k])
+    return growth, frames
 
 
 def _turned(image: Array, growth: Array) -> Array:

@@ -9,6 +9,7 @@ chaos of narrow bands, visited in turn, is not drowned by the order of the visit
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone.quantity import Array
 
@@ -51,15 +52,26 @@ def without_bands(series: Array) -> Array:
 def _median_growth(series: Array, angles: Array) -> Array:
     """K of each series (members, points): median over the frequencies of its correlation with time."""
     points = series.shape[1]
+    walk = np.cumsum(series[:, None, :] * np.exp(1j * angles[:, None] * np.arange(1, points + 1)), axis=2)
     lags = np.arange(1, points // 10 + 1)
-    window = points - lags[-1]
-    turns = np.exp(1j * angles[:, None] * np.arange(1, points + 1))
-    walk = np.cumsum(series[:, None, :] * turns, axis=2)
-    spread = np.empty((*walk.shape[:2], lags.size))
-    for k, lag in enumerate(lags):
-        step = walk[:, :, lag : lag + window] - walk[:, :, :window]
-        spread[:, :, k] = (step.real**2 + step.imag**2).mean(axis=2)
-    return np.median(_correlation(lags.astype(float), spread), axis=1)
+    return np.median(_correlation(lags.astype(float), _mean_square_displacement(walk, lags)), axis=1)
+
+
+def _mean_square_displacement(walk: npt.NDArray[np.complex128], lags: npt.NDArray[np.int64]) -> Array:
+    """Mean of |w(j + lag) - w(j)|^2 over as many j for each lag as the longest lag leaves, shape (..., lags).
+
+    That is mean |w(j + lag)|^2 + mean |w(j)|^2 - 2 mean Re w(j + lag) w(j)*. The last is a correlation, which Fourier
+    transforms give for all lags at once; no sum runs over the end, so that they need not be longer than the walk.
+    """
+    window = walk.shape[-1] - lags[-1]
+    # steps do not change with the origin, but what cancels in their squares is least about the mean
+    walk = walk - walk.mean(axis=-1, keepdims=True)
+    begins = walk.copy()
+    begins[..., window:] = 0.0
+    products = np.fft.ifft(np.fft.fft(walk) * np.fft.fft(begins).conj())[..., lags].real
+    squares = np.cumsum(walk.real**2 + walk.imag**2, axis=-1)
+    ends = squares[..., lags + window - 1] - squares[..., lags - 1]
+    return np.asarray((ends + squares[..., window - 1, None] - 2.0 * products) / window)
 
 
 def _correlation(x: Array, y: Array) -> Array:

@@ -164,6 +164,8 @@ class Members(Ensemble):
         taken.values = {name: value[index] for name, value in self.values.items()}
         taken.own_numbers = {name: value[index] for name, value in self.own_numbers.items()}
         taken.shape = taken.values["damping_ratio"].shape
+        if "rate" in self.__dict__:  # every integration asks for it
+            taken.rate = self.rate[index]
         return taken
 
     def replace(self, **changes: npt.ArrayLike) -> Members:

@@ -29,7 +29,7 @@ class EngineBackend:
     """Integrates jobs with the engine; see `gelcone.motion.job.Backend`."""
 
     def run(self, job: Job, *, threads: int, progress: Progress, watch: Watch | None) -> None:
-        run = np.flatnonzero(job.runs)
+        run = _longest_first(job)
         if not run.size:
             return
         members = job.members.take(run)
@@ -55,6 +55,13 @@ class EngineBackend:
 @lru_cache(maxsize=MOST_PROGRAMS)
 def _program(system: ConeSystem, keep: Keep, tolerance: float) -> Program:
     return Program(system, keep, tolerance)
+
+
+def _longest_first(job: Job) -> npt.NDArray[np.intp]:
+    """The members that run, in the order in which lanes take them: what is left for the end is soon done."""
+    run = np.flatnonzero(job.runs)
+    lengths = (job.times[run, -1] - job.start[run]) * job.members.rate[run]
+    return run[np.argsort(-lengths, kind="stable")]
 
 
 def smallest_step(members: Members) -> Array:

@@ -42,6 +42,7 @@ CALL_SECONDS = 0.02
 REPORT_EVERY = 0.05
 """Seconds between two reports of progress."""
 _ALIGNMENT = 128
+_ADDRESSES = tuple(field.name.lower() for field in list(Job)[: Job.MEMBERS])
 
 
 class System(Protocol):
@@ -448,8 +449,8 @@ class _Arrays:
     def fields(self) -> npt.NDArray[np.int64]:
         """The job as the compiled loop reads it."""
         job = np.zeros(len(Job), dtype=np.int64)
-        for field in list(Job)[: Job.MEMBERS]:
-            job[field] = getattr(self, field.name.lower()).ctypes.data
+        for place, name in enumerate(_ADDRESSES):
+            job[place] = getattr(self, name).ctypes.data
         job[Job.MEMBERS], job[Job.SAMPLES] = self.times.shape
         job[Job.CORNER_COUNT] = self.corners.shape[1]
         job[Job.PADDED] = self.padded
