@@ -261,11 +261,11 @@ class Contestant:
 
 CONTESTANTS = (
     Contestant("gelcone", "gelcone", gelcone, (DEFAULT_TOLERANCE, 1e-8), 0, 0, 1.0),
-    Contestant("hand-written heyoka loop", "heyoka", heyoka_loop, (1e-15, 1e-8), 0, 0, 1.0 / 1.2),
-    Contestant("diffrax, vmap", "diffrax", diffrax, (1e-14, 1e-10), 0, 2 * SPAN, 10.0),
-    Contestant("JiTCODE", "jitcode", jitcode, (1e-15, 1e-11), 8, 5 * SPAN, 20.0),
-    Contestant("SciPy LSODA", "scipy", lsoda, (1e-13, 1e-12), 8, 2 * SPAN, 50.0),
-    Contestant("pynamicalsys", "pynamicalsys", pynamicalsys, (1e-13, 3e-11), 8, 2 * SPAN, 50.0),
+    Contestant("hand-written heyoka loop", "heyoka", heyoka_loop, (1e-15, 1e-8), 0, 0, 2.7),
+    Contestant("diffrax, vmap", "diffrax", diffrax, (1e-14, 1e-10), 0, 2 * SPAN, 60.0),
+    Contestant("JiTCODE", "jitcode", jitcode, (1e-15, 1e-11), 8, 5 * SPAN, 150.0),
+    Contestant("SciPy LSODA", "scipy", lsoda, (1e-13, 1e-12), 8, 2 * SPAN, 1200.0),
+    Contestant("pynamicalsys", "pynamicalsys", pynamicalsys, (1e-13, 3e-11), 8, 2 * SPAN, 1000.0),
 )
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from gelcone import ConeModel
 from gelcone.paper.studies import continuum as module
@@ -52,3 +53,16 @@ def test_the_pitchfork_of_a_film_with_another_stiffness_carries_the_error_of_its
     middle = 0.5 * sum(found.corrected)
     assert middle == pytest.approx(0.3, rel=1e-9)
     assert 0.0 < found.corrected[1] - found.corrected[0] < 0.1
+
+
+def test_last_bits_of_the_linear_algebra_do_not_reach_the_report():
+    """Values keep 8 digits of the largest one, estimates of error 3."""
+    force = xr.DataArray(np.array([123.456789012345, 1e-9, np.nan]), name="force", attrs={"units": "1"})
+    rounded = module._rounded(force)
+    assert rounded.values[:2].tolist() == [123.45679, 0.0]
+    assert np.isnan(rounded.values[2])
+    assert rounded.attrs == force.attrs
+    other = module._rounded(force * (1.0 + 1e-13))
+    assert np.array_equal(other.values, rounded.values, equal_nan=True)
+    assert module._rounded(force.rename("force_error")).values[0] == 123.0
+    assert module._rounded(force * 0.0).values[0] == 0.0
