@@ -19,8 +19,25 @@ class Effort:
     limit_map: tuple[int, int]
     rounds: int
     bisections: int
+    neighbours: int
+    neighbour_voltages: int
     window: float = 500.0
 
 
-FULL = Effort("full", 201, ("up", "down"), (65, 65), 1500, 160, 400, (25, 60), rounds=5, bisections=8)
-QUICK = Effort("quick", 41, (), (17, 17), 200, 48, 64, (7, 18), rounds=2, bisections=4)
+FULL = Effort(
+    "full",
+    201,
+    ("up", "down"),
+    (65, 65),
+    1500,
+    160,
+    400,
+    (25, 60),
+    rounds=5,
+    bisections=8,
+    neighbours=24,
+    neighbour_voltages=13,
+)
+QUICK = Effort(
+    "quick", 41, (), (17, 17), 200, 48, 64, (7, 18), rounds=2, bisections=4, neighbours=12, neighbour_voltages=5
+)

@@ -2,34 +2,43 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from gelcone.codes import Regime
 from gelcone.motion.tangents import CERTAIN
 from gelcone.paper.verdicts import Number
+from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Mask = npt.NDArray[np.bool_]
+
+def chaotic(study: xr.Dataset) -> Array:
+    """Where the long run is chaotic by exponent and 0-1 test: truths, open where the motion has not settled."""
+    kinds = study["regime"].values
+    return np.where(kinds == Regime.TRANSIENT, np.nan, kinds == Regime.CHAOTIC)
 
 
-def chaotic(study: xr.Dataset) -> Mask:
-    """Where the long run is chaotic by exponent and 0-1 test."""
-    return study["regime"].values == Regime.CHAOTIC
+def regular(study: xr.Dataset) -> Array:
+    """Where the long run is certain not to be chaotic: truths."""
+    return 1.0 - chaotic(study)
 
 
-def positive(study: xr.Dataset) -> Mask:
-    """Where the largest exponent of the long run is positive by more than three standard errors."""
-    return study["lyapunov"].values[..., 0] > CERTAIN * study["standard_error"].values[..., 0]
+def positive(study: xr.Dataset) -> Array:
+    """Where the largest exponent of the long run is positive by more than three standard errors: truths, open where it
+    is within three of zero and the motion is not known to be regular."""
+    exponent, error = study["lyapunov"].values[..., 0], study["standard_error"].values[..., 0]
+    kinds = study["regime"].values
+    certain = exponent > CERTAIN * error
+    untold = ~certain & ~(exponent < -CERTAIN * error) & np.isin(kinds, (Regime.TRANSIENT, Regime.CHAOTIC))
+    return np.where(untold, np.nan, certain)
 
 
-def finite_positive(study: xr.Dataset) -> Mask:
+def finite_positive(study: xr.Dataset) -> Array:
     """Where the largest exponent over the finite window from the start is above zero, as the paper would read it."""
-    return study["finite"].values[..., 0] > 0.0
+    return np.where(study["finite"].values[..., 0] > 0.0, 1.0, 0.0)
 
 
 def fixed_branch(diagram: xr.Dataset) -> xr.Dataset:
@@ -39,31 +48,16 @@ def fixed_branch(diagram: xr.Dataset) -> xr.Dataset:
     return branch
 
 
-def share(mask: Any) -> float:
-    """Share of true values; NaN for none at all."""
-    mask = np.asarray(mask)
-    return float(mask.mean()) if mask.size else float("nan")
-
-
-def share_number(meaning: str, mask: Any) -> Number:
-    """A share of grid points with its 95 % Wilson interval, the grid taken as a sample of the range."""
-    mask = np.asarray(mask)
-    n, p, z = max(mask.size, 1), share(mask), 1.96
-    centre = (p + z * z / (2 * n)) / (1 + z * z / n)
-    half = z / (1 + z * z / n) * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-    return Number(meaning, p, low=float(max(0.0, centre - half)), high=float(min(1.0, centre + half)))
-
-
 def first_chaos(diagram: xr.Dataset, parameter: str, *, falling: bool = False) -> Number | None:
     """Lowest value of the parameter with chaos (highest if ``falling``), with the interval of its threshold."""
     branch = fixed_branch(diagram)
-    values, mask = branch[parameter].values, chaotic(branch)
+    values, mask = branch[parameter].values, chaotic(branch) == 1.0
     if not mask.any():
         return None
     edge = int(np.flatnonzero(mask)[-1 if falling else 0])
     neighbour = edge + 1 if falling else edge - 1
     if not 0 <= neighbour < len(values):
-        return Number(f"chaos at the end of the range, {parameter}", float(values[edge]), error=0.0)
+        return Number(f"chaos at the end of the range, {parameter}", float(values[edge]))
     low, high = sorted((float(values[edge]), float(values[neighbour])))
     refined = [
         (float(a), float(b))
@@ -78,3 +72,14 @@ def first_chaos(diagram: xr.Dataset, parameter: str, *, falling: bool = False) -
     low, high = refined[0] if refined else (low, high)
     which = "largest" if falling else "smallest"
     return Number(f"{which} {parameter.replace('_', ' ')} with chaos", 0.5 * (low + high), low=low, high=high)
+
+
+def slack_of(study: xr.Dataset, parameter: str) -> tuple[Number, ...]:
+    """For what share of the long run the film was slack, at each motion of a study that is chaotic."""
+    rows = zip(study[parameter].values, chaotic(study), study["late_validity_slack"].values, strict=True)
+    name = parameter.replace("_", " ")
+    return tuple(
+        Number(f"share of the time that the film is slack in the chaos at {name} {value:g}", float(slack))
+        for value, chaos, slack in rows
+        if chaos == 1.0
+    )

@@ -32,6 +32,7 @@ BADGES = {
     Verdict.CHOSEN: "chosen",
     Verdict.NOT_REPRODUCED: "refuted",
     Verdict.ARTEFACT: "artefact",
+    Verdict.UNDECIDED: "undecided",
     Verdict.UNDECIDABLE: "undecidable",
 }
 """The style sheet's class for each verdict's badge; the badge carries the verdict in words as well."""
@@ -111,7 +112,8 @@ names; figures are redrawn and claims checked with an integrator that respects t
 <p class="remark"><strong>The identification of the parameters is not unique.</strong> Numbers marked <em>text</em>
 are from the paper's text. Those marked <em>reconstructed</em> were found by a search over a few thousand sets for those
 under which most of the paper's claims hold; other sets fit equally well, and a verdict can depend on the choice.
-Where a claim was also checked at neighbouring parameters, the share of them for which it holds is given.</p>
+Where a claim was also checked at other parameters, the share of them for which it holds is given with its interval
+(95 %).</p>
 <p>All quantities are dimensionless unless a unit is given. Lyapunov exponents are those of the flow, per unit
 of dimensionless time.</p>
 </header>"""
@@ -175,7 +177,14 @@ def _claim(judged: JudgedClaim) -> str:
         f"<tr><td>{escape(number.meaning)}</td><td>{escape(str(number))}</td></tr>" for number in _numbers(finding)
     )
     details = "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in finding.details.items())
-    unseen = f'<p><span class="label">What the paper could not see:</span> {escape(finding.unseen)}</p>'
+    remarks = {
+        "A consequence of the model": finding.consequence,
+        "Film slack": _slack(finding),
+        "What the paper could not see": finding.unseen,
+    }
+    paragraphs = "\n".join(
+        f'<p><span class="label">{label}:</span> {escape(text)}</p>' for label, text in remarks.items() if text
+    )
     return f"""<article class="claim" id="{escape(claim.name)}">
 <h3>{escape(claim.name)} {_badge(judged.verdict)}</h3>
 <p><span class="label">The paper says:</span> {escape(claim.statement)}</p>
@@ -184,8 +193,16 @@ def _claim(judged: JudgedClaim) -> str:
 {rows}
 </tbody></table>
 {f"<dl>{details}</dl>" if details else ""}
-{unseen if finding.unseen else ""}
+{paragraphs}
 </article>"""
+
+
+def _slack(finding: Finding) -> str:
+    shares = [number.value for number in finding.slack]
+    if not shares:
+        return ""
+    span = f"{min(shares):.0%}" if min(shares) == max(shares) else f"{min(shares):.0%} to {max(shares):.0%}"
+    return f"in chaos the film is slack for {span} of the time; a real film then wrinkles and does not push."
 
 
 def _pictureless(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) -> str:
@@ -209,7 +226,7 @@ def _rules() -> str:
     return f"""<section id="verdicts">
 <h2>How the verdicts are reached</h2>
 <p>The check of a claim computes whether it holds in the long run at the paper's parameters, whether it holds over a
-finite window from the start like the paper's, for what share of the neighbouring parameters it holds, and whether it
+finite window from the start like the paper's, at what share of other parameters it holds, and whether it
 holds for a fixed-step Runge-Kutta integrator in runs that go beyond the stretch limit. The first rule that applies
 gives the verdict:</p>
 <ol>
@@ -276,10 +293,9 @@ def _meaning(name: str) -> str:
 def _numbers(finding: Finding) -> Iterable[Number]:
     """All numbers behind a finding, the share of the neighbouring parameters last."""
     yield from finding.numbers
+    yield from finding.slack
     if finding.share is not None:
-        yield Number(
-            f"share of the neighbouring parameters ({finding.neighbourhood}) for which it holds", finding.share
-        )
+        yield finding.share.number(f"share of other parameters ({finding.neighbourhood}) for which it holds")
 
 
 def _key(finding: Finding) -> str:

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from gelcone.paper.claims import Claim
     from gelcone.paper.figures.figure import PaperFigure
     from gelcone.paper.studies.study import Study
+    from gelcone.paper.truths import Share
 
 FOLDERS = {FULL.name: Path("paper-results"), QUICK.name: Path("paper-results-quick")}
 DRAWING = 2.0
@@ -173,11 +174,21 @@ def claim_record(judged: JudgedClaim) -> dict[str, Any]:
         "why": finding.why,
         "numbers": [_number_record(number) for number in finding.numbers],
         "figure": judged.claim.figure,
-        "share": _finite(finding.share),
+        "share": _share_record(finding.share),
+        "slack": [_number_record(number) for number in finding.slack],
+        "consequence": finding.consequence,
         "neighbourhood": finding.neighbourhood,
         "unseen": finding.unseen,
         "details": finding.details,
     }
+
+
+def _share_record(share: Share | None) -> dict[str, Any] | None:
+    if share is None:
+        return None
+    low, high = share.interval
+    counts = {"holding": share.holding, "failing": share.failing, "open": share.open}
+    return {"value": _finite(share.value), "low": low, "high": high, **counts}
 
 
 def _number_record(number: Number) -> dict[str, Any]:

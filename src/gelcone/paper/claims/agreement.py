@@ -10,6 +10,7 @@ import numpy as np
 
 from gelcone.continuum.path import Ending
 from gelcone.paper.studies.continuum import MISSING
+from gelcone.paper.truths import share
 from gelcone.paper.verdicts import Finding, Number
 from gelcone.quantity import Array
 
@@ -30,7 +31,8 @@ def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
     missing = study.attrs.get(MISSING) or thresholds.attrs.get(MISSING)
     if missing:
         return Finding(
-            holds=None,
+            holds=False,
+            decidable=False,
             numbers=(),
             why=f"Nothing was computed: {missing}. After that, gelcone paper --force fem-agreement computes it.",
         )
@@ -57,8 +59,8 @@ def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
     ]
     return Finding(
         holds=bool(agrees[0].all()),
-        share=float(np.mean(agrees.all(axis=1))),
-        neighbourhood="radius ratios a/b " + " and ".join(f"{r:g}" for r in ratios),
+        share=share(agrees[1:].all(axis=1), sample=False),
+        neighbourhood="radius ratio a/b = " + " and ".join(f"{r:g}" for r in ratios[1:]),
         numbers=tuple(numbers),
         why=_why(agrees[0], voltages, deviation(0), float(ratios[0])),
         unseen=f"{_over_or_under(study['deviation'].values[0, 0])} The continuum's meridian is not straight, but steep "

@@ -6,8 +6,11 @@ import numpy as np
 
 from gelcone.paper.claims.agreement import agreement
 from gelcone.paper.claims.claim import Studies, claim
+from gelcone.paper.truths import share
 from gelcone.paper.verdicts import Finding, Number
 
+EVEN = 101
+"""Initial displacements, evenly between 0 and the paper's own, of which the share is taken."""
 LINEAR = 0.01
 """An oscillation counts as linear while its period is within this share of the linear one."""
 
@@ -29,12 +32,13 @@ def static_bistable(studies: Studies) -> Finding:
     return Finding(
         holds=bool(counts[-1] == 3 and (np.sign(slopes) == [1, -1, 1]).all()),
         numbers=(
-            Number("equilibria at the highest voltage", float(counts[-1]), error=0.0),
-            *(Number(f"slope at x = {x:.4g}", float(s), error=1e-9) for x, s in zip(places, slopes, strict=False)),
-            Number("pitchfork voltage, the square root of the small-signal stiffness", pitchfork, error=1e-9),
+            Number("equilibria at the highest voltage", float(counts[-1])),
+            *(Number(f"slope at x = {x:.4g}", float(s)) for x, s in zip(places, slopes, strict=False)),
+            Number("pitchfork voltage, the square root of the small-signal stiffness", pitchfork),
         ),
-        why="Above the pitchfork voltage the flat state is unstable between two buckled ones; this follows from the "
-        "energy alone.",
+        why="Above the pitchfork voltage the flat state is unstable between two buckled ones.",
+        consequence="The force of a flat, symmetric device is odd in the displacement, grows with it at large ones and "
+        "softens with the voltage: three zeros with these slopes follow at any voltage above the pitchfork.",
         unseen="The flat film is slack at these voltages: with pre-stretch 1 the hoop stress is compressive.",
     )
 
@@ -59,16 +63,20 @@ def linear_limit(studies: Studies) -> Finding:
     amplitude, ratio = study["amplitude"].values, study["period_ratio"].values
     off = np.abs(ratio - 1.0)
     linear = off < LINEAR
-    reach = float(np.interp(LINEAR, off, amplitude))
+    # The paper's own start is the largest of these; a period is that of an amplitude, whatever the others do.
+    reach = float(np.interp(LINEAR, off, amplitude)) if not linear.all() else float(amplitude[-1])
+    smaller = amplitude < amplitude[-1]
+    even = np.linspace(0.0, amplitude[-1], EVEN, endpoint=False)[1:]
     return Finding(
         holds=bool(linear[-1]),
-        share=reach / float(amplitude[-1]),
-        neighbourhood="initial displacements from 0 to the paper's own, 1",
+        share=share(np.interp(even, amplitude[smaller], off[smaller]) < LINEAR),
+        neighbourhood="smaller initial displacements than the paper's own, 1",
         numbers=(
-            Number("largest displacement with the period within 1 % of the linear one", reach, error=1e-3),
-            Number("period at the displacement 1 over the linear period", float(ratio[-1]), error=1e-5),
+            Number("largest displacement with the period within 1 % of the linear one", reach),
+            Number("period at the displacement 1 over the linear period", float(ratio[-1])),
         ),
         why="The film's force x (1 - 1/q^2) is cubic at the flat state: only small motions are linear, at any stretch "
         "limit.",
+        consequence="Any smooth oscillator is linear for small enough motions; the number is how small.",
         unseen="How small the motion must be; at the paper's own initial state the oscillator is not linear.",
     )

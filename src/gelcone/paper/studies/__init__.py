@@ -1,10 +1,21 @@
 """All computations behind the paper's figures and claims, by name."""
 
-from gelcone.paper.studies import continuum, diagrams, limits, maps, practical, resonance, spectra, statics, triples
+from gelcone.paper.studies import (
+    continuum,
+    diagrams,
+    limits,
+    maps,
+    neighbours,
+    practical,
+    resonance,
+    spectra,
+    statics,
+    triples,
+)
 from gelcone.paper.studies.study import Study
 
 STUDIES: dict[str, Study] = {
     study.name: study
-    for module in (statics, continuum, triples, spectra, practical, resonance, diagrams, maps, limits)
+    for module in (statics, continuum, triples, spectra, practical, resonance, diagrams, maps, limits, neighbours)
     for study in module.STUDIES
 }
