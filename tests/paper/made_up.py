@@ -49,6 +49,14 @@ def diagram(parameter, values, chaos, *, thresholds=(), **more):
     return found
 
 
+def triple(parameter, values=(1.0, 2.0, 3.0), slack=(0.9, 0.8, 0.7), kinds=(0, 3, 3)):
+    """Motions at three values of a parameter of which the last two are chaotic."""
+    return xr.Dataset(
+        {"regime": (parameter, list(kinds)), "late_validity_slack": (parameter, list(slack))},
+        coords={parameter: list(values)},
+    )
+
+
 def found(name, **studies):
     """What the check of a claim finds on studies, their names with underscores for dashes."""
     named = {study.replace("_", "-"): data for study, data in studies.items()}

@@ -44,7 +44,8 @@ FINDINGS = {
     Verdict.CHOSEN: {"holds": True, "share": 0.1, "neighbourhood": "voltages"},
     Verdict.NOT_REPRODUCED: {"holds": False},
     Verdict.ARTEFACT: {"holds": False, "holds_fixed_step": True},
-    Verdict.UNDECIDABLE: {"holds": None},
+    Verdict.UNDECIDED: {"holds": None},
+    Verdict.UNDECIDABLE: {"holds": True, "decidable": False},
 }
 
 
@@ -57,7 +58,7 @@ def finding(**found):
 
 @pytest.fixture
 def page(tmp_path):
-    """A report of two figures and seven claims: every verdict, and one claim whose figure is not drawn."""
+    """A report of two figures and eight claims: every verdict, and one claim whose figure is not drawn."""
     figures = []
     for number, presets in ((3, ("table1",)), (8, ("base", "fast"))):
         figure = PaperFigure(number, f"Title {NASTY}", presets, f"values {NASTY}", f"message {NASTY}", ("swing",), None)
@@ -68,7 +69,7 @@ def page(tmp_path):
         figures.append(DrawnFigure(figure, png, svg, (tmp_path / "data" / "swing.nc",)))
     claims = []
     for place, (verdict, found) in enumerate([*FINDINGS.items(), (Verdict.REPRODUCED, {"holds": True})]):
-        shown = (3, 8, 8, 3, 3, 8, 12)[place]
+        shown = (3, 8, 8, 3, 3, 8, 8, 12)[place]
         claim = Claim(f"claim-{place}", f"statement {NASTY}", shown, ("swing",), None)
         claims.append(JudgedClaim(claim, finding(**found), judge(finding(**found))))
         assert claims[-1].verdict is verdict

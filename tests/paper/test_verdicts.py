@@ -6,36 +6,47 @@ import math
 
 import pytest
 
-from gelcone.paper.verdicts import WIDE, Finding, Number, Verdict, judge
+from gelcone.paper.truths import Share
+from gelcone.paper.verdicts import Finding, Number, Verdict, judge
 
 ASIDE = {"numbers": (), "why": "made up"}
+MOST, FEW, NONE, HALF = Share(18, 2), Share(2, 18), Share(0, 20), Share(10, 10)
 
 
 @pytest.mark.parametrize(
     ("expected", "found"),
     [
         # Rule 1: nothing else counts when the text does not say enough.
-        (Verdict.UNDECIDABLE, {"holds": None}),
-        (Verdict.UNDECIDABLE, {"holds": None, "holds_finite": True, "share": 1.0, "holds_fixed_step": True}),
-        # Rule 2: it holds, on at least half of the neighbours or with none looked at.
+        (Verdict.UNDECIDABLE, {"holds": True, "decidable": False}),
+        (Verdict.UNDECIDABLE, {"holds": None, "decidable": False, "holds_finite": True, "share": MOST}),
+        # Rule 2: it holds, on more than half of the others or with none looked at.
         (Verdict.REPRODUCED, {"holds": True}),
-        (Verdict.REPRODUCED, {"holds": True, "share": WIDE}),
-        (Verdict.REPRODUCED, {"holds": True, "share": 1.0, "holds_finite": False, "holds_fixed_step": True}),
-        # Rule 3: it holds on a thin set.
-        (Verdict.CHOSEN, {"holds": True, "share": math.nextafter(WIDE, 0.0)}),
-        (Verdict.CHOSEN, {"holds": True, "share": 0.0, "holds_finite": True}),
+        (Verdict.REPRODUCED, {"holds": True, "share": MOST}),
+        (Verdict.REPRODUCED, {"holds": True, "share": MOST, "holds_finite": None, "holds_fixed_step": True}),
+        # Rule 3: it holds on a thin set; exactly half is not more than half.
+        (Verdict.CHOSEN, {"holds": True, "share": FEW}),
+        (Verdict.CHOSEN, {"holds": True, "share": NONE, "holds_finite": True}),
+        (Verdict.CHOSEN, {"holds": True, "share": Share(1, 1, sample=False)}),
         # Rule 4: it fails in the long run, but holds over a window; this comes before artefact and share.
         (Verdict.TRANSIENT, {"holds": False, "holds_finite": True}),
-        (Verdict.TRANSIENT, {"holds": False, "holds_finite": True, "holds_fixed_step": True, "share": 0.9}),
+        (Verdict.TRANSIENT, {"holds": False, "holds_finite": True, "holds_fixed_step": True, "share": MOST}),
         # Rule 5: only the fixed-step integrator shows it; this comes before the share.
-        (Verdict.ARTEFACT, {"holds": False, "holds_finite": False, "holds_fixed_step": True}),
-        (Verdict.ARTEFACT, {"holds": False, "holds_fixed_step": True, "share": 0.3}),
+        (Verdict.ARTEFACT, {"holds": False, "holds_fixed_step": True}),
+        (Verdict.ARTEFACT, {"holds": False, "holds_fixed_step": True, "share": FEW}),
         # Rule 6: it fails at the paper's parameters, and holds at some others.
-        (Verdict.CHOSEN, {"holds": False, "holds_finite": False, "holds_fixed_step": False, "share": 0.01}),
-        (Verdict.CHOSEN, {"holds": False, "share": 0.9}),
+        (Verdict.CHOSEN, {"holds": False, "share": Share(1, 99)}),
+        (Verdict.CHOSEN, {"holds": False, "share": HALF}),
         # Rule 7.
         (Verdict.NOT_REPRODUCED, {"holds": False}),
-        (Verdict.NOT_REPRODUCED, {"holds": False, "holds_finite": False, "share": 0.0, "holds_fixed_step": False}),
+        (Verdict.NOT_REPRODUCED, {"holds": False, "share": NONE}),
+        # Rule 8: what is open decides.
+        (Verdict.UNDECIDED, {"holds": None}),
+        (Verdict.UNDECIDED, {"holds": True, "share": HALF}),
+        (Verdict.UNDECIDED, {"holds": False, "holds_finite": None}),
+        (Verdict.UNDECIDED, {"holds": False, "share": Share(0, 19, open=1)}),
+        # ... and where it does not decide, it does not matter.
+        (Verdict.CHOSEN, {"holds": None, "share": FEW}),
+        (Verdict.CHOSEN, {"holds": False, "share": Share(1, 18, open=1)}),
     ],
 )
 def test_each_verdict_by_its_rule(expected, found):
@@ -44,8 +55,10 @@ def test_each_verdict_by_its_rule(expected, found):
 
 def test_every_combination_gives_a_verdict_and_each_verdict_can_be_given():
     maybe = (None, False, True)
-    findings = itertools.product(maybe, maybe, (None, 0.0, 0.2, 0.8), maybe)
-    given = {judge(Finding(holds=a, holds_finite=b, share=c, holds_fixed_step=d, **ASIDE)) for a, b, c, d in findings}
+    shares = (None, NONE, FEW, HALF, MOST)
+    findings = itertools.product(maybe, maybe, shares, maybe, (True, False))
+    names = ("holds", "holds_finite", "share", "holds_fixed_step", "decidable")
+    given = {judge(Finding(**dict(zip(names, one, strict=True)), **ASIDE)) for one in findings}
     assert given == set(Verdict)
 
 
@@ -62,7 +75,7 @@ def test_numbers_and_words_do_not_sway_a_verdict():
         (Number("voltage", 1.04321, low=1.03, high=1.05), "1.043 [1.030, 1.050]"),
         (Number("share", 0.2, low=0.03622, high=0.6245), "0.20 [0.04, 0.62]"),
         (Number("stroke", 12.3456, error=0.1, unit="mm"), "12.35 ± 0.10 mm"),
-        (Number("count", 3.0, error=0.0), "3"),
+        (Number("count", 3.0), "3"),
         (Number("difference", 0.018374, error=1e-9), "0.01837"),
         (Number("large", 1234.6, error=120.0), "1235 ± 120"),
         (Number("tiny", 3.2e-10, error=4e-11), "3.2e-10 ± 4e-11"),

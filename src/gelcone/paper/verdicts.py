@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 Truth = bool | None
 """None where the numbers do not say."""
+NEARLY_ALL = 0.9
+"""A statement about every point of a range holds when the share of it is certain to be larger than this."""
 WIDE = 0.5
 """A claim that holds for more than this share of other parameters does not depend on their choice."""
 

@@ -4,18 +4,33 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from gelcone.paper.truths import Share
 from gelcone.paper.verdicts import Verdict
-from tests.paper.made_up import diagram, found, number, verdict
+from tests.paper.made_up import CHAOTIC, cells, diagram, found, number, triple, verdict
 
-VOLTAGES = np.concatenate([np.linspace(0.0, 1.03, 20), np.linspace(1.04, 2.0, 20)])
+VOLTAGES = np.concatenate([np.linspace(0.0, 1.03, 40), np.linspace(1.04, 2.0, 60)])
 ABOVE = VOLTAGES >= 1.04
+WINDOW = np.where(ABOVE, 1.0, -1.0)
 
 
-def threshold(chaos=ABOVE, finite=None, second=ABOVE, **more):
-    finite = np.where(ABOVE, 1.0, -1.0) if finite is None else finite
+def near(rows, of=20, across=40, extent=6.0, own=6.0, spread=0.0):
+    """Parameter sets near the base set: ``rows`` of them chaotic at all voltages, the others at none."""
+    chaos = np.repeat(np.arange(of)[:, None] < rows, across, axis=1)
+    study = cells({"set": np.arange(of), "voltage": np.linspace(1.04, 2.0, across)}, chaos)
+    starts = own + np.linspace(-0.5, 0.5, 8)[:, None] * spread * np.ones(across)
+    return study.assign(
+        extent=(("set", "voltage"), np.full(chaos.shape, extent)),
+        own_extent=(("start", "voltage"), starts),
+        own_regime=(("start", "voltage"), np.full(starts.shape, int(CHAOTIC))),
+    )
+
+
+def threshold(chaos=ABOVE, finite=WINDOW, second=ABOVE, rows=18, **more):
     return {
         "diagram_base_voltage": diagram("voltage", VOLTAGES, chaos, finite=finite, **more),
         "diagram_fast_voltage": diagram("voltage", VOLTAGES, second),
+        "neighbours": near(rows),
+        "voltage": triple("voltage"),
     }
 
 
@@ -25,20 +40,23 @@ def flipped(values, *places):
     return changed
 
 
-WINDOW = np.where(ABOVE, 1.0, -1.0)
+WINDOWS = range(45, 60)
 
 
 @pytest.mark.parametrize(
     ("expected", "changed"),
     [
         (Verdict.REPRODUCED, {}),
-        (Verdict.REPRODUCED, {"chaos": flipped(ABOVE, 25)}),  # 19 of 20 are nearly all
-        (Verdict.TRANSIENT, {"chaos": flipped(ABOVE, 25, 26)}),
-        (Verdict.TRANSIENT, {"chaos": flipped(ABOVE, 19)}),  # one below is one too many
-        (Verdict.CHOSEN, {"chaos": flipped(ABOVE, 19), "finite": flipped(WINDOW, 17, 18)}),
-        (Verdict.CHOSEN, {"chaos": flipped(ABOVE, 19), "finite": flipped(WINDOW, 30, 31)}),
-        (Verdict.TRANSIENT, {"chaos": flipped(ABOVE, 19), "finite": flipped(WINDOW, 17, 30)}),
-        (Verdict.NOT_REPRODUCED, {"chaos": ~ABOVE, "finite": -WINDOW}),
+        (Verdict.REPRODUCED, {"chaos": flipped(ABOVE, 45)}),  # 59 of 60 are certain to be nearly all
+        (Verdict.UNDECIDED, {"chaos": flipped(ABOVE, 45, 46, 47)}),
+        (Verdict.CHOSEN, {"rows": 2}),
+        (Verdict.UNDECIDED, {"rows": 10}),
+        (Verdict.TRANSIENT, {"chaos": flipped(ABOVE, *WINDOWS)}),
+        (Verdict.TRANSIENT, {"chaos": flipped(ABOVE, 39)}),  # one below is one too many
+        (Verdict.CHOSEN, {"chaos": flipped(ABOVE, 39), "finite": flipped(WINDOW, *range(20, 39))}),
+        (Verdict.CHOSEN, {"chaos": flipped(ABOVE, 39), "finite": flipped(WINDOW, *WINDOWS)}),
+        (Verdict.UNDECIDED, {"chaos": flipped(ABOVE, 39), "finite": flipped(WINDOW, 45, 46, 47)}),
+        (Verdict.NOT_REPRODUCED, {"chaos": ~ABOVE, "finite": -WINDOW, "rows": 0}),
     ],
 )
 def test_the_threshold_of_the_voltage(expected, changed):
@@ -46,55 +64,55 @@ def test_the_threshold_of_the_voltage(expected, changed):
 
 
 def test_numbers_of_the_threshold():
-    finding = found("voltage-threshold", **threshold(chaos=flipped(ABOVE, 25, 26, 0), second=flipped(ABOVE, 20, 30)))
+    chaos, second = flipped(ABOVE, *WINDOWS, 0), flipped(ABOVE, 40, 50)
+    finding = found("voltage-threshold", **threshold(chaos=chaos, second=second, rows=5))
     first = finding.numbers[0]
-    assert first.meaning.endswith("voltage with chaos") or first.meaning.startswith("chaos at the end")
-    assert finding.share == 0.9
-    assert number(finding, "below 1.04").value == pytest.approx(0.95)
-    assert number(finding, "positive exponent, set fast").value == pytest.approx(0.9)
-    second = number(finding, "chaos, set fast")
-    assert (second.low, second.high) == (VOLTAGES[20], VOLTAGES[21])
+    assert first.meaning.startswith("chaos at the end")
+    assert finding.share == Share(5, 15)
+    assert number(finding, "below 1.04").value == pytest.approx(0.975)
+    assert finding.numbers[1].value == pytest.approx(0.75)
+    assert number(finding, "positive exponent, set fast").value == pytest.approx(58.0 / 60.0)
+    other = number(finding, "chaos, set fast")
+    assert (other.low, other.high) == (VOLTAGES[40], VOLTAGES[41])
     assert number(finding, "pitchfork").value == pytest.approx(0.9**0.5)
+    assert [one.value for one in finding.slack] == [0.8, 0.7]
     none = found("voltage-threshold", **threshold(chaos=~ABOVE & ABOVE, second=~ABOVE & ABOVE))
     assert len(none.numbers) == len(finding.numbers) - 2
 
 
-def reach(base, fast=6.0):
+def reach(base, spread=0.0, rows=18, extent=6.0):
     """Chaos at the last three values; the regular motions before reach farther."""
     chaos = np.array([0, 0, 1, 1, 1])
     lowest, highest = np.array([-9.0, -1.0, -base, -1.0, -2.0]), np.array([9.0, 1.0, 0.5 * base, 2.0, 1.0])
-
-    def one(low, high):
-        return diagram("voltage", [0.5, 1.0, 1.2, 1.6, 2.0], chaos, lowest=low, highest=high)
-
+    own = diagram("voltage", [0.5, 1.0, 1.2, 1.6, 2.0], chaos, lowest=lowest, highest=highest)
     return {
-        "diagram_base_voltage": one(lowest, highest),
-        "diagram_fast_voltage": one(-np.full(5, 0.1), np.array([9.0, 1.0, 1.0, fast, 1.0])),
+        "diagram_base_voltage": own,
+        "neighbours": near(rows, extent=extent, own=base, spread=spread),
+        "voltage": triple("voltage"),
     }
 
 
 @pytest.mark.parametrize(
-    ("expected", "base", "fast"),
+    ("expected", "changed"),
     [
-        (Verdict.REPRODUCED, 6.0, 6.0),
-        (Verdict.REPRODUCED, 7.1, 1.0),
-        (Verdict.REPRODUCED, 4.9, 1.0),
-        (Verdict.CHOSEN, 7.3, 6.0),
-        (Verdict.CHOSEN, 4.7, 5.0),
-        (Verdict.NOT_REPRODUCED, 4.7, 7.3),
+        (Verdict.REPRODUCED, {"base": 6.0}),
+        (Verdict.REPRODUCED, {"base": 7.1}),
+        (Verdict.REPRODUCED, {"base": 4.9}),
+        (Verdict.UNDECIDED, {"base": 7.1, "spread": 0.2}),  # nearby starts lie on both sides of 7.2
+        (Verdict.CHOSEN, {"base": 7.3}),
+        (Verdict.CHOSEN, {"base": 6.0, "extent": 4.7}),
+        (Verdict.NOT_REPRODUCED, {"base": 4.7, "extent": 7.3, "rows": 20}),
+        (Verdict.UNDECIDED, {"base": 6.0, "rows": 0}),  # no other set has chaos to measure
     ],
 )
-def test_about_six_is_within_a_fifth(expected, base, fast):
-    assert verdict("voltage-amplitude", **reach(base, fast)) is expected
+def test_about_six_is_within_a_fifth(expected, changed):
+    assert verdict("voltage-amplitude", **reach(**changed)) is expected
 
 
-def test_the_amplitude_is_that_of_chaos_and_told_with_its_voltage():
-    finding = found("voltage-amplitude", **reach(4.0, 5.0))
-    base, fast = finding.numbers
-    assert (base.value, base.error, fast.value, fast.error) == pytest.approx((4.0, 0.2, 5.0, 0.25))
-    assert "at v = 1.2" in base.meaning
-    assert "at v = 1.6" in fast.meaning
-    assert finding.share == 0.5
+def test_the_amplitude_is_that_of_chaos_with_the_error_of_nearby_starts():
+    finding = found("voltage-amplitude", **reach(4.0, spread=0.25))
+    assert (finding.numbers[0].value, finding.numbers[0].error) == pytest.approx((4.0, 0.25))
+    assert finding.share == Share(18, 0, open=2)
 
 
 # --- spectra ----------------------------------------------------------------------------------------------------------
@@ -140,19 +158,23 @@ GOOD = (1.0, 0.9, 3, 0.02)
     ],
 )
 def test_spectra_go_from_a_driven_line_over_split_lines_to_broadband(expected, late):
-    assert verdict("voltage-spectra", spectra=spectra(late)) is expected
+    assert verdict("voltage-spectra", voltage=triple("voltage"), spectra=spectra(late)) is expected
+
+
+def of(study):
+    return {"spectra": study, "voltage": triple("voltage")}
 
 
 def test_spectra_of_neither_set_at_neither_time():
     bad = (1.5, 0.9, 3, 0.02)
-    assert verdict("voltage-spectra", spectra=spectra(bad, bad)) is Verdict.CHOSEN
-    assert verdict("voltage-spectra", spectra=spectra(bad, bad, bad)) is Verdict.NOT_REPRODUCED
-    assert verdict("voltage-spectra", spectra=spectra(GOOD, GOOD, bad)) is Verdict.REPRODUCED
-    assert found("voltage-spectra", spectra=spectra(GOOD, GOOD, bad)).share == 0.5
+    assert verdict("voltage-spectra", **of(spectra(bad, bad))) is Verdict.CHOSEN
+    assert verdict("voltage-spectra", **of(spectra(bad, bad, bad))) is Verdict.NOT_REPRODUCED
+    assert verdict("voltage-spectra", **of(spectra(GOOD, GOOD, bad))) is Verdict.CHOSEN
+    assert found("voltage-spectra", **of(spectra(GOOD, GOOD, bad))).share == Share(0, 1, sample=False)
 
 
 def test_numbers_of_the_spectra():
-    finding = found("voltage-spectra", spectra=spectra(late=(2.0, 0.9, 3, 0.02), early=(1.3, 0.9, 3, 0.02)))
+    finding = found("voltage-spectra", voltage=triple("voltage"), spectra=spectra(late=(2.0, 0.9, 3, 0.02), early=(1.3, 0.9, 3, 0.02)))
     line, swing, flatness = finding.numbers
     assert (line.value, line.error) == (1.3, 0.0625)
     assert swing.value == 1e-9
@@ -162,7 +184,7 @@ def test_numbers_of_the_spectra():
     assert list(finding.details.values()) == ["0.3"]
     still = spectra()
     still["early_line_amplitude"][:] = np.nan
-    assert np.isnan(found("voltage-spectra", spectra=still).numbers[0].value)
+    assert np.isnan(found("voltage-spectra", **of(still)).numbers[0].value)
 
 
 # --- the device -------------------------------------------------------------------------------------------------------

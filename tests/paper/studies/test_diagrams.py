@@ -17,8 +17,10 @@ TINY = replace(QUICK, name="tiny", diagram_values=3, sweeps=(), rounds=1, bisect
     [("damping_ratio", 0.0, 2.0), ("voltage", 0.0, 2.0), ("prestretch", 0.4, 2.0), ("stretch_limit", 0.52, 100.0)],
 )
 def test_ranges(parameter, low, high):
-    values = values_of(parameter, FULL)
+    values = values_of("fast", parameter, FULL)
     assert (values[0], values[-1], values.size) == (pytest.approx(low), pytest.approx(high), 201)
+    denser = values_of("base", parameter, FULL).size
+    assert denser == (401 if parameter == "voltage" else 201)
     steps = np.diff(np.log(values) if parameter == "stretch_limit" else values)
     np.testing.assert_allclose(steps, steps[0])
 

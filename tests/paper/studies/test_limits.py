@@ -9,7 +9,17 @@ from scipy.integrate import quad
 from gelcone.codes import Outcome
 from gelcone.paper.effort import QUICK
 from gelcone.paper.fixed_step import fixed_step
-from gelcone.paper.studies.limits import STEP, _quarter, _reach, beyond, damping_map, limit_map, linear_limit
+from gelcone.paper.studies.limits import (
+    STARTS,
+    STEP,
+    _quarter,
+    _reach,
+    beyond,
+    damping_map,
+    large_limits,
+    limit_map,
+    linear_limit,
+)
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
 
@@ -121,3 +131,13 @@ def test_maps_cover_their_ranges(study, preset, first, second, monkeypatch):
 
 NAME = "map"
 """Of the public function that computes a map."""
+
+
+@pytest.mark.slow
+def test_large_limits_are_followed_from_nearby_starts():
+    found = computed(large_limits)
+    assert found["highest"].dims[-1] == "start"
+    assert found.sizes["start"] == STARTS
+    size = np.fmax(np.abs(found["highest"].values), np.abs(found["lowest"].values))
+    # at the lowest voltage the motion is regular, and the same from each start
+    np.testing.assert_allclose(size[0], np.broadcast_to(size[0, :, :1], size[0].shape), rtol=1e-6, atol=1e-9)

@@ -9,10 +9,9 @@ from gelcone.paper.reading import finite_positive, fixed_branch, regular
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.studies.triples import TRIPLES
 from gelcone.paper.truths import every, share
-from gelcone.paper.verdicts import Finding, Number
+from gelcone.paper.verdicts import NEARLY_ALL, Finding, Number
 from gelcone.presets import find_preset
 
-NEARLY_ALL = 0.95
 SMALLEST_ERROR = 1e-6
 """Below this an error of the exponents says no more than their rounding."""
 

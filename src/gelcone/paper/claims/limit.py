@@ -12,7 +12,7 @@ from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.reading import chaotic, finite_positive, first_chaos, fixed_branch, regular, slack_of
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.truths import every, share, truth
-from gelcone.paper.verdicts import Finding, Number
+from gelcone.paper.verdicts import NEARLY_ALL, Finding, Number
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ TINY = 0.5
 """Stretch limits up to here count as going to zero."""
 SAME = 0.05
 """Motions are indistinguishable when they differ by less than this share of their size: what a plot shows."""
-NEARLY_ALL = 0.95
 
 
 @claim(

@@ -9,7 +9,7 @@ import numpy as np
 from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.reading import chaotic, finite_positive, first_chaos, fixed_branch, positive, slack_of
 from gelcone.paper.truths import every, share, truth
-from gelcone.paper.verdicts import Finding, Number
+from gelcone.paper.verdicts import NEARLY_ALL, Finding, Number
 from gelcone.presets import find_preset
 from gelcone.quantity import Array
 
@@ -20,7 +20,6 @@ VOLTAGE_THRESHOLD = 1.04
 """From the paper's text."""
 SAME = 0.05
 """Motions are indistinguishable when they differ by less than this share of their size: what a plot shows."""
-NEARLY_ALL = 0.95
 BANDWIDTH = 1.94
 """Bins over which the spectrum's window spreads noise."""
 

@@ -33,9 +33,12 @@ PANELS: dict[tuple[str, str], float] = {
 """Parameter set and swept parameter -> voltage of the panel (reconstructed; no effect where it is itself swept)."""
 
 
-def values_of(parameter: str, effort: Effort) -> Array:
-    """Values of a swept parameter: the paper's ranges for damping and voltage (text), reconstructed for the rest."""
-    count = effort.diagram_values
+def values_of(preset: str, parameter: str, effort: Effort) -> Array:
+    """Values of a swept parameter: the paper's ranges for damping and voltage (text), reconstructed for the rest.
+
+    The paper's threshold is that of the voltage at the base set: there they are twice as close together.
+    """
+    count = 2 * effort.diagram_values - 1 if (preset, parameter) == ("base", "voltage") else effort.diagram_values
     if parameter == "stretch_limit":
         # Below 0.5 the initial state (1, 0) lies beyond the stretch limit.
         return np.geomspace(0.52, 100.0, count)
@@ -51,7 +54,7 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
     """The diagram of one panel, with ``finite`` (parameter, exponent): the exponents over the window from the start."""
     preset = find_preset(preset_name)
     model = preset.model.replace(voltage=PANELS[preset_name, parameter])
-    values = values_of(parameter, effort)
+    values = values_of(preset_name, parameter, effort)
     result = bifurcation(
         model,
         parameter,
@@ -90,6 +93,6 @@ def rest_stability(ensemble: ConeModel, dims: tuple[str, ...]) -> dict[str, Any]
 
 STUDIES = tuple(
     # Half of the voltages of the base set are chaotic, with many windows between.
-    Study(diagram_name(*panel), partial(diagram, *panel), work=7.0 if panel == ("base", "voltage") else 2.5)
+    Study(diagram_name(*panel), partial(diagram, *panel), work=14.0 if panel == ("base", "voltage") else 2.5)
     for panel in PANELS
 )

@@ -73,7 +73,7 @@ def limit_map(effort: Effort, progress: Progress) -> xr.Dataset:
 def damping_map(effort: Effort, progress: Progress) -> xr.Dataset:
     """Regimes over voltage and damping ratio, at the base set."""
     preset = find_preset("base")
-    over = {"voltage": np.linspace(0.5, 2.0, effort.limit_map[0]), "damping_ratio": np.linspace(0.02, 2.0, 34)}
+    over = {"voltage": np.linspace(0.5, 2.0, 2 * effort.limit_map[0] - 1), "damping_ratio": np.linspace(0.02, 2.0, 34)}
     return maps.map(preset.model, over, preset.initial, rounds=effort.rounds, progress=progress).assign_attrs(
         preset="base"
     )

@@ -60,7 +60,7 @@ def _practical(device: Device, effort: Effort, progress: MaybeProgress) -> xr.Da
     model, state = device.to_model(), device.initial_state()
     times = np.linspace(0.0, effort.window, round(effort.window / SPACING) + 1)
     run = simulate(model, state, times=times, field_limit=device.breakdown_field(), progress=weighted(progress, 0.3))
-    settle = SETTLED_DECAYS / float(np.asarray(model.damping_ratio))
+    settle = SETTLED_DECAYS / float(np.min(model.damping_ratio))
     evidence = classify(model.members(), np.tile(state, (model.size, 1)), transient=settle, rounds=effort.rounds)
     late = swing(model.members(), evidence.final)
     kinds = label_evidence(model, evidence, {}, "").drop_vars(["section", "lowest", "highest"])
