@@ -65,7 +65,7 @@ LARGE = GRID[1:] >= 0.5
 
 
 def order(overdamped=LARGE, largest=-0.1, apart=1.0, error=1e-4):
-    """Exponents at a small damping ratio and 31 from the largest that the paper draws, 0.5, on; equal ones oscillate."""
+    """Exponents at a small damping ratio and 31 from the largest drawn, 0.5, on; equal ones oscillate."""
     base = diagram("damping_ratio", GRID, np.zeros(33), error=error)
     base["lyapunov"][:, 1:, 0] = largest
     base["lyapunov"][:, 1:, 1] = largest - apart * np.where(overdamped, 1.0, 0.0)

@@ -158,7 +158,7 @@ GOOD = (1.0, 0.9, 3, 0.02)
     ],
 )
 def test_spectra_go_from_a_driven_line_over_split_lines_to_broadband(expected, late):
-    assert verdict("voltage-spectra", voltage=triple("voltage"), spectra=spectra(late)) is expected
+    assert verdict("voltage-spectra", **of(spectra(late))) is expected
 
 
 def of(study):
@@ -174,7 +174,11 @@ def test_spectra_of_neither_set_at_neither_time():
 
 
 def test_numbers_of_the_spectra():
-    finding = found("voltage-spectra", voltage=triple("voltage"), spectra=spectra(late=(2.0, 0.9, 3, 0.02), early=(1.3, 0.9, 3, 0.02)))
+    finding = found(
+        "voltage-spectra",
+        voltage=triple("voltage"),
+        spectra=spectra(late=(2.0, 0.9, 3, 0.02), early=(1.3, 0.9, 3, 0.02)),
+    )
     line, swing, flatness = finding.numbers
     assert (line.value, line.error) == (1.3, 0.0625)
     assert swing.value == 1e-9

@@ -125,7 +125,7 @@ def test_maps_cover_their_ranges(study, preset, first, second, monkeypatch):
     assert seen["options"]["rounds"] == 1
     for name, low, high in (first, second):
         assert (seen["over"][name][0], seen["over"][name][-1]) == pytest.approx((low, high))
-    assert seen["over"]["voltage"].size == 2
+    assert seen["over"]["voltage"].size == (3 if study is damping_map else 2)
     assert list(seen["over"]) == [first[0], second[0]]
 
 
