@@ -96,6 +96,7 @@ if TYPE_CHECKING:
     from gelcone.physics.laws import StrainEnergyLaw as StrainEnergyLaw
     from gelcone.physics.laws import Yeoh as Yeoh
     from gelcone.physics.model import ConeModel as ConeModel
+    from gelcone.physics.second import SecondFilm as SecondFilm
     from gelcone.plots import plot as plot
     from gelcone.quantity import Quantity as Quantity
 

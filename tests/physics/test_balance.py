@@ -11,16 +11,14 @@ from gelcone.physics.balance import (
     SEARCH_RANGE,
     PullIn,
     along_ramp,
-    balances_of,
     equilibria_of,
-    every_balance,
     first_loss,
-    rest_displacement,
     rest_of,
 )
 from gelcone.physics.bias import Bias
 from gelcone.physics.film.film import Film
 from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import balances_of, every_balance, rest_displacement
 from gelcone.quantity import Quantity
 from tests.toys import CubicBias, PowerFilm
 

@@ -7,10 +7,11 @@ import pytest
 
 from gelcone import simulate
 from gelcone.errors import InputError
-from gelcone.physics.balance import balances_of, equilibria_of, rest_displacement
+from gelcone.physics.balance import equilibria_of
 from gelcone.physics.bias import BIASES, Bias, BuckledBeam, ConstantForce, LinearSpring, Together, Weight
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import bias_record, find_bias
+from gelcone.physics.statics import balances_of, rest_displacement
 from tests.toys import CubicBias, PowerFilm
 
 SPRING = LinearSpring()

@@ -23,10 +23,10 @@ from gelcone.devices.record import Field, Record, unknown_field
 from gelcone.devices.template import device_text
 from gelcone.devices.units import FieldError, format_si
 from gelcone.errors import InputError, unknown_name
-from gelcone.physics.balance import rest_displacements
 from gelcone.physics.film.continuum import ContinuumFilm
 from gelcone.physics.film.taut import PRESTRETCH_MODES
 from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import rest_displacements
 
 DAMPINGS = ("damping_coefficient", "damping_ratio", "quality_factor")
 """Three ways to give the damping; a device takes one of them."""

@@ -22,17 +22,14 @@ from gelcone.physics.balance import (
     Equilibrium,
     PullIn,
     StaticBalance,
-    along_ramp,
-    balances_of,
-    equilibria_of,
-    every_balance,
-    first_loss,
     rest_of,
     root_on_segment,
     same_squared,
 )
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble
+from gelcone.physics.pair import PairBalance
+from gelcone.physics.statics import balances_of, every_balance
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -70,7 +67,7 @@ def static(
     """
     levels = np.unique(model.voltage) if voltages is None else _voltages(voltages)
     balances = balances_of(model)
-    found = [[equilibria_of(balance, v * v) for v in levels] for balance in balances]
+    found = [[balance.equilibria(v * v) for v in levels] for balance in balances]
     x = _force_range(balances, found) if displacements is None else _wanted(displacements, balances)
     squared = levels[:, None] ** 2
     force = np.stack([np.where(balance.inside(x), balance.force(x, squared), np.nan) for balance in balances])
@@ -114,11 +111,18 @@ def pitchfork_voltage(model: Ensemble) -> Array:
     already, or where a continuum film pulls in before.
     """
     balances = every_balance(model)
-    squared = np.array([float(balance.squared(0.0)) if balance.flat else np.nan for balance in balances])
+    squared = np.array([_pitchfork(balance) for balance in balances])
     highest = np.array([balance.highest_squared for balance in balances])
     with np.errstate(invalid="ignore"):
         exists = (squared >= -ROUNDING) & (squared < highest)
         return np.where(exists, np.sqrt(np.maximum(squared, 0.0)), np.nan).reshape(model.shape)
+
+
+def _pitchfork(balance: StaticBalance) -> float:
+    """The v^2 at which the flat film loses its stability; NaN where it is no equilibrium."""
+    if isinstance(balance, PairBalance):
+        return balance.pitchfork()
+    return float(balance.squared(0.0)) if balance.flat else math.nan
 
 
 def fold_voltages(model: Ensemble) -> xr.Dataset:
@@ -174,7 +178,7 @@ def stroke_and_blocked_force(
     levels = _voltages(voltages)
     balances = balances_of(model)
     rests = [rest_of(balance, near) for balance, near in zip(balances, _starts(model, start), strict=True)]
-    reached = [along_ramp(balance, rest, levels**2) for balance, rest in zip(balances, rests, strict=True)]
+    reached = [balance.along_ramp(rest, levels**2) for balance, rest in zip(balances, rests, strict=True)]
     place, losses = (np.stack([row[k] for row in reached]) for k in range(2))
     rest = np.array(rests)
     with np.errstate(all="ignore"):
@@ -256,6 +260,8 @@ def _padded(rows: Sequence[Array]) -> Array:
 
 def _real_folds(balance: StaticBalance) -> list[tuple[float, float]]:
     """(voltage, displacement) of the folds at a real voltage, in that order."""
+    if isinstance(balance, PairBalance):
+        return balance.folds()
     folds = [x for side in (-1, 1) for _, x in balance.segments[side][:-1] if balance.excess(x) < 0.0]
     return sorted((math.sqrt(w), x) for x in folds if (w := float(balance.squared(x))) >= 0.0)
 
@@ -276,7 +282,7 @@ def _pitchfork_variable(model: Ensemble) -> dict[str, dataset.Variable]:
 
 def _pull_in_variables(balances: list[StaticBalance], starts: list[float | None]) -> dict[str, dataset.Variable]:
     rests = [rest_of(balance, near) for balance, near in zip(balances, starts, strict=True)]
-    lost = [first_loss(balance, rest) for balance, rest in zip(balances, rests, strict=True)]
+    lost = [balance.first_loss(rest) for balance, rest in zip(balances, rests, strict=True)]
     voltage, kind, before, after = (np.array([row[k] for row in lost]) for k in range(4))
     return {
         "rest_displacement": ((), np.array(rests), "stable equilibrium without voltage", "length"),
@@ -295,7 +301,7 @@ def _with_flags(result: xr.Dataset) -> xr.Dataset:
 def _branch_limit(balances: list[StaticBalance], levels: Array) -> float:
     """Highest voltage to which the branches are traced: past all that happens and all that was asked for."""
     events = [v for balance in balances for v, _ in _real_folds(balance)]
-    events += [math.sqrt(w) for balance in balances if balance.flat and (w := float(balance.squared(0.0))) > 0.0]
+    events += [math.sqrt(w) for balance in balances if balance.flat and (w := _pitchfork(balance)) > 0.0]
     return max(1.2 * float(levels.max()), 1.5 * max(events, default=0.0), 1e-3)
 
 
@@ -314,6 +320,10 @@ def _trace(balance: StaticBalance, highest: float) -> tuple[Array, Array, Array]
     """Displacement, voltage and slope along all equilibria up to a voltage, one piece after the other."""
     gap = np.full((3, 1), np.nan)
     pieces = [gap]
+    if isinstance(balance, PairBalance):
+        for x, voltage in balance.curves(highest):
+            pieces += [np.stack([x, voltage, np.broadcast_to(balance.slope(x, voltage * voltage), x.shape)]), gap]
+        return tuple(np.concatenate(pieces, axis=1))
     for segment in balance.segments[-1] + balance.segments[1]:
         begin, end = (_traced_end(balance, segment, k, highest) for k in (0, 1))
         if begin is not None and end is not None:

@@ -319,13 +319,13 @@ def _check_rest(model: Ensemble) -> None:
     if members.symmetric.all():
         return
     values = members.take([int(np.argmin(members.symmetric))]).values
-    height = values.get("rest_height", [0.0])[0]
+    moved = [name for name in ("rest_height", "second_flat_height") if values.get(name, [0.0])[0]]
     raise InputError(
-        f"rest_height = {float(height):g}: must be 0, or the disc does not rest at x = 0 and has no "
+        f"{moved[0]} = {float(values[moved[0]][0]):g}: must be 0, or the disc does not rest at x = 0 and has no "
         "Floquet multipliers there; set it to 0"
-        if height
-        else f"bias = {members.system.bias.name}: pushes the flat film, so the disc does not rest at x = 0 and has "
-        "no Floquet multipliers there; take one without a force at x = 0"
+        if moved
+        else f"bias = {members.system.bias.name}: pushes the flat film, so the disc does not rest at x = 0 and has no "
+        "Floquet multipliers there; take one without a force at x = 0"
     )
 
 

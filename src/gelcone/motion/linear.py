@@ -15,6 +15,7 @@ from gelcone.physics.component import State
 from gelcone.physics.drive import PHASES
 from gelcone.physics.dual import gradients
 from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import rest_displacement
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ HARMONICS = 8
 ROUNDING = 1e-13
 """Harmonics below this share of the mean square are rounding."""
 NEWTON_STEPS = 20
+RAMP = 33
+"""Steps in which the voltages on both films of a double cone rise together."""
 
 
 class StateSpace(NamedTuple):
@@ -134,29 +137,63 @@ def _harmonics(model: ConeModel, frequency: float) -> npt.NDArray[np.complex128]
     system, n = model.system, model.numbers()
     damping = float(model.damping_ratio)
     orders = np.arange(1, HARMONICS + 1)
-    film_voltage = _film_voltage(model, frequency)
-    level = float(np.sqrt(np.mean(film_voltage**2)))
+    voltages = _film_voltages(model, frequency)
+    mean_squares = [float(np.mean(voltage**2)) for voltage in voltages]
+    level = float(np.sqrt(mean_squares[0]))
     try:
-        place = equilibrium_under_bias(model, level)
-        stiffness = float(model.stiffness(place, level))
+        if system.second is None:
+            place = equilibrium_under_bias(model, level)
+            stiffness = float(model.stiffness(place, level))
+        else:
+            place, stiffness = _under_both(model, *mean_squares)
     except InputError:
         return np.full(HARMONICS, np.nan + 0j)
     if not stiffness > 0.0:
         return np.full(HARMONICS, np.nan + 0j)
+    gains = [float(system.film.voltage_gain(np.float64(place), level**2, n))]
+    if system.second is not None:
+        gains.append(float(system.second.voltage_gain(np.float64(place), mean_squares[1], n)))
     # amplitudes as multiples of sines: the displacement is the imaginary part of the sum
-    squares = 2j * np.fft.fft(film_voltage**2)[1 : HARMONICS + 1] / PHASES
-    squares[np.abs(squares) < ROUNDING * level**2] = 0.0
-    gain = float(system.film.voltage_gain(np.float64(place), level**2, n))
+    drive = np.zeros(HARMONICS, dtype=complex)
+    for gain, voltage, mean_square in zip(gains, voltages, mean_squares, strict=True):
+        squares = 2j * np.fft.fft(voltage**2)[1 : HARMONICS + 1] / PHASES
+        squares[np.abs(squares) < ROUNDING * mean_square] = 0.0
+        drive += gain * squares
     multiples = orders * frequency
-    return np.asarray(gain * squares / (stiffness - multiples**2 + 2j * damping * multiples))
+    return np.asarray(drive / (stiffness - multiples**2 + 2j * damping * multiples))
 
 
-def _film_voltage(model: ConeModel, frequency: float) -> Array:
-    """The film's voltage at `PHASES` phases of a drive of this frequency, through the circuit's gain."""
+def _film_voltages(model: ConeModel, frequency: float) -> list[Array]:
+    """The films' voltages at `PHASES` phases of a drive of this frequency, through the circuit's gain."""
     system, n = model.system, model.numbers()
-    harmonics = np.fft.rfft(system.waveform.samples(n))
-    gains = np.array([complex(system.circuit.gain(k * frequency, n)) for k in range(len(harmonics))])
-    return np.fft.irfft(gains * harmonics, PHASES)
+    samples = system.waveform.samples(n)
+
+    def through(commanded: Array) -> Array:
+        harmonics = np.fft.rfft(commanded)
+        gains = np.array([complex(system.circuit.gain(k * frequency, n)) for k in range(len(harmonics))])
+        return np.fft.irfft(gains * harmonics, PHASES)
+
+    if system.second is None:
+        return [through(samples)]
+    second = np.asarray(system.second_command(samples, n))
+    return [through(samples), second if system.second.drive == "constant" else through(second)]
+
+
+def _under_both(model: ConeModel, squared: float, second_squared: float) -> tuple[float, float]:
+    """Where a double cone rests under constant voltages that both rose from 0 together, and its stiffness there.
+
+    Raises `InputError` where it loses its stability on the way.
+    """
+    system, n = model.system, model.numbers()
+    x = np.float64(rest_displacement(model))
+    stiffness = np.float64(np.nan)
+    for share in np.linspace(0.0, 1.0, RAMP):
+        for _ in range(NEWTON_STEPS):
+            force, stiffness = system.static_force(x, share * squared, n, share * second_squared)
+            x = x - force / stiffness
+        if not (np.isfinite(x) and stiffness > 0.0):
+            raise InputError("voltage: beyond the loss of stability, there is no equilibrium; lower it")
+    return float(x), float(stiffness)
 
 
 def small_signal_response(model: ConeModel, frequencies: npt.ArrayLike) -> xr.Dataset:

@@ -63,6 +63,8 @@ def simulate(
     ``near_limit`` (the strain is within 1 % of the stretch limit) flag where the model stops being true.
     ``validity_*`` are the shares of the run's time during which they do, taken on an even grid of times whichever
     samples are kept; NaN for the breakdown when it is unknown.
+    In a double cone energies, powers and what fails are those of both films together; the second film's own voltage,
+    current, stretches, stresses and field have ``second_`` before their names.
     With a continuum film stretches, stresses and field are those beside the disc, but for the hoop stress, which is the
     smallest of all rings.
 
@@ -97,7 +99,9 @@ def simulate(
             shares[f"{name}_slack"][:] = np.nan
     shared_times = (sampled == sampled[0]).all()
     dim = "time" if shared_times else "sample"
-    meanings = _MEANINGS | {state.name: (state.meaning, state.quantity) for state in model.system.states[2:]}
+    meanings = (
+        _MEANINGS | _OF_SECOND_FILM | {state.name: (state.meaning, state.quantity) for state in model.system.states[2:]}
+    )
     result = dataset.label(
         model,
         {n: ((dim,), v[:, kept], *meanings[n]) for n, v in variables.items()}
@@ -191,6 +195,18 @@ _MEANINGS = {
     "dissipated_power": ("power dissipated", "power"),
     "energy_residual": ("energy put in less stored and dissipated (zero in exact arithmetic)", "energy"),
 }
+_OF_EACH_FILM = (
+    "meridional_stretch",
+    "hoop_stretch",
+    "thickness_stretch",
+    "meridional_stress",
+    "hoop_stress",
+    "true_field",
+)
+_OF_SECOND_FILM = {
+    f"second_{name}": (f"second film: {_MEANINGS[name][0]}", _MEANINGS[name][1])
+    for name in ("drive_voltage", "current", *_OF_EACH_FILM)
+}
 _ASSUMPTIONS = {
     "hoop_slack": "a compressive hoop stress (slack film)",
     "meridional_slack": "a compressive meridional stress (slack film)",
@@ -216,31 +232,59 @@ def _variables(members: Members, run: Trajectories) -> dict[str, Array]:
     field = 0.5 * v * v * area
     film = held + field - 0.5 * v * v
     current = system.film.current(run.times, x, u, v, change, n)
+    power_in = v * current
     mechanical = 0.5 * u * u + unloaded + bias
     stored = film - unloaded + field
+    second: dict[str, Array] = {}
+    if system.second is not None:
+        second, more = _second_film(members, run)
+        film, field, power_in = film + more["film"], field + more["field"], power_in + more["power"]
+        mechanical, stored = mechanical + more["unloaded"], stored + more["stored"]
     power = system.powers(run.times, z, n)[1]
     own = {s.name: run.states[..., i] for i, s in enumerate(system.states) if i > 1}
-    return own | {
-        "displacement": x,
-        "velocity": u,
-        "drive_voltage": v,
-        "meridional_stretch": state.meridional_stretch,
-        "hoop_stretch": state.hoop_stretch,
-        "thickness_stretch": state.thickness_stretch,
-        "meridional_stress": state.meridional_stress,
-        "hoop_stress": state.hoop_stress,
-        "true_field": state.true_field,
-        "kinetic_energy": 0.5 * u * u,
-        "film_energy": film,
-        "spring_energy": bias,
-        "field_energy": field,
-        "supplied_energy": electric_work + stored - stored[:, :1],
-        "dissipated_energy": dissipated,
-        "current": current,
-        "input_power": v * current,
-        "dissipated_power": power,
-        "energy_residual": electric_work - dissipated - (mechanical - mechanical[:, :1]),
-    }
+    return (
+        own
+        | second
+        | {
+            "displacement": x,
+            "velocity": u,
+            "drive_voltage": v,
+            "meridional_stretch": state.meridional_stretch,
+            "hoop_stretch": state.hoop_stretch,
+            "thickness_stretch": state.thickness_stretch,
+            "meridional_stress": state.meridional_stress,
+            "hoop_stress": state.hoop_stress,
+            "true_field": state.true_field,
+            "kinetic_energy": 0.5 * u * u,
+            "film_energy": film,
+            "spring_energy": bias,
+            "field_energy": field,
+            "supplied_energy": electric_work + stored - stored[:, :1],
+            "dissipated_energy": dissipated,
+            "current": current,
+            "input_power": power_in,
+            "dissipated_power": power,
+            "energy_residual": electric_work - dissipated - (mechanical - mechanical[:, :1]),
+        }
+    )
+
+
+def _second_film(members: Members, run: Trajectories) -> tuple[dict[str, Array], dict[str, Array]]:
+    """The time series of the second film, and what it adds to energies and power, each (members, samples)."""
+    second, n = members.system.second, members.numbers(trailing=1)
+    assert second is not None
+    x, u, z = run.states[..., 0], run.states[..., 1], list(np.moveaxis(run.states, -1, 0))
+    v = members.second_voltage(run.times, run.states)
+    change = np.broadcast_to(members.system.second_voltage_rate(run.times, z, n), x.shape)
+    state = second.state(x, v, n)
+    unloaded, held = second.work(x, 0.0, n), second.work(x, v * v, n)
+    field = 0.5 * v * v * np.broadcast_to(second.area(x, v * v, n), x.shape)
+    film = held + field - 0.5 * v * v
+    current = second.current(run.times, x, u, v, change, n)
+    series = {"second_drive_voltage": v, "second_current": current}
+    series |= {f"second_{name}": getattr(state, name) for name in _OF_EACH_FILM}
+    added = {"film": film, "field": field, "unloaded": unloaded, "stored": film - unloaded + field}
+    return series, added | {"power": v * current}
 
 
 def _broken_assumptions(members: Members, series: dict[str, Array], field_limit: float | None) -> dict[str, Any]:
@@ -252,7 +296,19 @@ def _broken_assumptions(members: Members, series: dict[str, Array], field_limit:
         "meridional_slack": series["meridional_stress"] < 0.0,
         "near_limit": near,
     }
-    return broken if field_limit is None else broken | {"breakdown": series["true_field"] > field_limit}
+    if field_limit is not None:
+        broken["breakdown"] = series["true_field"] > field_limit
+    second = members.system.second
+    if second is None:
+        return broken
+    x, v = series["displacement"], series["second_drive_voltage"]
+    other = {
+        "hoop_slack": series["second_hoop_stress"] < 0.0,
+        "meridional_slack": series["second_meridional_stress"] < 0.0,
+        "near_limit": second.near_limit(x, v, n, NEAR_LIMIT),
+        "breakdown": series["second_true_field"] > (np.inf if field_limit is None else field_limit),
+    }
+    return {name: fails | other[name] for name, fails in broken.items()}
 
 
 def _share(broken: Any, displacement: Array) -> Array:

@@ -76,7 +76,7 @@ def inside(members: Members, displacement: npt.ArrayLike) -> npt.NDArray[np.bool
 
 def _refused_start(members: Members, states: Array) -> InputError:
     """Why no member can start from ``states``."""
-    return InputError(members.system.film.outside(float(states[0, 0]), members.numbers_at(0)))
+    return InputError(members.system.outside(float(states[0, 0]), members.numbers_at(0)))
 
 
 # --- where motions start, and how long they take to settle ------------------------------------------------------------

@@ -24,8 +24,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.errors import InputError
-from gelcone.physics.members import Ensemble
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
@@ -151,6 +149,18 @@ class StaticBalance:
                 squared = np.clip(self.squared(x), 0.0, NEAR_PULL_IN * highest)
             return self.system.film.turning(x, squared, self.n) + self.system.bias.turning(x, self.n)
 
+    def equilibria(self, squared: float) -> list[Equilibrium]:
+        """All equilibria at v^2, in the order of x."""
+        return equilibria_of(self, squared)
+
+    def first_loss(self, rest: float) -> tuple[float, PullIn, float, float]:
+        """Voltage, kind, displacement before and after the first loss of stability on a ramp from ``rest``."""
+        return first_loss(self, rest)
+
+    def along_ramp(self, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
+        """Displacement and losses of stability passed at each v^2."""
+        return along_ramp(self, rest, squared)
+
     def excess(self, x: Any) -> Any:
         """w(x) over the V at which the film pulls in, less 1: positive where there is no equilibrium."""
         if not self.film_fails:
@@ -158,54 +168,15 @@ class StaticBalance:
         return self.squared(x) / self.system.film.highest_squared(x, self.n) - 1.0
 
 
-def every_balance(model: Ensemble) -> list[StaticBalance]:
-    """All members of the ensemble, also those that reach nothing."""
-    members = model.members()
-    return [_balance(members.system, members.numbers_at(member)) for member in range(members.size)]
-
-
-def balances_of(model: Ensemble) -> list[StaticBalance]:
-    """All members of the ensemble; `InputError` when none has a displacement inside its stretch limit."""
-    found = every_balance(model)
-    if not any(balance.reachable for balance in found):
-        raise InputError(model.system.film.unreachable(found[0].n))
-    return found
-
-
-def _balance(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:
-    """One actuator, searched up to its stretch limit or `SEARCH_RANGE`."""
+def single_balance(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:
+    """One actuator of a single film, searched up to its stretch limit or `SEARCH_RANGE`."""
     begin, end = system.film.reach(n)
     highest = end * (1.0 - WALL_DISTANCE)
     wall = not highest > SEARCH_RANGE
     return StaticBalance(system, n, begin * (1.0 + WALL_DISTANCE), highest if wall else SEARCH_RANGE, wall)
 
 
-def rest_displacement(model: Ensemble) -> float:
-    """The stable equilibrium of a single actuator without voltage that is nearest to where its bias is free, of two
-    equally near ones the higher; NaN when there is none."""
-    (balance,) = balances_of(model)
-    return rest_of(balance, None)
-
-
-def rest_displacements(model: Ensemble) -> Any:
-    """`rest_displacement` of every member: a number, or an array (members,); NaN where there is none.
-
-    Members of equal film and bias, whatever their drive, are searched once.
-    """
-    members = model.members()
-    values = {**members.system.bias.numbers(members.values), **members.system.film.numbers(members.values)}
-    table = np.column_stack([np.broadcast_to(value, members.shape) for value in values.values()])
-    _, firsts, inverse = np.unique(table, axis=0, return_index=True, return_inverse=True)
-    found = [_rest(_balance(members.system, members.numbers_at(int(row)))) for row in firsts]
-    rests = np.array(found)[inverse.ravel()]
-    return rests.reshape(model.shape) if model.shape else float(rests[0])
-
-
-def _rest(balance: StaticBalance) -> float:
-    return rest_of(balance, None) if balance.reachable else math.nan
-
-
-def _root(function: Callable[[float], Any], a: float, b: float) -> float:
+def root(function: Callable[[float], Any], a: float, b: float) -> float:
     from scipy.optimize import brentq
 
     return float(brentq(lambda x: float(function(x)), a, b, xtol=1e-300, rtol=8.9e-16, maxiter=500))
@@ -223,7 +194,7 @@ def _folds(balance: StaticBalance, side: int) -> list[float]:
     x = side * _grid(balance)
     signs = np.sign(balance.turning(x))
     x, signs = x[signs != 0.0], signs[signs != 0.0]
-    return [_root(balance.turning, x[i], x[i + 1]) for i in np.flatnonzero(signs[:-1] != signs[1:])]
+    return [root(balance.turning, x[i], x[i + 1]) for i in np.flatnonzero(signs[:-1] != signs[1:])]
 
 
 def _rises(balance: StaticBalance, segment: tuple[float, float]) -> bool:
@@ -241,7 +212,7 @@ def root_on_segment(balance: StaticBalance, squared: float, segment: tuple[float
     inner, outer = (float(excess(x)) for x in segment)
     if not inner * outer < 0.0 or any(same_squared(float(balance.squared(x)), squared) for x in segment):
         return None
-    return _root(excess, *segment)
+    return root(excess, *segment)
 
 
 def same_squared(a: float, b: float) -> bool:
@@ -285,7 +256,7 @@ class _Leg(NamedTuple):
 
 def rest_of(balance: StaticBalance, near: float | None) -> float:
     """The stable equilibrium at v = 0 nearest to ``near``; NaN if there is none."""
-    stable = [e.displacement for e in equilibria_of(balance, 0.0) if e.stable]
+    stable = [e.displacement for e in balance.equilibria(0.0) if e.stable]
     target = balance.free_height if near is None else near
     return min(stable, key=lambda x: (abs(x - target), -x), default=math.nan)
 
@@ -336,7 +307,7 @@ def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: floa
     if not over.size:
         return float(x[-1]) if segment is balance.segments[-1 if x[-1] < 0.0 else 1][-1] else None
     k = int(over[0])
-    return float(x[0]) if k == 0 else _root(balance.excess, x[k - 1], x[k])
+    return float(x[0]) if k == 0 else root(balance.excess, x[k - 1], x[k])
 
 
 def first_loss(balance: StaticBalance, rest: float) -> tuple[float, PullIn, float, float]:

@@ -65,14 +65,14 @@ class Ensemble:
     # --- the film ----------------------------------------------------------------------------------------------------
 
     def strain(self, x: npt.ArrayLike) -> Any:
-        """The film's measure of strain (I1 - 3 in the cone, x^2 in a continuum film) at displacements of the ensemble's
-        shape followed by any sample axes."""
+        """The film's measure of strain (I1 - 3 in the cone, x^2 in a continuum film; in a double cone the larger
+        share of the limit) at displacements of the ensemble's shape followed by any sample axes."""
         x, n = self._at(x)
-        return self.system.film.strain(x, n)
+        return self.system.strain(x, n)
 
     def strain_limit(self, trailing: int = 0) -> Any:
         """The strain that the film cannot reach."""
-        limit = self.system.film.strain_limit(self.numbers(trailing))
+        limit = self.system.strain_limit(self.numbers(trailing))
         return np.broadcast_to(limit, self.shape + (1,) * trailing)[()]
 
     def film_state(self, x: npt.ArrayLike, voltage: Any) -> FilmState:
@@ -83,9 +83,10 @@ class Ensemble:
     # --- statics -----------------------------------------------------------------------------------------------------
 
     def energy(self, x: npt.ArrayLike) -> Any:
-        """Energy of film and bias without voltage; NaN beyond the film's limit."""
+        """Energy of films and bias without voltage; NaN beyond a film's limit."""
         x, n = self._at(x)
-        return self.system.film.work(x, 0.0, n) + self.system.bias.energy(x, n)
+        energy = self.system.film.work(x, 0.0, n) + self.system.bias.energy(x, n)
+        return energy if self.system.second is None else energy + self.system.second.work(x, 0.0, n)
 
     def force(self, x: npt.ArrayLike, voltage: Any = 0.0) -> Any:
         """Static force that holds the disc at x against film, bias and a constant voltage, per mu Vol/(b-a).
@@ -101,9 +102,8 @@ class Ensemble:
         return self._within(x, n, lambda: self.system.static_force(x, voltage * voltage, n)[1])
 
     def _within(self, x: Array, n: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
-        film = self.system.film
         with np.errstate(all="ignore"):
-            inside = film.strain(x, n) < film.strain_limit(n)
+            inside = self.system.strain(x, n) < self.system.strain_limit(n)
             return np.where(inside, compute(), np.nan)[()]
 
     # --- the drive ---------------------------------------------------------------------------------------------------
@@ -122,6 +122,17 @@ class Ensemble:
     def peak_voltage(self) -> Any:
         """Largest absolute value of the commanded voltage."""
         return self.system.waveform.peak(self.own_numbers)
+
+    @property
+    def second_peak_voltage(self) -> Any:
+        """Largest absolute value of the second film's commanded voltage; 0 without a second film."""
+        system, n = self.system, self.own_numbers
+        if system.second is None:
+            return 0.0
+        if system.second.drive == "same":
+            return self.peak_voltage
+        own = {name: np.asarray(value)[..., None] for name, value in n.items()}
+        return np.abs(system.second_command(system.waveform.samples(n), own)).max(axis=-1)[()]
 
     def __getattr__(self, name: str) -> Any:
         """A parameter by its name; None for one that the film takes but that is not in use."""
@@ -196,12 +207,14 @@ class Members(Ensemble):
         and of the field at the peak voltage, as if all added up.
         """
         n = self.own_numbers
-        scale = self.system.bias.stiffness_scale(n) + self.system.film.stiffness_scale(n)
+        scale, squared = self.system.bias.stiffness_scale(n) + self.system.film.stiffness_scale(n), 0.0
+        if self.system.second is not None:
+            scale, squared = scale + self.system.second.stiffness_scale(n), np.square(self.second_peak_voltage)
         with np.errstate(all="ignore"):
             at_rest = np.abs(self.stiffness(np.zeros(self.shape)))
         # a film that is at its stretch limit while flat has no stiffness at rest
         stiffness = np.fmax(scale, np.where(np.isfinite(at_rest), at_rest, 0.0))
-        rate = 2.0 * self.values["damping_ratio"] + np.sqrt(1.0 + stiffness + np.square(self.peak_voltage))
+        rate = 2.0 * self.values["damping_ratio"] + np.sqrt(1.0 + stiffness + (np.square(self.peak_voltage) + squared))
         return np.broadcast_to(rate, self.shape)
 
     @cached_property
@@ -217,7 +230,9 @@ class Members(Ensemble):
     @cached_property
     def symmetric(self) -> npt.NDArray[np.bool_]:
         """Whether the mirror image of each motion is a motion: the flat film is an equilibrium at every voltage."""
-        return np.broadcast_to(self.system.film.odd and self.system.bias.odd(self.numbers()), self.shape)
+        system, n = self.system, self.numbers()
+        odd = system.film.odd and system.bias.odd(n)
+        return np.broadcast_to(odd if system.second is None else np.logical_and(odd, system.second.odd(n)), self.shape)
 
     def start_states(self, disc: Sequence[float]) -> Array:
         """States (members, N) with this displacement and velocity and all others at their start."""
@@ -228,6 +243,12 @@ class Members(Ensemble):
         """Rates of change and Jacobian along motions, at ``times`` (members, samples) and ``states`` (..., N)."""
         n = self.numbers(times.ndim - 1)
         return self.system.flow(times, list(np.moveaxis(states, -1, 0)), n)
+
+    def second_voltage(self, times: Array, states: Array) -> Array:
+        """Voltage on the second film along motions."""
+        n = self.numbers(times.ndim - 1)
+        voltage = self.system.second_voltage(times, list(np.moveaxis(states, -1, 0)), n)
+        return np.broadcast_to(voltage, times.shape)
 
     def film_voltage(self, times: Array, states: Array) -> Array:
         """Voltage on the film along motions."""

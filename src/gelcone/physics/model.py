@@ -24,13 +24,14 @@ from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, TautCone, check_pre
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.members import Ensemble
 from gelcone.physics.records import FILMS, bias_record, find_bias
+from gelcone.physics.second import DRIVES, PREFIX, SecondFilm
 from gelcone.physics.system import DAMPING, ConeSystem
 from gelcone.quantity import Quantity
 
-KINDS = ("law", "prestretch_mode", "film", "bias", "waveform", "circuit")
+KINDS = ("law", "prestretch_mode", "film", "bias", "waveform", "circuit", "second_film", "second_drive")
 """What a model takes besides numbers: the names of its components, and what one pre-stretch means."""
 
-LEFT_OUT = ("stretch_limit", *PRESTRETCHES)
+LEFT_OUT = (*(first := ("stretch_limit", *PRESTRETCHES)), *(PREFIX + name for name in first))
 """Parameters for which None means that they are not given."""
 
 
@@ -60,6 +61,12 @@ class ConeModel(Ensemble):
         a buckled beam; ``"weight"``; ``"force"``, a constant force; or several, as in ``"spring+weight"``.
     waveform : a `Waveform`. Default ``"sine"``.
     circuit : a `Circuit` between the commanded and the film's voltage. Default ``"ideal"``.
+    second_film : a `Film` on the other side of the disc, by itself or by its name, of the first film's law and
+        ``prestretch_mode``: the antagonistic double cone. Its parameters are named as the first film's with ``second_``
+        before them, and are the first film's where they are not given; ``second_flat_height`` is the height of the
+        disc at which it is flat (default 0). Default None: a single cone.
+    second_drive : its voltage: ``"same"`` as the first's (default); ``"opposite"``, in opposite phase about the same
+        bias, 2 v0 - v; or ``"constant"``, the parameter ``second_voltage``.
 
     Raises
     ------
@@ -76,13 +83,17 @@ class ConeModel(Ensemble):
         bias: Any = "spring",
         waveform: Any = "sine",
         circuit: Any = "ideal",
+        second_film: Any = None,
+        second_drive: str | None = None,
         **parameters: Any,
     ) -> None:
+        first = _film(film, law, prestretch_mode)
         system = ConeSystem(
-            film=_film(film, law, prestretch_mode),
+            film=first,
             bias=find_bias(bias),
             waveform=find_component("waveform", waveform, WAVEFORMS, Waveform),  # type: ignore[type-abstract]
             circuit=find_component("circuit", circuit, CIRCUITS, Circuit),  # type: ignore[type-abstract]
+            second=_second(second_film, second_drive, first),
         )
         values = system.complete(_known(system, parameters))
         self.__dict__.update(system=system, values=values, shape=_shape(values))
@@ -90,7 +101,8 @@ class ConeModel(Ensemble):
     @classmethod
     def of_system(cls, system: ConeSystem, values: Mapping[str, Any]) -> ConeModel:
         """A model of a system's components with the values of all parameters."""
-        return cls(film=system.film, bias=system.bias, waveform=system.waveform, circuit=system.circuit, **values)
+        parts = {name: getattr(system, name) for name in ("film", "bias", "waveform", "circuit")}
+        return cls(**parts, **_second_parts(system), **values)
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"{name}: a model does not change; model.replace({name}=...) gives one that differs")
@@ -121,14 +133,18 @@ class ConeModel(Ensemble):
         if isinstance(film, GelFilm) and self.prestretch_mode and "prestretch_mode" not in changes:
             film = _film(film, None, self.prestretch_mode)
         parts = {name: changes.get(name, getattr(self.system, name)) for name in ("bias", "waveform", "circuit")}
+        parts |= _second_parts(self.system)
+        parts |= {name: changes[name] for name in ("second_film", "second_drive") if name in changes}
+        if no_film(parts.get("second_film")) and "second_drive" not in changes:
+            parts.pop("second_drive", None)
         known = ConeModel(film=film, **parts).system.parameters
         kept = {name: value for name, value in self.values.items() if name in known}
         if "law" in changes and self.law is not None and getattr(film, "law", None) != self.law:
-            kept = {name: value for name, value in kept.items() if name not in self.law.parameters}
-        if any(changes.get(name) is not None for name in PRESTRETCHES):
-            kept = {
-                name: value for name, value in kept.items() if name not in PRESTRETCHES or _goes_with(name, changes)
-            }
+            kept = {name: value for name, value in kept.items() if name.removeprefix(PREFIX) not in self.law.parameters}
+        for prefix in ("", PREFIX):
+            if any(changes.get(prefix + name) is not None for name in PRESTRETCHES):
+                own = {prefix + name for name in PRESTRETCHES}
+                kept = {k: value for k, value in kept.items() if k not in own or _goes_with(k, changes, prefix)}
         numbers = {name: value for name, value in changes.items() if name not in KINDS}
         return ConeModel(film=film, **parts, **(kept | numbers))
 
@@ -193,6 +209,30 @@ def _film(film: Any, law: Any, mode: str | None) -> Film:
     return with_fields(found, **{name: value for name, value in fields.items() if value is not None})  # type: ignore[type-var]
 
 
+def no_film(given: Any) -> bool:
+    """Whether a second film is none."""
+    return given is None or (isinstance(given, str) and given == "none")
+
+
+def _second(given: Any, drive: str | None, first: Film) -> SecondFilm | None:
+    """The second film, of the first's law and pre-stretch mode where it takes them."""
+    if no_film(given):
+        if drive is not None:
+            raise InputError(
+                f"second_drive = {drive}: there is no second film; give second_film = 'taut', or leave it out"
+            )
+        return None
+    film = given if isinstance(given, Film) else _film(given, None, None)
+    if isinstance(film, GelFilm) and isinstance(first, GelFilm) and not isinstance(film, ContinuumFilm):
+        film = with_fields(film, law=first.law, prestretch_mode=first.prestretch_mode)  # type: ignore[type-var]
+    return SecondFilm(film, "same" if drive is None else drive)
+
+
+def _second_parts(system: ConeSystem) -> dict[str, Any]:
+    """What gives a model the second film of a system."""
+    return {} if system.second is None else {"second_film": system.second.film, "second_drive": system.second.drive}
+
+
 def _known(system: ConeSystem, given: Mapping[str, Any]) -> dict[str, Any]:
     """``given`` without what says nothing; `InputError` for a name that the system does not take."""
     known = system.parameters
@@ -206,6 +246,8 @@ def _known(system: ConeSystem, given: Mapping[str, Any]) -> dict[str, Any]:
         if law is not None and any(name in other.parameters for other in LAWS.values()):
             takes = ", ".join(law.parameters) or "no parameters"
             raise InputError(f"{name}: the {law.name} law does not take it; it takes {takes}")
+        if name.startswith(PREFIX) and system.second is None and name in PARAMETERS:
+            raise InputError(f"{name}: there is no second film; give second_film = 'taut'")
         owner = next((bias for bias in BIASES.values() if name in bias.parameters), None)
         if owner is not None:
             raise InputError(
@@ -223,9 +265,9 @@ def _infinite(value: Any) -> bool:
         return False
 
 
-def _goes_with(name: str, changes: Mapping[str, Any]) -> bool:
+def _goes_with(name: str, changes: Mapping[str, Any], prefix: str) -> bool:
     """Whether a pre-stretch is kept when others change: both direct ones are, without the common one."""
-    direct = {"meridional_prestretch", "hoop_prestretch"}
+    direct = {prefix + "meridional_prestretch", prefix + "hoop_prestretch"}
     return name in direct and any(changes.get(other) is not None for other in direct)
 
 
@@ -248,6 +290,8 @@ def shipped_components() -> Iterable[Component]:
 
 def _shipped_parameters() -> dict[str, Quantity]:
     parts = {name: q for part in shipped_components() for name, q in part.parameters.items()}
+    seconds = [SecondFilm(TautCone(law), drive) for law in LAWS.values() for drive in DRIVES]
+    parts |= {name: q for second in seconds for name, q in second.parameters.items()}
     first = [*DAMPING, "spring_stiffness", "voltage", "voltage_bias", "drive_frequency", "rest_height", *PRESTRETCHES]
     return {name: (DAMPING | parts)[name] for name in first} | parts
 
@@ -284,9 +328,26 @@ def electric_energy(x: Any, voltage: Any, xp: Any = np, displacement: Any = None
     return 0.5 * displacement * displacement - voltage * displacement * xp.sqrt(q)
 
 
-def lagrangian(x: Any, velocity: Any, voltage: Any, n: Numbers, film: TautCone, bias: Bias, xp: Any = np) -> Any:
-    """Kinetic less potential energy of film, bias and field, of the homogeneous cone."""
+def lagrangian(
+    x: Any,
+    velocity: Any,
+    voltage: Any,
+    n: Numbers,
+    film: TautCone,
+    bias: Bias,
+    xp: Any = np,
+    second: tuple[SecondFilm, Any] | None = None,
+) -> Any:
+    """Kinetic less potential energy of film, bias and field, of the homogeneous cone.
+
+    ``second`` adds a second film, itself a homogeneous cone, with its voltage.
+    """
     potential = film.law.energy(film.cone_strain(x, n), n, xp) + bias.energy(x, n) + electric_energy(x, voltage, xp)
+    if second is not None:
+        other, own, place = second[0].film, second[0].own(n), second[0].place(x, n)
+        assert isinstance(other, TautCone)
+        potential = potential + other.law.energy(other.cone_strain(place, own), own, xp)
+        potential = potential + electric_energy(place, second[1], xp)
     return 0.5 * velocity * velocity - potential
 
 

@@ -28,7 +28,15 @@ def system_record(system: ConeSystem) -> dict[str, Any]:
         "bias": bias_record(system.bias),
         "waveform": to_record(system.waveform, WAVEFORMS),
         "circuit": to_record(system.circuit, CIRCUITS),
+        **_second_record(system),
     }
+
+
+def _second_record(system: ConeSystem) -> dict[str, Any]:
+    """The second film and its drive, where there is one."""
+    if system.second is None:
+        return {}
+    return {"second_film": film_record(system.second.film), "second_drive": system.second.drive}
 
 
 def film_record(film: Film) -> Any:

@@ -1,0 +1,370 @@
+"""A double cone under constant voltages: where its forces balance, and what a slow voltage ramp does to it.
+
+The voltage of the first film pulls the disc one way and that of the second the other, so that at one displacement the
+force may vanish at several voltages, and `gelcone.physics.balance` does not serve. Equilibria at one voltage are found
+between the extrema of the force, which are found between the points of a fine grid. Over the voltage they form curves
+F(x, v) = 0, which are followed from point to point by their tangent; the voltage turns back in a fold, and passes a
+pitchfork where the slope of the force changes its sign without that. Allgower and Georg, Introduction to Numerical
+Continuation Methods (2003), chapter 2.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.physics.balance import (
+    ROUNDING,
+    SEARCH_RANGE,
+    WALL_DISTANCE,
+    Equilibrium,
+    PullIn,
+    StaticBalance,
+    root,
+    same_squared,
+)
+from gelcone.quantity import Array
+
+GRID = 1601
+"""Displacements between which equilibria are looked for."""
+HIGHEST_VOLTAGE = 100.0
+"""A ramp that has lost nothing up to this voltage never does."""
+LONGEST_STEP = 0.02
+"""Of a curve, over 1 + v + |x|."""
+LEAST_COSINE = 0.995
+"""Of the angle between the tangents at neighbouring points of a curve."""
+SHORTEST_STEP = 1e-10
+MOST_POINTS = 20_000
+MOST_LOSSES = 8
+HIGHEST_FOLD = 20.0
+"""Voltage up to which folds are looked for."""
+SEEDS = np.concatenate([np.linspace(0.0, 0.1, 17), np.geomspace(0.1, 1.0, 9)[1:]])
+"""Shares of the highest voltage at which curves are looked for that no other voltage shows."""
+BEYOND = 1e-6
+"""Share of the voltage past a loss of stability at which the disc is looked for next."""
+ON_CURVE = 1e-6
+
+
+class Curve(NamedTuple):
+    """Points of a curve of equilibria, (points,) each, and what ends it: None at the bounds of the voltage."""
+
+    x: Array
+    voltage: Array
+    end: PullIn | None
+
+
+class Leg(NamedTuple):
+    """A stable part of a ramp, with rising voltage."""
+
+    x: Array
+    voltage: Array
+    end: PullIn
+
+
+@dataclass(frozen=True)
+class PairBalance(StaticBalance):
+    """One double cone; its displacements need not lie evenly about 0, so ``lowest`` is its lowest displacement."""
+
+    # --- forces ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def flat(self) -> bool:
+        second = self.system.second
+        assert second is not None
+        level = bool(self.system.film.odd and second.odd(self.n)) and self.lowest < 0.0 < self.highest
+        return level and not self.lifted
+
+    @property
+    def film_fails(self) -> bool:
+        return False
+
+    @cached_property
+    def highest_squared(self) -> float:
+        return math.inf
+
+    def inside(self, x: Array) -> npt.NDArray[np.bool_]:
+        with np.errstate(all="ignore"):
+            reached = self.system.strain(x, self.n) < self.system.strain_limit(self.n)
+        return (x >= self.lowest) & (x <= self.highest) & reached
+
+    def voltage_force(self, x: Any, squared: Any) -> Any:
+        """What the voltages take from the force; the second film's constant one is part of the rest."""
+        own = np.asarray(squared)
+        with np.errstate(all="ignore"):
+            return self.force(x, 0.0 * own) - self.force(x, own)
+
+    def _slopes(self, x: float, voltage: float) -> tuple[float, float, float]:
+        """F, dF/dx and dF/dv."""
+        system, n, place, squared = self.system, self.n, np.float64(x), np.float64(voltage * voltage)
+        second = system.second
+        assert second is not None
+        other = system.second_squared(squared, n)
+        with np.errstate(all="ignore"):
+            force, slope = system.static_force(place, squared, n, other)
+            gain = system.film.voltage_gain(place, squared, n) * 2.0 * voltage
+            gain = gain + second.voltage_gain(place, other, n) * system.second_squared_rate(voltage, n)
+        return float(force), float(slope), -float(gain)
+
+    # --- equilibria at one voltage -----------------------------------------------------------------------------------
+
+    @cached_property
+    def grid(self) -> Array:
+        """Displacements over all that can be reached, close together between the planes of the films and at the
+        ends; 0 and the middle between the planes, where a double cone may be symmetric, are among them."""
+        height = float(self.n["second_flat_height"])
+        middle, width = 0.5 * height, max(0.5 * abs(height), 0.5)
+        low, high = (math.asinh((end - middle) / width) for end in (self.lowest, self.highest))
+        even = middle + width * np.sinh(np.linspace(low, high, GRID))
+        near = (self.highest - self.lowest) * np.geomspace(1e-9, 1e-2, 100)
+        ends = [self.lowest + near, self.highest - near, [0.0, middle, height, self.lowest, self.highest]]
+        x = np.unique(np.concatenate([even, *ends]))
+        return np.asarray(x[self.inside(x)])
+
+    def equilibria(self, squared: float) -> list[Equilibrium]:
+        """All equilibria at v^2, in the order of x. One at which the slope vanishes counts as unstable."""
+        force, slope = (np.broadcast_to(part(self.grid, squared), self.grid.shape) for part in (self.force, self.slope))
+        nodes, values = self.grid, force
+        turns = np.flatnonzero((slope[:-1] * slope[1:] < 0.0) & (force[:-1] * force[1:] >= 0.0))
+        if turns.size:
+            # an extremum may reach beyond 0 between two points of the grid
+            tops = np.array([root(lambda x: self.slope(x, squared), *self.grid[i : i + 2]) for i in turns])
+            order = np.argsort(nodes := np.concatenate([nodes, tops]))
+            nodes, values = nodes[order], np.concatenate([values, self.force(tops, squared)])[order]
+        found = list(nodes[values == 0.0])
+        for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
+            found.append(root(lambda x: self.force(x, squared), nodes[i], nodes[i + 1]))
+        slopes = [float(self.slope(x, squared)) for x in sorted(found)]
+        return [Equilibrium(float(x), k, k > ROUNDING) for x, k in zip(sorted(found), slopes, strict=True)]
+
+    # --- curves of equilibria ----------------------------------------------------------------------------------------
+
+    def curve(self, x: float, voltage: float, ahead: float, highest: float) -> Curve:
+        """The curve through an equilibrium, to that side where the voltage rises (``ahead`` 1) or falls (-1) first."""
+        tangent = self._tangent(x, voltage, (0.0, ahead))
+        xs, volts, step = [x], [voltage], 0.1 * LONGEST_STEP
+        while len(xs) < MOST_POINTS:
+            found = self._next(x, voltage, tangent, step)
+            if found is not None:
+                turned = self._tangent(*found, tangent)
+                bend = turned[0] * tangent[0] + turned[1] * tangent[1]
+            if found is None or bend < LEAST_COSINE:
+                step *= 0.5
+                if step < SHORTEST_STEP:
+                    return Curve(np.array(xs), np.array(volts), PullIn.FILM)
+                continue
+            bound = 0.0 if found[1] < 0.0 else highest if found[1] > highest else None
+            if bound is not None:
+                share = (bound - voltage) / (found[1] - voltage) if found[1] != voltage else 0.0
+                last = self._settle(x + share * (found[0] - x), bound)
+                return Curve(np.array([*xs, last]), np.array([*volts, bound]), None)
+            x, voltage, tangent = *found, turned
+            if not self.lowest < x < self.highest:
+                return Curve(np.array(xs), np.array(volts), PullIn.NEVER if self.wall else PullIn.SEARCH_RANGE)
+            xs.append(x)
+            volts.append(voltage)
+            size = LONGEST_STEP * (1.0 + voltage + abs(x))
+            step = min(1.5 * step, size)
+            if len(xs) > 10 and math.hypot(x - xs[0], voltage - volts[0]) < 0.5 * step:
+                break
+        return Curve(np.array(xs), np.array(volts), None)
+
+    def _tangent(self, x: float, voltage: float, like: tuple[float, float]) -> tuple[float, float]:
+        _, slope, gain = self._slopes(x, voltage)
+        size = math.hypot(slope, gain)
+        if not size > 0.0:
+            return like
+        along = (gain / size, -slope / size)
+        sign = math.copysign(1.0, along[0] * like[0] + along[1] * like[1])
+        return sign * along[0], sign * along[1]
+
+    def _next(self, x: float, voltage: float, tangent: tuple[float, float], step: float) -> tuple[float, float] | None:
+        """The point of the curve a step ahead, by Newton's method across the tangent; None where it finds none."""
+        ahead = (x + step * tangent[0], voltage + step * tangent[1])
+        at = ahead
+        for _ in range(8):
+            force, slope, gain = self._slopes(at[0], max(at[1], 0.0))
+            across = (at[0] - ahead[0]) * tangent[0] + (at[1] - ahead[1]) * tangent[1]
+            size = slope * tangent[1] - gain * tangent[0]
+            if not (math.isfinite(force) and size):
+                return None
+            change = (-(force * tangent[1] - gain * across) / size, -(slope * across - force * tangent[0]) / size)
+            at = (at[0] + change[0], at[1] + change[1])
+            if math.hypot(*change) < 1e-12 * (1.0 + abs(at[0]) + abs(at[1])):
+                return at if math.hypot(at[0] - ahead[0], at[1] - ahead[1]) < 0.5 * step else None
+            if at[1] < 0.0 and tangent[1] < 0.0:
+                return at
+        return None
+
+    def _settle(self, x: float, voltage: float) -> float:
+        """The equilibrium at a voltage near x, by Newton's method."""
+        for _ in range(30):
+            force, slope, _ = self._slopes(x, voltage)
+            if not slope:
+                break
+            x -= force / slope
+            if abs(force) < 1e-15 * abs(slope) * (1.0 + abs(x)):
+                break
+        return x
+
+    def _turn(self, x: Array, voltage: Array, i: int) -> tuple[float, float]:
+        """Where between two points of a curve the slope of the force vanishes."""
+
+        def at(share: float) -> tuple[float, float]:
+            place = float(x[i] + share * (x[i + 1] - x[i]))
+            level = float(voltage[i] + share * (voltage[i + 1] - voltage[i]))
+            if abs(x[i + 1] - x[i]) < abs(voltage[i + 1] - voltage[i]) * 1e-3:  # x is the same: a pitchfork
+                return place, level
+            for _ in range(30):
+                force, _, gain = self._slopes(place, level)
+                if not gain:
+                    break
+                level -= force / gain
+                if abs(force) < 1e-16 * abs(gain) * (1.0 + level):
+                    break
+            return place, level
+
+        def slope(share: float) -> float:
+            place, level = at(share)
+            return float(self.slope(place, level * level))
+
+        if not slope(0.0) * slope(1.0) < 0.0:
+            return float(x[i]), float(voltage[i])
+        return at(root(slope, 0.0, 1.0))
+
+    def _losses(self, x: Array, voltage: Array) -> list[tuple[int, float, float, PullIn]]:
+        """Where along a curve the slope changes its sign: after which point, where, and whether in a fold."""
+        signs = np.sign(np.broadcast_to(self.slope(x, voltage * voltage), x.shape))
+        found = []
+        for i in np.flatnonzero(signs[:-1] * signs[1:] < 0.0):
+            place, level = self._turn(x, voltage, int(i))
+            before = voltage[i] - voltage[i - 1] if i else voltage[i + 1] - voltage[i]
+            after = voltage[i + 2] - voltage[i + 1] if i + 2 < len(x) else voltage[i + 1] - voltage[i]
+            fold = before * after < 0.0
+            found.append((int(i), place, level, PullIn.FOLD if fold else PullIn.PITCHFORK))
+        return found
+
+    def curves(self, highest: float) -> list[tuple[Array, Array]]:
+        """Displacements and voltages of all curves up to a voltage, with folds and pitchforks among their points."""
+        return [self._with_losses(*curve) for curve in self._followed(highest)]
+
+    def _followed(self, highest: float) -> list[tuple[Array, Array]]:
+        known: list[tuple[Array, Array]] = []
+        for level in highest * SEEDS:
+            for e in self.equilibria(level * level):
+                if not any(_on(e.displacement, level, *curve) for curve in known):
+                    known.append(self._whole(e.displacement, float(level), highest))
+        return known
+
+    def _whole(self, x: float, voltage: float, highest: float) -> tuple[Array, Array]:
+        ahead, behind = (self.curve(x, voltage, side, highest) for side in (1.0, -1.0))
+        if voltage == 0.0:
+            return ahead.x, ahead.voltage
+        if voltage == highest:
+            return behind.x, behind.voltage
+        return (
+            np.concatenate([behind.x[:0:-1], ahead.x]),
+            np.concatenate([behind.voltage[:0:-1], ahead.voltage]),
+        )
+
+    def _with_losses(self, x: Array, voltage: Array) -> tuple[Array, Array]:
+        losses = self._losses(x, voltage)
+        at = [i + 1 for i, *_ in losses]
+        return np.insert(x, at, [row[1] for row in losses]), np.insert(voltage, at, [row[2] for row in losses])
+
+    def folds(self, highest: float = HIGHEST_FOLD) -> list[tuple[float, float]]:
+        """(voltage, displacement) of all folds up to a voltage, in that order."""
+        rows = [row for curve in self._followed(highest) for row in self._losses(*curve) if row[3] == PullIn.FOLD]
+        return sorted((level, place) for _, place, level, _ in rows)
+
+    def pitchfork(self) -> float:
+        """The v^2 at which the flat films lose their stability; NaN where they are unstable without voltage, or never
+        do."""
+        if not self.flat or not float(self.slope(0.0, 0.0)) > 0.0:
+            return math.nan
+        levels = np.concatenate([np.linspace(0.0, 4.0, 401), np.geomspace(4.0, HIGHEST_VOLTAGE, 101)[1:]])
+        slopes = np.array([float(self.slope(0.0, v * v)) for v in levels])
+        lost = np.flatnonzero(slopes < 0.0)
+        if not lost.size:
+            return math.nan
+        return root(lambda v: self.slope(0.0, v * v), levels[lost[0] - 1], levels[lost[0]]) ** 2
+
+    # --- a slow voltage ramp -----------------------------------------------------------------------------------------
+
+    def legs(self, rest: float, highest: float = HIGHEST_VOLTAGE) -> list[Leg]:
+        """The stable parts that a ramp from ``rest`` runs through."""
+        legs: list[Leg] = []
+        x, voltage = rest, 0.0
+        while not math.isnan(x) and len(legs) < MOST_LOSSES and voltage < highest:
+            path = self.curve(x, voltage, 1.0, highest)
+            losses = self._losses(path.x, path.voltage)
+            if not losses:
+                legs.append(Leg(path.x, path.voltage, PullIn.NEVER if path.end is None else path.end))
+                break
+            i, place, level, kind = losses[0]
+            legs.append(Leg(np.append(path.x[: i + 1], place), np.append(path.voltage[: i + 1], level), kind))
+            x, voltage = self._beyond(place, level)
+        return legs
+
+    def _beyond(self, x: float, voltage: float) -> tuple[float, float]:
+        """The stable equilibrium to which the force leads past a loss of stability; of two equally near the higher."""
+        level = voltage + BEYOND * (1.0 + voltage)
+        stable = [e.displacement for e in self.equilibria(level * level) if e.stable]
+        push = -float(self.force(x, level * level))
+        if abs(push) > ROUNDING:
+            stable = [place for place in stable if (place - x) * push > 0.0]
+        return min(stable, key=lambda place: (round(abs(place - x), 9), -place), default=math.nan), level
+
+    def first_loss(self, rest: float) -> tuple[float, PullIn, float, float]:
+        legs = self.legs(rest)
+        if not legs:
+            return math.nan, PullIn.NEVER, math.nan, math.nan
+        first = legs[0]
+        if first.end == PullIn.NEVER:
+            return math.inf, first.end, math.nan, math.nan
+        force = float(self.force(first.x[-1], (first.voltage[-1] * (1.0 + BEYOND)) ** 2))
+        beyond = legs[1].x[0] if len(legs) > 1 else math.copysign(math.inf, -force)
+        if first.end == PullIn.PITCHFORK:
+            beyond = first.x[-1]
+        return float(first.voltage[-1]), first.end, float(first.x[-1]), float(beyond)
+
+    def along_ramp(self, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
+        highest = math.sqrt(float(squared.max())) + 1e-9
+        legs = [] if math.isnan(rest) else self.legs(rest, highest)
+        place, losses = np.full(squared.shape, np.nan), np.zeros(squared.shape, dtype=np.int64)
+        for k, value in enumerate(squared):
+            level = math.sqrt(float(value))
+            lost = sum(leg.voltage[-1] < level and not same_squared(leg.voltage[-1] ** 2, float(value)) for leg in legs)
+            losses[k] = lost
+            if lost < len(legs):
+                leg = legs[lost]
+                guess = float(np.interp(level, leg.voltage, leg.x))
+                place[k] = rest if level == 0.0 else self._settle(guess, level)
+        return place, losses
+
+
+def _on(x: float, voltage: float, xs: Array, volts: Array) -> bool:
+    """Whether a point lies on a curve that was followed, within what its steps leave unknown."""
+    if not xs.size > 1:
+        return False
+    dx, dv = np.diff(xs), np.diff(volts)
+    size = np.maximum(dx * dx + dv * dv, 1e-300)
+    share = np.clip(((x - xs[:-1]) * dx + (voltage - volts[:-1]) * dv) / size, 0.0, 1.0)
+    away = np.hypot(x - xs[:-1] - share * dx, voltage - volts[:-1] - share * dv)
+    return bool((away < ON_CURVE + 0.02 * np.sqrt(size)).any())
+
+
+def pair_balance(system: Any, n: Any) -> PairBalance:
+    """One double cone, searched up to its stretch limits or `SEARCH_RANGE`."""
+    begin, end = system.film.reach(n)
+    low, high, nearest = system.second.reach(n)
+    lowest, highest = max(-end, low), min(end, high)
+    if math.isnan(begin) or math.isnan(nearest) or math.isnan(lowest) or not lowest < highest:
+        return PairBalance(system, n, math.nan, math.nan, False)
+    margin = WALL_DISTANCE * (1.0 + min(abs(lowest), abs(highest), SEARCH_RANGE))
+    wall = highest <= SEARCH_RANGE and lowest >= -SEARCH_RANGE
+    return PairBalance(system, n, max(lowest + margin, -SEARCH_RANGE), min(highest - margin, SEARCH_RANGE), wall)

@@ -1,0 +1,64 @@
+"""The static balance of each member of an ensemble, of single and double cones."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from gelcone.errors import InputError
+from gelcone.physics.balance import StaticBalance, rest_of, single_balance
+from gelcone.physics.members import Ensemble
+from gelcone.physics.pair import pair_balance
+
+
+def every_balance(model: Ensemble) -> list[StaticBalance]:
+    """All members of the ensemble, also those that reach nothing."""
+    members = model.members()
+    balance = single_balance if members.system.second is None else pair_balance
+    return [balance(members.system, members.numbers_at(member)) for member in range(members.size)]
+
+
+def balances_of(model: Ensemble) -> list[StaticBalance]:
+    """All members of the ensemble; `InputError` when none has a displacement inside its stretch limit."""
+    found = every_balance(model)
+    if not any(balance.reachable for balance in found):
+        raise InputError(model.system.unreachable(found[0].n))
+    return found
+
+
+def rest_displacement(model: Ensemble) -> float:
+    """The stable equilibrium of a single actuator without voltage that is nearest to where its bias is free, of two
+    equally near ones the higher; NaN when there is none. A double cone has no voltage on either film."""
+    (balance,) = balances_of(_switched_off(model))
+    return rest_of(balance, None)
+
+
+def rest_displacements(model: Ensemble) -> Any:
+    """`rest_displacement` of every member: a number, or an array (members,); NaN where there is none.
+
+    Members of equal films and bias, whatever their drive, are searched once.
+    """
+    members = _switched_off(model).members()
+    system = members.system
+    parts = (system.bias, system.film, *([] if system.second is None else [system.second]))
+    values = {name: value for part in parts for name, value in part.numbers(members.values).items()}
+    table = np.column_stack([np.broadcast_to(value, members.shape) for value in values.values()])
+    _, firsts, inverse = np.unique(table, axis=0, return_index=True, return_inverse=True)
+    found = [_rest(balance) for balance in every_balance(members.take(firsts))]
+    rests = np.array(found)[inverse.ravel()]
+    return rests.reshape(model.shape) if model.shape else float(rests[0])
+
+
+def _rest(balance: StaticBalance) -> float:
+    return rest_of(balance, None) if balance.reachable else math.nan
+
+
+def _switched_off(model: Ensemble) -> Ensemble:
+    """The ensemble whose second film has no voltage at rest."""
+    if model.system.second is None:
+        return model
+    members = model.members()
+    off = members.values.keys() & {"voltage_bias", "second_voltage"}
+    return members.replace(**dict.fromkeys(off, 0.0))
