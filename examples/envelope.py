@@ -8,7 +8,6 @@ import gelcone
 device = gelcone.find_device("biased-pump")
 safe = gelcone.envelope(
     device.to_model(),
-    field_limit=device.breakdown_field(),
     peaks=np.array([1000.0, 1800.0, 2600.0]) / device.scales.voltage,
     frequencies=np.array([8.0, 10.0]) / device.scales.frequency,
 )

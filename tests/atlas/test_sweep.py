@@ -117,8 +117,10 @@ def test_a_sweep_of_envelopes_and_of_responses():
     static = alone["static_limit_voltage"].sel(static_limit="hoop slack")
     assert float(ends["hoop_slack_voltage"][0, 1]) == pytest.approx(float(static), rel=1e-12)
     assert np.isnan(ends["driven_dielectric_breakdown_voltage"]).all()
-    weak = sweep(replace(plan, model=model.replace(voltage_bias=0.0), options={"field_limit": 0.3}), "operating_limits")
-    low = envelope(model.replace(voltage_bias=0.0, voltage=0.4), frequencies=[0.4, 0.8], margin=0.0, field_limit=0.3)
+    weak = sweep(replace(plan, model=model.replace(voltage_bias=0.0, dielectric_strength=0.3)), "operating_limits")
+    low = envelope(
+        model.replace(voltage_bias=0.0, voltage=0.4, dielectric_strength=0.3), frequencies=[0.4, 0.8], margin=0.0
+    )
     for k in range(2):
         breaks = float(low["limit_high"].sel(driven_limit="dielectric breakdown")[k])
         assert float(weak["driven_dielectric_breakdown_voltage"][k, 1]) == breaks < 0.3

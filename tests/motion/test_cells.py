@@ -176,12 +176,12 @@ def operating():
         meridional_prestretch=1.2,
         hoop_prestretch=1.5,
     )
-    return model, operating_limits(model, field_limit=1.2)
+    return model, operating_limits(model.replace(dielectric_strength=1.2))
 
 
 def test_operating_limits_are_those_of_the_envelope(operating):
     model, result = operating
-    plane = gelcone.envelope(model.take(0), field_limit=1.2, frequencies=[0.5, 0.9])
+    plane = gelcone.envelope(model.take(0).replace(dielectric_strength=1.2), frequencies=[0.5, 0.9])
     static = dict(zip(plane["static_limit"].values, plane["static_limit_voltage"].values, strict=True))
     assert float(result["pull_in_voltage"][0]) == static["pull-in"]
     assert float(result["hoop_slack_voltage"][0]) == static["hoop slack"]
@@ -195,13 +195,11 @@ def test_operating_limits_of_members_without_voltage_or_inside(operating):
     model, result = operating
     assert result["outcome"].values.tolist() == [Outcome.OK, Outcome.ERROR, Outcome.OUTSIDE]
     assert np.isnan(result["safe_peak_voltage"].values[1:]).all()
-    found = operating_limits_cells(model.members(), np.zeros((3, 2)), field_limit=1.2, threads=1)
+    found = operating_limits_cells(model.replace(dielectric_strength=1.2).members(), np.zeros((3, 2)), threads=1)
     for name, (_, values, _, _) in found.variables.items():
         np.testing.assert_array_equal(values, result[name].values, name)
 
 
-def test_operating_limits_need_a_voltage_and_a_positive_field_limit():
+def test_operating_limits_need_a_voltage():
     with pytest.raises(InputError, match="amplitude or a bias"):
         operating_limits(ConeModel(voltage=0.0))
-    with pytest.raises(InputError, match=r"field_limit = -1: must be positive"):
-        operating_limits(ConeModel(), field_limit=-1.0)

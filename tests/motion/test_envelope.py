@@ -24,7 +24,9 @@ FLAT = ConeModel(damping_ratio=0.1, voltage=1.2, spring_stiffness=0.5, hoop_pres
 
 @pytest.fixture(scope="module")
 def taut():
-    return envelope(TAUT, field_limit=1.2, peaks=np.linspace(0.2, 2.0, 8), frequencies=[0.02, 0.5], margin=0.25)
+    return envelope(
+        TAUT.replace(dielectric_strength=1.2), peaks=np.linspace(0.2, 2.0, 8), frequencies=[0.02, 0.5], margin=0.25
+    )
 
 
 @pytest.fixture(scope="module")
@@ -98,14 +100,14 @@ def test_a_motionless_film_is_a_capacitor_that_takes_no_power(flat):
 
 def test_at_the_edge_of_the_window_no_limit_is_met(taut):
     drive = DriveShape.of(TAUT)
-    plane = Plane(TAUT, drive, float(taut["rest_displacement"]), 1.2, None)
+    plane = Plane(TAUT.replace(dielectric_strength=1.2), drive, float(taut["rest_displacement"]), None)
     edge = plane.examine(taut["drive_frequency"].values, taut["recommended_peak"].values)
     for name in DRIVEN_LIMITS[:-1]:
         assert (edge[name] == 0.0).all(), name
 
 
 def test_default_frequencies_hold_the_first_resonances_and_the_models_own():
-    plane = Plane(TAUT, DriveShape.of(TAUT), 0.3, None, None)
+    plane = Plane(TAUT, DriveShape.of(TAUT), 0.3, None)
     natural = plane.natural_frequency()
     found = plane.default_frequencies(0.6)
     for wanted in (float(TAUT.drive_frequency), 0.5 * natural, natural, 2.0 * natural):
@@ -117,7 +119,7 @@ def test_default_frequencies_hold_the_first_resonances_and_the_models_own():
 def test_frequencies_are_added_where_the_lowest_limit_falls_steeply():
     omegas, volts = np.array([1.3, 1.7, 2.4]), np.array([0.6, 1.2])
     taut = FLAT.replace(damping_ratio=0.03, spring_stiffness=1.0, meridional_prestretch=1.5, hoop_prestretch=1.5)
-    plane = Plane(taut, DriveShape(1.0, 0.0), 0.0, None, None)
+    plane = Plane(taut, DriveShape(1.0, 0.0), 0.0, None)
     found = driven(plane, omegas, volts, refine=True, progress=lambda share: None)
     assert found["frequency"].size > omegas.size
     assert (np.diff(found["frequency"]) > 0.0).all()
@@ -154,17 +156,18 @@ def test_bad_input_is_refused(model, options, message):
 
 def test_under_a_sine_the_natural_frequency_is_that_of_its_root_mean_square():
     """A flat film, whose stiffness falls by the mean of v^2: half of the square of the amplitude."""
-    plane = Plane(FLAT, DriveShape(1.0, 0.0), 0.0, None, None)
+    plane = Plane(FLAT, DriveShape(1.0, 0.0), 0.0, None)
     at_rest = float(FLAT.stiffness(0.0))
     for peak in (0.0, 0.4, 0.6):
         assert plane.natural_frequency(peak) == pytest.approx(np.sqrt(at_rest - 0.5 * peak**2), rel=1e-12)
-    biased = Plane(FLAT, DriveShape(0.0, 1.0), 0.0, None, None)
+    biased = Plane(FLAT, DriveShape(0.0, 1.0), 0.0, None)
     assert biased.natural_frequency(0.4) == pytest.approx(np.sqrt(at_rest - 0.4**2), rel=1e-12)
 
 
 def test_a_motion_that_leaves_the_domain_meets_every_limit_of_the_film():
     free = ConeModel(law="neo-hookean", damping_ratio=0.1, voltage=8.0, meridional_prestretch=1.2, hoop_prestretch=1.5)
-    plane = Plane(free, DriveShape.of(free), 0.0, 1e12, None)
+    free = free.replace(dielectric_strength=1e12)
+    plane = Plane(free, DriveShape.of(free), 0.0, None)
     found = plane.examine(np.array([1.0, 1.0]), np.array([0.1, 8.0]))
     assert found["outcome"].tolist()[0] == 0.0
     assert found["outcome"].tolist()[1] != 0.0
@@ -184,7 +187,8 @@ def test_a_motion_that_could_not_be_followed_meets_every_limit(monkeypatch):
         return evidence
 
     monkeypatch.setattr(driven_module, "classify", out_of_steps)
-    found = Plane(TAUT, DriveShape.of(TAUT), 0.3, 1e6, None).examine(np.array([1.0, 1.0]), np.array([0.1, 0.1]))
+    strong = TAUT.replace(dielectric_strength=1e6)
+    found = Plane(strong, DriveShape.of(strong), 0.3, None).examine(np.array([1.0, 1.0]), np.array([0.1, 0.1]))
     for name in ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit"):
         assert found[name].tolist() == [0.0, 1.0], name
     assert np.isnan(found["power"]).tolist() == [False, True]

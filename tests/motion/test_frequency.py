@@ -152,7 +152,7 @@ def test_a_swing_is_read_between_its_samples():
 
 def test_a_failed_member_stays_nan_and_leaves_the_others_alone():
     model = LINEAR.replace(voltage_bias=0.0, hoop_prestretch=1.0, stretch_limit=np.array([0.3, 50.0]))
-    found = settled_swing(model, np.tile([1.0, 0.0], (2, 1)))
+    found = settled_swing(model.members(), np.tile([1.0, 0.0], (2, 1)))
     assert list(found.outcome) == [Outcome.OUTSIDE, Outcome.OK]
     assert np.isnan(found.amplitude[0])
     assert np.isfinite(found.amplitude[1])

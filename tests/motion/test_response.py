@@ -12,6 +12,7 @@ import gelcone
 from gelcone import ConeModel, InputError, Outcome, dataset, simulate
 from gelcone.motion import response
 from gelcone.motion.flow import integrate
+from gelcone.motion.validity import SHARES
 
 BALANCE = ("supplied_energy", "dissipated_energy", "kinetic_energy", "film_energy", "spring_energy", "field_energy")
 FULL = {
@@ -186,9 +187,9 @@ def test_a_flat_film_without_prestretch_is_slack_at_any_voltage_and_never_withou
 
 def test_the_field_exceeds_the_dielectric_strength_for_the_share_that_arcsine_says():
     model = ConeModel(voltage=1.0, drive_frequency=1.0)
-    result = simulate(model, (0.0, 0.0), periods=10, field_limit=0.5)
+    result = simulate(model.replace(dielectric_strength=0.5), (0.0, 0.0), periods=10)
     assert float(result.validity_breakdown) == pytest.approx(2.0 / 3.0, abs=0.01)
-    assert float(simulate(model, (0.0, 0.0), field_limit=1.001).validity_breakdown) == 0.0
+    assert float(simulate(model.replace(dielectric_strength=1.001), (0.0, 0.0)).validity_breakdown) == 0.0
 
 
 def test_without_a_dielectric_strength_the_breakdown_is_unknown():
@@ -205,30 +206,32 @@ def test_a_film_held_within_one_percent_of_its_limit_is_near_it():
 
 def test_flags_say_when_the_model_fails_and_shares_how_often():
     model = ConeModel(**FULL | {"voltage": [0.7, 1.2], "stretch_limit": 2.6})
-    result = simulate(model, (0.6, 0.2), field_limit=0.8)
+    result = simulate(model.replace(dielectric_strength=0.8), (0.6, 0.2))
     np.testing.assert_array_equal(result.hoop_slack, result.hoop_stress < 0.0)
     np.testing.assert_array_equal(result.meridional_slack, result.meridional_stress < 0.0)
     np.testing.assert_array_equal(result.breakdown, result.true_field > 0.8)
     np.testing.assert_array_equal(result.near_limit, model.strain(result.displacement) >= 0.99 * 2.6)
-    for name in response._ASSUMPTIONS:
+    for name in SHARES:
         np.testing.assert_allclose(result[f"validity_{name}"], result[name].mean("time"), rtol=1e-14)
     assert "breakdown" not in simulate(model, (0.6, 0.2), periods=1)
 
 
 def test_shares_do_not_depend_on_which_times_are_kept():
     model = ConeModel(**FULL)
-    few = simulate(model, (0.6, 0.2), times=[40.0], field_limit=0.8)
-    uneven = simulate(model, (0.6, 0.2), times=np.concatenate([np.linspace(0.0, 0.1, 999), [40.0]]), field_limit=0.8)
-    for name in response._ASSUMPTIONS:
+    few = simulate(model.replace(dielectric_strength=0.8), (0.6, 0.2), times=[40.0])
+    uneven = simulate(
+        model.replace(dielectric_strength=0.8), (0.6, 0.2), times=np.concatenate([np.linspace(0.0, 0.1, 999), [40.0]])
+    )
+    for name in SHARES:
         assert float(few[f"validity_{name}"]) == float(uneven[f"validity_{name}"])
     assert 0.0 < float(few.validity_breakdown) < 1.0
 
 
 def test_a_member_that_never_runs_has_no_shares_and_the_others_have_theirs():
     model = ConeModel(stretch_limit=[0.4, 50.0])
-    result = simulate(model, periods=2, field_limit=1.0)
+    result = simulate(model.replace(dielectric_strength=1.0), periods=2)
     assert result.outcome.values.tolist() == [Outcome.OUTSIDE, Outcome.OK]
-    alone = simulate(model.take([1]), periods=2, field_limit=1.0)
+    alone = simulate(model.take([1]).replace(dielectric_strength=1.0), periods=2)
     for name, variable in result.data_vars.items():
         if "member" in variable.dims and variable.dtype == float and name != "initial":
             # the drive goes on whether the film does or not
@@ -244,7 +247,7 @@ def test_every_variable_says_what_it_is():
     result = simulate(ConeModel(voltage=[0.1, 0.2]), periods=1)
     for name, variable in result.variables.items():
         assert {"long_name", "units"} <= variable.attrs.keys(), name
-    assert json.loads(result.attrs["options"]) == {"periods": 1, "tolerance": 1e-15, "field_limit": None}
+    assert json.loads(result.attrs["options"]) == {"periods": 1, "tolerance": 1e-15}
     assert result.attrs["gelcone_version"] == gelcone.__version__
     flags = dict(
         zip(result.outcome.attrs["flag_meanings"].split(), result.outcome.attrs["flag_values"].tolist(), strict=True)
@@ -320,7 +323,7 @@ MODELS = {
 @pytest.mark.parametrize("name", MODELS)
 def test_the_model_comes_back_from_its_result_and_from_the_file(name, tmp_path):
     model = MODELS[name]
-    result = simulate(model, periods=1, field_limit=0.9)
+    result = simulate(model.replace(dielectric_strength=0.9), periods=1)
     path = tmp_path / "response.nc"
     gelcone.save(result, path)
     read = gelcone.load(path)
@@ -336,7 +339,7 @@ def test_the_model_comes_back_from_its_result_and_from_the_file(name, tmp_path):
             if not isinstance(value, str):
                 back = np.broadcast_to(again.parameters()[parameter], model.shape)
                 np.testing.assert_array_equal(back, np.broadcast_to(value, model.shape))
-    xr.testing.assert_identical(simulate(dataset.model_of(read), periods=1, field_limit=0.9), result)
+    xr.testing.assert_identical(simulate(dataset.model_of(read), periods=1), result)
 
 
 # --- over the parameter ranges ----------------------------------------------------------------------------------------
@@ -354,7 +357,7 @@ def test_everywhere_the_balance_closes_and_no_member_ends_beyond_its_limit(membe
     assert (model.strain(x) < model.strain_limit()).all()
     energies = np.array([np.abs(result[name]).max() for name in BALANCE])
     assert float(abs(result.energy_residual).max()) <= 1e-9 * (1.0 + energies.max())
-    for name in response._ASSUMPTIONS:
+    for name in SHARES:
         assert np.isnan(float(result[f"validity_{name}"])) == (name == "breakdown")
 
 
@@ -400,8 +403,6 @@ def test_everywhere_a_mirrored_cone_mirrors_its_motion(member):
         ({"times": [1.0, 1.0]}, "times: 1 comes after 1; they must increase, sort them"),
         ({"times": [0.0]}, "times = 0: the run has no length; give at least one later time"),
         ({"times": "soon"}, "times = 'soon': must be numbers"),
-        ({"field_limit": 0.0}, "field_limit = 0: must be positive; leave it out when it is unknown"),
-        ({"field_limit": np.nan}, "field_limit = nan: must be positive; leave it out when it is unknown"),
         ({"tolerance": 0.0}, "tolerance = 0.0: must be between 0 and 1"),
         ({"initial": (1.0,)}, "initial = (1.0,): must be a displacement and a velocity, shape (2,) or shape (2, 2)"),
         ({"initial": "up"}, "initial = 'up': must be a displacement and a velocity, shape (2,) or shape (2, 2)"),

@@ -27,7 +27,7 @@ RESPONSES = {
 
 
 def of_device(device):
-    response = simulate(device.to_model(), device.initial_state(), periods=3, field_limit=device.breakdown_field())
+    response = simulate(device.to_model(), device.initial_state(), periods=3)
     return gelcone.to_si(response, device)
 
 

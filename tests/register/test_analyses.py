@@ -16,12 +16,11 @@ from gelcone.physics.model import ConeModel
 from gelcone.register.analyses import ANALYSES, SWEEPABLE, find_analysis
 from gelcone.register.analysis import NOT_OPTIONS, default_of, explanations, first_sentence
 
-MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.6, voltage=0.6)
+MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.6, voltage=0.6, dielectric_strength=0.8)
 VOLTAGES = [0.4, 1.0, 1.4]
 SHORT = {
     "lyapunov": {"window": 30.0, "transient": 60.0, "budget": 100.0},
     "regime": {"transient": 60.0, "budget": 100.0, "rounds": 2},
-    "operating_limits": {"field_limit": 0.8},
 }
 
 

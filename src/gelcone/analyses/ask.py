@@ -33,18 +33,11 @@ def answers_of(analysis: Analysis) -> Answers:
 def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
     """Keyword arguments of the public function, besides the model, for a subject and the values typed.
 
-    The dielectric strength is the device's unless one is given. Raises `InputError` for values that cannot be used.
+    Raises `InputError` for values that cannot be used.
     """
     if analysis.single:
         subject.alone(analysis.command)
     arguments: dict[str, Any] = load(analysis.reader)(subject, given) if analysis.reader else dict(given)
     if "initial" in analysis.signature.parameters:
         arguments["initial"] = subject.initial
-    return with_breakdown(analysis, subject, arguments)
-
-
-def with_breakdown(analysis: Analysis, subject: Subject, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Options with the dielectric strength of the device, where the analysis takes one and none is given."""
-    if "field_limit" not in analysis.options or subject.device is None:
-        return dict(options)
-    return {"field_limit": subject.device.breakdown_field(), **options}
+    return arguments

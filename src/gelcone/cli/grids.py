@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 
 from gelcone.analyses.answer import check_folder
-from gelcone.analyses.ask import answers_of, with_breakdown
+from gelcone.analyses.ask import answers_of
 from gelcone.analyses.subject import Subject, read_uncertain
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import show, stored_device, stored_sweep
@@ -185,8 +185,7 @@ def run_sweep(
         found = find_analysis(analysis.replace("-", "_"))
         spread = read_uncertain(uncertain)
         draws = draw(spread, count, method=method, seed=seed) if spread else {}
-        options = with_breakdown(found, subject, _given(typed))
-        plan = Plan(subject.model, subject.over(over), subject.initial, draws, options)
+        plan = Plan(subject.model, subject.over(over), subject.initial, draws, _given(typed))
         wanted = Sweep(subject, plan, found.name, None, keep)
     run(SWEEP, wanted, kept, resume is not None, workers, output)
 

@@ -389,6 +389,7 @@ class Device(Record):
             voltage_bias=self.voltage_offset / s.voltage,
             drive_frequency=self.frequency / s.frequency,
             rest_height=self.initial_height / s.length,
+            dielectric_strength=self.breakdown_field(),
             prestretch=self.prestretch,
             prestretch_mode=self.prestretch_mode,
             meridional_prestretch=self.meridional_prestretch,

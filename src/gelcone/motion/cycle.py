@@ -9,7 +9,7 @@ Balachandran, Applied Nonlinear Dynamics (1995), chapters 3 and 7.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
 from gelcone.motion.settle import LONG_STRETCH, STRETCH, Clock, clocks
 from gelcone.motion.tangents import CERTAIN, FLOOR, chained, log_multipliers, qr_growth, solved, unit_frames
+from gelcone.motion.validity import spread_over
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -53,14 +54,25 @@ reflected map over one period has the cycles of two periods that are their own m
 ends are of these kinds."""
 
 
-def follow(members: Members, states: Array, **flow_options: Any) -> tuple[Array, npt.NDArray[np.int8]]:
-    """Paths over `RETURNS` forcing periods from ``states`` at phase 0, (members, periods, phases, N), and the outcomes.
+class Followed(NamedTuple):
+    """Motions over `RETURNS` forcing periods: the ``path`` (members, periods, phases, N), the last phase of each period
+    being its end; the ``outcome``; and samples spread evenly over all phases, ``times`` (members, samples) and
+    ``states`` (members, samples, N), see `gelcone.motion.validity`."""
 
-    The last phase of each period is its end.
-    """
-    times = members.forcing_period[:, None] * (np.arange(1, RETURNS * PHASES + 1) / PHASES)
-    flow = integrate(members, states, times, **flow_options)
-    return flow.states.reshape(len(states), RETURNS, PHASES, -1), flow.outcome
+    path: Array
+    outcome: npt.NDArray[np.int8]
+    times: Array
+    states: Array
+
+
+def follow(members: Members, states: Array, **flow_options: Any) -> Followed:
+    """Motions over `RETURNS` forcing periods from ``states`` at phase 0."""
+    at_phases, spread = np.arange(1, RETURNS * PHASES + 1) / PHASES, spread_over(RETURNS)
+    ticks = np.sort(np.concatenate([at_phases, spread]))
+    flow = integrate(members, states, members.forcing_period[:, None] * ticks, **flow_options)
+    path = flow.states[:, np.searchsorted(ticks, at_phases)].reshape(len(states), RETURNS, PHASES, -1)
+    between = np.searchsorted(ticks, spread)
+    return Followed(path, flow.outcome, flow.times[:, between], flow.states[:, between])
 
 
 def periods_of(points: Array, tolerance: npt.ArrayLike = RETURN_TOLERANCE) -> tuple[npt.NDArray[np.int64], Array]:
@@ -113,7 +125,7 @@ class Cycles:
 
 def cycles_reached(members: Members, states: Array, **flow_options: Any) -> Cycles:
     """The cycles near motions that are at ``states``, at phase 0, and return from there."""
-    path, _ = follow(members, states, **flow_options)
+    path = follow(members, states, **flow_options).path
     period, _ = periods_of(path.reshape(len(path), RETURNS, -1), NEAR_RETURN)
     return find_cycles(members, path[:, -1, -1], period, **flow_options)
 

@@ -66,7 +66,6 @@ class Plane:
     model: ConeModel
     shape: DriveShape
     rest: float
-    field_limit: float | None
     threads: int | None
 
     def at(self, omegas: Array, peaks: Array) -> ConeModel:
@@ -105,7 +104,7 @@ class Plane:
         evidence = classify(model.members(), start, threads=self.threads)
         ran = evidence.outcome == Outcome.OK
         after = np.where(ran[:, None], evidence.final, start)
-        run = simulate(model, after, periods=PERIODS, field_limit=self.field_limit, threads=self.threads)
+        run = simulate(model, after, periods=PERIODS, threads=self.threads)
         shares = {name: run[f"validity_{name}"].values for name in _SLACK_AND_LIMIT.values()}
         breakdown = run["validity_breakdown"].values
         with np.errstate(over="ignore"):  # of a motion that leaves the domain

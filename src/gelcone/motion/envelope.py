@@ -18,8 +18,8 @@ from gelcone.errors import InputError
 from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven, is_flat, peak_of
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage, stroke_and_blocked_force
 from gelcone.motion.natural import natural_frequency
-from gelcone.motion.response import NEAR_LIMIT
 from gelcone.motion.settle import inside, single, start_states
+from gelcone.motion.validity import NEAR_LIMIT
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
@@ -37,7 +37,6 @@ STATIC_POINTS = 400
 def envelope(
     model: ConeModel,
     *,
-    field_limit: float | None = None,
     peaks: npt.ArrayLike | None = None,
     frequencies: npt.ArrayLike | None = None,
     margin: float = 0.2,
@@ -48,9 +47,8 @@ def envelope(
 
     Parameters
     ----------
-    model : a single model; its drive gives the proportion of amplitude to bias, and its own point of operation.
-    field_limit : dielectric strength over sqrt(mu/eps). Default unknown; breakdown is then NaN, and the window does not
-        account for it.
+    model : a single model; its drive gives the proportion of amplitude to bias, and its own point of operation. Without
+        a ``dielectric_strength`` breakdown is NaN, and the window does not account for it.
     peaks : increasing peak voltages of the driven plane; default 24 up to twice the model's own peak.
     frequencies : increasing drive frequencies; default some 30 from a tenth to three times the natural frequency at
         rest, the first resonances and the model's own among them, and more where the lowest limit changes steeply.
@@ -89,12 +87,12 @@ def envelope(
         raise InputError(f"margin = {margin:g}: must be at least 0 and below 1")
     shape, own_peak = DriveShape.of(model), peak_of(model)
     rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
-    plane = Plane(model, shape, rest, field_limit, threads)
+    plane = Plane(model, shape, rest, threads)
     volts = own_peak * np.linspace(*PEAKS) if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
     omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
     found = driven(plane, omegas, volts, refine=refine, progress=progress or (lambda share: None))
-    static, static_limits = _static(model, field_limit, max(float(volts[-1]), 2.0 * own_peak))
+    static, static_limits = _static(model, max(float(volts[-1]), 2.0 * own_peak))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
     low = np.where(np.isnan(found["low"]), np.inf, found["low"])
     lowest = low.min(axis=1)
@@ -137,7 +135,7 @@ def envelope(
             "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
             "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
         },
-        options={"field_limit": field_limit, "margin": margin},
+        options={"margin": margin},
         title="operating envelope",
     )
 
@@ -145,7 +143,6 @@ def envelope(
 def operating_limits(
     model: ConeModel,
     *,
-    field_limit: float | None = None,
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -155,8 +152,8 @@ def operating_limits(
 
     Parameters
     ----------
-    model : one actuator or an ensemble; its drive gives the proportion of amplitude to bias.
-    field_limit : dielectric strength over sqrt(mu/eps). Default unknown; breakdown is then NaN and not accounted for.
+    model : one actuator or an ensemble; its drive gives the proportion of amplitude to bias. Without a
+        ``dielectric_strength`` breakdown is NaN and not accounted for.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -169,37 +166,32 @@ def operating_limits(
 
     Raises
     ------
-    InputError : for a field limit that is not positive, when no member has a voltage, or when the flat film lies beyond
-        its stretch limit in all members.
+    InputError : when no member has a voltage, or when the flat film lies beyond its stretch limit in all members.
     """
     start_states(model, (0.0, 0.0))
     members = model.members()
-    options: dict[str, Any] = {"field_limit": field_limit}
     states = members.start_states((0.0, 0.0))
-    found = operating_limits_cells(members, states, **options, threads=threads, progress=progress)
+    found = operating_limits_cells(members, states, threads=threads, progress=progress)
     if (found.outcome == Outcome.ERROR).all():
         DriveShape.of(single(members, 0))
-    return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="operating limits")
+    return dataset.label(model, found.variables, outcome=found.outcome, options={}, title="operating limits")
 
 
 def operating_limits_cells(
     members: Members,
     states: Array,
     *,
-    field_limit: float | None = None,
     threads: int | None = None,
     progress: Progress = None,
 ) -> Findings:
     """What `operating_limits` finds of every member of a flattened ensemble, whose ``states`` play no part; options as
     there."""
-    if field_limit is not None and not field_limit > 0.0:
-        raise InputError(f"field_limit = {field_limit:g}: must be positive; leave it out where it is unknown")
     found = {name: np.full(members.size, np.nan) for name in _LIMITS}
     outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
     for row in range(members.size):
         if inside(members, 0.0)[row]:
             try:
-                values = _limits_of(single(members, row), field_limit, threads)
+                values = _limits_of(single(members, row), threads)
                 outcome[row] = Outcome.OK
             except InputError:
                 values, outcome[row] = {}, Outcome.ERROR
@@ -223,15 +215,15 @@ _LIMITS = (
 )
 
 
-def _limits_of(model: ConeModel, field_limit: float | None, threads: int | None) -> dict[str, float]:
+def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
     """The limits of a single model by the names in `_LIMITS`; `InputError` for a drive without voltage."""
     own_peak = peak_of(model)
     rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
-    plane = Plane(model, DriveShape.of(model), rest, field_limit, threads)
+    plane = Plane(model, DriveShape.of(model), rest, threads)
     volts = own_peak * np.linspace(*PEAKS)
     found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=lambda share: None)
     low, high = found["low"][0], found["high"][0]
-    static = _static(model, field_limit, float(volts[-1]))[1]
+    static = _static(model, float(volts[-1]))[1]
     with np.errstate(invalid="ignore"):
         error = np.fmax.reduce(np.where(np.isfinite(high), high - low, 0.0))
     safe = min(np.fmin.reduce(low), np.fmin.reduce(static), volts[-1])
@@ -277,7 +269,7 @@ def _axis(name: str, values: npt.ArrayLike) -> Array:
 # --- quasi-static ---------------------------------------------------------------------------------------------------
 
 
-def _static(model: ConeModel, field_limit: float | None, highest: float) -> tuple[dict[str, Array], Array]:
+def _static(model: ConeModel, highest: float) -> tuple[dict[str, Array], Array]:
     """Curves over the constant peak voltage, and the voltage of each of `STATIC_LIMITS`."""
     levels = np.linspace(0.0, highest, STATIC_POINTS + 1)
     ramp = stroke_and_blocked_force(model, levels)
@@ -294,7 +286,7 @@ def _static(model: ConeModel, field_limit: float | None, highest: float) -> tupl
         "static_meridional_stress": state.meridional_stress,
     }
     limits: list[Any] = [
-        np.nan if field_limit is None else _first(levels, state.true_field - field_limit),
+        np.nan if model.dielectric_strength is None else _first(levels, state.true_field - model.dielectric_strength),
         _first(levels, -state.hoop_stress),
         _first(levels, -state.meridional_stress),
         _first(levels, state.limit_share - NEAR_LIMIT),

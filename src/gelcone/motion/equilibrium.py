@@ -16,6 +16,7 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
+from gelcone.motion.validity import ASSUMPTIONS, broken
 from gelcone.physics.balance import (
     ROUNDING,
     SEARCH_RANGE,
@@ -27,7 +28,7 @@ from gelcone.physics.balance import (
     same_squared,
 )
 from gelcone.physics.drive import VOLTAGE
-from gelcone.physics.members import Ensemble
+from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.pair import PairBalance
 from gelcone.physics.statics import balances_of, every_balance
 from gelcone.quantity import Array
@@ -57,8 +58,10 @@ def static(
     stretch limit. ``slope`` is that of the force at ``equilibrium_displacement``, which is ``stable`` where the energy
     has a minimum. ``branch_*`` trace the equilibria over the voltage, pieces parted by NaN, with the folds among the
     points. Pitchfork, folds and pull-in are those of `pitchfork_voltage`, `fold_voltages` and `pull_in_voltage`,
-    ``stroke`` and ``blocked_force`` on a slow voltage ramp those of `stroke_and_blocked_force`. The ``outcome`` of a
-    member is ``outside`` where its pre-stretch exceeds the stretch limit at every displacement.
+    ``stroke`` and ``blocked_force`` on a slow voltage ramp those of `stroke_and_blocked_force`. ``validity_*`` are 1
+    at an equilibrium where an assumption of the model fails (`gelcone.motion.validity.ASSUMPTIONS`), 0 elsewhere, NaN
+    where it is unknown; one has pulled in that lies beyond the fold in which a slow ramp loses stability. The
+    ``outcome`` of a member is ``outside`` where its pre-stretch exceeds the stretch limit at every displacement.
 
     Raises
     ------
@@ -99,8 +102,30 @@ def static(
     )
     delivered = stroke_and_blocked_force(model, levels)
     result = result.assign({name: delivered[name] for name in ("stroke", "blocked_force")})
+    result = _with_validity(result, model.members(), levels, place)
     options = json.loads(result.attrs["options"]) | {"voltages": None if voltages is None else levels.tolist()}
     return _with_flags(result.assign_attrs(options=json.dumps(options)))
+
+
+def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: Array) -> xr.Dataset:
+    """Which assumptions fail at the equilibria (members, voltages, equilibria)."""
+    held = np.broadcast_to(levels[:, None], place.shape)
+    flat = (members.size, -1)
+    voltages = [held.reshape(flat)]
+    if members.system.second is not None:
+        voltages.append(np.sqrt(members.system.second_squared(voltages[0] ** 2, members.numbers(trailing=1))))
+    fails = dict(broken(members, place.reshape(flat), voltages))
+    lost, before, kind = (
+        result[name].values.reshape(-1, 1, 1) for name in ("pull_in_voltage", "pull_in_from", "pull_in_kind")
+    )
+    snaps = (kind != PullIn.PITCHFORK) & (held > lost) & (np.abs(place) > np.abs(before))
+    fails["pulled_in"] = snaps.reshape(flat)
+    for name, meaning in ASSUMPTIONS.items():
+        found = fails[name].reshape(place.shape) if name in fails else np.full(place.shape, np.nan)
+        values = np.where(np.isnan(place), np.nan, found).reshape(result["slope"].shape)
+        attrs = {"long_name": f"1 at an equilibrium with {meaning}", "units": "1", "quantity": "share"}
+        result[f"validity_{name}"] = (result["slope"].dims, values, attrs)
+    return result
 
 
 def pitchfork_voltage(model: Ensemble) -> Array:

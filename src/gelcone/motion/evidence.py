@@ -12,6 +12,7 @@ from gelcone import dataset
 from gelcone.codes import Regime
 from gelcone.dataset import Findings, Variable
 from gelcone.motion.cycle import RETURNS
+from gelcone.motion.validity import unknown, validity_variables
 from gelcone.physics.members import Ensemble
 from gelcone.quantity import Array
 
@@ -28,8 +29,9 @@ class Evidence:
     ``averaged_time`` behind them and the ``sign`` of the largest (0: uncertain), ``zero_one`` with the sample
     ``test_phase`` of a forcing period at which it is taken, ``coexisting`` (an attracting cycle or rest was found from
     within chaos), ``under_way`` (the motion still leaves an unstable cycle, or has returned at last), ``lowest`` and
-    ``highest`` displacement, ``section`` (members, points, N), ``settled_time``, ``outcome``, ``final`` states
-    (members, N), and ``doubtful`` (the evidence does not agree).
+    ``highest`` displacement, ``section`` (members, points, N), ``settled_time``, ``validity`` (members, 5), see
+    `gelcone.motion.validity.validity`, ``outcome``, ``final`` states (members, N), and ``doubtful`` (the evidence does
+    not agree).
     """
 
     regime: npt.NDArray[np.int8]
@@ -49,6 +51,7 @@ class Evidence:
     highest: Array
     section: Array
     settled_time: Array
+    validity: Array
     outcome: npt.NDArray[np.int8]
     final: Array
     doubtful: npt.NDArray[np.bool_]
@@ -78,6 +81,7 @@ class Evidence:
             highest=nan(),
             section=nan(RETURNS, states),
             settled_time=np.zeros(count),
+            validity=unknown(count),
             outcome=np.zeros(count, dtype=np.int8),
             final=nan(states),
             doubtful=np.zeros(count, dtype=bool),
@@ -122,6 +126,7 @@ class Evidence:
             "highest": ((), self.highest, "highest displacement", "length"),
             "section": (("point", "state"), self.section, "states once every forcing period", "state"),
             "settled_time": ((), self.settled_time, "time before the motion was examined", "time"),
+            **validity_variables(self.validity, self.outcome),
         }
 
 

@@ -21,6 +21,7 @@ from gelcone.motion.natural import natural_frequency
 from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.settle import nudge, start_states
 from gelcone.motion.settled import HARMONICS, Swing, settled_swing
+from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
@@ -76,7 +77,7 @@ def frequency(
 
     * ``lowest``, ``highest``, ``stroke`` (between them) and ``amplitude`` (half of that) of the displacement;
       ``period`` in forcing periods: 1 where the motion follows the drive, more for subharmonics, 0 where none up to 16
-      was found (chaos, or not settled); ``outcome``;
+      was found (chaos, or not settled); ``outcome``; and ``validity_*`` as in `regime`;
     * over ``harmonic``, multiples of the drive frequency: ``harmonic_amplitude`` and ``harmonic_phase`` in degrees
       ahead of sin(harmonic omega t), where the voltage is sin(omega t);
     * over ``branch``, its highest peak: ``peak_frequency`` between ``peak_low`` and ``peak_high``, ``peak_amplitude``
@@ -307,6 +308,7 @@ def _label(
             "length",
         ),
     }
+    variables |= validity_variables(swept.validity, swept.outcome, each)
     over = grid[0] if shared else grid
     coords: dict[str, dataset.Variable] = {
         "drive_frequency" if shared else "swept_frequency": ((step,), over, "drive frequency", "frequency"),

@@ -47,6 +47,7 @@ from gelcone.motion.settle import (
     transient_of,
 )
 from gelcone.motion.tangents import CERTAIN, FLOOR
+from gelcone.motion.validity import validity
 from gelcone.motion.zero_one import zero_one
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -159,7 +160,8 @@ def _settle(
 
 def _examine_returns(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
     """Follows `RETURNS` forcing periods: section points, amplitude, returns, rest."""
-    path, evidence.outcome[rows] = follow(members, evidence.final[rows], **options)
+    path, evidence.outcome[rows], times, states = follow(members, evidence.final[rows], **options)
+    evidence.validity[rows] = validity(members, times, states)
     evidence.cycle_distance[rows] = np.nan
     x, u = path[..., 0], path[..., 1]
     evidence.lowest[rows], evidence.highest[rows] = x.min(axis=(1, 2)), x.max(axis=(1, 2))

@@ -15,6 +15,8 @@ from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.settle import start_states
+from gelcone.motion.validity import ASSUMPTIONS, Fails, broken, shares, validity_variables
+from gelcone.physics.film.film import FilmState
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
@@ -26,7 +28,6 @@ if TYPE_CHECKING:
 SAMPLES_PER_PERIOD = 100
 SAMPLES_PER_OSCILLATION = 20
 MOST_SAMPLES = 20_000
-NEAR_LIMIT = 0.99
 
 
 def simulate(
@@ -35,7 +36,6 @@ def simulate(
     *,
     periods: float = 20.0,
     times: npt.ArrayLike | None = None,
-    field_limit: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,
@@ -49,7 +49,6 @@ def simulate(
     periods : length of the run in periods 2 pi/omega of the voltage, when ``times`` is not given. Default 20.
     times : dimensionless sample times, increasing from 0 or later; default even ones, at least 100 a drive period and
         20 an oscillation at the fastest rate (at most 20,000 in all).
-    field_limit : dielectric strength over sqrt(mu/eps), for the validity. Default unknown.
     tolerance : relative error of one step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -59,10 +58,12 @@ def simulate(
     Dataset over the ensemble's dims and ``time`` (``sample`` where the members' drive frequencies differ).
     Energies and powers are per mu Vol; the field energy v^2 q/2 belongs to what is stored, and ``supplied_energy`` is
     the work of the voltage source, the integral of v d(v q), whose ``current`` is d(v q)/dtau. ``hoop_slack``,
-    ``meridional_slack`` (a true stress is negative), ``breakdown`` (the true field exceeds ``field_limit``) and
-    ``near_limit`` (the strain is within 1 % of the stretch limit) flag where the model stops being true.
+    ``meridional_slack`` (a true stress is negative), ``breakdown`` (the true field exceeds the model's
+    ``dielectric_strength``) and ``near_limit`` (the strain is within 1 % of the stretch limit) flag where the model
+    stops being true.
     ``validity_*`` are the shares of the run's time during which they do, taken on an even grid of times whichever
-    samples are kept; NaN for the breakdown when it is unknown.
+    samples are kept; NaN for the breakdown when the strength is unknown. ``validity_pulled_in`` is 1 of a run that
+    ended so.
     In a double cone energies, powers and what fails are those of both films together; the second film's own voltage,
     current, stretches, stresses and field have ``second_`` before their names.
     With a continuum film stretches, stresses and field are those beside the disc, but for the hoop stress, which is the
@@ -74,8 +75,6 @@ def simulate(
         of which no member lies inside its stretch limit.
     """
     _check_positive("periods", periods, "a positive number of drive periods")
-    if field_limit is not None:
-        _check_positive("field_limit", field_limit, "positive; leave it out when it is unknown")
     states0 = start_states(model, initial)
     if times is None:
         sampled = _even_times(model, periods * model.drive_period)
@@ -91,12 +90,12 @@ def simulate(
     members = model.members()
     with np.errstate(over="ignore", invalid="ignore"):
         variables = _variables(members, run)
-        broken = _broken_assumptions(members, variables, field_limit)
-    shares = {name: _share(fails[:, checked], variables["displacement"][:, checked]) for name, fails in broken.items()}
-    shares.setdefault("breakdown", np.full(model.size, np.nan))
-    for name in ("hoop", "meridional"):
-        if np.isnan(variables[f"{name}_stress"]).all():  # a film that does not know its stresses
-            shares[f"{name}_slack"][:] = np.nan
+        fails = _fails(members, variables)
+    ran = ~np.isnan(variables["displacement"][:, checked])
+    outside = shares({name: where[:, checked] for name, where in fails.items()}, ran)
+    resolved = np.where(ran.any(axis=1), 1.0 / len(checked), np.nan)
+    found = np.stack([*outside.values(), resolved], axis=1)
+    valid = validity_variables(found, run.outcome, of="time")
     shared_times = (sampled == sampled[0]).all()
     dim = "time" if shared_times else "sample"
     meanings = (
@@ -105,17 +104,14 @@ def simulate(
     result = dataset.label(
         model,
         {n: ((dim,), v[:, kept], *meanings[n]) for n, v in variables.items()}
-        | {n: ((dim,), v[:, kept], f"is there {_ASSUMPTIONS[n]}", "flag") for n, v in broken.items()}
-        | {
-            f"validity_{n}": ((), shares[n], f"share of the time with {_ASSUMPTIONS[n]}", "share") for n in _ASSUMPTIONS
-        },
+        | {n: ((dim,), v[:, kept], f"is there {ASSUMPTIONS[n]}", "flag") for n, v in fails.items()}
+        | valid,
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
         # times that were asked for stand in the result as its coordinate
         options={
             "periods": periods if times is None else None,
             "tolerance": tolerance,
-            "field_limit": field_limit,
         },
         title="time response",
     )
@@ -207,13 +203,6 @@ _OF_SECOND_FILM = {
     f"second_{name}": (f"second film: {_MEANINGS[name][0]}", _MEANINGS[name][1])
     for name in ("drive_voltage", "current", *_OF_EACH_FILM)
 }
-_ASSUMPTIONS = {
-    "hoop_slack": "a compressive hoop stress (slack film)",
-    "meridional_slack": "a compressive meridional stress (slack film)",
-    "breakdown": "a true field above the dielectric strength",
-    "near_limit": "a strain within 1 % of the stretch limit",
-}
-"""How the model stops being true; each a flag over time, and a share of the run."""
 
 
 def _variables(members: Members, run: Trajectories) -> dict[str, Array]:
@@ -287,35 +276,15 @@ def _second_film(members: Members, run: Trajectories) -> tuple[dict[str, Array],
     return series, added | {"power": v * current}
 
 
-def _broken_assumptions(members: Members, series: dict[str, Array], field_limit: float | None) -> dict[str, Any]:
-    """Whether each assumption of the model fails, at each sample; without breakdown when that is unknown."""
-    n = members.numbers(trailing=1)
-    near = members.system.film.near_limit(series["displacement"], series["drive_voltage"], n, NEAR_LIMIT)
-    broken = {
-        "hoop_slack": series["hoop_stress"] < 0.0,
-        "meridional_slack": series["meridional_stress"] < 0.0,
-        "near_limit": near,
-    }
-    if field_limit is not None:
-        broken["breakdown"] = series["true_field"] > field_limit
-    second = members.system.second
-    if second is None:
-        return broken
-    x, v = series["displacement"], series["second_drive_voltage"]
-    other = {
-        "hoop_slack": series["second_hoop_stress"] < 0.0,
-        "meridional_slack": series["second_meridional_stress"] < 0.0,
-        "near_limit": second.near_limit(x, v, n, NEAR_LIMIT),
-        "breakdown": series["second_true_field"] > (np.inf if field_limit is None else field_limit),
-    }
-    return {name: fails | other[name] for name, fails in broken.items()}
-
-
-def _share(broken: Any, displacement: Array) -> Array:
-    """Share of the samples before any failure of the member."""
-    ran = ~np.isnan(displacement)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return (broken & ran).sum(axis=1) / ran.sum(axis=1)
+def _fails(members: Members, series: dict[str, Array]) -> Fails:
+    """Which assumptions of the model fail, at each sample, of either film."""
+    films = 1 if members.system.second is None else 2
+    voltages = [series[f"{prefix}drive_voltage"] for prefix in ("", "second_")[:films]]
+    states = [
+        FilmState(*(series.get(f"{prefix}{name}", np.nan) for name in FilmState._fields))
+        for prefix in ("", "second_")[:films]
+    ]
+    return broken(members, series["displacement"], voltages, states)
 
 
 def failures(result: xr.Dataset) -> dict[str, int]:

@@ -17,6 +17,7 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.linear import linear_response
 from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.settle import default_transient, repeats_lasting, round_duration, settle, single, start_states
+from gelcone.motion.validity import unknown, validity, validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
@@ -29,6 +30,8 @@ REPEATS = 24
 """Forcing periods that are examined: whole periods of every motion of 1, 2, 3, 4, 6, 8 or 12 of them."""
 SAMPLES = 128
 """Samples of a forcing period; turning points between them are found by parabolas."""
+SPREAD = 7
+"""Every so many of them are looked at for the validity: over whole periods of every motion they lie at all phases."""
 HARMONICS = (1, 2, 3, 4)
 """Multiples of the drive frequency of which amplitude and phase are reported."""
 ROUNDS = 6
@@ -38,7 +41,8 @@ ROUNDS = 6
 class Swing:
     """Settled motions, arrays over the same dims: ``lowest`` and ``highest`` displacement, the ``period`` in forcing
     periods (0: none found), the ``outcome``, (..., harmonics) the complex ``harmonics`` - displacement is the sum of
-    the imaginary parts of harmonic times exp(i k omega t) -, and (..., N) the ``final`` states at phase 0.
+    the imaginary parts of harmonic times exp(i k omega t) -, (..., N) the ``final`` states at phase 0, and (..., 5) the
+    ``validity`` (`gelcone.motion.validity.validity`).
     """
 
     lowest: Array
@@ -47,6 +51,7 @@ class Swing:
     outcome: npt.NDArray[np.int8]
     harmonics: npt.NDArray[np.complex128]
     final: Array
+    validity: Array
 
     @classmethod
     def blank(cls, *shape: int, states: int = 2) -> Swing:
@@ -58,6 +63,7 @@ class Swing:
             outcome=np.zeros(shape, dtype=np.int8),
             harmonics=np.full((*shape, len(HARMONICS)), np.nan + 0j),
             final=np.full((*shape, states), np.nan),
+            validity=unknown(*shape),
         )
 
     def put(self, where: Any, other: Swing) -> None:
@@ -103,8 +109,8 @@ def settled(
     ``period`` in forcing periods: 1 where the motion follows the forcing or dies out, more for subharmonics, 0 where
     none up to 16 was found (chaos, or not settled); over ``harmonic``, multiples of the drive frequency,
     ``harmonic_amplitude`` and ``harmonic_phase`` in degrees ahead of sin(harmonic omega t), where the voltage is
-    sin(omega t); ``linear_stroke`` by linear theory (NaN where there is no equilibrium); and ``outcome``, that of a
-    member without damping being an error.
+    sin(omega t); ``linear_stroke`` by linear theory (NaN where there is no equilibrium); ``validity_*`` as in `regime`;
+    and ``outcome``, that of a member without damping being an error.
 
     Raises
     ------
@@ -154,6 +160,7 @@ def settled_cells(
             "harmonic_amplitude": (("harmonic",), np.abs(found.harmonics), "amplitudes of harmonics 1 to 4", "length"),
             "harmonic_phase": (("harmonic",), phase, "their phases, degrees ahead of the voltage's", "angle"),
             "linear_stroke": ((), linear, "stroke by linear theory", "length"),
+            **validity_variables(found.validity, found.outcome),
         },
         found.outcome,
     )
@@ -168,7 +175,9 @@ def swing(members: Members, states: Array, **flow_options: Any) -> Swing:
     period, _ = periods_of(points)
     omega = np.broadcast_to(members.drive_frequency, members.shape)[:, None]
     waves = [2j * (x * np.exp(-1j * k * omega * times)).mean(axis=1) for k in HARMONICS]
-    return Swing(-highest(-x), highest(x), period, run.outcome, np.stack(waves, axis=1), points[:, -1])
+    spread = slice(None, None, SPREAD)
+    valid = validity(members, times[:, spread], run.states[:, spread])
+    return Swing(-highest(-x), highest(x), period, run.outcome, np.stack(waves, axis=1), points[:, -1], valid)
 
 
 def highest(x: Array) -> Array:

@@ -25,13 +25,13 @@ from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.members import Ensemble
 from gelcone.physics.records import FILMS, bias_record, find_bias
 from gelcone.physics.second import DRIVES, PREFIX, SecondFilm
-from gelcone.physics.system import DAMPING, ConeSystem
+from gelcone.physics.system import DAMPING, STRENGTH, ConeSystem
 from gelcone.quantity import Quantity
 
 KINDS = ("law", "prestretch_mode", "film", "bias", "waveform", "circuit", "second_film", "second_drive")
 """What a model takes besides numbers: the names of its components, and what one pre-stretch means."""
 
-LEFT_OUT = (*(first := ("stretch_limit", *PRESTRETCHES)), *(PREFIX + name for name in first))
+LEFT_OUT = (*(first := ("stretch_limit", *PRESTRETCHES)), *(PREFIX + name for name in first), *STRENGTH)
 """Parameters for which None means that they are not given."""
 
 
@@ -53,6 +53,8 @@ class ConeModel(Ensemble):
     prestretch_mode : ``"radial"`` (lm = 1, lh = lp; default) or ``"equibiaxial"`` (lm = lh = lp).
     meridional_prestretch, hoop_prestretch : lm and lh given directly, instead of ``prestretch``; one left out is 1.
     rest_height : x0 = h0/(b-a), where the spring is free. Default 0.
+    dielectric_strength : true field over sqrt(mu/eps) beyond which the film breaks down. It does not change the motion;
+        results say for which share of it the field is higher. Default None: unknown.
     law : a `StrainEnergyLaw` or the name of one in `LAWS`. Default Gent. Its parameters (Yeoh: ``yeoh_c2``,
         ``yeoh_c3``) are parameters of the model.
     film : a `Film`: ``"taut"`` (default), the homogeneous cone, or a `ContinuumFilm` fitted for this law and
@@ -293,7 +295,7 @@ def _shipped_parameters() -> dict[str, Quantity]:
     seconds = [SecondFilm(TautCone(law), drive) for law in LAWS.values() for drive in DRIVES]
     parts |= {name: q for second in seconds for name, q in second.parameters.items()}
     first = [*DAMPING, "spring_stiffness", "voltage", "voltage_bias", "drive_frequency", "rest_height", *PRESTRETCHES]
-    return {name: (DAMPING | parts)[name] for name in first} | parts
+    return {name: (DAMPING | parts)[name] for name in first} | parts | STRENGTH
 
 
 PARAMETERS = _shipped_parameters()

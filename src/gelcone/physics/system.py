@@ -25,6 +25,12 @@ from gelcone.physics.second import SecondFilm, renamed
 from gelcone.quantity import Array, Quantity
 
 DAMPING = {"damping_ratio": Quantity("zeta", "damping ratio c/(2 m Omega0)", 0.05, lower=0.0)}
+STRENGTH = {
+    "dielectric_strength": Quantity(
+        "Eb", "dielectric strength of the film over sqrt(mu/eps)", np.inf, positive=True, infinite=True
+    )
+}
+"""Not part of the equation of motion: beyond this true field a result does not hold. Left out where it is unknown."""
 DISC = (
     State("displacement", "displacement x = h/(b-a)", "length", mirrored=True),
     State("velocity", "velocity of the disc", "velocity", mirrored=True),
@@ -61,7 +67,7 @@ class ConeSystem:
     second: SecondFilm | None = None
 
     def __post_init__(self) -> None:
-        names = [name for part in self.parts for name in part.parameters] + list(DAMPING)
+        names = [name for part in self.parts for name in part.parameters] + [*DAMPING, *STRENGTH]
         names += [state.name for state in self.states]
         if doubled := sorted({name for name in names if names.count(name) > 1}):
             raise InputError(f"{doubled[0]}: two components use this name; give one of them another")
@@ -76,7 +82,7 @@ class ConeSystem:
     def parameters(self) -> dict[str, Quantity]:
         """All numeric parameters, by their flat names."""
         parts = (self.bias, self.waveform, self.circuit, self.film, *self.parts[4:])
-        return DAMPING | {name: q for part in parts for name, q in part.parameters.items()}
+        return DAMPING | {name: q for part in parts for name, q in part.parameters.items()} | STRENGTH
 
     @cached_property
     def states(self) -> tuple[State, ...]:
@@ -119,7 +125,8 @@ class ConeSystem:
         if self.second is not None:
             own = {name: given[name] for name in self.second.parameters if name in given}
             values |= self.second.complete_beside(own, values)
-        return values
+        known = {name: q.check(name, given[name]) for name, q in STRENGTH.items() if name in given}
+        return values | known
 
     def numbers_of(self, values: Numbers) -> dict[str, Any]:
         """From the parameters, the numbers that the formulas take."""

@@ -59,7 +59,7 @@ def practical(effort: Effort, progress: Progress) -> xr.Dataset:
 def _practical(device: Device, effort: Effort, progress: MaybeProgress) -> xr.Dataset:
     model, state = device.to_model(), device.initial_state()
     times = np.linspace(0.0, effort.window, round(effort.window / SPACING) + 1)
-    run = simulate(model, state, times=times, field_limit=device.breakdown_field(), progress=weighted(progress, 0.3))
+    run = simulate(model, state, times=times, progress=weighted(progress, 0.3))
     settle = SETTLED_DECAYS / float(np.min(model.damping_ratio))
     evidence = classify(model.members(), np.tile(state, (model.size, 1)), transient=settle, rounds=effort.rounds)
     late = swing(model.members(), evidence.final)

@@ -1,0 +1,137 @@
+"""Where the model stops being true: for which share of a motion the film is slack, breaks down or nears its limit.
+
+Shares are those of samples spread evenly over the motion. Over forcing periods they are spread so that their phases
+are spread evenly too, also over the periods of a subharmonic (`SPREAD`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.codes import Outcome
+from gelcone.dataset import Variable
+from gelcone.physics.film.film import FilmState
+from gelcone.physics.members import Members
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ASSUMPTIONS = {
+    "hoop_slack": "a compressive hoop stress (slack film)",
+    "meridional_slack": "a compressive meridional stress (slack film)",
+    "breakdown": "a true field above the dielectric strength",
+    "near_limit": "a strain within 1 % of the stretch limit",
+    "pulled_in": "a film that has pulled in",
+}
+"""How the model stops being true."""
+SHARES = tuple(name for name in ASSUMPTIONS if name != "pulled_in")
+"""Those of which a motion has a share."""
+NEAR_LIMIT = 0.99
+SAMPLES = 511
+"""Samples of a settled motion: not a multiple of any number of phases, so that over 64 forcing periods each lies at a
+phase of its own."""
+BLOCKS = 8
+"""Parts of a motion whose shares are compared for the error of the whole's."""
+
+
+Fails = Mapping[str, npt.NDArray[np.bool_]]
+"""Name of an assumption -> where it fails."""
+
+
+def spread_over(periods: int) -> Array:
+    """Times of the samples in forcing periods, (samples,), within a motion of so many periods.
+
+    The third of a spacing keeps them off the phases at which other samples are taken.
+    """
+    return periods * (np.arange(SAMPLES) + 1.0 / 3.0) / SAMPLES
+
+
+def broken(
+    members: Members, x: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
+) -> Fails:
+    """Which assumptions fail at displacements (members, samples), by name; of two films, of either.
+
+    ``voltages`` holds that of each film, (members, samples), and ``states`` theirs where they are known already. What
+    nothing is known of is left out: the breakdown without a dielectric strength, slack of a film that does not know its
+    stresses.
+    """
+    n, found = members.numbers(trailing=1), dict[str, npt.NDArray[np.bool_]]()
+    films = (members.system.film, members.system.second)
+    for film, voltage, state in zip(films, voltages, states, strict=False):
+        assert film is not None
+        with np.errstate(over="ignore", invalid="ignore"):
+            state = film.state(x, voltage, n) if state is None else state
+            fails = {"near_limit": film.near_limit(x, voltage, n, NEAR_LIMIT)}
+            for name, stress in (("hoop_slack", state.hoop_stress), ("meridional_slack", state.meridional_stress)):
+                if not np.isnan(stress).all():
+                    fails[name] = np.asarray(stress < 0.0)
+            if "dielectric_strength" in members.values:
+                fails["breakdown"] = np.asarray(state.true_field > members.values["dielectric_strength"][:, None])
+        for name, where in fails.items():
+            found[name] = np.broadcast_to(found.get(name, False) | where, x.shape)
+    return found
+
+
+def voltages_along(members: Members, times: Array, states: Array) -> list[Array]:
+    """Voltage on each film along motions, (members, samples)."""
+    first = members.film_voltage(times, states)
+    return [first] if members.system.second is None else [first, members.second_voltage(times, states)]
+
+
+def shares(fails: Fails, ran: npt.NDArray[np.bool_]) -> dict[str, Array]:
+    """Share (members,) of the samples (members, samples) that ``ran`` at which each of `SHARES` fails, NaN unknown."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = {name: (where & ran).sum(axis=1) / ran.sum(axis=1) for name, where in fails.items()}
+    return {name: found.get(name, np.full(len(ran), np.nan)) for name in SHARES}
+
+
+def validity(members: Members, times: Array, states: Array) -> Array:
+    """Share of each of `SHARES` over samples of motions, and their largest standard error, (members, 5).
+
+    The error is the standard error of the shares of `BLOCKS` parts of the motion, and at least one sample.
+    """
+    ran = ~np.isnan(states[..., 0])
+    fails = broken(members, states[..., 0], voltages_along(members, times, states))
+    error = np.where(ran.any(axis=1), 1.0 / states.shape[1], np.nan)
+    length = states.shape[1] // BLOCKS
+    for where in fails.values():
+        parts = where[:, : length * BLOCKS].reshape(len(where), BLOCKS, length).mean(axis=2)
+        error = np.maximum(error, parts.std(axis=1, ddof=1) / np.sqrt(BLOCKS))
+    return np.stack([*shares(fails, ran).values(), error], axis=1)
+
+
+def unknown(*shape: int) -> Array:
+    """What `validity` is of motions of which nothing is known yet, (..., 5)."""
+    return np.full((*shape, len(SHARES) + 1), np.nan)
+
+
+def validity_variables(
+    found: Array, outcome: npt.NDArray[np.int8], dims: tuple[str, ...] = (), of: str = "settled motion"
+) -> dict[str, Variable]:
+    """The columns of `validity` (..., 5) as variables ``validity_NAME`` with these dims behind the members'.
+
+    A run that ended because the film pulled in counts as one that has pulled in all the time.
+    """
+    columns = dict(zip((*SHARES, "error"), np.moveaxis(found, -1, 0), strict=True))
+    ran_on = np.where(np.isnan(columns["error"]), np.nan, 0.0)
+    columns["pulled_in"] = np.where(np.asarray(outcome) == Outcome.PULLED_IN, 1.0, ran_on)
+    names = {name: f"share of the {of} with {meaning}" for name, meaning in ASSUMPTIONS.items()}
+    names["error"] = "largest standard error of these shares"
+    return {f"validity_{name}": (dims, columns[name], meaning, "share") for name, meaning in names.items()}
+
+
+def invalid(result: xr.Dataset, prefix: str = "") -> xr.DataArray | None:
+    """Where in a result any assumption fails for more than a sample; None for a result without validity."""
+    names = [f"{prefix}validity_{name}" for name in ASSUMPTIONS]
+    known = [result[name] for name in names if name in result]
+    if not known:
+        return None
+    fails = known[0] > 0.0
+    for share in known[1:]:
+        fails = fails | (share > 0.0)
+    return fails

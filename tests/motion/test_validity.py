@@ -1,0 +1,117 @@
+"""For which share of a settled motion the model does not hold, in every analysis that knows the motion."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone import ConeModel, Outcome
+from gelcone.motion.cycle import LONGEST_PERIOD, RETURNS
+from gelcone.motion.validity import BLOCKS, SAMPLES, SHARES, spread_over, validity, validity_variables
+from gelcone.presets import find_preset
+
+STILL = ConeModel(damping_ratio=0.5, spring_stiffness=2.0, voltage=1.0, drive_frequency=1.0, dielectric_strength=0.5)
+"""Rests flat: the true field is |sin|, above 0.5 for two thirds of the time."""
+SWINGS = ConeModel(damping_ratio=0.3, voltage=0.5, voltage_bias=0.9, rest_height=0.6, dielectric_strength=1.4)
+"""Follows its drive in a cycle of one period."""
+
+
+@pytest.mark.parametrize("period", range(1, LONGEST_PERIOD + 1))
+def test_samples_lie_evenly_at_all_phases_of_a_motion_of_any_period(period):
+    phases = np.sort(spread_over(RETURNS) % period) / period
+    gaps = np.diff(np.append(phases, phases[0] + 1.0))
+    assert gaps.max() <= 2.5 / SAMPLES * np.ceil(period / 4)
+    assert gaps.min() >= 0.0
+
+
+def test_the_share_above_the_dielectric_strength_is_that_of_a_sine():
+    kind = gelcone.regime(STILL, (0.1, 0.0))
+    assert float(kind["validity_breakdown"]) == pytest.approx(2.0 / 3.0, abs=2.0 / SAMPLES)
+    assert 1.0 / SAMPLES <= float(kind["validity_error"]) < 0.03
+
+
+@pytest.mark.parametrize("analysis", ["regime", "settled", "frequency", "bifurcation", "basin", "sweep", "map"])
+def test_every_analysis_of_settled_motions_says_the_same_as_a_long_run(analysis):
+    settled = gelcone.simulate(SWINGS, (0.6, 0.0), periods=60)
+    late = settled.isel(time=slice(settled.sizes["time"] // 2, None))
+    rows = {
+        "regime": lambda: gelcone.regime(SWINGS, (0.6, 0.0)),
+        "settled": lambda: gelcone.settled(SWINGS, (0.6, 0.0)),
+        "frequency": lambda: gelcone.frequency(SWINGS, [1.0, 1.1], (0.6, 0.0)).isel(branch=0, drive_frequency=0),
+        "bifurcation": lambda: gelcone.bifurcation(SWINGS, "drive_frequency", [1.0, 1.1], (0.6, 0.0)).isel(
+            branch=0, drive_frequency=0
+        ),
+        "basin": lambda: gelcone.basin(SWINGS, {"displacement": [0.6, 0.7], "velocity": [0.0, 0.1]}).isel(
+            displacement=0, velocity=0
+        ),
+        "sweep": lambda: gelcone.sweep(gelcone.Plan(SWINGS, {"drive_frequency": [1.0, 1.1]}, (0.6, 0.0))).isel(
+            drive_frequency=0
+        ),
+        "map": lambda: gelcone.map(SWINGS, {"drive_frequency": [1.0, 1.1]}, (0.6, 0.0)).isel(drive_frequency=0),
+    }
+    found = rows[analysis]()
+    for name in SHARES:
+        assert float(found[f"validity_{name}"]) == pytest.approx(float(late[name].mean()), abs=0.01), name
+    assert 0.1 < float(found["validity_breakdown"]) < 0.9
+    assert float(found["validity_pulled_in"]) == 0.0
+
+
+def test_what_is_not_known_is_not_a_number():
+    assert np.isnan(gelcone.regime(STILL.replace(dielectric_strength=None), (0.1, 0.0))["validity_breakdown"])
+    outside = gelcone.regime(STILL.replace(stretch_limit=[0.4, 50.0]), (1.0, 0.0))
+    assert outside["outcome"].values.tolist() == [Outcome.OUTSIDE, Outcome.OK]
+    for name in outside:
+        if str(name).startswith("validity_"):
+            assert np.isnan(outside[name].values[0]), name
+
+
+def test_the_error_covers_what_another_start_gives():
+    """Shares of chaotic motions differ from run to run; those of five starts lie within three errors of their mean."""
+    chaotic = find_preset("base").model.replace(voltage=1.7)
+    starts = np.array([[1.0 + 1e-3 * k, 0.0] for k in range(5)])
+    kinds = gelcone.regime(
+        chaotic.replace(damping_ratio=np.full(5, float(chaotic.damping_ratio))), starts, budget=200.0
+    )
+    assert (kinds["regime"] == gelcone.Regime.CHAOTIC).all()
+    share, error = kinds["validity_hoop_slack"].values, kinds["validity_error"].values
+    assert np.ptp(share) > 0.0
+    assert (np.abs(share - share.mean()) < 3.0 * error).all()
+
+
+def test_the_error_is_that_of_the_parts():
+    times = np.arange(1.0, 81.0)[None]
+    members = ConeModel(dielectric_strength=0.5, voltage=0.0, voltage_bias=1.0).members()
+    states = np.zeros((1, 80, 2))
+    states[0, :40, 0] = np.nan  # a field of 1 at every sample that is there
+    assert np.isnan(validity(members, times, np.full_like(states, np.nan))[0]).all()
+    assert validity(members, times, states)[0, SHARES.index("breakdown")] == 1.0
+    expected = np.std(np.repeat([0.0, 1.0], BLOCKS // 2), ddof=1) / np.sqrt(BLOCKS)
+    assert validity(members, times, states)[0, -1] == pytest.approx(expected)
+
+
+def test_a_run_that_ends_by_pull_in_has_pulled_in():
+    found = np.zeros((3, len(SHARES) + 1))
+    found[2] = np.nan
+    outcome = np.array([Outcome.OK, Outcome.PULLED_IN, Outcome.STRETCH_LIMIT])
+    share = validity_variables(found, outcome)["validity_pulled_in"][1]
+    np.testing.assert_array_equal(share, [0.0, 1.0, np.nan])
+
+
+def test_equilibria_say_where_they_do_not_hold():
+    """The flat film's hoops are slack at any voltage without pre-stretch, and its field is the voltage."""
+    found = gelcone.static(ConeModel(spring_stiffness=3.0, dielectric_strength=0.75), [0.0, 0.5, 1.0]).isel(
+        equilibrium=0
+    )
+    assert found["equilibrium_displacement"].values.tolist() == [0.0, 0.0, 0.0]
+    assert found["validity_breakdown"].values.tolist() == [0.0, 0.0, 1.0]
+    assert found["validity_hoop_slack"].values.tolist() == [0.0, 1.0, 1.0]
+    assert found["validity_pulled_in"].values.tolist() == [0.0, 0.0, 0.0]
+
+
+def test_the_dielectric_strength_travels_with_a_device():
+    device = gelcone.find_device("biased-pump")
+    model = device.to_model()
+    assert float(model.dielectric_strength) == pytest.approx(device.breakdown_field(), rel=1e-14)
+    twice = gelcone.static(model, [2.0 * float(model.voltage_bias + model.voltage)])
+    assert np.nanmax(twice["validity_breakdown"]) == 1.0
+    assert float(gelcone.simulate(model, device.initial_state(), periods=2).validity_breakdown) == 0.0
+    assert gelcone.model_of(twice).dielectric_strength == model.dielectric_strength
