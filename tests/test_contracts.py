@@ -12,6 +12,7 @@ import pytest
 import gelcone
 from gelcone import ConeModel, InputError
 from gelcone.register.analyses import ANALYSES
+from tests.answers import result
 from tests.toys import TOYS, CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
 
 DRIVE = ["--set", "damping_ratio=0.2", "--set", "voltage=0.6", "--set", "drive_frequency=1.3"]
@@ -49,7 +50,7 @@ def test_every_analysis_takes_components_of_ones_own(name, toy, command_line, tm
     arguments = [analysis.command, *TYPED[toy], *DRIVE, *SMALL.get(name, []), "--json", "--out", "results"]
     code, out, err = command_line(*arguments)
     assert code == 0, err
-    answer = json.loads(out)
+    answer = result(out)
     typed = dict(setting.split("=", 1) for setting in TYPED[toy][1::2])
     (written,) = (tmp_path / "results").glob("*.nc")
     assert (tmp_path / "results" / f"{written.stem}.png").stat().st_size > 1000
@@ -155,4 +156,4 @@ def test_the_command_line_finds_a_class_in_the_folder_it_runs_in(command_line, t
     )
     code, out, err = command_line("limits", "--set", "bias=my_springs:Mine", "--set", "bias_stiffness=1.44", "--json")
     assert code == 0, err
-    assert json.loads(out)["pitchfork_voltage"] == pytest.approx(1.2, rel=1e-12)
+    assert result(out)["pitchfork_voltage"] == pytest.approx(1.2, rel=1e-12)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -127,6 +127,43 @@ def regime_counts(cells: xr.Dataset) -> dict[str, int]:
     """Kind of motion -> number of cells, of those that occur."""
     codes = cells["regime"].values.ravel()
     return {kind.label: int((codes == kind).sum()) for kind in Regime if (codes == kind).any()}
+
+
+# --- validity ---------------------------------------------------------------------------------------------------------
+
+FAILINGS = {
+    "hoop_slack": "hoops slack",
+    "meridional_slack": "meridians slack",
+    "breakdown": "above breakdown",
+    "near_limit": "near the stretch limit",
+    "pulled_in": "pulled in",
+}
+"""Names of the assumptions of `gelcone.motion.validity` -> what is wrong, in two or three words."""
+UNKNOWN_STRENGTH = "breakdown unknown: the dielectric strength is not given"
+
+
+def validity_in_words(result: xr.Dataset) -> list[str]:
+    """Where the model does not hold: for which share of the motion, or in how many of the motions; empty if unknown."""
+    shares = {
+        words: result[f"validity_{name}"].values for name, words in FAILINGS.items() if f"validity_{name}" in result
+    }
+    known = {words: share[np.isfinite(share)] for words, share in shares.items()}
+    count = max((share.size for share in known.values()), default=0)
+    if not count:
+        return []
+    failing = {words: share[share > 0.0] for words, share in known.items() if (share > 0.0).any()}
+    lines = [_how_often(failing, count) if failing else "the model holds: film taut, away from its limits"]
+    return lines if known[FAILINGS["breakdown"]].size else [*lines, UNKNOWN_STRENGTH]
+
+
+def _how_often(failing: dict[str, Any], count: int) -> str:
+    if count == 1:
+        parts = [f"{words} {100.0 * share[0]:.3g} %" for words, share in failing.items()]
+        return f"share of the motion in which the model does not hold: {', '.join(parts)}"
+    parts = [
+        f"{words} in {share.size} (up to {100.0 * share.max():.3g} % of the motion)" for words, share in failing.items()
+    ]
+    return f"of {count} motions the model does not hold in: {', '.join(parts)}"
 
 
 # --- members ----------------------------------------------------------------------------------------------------------

@@ -1,12 +1,12 @@
 """--film of every command: the answers of a film that is the cone, its errors in the text, and without scikit-fem."""
 
-import json
 import sys
 
 import numpy as np
 import pytest
 
 import gelcone
+from tests.answers import result
 from tests.physics.film.test_continuum import film_like_the_cone
 
 MODEL = ["--set", "law=neo-hookean", "--set", "damping_ratio=0.1", "--set", "voltage=0.4", "--set", "rest_height=0.3"]
@@ -42,7 +42,7 @@ SAME = {
 @pytest.mark.parametrize("command", SAME)
 def test_a_film_that_is_the_cone_gives_the_cones_answers(run, command):
     cone, film = (
-        SAME[command](json.loads(run(command, *MODEL, *COMMANDS[command], "--film", choice, "--json")[1]))
+        SAME[command](result(run(command, *MODEL, *COMMANDS[command], "--film", choice, "--json")[1]))
         for choice in ("taut", "film.json")
     )
     np.testing.assert_allclose(film, cone, rtol=1e-6, atol=1e-8)

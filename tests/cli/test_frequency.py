@@ -1,6 +1,5 @@
 """`gelcone frequency`: JSON, files, SI units, text and figure, one-line errors."""
 
-import json
 from functools import partial
 
 import numpy as np
@@ -9,6 +8,7 @@ import pytest
 from gelcone.dataset import load
 from gelcone.devices.device import find_device
 from gelcone.plots.frequency import frequency_figure
+from tests.answers import result
 
 SPRING = ["--preset", "spring", "--set", "spring_stiffness=0.1"]
 BAND = ["--over", "drive_frequency=0.36:0.72:10"]
@@ -23,7 +23,7 @@ def gelcone(command_line):
 def test_the_object_holds_both_sweeps_their_peaks_and_the_jump(gelcone):
     code, out, err = gelcone(*SPRING, *BAND, "--json")
     assert (code, err) == (0, "")
-    content = json.loads(out)
+    content = result(out)
     np.testing.assert_allclose(content["drive_frequency"], np.linspace(0.36, 0.72, 10))
     up, down = content["branches"]["up"], content["branches"]["down"]
     assert up["period"] == [2] * 8 + [1] * 2
@@ -77,7 +77,7 @@ def test_a_stroke_that_is_largest_at_an_end_says_so(gelcone):
 def test_without_frequencies_the_band_lies_around_the_natural_one(gelcone):
     """Of the flat film without bias: sqrt(kappa)."""
     _, out, _ = gelcone("--set", "voltage=0.1", "--set", "damping_ratio=0.1", "--json")
-    content = json.loads(out)
+    content = result(out)
     natural = content["parameters"]["spring_stiffness"] ** 0.5
     np.testing.assert_allclose(content["drive_frequency"], natural * np.geomspace(0.1, 3.0, 81))
 

@@ -1,11 +1,10 @@
 """`gelcone section` and `gelcone spectrum`: JSON, files, units of a device, and one-line errors."""
 
-import json
-
 import numpy as np
 import pytest
 
 from gelcone.dataset import load
+from tests.answers import result
 
 MODEL = [
     "--set",
@@ -50,7 +49,7 @@ def device(tmp_path):
 
 def test_section_prints_its_points_as_json(gelcone):
     code, out, err = gelcone("section", *MODEL, "--repeats", 5, "--discard", 150, "--phase", 0.25, "--json")
-    content = json.loads(out)
+    content = result(out)
     assert (code, err) == (0, "")
     assert content["repeat"] == [150, 151, 152, 153, 154]
     np.testing.assert_allclose(content["time"], (150.25 + np.arange(5)) * np.pi)
@@ -61,7 +60,7 @@ def test_section_prints_its_points_as_json(gelcone):
 
 def test_extrema_as_json(gelcone):
     code, out, _ = gelcone("extrema", *MODEL, "--repeats", 3, "--json")
-    content = json.loads(out)
+    content = result(out)
     assert code == 0
     assert content["count"] == 6
     assert sorted(content["maximum"]) == [-1, -1, -1, 1, 1, 1]
@@ -80,7 +79,7 @@ def test_section_of_an_ensemble_in_words(gelcone):
 
 def test_spectrum_as_json(gelcone):
     code, out, _ = gelcone("spectrum", *MODEL, "--periods", 32, "--highest", 10, "--json")
-    content = json.loads(out)
+    content = result(out)
     assert code == 0
     np.testing.assert_allclose(content["line_ratio"][:3], [2.0, 4.0, 6.0], rtol=1e-6)
     assert content["frequency_ratio"][-1] == 10.0
@@ -103,15 +102,15 @@ def test_spectrum_in_words(gelcone):
 def test_a_device_gets_hertz_and_millimetres(gelcone, device):
     code, out, err = gelcone("spectrum", device, "--periods", 32, "--json")
     assert (code, err) == (0, "")
-    content = json.loads(out)
-    assert content["device"] == "bench cone"
+    content = result(out)
+    assert content["subject"]["device"] == "bench cone"
     assert content["si"]["line_frequency"]["units"] == "Hz"
     np.testing.assert_allclose(
         content["si"]["line_frequency"]["values"], 8.0 * np.array(content["line_ratio"]), rtol=1e-9
     )
     np.testing.assert_allclose(content["si"]["amplitude"]["values"], 40.0 * np.array(content["amplitude"]), rtol=1e-12)
     code, out, _ = gelcone("section", device, "--repeats", 2, "--json")
-    assert json.loads(out)["si"]["displacement"]["units"] == "mm"
+    assert result(out)["si"]["displacement"]["units"] == "mm"
 
 
 @pytest.mark.parametrize("name", ["section", "extrema"])

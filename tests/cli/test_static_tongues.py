@@ -1,11 +1,10 @@
 """`gelcone static`, `gelcone tongues` and --over: JSON, files, units of a device, and one-line errors."""
 
-import json
-
 import numpy as np
 import pytest
 
 from gelcone import ConeModel, find_device, load, onset_voltage, static
+from tests.answers import result
 
 TABLE1 = ["--set", "spring_stiffness=1.5"]
 COARSE = ["--over", "drive_frequency=0.5:2:4", "--over", "voltage=0:2:9"]
@@ -23,7 +22,7 @@ def as_json(gelcone):
     def run(*arguments):
         code, out, err = gelcone(*arguments, "--json")
         assert (code, err) == (0, "")
-        return json.loads(out)
+        return result(out)
 
     return run
 
@@ -41,7 +40,9 @@ def test_static_takes_the_voltage_amplitude_as_a_constant_voltage(as_json):
     assert content["fold_voltages"] == []
     assert content["pull_in"] == {"voltage": np.sqrt(1.5), "kind": "pitchfork", "from": 0.0, "to": 0.0}
     assert content["outcome"] == "ok"
-    assert "si" not in content
+    assert content["si"] is None
+    assert [place["validity"]["hoop_slack"] for place in places] == [1.0, 1.0, 1.0]
+    assert [place["validity"]["breakdown"] for place in places] == [None] * 3
 
 
 def test_static_lists_a_curve_for_each_voltage(as_json):
@@ -63,23 +64,24 @@ def test_static_of_a_device_is_also_in_volts_and_millimetres(as_json):
     arguments = ("paper-table1", "--set", "initial_height=0.005", "--voltages", "0 kV,4 kV,16 kV")
     content = as_json("static", *arguments)
     si = content["si"]
-    assert si["units"] == {"displacement": "mm", "force": "N", "slope": "N/m", "voltage": "V"}
-    np.testing.assert_allclose([curve["voltage"] for curve in si["curves"]], [0.0, 4000.0, 16000.0], rtol=1e-12)
+    units = {"displacement": "mm", "force": "N", "slope": "N/m", "constant_voltage": "V"}
+    assert {name: si[name]["units"] for name in units} == units
+    np.testing.assert_allclose(si["constant_voltage"]["values"], [0.0, 4000.0, 16000.0], rtol=1e-12)
     scales = device.scales
-    for own, volts in zip(content["curves"], si["curves"], strict=True):
-        assert volts["stroke"] == pytest.approx(own["stroke"] * scales.length * 1e3)
-        assert volts["blocked_force"] == pytest.approx(own["blocked_force"] * scales.force)
-        for one, other in zip(own["equilibria"], volts["equilibria"], strict=True):
-            assert other["displacement"] == pytest.approx(one["displacement"] * scales.length * 1e3)
-            assert other["slope"] == pytest.approx(one["slope"] * scales.force / scales.length)
-    assert si["fold_voltages"][0] == pytest.approx(content["fold_voltages"][0] * scales.voltage)
+    for k, own in enumerate(content["curves"]):
+        assert si["stroke"]["values"][k] == pytest.approx(own["stroke"] * scales.length * 1e3)
+        assert si["blocked_force"]["values"][k] == pytest.approx(own["blocked_force"] * scales.force)
+        for one, other in zip(own["equilibria"], si["equilibrium_displacement"]["values"][k], strict=False):
+            assert other == pytest.approx(one["displacement"] * scales.length * 1e3)
+    assert si["fold_voltage"]["values"][0] == pytest.approx(content["fold_voltages"][0] * scales.voltage)
     assert content["pull_in"] == {"voltage": None, "kind": "never", "from": None, "to": None}
 
 
 def test_static_writes_data_and_a_figure_and_tells_what_it_found(gelcone, tmp_path):
     code, out, _ = gelcone("static", *TABLE1, "--voltages", "0:1.5:4", "--out", tmp_path)
     assert code == 0
-    assert "1.5: rests at -0.9858 (stable), 0 (unstable), 0.9858 (stable)" in out
+    assert "1.5: rests at -0.9858 (stable, hoops slack" in out
+    assert "breakdown unknown: the dielectric strength is not given" in out
     assert "pitchfork of the flat film at 1.225" in out
     written = load(tmp_path / "static.nc")
     np.testing.assert_array_equal(written.force, static(ConeModel(), np.linspace(0.0, 1.5, 4)).force)
@@ -115,12 +117,14 @@ def test_tongues_of_a_device_are_also_in_volts_and_hertz(as_json, tmp_path):
     over = ["--over", "drive_frequency=4 Hz:12 Hz:3", "--over", "voltage=0 kV:16 kV:5"]
     content = as_json("tongues", "paper-table1", *over, "--out", tmp_path)
     si = content["si"]
-    assert si["units"] == {"drive_frequency": "Hz", "voltage": "V", "growth_rate": "1/s"}
-    np.testing.assert_allclose(si["tongues"]["drive_frequency"], [4.0, 8.0, 12.0], rtol=1e-12)
-    np.testing.assert_allclose(si["tongues"]["voltage"], np.linspace(0.0, 16e3, 5), rtol=1e-12)
+    units = {"drive_frequency": "Hz", "voltage": "V", "growth_rate": "1/s"}
+    assert {name: si[name]["units"] for name in units} == units
+    np.testing.assert_allclose(si["drive_frequency"]["values"], [4.0, 8.0, 12.0], rtol=1e-12)
+    np.testing.assert_allclose(si["voltage"]["values"], np.linspace(0.0, 16e3, 5), rtol=1e-12)
     scales = find_device("paper-table1").scales
-    np.testing.assert_allclose(si["tongues"]["growth_rate"], np.array(content["tongues"]["growth_rate"]) / scales.time)
-    assert si["onset_voltage"] == pytest.approx(content["onset_voltage"] * scales.voltage)
+    own = np.array(content["tongues"]["growth_rate"])
+    np.testing.assert_allclose(si["growth_rate"]["values"], own / scales.time)
+    assert si["own_onset_voltage"]["values"] == pytest.approx(content["onset_voltage"] * scales.voltage)
     assert (tmp_path / "tongues.png").exists()
     assert load(tmp_path / "tongues.nc").growth_rate.attrs["units"] == "1/s"
 

@@ -1,5 +1,3 @@
-import json
-
 import pytest
 
 from gelcone.analyses.grids import totals_text
@@ -8,6 +6,7 @@ from gelcone.atlas.uncertain import Uniform, draw
 from gelcone.cli import group
 from gelcone.cli.output import tally_text
 from gelcone.errors import InputError
+from tests.answers import result
 
 SETTINGS = ["--set", "damping_ratio=0.05", "--set", "spring_stiffness=0.5", "--set", "drive_frequency=0.3"]
 QUICK = ["--transient", "300", "--budget", "1500"]
@@ -28,13 +27,13 @@ def run():
 
 
 def test_a_map_is_stored_shown_and_resumed(run, tmp_path):
-    told = json.loads(run(*MAP, "--store", tmp_path / "s", "--json"))
+    told = result(run(*MAP, "--store", tmp_path / "s", "--json"))
     assert told["totals"]["computed"] + told["totals"]["inferred"] == told["totals"]["cells"] == 63
     assert told["totals"]["integrator_steps"] > 0 == told["totals"]["failed"]
-    again = json.loads(run("map", "--resume", tmp_path / "s", "--json"))
+    again = result(run("map", "--resume", tmp_path / "s", "--json"))
     assert again["regime"] == told["regime"]
     assert again["totals"]["computed_before"] == told["totals"]["computed"]
-    shown = json.loads(run("show", tmp_path / "s", "--json", "--out", tmp_path / "o"))
+    shown = result(run("show", tmp_path / "s", "--json", "--out", tmp_path / "o"))
     assert shown["counts"] == told["counts"]
     assert shown["status"] == told["status"]
     assert (tmp_path / "o" / "show.png").stat().st_size > 5000
@@ -46,24 +45,24 @@ def test_a_map_is_stored_shown_and_resumed(run, tmp_path):
 
 def test_a_store_knows_its_device(run, tmp_path):
     device = ["map", "biased-pump", "--over", "voltage=0 V:400 V:4", "--over", "prestretch=1.1:1.4:3", "--uniform"]
-    told = json.loads(run(*device, "--transient", "50", "--budget", "100", "--store", tmp_path / "s", "--json"))
+    told = result(run(*device, "--transient", "50", "--budget", "100", "--store", tmp_path / "s", "--json"))
     for command in (["map", "--resume"], ["show"]):
-        again = json.loads(run(*command, tmp_path / "s", "--json"))
-        assert again["device"] == told["device"] == "biased pumping cone"
+        again = result(run(*command, tmp_path / "s", "--json"))
+        assert again["subject"]["device"] == told["subject"]["device"] == "biased pumping cone"
         assert "0 to 400 V" in run(*command, tmp_path / "s")
-    assert json.loads(run("map", "--resume", tmp_path / "s", "--json"))["si"] == told["si"]
+    assert result(run("map", "--resume", tmp_path / "s", "--json"))["si"] == told["si"]
     with pytest.raises(InputError, match="give it alone, and the store's own sweep is taken"):
         run("map", "biased-pump", "--resume", tmp_path / "s")
 
 
 def test_uniform_computes_every_cell(run):
-    told = json.loads(run(*MAP, "--uniform", "--json"))
+    told = result(run(*MAP, "--uniform", "--json"))
     assert told["totals"]["computed"] == 63
 
 
 def test_probability_of_chaos(run, tmp_path):
     arguments = ["sweep", *SETTINGS, "--over", "voltage=0.3,2", "--uncertain", "prestretch=1~0.02", "--count", "8"]
-    told = json.loads(run(*arguments, *QUICK, "--json", "--out", tmp_path))
+    told = result(run(*arguments, *QUICK, "--json", "--out", tmp_path))
     assert told["dims"] == ["voltage", "draw"]
     assert told["probability"]["probability"][0] == 0.0
     assert told["probability"]["low"][1] <= told["probability"]["probability"][1] <= told["probability"]["high"][1]
@@ -74,7 +73,7 @@ def test_probability_of_chaos(run, tmp_path):
 
 def test_limits_over_three_parameters(run):
     over = ["--over", "prestretch=0.9,1.1", "--over", "spring_stiffness=0.5,1", "--over", "drive_frequency=0.3,0.5"]
-    told = json.loads(run("sweep", *over, "--analysis", "limits", "--json"))
+    told = result(run("sweep", *over, "--analysis", "limits", "--json"))
     assert told["dims"] == ["prestretch", "spring_stiffness", "drive_frequency"]
     assert told["pitchfork_voltage"][0][0][0] == told["pitchfork_voltage"][0][0][1]
 
@@ -101,7 +100,7 @@ def test_seed_and_method_reach_the_draws(run):
     for method in ("sobol", "latin-hypercube"):
         drawn = {}
         for seed in (0, 7):
-            told = json.loads(run(*arguments, "--method", method, "--seed", seed))
+            told = result(run(*arguments, "--method", method, "--seed", seed))
             drawn[seed] = told["draws"]["prestretch"]
             expected = draw({"prestretch": Uniform(0.9, 1.1)}, 4, method=method, seed=seed)["prestretch"]
             assert drawn[seed] == expected.tolist()
@@ -110,11 +109,11 @@ def test_seed_and_method_reach_the_draws(run):
 
 def test_options_of_the_chosen_analysis_are_taken_and_others_refused(run):
     over = ["sweep", "--over", "voltage=0.4,0.5", "--json"]
-    told = json.loads(run(*over, "--analysis", "lyapunov", "--window", "30", *QUICK))
+    told = result(run(*over, "--analysis", "lyapunov", "--window", "30", *QUICK))
     assert told["options"]["window"] == 30.0
     assert told["options"]["budget"] == 1500.0
     assert "running_exponent" not in told
-    kept = json.loads(run(*over, "--analysis", "lyapunov", "--window", "30", *QUICK, "--keep", "running_exponent"))
+    kept = result(run(*over, "--analysis", "lyapunov", "--window", "30", *QUICK, "--keep", "running_exponent"))
     assert len(kept["running_exponent"][0]) > 10
     with pytest.raises(InputError, match="'window' is not an option of the analysis regime"):
         run(*over, "--window", "30")

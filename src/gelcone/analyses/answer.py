@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone._version import __version__
 from gelcone.analyses.subject import IN_SI
 from gelcone.codes import Outcome, Regime
+from gelcone.motion.validity import ASSUMPTIONS
 from gelcone.words import DISCORD, members_of, regime_counts, shortened, unit_of
 from gelcone.words import MOST_LINES as MOST_PRINTED
 
@@ -59,6 +61,11 @@ def in_si(result: xr.Dataset, subject: Subject) -> xr.Dataset:
         if scale is not None:
             attrs = {"long_name": str(coord.attrs["long_name"]), "units": scale[1], "quantity": "si"}
             shown = shown.assign_coords({f"{name}_si": (coord.dims, coord.values * scale[0], attrs)})
+    scale = parameter_scale(result.attrs.get("parameter", ""), subject.device)
+    for name in ("threshold_low", "threshold_high"):
+        if scale is not None and name in result:
+            attrs = {"long_name": str(result[name].attrs["long_name"]), "units": scale[1], "quantity": "si"}
+            shown[f"{name}_si"] = (result[name].dims, result[name].values * scale[0], attrs)
     return shown
 
 
@@ -75,20 +82,57 @@ def parameter_scale(name: str, device: Device) -> tuple[float, str] | None:
 # --- JSON -------------------------------------------------------------------------------------------------------------
 
 
-def common_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """What every JSON object holds: how the runs ended, the parameters, the initial state, the options, the device."""
-    content = {
-        "outcome": outcome_names(result),
+def answer_json(
+    command: str, content: Mapping[str, Any], result: xr.Dataset, shown: xr.Dataset, subject: Subject
+) -> dict[str, Any]:
+    """The JSON object of a command: the same members for every one, described by ``docs/answer.schema.json``.
+
+    ``content`` is the command's own, dimensionless; ``shown`` the result in SI units where there is a device.
+    """
+    device = subject.device
+    return bare_answer(command, content) | {
+        "subject": {
+            "device": None if device is None else device.name,
+            "film": subject.model.film.name,
+            "members": subject.model.size,
+            "initial": list(subject.initial),
+        },
         "parameters": parameters_json(subject.model),
-        "initial": list(subject.initial),
         "options": json.loads(result.attrs["options"]),
+        "outcome": outcome_names(result) if "outcome" in result else None,
+        "validity": validity_json(result),
+        "si": None if device is None else si_json(shown, content),
     }
-    return content if subject.device is None else content | {"device": subject.device.name}
 
 
-def si_json(shown: xr.Dataset, names: Iterable[str]) -> dict[str, Any]:
-    """Some variables of a result in SI units, each with its unit."""
-    return {name: {"units": shown[name].attrs["units"], "values": shown[name]} for name in names}
+def bare_answer(command: str, content: Mapping[str, Any]) -> dict[str, Any]:
+    """The same for a command that runs nothing on a model."""
+    nothing = ("subject", "parameters", "options", "outcome", "validity")
+    return {"version": __version__, "command": command, **dict.fromkeys(nothing), "result": content, "si": None}
+
+
+def validity_json(result: xr.Dataset) -> dict[str, Any] | None:
+    """The share of the motion outside the model's validity, by assumption; null where a result has none.
+
+    A share is a number, or a list over what the result is over; null where it is not known.
+    """
+    names = [name for name in (*ASSUMPTIONS, "error") if f"validity_{name}" in result]
+    return {name: result[f"validity_{name}"] for name in names} or None
+
+
+_SAMPLED = {"time", "sample"}
+
+
+def si_json(shown: xr.Dataset, content: Mapping[str, Any]) -> dict[str, Any]:
+    """All variables of a result that have a unit: name -> unit, dims and values.
+
+    Of those over time only the ones that ``content`` has too.
+    """
+    return {
+        str(name): {"units": variable.attrs["units"], "dims": list(variable.dims), "values": variable}
+        for name, variable in shown.variables.items()
+        if variable.attrs.get("units", "1") != "1" and (name in content or not _SAMPLED & set(variable.dims))
+    }
 
 
 def plain(value: Any) -> Any:
@@ -121,18 +165,46 @@ def parameters_json(model: Any) -> dict[str, Any]:
 
 
 def outcome_names(result: xr.Dataset) -> Any:
-    """The outcome of a single run as a name, of an ensemble as (nested) lists of names."""
-    return _names(result["outcome"], lambda code: Outcome(code).name.lower())
+    """The outcome of a single run as a name, of an ensemble as (nested) lists of names; null where nothing has run."""
+    known = {code.value: code.name.lower() for code in Outcome}
+    there = result["status"].values > 0 if "status" in result else np.ones((), dtype=bool)
+    codes = np.where(there, result["outcome"].values, -1)
+    return _names(codes, known.get)
+
+
+_SIGNS = {-1: "negative", 0: "uncertain", 1: "positive"}
+_YES_OR_NO = ("symmetric", "doubtful", "coexisting", "stable")
+
+
+def variable_json(result: xr.Dataset, name: str) -> Any:
+    """A variable of a result, names for what it holds as codes; null for nothing."""
+    variable = result[name]
+    if name.endswith("regime"):
+        return regime_names(variable)
+    if name.endswith("period"):
+        return periods_json(variable)
+    if name == "outcome":
+        return outcome_names(result)
+    if name == "sign":
+        return _names(variable, lambda code: _SIGNS[int(code)])
+    if name in _YES_OR_NO:
+        return variable.astype(bool)
+    if "flag_meanings" in variable.attrs:
+        values = [int(value) for value in variable.attrs["flag_values"]]
+        known = dict(zip(values, variable.attrs["flag_meanings"].split(), strict=True))
+        return _names(variable, lambda code: known.get(int(code)))
+    return variable
 
 
 def regime_names(codes: Any) -> Any:
-    """Codes of `Regime` as names, nested lists for arrays."""
-    return _names(codes, lambda code: Regime(code).label)
+    """Codes of `Regime` as names, nested lists for arrays; null for none."""
+    known = {code.value: code.label for code in Regime}
+    return _names(codes, known.get)
 
 
 def periods_json(periods: Any) -> Any:
     """Periods in forcing periods, null where a motion has none."""
-    return _names(periods, lambda period: int(period) or None)
+    return _names(periods, lambda period: int(period) if period > 0 else None)
 
 
 def _names(codes: Any, name: Callable[[Any], Any]) -> Any:

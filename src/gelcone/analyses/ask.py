@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Answers:
     """How a command answers: ``words`` of a result as it is shown, in SI units for a device, and the subject; ``json``
-    of the dimensionless result, the result as it is shown, and the subject."""
+    of the dimensionless result, the result as it is shown, and the subject: the ``result`` of the JSON object."""
 
     command: str
     words: Callable[[xr.Dataset, Subject], str]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import common_json, heading
+from gelcone.analyses.answer import heading
 from gelcone.codes import Regime
 from gelcone.errors import InputError
 from gelcone.words import unit_of
@@ -39,23 +39,18 @@ def envelope_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, 
 
 
 def envelope_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object; voltages, frequencies and so on in SI units for a device."""
-    values = (*_STATIC, *_DRIVEN, *_WINDOW, "recommended_constant")
-    common = common_json(result.drop_vars("outcome").assign(outcome=0), subject)
-    static = zip(_names(shown, "static_limit"), shown["static_limit_voltage"].values, strict=True)
+    """The JSON object. A limit that is not met has the voltage null, and so has one that does not apply."""
+    static = zip(_names(result, "static_limit"), result["static_limit_voltage"].values, strict=True)
+    low, high = result["limit_low"].values, result["limit_high"].values
     return {
-        **{k: v for k, v in common.items() if k != "outcome"},
-        "units": {name: shown[name].attrs["units"] for name in values},
-        "static_limits": {name: _reading(name, voltage) for name, voltage in static},
+        "static_limits": {name: {"voltage": v, "status": _status(name, v)} for name, v in static},
         "driven_limits": {
-            name: _reading(name, np.nan)
-            if np.isnan(shown["limit_low"].values[i]).all()
-            else {"low": shown["limit_low"].values[i], "high": shown["limit_high"].values[i]}
-            for i, name in enumerate(_names(shown, "driven_limit"))
+            name: {"low": low[i], "high": high[i], "status": [_status(name, v) for v in low[i]]}
+            for i, name in enumerate(_names(result, "driven_limit"))
         },
-        "first_limit": [_first_name(shown, i) for i in shown["first_limit"].values],
-        "window_motion": [None if r != r else Regime(int(r)).label for r in shown["window_regime"].values],
-        **{name: shown[name] for name in values},
+        "first_limit": [_first_name(result, i) for i in result["first_limit"].values],
+        "window_motion": [None if r != r else Regime(int(r)).label for r in result["window_regime"].values],
+        **{name: result[name] for name in (*_STATIC, *_DRIVEN, *_WINDOW, "recommended_constant")},
     }
 
 
@@ -69,11 +64,17 @@ def _first_name(shown: xr.Dataset, index: int) -> str | None:
     return None if index < 0 else _names(shown, "driven_limit")[int(index)]
 
 
-def _reading(name: str, voltage: float) -> float | str:
-    """A limit's voltage, or in words why it has none."""
+def _status(name: str, voltage: float) -> str:
+    """Whether a limit is met, or why it has no voltage."""
     if np.isnan(voltage):
         return "unknown" if name == "dielectric breakdown" else "not applicable"
-    return "not reached" if np.isinf(voltage) else float(voltage)
+    return "not reached" if np.isinf(voltage) else "met"
+
+
+def _reading(name: str, voltage: float) -> float | str:
+    """A limit's voltage, or in words why it has none."""
+    status = _status(name, voltage)
+    return float(voltage) if status == "met" else status
 
 
 def envelope_words(shown: xr.Dataset, subject: Subject) -> str:

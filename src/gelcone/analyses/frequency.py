@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import common_json, heading, outcome_lines, periods_json
+from gelcone.analyses.answer import heading, outcome_lines, periods_json
 from gelcone.errors import InputError
-from gelcone.words import kinds_of_motion, shortened, unit_of
+from gelcone.words import kinds_of_motion, shortened, unit_of, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.subject import Subject
 
-_PEAK = ("peak_frequency", "peak_low", "peak_high", "peak_amplitude", "peak_amplitude_error")
 _JUMP = ("jump_low", "jump_high", "jump_from", "jump_to")
 _CURVES = ("stroke", "lowest", "highest", "harmonic_amplitude", "harmonic_phase")
 
@@ -33,16 +32,13 @@ def frequency_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str,
 
 
 def frequency_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object; frequencies and lengths in SI units for a device."""
-    named = ("drive_frequency", "stroke", "harmonic_phase")
+    """The JSON object; phases in degrees."""
     return {
-        "units": {name: shown[name].attrs["units"] for name in named} | {"harmonic_phase": "degrees"},
-        "drive_frequency": shown["drive_frequency"],
-        "harmonic": shown["harmonic"],
-        "branches": {str(branch): _branch_json(shown.sel(branch=branch)) for branch in shown["branch"].values},
-        "jumps": [_jump_json(shown.isel(jump=i)) for i in range(shown.sizes["jump"])],
-        "linear": {name: shown[f"linear_{name}"] for name in ("stroke", "amplitude", "phase")},
-        **common_json(result, subject),
+        "drive_frequency": result["drive_frequency"],
+        "harmonic": result["harmonic"],
+        "branches": {str(branch): _branch_json(result.sel(branch=branch)) for branch in result["branch"].values},
+        "jumps": [_jump_json(result.isel(jump=i)) for i in range(result.sizes["jump"])],
+        "linear": {name: result[f"linear_{name}"] for name in ("stroke", "amplitude", "phase")},
     }
 
 
@@ -50,12 +46,17 @@ def _branch_json(own: xr.Dataset) -> dict[str, Any]:
     return {
         **{name: own[name] for name in _CURVES},
         "period": periods_json(own["period"]),
-        "peak": {name.removeprefix("peak_"): float(own[name]) for name in _PEAK},
+        "peak": {
+            **{name.removeprefix("peak_"): own[name] for name in ("peak_frequency", "peak_low", "peak_high")},
+            "stroke": 2.0 * own["peak_amplitude"],
+            "stroke_error": 2.0 * own["peak_amplitude_error"],
+        },
     }
 
 
 def _jump_json(jump: xr.Dataset) -> dict[str, Any]:
-    numbers = {name.removeprefix("jump_"): float(jump[name]) for name in _JUMP}
+    numbers = {name.removeprefix("jump_"): jump[name] for name in _JUMP[:2]}
+    numbers |= {name.replace("jump", "stroke"): jump[name] for name in _JUMP[2:]}
     return {"branch": str(jump["jump_branch"].values), **numbers}
 
 
@@ -69,7 +70,9 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
         *outcome_lines(shown),
     ]
     for branch in shown["branch"].values:
-        lines += _branch_lines(str(branch), shown.sel(branch=branch), hertz, length)
+        own = shown.sel(branch=branch)
+        lines += _branch_lines(str(branch), own, hertz, length)
+        lines += [f"            {line}" for line in validity_in_words(own)]
     linear = shown["linear_stroke"].values
     if np.isfinite(linear).all():
         k = int(linear.argmax())
@@ -102,6 +105,6 @@ def _jump_lines(shown: xr.Dataset, hertz: str, length: str) -> list[str]:
         low, high, before, after = (float(jump[name]) for name in _JUMP)
         lines.append(
             f"  swept {jump['jump_branch'].values!s:5s} at {low:.5g} to {high:.5g}{hertz}: "
-            f"stroke {2.0 * before:.4g} -> {2.0 * after:.4g}{length}"
+            f"stroke {before:.4g} -> {after:.4g}{length}"
         )
     return lines

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from gelcone.analyses.answer import (
     UNIT,
-    common_json,
     counts_text,
     doubt_lines,
     first,
@@ -19,11 +18,11 @@ from gelcone.analyses.answer import (
     parameter_scale,
     periods_json,
     regime_names,
-    si_json,
+    variable_json,
 )
 from gelcone.analyses.subject import STATES, read_states
 from gelcone.errors import InputError
-from gelcone.words import attractor_in_words, rate_unit, regime_counts, shortened, with_error
+from gelcone.words import attractor_in_words, rate_unit, regime_counts, shortened, validity_in_words, with_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,8 +37,7 @@ def _cells_json(result: xr.Dataset) -> dict[str, Any]:
         "axes": {str(dim): result[dim] for dim in result["regime"].dims},
         "counts": counts,
         "chaotic_share": counts.get("chaotic", 0) / result["regime"].size,
-        "regime": regime_names(result["regime"]),
-        "period": periods_json(result["period"]),
+        **{name: variable_json(result, name) for name in ("regime", "period", "doubtful")},
         "lyapunov": {
             "values": first(result["lyapunov"]),
             "standard_error": first(result["standard_error"]),
@@ -82,39 +80,20 @@ def bifurcation_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) ->
     from gelcone.atlas.bifurcation import thresholds_of
 
     name = result.attrs["parameter"]
-    content = {
+    return {
         "parameter": name,
         "values": result[name],
         "thresholds": thresholds_of(result),
         "branches": {str(branch): _branch_json(result.sel(branch=branch)) for branch in result["branch"].values},
         "unit": UNIT,
         **marked_cells(result),
-        **common_json(result, subject),
     }
-    if subject.device is None:
-        return content
-    measured = ("lowest", "highest", "lyapunov", "standard_error")
-    content["si"] = {n: {"units": shown[n].attrs["units"]} for n in measured} | {
-        "branches": {str(b): {n: first(shown.sel(branch=b)[n]) for n in measured} for b in shown["branch"].values}
-    }
-    scale = parameter_scale(name, subject.device)
-    if scale is not None:
-        content["si"] |= {
-            "values": {"units": scale[1], "values": shown[f"{name}_si"]},
-            "thresholds": [
-                row | {end: row[end] * scale[0] for end in ("low", "high")} | {"units": scale[1]}
-                for row in content["thresholds"]
-            ],
-        }
-    return content
 
 
 def _branch_json(branch: xr.Dataset) -> dict[str, Any]:
     """What one branch is at each value."""
     return {
-        "regime": regime_names(branch["regime"]),
-        "period": periods_json(branch["period"]),
-        "symmetric": branch["symmetric"].astype(bool),
+        **{name: variable_json(branch, name) for name in ("regime", "period", "symmetric", "coexisting", "doubtful")},
         **{name: first(branch[name]) for name in ("lyapunov", "standard_error", "lowest", "highest", "zero_one")},
     }
 
@@ -124,7 +103,9 @@ def bifurcation_words(shown: xr.Dataset, subject: Subject) -> str:
     name = shown.attrs["parameter"]
     lines = [*heading(subject, [name]), grid_text(shown, [name]), *outcome_lines(shown)]
     for branch in shown["branch"].values:
-        lines.append(f"  {branch}: {counts_text(shown.sel(branch=branch))}")
+        own = shown.sel(branch=branch)
+        lines.append(f"  {branch}: {counts_text(own)}")
+        lines += [f"    {line}" for line in validity_in_words(own)]
     return "\n".join([*lines, *doubt_lines(shown), *_threshold_lines(shown, subject)])
 
 
@@ -147,12 +128,8 @@ def _threshold_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
 
 def map_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a map; arrays are nested in the order of ``axes``."""
-    content = _cells_json(result) | common_json(result, subject)
-    content |= {"status": result["status"], "totals": json.loads(result.attrs["totals"])}
-    if subject.device is not None:
-        swept = [f"{dim}_si" for dim in result["regime"].dims if f"{dim}_si" in shown.coords]
-        content["si"] = si_json(shown, [*swept, "lyapunov", "standard_error", "lowest", "highest"])
-    return content
+    totals = json.loads(result.attrs["totals"])
+    return _cells_json(result) | {"status": variable_json(result, "status"), "totals": totals}
 
 
 def map_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -161,7 +138,7 @@ def map_words(shown: xr.Dataset, subject: Subject) -> str:
     chaotic = regime_counts(shown).get("chaotic", 0) / shown["regime"].size
     lines.append(f"{counts_text(shown)} ({100.0 * chaotic:.3g} % chaotic)")
     lines.append(totals_text(json.loads(shown.attrs["totals"])))
-    return "\n".join([*lines, *_exponent_lines(shown), *doubt_lines(shown)])
+    return "\n".join([*lines, *_exponent_lines(shown), *doubt_lines(shown), *validity_in_words(shown)])
 
 
 def _exponent_lines(shown: xr.Dataset) -> list[str]:
@@ -184,7 +161,7 @@ def _exponent_lines(shown: xr.Dataset) -> list[str]:
 def sweep_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a sweep; arrays are nested in the order of ``dims``."""
     content: dict[str, Any] = {"dims": list(map(str, result["status"].dims))}
-    content |= {str(name): variable for name, variable in result.data_vars.items()}
+    content |= {name: variable_json(result, name) for name in map(str, result.data_vars)}
     content["draws"] = {name: result[f"drawn_{name}"] for name in _drawn(result)}
     if "draw" in result.dims and "regime" in result:
         from gelcone.atlas.uncertain import probability
@@ -215,8 +192,7 @@ def show_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[s
     content: dict[str, Any] = {"axes": {str(dim): result[dim] for dim in result["status"].dims if dim in result.coords}}
     if "regime" in result:
         content["counts"] = regime_counts(result)
-    content |= {"status": result["status"], "totals": json.loads(result.attrs["totals"])}
-    return content | {k: v for k, v in common_json(_known(result), subject).items() if k != "outcome"}
+    return content | {"status": variable_json(result, "status"), "totals": json.loads(result.attrs["totals"])}
 
 
 def show_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -249,8 +225,9 @@ def _grid_heading(shown: xr.Dataset, subject: Subject) -> list[str]:
 
 
 def _regime_lines(shown: xr.Dataset) -> list[str]:
-    """How often each regime was found, where that was the question."""
-    return [counts_text(shown)] if "regime" in shown else []
+    """How often each regime was found, where that was the question, and where the model does not hold."""
+    counts = [counts_text(shown)] if "regime" in shown else []
+    return counts + validity_in_words(shown)
 
 
 def totals_text(totals: dict[str, Any]) -> str:
@@ -289,12 +266,7 @@ def basin_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any
 def basin_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of basins of attraction; arrays are nested in the order of ``axes``."""
     content: dict[str, Any] = {"attractors": _attractors_json(result), "attractor": result["attractor"]}
-    content |= _cells_json(result) | common_json(result, subject)
-    del content["initial"], content["options"]["initial"]
-    if subject.device is not None:
-        measured = [f"attractor_{name}" for name in ("lowest", "highest", "lyapunov")]
-        content["si"] = si_json(shown, [*STATES, *measured])
-    return content
+    return content | _cells_json(result)
 
 
 def _attractors_json(result: xr.Dataset) -> list[dict[str, Any]]:
@@ -317,4 +289,4 @@ def basin_words(shown: xr.Dataset, subject: Subject) -> str:
     nowhere = float((shown["attractor"] < 0).mean())
     if nowhere:
         lines.append(f"  none: {100.0 * nowhere:.3g} % (failed or not settled)")
-    return "\n".join(lines + doubt_lines(shown))
+    return "\n".join(lines + doubt_lines(shown) + validity_in_words(shown))

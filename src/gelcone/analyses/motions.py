@@ -8,17 +8,24 @@ import numpy as np
 
 from gelcone.analyses.answer import (
     UNIT,
-    common_json,
     counts_text,
     doubt_lines,
     heading,
     member_lines,
     outcome_lines,
     periods_json,
-    regime_names,
-    si_json,
+    variable_json,
 )
-from gelcone.words import SIGNS, evidence_in_words, exponent_in_words, outcome_in_words, rate_unit, unit_of, with_error
+from gelcone.words import (
+    SIGNS,
+    evidence_in_words,
+    exponent_in_words,
+    outcome_in_words,
+    rate_unit,
+    unit_of,
+    validity_in_words,
+    with_error,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,21 +43,16 @@ def _time(variable: xr.DataArray) -> str:
 
 def lyapunov_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of Lyapunov exponents."""
-    content = {
+    evidence = ("standard_error", "finite", "sign", "sum_residual", "averaged_time")
+    return {
         "lyapunov": {
             "values": result["lyapunov"],
-            **{name: result[name] for name in ("standard_error", "finite", "sign", "sum_residual", "averaged_time")},
+            **{name: variable_json(result, name) for name in evidence},
             "cycle": periods_json(result["cycle"]),
             "per_repeat": result["per_repeat"],
             "unit": UNIT,
-        },
-        **common_json(result, subject),
+        }
     }
-    if subject.device is not None:
-        own = {name: shown[name] for name in ("standard_error", "finite", "sum_residual", "averaged_time")}
-        units = {"unit": shown["lyapunov"].attrs["units"], "time_unit": shown["averaged_time"].attrs["units"]}
-        content["si"] = {"lyapunov": {"values": shown["lyapunov"], **own, **units}}
-    return content
 
 
 def lyapunov_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -94,6 +96,9 @@ def _exponents(member: xr.Dataset) -> list[str]:
     ]
 
 
+_KIND = ("regime", "period", "symmetric")
+
+
 # --- regimes ----------------------------------------------------------------------------------------------------------
 
 
@@ -102,36 +107,25 @@ def regime_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict
     evidence = {
         "lyapunov": {
             "values": result["lyapunov"],
-            "standard_error": result["standard_error"],
-            "sign": result["sign"],
-            "averaged_time": result["averaged_time"],
+            **{name: variable_json(result, name) for name in ("standard_error", "sign", "averaged_time")},
             "unit": UNIT,
         },
         **{name: result[name] for name in ("return_distance", "cycle_distance", "zero_one")},
         **{name: result[name] for name in ("lowest", "highest", "settled_time")},
         "section": {"displacement": result["section"][..., 0], "velocity": result["section"][..., 1]},
-        "doubtful": result["doubtful"].astype(bool),
+        **{name: variable_json(result, name) for name in ("coexisting", "doubtful")},
     }
-    kind = {
-        "name": regime_names(result["regime"]),
-        "period": periods_json(result["period"]),
-        "symmetric": result["symmetric"].astype(bool),
-        "evidence": evidence,
-    }
-    content = {"regime": kind, **common_json(result, subject)}
-    if subject.device is not None:
-        names = ("lyapunov", "standard_error", "averaged_time", "lowest", "highest", "settled_time")
-        content["si"] = si_json(shown, names)
-    return content
+    kind = {"name" if name == "regime" else name: variable_json(result, name) for name in _KIND}
+    return {"regime": {**kind, "evidence": evidence}}
 
 
 def regime_words(shown: xr.Dataset, subject: Subject) -> str:
     """Kinds of motion as text."""
     lines = heading(subject) + outcome_lines(shown)
     if not shown["outcome"].dims:
-        return "\n".join(lines + _evidence(shown))
+        return "\n".join(lines + _evidence(shown) + validity_in_words(shown))
     members = member_lines(shown, lambda member: "; ".join(_evidence(member)[:2]))
-    return "\n".join([*lines, counts_text(shown), *doubt_lines(shown), *members])
+    return "\n".join([*lines, counts_text(shown), *doubt_lines(shown), *validity_in_words(shown), *members])
 
 
 def _evidence(member: xr.Dataset) -> list[str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import common_json, heading, outcome_lines
+from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.analyses.subject import read_over
 from gelcone.errors import InputError
 from gelcone.motion.floquet import Onset
@@ -33,16 +33,7 @@ def tongues_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, A
 
 
 def tongues_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object; the grid is nested frequency first."""
-    content = _json(result) | common_json(result, subject)
-    if subject.device is not None:
-        names = ("drive_frequency", "voltage", "growth_rate")
-        content["si"] = _json(shown) | {"units": {name: shown[name].attrs["units"] for name in names}}
-    return content
-
-
-def _json(result: xr.Dataset) -> dict[str, Any]:
-    """Onset at the model's own frequency, and the grid."""
+    """Onset at the model's own frequency, and the grid, nested frequency first."""
     own = {name: result[name] for name in ("drive_frequency", "voltage", "growth_rate", "onset_voltage")}
     return {
         "onset_voltage": result["own_onset_voltage"],

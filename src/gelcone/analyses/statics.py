@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import common_json, heading, outcome_lines
+from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.analyses.subject import read_values
 from gelcone.physics.balance import PullIn
-from gelcone.words import measured, members_of, shortened, unit_of
+from gelcone.words import FAILINGS, UNKNOWN_STRENGTH, measured, members_of, shortened, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,12 +28,7 @@ def static_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, An
 def static_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object; for an ensemble each entry is a list over its members."""
     own = _own_levels(result, subject) if json.loads(result.attrs["options"])["voltages"] is None else None
-    content = _members_json(result, own) | common_json(result, subject)
-    if subject.device is not None:
-        names = ("displacement", "force", "slope", "constant_voltage")
-        units = {name.removeprefix("constant_"): shown[name].attrs["units"] for name in names}
-        content["si"] = {**_members_json(shown, own), "units": units}
-    return content
+    return _members_json(result, own)
 
 
 def _own_levels(result: xr.Dataset, subject: Subject) -> list[int]:
@@ -80,8 +75,12 @@ def _member_json(member: xr.Dataset) -> dict[str, Any]:
 def _equilibria(member: xr.Dataset, level: int) -> list[dict[str, Any]]:
     """The equilibria at one of the voltages."""
     one = member.isel(constant_voltage=level)
-    names = {"displacement": "equilibrium_displacement", "slope": "slope", "stable": "stable"}
-    return [{key: one[name][k] for key, name in names.items()} for k in range(int(one["equilibria"]))]
+    names = {"displacement": "equilibrium_displacement", "slope": "slope"}
+    return [
+        {key: one[name][k] for key, name in names.items()}
+        | {"stable": bool(one["stable"][k]), "validity": {name: one[f"validity_{name}"][k] for name in FAILINGS}}
+        for k in range(int(one["equilibria"]))
+    ]
 
 
 def static_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -102,16 +101,20 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
     lines = []
     for i in range(member.sizes["constant_voltage"]):
         one = member.isel(constant_voltage=i)
-        places = [
-            f"{float(e['displacement']):.4g}{length} ({'stable' if e['stable'] else 'unstable'})"
-            for e in _equilibria(member, i)
-        ]
+        places = [f"{float(e['displacement']):.4g}{length} ({', '.join(_about(e))})" for e in _equilibria(member, i)]
         lines.append(
             f"  {measured(one['constant_voltage'])}: rests at {', '.join(places) or 'nothing'}; "
             f"stroke {float(one['stroke']):.4g}{length}, "
             f"blocked force {float(one['blocked_force']):.4g}{unit_of(member['force'])}"
         )
-    return ["constant voltage:", *shortened(lines)]
+    known = np.isfinite(member["validity_breakdown"]).any()
+    return ["constant voltage:", *shortened(lines), *([] if known else [UNKNOWN_STRENGTH])]
+
+
+def _about(equilibrium: dict[str, Any]) -> list[str]:
+    """Whether an equilibrium is stable, and which assumptions of the model fail there."""
+    fails = [words for name, words in FAILINGS.items() if float(equilibrium["validity"][name]) > 0.0]
+    return ["stable" if equilibrium["stable"] else "unstable", *fails]
 
 
 def _event_lines(member: xr.Dataset) -> list[str]:

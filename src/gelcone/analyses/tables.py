@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import common_json, heading, member_lines, outcome_lines, si_json
+from gelcone.analyses.answer import heading, member_lines, outcome_lines, variable_json
 from gelcone.codes import Outcome
-from gelcone.words import unit_of
+from gelcone.words import unit_of, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,18 +17,17 @@ if TYPE_CHECKING:
 
 
 def _json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    names = [str(name) for name in result.data_vars if name not in ("outcome", "initial")]
-    content = {name: result[name] for name in names} | common_json(result, subject)
-    if subject.device is not None:
-        content["si"] = si_json(shown, [name for name in names if shown[name].attrs["units"] != "1"])
-    return content
+    own = [name for name in map(str, result.data_vars) if not name.startswith(("outcome", "initial", "validity_"))]
+    return {name: variable_json(result, name) for name in own}
 
 
 def _words(shown: xr.Dataset, subject: Subject) -> str:
     lines = [*heading(subject), *outcome_lines(shown)]
     if shown["outcome"].dims:
-        return "\n".join([*lines, *member_lines(shown, lambda member: "; ".join(_rows(member)))])
-    return "\n".join([*lines, *_rows(shown)])
+        return "\n".join(
+            [*lines, *member_lines(shown, lambda member: "; ".join(_rows(member))), *validity_in_words(shown)]
+        )
+    return "\n".join([*lines, *_rows(shown), *validity_in_words(shown)])
 
 
 def _rows(member: xr.Dataset) -> list[str]:
@@ -38,7 +37,7 @@ def _rows(member: xr.Dataset) -> list[str]:
     return [
         f"{variable.attrs['long_name']}: {_number(variable)}"
         for name, variable in member.data_vars.items()
-        if not variable.dims and name != "outcome"
+        if not variable.dims and name != "outcome" and not str(name).startswith("validity_")
     ]
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import ending_lines, heading, outcome_names, parameters_json, si_json
+from gelcone.analyses.answer import ending_lines, heading
 from gelcone.analyses.subject import read_times
 from gelcone.codes import Outcome
 from gelcone.words import measured, unit_of
@@ -20,21 +20,6 @@ if TYPE_CHECKING:
 _UNKNOWN = {"validity_breakdown": "unknown (no dielectric strength given)"}
 PRINTED_LINES = 8
 """Lines of a spectrum in its text."""
-
-
-def _run_json(
-    result: xr.Dataset, shown: xr.Dataset, subject: Subject, own: tuple[str, ...], measures: tuple[str, ...]
-) -> dict[str, Any]:
-    """Variables of runs, dimensionless, and with a device those that have a unit also in SI units under ``si``."""
-    content: dict[str, Any] = {name: result[name] for name in (*own, *measures)}
-    content |= {
-        "outcome": outcome_names(result),
-        "parameters": parameters_json(subject.model),
-        "initial": list(subject.initial),
-    }
-    if subject.device is not None:
-        content |= {"device": subject.device.name, "si": si_json(shown, measures)}
-    return content
 
 
 def _span(variable: xr.DataArray, digits: int = 5) -> str:
@@ -54,10 +39,8 @@ def simulate_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, 
 def simulate_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a time response."""
     measures = ("time", "displacement", "velocity", "drive_voltage")
-    return _run_json(result, shown, subject, (), measures) | {
-        "validity": {str(n).removeprefix("validity_"): v for n, v in result.items() if str(n).startswith("validity_")},
-        "energy_residual": float(abs(result["energy_residual"]).max()),
-    }
+    content: dict[str, Any] = {name: result[name] for name in measures}
+    return content | {"energy_residual": float(abs(result["energy_residual"]).max())}
 
 
 def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -84,7 +67,7 @@ _POINT = ("time", "displacement", "velocity")
 
 def section_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a Poincare section."""
-    return _run_json(result, shown, subject, ("repeat",), _POINT)
+    return {name: result[name] for name in ("repeat", *_POINT)}
 
 
 def section_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -97,7 +80,7 @@ def section_words(shown: xr.Dataset, subject: Subject) -> str:
 
 def extrema_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of the turning points."""
-    return _run_json(result, shown, subject, ("phase", "maximum", "count"), _POINT)
+    return {name: result[name] for name in ("phase", "maximum", "count", *_POINT)}
 
 
 def extrema_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -123,7 +106,7 @@ def spectrum_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> di
     """The JSON object of a spectrum."""
     own = ("frequency_ratio", "line_ratio", "line_prominence", "power_in_lines", "flatness")
     measures = ("frequency", "amplitude", "line_frequency", "line_amplitude", "mean_displacement", "rms", "folded")
-    return _run_json(result, shown, subject, own, measures)
+    return {name: result[name] for name in (*own, *measures)}
 
 
 def spectrum_words(shown: xr.Dataset, subject: Subject) -> str:

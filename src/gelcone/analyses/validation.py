@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import common_json, heading, si_json
+from gelcone.analyses.answer import heading
 from gelcone.analyses.subject import DEFAULT_RADIUS_RATIO, RADIUS_RATIO, read_settings, read_values
 from gelcone.errors import InputError
 from gelcone.quantity import Array
@@ -25,7 +25,6 @@ HOOP_SLACK = "converged, but compressed along the hoop: the film wrinkles there,
 AT_POINTS = ("cone_force", "continuum_force", "deviation", "force_error", "limit_share", "cone_limit_share")
 FLAGS = ("hoop_slack", "meridional_slack", "overhangs", "stable", "folds", "reached_voltage")
 LIMITS = ("limit_displacement", "cone_limit_displacement")
-IN_SI = ("displacement", "constant_voltage", "cone_force", "continuum_force", "reached_voltage", *LIMITS)
 
 
 def split_settings(settings: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -54,11 +53,8 @@ def constant_voltages(voltages: str | None, settings: tuple[str, ...], subject: 
 
 def validate_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object. Points are lists over voltages and displacements, over displacements alone at one voltage."""
-    result, shown = (
-        one.squeeze("constant_voltage") if one.sizes["constant_voltage"] == 1 else one for one in (result, shown)
-    )
-    common = common_json(result, subject)
-    content = {
+    result = result.squeeze("constant_voltage") if result.sizes["constant_voltage"] == 1 else result
+    return {
         **{name: result[name] for name in ("displacement", "constant_voltage", RADIUS_RATIO, *AT_POINTS, *FLAGS)},
         "ending": _ending_names(result),
         "largest_deviation": abs(result["deviation"]).max(_points(result)),
@@ -69,9 +65,7 @@ def validate_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> di
         },
         "mesh": {n.removeprefix("mesh_"): result[n] for n in map(str, result.variables) if n.startswith("mesh_")},
         "forces": FORCES,
-        **{name: value for name, value in common.items() if name != "initial"},
     }
-    return content if subject.device is None else content | {"si": si_json(shown, IN_SI)}
 
 
 def _points(result: xr.Dataset) -> list[str]:

@@ -37,7 +37,7 @@ def help_of(analysis: Analysis, text: str | None = None) -> str:
     return f"{text}\n\n\b\n{examples}" if examples else text
 
 
-def run(analysis: Analysis, *, out: Path | None, force: bool, as_json: bool, **typed: Any) -> None:
+def run(analysis: Analysis, *, out: Path | None, force: bool, as_json: bool, **typed: Any) -> int:
     """Reads what was typed, runs the analysis and delivers its result."""
     subject = subject_of(typed)
     given = {name: value for name, value in typed.items() if value is not None}
@@ -47,4 +47,4 @@ def run(analysis: Analysis, *, out: Path | None, force: bool, as_json: bool, **t
         if "progress" in analysis.signature.parameters:
             arguments["progress"] = progress
         result = analysis.call(subject.model, **arguments)
-    deliver(answers_of(analysis), result, subject, out, force, as_json)
+    return deliver(answers_of(analysis), result, subject, out, force, as_json)

@@ -104,7 +104,7 @@ def map_command() -> click.Command:
     return click.Command("map", params=params, callback=run_map, help=help_of(MAP, MAP.summary))
 
 
-def run_map(*, over: tuple[str, ...], coarsest: int, uniform: bool, resume: Path | None, **typed: Any) -> None:
+def run_map(*, over: tuple[str, ...], coarsest: int, uniform: bool, resume: Path | None, **typed: Any) -> int:
     """Reads the map, or takes that of a store, and runs it."""
     output, how = _take(typed, OUTPUT), _take(typed, _RUN)
     kept, workers = one_store(how["store"], resume), read_workers(how)
@@ -124,7 +124,7 @@ def run_map(*, over: tuple[str, ...], coarsest: int, uniform: bool, resume: Path
             raise InputError(f"--over: a map takes two parameters, not {len(swept)}; {remedy}")
         plan = Plan(subject.model, swept, subject.initial, options=_given(typed))
         wanted = Sweep(subject, plan, "regime", None if uniform else coarsest, ())
-    run(MAP, wanted, kept, resume is not None, workers, output)
+    return run(MAP, wanted, kept, resume is not None, workers, output)
 
 
 def sweep_command() -> click.Command:
@@ -174,7 +174,7 @@ def run_sweep(
     keep: tuple[str, ...],
     resume: Path | None,
     **typed: Any,
-) -> None:
+) -> int:
     """Reads the sweep, or takes that of a store, and runs it."""
     output, how = _take(typed, OUTPUT), _take(typed, _RUN)
     kept, workers = one_store(how["store"], resume), read_workers(how)
@@ -187,12 +187,12 @@ def run_sweep(
         draws = draw(spread, count, method=method, seed=seed) if spread else {}
         plan = Plan(subject.model, subject.over(over), subject.initial, draws, _given(typed))
         wanted = Sweep(subject, plan, found.name, None, keep)
-    run(SWEEP, wanted, kept, resume is not None, workers, output)
+    return run(SWEEP, wanted, kept, resume is not None, workers, output)
 
 
 def run(
     command: Analysis, wanted: Sweep, store: Path | None, resume: bool, workers: Workers, output: dict[str, Any]
-) -> None:
+) -> int:
     """Runs a sweep and delivers its result."""
     subject, plan, analysis, coarsest, keep = wanted
     check_sweepable(find_analysis(analysis), plan, coarsest, keep)
@@ -209,7 +209,7 @@ def run(
             workers=workers,
             watch=watch,
         )
-    deliver(answers_of(command), result, subject, **output)
+    return deliver(answers_of(command), result, subject, **output)
 
 
 def show_command() -> click.Command:
@@ -220,10 +220,10 @@ def show_command() -> click.Command:
     )
 
 
-def run_show(*, store: Path, out: Path | None, force: bool, as_json: bool) -> None:
+def run_show(*, store: Path, out: Path | None, force: bool, as_json: bool) -> int:
     """Reads a store and delivers what it holds."""
     check_folder(out, SHOW.command, force)
-    deliver(answers_of(SHOW), show(store), stored(store).subject, out, force, as_json)
+    return deliver(answers_of(SHOW), show(store), stored(store).subject, out, force, as_json)
 
 
 # --- stores and workers -----------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from gelcone.analyses.answer import bare_answer
 from gelcone.cli.options import json_parameter
 from gelcone.cli.output import print_json
 
@@ -20,7 +21,8 @@ def list_devices(*, as_json: bool) -> None:
 
     devices = {stem: (path, Device.from_toml(path)) for stem, path in shipped_devices().items()}
     if as_json:
-        print_json({stem: {"name": device.name, "file": str(path)} for stem, (path, device) in devices.items()})
+        listed = {stem: {"name": device.name, "file": str(path)} for stem, (path, device) in devices.items()}
+        print_json(bare_answer("devices", listed))
         return
     for stem, (path, device) in devices.items():
         click.echo(f"{stem}\n  {device.name}\n  {path}")
@@ -38,7 +40,7 @@ def list_materials(*, as_json: bool) -> None:
 
     materials = load_materials()
     if as_json:
-        print_json({name: material.parameters() for name, material in materials.items()})
+        print_json(bare_answer("materials", {name: gel.parameters() for name, gel in materials.items()}))
         return
     for name, material in materials.items():
         click.echo(

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gelcone.analyses.answer import in_si, plain, write_results
+from gelcone.analyses.answer import answer_json, in_si, plain, write_results
 from gelcone.analyses.ask import Answers
+from gelcone.codes import Outcome
 from gelcone.plots import plot
 
 if TYPE_CHECKING:
@@ -28,16 +29,22 @@ LOG_SECONDS = 20.0
 
 def deliver(
     answers: Answers, result: xr.Dataset, subject: Subject, out: Path | None, force: bool, as_json: bool
-) -> None:
-    """What every command does with its result: SI units for a device, NAME.nc and NAME.png for --out, JSON or text."""
+) -> int:
+    """What every command does with its result: SI units for a device, NAME.nc and NAME.png for --out, JSON or text.
+
+    Returns the exit code: 1 when every run failed.
+    """
+    code = int("outcome" in result and bool((result["outcome"].values != Outcome.OK).all()))
     shown = in_si(result, subject)
     paths = () if out is None else write_results(out, answers.command, shown, plot(shown), force)
     if as_json:
-        print_json(answers.json(result, shown, subject))
-        return
+        content = answers.json(result, shown, subject)
+        print_json(answer_json(answers.command, content, result, shown, subject))
+        return code
     click.echo(answers.words(shown, subject))
     for path in paths:
         click.echo(f"wrote {path}")
+    return code
 
 
 def print_json(content: dict[str, Any]) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from gelcone.analyses.answer import bare_answer
 from gelcone.cli.options import json_parameter
 from gelcone.cli.output import print_json
 
@@ -61,7 +62,7 @@ def run_paper(*, names: tuple[str, ...], quick: bool, out: Path | None, force: b
         print("interrupted; what is complete is kept, and the same command continues from there", file=sys.stderr)
         sys.exit(130)
     if as_json:
-        print_json(report(result))
+        print_json(bare_answer("paper", report(result)))
     else:
         click.echo(summary(result))
 
@@ -98,7 +99,6 @@ def report(result: PaperRun) -> dict[str, Any]:
             for drawn in result.figures
         ],
         "report": str(result.report),
-        "version": result.version,
         "effort": result.effort,
     }
 

@@ -78,7 +78,7 @@ def run_validate(
     force: bool,
     as_json: bool,
     **typed: Any,
-) -> None:
+) -> int:
     """Compares the forces of cone and continuum, and fits the continuum's if asked to."""
     if typed["initial"] is not None:
         raise InputError("--initial: the disc is held at each displacement; leave it out")
@@ -104,7 +104,7 @@ def run_validate(
     result = with_mesh_table(result, ratio)
     if fit_file is not None:
         write_fit(film, ratio, fit_file, force)
-    deliver(Answers("validate", validate_words, validate_json), result, subject, out, force, as_json)
+    return deliver(Answers("validate", validate_words, validate_json), result, subject, out, force, as_json)
 
 
 def write_fit(model: ConeModel, ratio: Any, path: Path, force: bool) -> None:

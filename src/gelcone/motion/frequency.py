@@ -83,7 +83,7 @@ def frequency(
     * over ``branch``, its highest peak: ``peak_frequency`` between ``peak_low`` and ``peak_high``, ``peak_amplitude``
       and ``peak_amplitude_error``;
     * over ``jump``, each end of a range in which the sweeps differ: ``jump_branch``, the sweep that jumps there,
-      between the frequencies ``jump_low`` and ``jump_high``, from the amplitude ``jump_from`` to ``jump_to``;
+      between the frequencies ``jump_low`` and ``jump_high``, from the stroke ``jump_from`` to ``jump_to``;
       for an ensemble also ``jump_member``, its index;
     * the linear response to the same drive: ``linear_stroke``, ``linear_amplitude`` and ``linear_phase`` over
       ``harmonic``, see `gelcone.motion.linear.linear_response`; NaN where there is no equilibrium.
@@ -330,6 +330,6 @@ def _jump_variables(jumps: _Jumps, ensemble: bool) -> dict[str, Any]:
         "jump_branch": column(names, "sweep that jumps", "code"),
         "jump_low": column(jumps.low, "the jump lies above this frequency", "frequency"),
         "jump_high": column(jumps.high, "and at or below this one", "frequency"),
-        "jump_from": column(jumps.before, "amplitude before the jump", "length"),
-        "jump_to": column(jumps.after, "amplitude after the jump", "length"),
+        "jump_from": column(2.0 * jumps.before, "stroke before the jump, peak to peak", "length"),
+        "jump_to": column(2.0 * jumps.after, "stroke after the jump, peak to peak", "length"),
     } | (member if ensemble else {})
