@@ -40,7 +40,7 @@ def simulate_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> di
     """The JSON object of a time response."""
     measures = ("time", "displacement", "velocity", "drive_voltage")
     content: dict[str, Any] = {name: result[name] for name in measures}
-    return content | {"energy_residual": float(abs(result["energy_residual"]).max())}
+    return content | {"largest_energy_residual": float(abs(result["energy_residual"]).max())}
 
 
 def simulate_words(shown: xr.Dataset, subject: Subject) -> str:

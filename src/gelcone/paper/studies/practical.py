@@ -61,7 +61,8 @@ def _practical(device: Device, effort: Effort, progress: MaybeProgress) -> xr.Da
     times = np.linspace(0.0, effort.window, round(effort.window / SPACING) + 1)
     run = simulate(model, state, times=times, progress=weighted(progress, 0.3))
     settle = SETTLED_DECAYS / float(np.min(model.damping_ratio))
-    evidence = classify(model.members(), np.tile(state, (model.size, 1)), transient=settle, rounds=effort.rounds)
+    starts = np.broadcast_to(state, (model.size, 2))
+    evidence = classify(model.members(), starts, transient=settle, rounds=effort.rounds)
     late = swing(model.members(), evidence.final)
     kinds = label_evidence(model, evidence, {}, "").drop_vars(["section", "lowest", "highest"])
     shares = {str(n): f"window_{n}" for n in run if str(n).startswith("validity_")}
