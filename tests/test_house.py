@@ -20,7 +20,7 @@ FLOORS = [
     ["words"],
     ["plots"],
     ["analyses"],
-    ["paper"],
+    ["paper", "studio"],
     ["cli"],
     ["__main__"],
 ]

@@ -12,6 +12,7 @@ from gelcone._version import __version__
 from gelcone.register.analyses import ANALYSES
 
 OWN_COMMANDS = {
+    "studio": ("A page in the browser in which every control answers at once.", "studio:studio_command"),
     "paper": ("Redraw the source paper's figures and check its claims.", "paper:paper_command"),
     "validate": ("Is the cone right? Its force against the film as a continuum.", "validate:validate_command"),
     "devices": ("List the device files that ship.", "lists:devices_command"),
@@ -23,6 +24,7 @@ OWN_COMMANDS = {
 """Commands that are more than an analysis of one model: the line in the list of commands, and who makes them."""
 COMMANDS = {
     "paper": OWN_COMMANDS["paper"][0],
+    "studio": OWN_COMMANDS["studio"][0],
     **{analysis.command: analysis.summary for analysis in ANALYSES.values()},
     **{name: summary for name, (summary, _) in OWN_COMMANDS.items()},
 }

@@ -1,0 +1,75 @@
+"""The command that starts the studio."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import webbrowser
+from pathlib import Path
+from urllib.parse import urlencode
+
+import click
+
+from gelcone.errors import MissingDependency
+from gelcone.presets import find_preset
+
+
+def studio_command() -> click.Command:
+    """``gelcone studio``."""
+
+    @click.command("studio")
+    @click.argument("device", required=False, metavar="[DEVICE]")
+    @click.option("--preset", metavar="NAME", help="Start from a parameter set of the source paper.")
+    @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on.  [default: a free one]")
+    @click.option("--host", default="127.0.0.1", metavar="NAME", help="Address to listen on.  [default: 127.0.0.1]")
+    @click.option("--no-browser", is_flag=True, help="Print the address alone.")
+    def command(device: str | None, preset: str | None, port: int, host: str, no_browser: bool) -> None:
+        """A page in the browser in which every control answers at once.
+
+        Ctrl-C ends it.
+
+        \b
+        gelcone studio biased-pump
+        gelcone studio my-device.toml
+        gelcone studio --preset base
+        """
+        start(device, preset, port, host, no_browser)
+
+    return command
+
+
+def start(device: str | None, preset: str | None, port: int, host: str, no_browser: bool) -> None:
+    """Starts the server, prints its address, opens the browser, and serves until Ctrl-C."""
+    if device is not None and preset is not None:
+        raise click.UsageError(f"--preset {preset} and the device {device!r} are both given; give one or the other")
+    if preset is not None:
+        find_preset(preset)
+    try:
+        import starlette  # noqa: F401
+        import uvicorn  # noqa: F401
+        import websockets  # noqa: F401
+    except ImportError:
+        raise MissingDependency("the studio needs starlette and uvicorn: pip install 'gelcone[studio]'") from None
+    from gelcone.devices.device import find_device, shipped_devices
+    from gelcone.studio.server import LOCAL, Studio, run
+    from gelcone.studio.setting import Shelf
+
+    name = device if device is not None or preset is not None else "biased-pump"
+    given = None
+    if name is not None and (name not in shipped_devices() or Path(name).is_file()):
+        find_device(name)
+        given = Path(name).resolve()
+    studio = Studio(Shelf(given), host)
+    listening = studio.listen(port)
+    shown = {"preset": preset} if name is None else {"device": given.stem if given else name}
+    address = studio.address(urlencode(shown))
+    if host not in (LOCAL, "localhost", "::1"):
+        click.echo(
+            f"warning: --host {host}: whoever can reach this machine and has the address can use the studio, and the "
+            "connection is not encrypted",
+            err=True,
+        )
+    click.echo(f"gelcone studio: {address}\nCtrl-C ends it.")
+    sys.stdout.flush()
+    browse = threading.Thread(target=webbrowser.open, args=(address,), daemon=True)
+    run(studio, listening, (lambda: None) if no_browser else browse.start)

@@ -1,0 +1,193 @@
+"""The controls of a subject, made from what its parts say of themselves: parameters, device fields, components."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from gelcone.analyses.subject import Subject
+from gelcone.devices.device import Device
+from gelcone.devices.units import DIMENSIONS, format_si
+from gelcone.quantity import Quantity
+from gelcone.studio.fields import Field, device_fields
+from gelcone.studio.setting import CHOICES, Setting, leaf
+
+NOT_SHOWN = ("name", "sources", "relative_permittivity_range", "young_modulus")
+WIDER: Mapping[str, float] = {"voltage": 2.0}
+"""Parameters whose interesting values go further than twice their default, and by how much."""
+DRIVE, BODY, GEL, START = "Drive", "Body", "Gel", "Start"
+
+
+@dataclass(frozen=True)
+class Control:
+    """What a page needs for one control.
+
+    ``kind`` is ``number`` or ``choice``. A number's ``value`` at the start (None: automatic) and its slider's ``low`` and
+    ``high`` are in ``unit`` (empty: dimensionless), one of those in ``powers``, which holds the power of ten of each. A
+    choice is one of ``choices``.
+    """
+
+    name: str
+    label: str
+    group: str
+    kind: str
+    value: float | str | None
+    about: str = ""
+    unit: str = ""
+    low: float = 0.0
+    high: float = 1.0
+    choices: tuple[str, ...] = ()
+    powers: Mapping[str, int] = field(default_factory=dict)
+
+
+def controls_of(subject: Subject) -> list[Control]:
+    """The controls of a device in its own units, or of the model's parameters."""
+    return _of_device(subject.device) if subject.device is not None else _of_model(subject)
+
+
+def before_changes(setting: Setting) -> Setting:
+    """The setting with its choices but none of its numbers: what the controls start from and return to."""
+    kept = {name: value for name, value in setting.values.items() if leaf(name) in CHOICES}
+    return Setting(setting.device, setting.preset, setting.file, kept)
+
+
+def as_json(controls: Iterable[Control]) -> list[dict[str, Any]]:
+    return [asdict(control) for control in controls]
+
+
+# --- the model's parameters ------------------------------------------------------------------------------------------
+
+
+def _of_model(subject: Subject) -> list[Control]:
+    model, system = subject.model, subject.model.system
+    parts = {DRIVE: (system.waveform, system.circuit), BODY: (system.bias,), GEL: (system.film,)}
+    group_of = {name: group for group, own in parts.items() for part in own for name in part.parameters}
+    found = [
+        _of_quantity(name, quantity, float(model.values[name]), group_of.get(name, BODY))
+        for name, quantity in system.parameters.items()
+        if name in model.values
+    ]
+    law = None if model.law is None else model.law.name
+    kinds = {
+        "waveform": (system.waveform.name, DRIVE),
+        "circuit": (system.circuit.name, DRIVE),
+        "bias": (system.bias.name, BODY),
+        "film": (system.film.name, GEL),
+        "law": (law, GEL),
+        "prestretch_mode": (model.prestretch_mode, GEL),
+    }
+    found += [_choice(name, value, group, CHOICES[name]) for name, (value, group) in kinds.items() if value is not None]
+    start = zip(("displacement", "velocity"), subject.initial, strict=False)
+    found += [Control(name, _label(name), START, "number", value, "at time 0", "", -2.0, 2.0) for name, value in start]
+    return _in_groups(found)
+
+
+def _of_quantity(name: str, quantity: Quantity, value: float, group: str) -> Control:
+    low, high = _range(value, WIDER.get(name, 1.0) * quantity.default)
+    if quantity.positive:
+        low = high / 200.0
+    elif quantity.lower > -math.inf:
+        low = max(low, quantity.lower)
+    return Control(name, _label(name), group, "number", value, quantity.meaning, "", low, high)
+
+
+def _range(value: float, default: float) -> tuple[float, float]:
+    """From 0, or from the negative where the value may be either, to a round number above twice what is usual."""
+    size = max(abs(number) if math.isfinite(number) else 0.0 for number in (value, default))
+    high = _round_up(2.0 * size) if size else 1.0
+    return (0.0 if value > 0.0 or default > 0.0 else -high), high
+
+
+def _round_up(value: float) -> float:
+    """The next of 1, 2, 2.5, 4, 5, 8 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(float(f"{step * power:.6g}") for step in (1.0, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0) if step * power >= value)
+
+
+# --- a device's fields -----------------------------------------------------------------------------------------------
+
+
+def _of_device(device: Device) -> list[Control]:
+    values = {name: value for name, value in device if value is not None and name != "material"}
+    values |= {f"material.{name}": value for name, value in device.material if value is not None}
+    shown = _shown_anyway(device) | values
+    found = []
+    for name, about in device_fields().items():
+        last = leaf(name)
+        if last in NOT_SHOWN or name not in shown:
+            continue
+        value = values.get(name)
+        if last in CHOICES:
+            found.append(_choice(name, value, _group(name), CHOICES[last]))
+        elif about.unit:
+            found.append(_of_field(name, about, value, shown[name]))
+    own, names = device.material.name, tuple(CHOICES["material"])
+    known = names if own in names else (own, *names)
+    found.append(Control("material", "Material", GEL, "choice", own, "a measured gel", choices=known))
+    return _in_groups(found)
+
+
+def _shown_anyway(device: Device) -> dict[str, Any]:
+    """Fields that may stay unset, and what they amount to then."""
+    height = device.initial_state()[0] * device.scales.length
+    strength = device.material.dielectric_strength
+    unset: dict[str, Any] = {"release_height": height}
+    if strength is not None:
+        unset["dielectric_strength"] = strength
+    return unset
+
+
+def _of_field(name: str, about: Field, value: Any, usual: float) -> Control:
+    unit, powers = _display_unit(usual, about.unit), DIMENSIONS[about.unit].powers
+    scale = 10.0 ** powers[unit]
+
+    def shown(number: float) -> float:
+        return float(f"{number / scale:.12g}")
+
+    low, high = _range(shown(usual), 0.0)
+    if about.least is not None:
+        low = max(low, shown(about.least))
+    if about.above is not None:
+        low = max(low, high / 50.0) if about.above == 0.0 else low
+    own = None if value is None else shown(float(value))
+    return Control(name, _label(name), _group(name), "number", own, about.meaning, unit, low, high, powers=powers)
+
+
+def _display_unit(value: float, unit: str) -> str:
+    """The unit in which a value reads well."""
+    if unit == "1":
+        return ""
+    text = format_si(value, unit) if math.isfinite(value) else ""
+    return text.partition(" ")[2] or unit
+
+
+def _group(name: str) -> str:
+    last = leaf(name)
+    if last.startswith(("voltage", "frequency", "waveform", "circuit")):
+        return DRIVE
+    if name.startswith("material") or "stretch" in last or last in ("film", "dielectric_strength"):
+        return GEL
+    return START if last.startswith("release") else BODY
+
+
+# --- both ------------------------------------------------------------------------------------------------------------
+
+
+def _choice(name: str, value: Any, group: str, choices: Iterable[str]) -> Control:
+    names = tuple(choices)
+    own = value if isinstance(value, str) and value in names else None
+    return Control(name, _label(name), group, "choice", own or (names[0] if names else None), "", choices=names)
+
+
+def _label(name: str) -> str:
+    text = leaf(name).replace("_", " ")
+    return text[:1].upper() + text[1:]
+
+
+def _in_groups(controls: list[Control]) -> list[Control]:
+    """Without choices of one, the groups one after the other."""
+    order = (DRIVE, BODY, GEL, START)
+    kept = [c for c in controls if c.kind == "number" or len(c.choices) > 1]
+    return sorted(kept, key=lambda c: order.index(c.group))

@@ -1,0 +1,144 @@
+"""What the page saves: results computed again in double precision, their figures, and the command and the Python lines
+that give the same numbers."""
+
+from __future__ import annotations
+
+import inspect
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from gelcone.analyses.answer import in_si
+from gelcone.analyses.ask import arguments_of
+from gelcone.errors import InputError, unknown_name
+from gelcone.register.analyses import find_analysis
+from gelcone.register.analysis import Analysis
+from gelcone.studio.grids import Axis, Source
+from gelcone.studio.setting import Setting, typed
+
+OPTIONS: Mapping[str, tuple[str, ...]] = {
+    "simulate": ("periods",),
+    "section": (),
+    "spectrum": (),
+    "regime": (),
+    "static": (),
+    "map": (),
+    "bifurcation": (),
+    "envelope": (),
+}
+"""Results that the page saves -> options of the analysis that it sends."""
+OVER: Mapping[str, tuple[str, ...]] = {"map": ("x", "y"), "bifurcation": ("over",)}
+"""Those over parameters -> the axes that the page sends."""
+FORMATS = ("nc", "png", "svg")
+OWN_FILE = "device.toml"
+"""What the text of a device file is called once it is saved."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A result: the ``analysis``, its options and swept parameters as they would be typed."""
+
+    analysis: Analysis
+    options: Mapping[str, Any]
+    over: tuple[str, ...] = ()
+
+    @classmethod
+    def read(cls, name: Any, options: Any, axes: tuple[Axis, ...]) -> Wanted:
+        """From what the page sends; `InputError` for what it cannot save."""
+        if name not in OPTIONS:
+            raise unknown_name("result that can be saved", str(name), OPTIONS)
+        if not isinstance(options, dict) or not options.keys() <= set(OPTIONS[name]):
+            raise InputError(f"options of {name}: must be among {', '.join(OPTIONS[name]) or 'none'}")
+        if not all(isinstance(value, int | float) for value in options.values()):
+            raise InputError(f"options of {name}: must be numbers")
+        return cls(find_analysis(name), {k: float(v) for k, v in options.items()}, tuple(over_text(a) for a in axes))
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """What the command line would have read."""
+        return {**self.options, **({"over": self.over} if self.over else {})}
+
+
+def over_text(axis: Axis) -> str:
+    """``name=from:to:count`` with units."""
+    low, high = axis.texts((0, len(axis.values) - 1))
+    return f"{axis.name}={low}:{high}:{len(axis.values)}"
+
+
+def make(source: Source, wanted: Wanted, form: str) -> bytes:
+    """The bytes of a file: netCDF of the result, or its figure."""
+    from gelcone.dataset import write_netcdf
+    from gelcone.plots import plot, style
+
+    if form not in FORMATS:
+        raise unknown_name("format", form, FORMATS)
+    subject = source.subject()
+    arguments = arguments_of(wanted.analysis, subject, wanted.given)
+    shown = in_si(wanted.analysis.call(subject.model, **arguments), subject)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"{wanted.analysis.command}.{form}"
+        if form == "nc":
+            write_netcdf(shown, path)
+        else:
+            style.draw_file(plot(shown), path)
+        return path.read_bytes()
+
+
+# --- the same by hand ------------------------------------------------------------------------------------------------
+
+
+def command(setting: Setting, wanted: Wanted) -> str:
+    """The command that writes the same netCDF and PNG."""
+    options = typed(setting)
+    words = ["gelcone", wanted.analysis.command]
+    if setting.preset is None:
+        words.append(setting.device or OWN_FILE)
+    else:
+        words += ["--preset", setting.preset]
+    words += [word for value in options["settings"] for word in ("--set", value)]
+    words += ["--initial", options["initial"]] if "initial" in options else []
+    words += [word for value in wanted.over for word in ("--over", value)]
+    words += [w for name, value in wanted.options.items() for w in (f"--{name.replace('_', '-')}", f"{value:g}")]
+    return shlex.join([*words, "--out", "results"])
+
+
+def lines(setting: Setting, wanted: Wanted) -> str:
+    """The Python lines that save the same netCDF."""
+    analysis, name = wanted.analysis, wanted.analysis.name
+    text = ["import gelcone", ""]
+    arguments: dict[str, str] = {}
+    if setting.preset is None:
+        device = setting.device or OWN_FILE
+        values = f".replace({dict(setting.values)!r})" if setting.values else ""
+        text += [f"device = gelcone.find_device({device!r}){values}", "model = device.to_model()"]
+        arguments["initial"] = "device.initial_state()"
+        arguments["field_limit"] = "device.breakdown_field()"
+        saved = "gelcone.to_si(result, device)"
+    else:
+        own = {n: v for n, v in setting.values.items() if n not in ("displacement", "velocity")}
+        values = ", ".join(f"{n}={_plain(v)}" for n, v in own.items())
+        text += [
+            f'preset = gelcone.presets.find_preset("{setting.preset}")',
+            "model = preset.model" + (f".replace({values})" if own else ""),
+        ]
+        arguments["initial"] = f"({typed(setting)['initial']})" if "initial" in typed(setting) else "preset.initial"
+        saved = "result"
+        text[0] = "import gelcone\nimport gelcone.presets"
+    known = inspect.signature(analysis.call).parameters
+    passed = [f"{n}={value}" for n, value in arguments.items() if n in known]
+    passed += [f"{n}={value:g}" for n, value in wanted.options.items()]
+    text.append(f"result = gelcone.{name}({', '.join(['model', *passed])})")
+    text.append(f'gelcone.save({saved}, "{analysis.command}.nc")')
+    return "\n".join(text) + "\n"
+
+
+def _plain(value: str) -> str:
+    """A value as it is written in Python: a number, or else a text."""
+    try:
+        float(value)
+    except ValueError:
+        return repr(value)
+    return value

@@ -1,0 +1,55 @@
+"""Messages to the page: a JSON head and arrays, in one binary frame.
+
+A frame is the length of the head (unsigned 32-bit, little-endian), the head as UTF-8 padded with spaces so that what
+follows begins at a multiple of 8 bytes, and the arrays, each padded to a multiple of 8. The head's ``arrays`` lists
+name, type (``f4`` or ``u1``), offset and number of values of each.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+TYPES = {"u": "u1", "i": "f4", "f": "f4", "b": "u1"}
+"""Kind of a NumPy array -> how its values travel: bytes as they are, numbers in single precision, which a picture needs
+no more than."""
+
+
+def pack(head: Mapping[str, Any], arrays: Mapping[str, Any] | None = None) -> bytes:
+    """One frame; a number in the head that is not finite becomes null."""
+    index, parts, at = [], [], 0
+    for name, values in (arrays or {}).items():
+        array = np.asarray(values)
+        kind = TYPES[array.dtype.kind]
+        data = np.ascontiguousarray(array, dtype=f"<{kind}").tobytes()
+        index.append([name, kind, at, array.size])
+        parts.append(data + b"\0" * (-len(data) % 8))
+        at += len(parts[-1])
+    text = json.dumps(_finite({**head, "arrays": index}), allow_nan=False).encode()
+    text += b" " * (-(4 + len(text)) % 8)
+    return b"".join([struct.pack("<I", len(text)), text, *parts])
+
+
+def unpack(frame: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Head and arrays of a frame; what the page does in JavaScript."""
+    (length,) = struct.unpack_from("<I", frame)
+    head = json.loads(frame[4 : 4 + length])
+    arrays = {
+        name: np.frombuffer(frame, dtype=f"<{kind}", count=count, offset=4 + length + at)
+        for name, kind, at, count in head["arrays"]
+    }
+    return head, arrays
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(name): _finite(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not np.isfinite(value) else value

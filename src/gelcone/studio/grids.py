@@ -1,0 +1,217 @@
+"""Cells of maps and strips: the kind of motion over one or two parameters of the page, computed in workers.
+
+The cells of a map come level by level, as `gelcone.atlas.refinement` asks for them: first a coarse lattice, then
+between points of another kind, until all cells beside one of another kind are computed; the rest take the nearest's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gelcone.analyses.answer import in_si
+from gelcone.analyses.ask import arguments_of
+from gelcone.analyses.subject import Subject, read_subject
+from gelcone.codes import Regime
+from gelcone.devices.device import Device
+from gelcone.devices.si import factor
+from gelcone.errors import InputError
+from gelcone.motion.cycle import RETURNS
+from gelcone.motion.limits import limits_cells
+from gelcone.motion.settle import start_states
+from gelcone.physics.members import Members
+from gelcone.quantity import Array
+from gelcone.register.analyses import ANALYSES
+from gelcone.studio.controls import Control
+from gelcone.studio.pool import reporter
+
+TASK = 16
+"""Cells of a task: enough to fill the lanes of vectors twice, few enough for a picture that grows."""
+COARSEST = 9
+"""Cells along each axis of the coarsest picture."""
+IMPOSSIBLE = 99
+DRIVE_ARRAYS = ("voltage_amplitude", "voltage_offset", "frequency")
+"""Fields of a device that may be arrays."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a worker reads its subject from: a device file, or a preset among the ``options`` of `read_subject`."""
+
+    path: str | None
+    options: Mapping[str, Any]
+
+    def subject(self) -> Subject:
+        return read_subject(self.path, **self.options)
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A parameter and its ``values`` in the unit of its control."""
+
+    name: str
+    unit: str
+    values: Array
+
+    def texts(self, places: Iterable[int]) -> list[str]:
+        """Values as they would be typed."""
+        return [f"{self.values[i]:.10g} {self.unit}".strip() for i in places]
+
+
+def axis(controls: Iterable[Control], given: Any, count: int) -> Axis:
+    """An axis from the page's JSON ``[name, from, to]``; `InputError` for what cannot be swept."""
+    name, low, high = given if isinstance(given, list) and len(given) == 3 else (given, None, None)
+    control = next((c for c in controls if c.name == name and c.kind == "number"), None)
+    if control is None:
+        raise InputError(f"{name!r}: is no parameter that can be swept here")
+    if not (isinstance(low, int | float) and isinstance(high, int | float) and np.isfinite([low, high]).all()):
+        raise InputError(f"{control.label}: give numbers for both ends")
+    if not low < high:
+        raise InputError(f"{control.label}: from {low:g} to {high:g} is empty; the first end must be below the second")
+    return Axis(control.name, control.unit, np.linspace(low, high, count))
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Members with their initial states (members, N), and what one unit of length, rate and voltage is for each."""
+
+    members: Members
+    states: Array
+    length: Array
+    rate: Array
+    voltage: Array
+
+
+def cells_of(subject: Subject, axes: Mapping[str, Any]) -> Cells:
+    """The actuators at some values: name -> texts as typed, one a cell."""
+    return _of_device(subject.device, axes) if subject.device is not None else _of_model(subject, axes)
+
+
+def _of_model(subject: Subject, axes: Mapping[str, list[str]]) -> Cells:
+    values = {name: np.array([float(text) for text in texts]) for name, texts in axes.items()}
+    count = len(next(iter(values.values())))
+    states = np.tile(np.asarray(subject.initial, dtype=float), (count, 1))
+    for column, name in enumerate(("displacement", "velocity")):
+        if name in values:
+            states[:, column] = values.pop(name)
+    model = subject.model.replace(**values) if values else subject.model
+    if not model.shape:
+        model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
+    return Cells(model.members(), start_states(model, states), *np.ones((3, count)))
+
+
+def _of_device(device: Device, axes: Mapping[str, list[str]]) -> Cells:
+    if all(name in DRIVE_ARRAYS for name in axes):
+        return _of_one_device(device, axes)
+    places = range(len(next(iter(axes.values()))))
+    parts = [_of_one_device(device, {name: [texts[i]] for name, texts in axes.items()}) for i in places]
+    values = {name: np.concatenate([part.members.values[name] for part in parts]) for name in parts[0].members.values}
+    arrays = {n: np.concatenate([getattr(p, n) for p in parts]) for n in ("states", "length", "rate", "voltage")}
+    return Cells(Members(parts[0].members.system, values, len(parts)), **arrays)
+
+
+def _of_one_device(device: Device, axes: Mapping[str, list[str]]) -> Cells:
+    count = len(next(iter(axes.values())))
+    changed = device.replace({name: texts if count > 1 else texts[0] for name, texts in axes.items()})
+    model = changed.to_model()
+    if not model.shape:
+        model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
+    units = (np.full(count, factor(changed, quantity)) for quantity in ("length", "rate", "voltage"))
+    return Cells(model.members(), start_states(model, changed.initial_state()), *units)
+
+
+# --- in the workers --------------------------------------------------------------------------------------------------
+
+
+def kinds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:
+    """Kind of motion, largest exponent, extent and section of each cell, in the units of the page.
+
+    Cells of which there is no actuator, such as a disc larger than the film, have the kind `IMPOSSIBLE`.
+    """
+    return _kinds(source.subject(), axes)
+
+
+def _kinds(subject: Subject, axes: Mapping[str, list[str]]) -> dict[str, Any]:
+    count = len(next(iter(axes.values())))
+    try:
+        cells = cells_of(subject, axes)
+    except InputError:
+        if count == 1:
+            return _impossible(len(subject.model.system.states))
+        parts = [_kinds(subject, {name: [texts[i]] for name, texts in axes.items()}) for i in range(count)]
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    found = ANALYSES["regime"].compute(cells.members, cells.states, threads=1)
+    regime = np.where(found.outcome == 0, np.asarray(found.variables["regime"][1]), Regime.LEFT_THE_DOMAIN)
+    low, high = (np.asarray(found.variables[name][1]) * cells.length for name in ("lowest", "highest"))
+    section = np.asarray(found.variables["section"][1])[..., 0] * cells.length[:, None]
+    return {
+        "regime": regime.astype(np.uint8),
+        "exponent": np.asarray(found.variables["lyapunov"][1])[:, 0] * cells.rate,
+        "low": low,
+        "high": high,
+        "section": section,
+    }
+
+
+def _impossible(states: int) -> dict[str, Any]:
+    nothing = np.full(1, np.nan)
+    regime = np.full(1, IMPOSSIBLE, dtype=np.uint8)
+    section = np.full((1, RETURNS), np.nan)
+    return {"regime": regime, "exponent": nothing, "low": nothing, "high": nothing, "section": section}
+
+
+THRESHOLDS = {
+    "onset_voltage": "rest becomes unstable",
+    "pitchfork_voltage": "flat film loses its stability at the peak",
+    "pull_in_voltage": "pull-in at the peak",
+}
+"""Voltages that bound the use, as `gelcone.limits` finds them, in words."""
+VOLTAGES = ("voltage", "voltage_amplitude")
+"""Parameters that are the amplitude of the voltage."""
+
+
+def thresholds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:
+    """The amplitudes at which a threshold is met, along one axis, in V or dimensionless; without those never met.
+
+    Pull-in and pitchfork are those of a constant voltage, met when the drive's peak reaches it.
+    """
+    subject = source.subject()
+    try:
+        cells = cells_of(subject, axes)
+    except InputError:
+        return {}
+    found = limits_cells(cells.members, cells.states, threads=1).variables
+    offset = np.abs(np.asarray(cells.members.values["voltage_bias"]))
+    lines = {}
+    for name, words in THRESHOLDS.items():
+        volts = np.asarray(found[name][1]) - (0.0 if name == "onset_voltage" else offset)
+        if (volts > 0.0).any():
+            lines[words] = np.where(volts > 0.0, volts, np.nan) * cells.voltage
+    return lines
+
+
+def find_envelope(source: Source, lane: int) -> dict[str, Any]:
+    """What the page draws of a device's operating envelope, in volts and hertz; ``lane`` shows how far it is."""
+    subject = source.subject()
+    analysis = ANALYSES["envelope"]
+    options = arguments_of(analysis, subject, {}) | {"threads": 1}
+    shown = in_si(analysis.call(subject.model, progress=reporter(lane), **options), subject)
+    arrays = {
+        "frequency": shown["drive_frequency"].values,
+        "window": shown["recommended_peak"].values,
+        "stroke": shown["window_stroke"].values,
+        "first": shown["first_limit"].values.astype(float),
+    }
+    names = [str(name) for name in shown["driven_limit"].values]
+    arrays |= {f"limit {name}": shown["limit_high"].sel(driven_limit=name).values for name in names}
+    static = shown["static_limit_voltage"]
+    return {
+        "arrays": arrays,
+        "limits": names,
+        "static": {str(n): float(v) for n, v in zip(static["static_limit"].values, static.values, strict=True)},
+        "highest": float(shown["driven_peak"].values[-1]),
+        "constant": float(shown["recommended_constant"]),
+    }

@@ -1,0 +1,260 @@
+"""What the live panels show of one actuator, as plain numbers in the units of the page.
+
+Datasets with labels take several times as long as the integration itself; they are for what is saved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from gelcone.analyses.answer import in_si
+from gelcone.analyses.subject import Subject
+from gelcone.codes import Outcome, Regime
+from gelcone.dataset import label
+from gelcone.motion.equilibrium import static
+from gelcone.motion.flow import integrate
+from gelcone.motion.section import section_cells
+from gelcone.motion.settle import start_states
+from gelcone.motion.spectrum import spectrum_cells
+from gelcone.physics.members import Members
+from gelcone.plots.regime import REGIME_COLOURS
+from gelcone.quantity import Array
+from gelcone.register.analyses import ANALYSES
+from gelcone.words import evidence_in_words
+
+PER_PERIOD, PER_OSCILLATION, MOST_SAMPLES = 100, 20, 8000
+"""Samples of a run on the screen: each period of the voltage, each oscillation at the fastest rate, and in all."""
+SECTION_POINTS = 600
+"""Section points of a motion that does not repeat."""
+SPECTRUM_PERIODS = 64
+STATIC_LEVELS = 2
+RETURNS = 0.01
+"""A run that comes back to within this share of its size seems to repeat."""
+TAUT, HOOP_SLACK, MERIDIONAL_SLACK, CRUMPLED, BREAKDOWN = range(5)
+FILM_STATES = ("taut", "slack around", "slack from rim to disc", "slack both ways", "above breakdown")
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Arrays for plots and words for text, by name."""
+
+    arrays: dict[str, Any] = field(default_factory=dict)
+    words: dict[str, Any] = field(default_factory=dict)
+
+
+def scales(subject: Subject) -> dict[str, tuple[float, str]]:
+    """Quantity -> what one unit of the model is on the page, and the unit's name (empty: dimensionless)."""
+    quantities = ("length", "time", "velocity", "voltage", "frequency", "stress", "force")
+    if subject.device is None:
+        return dict.fromkeys(quantities, (1.0, ""))
+    from gelcone.devices.si import READ_AS, factor
+
+    return {quantity: (factor(subject.device, quantity), READ_AS[quantity][0]) for quantity in quantities}
+
+
+def axes(subject: Subject) -> dict[str, str]:
+    """The labels of the plots' axes."""
+    units = {quantity: unit for quantity, (_, unit) in scales(subject).items()}
+
+    def named(name: str, quantity: str) -> str:
+        return f"{name} ({units[quantity]})" if units[quantity] else name
+
+    height = "height" if subject.device is not None else "displacement"
+    return {
+        "time": named("time", "time"),
+        "displacement": named(height, "length"),
+        "velocity": named("velocity", "velocity"),
+        "voltage": named("voltage", "voltage"),
+        "constant": named("constant voltage", "voltage"),
+        "frequency": named("frequency", "frequency"),
+        "amplitude": named("amplitude", "length"),
+    }
+
+
+# --- the run from the start ------------------------------------------------------------------------------------------
+
+
+def response(subject: Subject, periods: float) -> Parts:
+    """The motion from its start, the voltage, the film's state, and in words what it seems to be."""
+    members, model = subject.model.members(), subject.model
+    states0 = start_states(model, subject.initial)
+    span = periods * float(model.drive_period)
+    oscillations = float(members.rate[0]) * span / (2.0 * np.pi)
+    wanted = np.ceil(max(PER_PERIOD * periods, PER_OSCILLATION * oscillations))
+    count = int(np.clip(wanted, PER_PERIOD, MOST_SAMPLES))
+    run = integrate(members, states0, span * np.linspace(0.0, 1.0, count + 1), threads=1)
+    x, u = run.states[0, :, 0], run.states[0, :, 1]
+    voltage = members.film_voltage(run.times, run.states)[0]
+    film = film_states(members, x, voltage, field_limit(subject))
+    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    outcome = Outcome(int(run.outcome[0]))
+    seems = f"ended: {outcome.meaning}" if outcome else _seems(members, run.times[0], run.states[0])
+    ran = np.isfinite(x)
+    return Parts(
+        {
+            "t": run.times[0] * by["time"],
+            "x": x * by["length"],
+            "u": u * by["velocity"],
+            "v": voltage * by["voltage"],
+            "film": film,
+        },
+        {
+            "seems": seems,
+            "ended": bool(outcome),
+            "shares": _shares(film[ran], subject),
+            "period": float(model.drive_period) * by["time"],
+        },
+    )
+
+
+def field_limit(subject: Subject) -> float | None:
+    """The dielectric strength of the subject's device over the scale of the field; None where it is unknown."""
+    return None if subject.device is None else subject.device.breakdown_field()
+
+
+def film_states(members: Members, x: Array, voltage: Array, limit: float | None) -> Any:
+    """The film's state (a place in `FILM_STATES`) at samples of a single run."""
+    with np.errstate(all="ignore"):
+        state = members.film_state(x[None], voltage[None])
+        hoop, meridional = np.asarray(state.hoop_stress < 0.0)[0], np.asarray(state.meridional_stress < 0.0)[0]
+        code = np.where(hoop, HOOP_SLACK, TAUT) + np.where(meridional, MERIDIONAL_SLACK, 0)
+        if limit is not None:
+            code = np.where(np.asarray(state.true_field > limit)[0], BREAKDOWN, code)
+    return code.astype(np.uint8)
+
+
+def _shares(film: Any, subject: Subject) -> list[dict[str, Any]]:
+    """For which share of the run the film is in each state that occurs, the model's own first."""
+    counts = np.bincount(film, minlength=len(FILM_STATES)) / max(film.size, 1)
+    return [{"code": code, "share": float(share)} for code, share in enumerate(counts) if share > 0.0]
+
+
+def _seems(members: Members, times: Array, states: Array) -> str:
+    """What the end of a run looks like, from its states at whole forcing periods: quick, and not sure."""
+    period = float(members.forcing_period[0])
+    ticks = np.arange(int(times[-1] / period + 0.5) + 1) * period
+    points = np.stack([np.interp(ticks, times, states[:, k]) for k in range(2)], axis=1)
+    late = points[len(points) // 2 :]
+    size = max(float(np.ptp(states[len(states) // 2 :, 0])), 1e-9)
+    for repeats in range(1, min(9, len(late))):
+        if np.abs(late[-1] - late[-1 - repeats])[0] < RETURNS * size:
+            return "seems to repeat" if repeats == 1 else f"seems to repeat every {repeats} periods"
+    return "does not repeat yet"
+
+
+# --- what kind of motion ---------------------------------------------------------------------------------------------
+
+
+def kind(subject: Subject) -> Parts:
+    """The regime of the motion with its evidence in the words of the command line, and its section."""
+    analysis = ANALYSES["regime"]
+    states = start_states(subject.model, subject.initial)
+    found = analysis.compute(subject.model.members(), states, threads=1)
+    shown = in_si(label(subject.model, found.variables, outcome=found.outcome, options={}, title=""), subject)
+    regime = Regime(int(shown["regime"])) if not int(shown["outcome"]) else Regime.LEFT_THE_DOMAIN
+    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    points = np.asarray(found.variables["section"][1])[0]
+    arrays = {"px": points[:, 0] * by["length"], "pu": points[:, 1] * by["velocity"]}
+    lines = evidence_in_words(shown)
+    return Parts(arrays, {"regime": int(regime), "lines": lines, "extent": _extent(shown)})
+
+
+def _extent(shown: Any) -> list[float] | None:
+    low, high = float(shown["lowest"]), float(shown["highest"])
+    return [low, high] if np.isfinite(low) and np.isfinite(high) else None
+
+
+def section(subject: Subject) -> Parts:
+    """More section points, for a motion that does not repeat."""
+    states = start_states(subject.model, subject.initial)
+    found = section_cells(subject.model.members(), states, repeats=SECTION_POINTS, threads=1)
+    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    x, u = (np.asarray(found.variables[name][1])[0] for name in ("displacement", "velocity"))
+    return Parts({"px": x * by["length"], "pu": u * by["velocity"]})
+
+
+# --- the other panels ------------------------------------------------------------------------------------------------
+
+
+def spectrum(subject: Subject) -> Parts:
+    """The amplitude spectrum of the settled motion, in units of the drive's frequency."""
+    states = start_states(subject.model, subject.initial)
+    found = spectrum_cells(subject.model.members(), states, periods=SPECTRUM_PERIODS, threads=1).variables
+    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    amplitude = np.asarray(found["amplitude"][1])[0]
+    ratio = np.arange(amplitude.size) / SPECTRUM_PERIODS
+    lines = np.asarray(found["line_ratio"][1])[0]
+    heights = np.asarray(found["line_amplitude"][1])[0]
+    kept = np.isfinite(lines)
+    omega = float(subject.model.drive_frequency) * by["frequency"]
+    return Parts(
+        {
+            "frequency": ratio * omega,
+            "amplitude": amplitude * by["length"],
+            "line": lines[kept] * omega,
+            "height": heights[kept] * by["length"],
+        },
+        {"drive": omega},
+    )
+
+
+def statics(subject: Subject) -> Parts:
+    """The equilibria over a constant voltage, stable where the slope is positive, and the voltages that matter."""
+    highest = float(subject.model.peak_voltage)
+    result = static(subject.model, np.linspace(0.0, max(highest, 1e-3), STATIC_LEVELS))
+    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    voltage, place, slope = (result[f"branch_{name}"].values for name in ("voltage", "displacement", "slope"))
+    marks = {
+        name: float(result[f"{name}_voltage"]) * by["voltage"]
+        for name in ("pitchfork", "pull_in")
+        if np.isfinite(float(result[f"{name}_voltage"]))
+    }
+    waveform, n = subject.model.system.waveform, subject.model.own_numbers
+    swing = np.ravel(waveform.samples(n))
+    return Parts(
+        {
+            "voltage": voltage * by["voltage"],
+            "x": place * by["length"],
+            "stable": (np.nan_to_num(slope) > 0.0).astype(np.uint8),
+        },
+        {"marks": marks, "swing": [float(swing.min()) * by["voltage"], float(swing.max()) * by["voltage"]]},
+    )
+
+
+STAGES: Mapping[str, Callable[[Subject], Parts]] = {
+    "kind": kind,
+    "section": section,
+    "spectrum": spectrum,
+    "statics": statics,
+}
+
+
+def legend() -> dict[str, Any]:
+    """Names and colours of kinds of motion and states of the film."""
+    return {
+        "regimes": [{"name": regime.label, "colour": REGIME_COLOURS[regime]} for regime in Regime],
+        "film": list(FILM_STATES),
+    }
+
+
+def about(subject: Subject) -> dict[str, Any]:
+    """What the pictures need to know besides the run: sizes of the cone, its parts, labels."""
+    device, model = subject.device, subject.model
+    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    disc, rim = (0.35, 1.0) if device is None else (device.disc_radius, device.film_radius)
+    unit = 1e3 if device is not None else 1.0 / (rim - disc)
+    free = float(np.ravel(model.system.bias.free_height(model.own_numbers))[0])
+    return {
+        "disc": disc * unit,
+        "rim": rim * unit,
+        "free": free * by["length"],
+        "parts": {name: getattr(model.system, name).name for name in ("film", "bias", "waveform", "circuit")},
+        "axes": axes(subject),
+        "si": device is not None,
+        "name": device.name if device is not None else "",
+        "strength": field_limit(subject) is not None,
+    }

@@ -1,0 +1,205 @@
+"""The server of the studio: who may talk to it, what it serves, and how it starts and ends."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import signal
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from importlib.resources import files
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.datastructures import Headers
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket
+
+from gelcone.errors import InputError
+from gelcone.studio.page import Page
+from gelcone.studio.pool import Pool
+from gelcone.studio.setting import Shelf
+
+LOCAL = "127.0.0.1"
+LARGEST_MESSAGE = 65_536
+MOST_PAGES = 32
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'self' http://127.0.0.1:* http://localhost:*"
+)
+"""Nothing but the page's own files; notebooks of this machine may show it in a frame."""
+KINDS = {".js": "text/javascript", ".css": "text/css", ".html": "text/html", ".svg": "image/svg+xml"}
+
+
+@dataclass
+class Studio:
+    """One server: the address it listens on, its token, the devices it knows, its workers and its pages."""
+
+    shelf: Shelf
+    host: str = LOCAL
+    token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
+    pool: Pool = field(default_factory=Pool)
+    pages: set[Page] = field(default_factory=set)
+    port: int = 0
+    _server: _Server | None = None
+
+    def listen(self, port: int = 0) -> socket.socket:
+        """The bound socket, so that the address is known before the server runs. `InputError` if it is taken."""
+        family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
+        found = socket.socket(family, socket.SOCK_STREAM)
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            found.bind((self.host, port))
+        except (OSError, OverflowError) as error:
+            found.close()
+            raise InputError(
+                f"--port {port}: cannot listen on {self.host} ({error}); choose another or leave it out"
+            ) from None
+        found.listen(128)  # who comes before the server runs waits
+        self.port = found.getsockname()[1]
+        return found
+
+    def address(self, state: str = "") -> str:
+        """The page's address with its token; ``state`` follows the ``#``."""
+        shown = {"0.0.0.0": socket.gethostname(), "::": socket.gethostname()}.get(self.host, self.host)
+        host = f"[{shown}]" if ":" in shown else shown
+        return f"http://{host}:{self.port}/?token={self.token}" + (f"#{state}" if state else "")
+
+    def hosts(self) -> set[str]:
+        """Values of the header Host that are ours."""
+        names = {LOCAL, "localhost", "[::1]"}
+        if self.host != LOCAL:
+            names |= {f"[{self.host}]" if ":" in self.host else self.host, socket.gethostname(), socket.getfqdn()}
+        return {f"{name.lower()}:{self.port}" for name in names}
+
+    def app(self) -> ASGIApp:
+        routes = [
+            Route("/", self._page),
+            Route("/static/{name}", self._static),
+            WebSocketRoute("/ws", self._talk),
+        ]
+        return Guard(Starlette(routes=routes), self)
+
+    async def serve(self, listening: socket.socket) -> None:
+        """Serves until `stop`; then nothing of it is left."""
+        config = uvicorn.Config(
+            self.app(),
+            log_level="warning",
+            access_log=False,
+            lifespan="off",
+            ws="websockets-sansio",
+            ws_max_size=LARGEST_MESSAGE,
+            ws_per_message_deflate=False,
+        )
+        self._server = _Server(config)
+        try:
+            await self._server.serve(sockets=[listening])
+        finally:
+            self.stop()
+            self.shelf.close()
+
+    def stop(self) -> None:
+        """Ends all work at once, and the server with it. From another thread: by the loop's `call_soon_threadsafe`."""
+        for page in list(self.pages):
+            page.end()
+        self.pool.close()
+        if self._server is not None:
+            self._server.should_exit = True
+
+    def is_ours(self, token: str | None) -> bool:
+        return secrets.compare_digest((token or "").encode(), self.token.encode())
+
+    async def _page(self, request: Request) -> Response:
+        if not self.is_ours(request.query_params.get("token")):
+            return PlainTextResponse("The address lacks its token; take the one that gelcone studio printed.", 403)
+        return _file("index.html")
+
+    async def _static(self, request: Request) -> Response:
+        return _file(request.path_params["name"])
+
+    async def _talk(self, socket: WebSocket) -> None:
+        origin = socket.headers.get("origin", "")
+        if origin.removeprefix("http://").lower() not in self.hosts() or not self.is_ours(
+            socket.query_params.get("token")
+        ):
+            await socket.close(1008)  # before the connection is accepted this is an answer 403
+            return
+        await socket.accept()
+        if len(self.pages) >= MOST_PAGES:
+            await socket.close(1013, "too many pages")
+            return
+        page = Page(socket, self.shelf, self.pool)
+        self.pages.add(page)
+        try:
+            await page.run()
+        finally:
+            page.end()
+            self.pages.discard(page)
+
+
+class Guard:
+    """Refuses what is addressed to another host, and gives every answer the headers that bind the browser."""
+
+    def __init__(self, app: ASGIApp, studio: Studio) -> None:
+        self.app, self.studio = app, studio
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if Headers(scope=scope).get("host", "").lower() not in self.studio.hosts():
+            refused = PlainTextResponse("This is not the host that you asked for.", 421)
+            if scope["type"] == "websocket":
+                await WebSocket(scope, receive, send).close(1008)
+            else:
+                await refused(scope, receive, send)
+            return
+
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] = [*message.get("headers", []), *_HEADERS]
+            await send(message)
+
+        await self.app(scope, receive, with_headers)
+
+
+_HEADERS = [
+    (b"content-security-policy", POLICY.encode()),
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+    (b"cache-control", b"no-cache"),
+]
+
+
+def _file(name: str) -> Response:
+    """One of the page's files."""
+    known = {path.name: path for path in files("gelcone.studio").joinpath("static").iterdir()}
+    if name not in known:
+        return PlainTextResponse("There is no such file.", 404)
+    return Response(known[name].read_bytes(), media_type=KINDS[name[name.rindex(".") :]])
+
+
+class _Server(uvicorn.Server):
+    """A server that leaves signals to those who started it."""
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        yield
+
+
+def run(studio: Studio, listening: socket.socket, ready: Callable[[], None]) -> None:
+    """Serves until Ctrl-C; ``ready`` is called once the server runs."""
+
+    async def main() -> None:
+        loop = asyncio.get_running_loop()
+        before = signal.signal(signal.SIGINT, lambda number, frame: loop.call_soon_threadsafe(studio.stop))
+        loop.call_soon(ready)
+        try:
+            await studio.serve(listening)
+        finally:
+            signal.signal(signal.SIGINT, before)
+
+    asyncio.run(main())

@@ -1,0 +1,48 @@
+// The kind of motion in words, its evidence, and how far the model held.
+import { colours, onto } from "./colours.js";
+import { make } from "./controls.js";
+
+const percent = (share) => (share >= 0.9995 ? "all" : share < 0.01 ? "under 1 %" : `${Math.round(100 * share)} %`);
+
+export class Badge {
+  constructor(host) { this.host = host; this.rows = new Map(); }
+
+  row(side) {
+    if (!this.rows.has(side)) {
+      const parts = { side: make("span", { className: "side" }), kind: make("span", { className: "kind" }), evidence: make("span", { className: "evidence" }), valid: make("span", { className: "valid" }) };
+      this.rows.set(side, { box: make("div", { className: "badge" }, parts.side, parts.kind, make("div", { className: "words" }, parts.evidence, parts.valid)), ...parts });
+      this.host.append(this.rows.get(side).box);
+    }
+    return this.rows.get(side);
+  }
+
+  keep(sides) {
+    for (const [side, { box }] of this.rows) if (!sides.includes(side)) { box.remove(); this.rows.delete(side); }
+    for (const [side, row] of this.rows) {
+      row.side.textContent = sides.length > 1 ? side.toUpperCase() : "";
+      row.side.style.color = colours()[side];
+      row.side.hidden = sides.length < 2;
+    }
+  }
+
+  show(side, look, legend) {
+    const row = this.row(side), sure = look.lines && !look.words.ended;
+    const kind = sure ? look.lines[0] : look.words.ended ? "stopped" : look.words.seems;
+    const colour = sure ? legend.regimes[look.regime].colour : null;
+    row.kind.textContent = kind[0].toUpperCase() + kind.slice(1) + (sure || look.words.ended ? "" : " …");
+    row.kind.style.background = colour ?? ""; row.kind.style.color = colour ? onto(colour) : "";
+    const evidence = look.words.ended ? look.words.seems : sure ? look.lines.slice(1).join(" · ") : "first impression; the evidence is under way";
+    row.evidence.textContent = evidence; row.evidence.title = evidence;
+    const [text, holds] = validity(look, legend);
+    row.valid.textContent = row.valid.title = text;
+    row.valid.classList.toggle("no", !holds); row.valid.classList.toggle("yes", holds);
+  }
+}
+
+function validity(look, legend) {
+  const broken = look.words.shares.filter(({ code }) => code > 0);
+  if (!broken.length) {
+    return [look.about.strength || !look.about.si ? "film taut throughout: the model holds" : "film taut throughout; dielectric strength unknown", true];
+  }
+  return [`film ${broken.map(({ code, share }) => `${legend.film[code]} ${percent(share)}`).join(", ")} of the time: there the model does not hold`, false];
+}

@@ -1,0 +1,70 @@
+// The player: where in the run the picture is, and how fast it goes.
+import { icon } from "./controls.js";
+import { format } from "./controls.js";
+
+const PLAY = "M4 3v12l9-6z", PAUSE = "M5 3v12M11 3v12";
+const SECONDS = [8, 4, 2, 1, 0.5];
+
+export class Clock {
+  constructor({ play, scrub, output, speed }, looks) {
+    Object.assign(this, { play, scrub, output, speed, looks });
+    this.at = 0; this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches; this.before = null;
+    play.onclick = () => { this.playing = !this.playing; this.button(); };
+    scrub.oninput = () => { this.playing = false; this.button(); this.at = (scrub.value / 1000) * this.length(); this.moved = true; };
+    this.button();
+  }
+
+  button() {
+    this.play.replaceChildren(icon(this.playing ? PAUSE : PLAY, 16));
+    this.play.setAttribute("aria-label", this.playing ? "Pause" : "Play");
+  }
+
+  look() { return this.looks.a ?? this.looks.b; }
+
+  length() { return this.look()?.t ? Math.max(...["a", "b"].map((side) => this.looks[side]?.t?.at(-1) ?? 0)) : 0; }
+
+  // The speeds to choose from, once it is known how long a period is; with seconds known, how much slower than real.
+  speeds(period, si) {
+    const key = `${format(period, 3)} ${si}`;
+    if (key === this.key) return;
+    this.key = key;
+    const chosen = this.speed.value || "2";
+    const slower = (seconds) => format(seconds / (period / 1000), 2);
+    const names = SECONDS.map((s) => [s, si ? (s > period / 1000 ? `${slower(s)}× slower` : `${format((period / 1000) / s, 2)}× faster`) : `${s} s a period`]);
+    if (si) names.push([period / 1000, "real time"]);
+    this.speed.replaceChildren(...names.map(([s, text]) => new Option(text, s === period / 1000 ? "real" : s)));
+    this.speed.value = [...this.speed.options].some((o) => o.value === chosen) ? chosen : "2";
+  }
+
+  tick(now) {
+    const look = this.look();
+    if (!look?.t) { this.before = now; return; }
+    const length = this.length(), period = look.words.period;
+    if (this.playing && this.before !== null) {
+      const seconds = this.speed.value === "real" ? period / 1000 : Number(this.speed.value) || 2;
+      this.at += (Math.min(now - this.before, 100) / 1000) * (period / seconds);
+      this.moved = true;
+    }
+    this.before = now;
+    if (this.at > length) this.at %= length || 1;
+    if (this.moved) {
+      this.scrub.value = (1000 * this.at) / (length || 1);
+      this.scrub.style.setProperty("--fill", `${this.scrub.value / 10}%`);
+      const text = look.about.si ? (length >= 2000 ? `${(this.at / 1000).toFixed(2)} s` : `${this.at.toFixed(0)} ms`) : `time ${format(this.at, 3)}`;
+      this.output.textContent = text;
+      this.scrub.setAttribute("aria-valuetext", text);
+    }
+  }
+
+  time() { return this.look()?.t ? this.at : null; }
+
+  // The state of a look's run at this time, between its samples; null where the run has ended.
+  state(look) {
+    const { t, x, u, v, film } = look;
+    if (!t) return null;
+    const n = t.length - 1, place = Math.min((this.at / t[n]) * n, n), k = Math.min(Math.floor(place), n - 1), f = place - k;
+    const between = (values) => values[k] + (values[k + 1] - values[k]) * f;
+    const state = { x: between(x), u: between(u), v: between(v), film: film[f < 0.5 ? k : k + 1] };
+    return Number.isFinite(state.x) ? state : null;
+  }
+}

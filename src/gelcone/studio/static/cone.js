@@ -1,0 +1,159 @@
+// The cone in cross-section and in perspective, coloured by the film's state.
+import { colours, mix } from "./colours.js";
+
+const SECTORS = 64, RINGS = 5, TILT = 0.4;
+const GAUGE = 46;
+const AROUND = 1, MERIDIAN = 2, BOTH = 3;
+
+export class Cone {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d");
+    new ResizeObserver(() => { this.fit(); this.changed = true; }).observe(canvas);
+    this.fit();
+  }
+
+  fit() {
+    const d = devicePixelRatio, w = this.canvas.clientWidth, h = this.canvas.clientHeight;
+    Object.assign(this, { w, h, d });
+    this.canvas.width = Math.round(w * d); this.canvas.height = Math.round(h * d);
+  }
+
+  // sides: for each setting {about, height, voltage, film, low, high, volts}; heights in the unit of about.rim.
+  draw(sides) {
+    const g = this.context, { w, h } = this;
+    if (!w || !h) return;
+    g.setTransform(this.d, 0, 0, this.d, 0, 0);
+    g.clearRect(0, 0, w, h);
+    const halves = sides.length > 1 ? sides.map((side) => ["perspective", side]) : [["section", sides[0]], ["perspective", sides[0]]];
+    const scale = Math.min(...halves.map(([, side]) => this.scale(side)));
+    const two = sides.length > 1, half = two ? w / 2 : (w - GAUGE) / 2;
+    halves.forEach(([kind, side], k) => {
+      g.save();
+      g.translate(k * (w - half), 0);
+      if (kind === "section") this.section(side, half, h, scale); else this.perspective(side, half, h, scale, two ? "AB"[k] : "");
+      g.restore();
+    });
+    if (!two) this.gauge(sides[0], half + GAUGE / 2 - 4, h);
+  }
+
+  scale(side) {
+    const most = Math.max(side.high, 0.15 * side.about.rim), least = Math.min(side.low, 0);
+    const wide = (0.5 * (this.w - GAUGE)) / (2.28 * side.about.rim), tall = (this.h - 54) / (most - least + 0.75 * side.about.rim);
+    return Math.min(wide, tall);
+  }
+
+  ground(side, h, scale) {
+    const most = Math.max(side.high, 0.15 * side.about.rim), least = Math.min(side.low, 0);
+    return h / 2 + ((most + least) / 2) * scale + 8;
+  }
+
+  section(side, w, h, scale) {
+    const g = this.context, c = colours(), { about, height, film } = side;
+    const a = about.disc * scale, b = about.rim * scale, cx = w / 2, y0 = this.ground(side, h, scale), y = y0 - height * scale;
+    g.strokeStyle = c.line; g.lineWidth = 1; g.setLineDash([3, 4]);
+    g.beginPath(); g.moveTo(cx - b - 16, y0); g.lineTo(cx + b + 16, y0); g.stroke(); g.setLineDash([]);
+    const base = Math.min(h - 8, y0 + Math.max(0.42 * b, -side.low * scale + 26));
+    this.bias(about, cx, base, y, a);
+    for (const sign of [-1, 1]) this.filmLine(cx + sign * b, y0, cx + sign * a, y, film);
+    g.fillStyle = c.steel;
+    for (const sign of [-1, 1]) this.block(cx + sign * b + (sign > 0 ? -2 : -10), y0 - 9, 12, 18);
+    this.block(cx - a - 2, y - 3.5, 2 * a + 4, 7);
+    g.fillStyle = c.ink; g.font = "600 12px system-ui, sans-serif"; g.textAlign = "center"; g.textBaseline = "bottom";
+    g.fillText(side.heightText, cx, Math.max(y - 8, 14));
+  }
+
+  block(x, y, w, h) { const g = this.context; g.beginPath(); g.roundRect(x, y, w, h, 2.5); g.fill(); }
+
+  // What pulls on the disc besides the film, in outline.
+  bias(about, cx, base, y, a) {
+    const g = this.context, c = colours(), kind = about.parts.bias;
+    g.strokeStyle = c.edge; g.lineWidth = 1.6;
+    if (/cone/.test(kind)) return;
+    if (/weight|payload|force/.test(kind)) {
+      g.fillStyle = c.edge; this.block(cx - 0.6 * a, y + 14, 1.2 * a, 14);
+      g.beginPath(); g.moveTo(cx, y); g.lineTo(cx, y + 14); g.stroke();
+      return;
+    }
+    const turns = 9, width = Math.min(9, 0.5 * a);
+    g.beginPath(); g.moveTo(cx - 0.5 * a, base); g.lineTo(cx + 0.5 * a, base); g.moveTo(cx, base);
+    for (let i = 1; i < 2 * turns; i++) g.lineTo(cx + (i % 2 ? width : -width), base + ((y - base) * i) / (2 * turns));
+    g.lineTo(cx, y); g.stroke();
+  }
+
+  filmLine(x0, y0, x1, y1, film) {
+    const g = this.context, c = colours();
+    const waves = film === MERIDIAN || film === BOTH ? 3 : 0;
+    const nx = y1 - y0, ny = x0 - x1, length = Math.hypot(nx, ny) || 1, n = 48;
+    g.strokeStyle = c.film[film]; g.lineWidth = film === AROUND ? 3 : 4.5; g.lineCap = "round"; g.lineJoin = "round";
+    g.beginPath();
+    for (let i = 0; i <= n; i++) {
+      const s = i / n, sway = waves ? 3.2 * Math.sin(2 * Math.PI * waves * s) * Math.sin(Math.PI * s) : 0;
+      g.lineTo(x0 + (x1 - x0) * s + (nx / length) * sway, y0 + (y1 - y0) * s + (ny / length) * sway);
+    }
+    g.stroke();
+    g.lineCap = "butt";
+  }
+
+  gauge(side, x, h) {
+    const g = this.context, c = colours(), top = 22, bottom = h - 24, [low, high] = side.volts;
+    const Y = (v) => bottom - ((v - low) / (high - low || 1)) * (bottom - top), zero = Y(Math.min(Math.max(0, low), high));
+    g.fillStyle = c.field; g.beginPath(); g.roundRect(x, top, 8, bottom - top, 4); g.fill();
+    g.fillStyle = c.accent; const y = Y(side.voltage);
+    g.beginPath(); g.roundRect(x, Math.min(y, zero), 8, Math.max(Math.abs(y - zero), 2), 3); g.fill();
+    g.fillStyle = c.soft; g.font = "11px system-ui, sans-serif"; g.textAlign = "center"; g.textBaseline = "middle";
+    g.fillText(side.voltageText, x + 4, bottom + 13);
+    g.fillText("voltage", x + 4, top - 11);
+  }
+
+  perspective(side, w, h, scale, name) {
+    const g = this.context, c = colours(), { about, height, film } = side;
+    const up = Math.sqrt(1 - TILT * TILT), cx = w / 2, a = about.disc, b = about.rim, y0 = this.ground(side, h, scale);
+    const at = (r, f, z) => [cx + r * scale * Math.cos(f), y0 + r * scale * Math.sin(f) * TILT - z * scale * up];
+    const ring = (r, z, from = 0, to = 2 * Math.PI) => {
+      g.beginPath(); g.ellipse(cx, y0 - z * scale * up, r * scale, r * scale * TILT, 0, from, to);
+    };
+    g.fillStyle = c.dark ? "rgba(0,0,0,0.35)" : "rgba(20,30,45,0.08)";
+    g.beginPath(); g.ellipse(cx, y0 + 9, b * scale * 1.06, b * scale * TILT * 1.06, 0, 0, 7); g.fill();
+    g.lineWidth = 7; g.strokeStyle = c.steel; ring(b * 1.02, 0, Math.PI, 2 * Math.PI); g.stroke();
+    const rings = film >= MERIDIAN && film <= BOTH ? RINGS : 1;
+    const slope = Math.atan2(height, b - a);
+    const quads = (front) => {
+      for (let i = 0; i < SECTORS; i++) {
+        const f = (2 * Math.PI * i) / SECTORS, f2 = (2 * Math.PI * (i + 1.02)) / SECTORS, middle = (f + f2) / 2;
+        if (Math.sin(middle) > 0 !== front) continue;
+        for (let k = 0; k < rings; k++) {
+          const r = b + ((a - b) * k) / rings, r2 = b + ((a - b) * (k + 1)) / rings, z = (height * k) / rings, z2 = (height * (k + 1)) / rings;
+          g.beginPath(); g.moveTo(...at(r, f, z)); g.lineTo(...at(r, f2, z)); g.lineTo(...at(r2, f2, z2)); g.lineTo(...at(r2, f, z2)); g.closePath();
+          g.fillStyle = this.shade(film, middle, slope, i, k, front);
+          g.fill();
+          g.strokeStyle = g.fillStyle; g.lineWidth = 0.7; g.stroke(); // closes the seams
+        }
+      }
+    };
+    const disc = () => {
+      g.fillStyle = mix(c.steel, "#000000", 0.35);
+      ring(a, height - 0.03 * b); g.fill();
+      g.fillStyle = c.steel; ring(a, height); g.fill();
+    };
+    quads(false);
+    if (height < 0) disc();
+    quads(true);
+    if (height >= 0) disc();
+    g.lineWidth = 7; g.strokeStyle = c.steel; ring(b * 1.02, 0, 0, Math.PI); g.stroke();
+    if (name) {
+      g.fillStyle = name === "A" ? c.a : c.b; g.font = "700 13px system-ui, sans-serif"; g.textAlign = "center"; g.textBaseline = "bottom";
+      g.fillText(name, cx, h - 18);
+      g.fillStyle = c.ink; g.font = "600 12px system-ui, sans-serif"; g.fillText(`${side.heightText}, ${side.voltageText}`, cx, h - 3);
+    }
+  }
+
+  // Light from the upper left; slack film is pleated: from rim to disc where it is slack around, in rings otherwise.
+  shade(film, angle, slope, sector, ring, front) {
+    const c = colours(), light = 0.5 + 0.5 * Math.cos(angle + 2.3) * Math.sin(slope + 0.5);
+    let share = (front ? 0 : 0.12) + 0.5 * (1 - light);
+    if ((film === AROUND || film === BOTH) && sector % 2) share += 0.2;
+    if ((film === MERIDIAN || film === BOTH) && ring % 2) share += 0.2;
+    return mix(c.film[film], c.dark ? "#06090d" : "#12202c", Math.min(share, 0.8));
+  }
+}

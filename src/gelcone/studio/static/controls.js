@@ -1,0 +1,175 @@
+// The controls of a setting: slider, number with unit, reset, lock; choices. They come from the server's list.
+const STEPS = 1000;
+const SHAPES = {
+  reset: "M4 4v4h4M4.6 8A6 6 0 1 1 4 11",
+  lock: "M5 9V6.5a3 3 0 0 1 6 0V9M3.5 9h9v6h-9z",
+  open: "M5 9V6.5a3 3 0 0 1 5.8-1M3.5 9h9v6h-9z",
+};
+
+export function icon(path, size = 14) {
+  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  for (const [name, value] of Object.entries({ viewBox: "0 0 16 18", width: size, height: size, fill: "none", stroke: "currentColor", "stroke-width": 1.6, "aria-hidden": "true" })) svg.setAttribute(name, value);
+  const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
+  line.setAttribute("d", path);
+  svg.append(line);
+  return svg;
+}
+
+export function make(tag, properties = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (name.startsWith("aria") || name === "role" || name.startsWith("data-")) element.setAttribute(name, value); else element[name] = value;
+  }
+  element.append(...children);
+  return element;
+}
+
+// A number to so many digits, without trailing zeros and without an exponent where one can do without.
+export function format(value, digits = 4) {
+  if (!Number.isFinite(value)) return "";
+  const text = Number(value.toPrecision(digits));
+  return Math.abs(text) >= 1e6 || (text !== 0 && Math.abs(text) < 1e-4) ? text.toExponential() : String(text);
+}
+
+export class Controls {
+  // changed(name, text or null for the default, settled): a value was set; settled once the user let go.
+  constructor({ drive, groups, group, general, changed }) {
+    Object.assign(this, { drive, groups, group, general, changed });
+    this.list = []; this.rows = new Map(); this.locked = new Set(); this.open = null;
+  }
+
+  // Shows a list of controls with the values set so far; rows are kept where nothing about them is new.
+  show(list, values) {
+    const key = JSON.stringify(list);
+    if (key !== this.key) { this.key = key; this.list = list; this.build(values); }
+    for (const control of this.list) this.set(control, values[control.name]);
+  }
+
+  build() {
+    const names = [...new Set(this.list.map((c) => c.group))].filter((name) => name !== "Drive");
+    this.rows.clear();
+    this.drive.replaceChildren(...this.list.filter((c) => c.group === "Drive").map((c) => this.row(c)));
+    if (!names.includes(this.open)) this.open = names[0];
+    this.groups.replaceChildren(...names.map((name) => make("button", {
+      type: "button", role: "tab", textContent: name, id: `tab-${name}`, "aria-controls": "group",
+      onclick: () => this.choose(name),
+      onkeydown: (event) => {
+        const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+        if (!step) return;
+        const next = names[(names.indexOf(name) + step + names.length) % names.length];
+        this.choose(next);
+        document.getElementById(`tab-${next}`).focus();
+      },
+    })));
+    this.pages = Object.fromEntries(names.map((name) => [name, this.list.filter((c) => c.group === name).map((c) => this.row(c))]));
+    this.choose(this.open);
+  }
+
+  choose(name) {
+    this.open = name;
+    for (const tab of this.groups.children) {
+      const own = tab.textContent === name;
+      tab.setAttribute("aria-selected", own); tab.tabIndex = own ? 0 : -1;
+    }
+    this.group.setAttribute("aria-labelledby", `tab-${name}`);
+    this.group.replaceChildren(...(this.pages[name] ?? []));
+  }
+
+  row(control) {
+    const id = `c-${control.name}`, error = make("p", { className: "error", hidden: true, id: `${id}-error`, role: "alert" });
+    const label = make("label", { htmlFor: id, textContent: control.label, title: control.about });
+    const reset = make("button", { type: "button", className: "tiny reset", title: "Reset", "aria-label": `Reset ${control.label}`, onclick: () => this.give(control, null, true) }, icon(SHAPES.reset));
+    const lock = make("button", { type: "button", className: "tiny lock", title: "Lock", "aria-label": `Lock ${control.label}`, "aria-pressed": "false", onclick: () => this.toggle(control) }, icon(SHAPES.open));
+    const row = make("div", { className: `control ${control.kind}`, "data-name": control.name });
+    let number, slider = null;
+    if (control.kind === "choice") {
+      number = make("select", { id, onchange: () => this.give(control, number.value, true) }, ...control.choices.map((c) => make("option", { value: c, textContent: c })));
+    } else {
+      number = make("input", { type: "text", id, autocomplete: "off", spellcheck: false, onchange: () => this.typed(control, number.value) });
+      slider = make("input", { type: "range", min: 0, max: STEPS, step: 1, "aria-label": control.label,
+        oninput: () => this.give(control, this.text(control, this.fromSlider(control, slider.value)), false),
+        onchange: () => this.give(control, this.text(control, this.fromSlider(control, slider.value)), true) });
+    }
+    number.setAttribute("aria-describedby", `${id}-error`);
+    row.append(label, make("span", { className: "number" }, number), reset, lock, ...(slider ? [slider] : []), error);
+    this.rows.set(control.name, { control, row, number, slider, error, lock });
+    if (this.locked.has(control.name)) this.locks(control.name, true);
+    return row;
+  }
+
+  fromSlider(control, place) { return control.low + (control.high - control.low) * (place / STEPS); }
+
+  text(control, value) { return `${format(value)} ${control.unit}`.trim(); }
+
+  // What was typed: a bare number is in the unit beside it.
+  typed(control, text) {
+    const own = text.trim();
+    if (!own) return this.give(control, null, true);
+    const bare = /^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$/.test(own);
+    this.give(control, bare ? `${own} ${control.unit}`.trim() : own, true);
+  }
+
+  give(control, text, settled) {
+    if (this.locked.has(control.name)) return;
+    this.set(control, text ?? undefined);
+    this.changed(control.name, text, settled);
+  }
+
+  // The number of a control in its unit, as it is set now; null for a value that is not a plain one.
+  value(name, values) {
+    const control = this.list.find((c) => c.name === name), text = values[name];
+    if (!control) return null;
+    if (text === undefined) return typeof control.value === "number" ? control.value : null;
+    const found = /^([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(.*)$/.exec(text.trim()), number = Number(found?.[1]);
+    if (!found || !Number.isFinite(number)) return null;
+    if (found[2] === control.unit) return number;
+    const power = (unit) => control.powers[unit];
+    return power(found[2]) === undefined ? null : Number((number * 10 ** (power(found[2]) - power(control.unit))).toPrecision(12));
+  }
+
+  set(control, text) {
+    const { row, number, slider } = this.rows.get(control.name), usual = control.value;
+    row.classList.toggle("changed", text !== undefined);
+    if (control.kind === "choice") { number.value = text ?? usual ?? ""; return; }
+    const shown = text ?? (usual === null ? "" : this.text(control, usual));
+    if (document.activeElement !== number || !row.classList.contains("wrong")) number.value = shown;
+    number.placeholder = usual === null ? "automatic" : "";
+    const value = this.value(control.name, { [control.name]: text });
+    const share = value === null ? 0 : (value - control.low) / (control.high - control.low);
+    slider.value = Math.round(STEPS * Math.min(1, Math.max(0, share)));
+    slider.style.setProperty("--fill", `${(100 * slider.value) / STEPS}%`);
+    slider.setAttribute("aria-valuetext", shown || "automatic");
+  }
+
+  toggle(control) {
+    const on = !this.locked.has(control.name);
+    this.locked[on ? "add" : "delete"](control.name);
+    this.locks(control.name, on);
+  }
+
+  locks(name, on) {
+    const { row, number, slider, lock } = this.rows.get(name);
+    row.classList.toggle("locked", on); number.disabled = on;
+    if (slider) slider.disabled = on;
+    lock.setAttribute("aria-pressed", on);
+    lock.replaceChildren(icon(on ? SHAPES.lock : SHAPES.open));
+  }
+
+  // Shows an error beside its control, or below all of them.
+  fail(name, message) {
+    this.settle();
+    const entry = this.rows.get(name) ?? [...this.rows.values()].find(({ control }) => control.name.endsWith(`.${name}`));
+    if (!entry) { this.general.textContent = message; this.general.hidden = false; return; }
+    if (entry.control.group !== "Drive" && entry.control.group !== this.open) this.choose(entry.control.group);
+    entry.row.classList.add("wrong"); entry.number.setAttribute("aria-invalid", "true");
+    entry.error.textContent = message; entry.error.hidden = false;
+  }
+
+  settle() {
+    this.general.hidden = true;
+    for (const { row, number, error } of this.rows.values()) {
+      if (error.hidden) continue;
+      row.classList.remove("wrong"); number.removeAttribute("aria-invalid"); error.hidden = true;
+    }
+  }
+}

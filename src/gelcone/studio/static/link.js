@@ -1,0 +1,33 @@
+// The connection to the server: says when it is lost, and comes back by itself.
+import { unpack } from "./frames.js";
+
+const SOONEST = 300, LATEST = 3000;
+
+export class Link {
+  constructor(token, { opened, lost, message }) {
+    this.token = token; this.opened = opened; this.lost = lost; this.message = message;
+    this.number = 0; this.wait = SOONEST;
+    this.connect();
+  }
+
+  connect() {
+    const socket = new WebSocket(`ws://${location.host}/ws?token=${encodeURIComponent(this.token)}`);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => { this.wait = SOONEST; this.opened(); };
+    socket.onmessage = (event) => this.message(...unpack(event.data));
+    socket.onclose = () => {
+      this.lost();
+      setTimeout(() => this.connect(), this.wait);
+      this.wait = Math.min(2 * this.wait, LATEST);
+    };
+    this.socket = socket;
+  }
+
+  // Sends a request; its number, or null while there is no connection.
+  ask(kind, content = {}) {
+    if (this.socket.readyState !== WebSocket.OPEN) return null;
+    const id = ++this.number;
+    this.socket.send(JSON.stringify({ kind, id, ...content }));
+    return id;
+  }
+}

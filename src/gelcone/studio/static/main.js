@@ -1,0 +1,307 @@
+// The page: what it is set to, what it asks for, and where the answers go.
+import * as address from "./address.js";
+import { Badge } from "./badge.js";
+import { Clock } from "./clock.js";
+import { colours, setTheme } from "./colours.js";
+import { Cone } from "./cone.js";
+import { Controls, format, icon, make } from "./controls.js";
+import { GridPanels } from "./grids.js";
+import { Link } from "./link.js";
+import { portraitPanel, spectrumPanel, staticsPanel, timePanel } from "./panels.js";
+import { extent } from "./plot.js";
+import { Saver } from "./save.js";
+
+const $ = (id) => document.getElementById(id);
+const SUN = "M8 6a3 3 0 1 0 .01 0M8 1v2M8 15v2M1 9h2M13 9h2M3 4l1.5 1.5M11.5 12.5L13 14M3 14l1.5-1.5M11.5 5.5L13 4", MOON = "M13 11A6 6 0 1 1 7 3a5 5 0 0 0 6 8z";
+const ASKED_AGAIN = 500;
+
+// --- state ---------------------------------------------------------------------------------------------------------
+
+const looks = { active: "a" };
+let hello = null, state = null;
+const asked = { a: null, b: null };
+const studio = (window.studio = { looks, painted: 0, waiting: new Map() });
+
+const setting = (side = state.side) => state[side];
+const sides = () => (!state ? [] : state.b ? ["a", "b"] : ["a"]);
+
+// --- the theme -----------------------------------------------------------------------------------------------------
+
+function theme(name) {
+  setTheme(name);
+  $("theme").replaceChildren(icon(name === "dark" ? SUN : MOON, 16));
+  $("theme").title = name === "dark" ? "Light" : "Dark";
+}
+const dark = matchMedia("(prefers-color-scheme: dark)");
+let chosenTheme = null;
+try { chosenTheme = localStorage.getItem("gelcone-theme"); } catch { /* a frame without storage */ }
+theme(chosenTheme ?? (dark.matches ? "dark" : "light"));
+dark.onchange = () => { if (!chosenTheme) { theme(dark.matches ? "dark" : "light"); repaint(); } };
+$("theme").onclick = () => {
+  chosenTheme = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
+  try { localStorage.setItem("gelcone-theme", chosenTheme); } catch { /* the same */ }
+  theme(chosenTheme);
+  repaint();
+};
+
+// --- the pieces ----------------------------------------------------------------------------------------------------
+
+const clock = new Clock({ play: $("play"), scrub: $("scrub"), output: $("clock"), speed: $("speed") }, looks);
+const cone = new Cone($("cone"));
+const badge = new Badge($("badges"));
+const controls = new Controls({
+  drive: $("drive"), groups: $("groups"), group: $("group"), general: $("general"),
+  changed: (name, text, settled) => change({ [name]: text }, settled),
+});
+const plots = {
+  time: timePanel($("time"), looks, clock),
+  portrait: portraitPanel($("portrait"), looks, clock),
+  spectrum: spectrumPanel($("spectrum"), looks),
+  statics: staticsPanel($("statics"), looks, clock),
+};
+const grids = new GridPanels({
+  hosts: { map: $("map"), strip: $("strip"), envelope: $("envelope") }, share: $("grid-share"),
+  page: { ask: (kind, content) => link.ask(kind, content), setting, state: () => state, legend: () => hello, controls: () => controls, look: () => looks[state.side], go: change, keep },
+});
+const saver = new Saver($("saver"), { ask: (kind, content) => link.ask(kind, content), state: () => state, setting, toast, grids });
+const link = new Link(new URLSearchParams(location.search).get("token") ?? "", {
+  opened: () => { $("lost").hidden = true; link.ask("hello"); },
+  lost: () => { $("lost").hidden = false; grids.lost(); },
+  message,
+});
+
+function toast(text) {
+  $("toast").textContent = text; $("toast").hidden = false;
+  clearTimeout(toast.timer);
+  toast.timer = setTimeout(() => { $("toast").hidden = true; }, 2500);
+}
+
+// --- changes -------------------------------------------------------------------------------------------------------
+
+// Sets values by name, null for the default; settled: worth a step in the browser's history.
+function change(values, settled = true) {
+  const own = setting();
+  for (const [name, text] of Object.entries(values)) {
+    if (controls.locked.has(name)) continue;
+    if (text === null) delete own.values[name]; else own.values[name] = text;
+  }
+  const structure = Object.keys(values).some((name) => controls.list.find((c) => c.name === name)?.kind === "choice");
+  controls.show(controls.list, own.values);
+  keep(settled);
+  look(state.side, structure);
+  grids.changed(Object.keys(values), settled);
+}
+
+// Writes the state into the address: a new step of the history where it is worth one.
+function keep(step) {
+  const text = `#${address.write(state)}`;
+  if (!step || text === keep.last) history.replaceState(null, "", text);
+  else history.pushState(null, "", text);
+  if (step) keep.last = text;
+}
+
+function panelsWanted() {
+  return [state.top === "spectrum" && "spectrum", state.left === "statics" && "statics"].filter(Boolean);
+}
+
+function look(side, withControls = false) {
+  studio.began = performance.now();
+  asked[side] = link.ask("look", { side, setting: state[side], periods: Number(state.periods), controls: withControls, panels: panelsWanted() });
+}
+
+// Shows a state read from an address.
+function apply(next) {
+  looks.active = next.side;
+  const other = state && JSON.stringify([state.a.device, state.a.preset, state.a.file]) !== JSON.stringify([next.a.device, next.a.preset, next.a.file]);
+  state = next;
+  if (!state.b) delete looks.b;
+  $("periods").value = state.periods;
+  for (const place of ["top", "left", "right"]) tab(place, state[place]);
+  sidesShown();
+  subjectShown();
+  for (const side of sides()) look(side, side === state.side);
+  grids.applied(other);
+}
+
+function sidesShown() {
+  looks.active = state.side;
+  $("sides").hidden = !state.b;
+  $("compare").setAttribute("aria-pressed", Boolean(state.b));
+  $("side-a").setAttribute("aria-pressed", state.side === "a");
+  $("side-b").setAttribute("aria-pressed", state.side === "b");
+  document.body.classList.toggle("b", state.side === "b");
+  badge.keep(sides());
+}
+
+function subjectShown() {
+  const own = setting(), select = $("subject");
+  const groups = [["Devices", hello.devices.map((name) => [`device:${name}`, name])], ["Parameter sets of the paper", Object.keys(hello.presets).map((name) => [`preset:${name}`, name])]];
+  if (own.file) groups.unshift(["Opened", [["file:", looks[state.side]?.about?.name || "device file"]]]);
+  select.replaceChildren(...groups.map(([label, options]) => make("optgroup", { label }, ...options.map(([value, text]) => new Option(text, value)))));
+  select.value = own.file ? "file:" : own.preset ? `preset:${own.preset}` : `device:${own.device}`;
+}
+
+// Puts another device or preset in place of the one that the controls change.
+function choose(next) {
+  state[state.side] = { device: null, preset: null, file: null, values: {}, ...next };
+  Object.assign(state, { x: null, y: null, over: null });
+  if (state.right === "envelope" && next.preset) tab("right", "map");
+  keep(true);
+  subjectShown();
+  look(state.side, true);
+  grids.applied(true);
+}
+
+$("subject").onchange = () => {
+  const [kind, name] = $("subject").value.split(/:(.*)/s);
+  if (kind !== "file") choose({ [kind]: name });
+};
+$("open").onclick = () => $("file").click();
+$("file").onchange = async () => {
+  const [file] = $("file").files;
+  $("file").value = "";
+  if (file.size > 30000) return controls.fail("", `${file.name}: is too large for a device file`);
+  choose({ file: await file.text() });
+};
+$("reset-all").onclick = () => change(Object.fromEntries(Object.keys(setting().values).map((name) => [name, null])));
+$("compare").onclick = () => {
+  if (state.b) { state.a = setting(); state.b = null; delete looks.b; state.side = "a"; look("a", true); }
+  else { state.b = structuredClone(state.a); state.side = "b"; looks.b = { ...looks.a }; look("b", true); }
+  keep(true);
+  sidesShown();
+  repaint();
+};
+for (const side of ["a", "b"]) $(`side-${side}`).onclick = () => { state.side = side; keep(true); sidesShown(); subjectShown(); look(side, true); grids.applied(false); };
+$("share").onclick = async () => {
+  try { await navigator.clipboard.writeText(location.href); toast("The address is copied; it works while the studio runs."); } catch { toast("Copy the address from the address bar."); }
+};
+$("save").onclick = () => saver.show();
+$("periods").onchange = () => { state.periods = $("periods").value; keep(true); sides().forEach((side) => look(side)); };
+
+// --- tabs ----------------------------------------------------------------------------------------------------------
+
+function tab(place, name) {
+  const panel = document.querySelector(`.panel[data-place="${place}"]`);
+  const tabs = [...panel.querySelectorAll('[role="tab"]')];
+  if (!tabs.some((t) => t.dataset.tab === name && !t.hidden)) name = tabs[0].dataset.tab;
+  state[place] = name;
+  for (const t of tabs) { const own = t.dataset.tab === name; t.setAttribute("aria-selected", own); t.tabIndex = own ? 0 : -1; }
+  for (const view of panel.querySelectorAll(".view")) view.classList.toggle("shown", view.dataset.view === name);
+  for (const part of panel.querySelectorAll("[data-for]")) part.hidden = part.dataset.for !== name;
+}
+for (const panel of document.querySelectorAll(".panel[data-place]")) {
+  const place = panel.dataset.place, tabs = [...panel.querySelectorAll('[role="tab"]')];
+  for (const t of tabs) {
+    t.type = "button";
+    t.onclick = () => { tab(place, t.dataset.tab); keep(true); if (place === "right") grids.opened(t.dataset.tab); else sides().forEach((side) => look(side)); };
+    t.onkeydown = (event) => {
+      const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key], open = tabs.filter((other) => !other.hidden);
+      if (step) { const next = open[(open.indexOf(t) + step + open.length) % open.length]; next.focus(); next.click(); }
+    };
+  }
+}
+addEventListener("popstate", () => { keep.last = location.hash; apply(address.read(location.hash, hello.devices[0])); });
+
+// --- answers -------------------------------------------------------------------------------------------------------
+
+function message(head, arrays) {
+  if (head.kind === "hello") return begin(head);
+  if (head.kind === "error") return failed(head);
+  if (grids.message(head, arrays) || saver.message(head, arrays)) return;
+  if (head.id < (asked[head.side] ?? 0) - ASKED_AGAIN || !state[head.side]) return;
+  ANSWERS[head.kind]?.(head, arrays);
+  show(head.side);
+}
+
+const ANSWERS = {
+  response(head, arrays) {
+    const before = looks[head.side] ?? {};
+    const look = { ...before, ...arrays, words: head.words, about: head.about, id: head.id };
+    delete look.lines;
+    looks[head.side] = look;
+    if (head.side === state.side) {
+      controls.settle();
+      if (head.controls) { controls.show(head.controls, setting().values); grids.controlsChanged(); subjectShown(); }
+      clock.speeds(head.words.period, head.about.si);
+      document.querySelector('[data-tab="envelope"]').hidden = !head.about.si;
+    }
+  },
+  kind(head, arrays) {
+    const look = looks[head.side], wanders = ![0, 1].includes(head.words.regime);
+    Object.assign(look, arrays, { lines: head.words.lines, regime: head.words.regime, extent: head.words.extent, wanders });
+    if (head.side === state.side) grids.moved();
+  },
+  section(head, arrays) { Object.assign(looks[head.side], arrays); },
+  spectrum(head, arrays) { looks[head.side].spectrum = { ...arrays, ...head.words }; },
+  statics(head, arrays) { looks[head.side].statics = { ...arrays, ...head.words }; },
+};
+
+function begin(head) {
+  hello = head;
+  $("film-legend").replaceChildren();
+  apply(address.read(location.hash, hello.devices[0]));
+  keep.last = location.hash;
+}
+
+function failed(head) {
+  if (saver.failed(head) || grids.failed(head)) return;
+  if (!head.side || head.side === state.side) controls.fail(head.control, head.message);
+  if (!controls.list.length) look(state.side, true);
+}
+
+// --- painting ------------------------------------------------------------------------------------------------------
+
+// Draws what an answer changes, at once: the picture is on the screen with the next frame.
+function show(side) {
+  plots.time.redraw();
+  plots.portrait.redraw();
+  if (state.top === "spectrum") plots.spectrum.redraw();
+  if (state.left === "statics") plots.statics.redraw();
+  badge.keep(sides());
+  badge.show(side, looks[side], hello);
+  clock.moved = true;
+  filmLegend();
+  studio.painted++;
+}
+
+function filmLegend() {
+  const codes = [...new Set(sides().flatMap((side) => (looks[side]?.words ? looks[side].words.shares.map(({ code }) => code) : [])))].sort();
+  const key = codes.join() + document.documentElement.dataset.theme;
+  if (key === filmLegend.key) return;
+  filmLegend.key = key;
+  $("film-legend").replaceChildren(...codes.map((code) => {
+    const swatch = make("i");
+    swatch.style.background = colours().film[code];
+    return make("li", {}, swatch, `film ${hello.film[code]}`);
+  }));
+}
+
+function repaint() {
+  filmLegend.key = null;
+  for (const plot of Object.values(plots)) plot.redraw();
+  for (const side of sides()) if (looks[side]?.words) show(side);
+  grids.redraw();
+  clock.moved = true;
+}
+
+function coneSides() {
+  return sides().filter((side) => looks[side]?.t).map((side) => {
+    const look = looks[side], now = clock.state(look) ?? { x: NaN, v: 0, film: 0 }, unit = look.about.si ? " mm" : "";
+    if (look.spanOf !== look.x) { look.spanOf = look.x; look.span = extent(look.x); look.volts = extent(look.v, [0]); }
+    const [low, high] = look.span, height = Number.isFinite(now.x) ? now.x : high;
+    return { about: look.about, height, film: now.film, low, high, volts: look.volts, voltage: now.v, heightText: `${format(height, 3)}${unit}`,
+      voltageText: look.about.si ? (Math.abs(now.v) >= 1000 ? `${(now.v / 1000).toFixed(2)} kV` : `${now.v.toFixed(0)} V`) : now.v.toFixed(2) };
+  });
+}
+
+function frame(now) {
+  clock.tick(now);
+  if ((clock.moved || cone.changed) && sides().some((side) => looks[side]?.t)) {
+    cone.draw(coneSides());
+    plots.time.redrawOver();
+    if (state.left === "portrait") plots.portrait.redrawOver(); else plots.statics.redrawOver();
+    clock.moved = cone.changed = false;
+  }
+  requestAnimationFrame(frame);
+}
+requestAnimationFrame(frame);

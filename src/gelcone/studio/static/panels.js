@@ -1,0 +1,153 @@
+// The plots that follow every look: over time, phase portrait, spectrum, statics.
+import { colours } from "./colours.js";
+import { Plot, Range, extent } from "./plot.js";
+
+const VOLTAGE_SHARE = 0.27;
+
+// Each panel draws the looks of one or two settings: {a, b}, with the arrays of response, kind, spectrum and statics.
+// Both are drawn only where they have the same units.
+function sidesOf(looks) {
+  const sides = ["a", "b"].filter((side) => looks[side]?.about), si = looks[looks.active]?.about?.si;
+  return sides.filter((side) => looks[side].about.si === si).map((side) => [looks[side], colours()[side], side]);
+}
+
+export function timePanel(host, looks, clock) {
+  const height = new Range(), volts = new Range();
+  const plot = new Plot(host, {
+    top: 6,
+    draw(p) {
+      const shown = sidesOf(looks).filter(([look]) => look.t);
+      if (!shown.length) return;
+      const { axes } = shown[0][0].about, end = Math.max(...shown.map(([look]) => look.t.at(-1)));
+      const x = [0, end], y = height.fit(extent(...shown.map(([look]) => look.x)));
+      p.axes(x, volts.fit(extent(...shown.map(([look]) => look.v))), { from: 1 - VOLTAGE_SHARE, xLabel: axes.time, yLabel: axes.voltage.replace(/^voltage \((.*)\)$/, "$1") });
+      for (const [look, colour] of shown) p.line(look.t, look.v, { colour, width: 1, sorted: true, alpha: 0.85 });
+      p.axes(x, y, { to: 1 - VOLTAGE_SHARE - 0.06, xTicks: false, yLabel: axes.displacement });
+      for (const [look, colour] of shown) p.line(look.t, look.x, { colour, sorted: true, alpha: shown.length > 1 ? 0.8 : 1 });
+      states(p, shown[0][0]);
+    },
+    over(p) {
+      const g = p.above, t = clock.time();
+      if (t === null) return;
+      g.strokeStyle = colours().ink; g.globalAlpha = 0.7; g.lineWidth = 1;
+      g.beginPath(); g.moveTo(p.X(t), p.margin.top); g.lineTo(p.X(t), p.h - p.margin.bottom); g.stroke();
+      g.globalAlpha = 1;
+    },
+  });
+  return plot;
+}
+
+// The film's state as a strip of colour below the curve.
+function states(p, look) {
+  const g = p.context, film = look.film, n = film.length - 1, c = colours().film;
+  const width = p.X(look.t[n]) - p.left, y = p.bottom + 3;
+  let from = 0;
+  for (let px = 1; px <= width; px++) {
+    const now = film[Math.min(n, Math.round((px / width) * n))], before = film[Math.min(n, Math.round((from / width) * n))];
+    if (now !== before || px + 1 > width) {
+      g.fillStyle = c[before];
+      g.fillRect(p.left + from, y, px - from, 4);
+      from = px;
+    }
+  }
+}
+
+export function portraitPanel(host, looks, clock) {
+  const xs = new Range(), us = new Range();
+  return new Plot(host, {
+    draw(p) {
+      const shown = sidesOf(looks).filter(([look]) => look.t);
+      if (!shown.length) return;
+      const { axes } = shown[0][0].about;
+      const all = (own, more) => extent(...shown.flatMap(([look]) => (look[more] ? [look[own], look[more]] : [look[own]])));
+      p.axes(xs.fit(all("x", "px")), us.fit(all("u", "pu")), { xLabel: axes.displacement, yLabel: axes.velocity });
+      for (const [look, colour] of shown) p.line(look.x, look.u, { colour, width: 0.8, alpha: look.x.length > 3000 ? 0.4 : 0.6 });
+      for (const [look, colour, side] of shown) {
+        if (!look.px) continue;
+        const few = !look.wanders;
+        p.points(look.px, look.pu, { colour: shown.length > 1 ? colour : colours().b, size: few ? 7 : 2.4 });
+      }
+    },
+    over(p) {
+      for (const [look, colour] of sidesOf(looks)) {
+        const state = clock.state(look);
+        if (!state) continue;
+        const g = p.above;
+        g.fillStyle = colours().ink; g.strokeStyle = colours().panel; g.lineWidth = 1.5;
+        g.beginPath(); g.arc(p.X(state.x), p.Y(state.u), 4.5, 0, 7); g.fill(); g.stroke();
+      }
+    },
+  });
+}
+
+const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
+const power = (v) => (Number.isInteger(v) ? `10${[...String(v)].map((digit) => RAISED[digit]).join("")}` : "");
+
+export function spectrumPanel(host, looks) {
+  const decades = new Range();
+  return new Plot(host, {
+    draw(p) {
+      const shown = sidesOf(looks).filter(([look]) => look.spectrum?.amplitude?.length);
+      if (!shown.length) return p.label("The actuator stands still, or its spectrum is under way.", p.w / 2, p.h / 2, { align: "center" });
+      const { axes } = shown[0][0].about, top = Math.max(...shown.map(([look]) => look.spectrum.drive)) * 8;
+      const most = Math.max(...shown.flatMap(([look]) => [...look.spectrum.amplitude.subarray(1)]), 1e-12);
+      const log = (v) => Math.log10(Math.max(v, 1e-30)), y = decades.fit([log(most) - 6, log(most)]);
+      p.axes([0, top], y, { xLabel: axes.frequency, yLabel: axes.amplitude, yText: power });
+      for (const [look, colour] of shown) {
+        const { frequency, amplitude, line, height } = look.spectrum;
+        const own = Float32Array.from(amplitude, log);
+        p.inside((g) => {
+          g.globalAlpha = 0.35; g.fillStyle = colour; g.beginPath(); g.moveTo(p.X(0), p.bottom);
+          for (let i = 0; i < own.length; i++) g.lineTo(p.X(frequency[i]), Math.min(p.Y(own[i]), p.bottom));
+          g.lineTo(p.X(frequency.at(-1)), p.bottom); g.fill();
+        });
+        p.line(frequency, own, { colour, width: 1 });
+        p.points(line, Float32Array.from(height, log), { colour, size: 6 });
+      }
+    },
+  });
+}
+
+export function staticsPanel(host, looks, clock) {
+  const volts = new Range(), heights = new Range();
+  return new Plot(host, {
+    draw(p) {
+      const shown = sidesOf(looks).filter(([look]) => look.statics);
+      if (!shown.length) return p.label("The equilibria are under way.", p.w / 2, p.h / 2, { align: "center" });
+      const { axes } = shown[0][0].about, c = colours();
+      const most = Math.max(...shown.map(([look]) => Math.max(...look.statics.swing.map(Math.abs), ...Object.values(look.statics.marks)))) * 1.15;
+      const near = shown.flatMap(([look]) => [...look.statics.x].filter((_, i) => look.statics.voltage[i] <= most));
+      p.axes(volts.fit([0, most]), heights.fit(extent(near, ...shown.map(([look]) => look.x ?? []))), { xLabel: axes.constant, yLabel: axes.displacement });
+      for (const [look, colour] of shown) {
+        const { voltage, x, stable, marks, swing } = look.statics;
+        if (look.extent) {
+          const [low, high] = [Math.min(...swing.map(Math.abs)), Math.max(...swing.map(Math.abs))];
+          const from = swing[0] * swing[1] < 0 ? 0 : low;
+          p.inside((g) => {
+            g.globalAlpha = 0.12; g.fillStyle = colour;
+            g.fillRect(p.X(from), p.Y(look.extent[1]), p.X(high) - p.X(from), p.Y(look.extent[0]) - p.Y(look.extent[1]));
+          });
+          p.label("the settled motion", p.X(from) + 5, Math.max(p.Y(look.extent[1]) + 9, p.top + 9));
+        }
+        for (const kind of [0, 1]) {
+          const own = Float32Array.from(x, (v, i) => (stable[i] === kind ? v : NaN));
+          p.line(voltage, own, { colour, width: kind ? 2 : 1.4, dash: kind ? [] : [5, 4] });
+        }
+        let row = 0;
+        for (const [name, v] of Object.entries(marks)) {
+          p.inside((g) => { g.strokeStyle = c.edge; g.setLineDash([2, 3]); g.beginPath(); g.moveTo(p.X(v), p.top); g.lineTo(p.X(v), p.bottom); g.stroke(); });
+          p.label(name.replace("_", "-"), p.X(v) - 4, p.top + 9 + 14 * row++, { align: "right" });
+        }
+      }
+    },
+    over(p) {
+      for (const [look] of sidesOf(looks)) {
+        const state = clock.state(look);
+        if (!state || !look.statics) continue;
+        const g = p.above;
+        g.fillStyle = colours().ink; g.strokeStyle = colours().panel; g.lineWidth = 1.5;
+        g.beginPath(); g.arc(p.X(Math.abs(state.v)), p.Y(state.x), 4.5, 0, 7); g.fill(); g.stroke();
+      }
+    },
+  });
+}

@@ -1,0 +1,168 @@
+// Two-dimensional plots on a canvas: axes with round numbers, lines, points; dense lines are filled column by column.
+import { colours } from "./colours.js";
+
+const FONT = "11px system-ui, 'Segoe UI', Roboto, sans-serif";
+
+export function ticks(low, high, most) {
+  const rough = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].find((f) => f * power >= rough * 0.999) * power, found = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
+  const digits = Math.min(12, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+  return found.map((v) => [v, Math.abs(v) < 1e5 || v === 0 ? v.toFixed(digits) : v.toPrecision(2)]);
+}
+
+export function extent(...arrays) {
+  let low = Infinity, high = -Infinity;
+  for (const values of arrays) for (let i = 0; i < values.length; i++) {
+    const v = values[i];
+    if (v < low) low = v;
+    if (v > high) high = v;
+  }
+  return [low, high];
+}
+
+// A range that holds what is shown and moves only when it must, so that a plot does not tremble under a slider.
+export class Range {
+  constructor(least = 1e-6) { this.least = least; this.low = NaN; this.high = NaN; }
+
+  fit([low, high]) {
+    if (!(high >= low)) { low = 0; high = 1; }
+    const size = Math.max(high - low, this.least, 0.02 * Math.max(Math.abs(low), Math.abs(high)));
+    const middle = (low + high) / 2, half = Math.max(high - low, size) / 2;
+    low = middle - half; high = middle + half;
+    const own = this.high - this.low;
+    if (!(low >= this.low && high <= this.high && high - low > 0.6 * own)) {
+      this.low = low - 0.08 * size; this.high = high + 0.08 * size;
+    }
+    return [this.low, this.high];
+  }
+}
+
+export class Plot {
+  // host: an element; draw(plot): called when there is something new to draw; over(plot): the same for the layer above.
+  constructor(host, { draw = () => {}, over = null, left = 52, bottom = 34, top = 8, right = 20 } = {}) {
+    this.box = Object.assign(document.createElement("div"), { className: "plot" });
+    this.canvas = document.createElement("canvas");
+    this.context = this.canvas.getContext("2d", { alpha: false });
+    this.box.append(this.canvas);
+    if (over) {
+      this.layer = Object.assign(document.createElement("canvas"), { className: "over" });
+      this.above = this.layer.getContext("2d");
+      this.box.append(this.layer);
+    }
+    host.append(this.box);
+    Object.assign(this, { draw, over, margin: { left, bottom, top, right }, w: 0, h: 0, seen: false });
+    new ResizeObserver(() => { this.fit(); this.redraw(); }).observe(this.box);
+    this.fit();
+  }
+
+  fit() {
+    const d = devicePixelRatio, w = this.box.clientWidth, h = this.box.clientHeight;
+    Object.assign(this, { w, h, d });
+    for (const canvas of [this.canvas, this.layer]) if (canvas) { canvas.width = Math.round(w * d); canvas.height = Math.round(h * d); }
+  }
+
+  redraw() {
+    if (!this.w || !this.h) return;
+    this.context.setTransform(this.d, 0, 0, this.d, 0, 0);
+    this.context.fillStyle = colours().panel;
+    this.context.fillRect(0, 0, this.w, this.h);
+    this.draw(this);
+    this.redrawOver();
+  }
+
+  redrawOver() {
+    if (!this.over || !this.w) return;
+    this.above.setTransform(this.d, 0, 0, this.d, 0, 0);
+    this.above.clearRect(0, 0, this.w, this.h);
+    if (this.x) this.over(this);
+  }
+
+  // Axes for the ranges x and y, in the part of the height from ``from`` to ``to`` (shares); sets the scales X and Y.
+  axes(x, y, { xLabel = "", yLabel = "", from = 0, to = 1, xTicks = true, yText = null } = {}) {
+    const g = this.context, c = colours(), m = this.margin;
+    const inner = this.h - m.top - m.bottom, top = m.top + from * inner, bottom = m.top + to * inner;
+    const left = m.left, right = this.w - m.right;
+    const sx = (right - left) / (x[1] - x[0]), sy = (bottom - top) / (y[1] - y[0]);
+    Object.assign(this, { x, y, left, right, top, bottom, X: (v) => left + (v - x[0]) * sx, Y: (v) => bottom - (v - y[0]) * sy });
+    this.toX = (px) => x[0] + (px - left) / sx;
+    this.toY = (py) => y[0] + (bottom - py) / sy;
+    g.font = FONT; g.lineWidth = 1; g.strokeStyle = c.line; g.fillStyle = c.soft; g.beginPath();
+    g.textAlign = "center"; g.textBaseline = "top";
+    for (const [v, text] of ticks(x[0], x[1], (right - left) / 76)) {
+      const p = Math.round(this.X(v)) + 0.5;
+      g.moveTo(p, top); g.lineTo(p, bottom);
+      if (xTicks) g.fillText(text, p, bottom + 4);
+    }
+    g.textAlign = "right"; g.textBaseline = "middle";
+    for (const [v, text] of ticks(y[0], y[1], Math.max(2, (bottom - top) / 38))) {
+      const p = Math.round(this.Y(v)) + 0.5;
+      g.moveTo(left, p); g.lineTo(right, p);
+      g.fillText(yText ? yText(v) : text, left - 5, p);
+    }
+    g.stroke();
+    g.textAlign = "center";
+    if (xLabel) { g.textBaseline = "bottom"; g.fillText(xLabel, (left + right) / 2, this.h - 1); }
+    if (yLabel) {
+      g.save(); g.translate(10, (top + bottom) / 2); g.rotate(-Math.PI / 2);
+      g.textBaseline = "middle"; g.fillText(yLabel, 0, 0); g.restore();
+    }
+  }
+
+  // Draws inside the axes only.
+  inside(draw) {
+    const g = this.context;
+    g.save(); g.beginPath(); g.rect(this.left, this.top - 1, this.right - this.left, this.bottom - this.top + 2); g.clip();
+    draw(g); g.restore();
+  }
+
+  line(x, y, { colour, width = 1.3, alpha = 1, sorted = false, dash = [] }) {
+    this.inside((g) => {
+      g.globalAlpha = alpha; g.strokeStyle = g.fillStyle = colour; g.lineWidth = width; g.lineJoin = "bevel"; g.setLineDash(dash);
+      if (sorted && x.length > 1.5 * (this.right - this.left) * this.d) return this.columns(g, x, y);
+      g.beginPath();
+      let down = false;
+      for (let i = 0; i < x.length; i++) {
+        if (y[i] !== y[i] || x[i] !== x[i]) { down = false; continue; }
+        if (down) g.lineTo(this.X(x[i]), this.Y(y[i])); else g.moveTo(this.X(x[i]), this.Y(y[i]));
+        down = true;
+      }
+      g.stroke();
+    });
+  }
+
+  // Where several samples share a column of pixels: what they span, filled. Strokes of that many samples are slow.
+  columns(g, x, y) {
+    const d = this.d;
+    let column = -1, low = 0, high = 0, last = NaN;
+    const put = () => g.fillRect(column / d, low - 0.65, 1 / d, high - low + 1.3);
+    for (let i = 0; i < x.length; i++) {
+      if (y[i] !== y[i]) continue;
+      const at = (this.X(x[i]) * d) | 0, py = this.Y(y[i]);
+      if (at !== column) {
+        if (column >= 0) put();
+        low = high = last === last ? last : py;
+        column = at;
+      }
+      if (py < low) low = py;
+      if (py > high) high = py;
+      last = py;
+    }
+    if (column >= 0) put();
+  }
+
+  points(x, y, { colour, size = 3, alpha = 1 }) {
+    this.inside((g) => {
+      g.globalAlpha = alpha; g.fillStyle = colour;
+      if (size > 5) {
+        for (let i = 0; i < x.length; i++) { g.beginPath(); g.arc(this.X(x[i]), this.Y(y[i]), size / 2, 0, 7); g.fill(); }
+      } else for (let i = 0; i < x.length; i++) g.fillRect(this.X(x[i]) - size / 2, this.Y(y[i]) - size / 2, size, size);
+    });
+  }
+
+  label(text, px, py, { colour = colours().soft, align = "left", base = "middle", bold = false } = {}) {
+    const g = this.context;
+    g.font = bold ? `600 ${FONT}` : FONT; g.fillStyle = colour; g.textAlign = align; g.textBaseline = base;
+    g.fillText(text, px, py);
+  }
+}

@@ -1,0 +1,241 @@
+"""The page in a real browser; skipped where there is none."""
+
+import asyncio
+import threading
+
+import browser
+import pytest
+
+from gelcone.studio.server import Studio
+from gelcone.studio.setting import Shelf
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(browser.find_browser() is None, reason="no Chromium on this machine (Debian: chromium)"),
+]
+ANSWERED = "window.studio && studio.looks.a && studio.looks.a.lines && true"
+
+
+class Served:
+    """A studio in a thread, at a port of one's choice, which may end and begin again."""
+
+    def __init__(self, port=0, token=None):
+        self.studio = Studio(Shelf()) if token is None else Studio(Shelf(), token=token)
+        listening = self.studio.listen(port)
+        self.loop = asyncio.new_event_loop()
+        self.thread = threading.Thread(target=lambda: self.loop.run_until_complete(self.studio.serve(listening)))
+        self.thread.start()
+
+    def close(self):
+        self.loop.call_soon_threadsafe(self.studio.stop)
+        self.thread.join(10)
+        self.loop.close()
+
+
+@pytest.fixture(scope="module")
+def served():
+    served = Served()
+    yield served
+    served.close()
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with browser.Browser() as chromium:
+        yield chromium
+
+
+@pytest.fixture
+def page(served, chromium, tmp_path):
+    tab = chromium.page
+    tab.log.clear()
+    tab.size(1280, 800)
+    tab.dark(False)
+    tab.go("about:blank")
+    tab.send("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    tab.go(served.studio.address("device=biased-pump"))
+    tab.wait(ANSWERED)
+    yield tab
+    assert tab.log == []
+
+
+def pick(page, selector, value):
+    page.js(
+        f"(() => {{ const s = document.querySelector('{selector}'); s.value = '{value}';"
+        "s.dispatchEvent(new Event('change', {bubbles: true})); })()"
+    )
+
+
+def type_in(page, name, text):
+    page.js(
+        f"(() => {{ const s = document.querySelector('[data-name=\"{name}\"] input[type=text]'); s.value = '{text}';"
+        "s.dispatchEvent(new Event('change', {bubbles: true})); })()"
+    )
+
+
+def words(page):
+    return page.js("document.getElementById('badges').innerText")
+
+
+def test_what_moves_is_painted_and_said_in_words(page):
+    assert "Periodic, period 1" in words(page)
+    assert "film taut throughout" in words(page)
+    for canvas in ("#cone", "#time canvas", "#portrait canvas"):
+        colours = page.js(
+            f"(() => {{ const c = document.querySelector('{canvas}');"
+            "const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; const s = new Set();"
+            "for (let i = 0; i < d.length; i += 4) s.add(d[i] + 256 * d[i + 1] + 65536 * d[i + 2]); return s.size })()"
+        )
+        assert colours > 5, canvas
+    before = page.js("document.getElementById('scrub').value")
+    page.wait(f"document.getElementById('scrub').value != {before}")
+
+
+def test_every_control_is_answered(page):
+    names = page.js("[...document.querySelectorAll('#groups [role=tab]')].map((t) => t.textContent)")
+    moved = 0
+    for group in names:
+        page.js(f"document.getElementById('tab-{group}').click()")
+        for name in page.js("[...document.querySelectorAll('.control.number')].map((c) => c.dataset.name)"):
+            code = (
+                f"(() => {{ const s = document.querySelector('[data-name=\"{name}\"] input[type=range]');"
+                "s.value = Number(s.value) + 5; s.dispatchEvent(new Event('input', {bubbles: true}));"
+                "return studio.looks.a.id })()"
+            )
+            before = page.js(code)
+            page.wait(f"studio.looks.a.id > {before}")
+            page.js(f"document.querySelector('[data-name=\"{name}\"] .reset').click()")
+            moved += 1
+    assert moved >= 15
+    page.wait("document.querySelectorAll('.control.changed').length === 0")
+
+
+def test_an_error_stands_beside_its_control_and_the_picture_stays(page):
+    samples = page.js("studio.looks.a.x.length")
+    type_in(page, "disc_radius", "40 mm")
+    page.wait("!document.querySelector('[data-name=disc_radius] .error').hidden")
+    told = page.js("document.querySelector('[data-name=disc_radius] .error').textContent")
+    assert "must be less than film_radius" in told
+    assert page.js("document.querySelector('[data-name=disc_radius] input').getAttribute('aria-invalid')") == "true"
+    assert page.js("studio.looks.a.x.length") == samples
+    type_in(page, "disc_radius", "7 mm")
+    page.wait("document.querySelector('[data-name=disc_radius] .error').hidden")
+
+
+def test_a_lock_keeps_a_value(page):
+    page.js("document.querySelector('[data-name=frequency] .lock').click()")
+    type_in(page, "frequency", "12 Hz")
+    assert "frequency" not in page.js("location.hash")
+    assert page.js("document.querySelector('[data-name=frequency] input[type=range]').disabled")
+
+
+def test_the_address_holds_the_state_and_the_history_goes_back(page):
+    type_in(page, "frequency", "12 Hz")
+    page.wait("location.hash.includes('frequency=12+Hz')")
+    shared = page.js("location.href")
+    page.js("history.back()")
+    page.wait("!location.hash.includes('frequency')")
+    page.wait("document.querySelector('[data-name=frequency] input').value === '10 Hz'")
+    other = page.browser.tab(shared)
+    other.wait(ANSWERED)
+    assert other.js("document.querySelector('[data-name=frequency] input').value") == "12 Hz"
+    assert other.js("document.querySelector('[data-name=frequency]').classList.contains('changed')")
+    assert other.log == []
+
+
+def test_a_click_on_the_map_goes_there_and_a_drag_zooms(page):
+    page.wait("document.querySelectorAll('#map .legend li').length > 0", 120)
+    page.click("#map canvas", 0.7, 0.3)
+    page.wait("location.hash.includes('voltage_amplitude=') && location.hash.includes('frequency=')")
+    page.drag("#map canvas", (0.3, 0.3), (0.6, 0.6))
+    page.wait("location.hash.includes('x=voltage_amplitude')")
+    page.wait("document.querySelectorAll('#map .legend li').length > 0", 120)
+
+
+def test_two_settings_side_by_side(page):
+    page.click("#compare")
+    page.wait("studio.looks.b && studio.looks.b.lines && true")
+    type_in(page, "voltage_amplitude", "400 V")
+    page.wait("location.hash.includes('b.voltage_amplitude=400+V')")
+    page.wait("document.querySelectorAll('.badge').length === 2")
+    page.wait("Math.max(...studio.looks.a.x) - Math.max(...studio.looks.b.x) > 1")
+    page.click("#side-a")
+    page.wait("document.querySelector('[data-name=voltage_amplitude] input').value === '800 V'")
+    page.click("#compare")
+    page.wait("document.querySelectorAll('.badge').length === 1")
+
+
+def test_files_are_saved(page, tmp_path):
+    import gelcone
+
+    page.click("#save")
+    page.wait("document.querySelector('#saver pre').textContent.startsWith('gelcone simulate biased-pump')")
+    for form in ("nc", "png", "svg"):
+        page.js(f"document.querySelector('#saver [data-format={form}]').click()")
+        browser.wait_for((tmp_path / f"simulate.{form}").exists, 120)
+        page.wait("!document.querySelector('#saver [data-format=nc]').disabled")
+    result = gelcone.load(tmp_path / "simulate.nc")
+    assert result.attrs["device"] == "biased pumping cone"
+    page.js("document.getElementById('saver').close()")
+
+
+def test_dark_and_light(page):
+    light = page.js("getComputedStyle(document.body).backgroundColor")
+    page.dark(True)
+    page.wait("document.documentElement.dataset.theme === 'dark'")
+    assert page.js("getComputedStyle(document.body).backgroundColor") != light
+    page.click("#theme")
+    page.wait("document.documentElement.dataset.theme === 'light'")
+    page.js("localStorage.clear()")
+
+
+@pytest.mark.parametrize("size", [(1024, 700), (1280, 800), (1920, 1080)])
+def test_it_fits_the_window(page, size):
+    page.size(*size)
+    for group in ("Body", "Gel", "Start"):
+        page.js(f"document.getElementById('tab-{group}').click()")
+        page.js("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        too_large = page.js(
+            "[...document.querySelectorAll('html, body, aside, main, .panel, #group, header')].filter((e) =>"
+            "e.scrollWidth > e.clientWidth + 1 || e.scrollHeight > e.clientHeight + 1)"
+            ".map((e) => e.id || e.className || e.tagName)"
+        )
+        assert too_large == [], group
+
+
+def test_the_keyboard_is_enough(page):
+    page.js("document.querySelector('[data-name=frequency] input[type=range]').focus()")
+    page.key("ArrowRight", 39)
+    page.wait("location.hash.includes('frequency=')")
+    page.js("document.querySelector('[data-tab=time]').focus()")
+    page.key("ArrowRight", 39)
+    page.wait("document.activeElement.dataset.tab === 'spectrum' && location.hash.includes('top=spectrum')")
+    page.wait("document.querySelectorAll('#map .legend li').length > 0", 120)
+    page.js("document.querySelector('#map canvas').focus()")
+    page.key("ArrowUp", 38)
+    page.wait("location.hash.includes('voltage_amplitude=')")
+
+
+def test_everything_has_a_name(page):
+    nameless = page.js(
+        "[...document.querySelectorAll('button, select, input, canvas[tabindex], [role=img]')].filter((e) => !e.hidden && !("
+        "e.getAttribute('aria-label') || e.textContent.trim() || e.title || (e.labels && e.labels.length)))"
+        ".map((e) => e.outerHTML)"
+    )
+    assert nameless == []
+
+
+def test_a_lost_connection_is_said_and_comes_back(chromium):
+    first = Served()
+    port, token = first.studio.port, first.studio.token
+    tab = chromium.tab(first.studio.address("device=biased-pump"))
+    tab.wait(ANSWERED)
+    first.close()
+    tab.wait("!document.getElementById('lost').hidden")
+    before = tab.js("studio.looks.a.id")
+    second = Served(port, token)
+    try:
+        tab.wait("document.getElementById('lost').hidden")
+        tab.wait(f"studio.looks.a.id !== {before}")
+    finally:
+        second.close()

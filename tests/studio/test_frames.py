@@ -1,0 +1,18 @@
+"""Frames: what is packed is what the page unpacks."""
+
+import numpy as np
+
+from gelcone.studio.frames import pack, unpack
+
+
+def test_a_frame_holds_its_head_and_arrays_at_multiples_of_eight_bytes():
+    arrays = {"x": np.array([1.5, np.nan, -2.0]), "code": np.array([1, 255], dtype=np.uint8), "none": np.zeros(0)}
+    frame = pack({"kind": "response", "share": np.float64(0.25), "bad": np.inf}, arrays)
+    head, found = unpack(frame)
+    assert (head["kind"], head["share"], head["bad"]) == ("response", 0.25, None)
+    assert found["x"].dtype == np.float32
+    np.testing.assert_array_equal(found["x"], np.array([1.5, np.nan, -2.0], dtype=np.float32))
+    assert found["code"].tolist() == [1, 255]
+    assert found["none"].size == 0
+    assert len(frame) % 8 == 0
+    assert all(at % 8 == 0 for _, _, at, _ in head["arrays"])

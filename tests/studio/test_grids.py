@@ -1,0 +1,61 @@
+"""Cells of maps and strips are those of the command line, whoever computes them."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone import InputError
+from gelcone.analyses.subject import read_subject
+from gelcone.devices.device import shipped_devices
+from gelcone.studio.controls import controls_of
+from gelcone.studio.grids import IMPOSSIBLE, Source, axis, kinds, thresholds
+
+PUMP = Source(str(shipped_devices()["biased-pump"]), {"settings": []})
+
+
+def test_cells_of_a_device_are_those_of_regime():
+    found = kinds(PUMP, {"voltage_amplitude": ["300 V", "800 V"], "frequency": ["9 Hz", "11 Hz"]})
+    for k, (volts, hertz) in enumerate([("300 V", "9 Hz"), ("800 V", "11 Hz")]):
+        device = gelcone.find_device("biased-pump").replace(voltage_amplitude=volts, frequency=hertz)
+        one = gelcone.to_si(gelcone.regime(device.to_model(), device.initial_state()), device)
+        assert found["regime"][k] == int(one.regime)
+        assert found["high"][k] == float(one.highest)
+        assert found["exponent"][k] == float(one.lyapunov[0])
+
+
+def test_any_field_of_a_device_is_an_axis_and_what_cannot_be_built_says_so():
+    found = kinds(PUMP, {"disc_radius": ["6 mm", "40 mm"]})
+    assert found["regime"].tolist() == [gelcone.Regime.PERIODIC, IMPOSSIBLE]
+    device = gelcone.find_device("biased-pump").replace(disc_radius="6 mm")
+    one = gelcone.to_si(gelcone.regime(device.to_model(), device.initial_state()), device)
+    assert found["high"][0] == pytest.approx(float(one.highest), rel=1e-12)
+
+
+def test_cells_of_a_preset_take_starts_too():
+    found = kinds(Source(None, {"preset": "base", "settings": []}), {"displacement": ["0.5", "1"]})
+    assert found["regime"].tolist() == [gelcone.Regime.REST] * 2
+
+
+def test_an_axis_holds_numbers_of_a_control():
+    controls = controls_of(read_subject("biased-pump"))
+    found = axis(controls, ["frequency", 5, 15], 11)
+    assert found.texts([0, 10]) == ["5 Hz", "15 Hz"]
+    for bad in (
+        ["nothing", 0, 1],
+        ["material", 0, 1],
+        ["frequency", 2, 1],
+        ["frequency", 0, "x"],
+        "frequency",
+        [[], 0, 1],
+    ):
+        with pytest.raises(InputError):
+            axis(controls, bad, 11)
+
+
+def test_thresholds_are_those_of_limits():
+    preset = Source(None, {"preset": "base", "settings": []})
+    lines = thresholds(preset, {"spring_stiffness": ["0.5", "0.9"]})
+    model = gelcone.ConeModel.from_parameters(preset.subject().model.parameters()).replace(spring_stiffness=[0.5, 0.9])
+    limits = gelcone.limits(model)
+    np.testing.assert_array_equal(lines["pull-in at the peak"], limits.pull_in_voltage)
+    np.testing.assert_array_equal(lines["rest becomes unstable"], limits.onset_voltage)

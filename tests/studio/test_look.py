@@ -1,0 +1,65 @@
+"""The numbers of the live panels are those of the analyses."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.analyses.answer import in_si
+from gelcone.studio import look
+from gelcone.studio.setting import Setting, Shelf
+
+
+@pytest.fixture(scope="module")
+def shelf():
+    shelf = Shelf()
+    yield shelf
+    shelf.close()
+
+
+def test_the_run_is_that_of_simulate(shelf):
+    subject = shelf.subject(Setting(device="biased-pump"))
+    shown = in_si(gelcone.simulate(subject.model, subject.initial, periods=5), subject)
+    found = look.response(subject, 5)
+    for name, variable in (("t", "time"), ("x", "displacement"), ("u", "velocity"), ("v", "drive_voltage")):
+        np.testing.assert_allclose(found.arrays[name], shown[variable].values, rtol=1e-11, atol=1e-12)
+    assert found.words["shares"] == [{"code": look.TAUT, "share": 1.0}]
+
+
+def test_shares_of_the_film_are_those_of_simulate(shelf):
+    subject = shelf.subject(Setting(preset="base", values={"voltage": "1.04"}))
+    result = gelcone.simulate(subject.model, subject.initial, periods=3)
+    found = look.response(subject, 3)
+    shares = {entry["code"]: entry["share"] for entry in found.words["shares"]}
+    slack = sum(shares.get(code, 0.0) for code in (look.HOOP_SLACK, look.CRUMPLED))
+    assert slack == pytest.approx(float(result.validity_hoop_slack), abs=2e-3)
+    assert 0.5 < slack < 1.0
+
+
+def test_breakdown_is_told(shelf):
+    subject = shelf.subject(Setting(device="biased-pump", values={"dielectric_strength": "8 kV/mm"}))
+    shares = {entry["code"]: entry["share"] for entry in look.response(subject, 3).words["shares"]}
+    assert 0.0 < shares[look.BREAKDOWN] < 1.0
+
+
+def test_the_kind_is_that_of_regime(shelf):
+    subject = shelf.subject(Setting(device="biased-pump"))
+    found, result = look.kind(subject), gelcone.regime(subject.model, subject.initial)
+    assert found.words["regime"] == int(result.regime) == gelcone.Regime.PERIODIC
+    assert found.words["lines"][0] == "periodic, period 1"
+    assert "per second" in found.words["lines"][1]
+    section = in_si(result, subject)["section"].values
+    np.testing.assert_allclose(found.arrays["px"], section[:, 0], rtol=1e-12)
+
+
+def test_a_first_impression_is_no_verdict(shelf):
+    regular = shelf.subject(Setting(device="biased-pump", values={"damping_coefficient": "0.2 N s/m"}))
+    assert look.response(regular, 20).words["seems"] == "seems to repeat"
+    wild = shelf.subject(Setting(preset="base", values={"voltage": "1.7"}))
+    assert look.response(wild, 20).words["seems"] == "does not repeat yet"
+
+
+def test_statics_are_those_of_static(shelf):
+    subject = shelf.subject(Setting(preset="base"))
+    found = look.statics(subject)
+    assert found.words["marks"]["pitchfork"] == pytest.approx(np.sqrt(0.9))
+    assert set(found.arrays["stable"].tolist()) == {0, 1}

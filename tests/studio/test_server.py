@@ -1,0 +1,269 @@
+"""Who may talk to the studio, what it answers, and how it ends."""
+
+import asyncio
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from gelcone.studio.frames import unpack
+from gelcone.studio.pool import LANES
+from gelcone.studio.server import LARGEST_MESSAGE, Studio
+from gelcone.studio.setting import Shelf
+
+PUMP = {"device": "biased-pump"}
+
+
+class Running:
+    """A studio in a thread of its own."""
+
+    def __init__(self):
+        self.studio = Studio(Shelf())
+        listening = self.studio.listen()
+        self.loop = asyncio.new_event_loop()
+
+        def run():
+            self.loop.run_until_complete(self.studio.serve(listening))
+            self.loop.close()
+
+        self.thread = threading.Thread(target=run)
+        self.thread.start()
+        self.origin = f"http://127.0.0.1:{self.studio.port}"
+
+    def get(self, path, **headers):
+        try:
+            with urllib.request.urlopen(urllib.request.Request(self.origin + path, headers=headers)) as answer:
+                return answer.status, dict(answer.headers), answer.read()
+        except urllib.error.HTTPError as error:
+            return error.code, dict(error.headers), error.read()
+
+    def page(self, token=None, **options):
+        address = f"ws://127.0.0.1:{self.studio.port}/ws?token={self.studio.token if token is None else token}"
+        return connect(address, **{"origin": self.origin, "max_size": None} | options)
+
+    def close(self):
+        self.loop.call_soon_threadsafe(self.studio.stop)
+        self.thread.join(10)
+        assert not self.thread.is_alive()
+
+
+@pytest.fixture(scope="module")
+def server():
+    running = Running()
+    yield running
+    running.close()
+
+
+def ask(page, kind, number=1, **content):
+    page.send(json.dumps({"kind": kind, "id": number, **content}))
+
+
+def answer(page, kind, seconds=20.0):
+    """The next answer of a kind, or an error."""
+    while True:
+        head, arrays = unpack(page.recv(timeout=seconds))
+        if head["kind"] in (kind, "error"):
+            assert head["kind"] == kind, head
+            return head, arrays
+
+
+def test_the_page_takes_the_token_and_binds_the_browser(server):
+    status, headers, body = server.get(f"/?token={server.studio.token}")
+    assert (status, b"gelcone studio" in body) == (200, True)
+    policy = headers["content-security-policy"]
+    assert "default-src 'none'" in policy
+    assert "unsafe" not in policy
+    assert server.get("/")[0] == server.get("/?token=wrong")[0] == 403
+
+
+def test_every_file_of_the_page_is_served_and_no_other(server):
+    static = Path(__file__).parents[2] / "src" / "gelcone" / "studio" / "static"
+    for path in static.iterdir():
+        status, headers, body = server.get(f"/static/{path.name}")
+        assert (status, body) == (200, path.read_bytes())
+        assert headers["x-content-type-options"] == "nosniff"
+    for other in ("../server.py", "..%2Fserver.py", "%2Fetc%2Fpasswd", "x.js"):
+        assert server.get(f"/static/{other}")[0] == 404
+
+
+def test_the_page_fetches_nothing_from_elsewhere():
+    static = Path(__file__).parents[2] / "src" / "gelcone" / "studio" / "static"
+    for path in static.iterdir():
+        text = path.read_text(encoding="utf-8").replace("http://www.w3.org/", "")
+        assert "http://" not in text.replace("ws://${location.host}", ""), path
+        assert "https://" not in text, path
+        assert "innerHTML" not in text, path
+
+
+def test_another_host_is_refused(server):
+    assert server.get(f"/?token={server.studio.token}", Host="evil.example")[0] == 421
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"origin": "http://evil.example"}, {"origin": "null"}, {"origin": None}, {"token": "wrong"}, {"token": ""}],
+)
+def test_a_foreign_page_cannot_talk(server, wrong):
+    with pytest.raises(InvalidStatus) as refused, server.page(**wrong):
+        pass
+    assert refused.value.response.status_code == 403
+
+
+def test_a_look_is_answered_in_parts(server):
+    with server.page() as page:
+        ask(page, "look", 7, side="a", setting=PUMP, periods=5, controls=True, panels=["statics"])
+        head, arrays = answer(page, "response")
+        assert (head["id"], head["side"], arrays["x"].size) == (7, "a", arrays["t"].size)
+        assert {control["name"] for control in head["controls"]} >= {"frequency", "disc_radius"}
+        head, arrays = answer(page, "kind")
+        assert head["words"]["lines"][0] == "periodic, period 1"
+        assert arrays["px"].size == 64
+        assert answer(page, "statics")[1]["voltage"].size > 10
+
+
+def test_an_error_names_its_control_and_the_page_goes_on(server):
+    with server.page() as page:
+        ask(page, "look", 1, side="a", setting={**PUMP, "values": {"disc_radius": "90 mm"}})
+        head = unpack(page.recv(timeout=10))[0]
+        assert (head["kind"], head["control"]) == ("error", "disc_radius")
+        assert "film_radius" in head["message"]
+        ask(page, "look", 2, side="a", setting=PUMP)
+        assert answer(page, "response")[0]["id"] == 2
+
+
+def test_the_newest_request_wins_and_is_answered(server):
+    with server.page() as page:
+        for number in range(60):
+            value = {"voltage_amplitude": f"{700 + number} V"}
+            ask(page, "look", number, side="a", setting={**PUMP, "values": value})
+        answered = []
+        while not answered or answered[-1] != 59:
+            answered.append(answer(page, "response")[0]["id"])
+        assert answered == sorted(answered)
+        assert len(answered) < 60
+
+
+def malformed(number):
+    """One of many kinds of messages that no page sends."""
+    draw = random.Random(number)
+    junk = "".join(draw.choice('{}[]":,0123456789eE+-.nulltrueNaN\\ \u00e9') for _ in range(draw.randrange(200)))
+    return draw.choice(
+        [
+            junk,
+            b"\x00\xff" * draw.randrange(50),
+            "[" * draw.choice([10, 20_000]),
+            json.dumps({"kind": "look"}),
+            json.dumps(
+                {
+                    "kind": draw.choice(["hello", "look", "map", "export", "eval"]),
+                    "id": draw.choice([-1, 1.5, None, "1", 2**60]),
+                }
+            ),
+            json.dumps({"kind": "look", "id": 1, "side": draw.choice(["c", None, 3]), "setting": PUMP}),
+            json.dumps(
+                {"kind": "look", "id": 1, "side": "a", "setting": {"device": draw.choice(["/etc/passwd", 3, None])}}
+            ),
+            json.dumps(
+                {"kind": "look", "id": 1, "side": "a", "setting": PUMP, "periods": draw.choice([0, -1, 1e99, "9"])}
+            ),
+            json.dumps(
+                {"kind": "map", "id": 1, "setting": PUMP, "x": draw.choice([1, [], ["frequency", 1], {}]), "y": 3}
+            ),
+            json.dumps({"kind": "strip", "id": 1, "setting": PUMP, "over": ["frequency", 1e308, -1e308]}),
+            json.dumps({"kind": "export", "id": 1, "setting": PUMP, "what": "simulate", "format": "../../x"}),
+            json.dumps({"kind": "code", "id": 1, "setting": PUMP, "what": draw.choice(["os", 5, None])}),
+            json.dumps({"kind": "cancel", "id": 1, "grid": draw.choice(["x", None, []])}),
+            '{"kind": "look", "id": NaN}',
+            '{"kind": "look", "id": 1, "side": "a", "setting": {"device": "biased-pump", "values": {"frequency": "1e999 Hz"}}}',
+        ]
+    )
+
+
+@pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.slow)])
+def test_malformed_messages_are_refused_and_nothing_ends(server, count):
+    with server.page() as page:
+        for number in range(count):
+            page.send(malformed(number))
+            head = unpack(page.recv(timeout=20))[0]
+            assert head["kind"] == "error", (malformed(number), head)
+        ask(page, "look", 3, side="a", setting=PUMP)
+        assert answer(page, "response")[0]["id"] == 3
+
+
+def test_a_message_too_long_ends_its_own_connection_alone(server):
+    with server.page() as one, server.page() as other:
+        one.send("x" * (LARGEST_MESSAGE + 10))
+        with pytest.raises(ConnectionClosed) as closed:
+            one.recv(timeout=10)
+        assert closed.value.rcvd.code == 1009
+        ask(other, "hello")
+        assert answer(other, "hello")[0]["devices"]
+
+
+def test_a_page_that_leaves_gives_its_lanes_back(server):
+    def all_free():
+        end = time.monotonic() + 10
+        while server.studio.pages and time.monotonic() < end:
+            time.sleep(0.01)
+        return not server.studio.pages and len(server.studio.pool._free) == LANES
+
+    assert all_free()
+    with server.page() as page:
+        ask(page, "hello")
+        answer(page, "hello")
+        assert len(server.studio.pool._free) < LANES
+    assert all_free()
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_all_within_a_second(tmp_path):
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-m", "gelcone", "studio", "--no-browser", "biased-pump"]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+    ) as process:
+        ends_at_once(process)
+
+
+def ends_at_once(process):
+    address = process.stdout.readline().partition(": ")[2].split("#")[0]
+    origin = address.partition("/?")[0]
+    with connect(address.replace("http://", "ws://").replace("/?", "/ws?"), origin=origin, max_size=None) as page:
+        axes = {"x": ["voltage_amplitude", 0, 1500], "y": ["frequency", 1, 20]}
+        ask(page, "map", 1, setting=PUMP, **axes)
+        answer(page, "cells", 120)
+        workers = children(process.pid)
+        assert workers
+        began = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 0
+        taken = time.monotonic() - began
+    assert process.stderr.read() == ""
+    end = time.monotonic() + 1.0
+    while any(alive(pid) for pid in workers) and time.monotonic() < end:
+        time.sleep(0.01)
+    assert not [pid for pid in workers if alive(pid)]
+    assert taken < 1.0 * max(1.0, os.getloadavg()[0])  # of a machine that others use, a share
+
+
+def children(pid):
+    """The processes that a process has started."""
+    return [int(p) for p in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def alive(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False

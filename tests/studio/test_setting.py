@@ -1,0 +1,99 @@
+"""What a page may ask about: devices and presets by name, values with the checks of the command line, never a path."""
+
+import pytest
+
+from gelcone import InputError
+from gelcone.analyses.subject import read_subject
+from gelcone.devices.device import shipped_devices
+from gelcone.studio.setting import Setting, Shelf
+
+
+@pytest.fixture
+def shelf():
+    shelf = Shelf()
+    yield shelf
+    shelf.close()
+
+
+def text_of(name="biased-pump"):
+    return shipped_devices()[name].read_text(encoding="utf-8")
+
+
+def test_a_setting_gives_what_the_command_line_gives(shelf):
+    values = {"voltage_amplitude": "0.7 kV", "material.shear_modulus": "9 kPa"}
+    found = shelf.subject(Setting.read({"device": "biased-pump", "values": values}))
+    typed = read_subject("biased-pump", settings=[f"{name}={value}" for name, value in values.items()])
+    assert found.model.parameters() == typed.model.parameters()
+    assert found.initial == typed.initial
+    preset = shelf.subject(Setting.read({"preset": "base", "values": {"voltage": "1.04", "displacement": "0.5"}}))
+    assert (preset.model.voltage, preset.initial) == (1.04, (0.5, 0.0))
+
+
+def test_the_text_of_a_file_is_read_as_the_file(shelf):
+    found = shelf.subject(Setting.read({"file": text_of()}))
+    assert found.model.parameters() == read_subject("biased-pump").model.parameters()
+
+
+@pytest.mark.parametrize("name", ["/etc/passwd", "../biased-pump", "biased-pump.toml", "", "no-such"])
+def test_a_page_names_no_path(shelf, name, tmp_path, monkeypatch):
+    (tmp_path / "biased-pump.toml").write_text(text_of())
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="is not a device"):
+        shelf.subject(Setting.read({"device": name}))
+
+
+def test_a_shipped_name_does_not_open_a_file_of_that_name(shelf, tmp_path, monkeypatch):
+    (tmp_path / "biased-pump").write_text("broken")
+    monkeypatch.chdir(tmp_path)
+    assert shelf.subject(Setting.read({"device": "biased-pump"})).device.name == "biased pumping cone"
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"film": "/tmp/film.json"},
+        {"film": "tests.toys:PowerFilm"},
+        {"material": "/etc/passwd"},
+        {"material.law": "os:system"},
+        {"voltage_amplitude": "1 V, 2 V"},
+        {"voltage_amplitude": "0 V:1 V:3"},
+        {"material.sources": "a:b"},
+    ],
+)
+def test_no_value_names_a_file_a_module_or_several_values(shelf, values):
+    with pytest.raises(InputError):
+        shelf.subject(Setting.read({"device": "biased-pump", "values": values}))
+
+
+@pytest.mark.parametrize("line", ['film = "other.json"', 'bias = "os:system"', 'film = "/etc/passwd.json"'])
+def test_no_text_of_a_file_names_a_file_or_a_module(shelf, line):
+    text = f"{line}\n" + "\n".join(row for row in text_of().splitlines() if not row.startswith("film ="))
+    with pytest.raises(InputError, match=r"opens no file|not a device field"):
+        shelf.subject(Setting.read({"file": text}))
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        None,
+        [],
+        {},
+        {"device": 1},
+        {"device": "biased-pump", "preset": "base"},
+        {"device": "biased-pump", "more": 1},
+        {"device": "biased-pump", "values": []},
+        {"device": "biased-pump", "values": {"frequency": 3}},
+        {"device": "biased-pump", "values": {"frequency": "9" * 50}},
+        {"file": "x" * 40_000},
+        {"device": "biased-pump", "values": {str(k): "1" for k in range(100)}},
+    ],
+)
+def test_what_is_no_setting_is_refused(given):
+    with pytest.raises(InputError):
+        Setting.read(given)
+
+
+def test_an_error_of_a_file_does_not_tell_where_it_is_kept(shelf):
+    with pytest.raises(InputError, match="disc_radius") as told:
+        shelf.subject(Setting.read({"file": text_of().replace('disc_radius = "8 mm"', 'disc_radius = "80 mm"')}))
+    assert str(shelf.folder) not in str(told.value)
