@@ -136,6 +136,9 @@ class Tab:
         elif event.get("method") == "Log.entryAdded" and content["entry"]["level"] == "error":
             self.log.append(content["entry"]["text"])
 
+    def close(self) -> None:
+        self.send("Page.close")
+
     def size(self, width: int, height: int) -> None:
         self.send("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
 

@@ -141,6 +141,7 @@ def test_the_address_holds_the_state_and_the_history_goes_back(page):
     assert other.js("document.querySelector('[data-name=frequency] input').value") == "12 Hz"
     assert other.js("document.querySelector('[data-name=frequency]').classList.contains('changed')")
     assert other.log == []
+    other.close()
 
 
 def test_a_click_on_the_map_goes_there_and_a_drag_zooms(page):
@@ -218,8 +219,8 @@ def test_the_keyboard_is_enough(page):
 
 def test_everything_has_a_name(page):
     nameless = page.js(
-        "[...document.querySelectorAll('button, select, input, canvas[tabindex], [role=img]')].filter((e) => !e.hidden && !("
-        "e.getAttribute('aria-label') || e.textContent.trim() || e.title || (e.labels && e.labels.length)))"
+        "[...document.querySelectorAll('button, select, input, canvas[tabindex], [role=img]')]"
+        ".filter((e) => !e.hidden && !(e.getAttribute('aria-label') || e.textContent.trim() || e.title || (e.labels && e.labels.length)))"
         ".map((e) => e.outerHTML)"
     )
     assert nameless == []
@@ -238,4 +239,5 @@ def test_a_lost_connection_is_said_and_comes_back(chromium):
         tab.wait("document.getElementById('lost').hidden")
         tab.wait(f"studio.looks.a.id !== {before}")
     finally:
+        tab.close()
         second.close()

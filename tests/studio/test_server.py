@@ -185,7 +185,9 @@ def malformed(number):
             json.dumps({"kind": "code", "id": 1, "setting": PUMP, "what": draw.choice(["os", 5, None])}),
             json.dumps({"kind": "cancel", "id": 1, "grid": draw.choice(["x", None, []])}),
             '{"kind": "look", "id": NaN}',
-            '{"kind": "look", "id": 1, "side": "a", "setting": {"device": "biased-pump", "values": {"frequency": "1e999 Hz"}}}',
+            json.dumps(
+                {"kind": "look", "id": 1, "side": "a", "setting": {**PUMP, "values": {"frequency": "1e999 Hz"}}}
+            ),
         ]
     )
 

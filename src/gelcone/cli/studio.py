@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
+import warnings
 import webbrowser
 from pathlib import Path
 from urllib.parse import urlencode
@@ -50,10 +51,11 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
         import websockets  # noqa: F401
     except ImportError:
         raise MissingDependency("the studio needs starlette and uvicorn: pip install 'gelcone[studio]'") from None
-    from gelcone.devices.device import find_device, shipped_devices
+    from gelcone.devices.device import ImplausibleDevice, find_device, shipped_devices
     from gelcone.studio.server import LOCAL, Studio, run
     from gelcone.studio.setting import Shelf
 
+    warnings.simplefilter("ignore", ImplausibleDevice)  # the page shows them
     name = device if device is not None or preset is not None else "biased-pump"
     given = None
     if name is not None and (name not in shipped_devices() or Path(name).is_file()):

@@ -9,12 +9,13 @@ from typing import Any
 
 from gelcone.analyses.subject import Subject
 from gelcone.devices.device import Device
+from gelcone.devices.record import Field
 from gelcone.devices.units import DIMENSIONS, format_si
+from gelcone.physics.records import bias_record
 from gelcone.quantity import Quantity
-from gelcone.studio.fields import Field, device_fields
 from gelcone.studio.setting import CHOICES, Setting, leaf
 
-NOT_SHOWN = ("name", "sources", "relative_permittivity_range", "young_modulus")
+NOT_SHOWN = ("name", "sources", "relative_permittivity_range", "young_modulus", "material")
 WIDER: Mapping[str, float] = {"voltage": 2.0}
 """Parameters whose interesting values go further than twice their default, and by how much."""
 DRIVE, BODY, GEL, START = "Drive", "Body", "Gel", "Start"
@@ -24,9 +25,9 @@ DRIVE, BODY, GEL, START = "Drive", "Body", "Gel", "Start"
 class Control:
     """What a page needs for one control.
 
-    ``kind`` is ``number`` or ``choice``. A number's ``value`` at the start (None: automatic) and its slider's ``low`` and
-    ``high`` are in ``unit`` (empty: dimensionless), one of those in ``powers``, which holds the power of ten of each. A
-    choice is one of ``choices``.
+    ``kind`` is ``number`` or ``choice``. A number's ``value`` at the start (None: automatic) and its slider's ends
+    ``low`` and ``high`` are in ``unit`` (empty: dimensionless), one of those in ``powers``, which holds the power of ten
+    of each. A choice is one of ``choices``.
     """
 
     name: str
@@ -73,7 +74,7 @@ def _of_model(subject: Subject) -> list[Control]:
     kinds = {
         "waveform": (system.waveform.name, DRIVE),
         "circuit": (system.circuit.name, DRIVE),
-        "bias": (system.bias.name, BODY),
+        "bias": (bias_record(system.bias), BODY),
         "film": (system.film.name, GEL),
         "law": (law, GEL),
         "prestretch_mode": (model.prestretch_mode, GEL),
@@ -110,11 +111,11 @@ def _round_up(value: float) -> float:
 
 
 def _of_device(device: Device) -> list[Control]:
-    values = {name: value for name, value in device if value is not None and name != "material"}
-    values |= {f"material.{name}": value for name, value in device.material if value is not None}
+    values = {name: device.get(name) for name in Device.all_fields()}
+    values = {name: value for name, value in values.items() if value is not None and name != "material"}
     shown = _shown_anyway(device) | values
     found = []
-    for name, about in device_fields().items():
+    for name, about in Device.all_fields().items():
         last = leaf(name)
         if last in NOT_SHOWN or name not in shown:
             continue
@@ -123,9 +124,7 @@ def _of_device(device: Device) -> list[Control]:
             found.append(_choice(name, value, _group(name), CHOICES[last]))
         elif about.unit:
             found.append(_of_field(name, about, value, shown[name]))
-    own, names = device.material.name, tuple(CHOICES["material"])
-    known = names if own in names else (own, *names)
-    found.append(Control("material", "Material", GEL, "choice", own, "a measured gel", choices=known))
+    found.append(_choice("material", device.material.name, GEL, CHOICES["material"]))
     return _in_groups(found)
 
 
@@ -177,8 +176,8 @@ def _group(name: str) -> str:
 
 def _choice(name: str, value: Any, group: str, choices: Iterable[str]) -> Control:
     names = tuple(choices)
-    own = value if isinstance(value, str) and value in names else None
-    return Control(name, _label(name), group, "choice", own or (names[0] if names else None), "", choices=names)
+    names = names if value in names else (value, *names)
+    return Control(name, _label(name), group, "choice", value, choices=names)
 
 
 def _label(name: str) -> str:

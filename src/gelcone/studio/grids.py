@@ -17,7 +17,7 @@ from gelcone.analyses.ask import arguments_of
 from gelcone.analyses.subject import Subject, read_subject
 from gelcone.codes import Regime
 from gelcone.devices.device import Device
-from gelcone.devices.si import factor
+from gelcone.devices.si import READ_AS
 from gelcone.errors import InputError
 from gelcone.motion.cycle import RETURNS
 from gelcone.motion.limits import limits_cells
@@ -33,8 +33,6 @@ TASK = 16
 COARSEST = 9
 """Cells along each axis of the coarsest picture."""
 IMPOSSIBLE = 99
-DRIVE_ARRAYS = ("voltage_amplitude", "voltage_offset", "frequency")
-"""Fields of a device that may be arrays."""
 
 
 @dataclass(frozen=True)
@@ -104,23 +102,15 @@ def _of_model(subject: Subject, axes: Mapping[str, list[str]]) -> Cells:
 
 
 def _of_device(device: Device, axes: Mapping[str, list[str]]) -> Cells:
-    if all(name in DRIVE_ARRAYS for name in axes):
-        return _of_one_device(device, axes)
-    places = range(len(next(iter(axes.values()))))
-    parts = [_of_one_device(device, {name: [texts[i]] for name, texts in axes.items()}) for i in places]
-    values = {name: np.concatenate([part.members.values[name] for part in parts]) for name in parts[0].members.values}
-    arrays = {n: np.concatenate([getattr(p, n) for p in parts]) for n in ("states", "length", "rate", "voltage")}
-    return Cells(Members(parts[0].members.system, values, len(parts)), **arrays)
-
-
-def _of_one_device(device: Device, axes: Mapping[str, list[str]]) -> Cells:
     count = len(next(iter(axes.values())))
-    changed = device.replace({name: texts if count > 1 else texts[0] for name, texts in axes.items()})
+    changed = device.replace_quietly(axes)
+    scales = changed.scales
+    length, rate, voltage = (
+        np.broadcast_to(scale * READ_AS[quantity][1], (count,))
+        for quantity, scale in (("length", scales.length), ("rate", 1.0 / scales.time), ("voltage", scales.voltage))
+    )
     model = changed.to_model()
-    if not model.shape:
-        model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
-    units = (np.full(count, factor(changed, quantity)) for quantity in ("length", "rate", "voltage"))
-    return Cells(model.members(), start_states(model, changed.initial_state()), *units)
+    return Cells(model.members(), start_states(model, changed.initial_state()), length, rate, voltage)
 
 
 # --- in the workers --------------------------------------------------------------------------------------------------

@@ -257,4 +257,5 @@ def about(subject: Subject) -> dict[str, Any]:
         "si": device is not None,
         "name": device.name if device is not None else "",
         "strength": field_limit(subject) is not None,
+        "doubts": [] if device is None else device.doubts(),
     }

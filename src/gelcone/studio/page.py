@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import json
 import time
-from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
@@ -235,7 +235,7 @@ class Page:
         x, y = (axis(controls, request.get(name), count) for name, count in (("x", MAP_CELLS[0]), ("y", MAP_CELLS[1])))
         if x.name == y.name:
             raise InputError(f"{x.name}: is on both axes; choose two parameters")
-        await self._begin("map", request, self._fill_map(request, self.source(setting), x, y))
+        await self._begin("map", request, partial(self._fill_map, request, self.source(setting), x, y))
 
     async def _fill_map(self, request: dict[str, Any], source: Source, x: Axis, y: Axis) -> None:
         work = Filling(self, "map", request, source, (x, y))
@@ -269,7 +269,7 @@ class Page:
         """A sweep of one parameter: the section at each value, from coarse to fine."""
         setting = Setting.read(request.get("setting"))
         over = axis(self.controls(setting), request.get("over"), STRIP_VALUES)
-        await self._begin("strip", request, self._fill_strip(request, self.source(setting), over))
+        await self._begin("strip", request, partial(self._fill_strip, request, self.source(setting), over))
 
     async def _fill_strip(self, request: dict[str, Any], source: Source, over: Axis) -> None:
         work = Filling(self, "strip", request, source, (over,))
@@ -283,7 +283,7 @@ class Page:
         setting = Setting.read(request.get("setting"))
         if self.shelf.subject(setting).device is None:
             raise InputError("an envelope is that of a device; choose one")
-        await self._begin("envelope", request, self._find_envelope(request, self.source(setting)))
+        await self._begin("envelope", request, partial(self._find_envelope, request, self.source(setting)))
 
     async def _find_envelope(self, request: dict[str, Any], source: Source) -> None:
         lane = self._lanes["envelope"]
@@ -310,7 +310,7 @@ class Page:
         form = _text(request, "format")
         if form not in exports.FORMATS:
             raise InputError(f"format: must be one of {', '.join(exports.FORMATS)}")
-        await self._begin("export", request, self._make(request, self.source(setting), wanted, form))
+        await self._begin("export", request, partial(self._make, request, self.source(setting), wanted, form))
 
     async def _make(self, request: dict[str, Any], source: Source, wanted: exports.Wanted, form: str) -> None:
         lane = self._lanes["export"]
@@ -327,12 +327,12 @@ class Page:
         axes = tuple(axis(controls, request.get(n), count) for n, count in zip(names, counts, strict=False))
         return setting, exports.Wanted.read(name, request.get("options", {}), axes)
 
-    async def _begin(self, name: str, request: dict[str, Any], work: Coroutine[Any, Any, None]) -> None:
+    async def _begin(self, name: str, request: dict[str, Any], work: Callable[[], Awaitable[None]]) -> None:
         """Starts long work in place of what runs under that name."""
 
         async def guarded() -> None:
             try:
-                await work
+                await work()
             except Outdated:
                 pass
             except (InputError, MissingDependency) as error:

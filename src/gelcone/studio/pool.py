@@ -11,6 +11,7 @@ import multiprocessing
 import os
 import signal
 import threading
+import warnings
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -104,6 +105,7 @@ class Pool:
 def _start(counters: Any, progress: Any, listen: Any) -> None:
     global _counters, _progress
     _counters, _progress = counters, progress
+    warnings.simplefilter("ignore")  # what is doubtful is told by the studio itself
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the studio itself hears Ctrl-C and ends its workers
     with suppress(OSError, AttributeError):
         os.nice(NICENESS)

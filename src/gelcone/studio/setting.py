@@ -124,7 +124,7 @@ class Shelf:
         for name, value in setting.values.items():
             if leaf(name) in CHOICES:
                 known = CHOICES[leaf(name)]
-                if value not in known:
+                if not set(value.split("+")) <= set(known):  # several biases are joined by a plus
                     raise FieldError(name, str(unknown_name(leaf(name).replace("_", " "), value, known)))
             elif not _NUMBER.fullmatch(value):
                 raise FieldError(name, f"{name} = {value!r}: must be one number, with its unit")

@@ -137,7 +137,7 @@ class MapPanel extends Panel {
     this.canvas = document.createElement("canvas");
     [this.canvas.width, this.canvas.height] = CELLS;
     const c = this.plot.canvas;
-    c.tabIndex = 0; c.setAttribute("role", "application");
+    c.tabIndex = 0; c.setAttribute("role", "application"); c.setAttribute("aria-label", "Map over two parameters");
     c.onpointerdown = (event) => this.down(event);
     c.onpointermove = (event) => this.move(event);
     c.onpointerup = (event) => this.up(event);
@@ -377,7 +377,7 @@ class StripPanel extends Panel {
     host.append(this.names);
     this.range = new Range();
     const c = this.plot.canvas;
-    c.tabIndex = 0; c.setAttribute("role", "application");
+    c.tabIndex = 0; c.setAttribute("role", "application"); c.setAttribute("aria-label", "Sweep of a parameter");
     c.onpointerdown = (event) => { this.held = true; c.setPointerCapture(event.pointerId); this.goTo(event, false); };
     c.onpointermove = (event) => { if (this.held) this.goTo(event, false); };
     c.onpointerup = (event) => { if (this.held) { this.held = false; this.goTo(event, true); } };

@@ -222,6 +222,7 @@ const ANSWERS = {
     if (head.side === state.side) {
       controls.settle();
       if (head.controls) { controls.show(head.controls, setting().values); grids.controlsChanged(); subjectShown(); }
+      $("subject-note").textContent = $("subject-note").title = head.about.doubts.join("; ");
       clock.speeds(head.words.period, head.about.si);
       document.querySelector('[data-tab="envelope"]').hidden = !head.about.si;
     }
