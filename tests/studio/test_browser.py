@@ -220,8 +220,8 @@ def test_the_keyboard_is_enough(page):
 def test_everything_has_a_name(page):
     nameless = page.js(
         "[...document.querySelectorAll('button, select, input, canvas[tabindex], [role=img]')]"
-        ".filter((e) => !e.hidden && !(e.getAttribute('aria-label') || e.textContent.trim() || e.title || (e.labels && e.labels.length)))"
-        ".map((e) => e.outerHTML)"
+        ".filter((e) => !e.hidden && !e.getAttribute('aria-label') && !e.textContent.trim() && !e.title"
+        "&& !(e.labels && e.labels.length)).map((e) => e.outerHTML)"
     )
     assert nameless == []
 

@@ -23,6 +23,7 @@ from gelcone.studio.server import LARGEST_MESSAGE, Studio
 from gelcone.studio.setting import Shelf
 
 PUMP = {"device": "biased-pump"}
+ENDLESS = {**PUMP, "values": {"frequency": "1e999 Hz"}}
 
 
 class Running:

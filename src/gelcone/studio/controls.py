@@ -26,8 +26,8 @@ class Control:
     """What a page needs for one control.
 
     ``kind`` is ``number`` or ``choice``. A number's ``value`` at the start (None: automatic) and its slider's ends
-    ``low`` and ``high`` are in ``unit`` (empty: dimensionless), one of those in ``powers``, which holds the power of ten
-    of each. A choice is one of ``choices``.
+    ``low`` and ``high`` are in ``unit`` (empty: dimensionless), one of those in ``powers``, which holds the power of
+    ten of each. A choice is one of ``choices``.
     """
 
     name: str

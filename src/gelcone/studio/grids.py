@@ -116,6 +116,10 @@ def _of_device(device: Device, axes: Mapping[str, list[str]]) -> Cells:
 # --- in the workers --------------------------------------------------------------------------------------------------
 
 
+def load() -> None:
+    """Nothing: a worker that has done it has loaded what the rest needs."""
+
+
 def kinds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:
     """Kind of motion, largest exponent, extent and section of each cell, in the units of the page.
 

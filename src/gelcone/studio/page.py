@@ -29,7 +29,7 @@ from gelcone.progress import Stopped, Watch, watching
 from gelcone.studio import exports, look
 from gelcone.studio.controls import Control, as_json, before_changes, controls_of
 from gelcone.studio.frames import pack
-from gelcone.studio.grids import COARSEST, TASK, VOLTAGES, Axis, Source, axis, find_envelope, kinds, thresholds
+from gelcone.studio.grids import COARSEST, TASK, VOLTAGES, Axis, Source, axis, find_envelope, kinds, load, thresholds
 from gelcone.studio.pool import Pool
 from gelcone.studio.setting import Setting, Shelf, typed
 
@@ -192,6 +192,7 @@ class Page:
         subject, parts, more = found
         self.second.give(side, (request, subject))
         await self._show("response", request, parts, more)
+        self.pool.warm(load)
 
     async def _examine(self, side: str, job: tuple[dict[str, Any], Subject]) -> None:
         """The kind of motion with its evidence, more section points if it does not repeat, and the open panels."""

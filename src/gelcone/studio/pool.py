@@ -75,10 +75,11 @@ class Pool:
             self._executor = None
             raise
 
-    def warm(self) -> None:
-        """Starts the workers and lets them load what they need."""
-        for _ in range(self.size):
-            self._submit(_load)
+    def warm(self, function: Callable[[], None]) -> None:
+        """Starts the workers, unless they run, and lets them load the module of a function."""
+        if self._executor is None:
+            for _ in range(self.size):
+                self._submit(function)
 
     def _submit(self, function: Callable[..., Any], *arguments: Any) -> Any:
         if self._executor is None:
@@ -126,10 +127,6 @@ def reporter(lane: int) -> Callable[[float], None]:
         _progress[lane] += share
 
     return report
-
-
-def _load() -> None:
-    import gelcone.studio.grids  # noqa: F401
 
 
 def _work(lane: int, run: int, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
