@@ -30,7 +30,7 @@ from gelcone.physics.model import ConeModel
 size, store, uniform = int(sys.argv[1]), sys.argv[2], sys.argv[3] == "uniform"
 over = {"voltage": np.linspace(0.0, 0.2, size), "prestretch": np.linspace(1.0, 1.2, size)}
 model = ConeModel(damping_ratio=1.0, spring_stiffness=0.5, drive_frequency=0.3)
-plan = Plan(model, over, options={"transient": 20.0, "budget": 60.0, "rounds": 1})
+plan = Plan(model, over, options={"transient": 20.0, "patience": 20.0, "budget": 60.0})
 if uniform:
     regime = find_analysis("regime")
     one = module.compute(Plan(model, over, options=regime.settings(plan.options)), regime, np.arange(64))

@@ -9,7 +9,7 @@ STORE = "map.zarr"
 plan = gelcone.Plan(
     gelcone.ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=1.0),
     {"voltage": [0.2 + 0.1 * k for k in range(12)], "prestretch": [0.7 + 0.1 * k for k in range(10)]},
-    options={"transient": 100.0, "budget": 300.0, "rounds": 1},
+    options={"transient": 100.0, "patience": 100.0, "budget": 300.0},
 )
 
 

@@ -16,7 +16,7 @@ def test_numbers_in_files_keep_their_meaning():
         "ERROR",
         "PULLED_IN",
     ]
-    assert [int(kind) for kind in Regime] == [0, 1, 2, 3, 4, 5]
+    assert [int(kind) for kind in Regime] == [0, 1, 2, 3, 4, 5, 6]
     assert [kind.name for kind in Regime] == [
         "REST",
         "PERIODIC",
@@ -24,6 +24,7 @@ def test_numbers_in_files_keep_their_meaning():
         "CHAOTIC",
         "TRANSIENT",
         "LEFT_THE_DOMAIN",
+        "TRANSIENT_CHAOS",
     ]
 
 

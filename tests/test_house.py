@@ -10,7 +10,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "src" / "gelcone"
 FLOORS = [
-    ["_version", "errors", "codes", "quantity", "progress", "files", "accessor", "register"],
+    ["_version", "errors", "codes", "quantity", "statistics", "progress", "files", "accessor", "register"],
     ["physics"],
     ["presets", "dataset"],
     ["continuum"],

@@ -50,6 +50,7 @@ class Regime(IntEnum):
     CHAOTIC = 3
     TRANSIENT = 4
     LEFT_THE_DOMAIN = 5
+    TRANSIENT_CHAOS = 6
 
     @property
     def label(self) -> str:

@@ -65,7 +65,11 @@ def shortened(lines: list[str], count: int | None = None) -> list[str]:
 
 
 def motion_in_words(regime: int, period: int = 0, symmetric: bool = False) -> str:
-    """A kind of motion, with its period in forcing periods and its symmetry where it has them."""
+    """A kind of motion, with its period in forcing periods and its symmetry where it has them, and what chaos ends
+    in."""
+    if regime == Regime.TRANSIENT_CHAOS:
+        end = motion_in_words(Regime.PERIODIC, period, symmetric) if period else Regime.REST.label
+        return f"{Regime(regime).label}, ends {'' if period else 'at '}{end}"
     if regime != Regime.PERIODIC:
         return Regime(regime).label
     return f"periodic, period {period}{', symmetric' if symmetric else ''}"
@@ -91,6 +95,7 @@ def evidence_in_words(member: xr.Dataset) -> list[str]:
         motion_in_words(int(member["regime"]), period, mirror),
         f"largest exponent {exponent_in_words(member)}",
     ]
+    lines += lasting_in_words(member)
     if np.isfinite(member["zero_one"]):
         lines.append(f"0-1 test {float(member['zero_one']):.2f}")
     if np.isfinite(member["cycle_distance"]):
@@ -100,6 +105,32 @@ def evidence_in_words(member: xr.Dataset) -> list[str]:
     if int(member["doubtful"]):
         lines.append(f"! {DISCORD}")
     return lines
+
+
+def lasting_in_words(member: xr.Dataset) -> list[str]:
+    """How long the chaos of one motion lasts, and where nearby starts end."""
+    if "lifetime" not in member or np.isnan(member["lifetime"]):
+        return []
+    low, mean, high = (float(member[name]) for name in ("lifetime_low", "lifetime", "lifetime_high"))
+    unit, starts = unit_of(member["lifetime"]) or " time units", int(member["starts"])
+    left = round(float(member["share_chaotic"]) * starts)
+    if left == starts:
+        seen = f"seen to last {float(member['seen_until']):.4g}{unit}"
+        return [f"{seen}; mean lifetime above {low:.2g}" if starts > 1 else seen]
+    times = f"chaos lasts {mean:.2g} [{low:.2g}, {high:.2g}]{unit} in the mean"
+    return [f"{times}; {left} of {starts} nearby starts are still chaotic", *_fates_in_words(member)]
+
+
+def _fates_in_words(member: xr.Dataset) -> list[str]:
+    """Where nearby starts end, if not all in the same."""
+    regimes, periods = member["fate_regime"].values, member["fate_period"].values
+    shares = zip(*(member[f"fate_share{end}"].values for end in ("", "_low", "_high")), strict=True)
+    fates = [
+        f"{motion_in_words(int(regime), int(period))} {share:.0%} [{low:.0%}, {high:.0%}]"
+        for regime, period, (share, low, high) in zip(regimes, periods, shares, strict=True)
+        if regime >= 0
+    ]
+    return ["starts within 1e-9 part: " + "; ".join(fates)] if len(fates) > 1 else []
 
 
 def attractor_in_words(attractor: xr.Dataset) -> str:

@@ -19,7 +19,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.register.analyses import find_analysis
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
-QUICK = {"transient": 300.0, "budget": 1500.0, "rounds": 2}
+QUICK = {"transient": 300.0, "budget": 1500.0, "patience": 600.0}
 
 
 def test_cells_do_not_depend_on_order_or_grouping():
@@ -173,7 +173,7 @@ def test_results_read_back_as_they_were(tmp_path):
         ({"voltage": [[0.0, 1.0]]}, {}, "in one dimension"),
         ({"voltage": [0.0, 1.0]}, {"budget": 0.0}, "budget = 0: must be a positive"),
         ({"voltage": [0.0, 1.0]}, {"transient": -1.0}, "transient = -1: must be a positive"),
-        ({"voltage": [0.0, 1.0]}, {"rounds": 0}, "rounds = 0: must be at least 1"),
+        ({"voltage": [0.0, 1.0]}, {"patience": 0.0}, "patience = 0: must be a positive dimensionless time"),
         ({"voltage": [0.0, 1.0]}, {"initial": (1.0,)}, "must be a displacement and a velocity"),
         ({}, {}, "over: is empty"),
         ({"stretch_limit": [0.1, 0.2]}, {}, "must exceed"),

@@ -28,7 +28,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.register.analyses import SWEEPABLE
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
-QUICK = {"transient": 300.0, "budget": 1500.0, "rounds": 1}
+QUICK = {"transient": 300.0, "budget": 1500.0, "patience": 300.0}
 PLAN = Plan(FAST, {"voltage": np.linspace(0.0, 1.2, 13), "prestretch": np.linspace(0.8, 1.6, 9)}, options=QUICK)
 COARSE = 4
 
@@ -54,7 +54,7 @@ def files(path):
 def test_a_cell_is_what_it_is_alone(whole):
     place = {"voltage": 10, "prestretch": 2}
     cell = whole.isel(place)
-    alone = regime(FAST.replace(**{n: float(cell[n]) for n in place}), transient=300.0, budget=1500.0)
+    alone = regime(FAST.replace(**{n: float(cell[n]) for n in place}), transient=300.0, patience=300.0, budget=1500.0)
     assert int(cell["status"]) == Status.COMPUTED
     for name in ("lowest", "highest", "return_distance"):
         assert float(cell[name]) == float(alone[name])
@@ -209,7 +209,7 @@ def test_progress_counts_every_cell():
         ({"analysis": "regimes"}, "did you mean 'regime'"),
         ({"analysis": "limits", "coarsest": 4}, "limits cannot be refined"),
         ({"analysis": "bifurcation"}, "bifurcation: cannot be swept"),
-        ({"analysis": "lyapunov"}, "'rounds' is not an option of the analysis lyapunov"),
+        ({"analysis": "lyapunov"}, "'patience' is not an option of the analysis lyapunov"),
         ({"keep": ["lyapunov"]}, "variable that a sweep of regime leaves out; known: section"),
         ({"threads": 1, "workers": workers.threads(1)}, "give one of them"),
         ({"coarsest": 1}, "at least 2"),
@@ -387,6 +387,7 @@ COMMAND = [
     *(sys.executable, "-c", "from gelcone.cli import main; main()", "map"),
     *("--set", "damping_ratio=0.05", "--set", "spring_stiffness=0.5", "--set", "drive_frequency=0.3"),
     *("--over", "voltage=0:1.2:24", "--over", "prestretch=0.8:2:12", "--coarsest", "4", "--transient", "300"),
+    *("--patience", "300"),
     *("--budget", "1500"),
 ]
 

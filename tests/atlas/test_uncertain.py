@@ -14,7 +14,7 @@ from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
-QUICK = {"transient": 300.0, "budget": 1500.0, "rounds": 1}
+QUICK = {"transient": 300.0, "budget": 1500.0, "patience": 300.0}
 
 
 @pytest.mark.parametrize("method", ["sobol", "latin-hypercube"])

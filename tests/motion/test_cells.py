@@ -27,7 +27,7 @@ MODEL = ConeModel(
 """The last member starts outside its stretch limit."""
 START = (0.5, 0.0)
 ANALYSES = {
-    "regime": (regime, regime_cells, {"transient": 200.0, "budget": 1500.0, "rounds": 2}),
+    "regime": (regime, regime_cells, {"transient": 200.0, "budget": 1500.0, "patience": 600.0}),
     "section": (section, section_cells, {"repeats": 5, "discard": 3, "phase": 0.25}),
     "lyapunov": (lyapunov, lyapunov_cells, {"window": 40.0, "transient": 200.0, "budget": 1500.0}),
     "spectrum": (spectrum, spectrum_cells, {"periods": 16, "discard": 5, "highest": 4.0}),

@@ -20,7 +20,7 @@ MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.6, 
 VOLTAGES = [0.4, 1.0, 1.4]
 SHORT = {
     "lyapunov": {"window": 30.0, "transient": 60.0, "budget": 100.0},
-    "regime": {"transient": 60.0, "budget": 100.0, "rounds": 2},
+    "regime": {"transient": 60.0, "patience": 120.0, "budget": 100.0},
 }
 
 
@@ -95,16 +95,17 @@ def test_settings_fill_in_defaults_and_refuse_what_is_no_option():
     regime = find_analysis("regime")
     assert regime.settings({"budget": 300}) == {
         "transient": None,
+        "patience": None,
         "budget": 300.0,
-        "rounds": 5,
         "tolerance": 1e-15,
     }
     with pytest.raises(InputError, match="'bugdet' is not an option of the analysis regime; did you mean 'budget'"):
         regime.settings({"bugdet": 1.0})
     with pytest.raises(InputError, match="budget = 'long': must be a number"):
         regime.settings({"budget": "long"})
-    with pytest.raises(InputError, match=r"rounds = 1\.5: must be a whole number"):
-        regime.settings({"rounds": 1.5})
+    section = find_analysis("section")
+    with pytest.raises(InputError, match=r"repeats = 1\.5: must be a whole number"):
+        section.settings({"repeats": 1.5})
 
 
 def test_an_unknown_analysis_is_refused_with_the_nearest():

@@ -116,7 +116,20 @@ def regime_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict
         **{name: variable_json(result, name) for name in ("coexisting", "doubtful")},
     }
     kind = {"name" if name == "regime" else name: variable_json(result, name) for name in _KIND}
-    return {"regime": {**kind, "evidence": evidence}}
+    fates = {name: variable_json(result, f"fate_{name}") for name in ("regime", "period", "share")}
+    ends = {"share_interval": _interval(result, "fate_share")}
+    return {"regime": {**kind, "lasting": _lasting_json(result), "fates": fates | ends, "evidence": evidence}}
+
+
+def _lasting_json(result: xr.Dataset) -> dict[str, Any]:
+    """How long chaos lasts, null where there is none; a lifetime of which no end was seen is null too."""
+    seen = {name: result[name] for name in ("seen_until", "share_chaotic", "lifetime")}
+    return seen | {"lifetime_interval": _interval(result, "lifetime")}
+
+
+def _interval(result: xr.Dataset, name: str) -> Any:
+    """Both ends of a variable's interval side by side."""
+    return np.stack([result[f"{name}_low"].values, result[f"{name}_high"].values], axis=-1)
 
 
 def regime_words(shown: xr.Dataset, subject: Subject) -> str:

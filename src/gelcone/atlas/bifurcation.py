@@ -14,7 +14,7 @@ from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion.evidence import Evidence, label_evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.regime import ROUNDS, classify
+from gelcone.motion.regime import classify
 from gelcone.motion.settle import (
     check_budgets,
     complete,
@@ -52,8 +52,8 @@ def bifurcation(
     sweeps: Sequence[str] = ("up", "down"),
     bisections: int = BISECTIONS,
     transient: float | None = None,
+    patience: float | None = None,
     budget: float = 20_000.0,
-    rounds: int = ROUNDS,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,
@@ -69,7 +69,7 @@ def bifurcation(
     sweeps : any of ``"up"`` and ``"down"``: each point starts where the one before was after the transient, moved by
         `NUDGE`, so that hysteresis shows. Default both.
     bisections : how often the interval of each change of regime is halved. Default 8.
-    transient, budget, rounds, tolerance : as in `regime`.
+    transient, patience, budget, tolerance : as in `regime`.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -94,8 +94,8 @@ def bifurcation(
         raise InputError(f"bisections = {bisections}: must be at least 0")
     if parameter in STATES:
         raise InputError(f"{parameter}: belongs to the initial state; a bifurcation diagram sweeps a parameter")
-    check_budgets(transient=transient, budget=budget)
-    options = {"transient": transient, "budget": budget, "rounds": rounds, "tolerance": tolerance}
+    check_budgets(transient=transient, patience=patience, budget=budget)
+    options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     plans = {
         _name(state): Plan(model, {parameter: np.asarray(values)}, tuple(map(float, state)), options=options)
         for state in states

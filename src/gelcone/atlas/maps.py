@@ -13,7 +13,6 @@ from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import sweep
 from gelcone.codes import Regime
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.regime import ROUNDS
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
@@ -29,8 +28,8 @@ def map(
     initial: tuple[float, float] = (1.0, 0.0),
     *,
     transient: float | None = None,
+    patience: float | None = None,
     budget: float = 20_000.0,
-    rounds: int = ROUNDS,
     tolerance: float = DEFAULT_TOLERANCE,
     coarsest: int | None = None,
     store: str | Path | None = None,
@@ -46,7 +45,7 @@ def map(
     model : a single model; the swept parameters replace its own.
     over : parameter name -> increasing values, at least two of each.
     initial : displacement and velocity at time 0 in every cell. Default (1, 0).
-    transient, budget, rounds, tolerance : as in `regime`.
+    transient, patience, budget, tolerance : as in `regime`.
     coarsest : points along each axis that are computed at least; the map is refined where it changes between them.
         Default: every cell is computed.
     store : folder that keeps what is computed while the map runs. Default none.
@@ -63,7 +62,7 @@ def map(
     ------
     InputError : for unknown names, too few or unsorted values, budgets that are not positive, no cell inside its limit.
     """
-    options = {"transient": transient, "budget": budget, "rounds": rounds, "tolerance": tolerance}
+    options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     plan = Plan(model, over, initial, options=options)
     result = sweep(plan, coarsest=coarsest, store=store, threads=threads, progress=progress)
     return result.assign_attrs(title="parameter map")
@@ -74,8 +73,8 @@ def basin(
     over: Mapping[str, npt.ArrayLike],
     *,
     transient: float | None = None,
+    patience: float | None = None,
     budget: float = 20_000.0,
-    rounds: int = ROUNDS,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -86,7 +85,7 @@ def basin(
     ----------
     model : a single model.
     over : ``displacement`` and ``velocity`` -> increasing values.
-    transient, budget, rounds, tolerance : as in `regime`.
+    transient, patience, budget, tolerance : as in `regime`.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -102,11 +101,13 @@ def basin(
     ------
     InputError : as `map`.
     """
-    options = {"transient": transient, "budget": budget, "rounds": rounds, "tolerance": tolerance}
+    options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     plan = Plan(model, over, (0.0, 0.0), options=options)
     result = sweep(plan, threads=threads, progress=progress).drop_vars(["status", "source"])
     result = result.assign_attrs(title="basins of attraction")
     flat = {name: result[name].values.reshape(plan.size, -1)[:, 0] for name in _TELLING}
+    ends = np.where(flat["period"] > 0, Regime.PERIODIC, Regime.REST)
+    flat["regime"] = np.where(flat["regime"] == Regime.TRANSIENT_CHAOS, ends, flat["regime"])
     numbers, first = attractors(flat)
     result["attractor"] = (
         tuple(plan.over),

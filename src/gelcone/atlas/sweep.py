@@ -28,7 +28,6 @@ from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.settle import check_budgets, complete, start_states
 from gelcone.progress import Progress, Stopped
-from gelcone.quantity import check_count
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
 
@@ -140,9 +139,7 @@ def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: 
         what = "draws of uncertain parameters" if plan.draws else f"the analysis {analysis.name}"
         raise InputError(f"coarsest = {coarsest}: {what} cannot be refined; compute every cell")
     options = analysis.settings(plan.options)
-    check_budgets(**{name: options[name] for name in ("window", "transient", "budget") if name in options})
-    if "rounds" in options:
-        check_count("rounds", options["rounds"], 1)
+    check_budgets(**{name: options[name] for name in ("window", "transient", "patience", "budget") if name in options})
     return options
 
 

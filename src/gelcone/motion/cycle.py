@@ -1,6 +1,6 @@
 """Cycles: the periodic orbit that a damped motion settles on, how far it still is from it, and its exponents.
 
-A motion that nearly returns after n forcing periods is near a fixed point of the map over n periods. Two Newton steps
+A motion that nearly returns after n forcing periods is near a fixed point of the map over n periods. Three Newton steps
 from it give the cycle itself and tell it from a slow drift, which has no fixed point nearby. The eigenvalues of the
 tangent map over the cycle, its Floquet multipliers, give all Lyapunov exponents without any averaging. Nayfeh and
 Balachandran, Applied Nonlinear Dynamics (1995), chapters 3 and 7.
@@ -8,7 +8,7 @@ Balachandran, Applied Nonlinear Dynamics (1995), chapters 3 and 7.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
-from gelcone.motion.settle import LONG_STRETCH, STRETCH, Clock, clocks
+from gelcone.motion.settle import Clock, clocks
 from gelcone.motion.tangents import CERTAIN, FLOOR, chained, log_multipliers, qr_growth, solved, unit_frames
 from gelcone.motion.validity import spread_over
 from gelcone.physics.members import Members
@@ -37,21 +37,11 @@ NEAR = 1e-2
 CONVERGENCE = 0.1
 """The second Newton step has to be this much smaller than the first, or negligible, for a cycle to be there."""
 NEGLIGIBLE = 1e-8
+FIRST_TOLERANCE = 1e-8
+"""Tolerance of the first Newton step, which starts from a motion that was followed with less."""
 SAME_POINT = 1e-6
 """Points of a cycle that are closer than this share of its size are one."""
 SMALLEST_SIZE = 1e-3
-SEARCH_STEPS = 8
-SEARCH_CLOSE = 1e-4
-"""The search for attractors that coexist with chaos, by Newton's method, stops after so many steps, or when the next
-step is this small relative to the motion's size."""
-SEARCH_FARTHEST = 1.2
-"""It is given up where it leads further out than this many times the extent of the chaos."""
-SEARCH_TOLERANCE = 1e-7
-"""Tolerance of its integration, far below that closeness: all that matters is whether a cycle is there and attracts."""
-SEARCH_MAPS = ((1, False), (1, True), (2, False), (3, False))
-"""Forcing periods of the maps whose fixed points are searched, and whether the reflection x -> -x follows the map. The
-reflected map over one period has the cycles of two periods that are their own mirror image; most cycles on which chaos
-ends are of these kinds."""
 
 
 class Followed(NamedTuple):
@@ -104,7 +94,8 @@ class Cycles:
 
     ``found``; ``period`` in forcing periods; ``extent`` (the larger one of its displacement and velocity);
     ``symmetric`` under x -> -x; ``exponents`` (members, N) per unit time and their ``error``; ``distance`` of the
-    motion from the cycle over its size; ``time`` over which the exponents are taken.
+    motion from the cycle over its size; ``time`` over which the exponents are taken; ``point`` (members, N) of it at
+    phase 0.
     """
 
     found: npt.NDArray[np.bool_]
@@ -115,19 +106,17 @@ class Cycles:
     error: Array
     distance: Array
     time: Array
+    point: Array
+
+    def take(self, rows: Any) -> Cycles:
+        """The cycles of some members."""
+        return Cycles(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
 
     @property
     def attracting(self) -> npt.NDArray[np.bool_]:
         """Where the motion has arrived at a cycle that certainly attracts."""
         certain = self.exponents[:, 0] < -np.maximum(CERTAIN * self.error[:, 0], FLOOR)
         return self.found & certain & (self.distance < NEAR_RETURN)
-
-
-def cycles_reached(members: Members, states: Array, **flow_options: Any) -> Cycles:
-    """The cycles near motions that are at ``states``, at phase 0, and return from there."""
-    path = follow(members, states, **flow_options).path
-    period, _ = periods_of(path.reshape(len(path), RETURNS, -1), NEAR_RETURN)
-    return find_cycles(members, path[:, -1, -1], period, **flow_options)
 
 
 def find_cycles(members: Members, states: Array, period: npt.NDArray[np.int64], **flow_options: Any) -> Cycles:
@@ -145,6 +134,7 @@ def find_cycles(members: Members, states: Array, period: npt.NDArray[np.int64], 
         error=np.full((count, size), np.nan),
         distance=np.full(count, np.nan),
         time=np.zeros(count),
+        point=np.full((count, size), np.nan),
     )
     for group, clock in clocks(members):
         for repeats in np.unique(period[group][period[group] > 0]):
@@ -164,10 +154,13 @@ def _find(
     flow_options: dict[str, Any],
 ) -> None:
     with np.errstate(all="ignore"):  # a motion that is on no cycle gives steps of any size, or none
-        step, first, _ = _newton_step(members, states, clock, repeats, flow_options)
-        rest, exponents, path = _newton_step(members, states + step, clock, repeats, flow_options)
+        rough = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), FIRST_TOLERANCE)}
+        begun, _, _ = _newton_step(members, states, clock, repeats, rough)
+        step, first, _ = _newton_step(members, states + begun, clock, repeats, flow_options)
+        point = states + begun + step
+        rest, exponents, path = _newton_step(members, point, clock, repeats, flow_options)
         size = np.maximum(np.abs(path).max(axis=(1, 2, 3)), SMALLEST_SIZE)
-        distance, left = np.abs(step).max(axis=1) / size, np.abs(rest).max(axis=1) / size
+        distance, left = np.abs(begun + step).max(axis=1) / size, np.abs(rest).max(axis=1) / size
         found = (distance < NEAR) & ((left < CONVERGENCE * distance) | (left < NEGLIGIBLE))
     period = _smallest_period(path, size)
     cycles.found[rows], cycles.period[rows], cycles.distance[rows] = found, period, distance
@@ -176,13 +169,14 @@ def _find(
     # The exponents of the cycle against those found before the last step, which was far larger than what is left.
     cycles.exponents[rows], cycles.error[rows] = exponents, np.maximum(np.abs(exponents - first), FLOOR / 10)
     cycles.time[rows] = repeats * clock.repeat
+    cycles.point[rows] = point + rest
 
 
 def _newton_step(
-    members: Members, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any], reflected: bool = False
+    members: Members, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any]
 ) -> tuple[Array, Array, Array]:
-    """The step (members, N) to the fixed point of the map over some forcing periods, or of the reflection after it; the
-    exponents (members, N); and the path (members, periods, stretches, N)."""
+    """The step (members, N) to the fixed point of the map over some forcing periods; the exponents (members, N); and
+    the path (members, periods, stretches, N)."""
     stretches = repeats * clock.per_repeat
     times = clock.repeat[:, None] * (np.arange(1, stretches + 1) / clock.per_repeat)
     flow = integrate(members, states, times, keep="tangents", **flow_options)
@@ -190,73 +184,11 @@ def _newton_step(
     product, log_scale = chained(flow.tangents)
     growth, _ = qr_growth(flow.tangents, unit_frames(states))
     end = flow.states[:, -1]
-    if reflected:
-        signs = members.system.mirror
-        end, product = signs * end, signs[:, None] * product
     log_moduli = log_multipliers(product, log_scale, growth.sum(axis=(1, 2)))
     step = solved(np.eye(states.shape[1]) - product * np.exp(log_scale)[:, None, None], end - states)
     step = np.where((flow.outcome == Outcome.OK)[:, None], step, np.nan)
     path = flow.states.reshape(len(states), repeats, clock.per_repeat, -1)
     return step, log_moduli / times[:, -1:], path
-
-
-def coexisting_attractors(members: Members, section: Array, starts: int, **flow_options: Any) -> npt.NDArray[np.bool_]:
-    """Whether Newton's method finds an attracting cycle or rest from chaos, given its ``section`` (members, points, N).
-
-    It makes so many ``starts``, from the points that return the closest. Chaos that coexists with an attractor often
-    ends there, however long it has lasted. What is found exists; what is not found may exist all the same.
-    """
-    of = np.repeat(np.arange(len(section)), starts)
-    several = members.take(of)
-    farthest = SEARCH_FARTHEST * np.abs(section).max(axis=1)[of]
-    can_reflect, signs = several.symmetric, several.system.mirror
-    longest = LONG_STRETCH if members.system.planar else STRETCH
-    found = np.zeros(of.size, dtype=bool)
-    options = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), SEARCH_TOLERANCE)}
-    for repeats, reflected in SEARCH_MAPS:
-        begin = _closest_returns(section, repeats, signs if reflected else np.ones_like(signs), starts)
-        done = np.repeat(found.reshape(-1, starts).any(axis=1), starts)
-        for group, clock in clocks(several, longest):
-            tried = (can_reflect[group] | (not reflected)) & ~done[group]
-            part = group[tried]
-            if part.size:
-                found[part] |= _attracted(
-                    several.take(part), begin[part], farthest[part], clock.take(tried), repeats, reflected, options
-                )
-    return np.asarray(found.reshape(-1, starts).any(axis=1))
-
-
-def _closest_returns(section: Array, repeats: int, signs: Array, starts: int) -> Array:
-    """So many points of each section whose images are the nearest to them, (members * starts, N)."""
-    gap = np.abs(signs * section[:, repeats:] - section[:, :-repeats]).max(axis=2)
-    nearest = np.argsort(gap, axis=1, kind="stable")[:, :starts, None]
-    return np.take_along_axis(section, nearest, axis=1).reshape(-1, section.shape[2])
-
-
-def _attracted(
-    members: Members,
-    states: Array,
-    farthest: Array,
-    clock: Clock,
-    repeats: int,
-    reflected: bool,
-    flow_options: dict[str, Any],
-) -> npt.NDArray[np.bool_]:
-    """Which of the ``states`` Newton's method takes to an attracting cycle without leaving the bounds ``farthest``."""
-    found = np.zeros(len(states), dtype=bool)
-    rows = np.arange(len(states))
-    for _ in range(SEARCH_STEPS):
-        with np.errstate(all="ignore"):
-            step, exponents, _ = _newton_step(members, states, clock, repeats, flow_options, reflected)
-            there = np.abs(step).max(axis=1) < SEARCH_CLOSE * farthest.max(axis=1)
-            # not for NaN, from outside the stretch limit
-            further = ~there & (np.abs(states + step) <= farthest).all(axis=1)
-        found[rows[there]] = exponents[there, 0] < -FLOOR
-        if not further.any():
-            break
-        members, clock = members.take(further), clock.take(further)
-        rows, states, farthest = rows[further], states[further] + step[further], farthest[further]
-    return found
 
 
 def _smallest_period(path: Array, size: Array) -> npt.NDArray[np.int64]:

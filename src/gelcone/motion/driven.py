@@ -121,7 +121,7 @@ class Plane:
             "regime": evidence.regime.astype(float),
             "outcome": evidence.outcome.astype(float),
             "dielectric breakdown": np.where(np.isnan(breakdown), np.nan, ~ran | (breakdown > 0.0)),
-            "chaos": (evidence.regime == Regime.CHAOTIC).astype(float),
+            "chaos": np.isin(evidence.regime, (Regime.CHAOTIC, Regime.TRANSIENT_CHAOS)).astype(float),
         } | {limit: (~ran | (shares[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
 
 

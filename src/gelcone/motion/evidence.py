@@ -15,9 +15,13 @@ from gelcone.motion.cycle import RETURNS
 from gelcone.motion.validity import unknown, validity_variables
 from gelcone.physics.members import Ensemble
 from gelcone.quantity import Array
+from gelcone.statistics import wilson
 
 if TYPE_CHECKING:
     import xarray as xr
+
+FATES = 3
+"""Attractors that are told apart, at most, among those that nearby starts end on."""
 
 
 @dataclass
@@ -27,11 +31,17 @@ class Evidence:
     ``regime`` (a `Regime`), ``period`` in forcing periods (0: none), ``symmetric`` under x -> -x, ``return_distance``
     and ``cycle_distance`` over the motion's size, ``exponents`` and ``standard_error`` (members, N) with the
     ``averaged_time`` behind them and the ``sign`` of the largest (0: uncertain), ``zero_one`` with the sample
-    ``test_phase`` of a forcing period at which it is taken, ``coexisting`` (an attracting cycle or rest was found from
-    within chaos), ``under_way`` (the motion still leaves an unstable cycle, or has returned at last), ``lowest`` and
-    ``highest`` displacement, ``section`` (members, points, N), ``settled_time``, ``validity`` (members, 5), see
-    `gelcone.motion.validity.validity`, ``outcome``, ``final`` states (members, N), and ``doubtful`` (the evidence does
-    not agree).
+    ``test_phase`` of a forcing period at which it is taken, ``coexisting`` (nearby starts end on a cycle or rest that
+    others never reach), ``under_way`` (the motion still leaves an unstable cycle, or has returned at last), ``lowest``
+    and ``highest`` displacement, ``section`` (members, points, N), ``settled_time``, ``validity`` (members, 5),
+    see `gelcone.motion.validity.validity`, ``outcome``, ``final`` states (members, N), and ``doubtful`` (the evidence
+    does not agree).
+
+    Of chaos, whether it lasts (see `gelcone.motion.lasting`): ``seen_until``, the time to which the motion was seen to
+    be chaotic; ``share_chaotic`` of the nearby starts; the mean ``lifetime`` between ``lifetime_low`` and
+    ``lifetime_high`` (NaN: no chaos; infinite: no end was seen). Where nearby starts end (members, `FATES`), the most
+    frequent first: ``fate_regime`` (-1: none), ``fate_period`` and ``fate_share``, of as many starts as were
+    ``followed``.
     """
 
     regime: npt.NDArray[np.int8]
@@ -55,6 +65,15 @@ class Evidence:
     outcome: npt.NDArray[np.int8]
     final: Array
     doubtful: npt.NDArray[np.bool_]
+    seen_until: Array
+    share_chaotic: Array
+    lifetime: Array
+    lifetime_low: Array
+    lifetime_high: Array
+    fate_regime: npt.NDArray[np.int8]
+    fate_period: npt.NDArray[np.int64]
+    fate_share: Array
+    followed: npt.NDArray[np.int64]
 
     @classmethod
     def blank(cls, count: int, states: int = 2) -> Evidence:
@@ -85,6 +104,15 @@ class Evidence:
             outcome=np.zeros(count, dtype=np.int8),
             final=nan(states),
             doubtful=np.zeros(count, dtype=bool),
+            seen_until=nan(),
+            share_chaotic=nan(),
+            lifetime=nan(),
+            lifetime_low=nan(),
+            lifetime_high=nan(),
+            fate_regime=np.full((count, FATES), -1, dtype=np.int8),
+            fate_period=np.zeros((count, FATES), dtype=np.int64),
+            fate_share=np.zeros((count, FATES)),
+            followed=np.ones(count, dtype=np.int64),
         )
 
     def take(self, rows: Any) -> Evidence:
@@ -104,6 +132,7 @@ class Evidence:
         def code(values: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
             return values.astype(np.int8)
 
+        fate_low, fate_high = wilson(self.fate_share, self.followed[:, None])
         return {
             "regime": ((), self.regime, "kind of motion", "code"),
             "period": ((), self.period, "period in forcing periods, 0 if none", "count"),
@@ -119,7 +148,7 @@ class Evidence:
             "coexisting": (
                 (),
                 code(self.coexisting),
-                "1 if an attracting cycle or rest coexists with chaos, which may end there",
+                "1 if nearby starts end on a cycle or rest that others never reach",
                 "code",
             ),
             "lowest": ((), self.lowest, "lowest displacement", "length"),
@@ -127,6 +156,17 @@ class Evidence:
             "section": (("point", "state"), self.section, "states once every forcing period", "state"),
             "settled_time": ((), self.settled_time, "time before the motion was examined", "time"),
             **validity_variables(self.validity, self.outcome),
+            "seen_until": ((), self.seen_until, "time to which the motion was seen to be chaotic", "time"),
+            "share_chaotic": ((), self.share_chaotic, "share of the nearby starts that are still chaotic", "share"),
+            "lifetime": ((), self.lifetime, "mean lifetime of chaos, infinite if no end was seen", "time"),
+            "lifetime_low": ((), self.lifetime_low, "lower end of its 95 % interval", "time"),
+            "lifetime_high": ((), self.lifetime_high, "upper end of its 95 % interval", "time"),
+            "starts": ((), self.followed, "nearby starts that were followed, the motion's own among them", "count"),
+            "fate_regime": (("fate",), self.fate_regime, "where nearby starts end: the regime, -1 if none", "code"),
+            "fate_period": (("fate",), self.fate_period, "and its period in forcing periods", "count"),
+            "fate_share": (("fate",), self.fate_share, "and the share of the starts that do", "share"),
+            "fate_share_low": (("fate",), fate_low, "lower end of the share's 95 % interval", "share"),
+            "fate_share_high": (("fate",), fate_high, "upper end of the share's 95 % interval", "share"),
         }
 
 

@@ -1,7 +1,9 @@
 """All Lyapunov exponents of the flow, per unit of dimensionless time, with their standard errors.
 
-They are averages of the growth of deviations (`gelcone.motion.tangents`); the error is that of the mean over blocks,
-each a whole number of forcing periods and longer than the motion remembers. A motion that has arrived at an attracting
+They are averages of the growth of deviations (`gelcone.motion.tangents`). The error is that of the mean over at least
+100 blocks, each a whole number of forcing periods: the longer the blocks, the less of what the motion remembers from
+one to the next is missed, and the averaging goes on until longer blocks give no larger errors (Flyvbjerg and Petersen,
+J. Chem. Phys. 91 (1989) 461). A motion that has arrived at an attracting
 cycle has the exponents of that cycle, which its multipliers give without averaging. The exponents add up to the
 divergence of the flow exactly (-2 zeta for two states), which every result checks on itself.
 """
@@ -18,7 +20,8 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import Findings
-from gelcone.motion.cycle import cycles_reached
+from gelcone.errors import InputError
+from gelcone.motion.course import cycles_reached
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.settle import (
     STRETCH,
@@ -39,7 +42,16 @@ from gelcone.quantity import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-FEWEST_BLOCKS = 20
+FEWEST_BLOCKS = 100
+"""An error rests on so many blocks or more; fewer tell a sign at best."""
+GROWING = 1.15
+"""Errors grow still when those of the longest blocks exceed those of half the length by this factor, twice what chance
+makes of 100 blocks."""
+LAST_BLOCKS = 16
+"""Where they grow still and the budget is spent, the largest error of any blocks counts, as long as there are so many.
+"""
+BUDGET, PRECISE_BUDGET = 20_000.0, 1e7
+"""Longest averaging time by default, without and with a precision that is asked for."""
 SHEAR = 5.0
 """Without damping the deviations of a regular motion grow like time, and its exponent looks like log(t)/t: only one
 that is this many times larger is positive."""
@@ -64,13 +76,23 @@ class Exponents:
 
 
 def average(
-    members: Members, states: Array, *, budget: float, stretch: float = STRETCH, **flow_options: Any
+    members: Members,
+    states: Array,
+    *,
+    budget: float | None = None,
+    precision: float | None = None,
+    stretch: float = STRETCH,
+    **flow_options: Any,
 ) -> Exponents:
-    """Averages from ``states`` (members, N) at phase 0 until the sign of the largest exponent is certain.
+    """Averages from ``states`` (members, N) at phase 0 until the sign of the largest exponent is certain, and its
+    standard error at most ``precision`` where that is given.
 
     Members with NaN states are left out. ``budget`` is the longest averaging time, at least `FEWEST_BLOCKS` blocks;
     ``stretch`` as in `clocks`.
     """
+    if budget is None:
+        budget = BUDGET if precision is None else PRECISE_BUDGET
+    goal = _Goal(budget, np.inf if precision is None else precision)
     count, size = states.shape
     result = Exponents(
         values=np.full((count, size), np.nan),
@@ -86,8 +108,16 @@ def average(
         rows = group[runs[group]]
         if rows.size:
             own = clock.take(runs[group])
-            _average_group(members.take(rows), states[rows], own, rows, budget, result, flow_options)
+            _average_group(members.take(rows), states[rows], own, rows, goal, result, flow_options)
     return result
+
+
+@dataclass(frozen=True)
+class _Goal:
+    """When an average ends: at the latest after the time ``budget``, not before the error is down to ``precision``."""
+
+    budget: float
+    precision: float
 
 
 def _average_group(
@@ -95,7 +125,7 @@ def _average_group(
     states: Array,
     clock: Clock,
     rows: npt.NDArray[np.intp],
-    budget: float,
+    goal: _Goal,
     result: Exponents,
     flow_options: dict[str, Any],
 ) -> None:
@@ -105,11 +135,12 @@ def _average_group(
     while True:
         blocks = FEWEST_BLOCKS if growth.shape[1] == 0 else growth.shape[1] // clock.block
         growth = np.concatenate([growth, advance(members, run, clock, blocks * clock.block, **flow_options)], axis=1)
-        means, errors, steady = steady_statistics(growth, clock)
+        means, errors, steady, grown = steady_statistics(growth, clock)
         time = growth.shape[1] * clock.spacing
         floor = np.where(members.damped, FLOOR, shear_level(time))
-        certain = steady & (np.abs(means[:, 0]) > np.maximum(CERTAIN * errors[:, 0], floor))
-        finished = certain | (run.outcome != Outcome.OK) | (2.0 * time > budget)
+        certain = np.abs(means[:, 0]) > np.maximum(CERTAIN * errors[:, 0], floor)
+        enough = certain & steady & grown & (errors[:, 0] <= goal.precision)
+        finished = enough | (run.outcome != Outcome.OK) | (2.0 * time > goal.budget)
         ended = rows[finished]
         result.values[ended], result.standard_error[ended] = means[finished], errors[finished]
         result.time[ended] = time[finished]
@@ -129,30 +160,48 @@ def shear_level(time: Array) -> Array:
     return SHEAR * np.log(np.maximum(time, math.e)) / np.maximum(time, math.e)
 
 
-def steady_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-    """Exponents and standard errors, and whether both halves of the time agree on the largest.
+def steady_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Exponents and standard errors, whether both halves of the time agree on the largest exponent, and whether longer
+    blocks give no larger errors.
 
-    Where they do not, the motion had not settled yet - chaos that ends in a cycle - and only the later half counts.
+    Where the halves do not agree, the motion had not settled yet, and only the later one counts; half of what they
+    differ by is an error too.
     """
     half = growth.shape[1] // clock.block // 2 * clock.block
-    means, errors = block_statistics(growth, clock)
-    (early, early_error), (late, late_error) = (
-        block_statistics(g, clock) for g in (growth[:, :half], growth[:, half:])
-    )
-    spread = np.hypot(early_error[:, 0], late_error[:, 0])
-    steady = ~(np.abs(late[:, 0] - early[:, 0]) > np.maximum(CERTAIN * spread, STEADY * np.abs(late[:, 0])))
-    return (
-        np.where(steady[:, None], means, late),
-        np.where(steady[:, None], errors, late_error),
-        steady,
-    )
+    means, errors, grown = grown_statistics(growth, clock)
+    late, late_errors, _ = grown_statistics(growth[:, half:], clock)
+    early = block_statistics(growth[:, :half], clock)[0]
+    apart = np.abs(late[:, 0] - early[:, 0])
+    agree = ~(apart > np.maximum(CERTAIN * 2.0 * errors[:, 0], STEADY * np.abs(late[:, 0])))
+    late_errors = np.fmax(late_errors, 0.5 * apart[:, None])
+    return np.where(agree[:, None], means, late), np.where(agree[:, None], errors, late_errors), agree, grown
 
 
-def block_statistics(growth: Array, clock: Clock) -> tuple[Array, Array]:
-    """Exponents (members, N) as means over blocks, and the standard errors of these means."""
-    blocks = growth.shape[1] // clock.block
-    per_block = growth[:, : blocks * clock.block].reshape(len(growth), blocks, clock.block, -1).sum(axis=2)
-    rates = per_block / (clock.block * clock.spacing)[:, None, None]
+def grown_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+    """Exponents (members, N), the standard errors of the longest blocks of which there are `FEWEST_BLOCKS`, and whether
+    these have stopped growing; where they have not, the largest errors that still longer blocks give."""
+    units = growth.shape[1] // clock.per_repeat
+    longest = max(units // FEWEST_BLOCKS, 1)
+    means, errors = block_statistics(growth, clock, longest)
+    _, shorter = block_statistics(growth, clock, max(longest // 2, 1))
+    grown = ~(errors[:, 0] > GROWING * shorter[:, 0])
+    largest, length = errors, 2 * longest
+    while not grown.all() and units // length >= LAST_BLOCKS:
+        _, more = block_statistics(growth, clock, length)
+        largest = np.where(grown[:, None], largest, np.fmax(largest, more))
+        length *= 2
+    return means, largest, grown
+
+
+def block_statistics(growth: Array, clock: Clock, units: int | None = None) -> tuple[Array, Array]:
+    """Exponents (members, N) as means over blocks, and the standard errors of these means.
+
+    A block is that of the clock, or so many ``units`` of its shortest whole number of forcing periods.
+    """
+    block = clock.block if units is None else units * clock.per_repeat
+    blocks = growth.shape[1] // block
+    per_block = growth[:, : blocks * block].reshape(len(growth), blocks, block, -1).sum(axis=2)
+    rates = per_block / (block * clock.spacing)[:, None, None]
     return rates.mean(axis=1), rates.std(axis=1, ddof=1) / np.sqrt(blocks)
 
 
@@ -173,7 +222,8 @@ def lyapunov(
     *,
     window: float = 500.0,
     transient: float | None = None,
-    budget: float = 20_000.0,
+    budget: float | None = None,
+    precision: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,
@@ -187,10 +237,12 @@ def lyapunov(
     window : length of the finite window from the start, dimensionless time. Default 500.
     transient : time discarded before the long average; default by damping and drive
         (`gelcone.motion.settle.default_transient`).
-    budget : longest averaging time. Averaging stops earlier once the largest exponent is 3 standard errors off zero; at
-        least 20 blocks of at least a forcing period and 64 time units are averaged. Default 20,000.
+    budget : longest averaging time. Averaging stops earlier once the largest exponent is 3 standard errors off zero and
+        longer blocks give no larger errors; at least 100 blocks of at least a forcing period and 64 time units are
+        averaged. Default 20,000, or 10,000,000 for a ``precision``.
         A damped motion that is on an attracting cycle or at rest by then has the exponents of that, from its Floquet
         multipliers; what was averaged shows in ``running_exponent`` alone.
+    precision : standard error of the largest exponent at which averaging may stop. Default any.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -209,7 +261,13 @@ def lyapunov(
     ------
     InputError : for a window, transient or budget that is not positive, or when no member can start.
     """
-    options: dict[str, Any] = {"window": window, "transient": transient, "budget": budget, "tolerance": tolerance}
+    options: dict[str, Any] = {
+        "window": window,
+        "transient": transient,
+        "budget": budget,
+        "precision": precision,
+        "tolerance": tolerance,
+    }
     states = start_states(model, initial)
     found = lyapunov_cells(model.members(), states, **options, threads=threads, progress=progress)
     return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="Lyapunov exponents")
@@ -221,26 +279,31 @@ def lyapunov_cells(
     *,
     window: float = 500.0,
     transient: float | None = None,
-    budget: float = 20_000.0,
+    budget: float | None = None,
+    precision: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,
 ) -> Findings:
     """What `lyapunov` finds of every member of a flattened ensemble from its state (members, N); options as there."""
     check_budgets(window=window, transient=transient, budget=budget)
+    if precision is not None and not (np.isfinite(precision) and precision > 0.0):
+        raise InputError(f"precision = {precision:g}: must be positive, a standard error per unit time")
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     counted = Counted(progress)
     finite, finite_running = finite_exponents(members, states, window, flow | {"progress": weighted(counted, 0.2)})
     repeats = repeats_lasting(members, transient_of(members, transient))
     settled, outcome = settle(members, states, repeats, progress=weighted(counted, 0.3), **flow)
-    result = average(members, settled, budget=budget, **flow)
+    result = average(members, settled, budget=budget, precision=precision, **flow)
     counted(0.4)
     outcome = np.where(outcome == Outcome.OK, result.outcome, outcome)
+    residual = result.values.sum(axis=1) - members.divergence
     cycle = take_cycles(members, result, flow)
+    bound_shear(members, result)
     counted.finish()
     values, running = result.values, result.running
     time = np.where(outcome == Outcome.OK, result.time, np.nan)
-    residual = values.sum(axis=1) - members.divergence
+    residual = np.where(cycle > 0, values.sum(axis=1) - members.divergence, residual)
     return Findings(
         {
             "lyapunov": (("exponent",), values, "Lyapunov exponents per unit time after the transient", "rate"),
@@ -280,6 +343,17 @@ def take_cycles(members: Members, result: Exponents, options: dict[str, Any]) ->
         result.standard_error[there] = found.error[found.attracting]
         result.sign[there] = -1
     return period
+
+
+def bound_shear(members: Members, result: Exponents) -> None:
+    """Regular motion without damping has the exponents 0: what was averaged is shear, and bounds what may be there.
+
+    Its deviations grow like time, so that an average over T is off by log(T)/T, however small its scatter is.
+    """
+    regular = ~members.damped & (result.sign == 0) & (result.values[:, 0] <= shear_level(result.time))
+    bound = np.abs(result.values[regular]).max(axis=1, initial=0.0)
+    result.standard_error[regular] = np.maximum(result.standard_error[regular], bound[:, None])
+    result.values[regular] = 0.0
 
 
 def finite_exponents(members: Members, states: Array, window: float, options: dict[str, Any]) -> tuple[Array, Array]:

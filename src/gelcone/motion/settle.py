@@ -258,13 +258,13 @@ def blocks(samples: npt.NDArray[np.int64], *keys: npt.NDArray[np.int64]) -> Iter
 
     ``samples`` and ``keys`` are (members,). The results of a member do not depend on the block it is in.
     """
-    for row, members in _alike(samples, *keys):
+    for row, members in alike(samples, *keys):
         size = max(1, BLOCK_SAMPLES // max(row[0], CLOCK_SAMPLES))
         for first in range(0, members.size, size):
             yield row, members[first : first + size]
 
 
-def _alike(*keys: npt.NDArray[np.int64]) -> Iterator[tuple[tuple[int, ...], npt.NDArray[np.intp]]]:
+def alike(*keys: npt.NDArray[np.int64]) -> Iterator[tuple[tuple[int, ...], npt.NDArray[np.intp]]]:
     """Each combination of the keys (members,) that occurs, and the indices of its members."""
     rows, group = np.unique(np.stack(keys, axis=1), axis=0, return_inverse=True)
     for i, row in enumerate(rows.tolist()):
@@ -306,4 +306,4 @@ def clocks(members: Members, stretch: float = STRETCH) -> list[tuple[npt.NDArray
     per_repeat = next_power_of_two(np.maximum(repeat / longest, 1.0))
     repeats = np.maximum(np.floor(longest / repeat), 1.0)
     block = per_repeat * np.ceil(BLOCK / (repeat * repeats)).astype(int)
-    return [(group, Clock(key[0], key[1], repeat[group], repeats[group])) for key, group in _alike(per_repeat, block)]
+    return [(group, Clock(key[0], key[1], repeat[group], repeats[group])) for key, group in alike(per_repeat, block)]

@@ -17,7 +17,7 @@ class Effort:
     frequencies: int
     spectrum_periods: int
     limit_map: tuple[int, int]
-    rounds: int
+    patience: float | None
     bisections: int
     neighbours: int
     neighbour_voltages: int
@@ -33,11 +33,11 @@ FULL = Effort(
     160,
     400,
     (25, 60),
-    rounds=5,
+    patience=None,
     bisections=8,
     neighbours=24,
     neighbour_voltages=13,
 )
 QUICK = Effort(
-    "quick", 41, (), (17, 17), 200, 48, 64, (7, 18), rounds=2, bisections=4, neighbours=12, neighbour_voltages=5
+    "quick", 41, (), (17, 17), 200, 48, 64, (7, 18), patience=None, bisections=4, neighbours=12, neighbour_voltages=5
 )

@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.codes import Regime
 from gelcone.plots.response import members
-from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, SKY, VERMILION, YELLOW, styled
+from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, YELLOW, styled
 from gelcone.quantity import Array
 from gelcone.words import evidence_in_words
 
@@ -26,6 +26,7 @@ REGIME_COLOURS = {
     Regime.CHAOTIC: VERMILION,
     Regime.TRANSIENT: YELLOW,
     Regime.LEFT_THE_DOMAIN: GREY,
+    Regime.TRANSIENT_CHAOS: ORANGE,
 }
 MARKERS = ("o", "s", "^", "D", "v", "P")
 

@@ -9,7 +9,7 @@ from gelcone.paper.effort import FULL, QUICK
 from gelcone.paper.studies.diagrams import PANELS, diagram, diagram_name, rest_stability, values_of
 from gelcone.presets import find_preset
 
-TINY = replace(QUICK, name="tiny", diagram_values=3, sweeps=(), rounds=1, bisections=1, window=40.0)
+TINY = replace(QUICK, name="tiny", diagram_values=3, sweeps=(), patience=300.0, bisections=1, window=40.0)
 
 
 @pytest.mark.parametrize(

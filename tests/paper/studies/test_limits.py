@@ -23,7 +23,7 @@ from gelcone.paper.studies.limits import (
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
 
-TINY = replace(QUICK, name="tiny", limit_map=(2, 4), rounds=1, window=40.0)
+TINY = replace(QUICK, name="tiny", limit_map=(2, 4), patience=300.0, window=40.0)
 
 
 def computed(study, effort=TINY):
@@ -122,7 +122,7 @@ def test_maps_cover_their_ranges(study, preset, first, second, monkeypatch):
     found = computed(study)
     assert found.attrs["preset"] == preset
     assert seen["initial"] == find_preset(preset).initial
-    assert seen["options"]["rounds"] == 1
+    assert seen["options"]["patience"] == 300.0
     for name, low, high in (first, second):
         assert (seen["over"][name][0], seen["over"][name][-1]) == pytest.approx((low, high))
     assert seen["over"]["voltage"].size == (3 if study is damping_map else 2)

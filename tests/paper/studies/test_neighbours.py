@@ -9,7 +9,7 @@ from gelcone.paper.effort import QUICK
 from gelcone.paper.studies.neighbours import FACTOR, STARTS, neighbours, sets
 from gelcone.presets import find_preset
 
-TINY = replace(QUICK, name="tiny", neighbours=2, neighbour_voltages=2, rounds=1)
+TINY = replace(QUICK, name="tiny", neighbours=2, neighbour_voltages=2, patience=300.0)
 
 
 def test_sets_are_within_a_factor_and_the_same_each_time():

@@ -62,7 +62,7 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
         initial=preset.initial,
         sweeps=effort.sweeps,
         bisections=effort.bisections,
-        rounds=effort.rounds,
+        patience=effort.patience,
         progress=progress,
     )
     ensemble, states = Plan(model, {parameter: values}, preset.initial).at({parameter: values})

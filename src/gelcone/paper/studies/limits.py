@@ -65,7 +65,7 @@ def limit_map(effort: Effort, progress: Progress) -> xr.Dataset:
     preset = find_preset("fast")
     voltages, limits = effort.limit_map
     over = {"voltage": np.linspace(0.7, 1.6, voltages), "stretch_limit": np.geomspace(0.52, 50.0, limits)}
-    return maps.map(preset.model, over, preset.initial, rounds=effort.rounds, progress=progress).assign_attrs(
+    return maps.map(preset.model, over, preset.initial, patience=effort.patience, progress=progress).assign_attrs(
         preset="fast"
     )
 
@@ -74,7 +74,7 @@ def damping_map(effort: Effort, progress: Progress) -> xr.Dataset:
     """Regimes over voltage and damping ratio, at the base set."""
     preset = find_preset("base")
     over = {"voltage": np.linspace(0.5, 2.0, 2 * effort.limit_map[0] - 1), "damping_ratio": np.linspace(0.02, 2.0, 34)}
-    return maps.map(preset.model, over, preset.initial, rounds=effort.rounds, progress=progress).assign_attrs(
+    return maps.map(preset.model, over, preset.initial, patience=effort.patience, progress=progress).assign_attrs(
         preset="base"
     )
 
@@ -89,7 +89,7 @@ def beyond(effort: Effort, progress: Progress) -> xr.Dataset:
     progress(0.5)
     half = 0.5 * _reach(model)
     inside = np.stack([half, np.zeros_like(half)], axis=1)
-    evidence = classify(model.members(), inside, rounds=effort.rounds)
+    evidence = classify(model.members(), inside, patience=effort.patience)
     progress(0.5)
     return dataset.label(
         model,
@@ -140,7 +140,7 @@ def large_limits(effort: Effort, progress: Progress) -> xr.Dataset:
     offsets = NEARBY * np.linspace(-1.0, 1.0, STARTS)
     nearby = model.replace(stretch_limit=limits[:, None] + 0.0 * offsets, voltage=voltages[:, None])
     starts = np.asarray(preset.initial) + np.stack([np.tile(offsets, model.size)] * 2, axis=1)
-    evidence = classify(nearby.members(), starts, rounds=effort.rounds)
+    evidence = classify(nearby.members(), starts, patience=effort.patience)
     progress(0.8)
     late = swing(nearby.members(), evidence.final)
     progress(0.1)

@@ -31,7 +31,7 @@ def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
     voltages, stretches = effort.map_shape
     over = {"voltage": np.linspace(0.0, 2.0, voltages), "prestretch": np.linspace(0.4, 2.0, stretches)}
     preset = find_preset("base")
-    plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial, options={"rounds": effort.rounds})
+    plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial, options={"patience": effort.patience})
     result = sweep(plan, keep=["section"], progress=lambda share: progress(0.9 * share))
     result = result.drop_vars(["status", "source"]).assign_attrs(title="parameter map")
     model, states = plan.at(plan.grid)

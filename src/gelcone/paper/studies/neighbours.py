@@ -53,7 +53,7 @@ def neighbours(effort: Effort, progress: Progress) -> xr.Dataset:
     offsets = NEARBY * np.linspace(-1.0, 1.0, STARTS)[:, None]
     own = preset.model.replace(voltage=voltages + 0.0 * offsets)
     starts = np.tile(preset.initial, (own.size, 1)) + np.stack([np.repeat(offsets, voltages.size)] * 2, axis=1)
-    extents = classify(own.members(), starts, rounds=effort.rounds)
+    extents = classify(own.members(), starts, patience=effort.patience)
     progress(0.3)
     single = dataset.label(preset.model, {}, options={"factor": FACTOR, "seed": SEED}, title="near the base set")
     size = np.fmax(np.abs(extents.lowest), np.abs(extents.highest)).reshape(own.shape)
@@ -83,7 +83,7 @@ def neighbours(effort: Effort, progress: Progress) -> xr.Dataset:
 
 
 def _kinds(model: ConeModel, initial: tuple[float, float], effort: Effort) -> Any:
-    return classify(model.members(), np.tile(initial, (model.size, 1)), rounds=effort.rounds)
+    return classify(model.members(), np.tile(initial, (model.size, 1)), patience=effort.patience)
 
 
 def _exponents(values: Array, count: int) -> Array:

@@ -62,7 +62,7 @@ def _practical(device: Device, effort: Effort, progress: MaybeProgress) -> xr.Da
     run = simulate(model, state, times=times, progress=weighted(progress, 0.3))
     settle = SETTLED_DECAYS / float(np.min(model.damping_ratio))
     starts = np.broadcast_to(state, (model.size, 2))
-    evidence = classify(model.members(), starts, transient=settle, rounds=effort.rounds)
+    evidence = classify(model.members(), starts, transient=settle, patience=effort.patience)
     late = swing(model.members(), evidence.final)
     kinds = label_evidence(model, evidence, {}, "").drop_vars(["section", "lowest", "highest"])
     shares = {str(n): f"window_{n}" for n in run if str(n).startswith("validity_")}

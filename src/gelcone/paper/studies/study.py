@@ -39,8 +39,8 @@ def kinds_of(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
     """`gelcone.regime` with the patience of this effort, and time for the least damped member to decay."""
     transient = max(float(default_transient(model.members()).max()), DECAYS / float(np.min(model.damping_ratio)))
     states = start_states(model, initial)
-    evidence = classify(model.members(), states, transient=transient, rounds=effort.rounds)
-    return label_evidence(model, evidence, {"transient": transient, "rounds": effort.rounds}, "regime of motion")
+    evidence = classify(model.members(), states, transient=transient, patience=effort.patience)
+    return label_evidence(model, evidence, {"transient": transient, "patience": effort.patience}, "regime of motion")
 
 
 def merged(*parts: xr.Dataset) -> xr.Dataset:
