@@ -5,6 +5,7 @@ import json
 import math
 import pickle
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -378,11 +379,14 @@ def test_files_that_cannot_be_read(tmp_path):
 # --- the devices that ship --------------------------------------------------------------------------------------------
 
 
-def test_three_devices_ship():
-    assert set(shipped_devices()) == {"paper-table1", "soft-film", "biased-pump"}
+SHIPPED = ["paper-table1", "soft-film", "biased-pump", "weight-cone", "beam-cone", "double-cone"]
 
 
-@pytest.mark.parametrize("name", ["paper-table1", "soft-film", "biased-pump"])
+def test_six_devices_ship():
+    assert set(shipped_devices()) == set(SHIPPED)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_devices_say_where_each_number_comes_from(name):
     device = find_device(name)
     assert Device(**device.parameters()) == device
@@ -497,6 +501,86 @@ def test_damping_is_given_once_and_needs_a_free_vibration(device):
         device.replace(damping_ratio=0.1, spring_rate=0.0)
 
 
+# --- loads, beam and second film --------------------------------------------------------------------------------------
+
+
+def newtons(device, height, volts=0.0):
+    """Static force at a height in m."""
+    s = device.scales
+    return float(device.to_model().force(height / s.length, volts / s.voltage)) * s.force
+
+
+def test_loads_and_beam_add_their_newtons(device):
+    alone = newtons(device, 0.006)
+    assert newtons(device.replace(gravity=9.81), 0.006) - alone == pytest.approx(device.moving_mass * 9.81, rel=1e-9)
+    carrying = device.replace(gravity="9.81 m/s^2", payload="5 g")
+    weight = (device.moving_mass + 0.005) * 9.81
+    assert newtons(carrying, 0.006) - alone == pytest.approx(weight, rel=1e-9)
+    assert newtons(device.replace(constant_force="3 mN"), 0.006) - alone == pytest.approx(-0.003, rel=1e-9)
+    beam = {"beam_rate": "-20 N/m", "beam_cubic_rate": "60 kN/m^3", "beam_height": "2 mm"}
+    expected = -20.0 * 0.004 + 6e4 * 0.004**3
+    assert newtons(device.replace(**beam), 0.006) - alone == pytest.approx(expected, rel=1e-9)
+    together = device.replace(gravity=9.81, constant_force=0.003, **beam)
+    expected += device.moving_mass * 9.81 - 0.003
+    assert newtons(together, 0.006) - alone == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_payload_slows_the_disc_down_also_where_it_does_not_weigh(device):
+    heavy = device.replace(payload=3.0 * device.moving_mass)
+    assert heavy.scales.time == pytest.approx(2.0 * device.scales.time, rel=1e-14)
+    assert heavy.to_model().system == device.to_model().system
+    ratio = device.damping_coefficient / (2.0 * 4.0 * device.moving_mass) * heavy.scales.time
+    assert heavy.to_model().damping_ratio == pytest.approx(ratio, rel=1e-14)
+
+
+def test_a_spring_lowered_by_a_weight_rests_m_g_over_k_lower(device):
+    stiff = device.replace(spring_rate="20 kN/m", initial_height="5 mm", gravity="9.81 m/s^2", prestretch=1.0)
+    free, down = stiff.replace(gravity=None), stiff
+    drop = (free.initial_state()[0] - down.initial_state()[0]) * stiff.scales.length
+    assert drop == pytest.approx(device.moving_mass * 9.81 / 2e4, rel=1e-2)
+
+
+def test_the_second_film_pulls_like_the_first_from_its_own_plane(device):
+    both = device.replace(second_film="taut", second_flat_height="16 mm", spring_rate=0.0)
+    one = device.replace(spring_rate=0.0)
+    assert newtons(both, 0.006, 300.0) == pytest.approx(newtons(one, 0.006, 300.0) - newtons(one, 0.010, 300.0))
+    held = both.replace(second_drive="constant", second_voltage="400 V", second_hoop_prestretch=1.4)
+    other = one.replace(hoop_prestretch=1.4)
+    assert newtons(held, 0.006, 300.0) == pytest.approx(newtons(one, 0.006, 300.0) - newtons(other, 0.010, 400.0))
+    x, velocity = both.replace(voltage_offset="300 V", second_drive="opposite").initial_state()
+    assert (x * both.scales.length, velocity) == (pytest.approx(0.008, rel=1e-12), 0.0)
+    assert Device(**json.loads(json.dumps(held.parameters()))) == held
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"beam_height": "2 mm"}, "beam_height: there is no beam_rate; give beam_rate, or leave beam_height out"),
+        (
+            {"second_drive": "same"},
+            "second_drive: there is no second_film; give second_film, or leave second_drive out",
+        ),
+        (
+            {"second_film": "taut", "second_voltage": 10.0},
+            'second_voltage: is taken where second_drive is "constant" alone; give that',
+        ),
+        ({"second_film": "tuat"}, "second_film: 'tuat' is not a second film; did you mean 'taut'?"),
+        ({"payload": "-1 g"}, "payload = '-1 g': must be at least 0"),
+        (
+            {"second_film": "taut", "second_flat_height": "9 m"},
+            "second_flat_height = {}: so far from 0 that no displacement lies inside the stretch limits of both films",
+        ),
+    ],
+)
+def test_loads_and_second_films_that_do_not_fit_are_refused(device, changes, message):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with pytest.raises(InputError) as error:
+            device.replace(**changes)
+    for part in message.split("{}"):
+        assert part in str(error.value)
+
+
 # --- ensembles over any field -----------------------------------------------------------------------------------------
 
 
@@ -504,9 +588,12 @@ def test_damping_is_given_once_and_needs_a_free_vibration(device):
 def test_every_number_makes_an_ensemble_of_single_devices(device, name):
     """Each member has the model, the scales and the start of a device with its value alone."""
     law = {"material.law": "yeoh"} if "yeoh" in name else {}
-    start = device.replace({"initial_height": "8 mm", "dielectric_strength": "20 kV/mm", **law})
+    owner = {"beam_rate": "-20 N/m"} if name.startswith("beam_") else {}
+    owner |= {"second_film": "taut", "second_drive": "constant"} if name.startswith("second_") else {}
+    start = device.replace({"initial_height": "8 mm", "dielectric_strength": "20 kV/mm", **law, **owner})
     own = start.get(name)
     usual = {"material.young_modulus": 5e4, "material.dielectric_strength": 2e7, "voltage_offset": 100.0}
+    usual |= {"beam_cubic_rate": 1e4, "beam_height": 0.01, "second_flat_height": 0.01, "second_voltage": 500.0}
     values = np.array([1.0, 1.1, 1.3]) * (own or usual.get(name, 0.03 if name.startswith("release") else 1.01))
     if name == "material.dielectric_strength":
         start = start.replace(dielectric_strength=None)

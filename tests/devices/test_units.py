@@ -166,6 +166,8 @@ WORTH = {
     **{"m/s": 1.0, "mm/s": 1e-3, "N/m": 1.0, "kN/m": 1e3, "N/cm": 1e2, "N/mm": 1e3, "mN/mm": 1.0, "mN/m": 1e-3},
     **{"N s/m": 1.0, "N*s/m": 1.0, "kg/s": 1.0, "mN s/m": 1e-3, "g/s": 1e-3},
     **{"V/m": 1.0, "kV/m": 1e3, "V/mm": 1e3, "MV/m": 1e6, "kV/mm": 1e6, "V/um": 1e6},
+    **{"m/s^2": 1.0, "m/s2": 1.0, "mm/s^2": 1e-3},
+    **{"N/m^3": 1.0, "kN/m^3": 1e3, "MN/m^3": 1e6, "N/mm^3": 1e9, "mN/mm^3": 1e6},
     **{"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "W": 1.0, "mW": 1e-3, "uW": 1e-6},
 }
 """What a unit is worth in SI units, by its prefixes."""

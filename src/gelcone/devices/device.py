@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import tomllib
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import astuple, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -26,7 +26,9 @@ from gelcone.errors import InputError, unknown_name
 from gelcone.physics.film.continuum import ContinuumFilm
 from gelcone.physics.film.taut import PRESTRETCH_MODES
 from gelcone.physics.model import ConeModel
-from gelcone.physics.statics import rest_displacements
+from gelcone.physics.records import FILMS
+from gelcone.physics.second import DRIVES
+from gelcone.physics.statics import every_balance, rest_displacements, switched_off
 
 DAMPINGS = ("damping_coefficient", "damping_ratio", "quality_factor")
 """Three ways to give the damping; a device takes one of them."""
@@ -72,7 +74,7 @@ class Scales:
         a, b, mu = get("disc_radius"), get("film_radius"), get("material.shear_modulus")
         length = b - a
         energy = mu * (np.pi * (b**2 - a**2) * get("film_thickness"))
-        rate = np.sqrt(energy / get("moving_mass")) / length
+        rate = np.sqrt(energy / _carried_mass(get)) / length
         field = np.sqrt(mu / (get("material.relative_permittivity") * VACUUM_PERMITTIVITY))
         voltage = get("film_thickness") * field
         return cls(
@@ -109,6 +111,12 @@ class Device(Record):
         relative to it.
     spring_rate : stiffness k of the spring, N/m, at least 0.
     initial_height : height h0 of the disc at which the spring is free, m. Default 0.
+    beam_rate, beam_cubic_rate, beam_height : a buckled beam on the disc, of the force beam_rate d + beam_cubic_rate d^3
+        with d from ``beam_height``; N/m (negative: buckled), N/m^3 and m. Default none.
+    constant_force : pushes the disc up, away from the film's plane, N. Default none.
+    gravity : along the axis, m/s^2: positive where it pulls a raised disc down, negative on a device that hangs.
+        Default none: the axis is level. It acts on ``moving_mass`` and ``payload``.
+    payload : mass carried by the disc, kg. Default none.
     moving_mass : mass m of the disc and what moves with it, kg, positive.
     damping_coefficient : viscous damping c, N s/m, at least 0. Or ``damping_ratio`` zeta = c/(2 m omega), or
         ``quality_factor`` Q = 1/(2 zeta), with the natural frequency omega about the rest without voltage; one of them.
@@ -118,6 +126,12 @@ class Device(Record):
     frequency : f, Hz, positive.
     release_height : the disc is held there and let go at t = 0, m. Default: it starts from rest, see `initial_state`.
     release_velocity : its velocity at t = 0, m/s. Default 0.
+    second_film : ``"taut"`` or another cone, on the other side of the disc: a double cone. Of the first film's
+        material, thickness and ``prestretch_mode``. Default none.
+    second_flat_height : height of the disc at which the second film is flat, m. Default 0.
+    second_prestretch, second_meridional_prestretch, second_hoop_prestretch : default the first film's.
+    second_drive : ``"same"`` (default), ``"opposite"`` or ``"constant"``, as in `ConeModel`; ``second_voltage``, V, is
+        the constant one.
 
     A field of the material is reached by a dotted name, such as ``"material.shear_modulus"``.
 
@@ -174,6 +188,30 @@ class Device(Record):
         "height of the disc at which the spring is free", "m", default=0.0, typical=(1e-3, 0.1),
         near=("rest_height", "height", "free_height", "preload", "h0", "spring_height"),
     )  # fmt: skip
+    beam_rate: Any = Field(
+        "stiffness of a buckled beam where it is straight, negative", "N/m", default=None, unset="no beam",
+        typical=(0.1, 2000.0), near=("negative_rate", "negative_stiffness", "negative_spring", "buckled_beam", "k1"),
+    )  # fmt: skip
+    beam_cubic_rate: Any = Field(
+        "cubic stiffness of the beam", "N/m^3", default=None, unset="0", typical=(1e2, 1e8), least=0.0,
+        near=("cubic_stiffness", "k3"),
+    )  # fmt: skip
+    beam_height: Any = Field(
+        "height of the disc at which the beam is straight", "m", default=None, unset="0", typical=(1e-3, 0.1),
+        near=("beam_offset", "snap_height"),
+    )  # fmt: skip
+    constant_force: Any = Field(
+        "force that pushes the disc up, wherever it is", "N", default=None, unset="none", typical=(1e-3, 10.0),
+        near=("force", "push", "load", "external_force"),
+    )  # fmt: skip
+    gravity: Any = Field(
+        "gravity along the axis, positive where it pulls a raised disc down", "m/s^2", default=None,
+        unset="none: the axis is level", typical=(0.5, 20.0), near=("g", "weight", "gravitational_acceleration"),
+    )  # fmt: skip
+    payload: Any = Field(
+        "mass carried by the disc", "kg", default=None, unset="none", typical=(1e-4, 0.5), least=0.0,
+        near=("load_mass", "carried_mass", "weight", "biasing_mass"),
+    )  # fmt: skip
     moving_mass: Any = Field(
         "mass of the disc and what moves with it", "kg", typical=(1e-4, 0.5), near=("mass", "disc_mass", "m"), above=0.0
     )
@@ -216,6 +254,35 @@ class Device(Record):
         near=("velocity", "initial_velocity", "start_velocity"),
     )  # fmt: skip
 
+    second_film: Any = Field(
+        "film on the other side of the disc, for a double cone: taut or another cone", default=None,
+        unset="none: a single cone", near=("antagonist", "other_film", "double_cone"),
+    )  # fmt: skip
+    second_flat_height: Any = Field(
+        "height of the disc at which the second film is flat", "m", default=None, unset="0", typical=(1e-3, 0.1),
+        near=("separation", "rod_length", "spacer_height"),
+    )  # fmt: skip
+    second_prestretch: Any = Field(
+        "pre-stretch of the second film, as prestretch", "1", default=None, unset="the first film's",
+        typical=(0.5, 4.0), above=0.0,
+    )  # fmt: skip
+    second_meridional_prestretch: Any = Field(
+        "pre-stretch of the second film from rim to disc", "1", default=None, unset="the first film's",
+        typical=(0.5, 4.0), above=0.0,
+    )  # fmt: skip
+    second_hoop_prestretch: Any = Field(
+        "pre-stretch of the second film along the hoop", "1", default=None, unset="the first film's",
+        typical=(0.5, 4.0), above=0.0,
+    )  # fmt: skip
+    second_drive: Any = Field(
+        "voltage of the second film: same, opposite (offset - amplitude sin) or constant", default=None, unset="same",
+        near=("second_phase", "antagonist_drive"),
+    )  # fmt: skip
+    second_voltage: Any = Field(
+        "constant voltage of the second film, where second_drive is constant", "V", default=None, unset="0",
+        typical=(50.0, 2e4), near=("second_voltage_offset", "antagonist_voltage"),
+    )  # fmt: skip
+
     def __init__(self, /, **values: Any) -> None:
         super().__init__(**_with_material(values))
         for doubt in self.doubts():
@@ -240,8 +307,9 @@ class Device(Record):
         if name == "material":
             return _as_material(value)
         value = super().read(name, value)
-        if name == "prestretch_mode" and value not in PRESTRETCH_MODES:
-            raise FieldError(name, f"{name}: {unknown_name('pre-stretch mode', value, PRESTRETCH_MODES)}")
+        for own, kind, known in _CHOICES:
+            if name == own and value not in known:
+                raise FieldError(name, f"{name}: {unknown_name(kind, value, known)}")
         return value
 
     def get(self, name: str) -> Any:
@@ -266,6 +334,15 @@ class Device(Record):
             told = ", ".join(f"{name} has {length}" for name, length in lengths.items())
             yield FieldError(next(iter(lengths)), f"{told} values; give lists of one length")
             return
+        for owner, names in _BELONGING:
+            if getattr(self, owner) is None:
+                for name in names:
+                    if getattr(self, name) is not None:
+                        yield FieldError(name, f"{name}: there is no {owner}; give {owner}, or leave {name} out")
+        if self.second_voltage is not None and self.second_film is not None and self.second_drive != "constant":
+            yield FieldError(
+                "second_voltage", 'second_voltage: is taken where second_drive is "constant" alone; give that'
+            )
         given = [name for name in DAMPINGS if getattr(self, name) is not None]
         if not given:
             yield FieldError(
@@ -298,27 +375,34 @@ class Device(Record):
 
     def _check_heights(self, model: ConeModel) -> None:
         members = model.members()
-        strain, limit = members.strain(np.zeros(members.size)), np.broadcast_to(members.strain_limit(), members.shape)
-        if not (strain < limit).any():
+        system, n = model.system, members.numbers()
+        flat = np.broadcast_to(system.film.strain(np.zeros(members.size), n), members.shape)
+        limit = np.broadcast_to(system.film.strain_limit(n), members.shape)
+        if not (flat < limit).any():
             raise FieldError(
                 "prestretch",
-                f"prestretch: mounted flat, the film has I1 - 3 = {float(strain[0]):.4g}, which must be "
+                f"prestretch: mounted flat, the film has I1 - 3 = {float(flat[0]):.4g}, which must be "
                 f"less than its stretch limit {float(limit[0]):.4g}; lower the pre-stretch or raise "
                 "the limit",
             )
+        if system.second is not None and not any(balance.reachable for balance in every_balance(model)):
+            raise FieldError("second_flat_height", system.unreachable(members.numbers_at(0)))
         if self.release_height is None:
             return
-        heights = np.broadcast_to(np.abs(self.release_height), members.shape)
         lengths = np.broadcast_to(self.scales.length, members.shape)
-        reach = model.system.film.reach
-        highest = np.array([reach(members.numbers_at(i))[1] for i in range(members.size)]) * lengths
-        if (heights >= highest).all():
-            raise FieldError(
-                "release_height",
-                f"release_height = {format_si(np.ravel(self.release_height)[0], 'm')}: must be less than "
-                f"{format_si(highest[0], 'm')}, where the film reaches its stretch limit "
-                f"{float(limit[0]):.4g}; start lower or raise material.stretch_limit",
-            )
+        starts = np.broadcast_to(self.release_height, members.shape) / lengths
+        if not (members.strain(starts) >= members.strain_limit()).all():
+            return
+        told = f"release_height = {format_si(np.ravel(self.release_height)[0], 'm')}"
+        if system.second is not None:
+            reason = "out of reach of the films within their stretch limits; start between their planes"
+            raise FieldError("release_height", f"{told}: is {reason} or raise material.stretch_limit")
+        highest = system.film.reach(members.numbers_at(0))[1] * lengths[0]
+        raise FieldError(
+            "release_height",
+            f"{told}: must be less than {format_si(highest, 'm')}, where the film reaches its stretch limit "
+            f"{float(limit[0]):.4g}; start lower or raise material.stretch_limit",
+        )
 
     def doubts(self) -> list[str]:
         """What is hardly meant: sizes far from what is usual, each in a line."""
@@ -383,6 +467,8 @@ class Device(Record):
         """The homogeneous cone without damping."""
         s = self.scales
         return ConeModel(
+            **self._loads(),
+            **self._second(),
             damping_ratio=0.0,
             spring_stiffness=self.spring_rate * s.length / s.force,
             voltage=self.voltage_amplitude / s.voltage,
@@ -398,14 +484,46 @@ class Device(Record):
             **self.material.law_parameters,
         )
 
+    def _loads(self) -> dict[str, Any]:
+        """What acts on the disc besides film and spring."""
+        s, kinds, numbers = self.scales, ["spring"], {}
+        if self.beam_rate is not None:
+            kinds.append("beam")
+            numbers["beam_stiffness"] = self.beam_rate * s.length / s.force
+            numbers["beam_cubic"] = (
+                (0.0 if self.beam_cubic_rate is None else self.beam_cubic_rate) * s.length**3 / s.force
+            )
+            numbers["beam_height"] = (0.0 if self.beam_height is None else self.beam_height) / s.length
+        if self.gravity is not None:
+            kinds.append("weight")
+            numbers["weight"] = _carried_mass(self.get) * self.gravity / s.force
+        if self.constant_force is not None:
+            kinds.append("force")
+            numbers["push"] = self.constant_force / s.force
+        return {"bias": "+".join(kinds)} | numbers
+
+    def _second(self) -> dict[str, Any]:
+        """The second film of the model; nothing for a single cone."""
+        if self.second_film is None:
+            return {}
+        s, stretches = self.scales, {name: getattr(self, name) for name in _SECOND_PRESTRETCHES}
+        drive = "same" if self.second_drive is None else self.second_drive
+        return {
+            "second_film": self.second_film,
+            "second_drive": drive,
+            "second_flat_height": _or_zero(self.second_flat_height) / s.length,
+            **({"second_voltage": _or_zero(self.second_voltage) / s.voltage} if drive == "constant" else {}),
+            **{name: value for name, value in stretches.items() if value is not None},
+        }
+
     def _damped(self, model: ConeModel) -> ConeModel:
         """A model with the damping ratio c/(2 m Omega0) of the device."""
         if self.damping_coefficient is not None:
-            ratio = self.damping_coefficient * self.scales.time / (2.0 * self.moving_mass)
+            ratio = self.damping_coefficient * self.scales.time / (2.0 * _carried_mass(self.get))
             return model.replace(damping_ratio=np.broadcast_to(ratio, self.shape)[()])
         name = "damping_ratio" if self.quality_factor is None else "quality_factor"
         ratio = self.damping_ratio if self.quality_factor is None else 0.5 / self.quality_factor
-        stiffness = np.asarray(model.stiffness(rest_displacements(model)))
+        stiffness = np.asarray(switched_off(model).stiffness(rest_displacements(model)))
         if not (stiffness > 0.0).all():
             raise FieldError(
                 name,
@@ -496,12 +614,36 @@ class ImplausibleDevice(UserWarning):
     """A device can hardly be meant as it is given."""
 
 
+def _or_zero(value: Any) -> Any:
+    return 0.0 if value is None else value
+
+
+def _carried_mass(get: Callable[[str], Any]) -> Any:
+    """All that moves: the moving mass and the payload, kg."""
+    payload = get("payload")
+    return get("moving_mass") if payload is None else get("moving_mass") + payload
+
+
 _DOT = "material."
+_SECOND_PRESTRETCHES = tuple(f"second_{name}" for name in ("prestretch", *DIRECT_PRESTRETCHES))
+_CHOICES: tuple[tuple[str, str, Collection[str]], ...] = (
+    ("prestretch_mode", "pre-stretch mode", PRESTRETCH_MODES),
+    ("second_film", "second film", FILMS),
+    ("second_drive", "drive of a second film", DRIVES),
+)
+"""Fields of which a few texts are allowed: what it is, and which."""
+_BELONGING = (
+    ("beam_rate", ("beam_cubic_rate", "beam_height")),
+    ("second_film", ("second_flat_height", *_SECOND_PRESTRETCHES, "second_drive", "second_voltage")),
+)
+"""Fields that mean nothing without another."""
 _SIZES = ("m", "kg", "Pa")
 """Units of the fields whose values are compared with what is usual: a drive may be as small as one likes."""
 _EXCLUDING = (
     (("prestretch",), DIRECT_PRESTRETCHES),
     (DIRECT_PRESTRETCHES, ("prestretch",)),
+    (_SECOND_PRESTRETCHES[:1], _SECOND_PRESTRETCHES[1:]),
+    (_SECOND_PRESTRETCHES[1:], _SECOND_PRESTRETCHES[:1]),
     *(((name,), DAMPINGS) for name in DAMPINGS),
 )
 """Fields that, when given, drop others."""

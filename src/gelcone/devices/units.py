@@ -75,6 +75,13 @@ DIMENSIONS: dict[str, Dimension] = {
     "Pa": _dimension("pressure", "20 kPa", {"Pa": 0, "kPa": 3, "MPa": 6}),
     "N": _dimension("force", "0.5 N", {"N": 0, "mN": -3}),
     "m/s": _dimension("velocity", "10 mm/s", {"m/s": 0, "mm/s": -3}),
+    "m/s^2": _dimension("acceleration", "9.81 m/s^2", {"m/s^2": 0, "m/s2": 0, "mm/s^2": -3}, ("m/s^2", "mm/s^2")),
+    "N/m^3": _dimension(
+        "cubic stiffness",
+        "20 kN/m^3",
+        {"N/m^3": 0, "kN/m^3": 3, "MN/m^3": 6, "N/mm^3": 9, "mN/mm^3": 6},
+        ("N/m^3", "kN/m^3", "MN/m^3"),
+    ),
     "N/m": _dimension(
         "stiffness",
         "60 N/m",

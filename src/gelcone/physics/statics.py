@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from gelcone.errors import InputError
 from gelcone.physics.balance import StaticBalance, rest_of, single_balance
-from gelcone.physics.members import Ensemble
+from gelcone.physics.members import Ensemble, Members
+from gelcone.physics.model import ConeModel
 from gelcone.physics.pair import pair_balance
+
+E = TypeVar("E", ConeModel, Members)
 
 
 def every_balance(model: Ensemble) -> list[StaticBalance]:
@@ -31,7 +34,7 @@ def balances_of(model: Ensemble) -> list[StaticBalance]:
 def rest_displacement(model: Ensemble) -> float:
     """The stable equilibrium of a single actuator without voltage that is nearest to where its bias is free, of two
     equally near ones the higher; NaN when there is none. A double cone has no voltage on either film."""
-    (balance,) = balances_of(_switched_off(model))
+    (balance,) = balances_of(switched_off(model.members()))
     return rest_of(balance, None)
 
 
@@ -40,7 +43,7 @@ def rest_displacements(model: Ensemble) -> Any:
 
     Members of equal films and bias, whatever their drive, are searched once.
     """
-    members = _switched_off(model).members()
+    members = switched_off(model.members())
     system = members.system
     parts = (system.bias, system.film, *([] if system.second is None else [system.second]))
     values = {name: value for part in parts for name, value in part.numbers(members.values).items()}
@@ -55,10 +58,9 @@ def _rest(balance: StaticBalance) -> float:
     return rest_of(balance, None) if balance.reachable else math.nan
 
 
-def _switched_off(model: Ensemble) -> Ensemble:
-    """The ensemble whose second film has no voltage at rest."""
+def switched_off(model: E) -> E:
+    """The ensemble; a double cone without what puts a voltage on its second film at rest."""
     if model.system.second is None:
         return model
-    members = model.members()
-    off = members.values.keys() & {"voltage_bias", "second_voltage"}
-    return members.replace(**dict.fromkeys(off, 0.0))
+    off = model.values.keys() & {"voltage_bias", "second_voltage"}
+    return model.replace(**dict.fromkeys(off, 0.0))

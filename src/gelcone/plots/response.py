@@ -100,10 +100,12 @@ def validity_strip(response: xr.Dataset, axes: Axes) -> None:
 
 
 def drive_voltage(response: xr.Dataset, axes: Axes) -> None:
-    """Voltage across the film over time."""
+    """Voltage across the film over time; that across the second film dashed."""
     lines = members(response)
     for colour, (_, member) in zip(CYCLE if len(lines) > 1 else (VERMILION,), lines, strict=False):
         axes.plot(member["time"], member["drive_voltage"], color=colour)
+        if "second_drive_voltage" in response:
+            axes.plot(member["time"], member["second_drive_voltage"], color=colour, ls="--", lw=0.8)
     axes.set_xlabel(axis_label(response["time"], "time"))
     axes.set_ylabel(axis_label(response["drive_voltage"], "voltage"))
 
