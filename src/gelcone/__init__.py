@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from gelcone import plots as plots
     from gelcone.atlas.bifurcation import bifurcation as bifurcation
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
+    from gelcone.atlas.branches.continuation import continue_branch as continue_branch
     from gelcone.atlas.maps import basin as basin
     from gelcone.atlas.maps import map as map
     from gelcone.atlas.plan import Plan as Plan

@@ -210,3 +210,38 @@ def members_of(result: xr.Dataset, most: int | None = None) -> list[tuple[str, x
     names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") == "parameter"]
     chosen = [stacked.isel(flat=i) for i in range(stacked.sizes["flat"])[:most]]
     return [(", ".join(f"{n} {float(m[n]):.4g}" for n in names), m) for m in chosen]
+
+
+# --- branches of periodic orbits ---------------------------------------------------------------------------------------
+
+ENDINGS = {
+    "limit": "the end of the interval",
+    "rest": "rest",
+    "closed": "closed",
+    "wall": "the stretch limit",
+    "pulled_in": "pulls in",
+    "step": "the shortest step",
+    "merged": "a branch of half its period or a symmetric one",
+    "points": "the most points",
+}
+
+
+def meaning_at(codes: xr.DataArray, code: int) -> str:
+    """The word for a code of a variable with flags."""
+    words = str(codes.attrs["flag_meanings"]).split()
+    return words[list(np.atleast_1d(codes.attrs["flag_values"])).index(code)]
+
+
+def event_label(kind: xr.DataArray) -> str:
+    """What kind an event of a branch is."""
+    return meaning_at(kind, int(kind)).replace("_", " ")
+
+
+def branch_endings(branch: xr.Dataset) -> list[str]:
+    """Why a branch ends at either end."""
+    return [ENDINGS[meaning_at(branch["ended"], int(code))] for code in branch["ended"].values]
+
+
+def flag_label(kinds: xr.DataArray, k: int) -> str:
+    """What a contradiction between branches and brute force is."""
+    return meaning_at(kinds, int(kinds[k])).replace("_", " ")

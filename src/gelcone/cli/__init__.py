@@ -17,6 +17,7 @@ OWN_COMMANDS = {
     "validate": ("Is the cone right? Its force against the film as a continuum.", "validate:validate_command"),
     "devices": ("List the device files that ship.", "lists:devices_command"),
     "materials": ("List the measured gels that ship.", "lists:materials_command"),
+    "continue": (ANALYSES["continue_branch"].summary, "branches:continue_command"),
     "map": (ANALYSES["map"].summary, "grids:map_command"),
     "sweep": (ANALYSES["sweep"].summary, "grids:sweep_command"),
     "show": (ANALYSES["show"].summary, "grids:show_command"),

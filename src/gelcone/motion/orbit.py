@@ -109,6 +109,7 @@ class Shooting:
         self._row = np.zeros(len(self._place))
         self._states = np.zeros((self.count, self.size * (1 + self.size + len(self.free))))
         self._states[:, self.size : self.size * (1 + self.size)] = np.eye(self.size).ravel()
+        self._kinds: dict[Kind, Shooting] = {kind: self}
         self._smallest = float(smallest_step(members)[0])
 
     @cached_property
@@ -116,11 +117,18 @@ class Shooting:
         """What closes the orbit: z(end) = signs z(start)."""
         return self.system.mirror if self.kind.reflected else np.ones(self.size)
 
+    @cached_property
+    def symmetric(self) -> bool:
+        """Whether the mirror image of a motion is a motion."""
+        return bool(self._members.symmetric[0])
+
     def of_kind(self, kind: Kind) -> Shooting:
         """The same for another map."""
-        if kind == self.kind:
-            return self
-        return Shooting(self._members, self.free, kind, self.segments, self.phase, self.tolerance)
+        if kind not in self._kinds:
+            other = Shooting(self._members, self.free, kind, self.segments, self.phase, self.tolerance)
+            other._kinds = self._kinds
+            self._kinds[kind] = other
+        return self._kinds[kind]
 
     def freeing(self, free: Sequence[str], values: Sequence[float]) -> Shooting:
         """The same with other free parameters, those of now fixed at ``values``."""

@@ -137,6 +137,19 @@ _ALL = (
         ),
     ),
     Analysis(
+        "continue_branch",
+        "Branches of periodic orbits, stable or not, and their bifurcations.",
+        function="atlas.branches.continuation:continue_branch",
+        answers="analyses.branches",
+        reader="analyses.branches:continue_branch_arguments",
+        called="continue",
+        single=True,
+        examples=(
+            "voltage 0.9 1.4 --preset base --out results",
+            "drive_frequency 0.1 3 --preset spring --set damping_ratio=0.01 --from settled --switch 0",
+        ),
+    ),
+    Analysis(
         "map",
         "Exponent and regime over two parameters.",
         function="atlas.maps:map",

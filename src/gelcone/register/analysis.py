@@ -56,6 +56,7 @@ class Analysis:
     from_over : keywords that ``--over`` sets instead of an option of their own.
     reader : the function that makes keyword arguments of a subject and the values typed; none where these are the
         options as they are.
+    called : its name on the command line, where that is not the function's.
     single : whether it takes one model only, no ensemble.
     examples : command lines, without ``gelcone`` and the name.
     """
@@ -70,13 +71,14 @@ class Analysis:
     over: str = ""
     from_over: tuple[str, ...] = ()
     reader: str | None = None
+    called: str = ""
     single: bool = False
     examples: tuple[str, ...] = ()
 
     @property
     def command(self) -> str:
         """The name on the command line."""
-        return self.name.replace("_", "-")
+        return self.called or self.name.replace("_", "-")
 
     @property
     def call(self) -> Callable[..., xr.Dataset]:

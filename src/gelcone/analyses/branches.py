@@ -1,0 +1,195 @@
+"""Answers about branches of periodic orbits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.analyses.answer import common_json, heading, parameter_scale
+from gelcone.errors import InputError
+from gelcone.words import branch_endings, event_label, flag_label, shortened
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.analyses.subject import Subject
+
+
+def continue_branch_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of `gelcone.continue_branch`."""
+    name, low, high = (str(given[key]) for key in ("parameter", "low", "high"))
+    _check_order(name, low, high)
+    ((parameter, ends),) = subject.over([f"{name}={low}:{high}:2"]).items()
+    arguments = {key: value for key, value in given.items() if key not in ("parameter", "low", "high")}
+    if "start" in arguments:
+        arguments["start"] = _start(str(arguments["start"]))
+    return {"parameter": parameter, "low": float(ends[0]), "high": float(ends[-1]), **arguments}
+
+
+def _check_order(name: str, low: str, high: str) -> None:
+    """`InputError` for two equal or reversed numbers, in the words of the command."""
+    try:
+        reversed_ends = float(low) >= float(high)
+    except ValueError:
+        return
+    if reversed_ends:
+        what = "is empty" if float(low) == float(high) else "is reversed"
+        raise InputError(f"{name} from {low} to {high}: {what}; give the lower end first, as in {name} 0.5 1.5")
+
+
+def _start(text: str) -> Any:
+    """``rest``, ``settled``, or a result that was written."""
+    from gelcone.atlas.branches.continuation import STARTS
+
+    if text in STARTS:
+        return text
+    from pathlib import Path
+
+    from gelcone.dataset import load
+    from gelcone.errors import unknown_name
+
+    if not Path(text).exists():
+        if "/" in text or "." in text:
+            raise InputError(f"--from {text}: no such file")
+        raise unknown_name("start of branches", text, STARTS)
+    return load(text)
+
+
+def continue_branch_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of branches; their orbits are in the netCDF file."""
+    content = {**branches_json(result), **common_json(result, subject)}
+    scale = None if subject.device is None else parameter_scale(result.attrs["parameter"], subject.device)
+    if scale is not None:
+        events = [event["value"] * scale[0] for event in content["events"]]
+        content["si"] = {"units": scale[1], "events": events}
+    return content
+
+
+def branches_json(result: xr.Dataset) -> dict[str, Any]:
+    """Branches, events, and what brute force says of them."""
+    return {
+        "parameter": result.attrs["parameter"],
+        "branches": [_branch_json(result, k) for k in range(result.sizes["branch"])],
+        "events": events_json(result),
+        "check": {
+            "cycles": int(result["checked_cycles"]),
+            "orbits": int(result["checked_orbits"]),
+            "seeded": int(result["seeded"]),
+            "flags": flags_json(result),
+        },
+    }
+
+
+def _branch_json(result: xr.Dataset, k: int) -> dict[str, Any]:
+    own = result.isel(branch=k)
+    there = np.isfinite(own["value"].values)
+    born = int(own["born"])
+    return {
+        "number": k,
+        "period": int(own["period"]),
+        "symmetric": bool(own["symmetric"]),
+        "rest": bool(own["resting"]),
+        "level": int(own["level"]),
+        "born_at_event": None if born < 0 else born,
+        "ended": branch_endings(own),
+        "values": own["value"].values[there],
+        "stable": own["stable"].values[there].astype(bool),
+        "lowest": own["lowest"].values[there],
+        "highest": own["highest"].values[there],
+        "lyapunov": own["lyapunov"].values[there],
+    }
+
+
+def events_json(result: xr.Dataset) -> list[dict[str, Any]]:
+    """The events in the order of their branches."""
+    parameter = result.attrs["parameter"]
+    events = []
+    for k in range(result.sizes["event"]):
+        own = result.isel(event=k)
+        branch, born, kind = int(own["event_branch"]), int(own["event_born_branch"]), int(own["event_supercritical"])
+        events.append(
+            {
+                "kind": event_label(own["event_kind"]),
+                "parameter": parameter,
+                "value": float(own["event_value"]),
+                "value_error": float(own["event_error"]),
+                "period": int(result["period"][branch]),
+                "symmetric": bool(result["symmetric"][branch]),
+                "supercritical": None if kind < 0 else bool(kind),
+                "multipliers": np.stack([own["event_multiplier_real"], own["event_multiplier_imag"]], axis=1).tolist(),
+                "branch": branch,
+                "born_branch": None if born < 0 else born,
+            }
+        )
+    return events
+
+
+def flags_json(result: xr.Dataset) -> list[dict[str, Any]]:
+    """The contradictions between branches and brute force, and what explains them."""
+    return [
+        {
+            "kind": flag_label(result["flag_kind"], k),
+            "branch": None if int(result["flag_branch"][k]) < 0 else int(result["flag_branch"][k]),
+            "value": float(result["flag_value"][k]),
+            "explanation": str(result["flag_explanation"][k].values) or None,
+        }
+        for k in range(result.sizes["flag"])
+    ]
+
+
+def continue_branch_words(shown: xr.Dataset, subject: Subject) -> str:
+    """Branches as text: each with its events, how it ends, and what brute force says."""
+    name = shown.attrs["parameter"]
+    return "\n".join([*heading(subject, [name]), *branch_lines(shown, subject)])
+
+
+def branch_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
+    """What the branches are, line by line."""
+    name = shown.attrs["parameter"]
+    scale = None if subject.device is None else parameter_scale(name, subject.device)
+
+    def at(value: float) -> str:
+        with_si = "" if scale is None else f" ({value * scale[0]:.6g} {scale[1]})"
+        return f"{value:.10g}{with_si}"
+
+    lines = []
+    for k in range(shown.sizes["branch"]):
+        own = shown.isel(branch=k)
+        values = own["value"].values[np.isfinite(own["value"].values)]
+        kind = "rest" if bool(own["resting"]) else f"period {int(own['period'])}"
+        kind += ", symmetric" * bool(own["symmetric"])
+        share = float((own["stable"] == 1).sum()) / values.size
+        lines.append(
+            f"branch {k}: {kind}, {name} {values.min():.6g} to {values.max():.6g}, {values.size} points, "
+            f"{100 * share:.3g} % of them stable; ends: {', '.join(branch_endings(own))}"
+        )
+        lines += [_event_line(shown.isel(event=e), at) for e in np.flatnonzero(shown["event_branch"].values == k)]
+    return [*shortened(lines), *_check_lines(shown, name)]
+
+
+def _event_line(event: xr.Dataset, at: Any) -> str:
+    kind = {-1: "", 0: ", subcritical", 1: ", supercritical"}[int(event["event_supercritical"])]
+    born = int(event["event_born_branch"])
+    leaves = f", branch {born} is born" if born >= 0 else ""
+    unresolved = "" if int(event["event_resolved"]) else ", unresolved"
+    error = float(event["event_error"])
+    value = at(float(event["event_value"]))
+    return f"  {event_label(event['event_kind'])} at {value} ± {error:.0e}{kind}{leaves}{unresolved}"
+
+
+def _check_lines(shown: xr.Dataset, name: str) -> list[str]:
+    """What brute force says."""
+    cycles, orbits, seeded = (int(shown[key]) for key in ("checked_cycles", "checked_orbits", "seeded"))
+    flags = flags_json(shown)
+    lines = [
+        f"brute force: {cycles} settled cycles, all on these branches ({seeded} started one); {orbits} stable orbits run "
+        f"from 1e-5 beside; {len(flags)} contradiction(s)"
+    ]
+    told = [
+        f"  {flag['kind']}, branch {flag['branch']}, {name} {flag['value']:.6g}"
+        + (f": {flag['explanation']}" if flag["explanation"] else "")
+        for flag in flags
+    ]
+    return lines + shortened(told)

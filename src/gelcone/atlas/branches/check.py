@@ -1,0 +1,290 @@
+"""Branches against brute force, both ways: every settled cycle lies on a branch, every stable orbit is returned to.
+
+What does not agree is a flag of the result. A settled cycle that no branch holds starts one; it is a contradiction only
+where Newton's method finds no orbit at it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.atlas.branches.branch import Branch, Event, EventKind, follow
+from gelcone.atlas.branches.point import Metric, Point, at_value
+from gelcone.atlas.branches.tree import Tree, kind_of
+from gelcone.codes import Outcome
+from gelcone.motion.cycle import NEAR_RETURN, RETURNS, periods_of
+from gelcone.motion.cycle import follow as follow_motion
+from gelcone.motion.cyclic import scaled_product
+from gelcone.motion.flow import integrate
+from gelcone.motion.orbit import Kind, Shooting
+from gelcone.motion.settle import default_transient, repeats_lasting, settle
+from gelcone.quantity import Array
+
+BESIDE = 1e-5
+"""How far beside an orbit a run starts, as a share of its size."""
+CLOSER = (1e-6, 1e-8, 1e-10)
+"""And how far where it leaves from there: some basins are narrower."""
+ROUNDING = 1e-7
+"""A run that is no further from its orbit than this share of its size is at it, as far as rounding lets it be: deviations
+can grow a millionfold within a period before they decay."""
+DECAYED = 1e-2
+"""A run lasts until its multiplier has brought the distance down to this share."""
+MOST_PERIODS = 400
+"""Longest such run, in periods; orbits that take longer are left out: their multipliers are too close to 1."""
+RETURNED = 0.5
+"""A run that is no further from its orbit than this share of where it began has returned."""
+ORBITS = 24
+"""Stable orbits of each branch that are checked."""
+RESTING = 1e-7
+"""Smaller motions are rest."""
+SETTLED = 1e-6
+NEARLY = 0.02
+"""Motions that return this closely, as a share of their size, may be on the way to a cycle: Newton's method tells."""
+FARTHEST = 0.2
+"""A cycle further away than this share of the motion's size is not the one that the motion is on."""
+
+LEAVES = "stable branch that the motion leaves"
+NO_ORBIT = "attractor without orbit"
+OTHER_PERIOD = "another period"
+NOT_BRACKETED = "event that no regime change brackets"
+FLAGS = (LEAVES, NO_ORBIT, OTHER_PERIOD, NOT_BRACKETED)
+
+
+@dataclass(frozen=True)
+class Flag:
+    """A contradiction: its kind, one of `FLAGS`, the branch (-1: none), the value of the parameter, and what explains
+    it, if anything does."""
+
+    kind: str
+    branch: int
+    value: float
+    explanation: str = ""
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Settled motions: ``values`` (runs,) of the parameter, ``section`` (runs, repeats, N), the states once every
+    repeat, ``period`` (runs,), 0 where a motion is not periodic, ``symmetric`` and ``arrived`` (runs,), whether it has
+    come so close to its cycle that one has to be there. All are ``attracting`` but orbits of earlier branches."""
+
+    values: Array
+    section: Array
+    period: npt.NDArray[np.int64]
+    symmetric: npt.NDArray[np.bool_]
+    arrived: npt.NDArray[np.bool_]
+    attracting: bool = True
+
+
+@dataclass(frozen=True)
+class Checked:
+    """How many settled cycles were looked for on the branches, how many of them ``seeded`` a branch, how many stable
+    orbits were run beside, and the flags."""
+
+    cycles: int
+    seeded: int
+    orbits: int
+    flags: list[Flag]
+
+
+def brute_force(shooting: Shooting, values: Array, starts: Array, **flow: Any) -> Runs:
+    """Motions from each of the ``starts`` (starts, N) at each value, after the default transient."""
+    grid = np.repeat(values, len(starts))
+    members = shooting.members_at((grid,))
+    states = np.tile(starts, (values.size, 1))
+    repeats = repeats_lasting(members, default_transient(members))
+    states, outcome = settle(members, states, repeats, **flow)
+    states = np.where((outcome == Outcome.OK)[:, None], states, 0.0)
+    path, after = follow_motion(members, states, **flow)
+    outcome = np.where(outcome == Outcome.OK, after, outcome)
+    with np.errstate(invalid="ignore"):
+        points = path.reshape(len(path), RETURNS, -1)
+        period, _ = periods_of(points, NEARLY)
+        arrived, _ = periods_of(points, NEAR_RETURN)
+        period[outcome != Outcome.OK] = 0
+        section = path[:, :, -1]
+        return Runs(grid, section, period, mirrored(section, period, shooting), arrived > 0)
+
+
+def mirrored(section: Array, period: npt.NDArray[np.int64], shooting: Shooting) -> npt.NDArray[np.bool_]:
+    """Whether each motion of even period is at its mirror image half a period later, (runs,)."""
+    if not shooting.symmetric:
+        return np.zeros(len(section), dtype=bool)
+    half = np.where(period % 2 == 0, period // 2, 0)
+    before = section[np.arange(len(section)), -1 - half]
+    apart = np.abs(shooting.system.mirror * before - section[:, -1]).max(axis=1)
+    size = np.abs(section).max(axis=(1, 2))
+    return np.asarray((half > 0) & (apart < 2.0 * NEARLY * size))
+
+
+def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
+    """Looks for the cycle of every run on the branches; a miss starts a branch, which grows like the others."""
+    flags: list[Flag] = []
+    seeded = cycles = 0
+    for k in np.flatnonzero(runs.period > 0):
+        value, state = float(runs.values[k]), runs.section[k, -1]
+        if shooting.symmetric and np.abs(runs.section[k][:, :2]).max() < RESTING:
+            continue
+        kind = kind_of(int(runs.period[k]), bool(runs.symmetric[k]))
+        own = shooting.of_kind(kind)
+        point = polished(own, state, value, tree.walk.scale, **flow)
+        if point is None or (runs.attracting and not point.stable):
+            if runs.arrived[k]:
+                flags.append(Flag(NO_ORBIT, -1, value))
+            continue
+        if shooting.symmetric and np.abs(point.nodes[:, :2]).max() < RESTING:
+            continue  # a slow decay, which ends at rest
+        cycles += 1
+        own, point = shortest(own, point, tree.walk.scale)
+        if tree.find(own, point.nodes, point.value) is None:
+            tree.add(follow(own, point, tree.walk), 0)
+            seeded += 1
+            tree.grow()
+    return Checked(cycles, seeded, 0, flags)
+
+
+def polished(shooting: Shooting, state: Array, value: float, scale: float, **flow: Any) -> Point | None:
+    """The orbit at which a motion is that is at ``state`` at phase 0, or None."""
+    members = shooting.members_at((value,))
+    times = members.forcing_period[:, None] * (np.arange(shooting.count) / shooting.segments)
+    nodes = integrate(members, state, times, **flow).states[0]
+    if not np.isfinite(nodes).all():
+        return None
+    metric = Metric.of(nodes, scale)
+    found = at_value(shooting, nodes, value, metric)
+    return found.point if found.step < FARTHEST else None
+
+
+def shortest(shooting: Shooting, point: Point, scale: float) -> tuple[Shooting, Point]:
+    """The orbit as a fixed point of the shortest map it is one of: the cycle may repeat itself sooner."""
+    kind = shooting.kind
+    candidates = [Kind(d) for d in range(1, kind.repeats) if kind.repeats % d == 0]
+    if shooting.symmetric and not kind.reflected:
+        halves = [d for d in range(1, kind.repeats // 2 + 1) if kind.repeats % (2 * d) == 0]
+        candidates += [Kind(d, True) for d in halves]
+    for candidate in sorted(candidates, key=lambda k: k.period):
+        own = shooting.of_kind(candidate)
+        image = own.signs * point.nodes[: own.count]
+        apart = np.abs(np.roll(point.nodes, -own.count, axis=0)[: own.count] - image).max()
+        if apart < SETTLED * max(float(np.abs(point.nodes).max()), RESTING):
+            found = at_value(own, point.nodes[: own.count], point.value, Metric.of(point.nodes, scale)).point
+            if found is not None:
+                return own, found
+    return shooting, point
+
+
+# --- runs beside orbits -----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """A run that starts beside an orbit: of which branch, at which point, for which event, and for how many periods."""
+
+    number: int
+    branch: Branch
+    point: Point
+    event: Event | None
+    periods: int
+
+
+def run_beside(tree: Tree, **flow: Any) -> Checked:
+    """Runs from 1e-5 beside stable orbits, which have to return, and beside the unstable orbits behind every event at
+    which a branch loses stability, which have to leave."""
+    stable = [b for number, branch in enumerate(tree.branches) for b in _stable(number, branch)]
+    lost = [b for number, branch in enumerate(tree.branches) for b in _lost(number, branch)]
+    flags = []
+    left = _apart(stable, BESIDE, **flow) >= RETURNED
+    away = [beside for beside, leaves in zip(stable, left, strict=True) if leaves]
+    nearer = np.array([_apart(away, start, **flow) * start < np.maximum(RETURNED * start, ROUNDING) for start in CLOSER])
+    for beside, returns in zip(away, nearer.T, strict=True):
+        told = _narrow(CLOSER[int(returns.argmax())]) if returns.any() else ""
+        flags.append(Flag(LEAVES, beside.number, beside.point.value, told))
+    for beside, leaves in zip(stable, left, strict=True):
+        if not leaves and _repeats_sooner(beside):
+            flags.append(Flag(OTHER_PERIOD, beside.number, beside.point.value))
+    for beside, apart in zip(lost, _apart(lost, BESIDE, **flow), strict=True):
+        if apart < 1.0 / RETURNED:
+            assert beside.event is not None
+            flags.append(Flag(NOT_BRACKETED, beside.number, beside.event.value))
+    return Checked(0, 0, len(stable), flags)
+
+
+def _stable(number: int, branch: Branch) -> Iterator[_Beside]:
+    """Stable orbits of a branch, evenly chosen, that take no too long to return to."""
+    inner = [k for k, point in enumerate(branch.points) if point.stable and not _at_end(branch, k)]
+    for k in [inner[int(i)] for i in np.linspace(0, len(inner) - 1, min(ORBITS, len(inner)))]:
+        periods = _periods(branch, branch.points[k])
+        if periods <= MOST_PERIODS:
+            yield _Beside(number, branch, branch.points[k], None, periods)
+
+
+def _lost(number: int, branch: Branch) -> Iterator[_Beside]:
+    """The unstable orbit next to every event at which a branch loses or gains its stability."""
+    for event in branch.events:
+        before, after = branch.points[event.after], branch.points[event.after + 1]
+        if event.kind == EventKind.TORUS or before.stable == after.stable:
+            continue
+        unstable = after if before.stable else before
+        periods = _periods(branch, unstable)
+        if periods <= MOST_PERIODS:
+            yield _Beside(number, branch, unstable, event, periods)
+
+
+def _at_end(branch: Branch, k: int) -> bool:
+    """Whether a point is where the branch begins or ends, and may be another branch's orbit."""
+    return k in (0, len(branch.points) - 1) and len(branch.points) > 2
+
+
+def _periods(branch: Branch, point: Point) -> int:
+    """Periods after which every deviation has decayed as far as `DECAYED` says, or the largest has grown as far.
+
+    Deviations can grow in the first periods although all multipliers lie inside the unit circle, so that the map's
+    powers count, not those of its multipliers.
+    """
+    shooting = branch.shooting
+    product, scale = scaled_product(shooting.run(point.nodes, (point.value,)).tangents)
+    once = product * np.exp(min(float(scale), 600.0)) * shooting.signs[:, None]
+    once = once @ once if shooting.kind.reflected else once
+    if not point.stable:
+        rate = np.log(max(float(np.abs(point.multipliers[0])), 1.0 + 1e-12))
+        return int(np.ceil(min(-2.0 * np.log(DECAYED) / rate, 10.0 * MOST_PERIODS))) + 1
+    power, periods = once, 1
+    while np.abs(power).max() > DECAYED and periods <= MOST_PERIODS:
+        power, periods = power @ once, periods + 1
+    return max(periods, 2)
+
+
+def _apart(runs: list[_Beside], beside: float, **flow: Any) -> Array:
+    """How far each run ends from its orbit, over how far it began from it, ``beside`` times the orbit's size."""
+    if not runs:
+        return np.zeros(0)
+    shooting = runs[0].branch.shooting
+    members = shooting.members_at((np.array([run.point.value for run in runs]),))
+    orbits = np.stack([run.point.nodes[0] for run in runs])
+    size = np.array([max(float(np.abs(run.point.nodes).max()), 1e-3) for run in runs])
+    side = np.random.default_rng(0).normal(size=orbits.shape)
+    side /= np.linalg.norm(side, axis=1)[:, None]
+    repeats = np.array([run.periods * run.branch.map.period for run in runs])
+    ends, outcome = settle(members, orbits + (beside * size)[:, None] * side, repeats, **flow)
+    apart = np.abs(ends - orbits).max(axis=1) / (beside * size)
+    return np.where((outcome == Outcome.OK) & np.isfinite(apart), apart, np.inf)
+
+
+def _narrow(returns_from: float) -> str:
+    return f"its basin is narrower than {BESIDE:.0e} there: from {returns_from:.0e} beside the motion returns"
+
+
+def _repeats_sooner(beside: _Beside) -> bool:
+    """Whether an orbit has a shorter period than its branch."""
+    shooting = beside.branch.shooting
+    kind, nodes = shooting.kind, beside.point.nodes
+    for d in range(1, kind.repeats):
+        if kind.repeats % d == 0:
+            apart = np.abs(np.roll(nodes, d * shooting.segments, axis=0) - nodes).max()
+            if apart < SETTLED * np.abs(nodes).max():
+                return True
+    return False

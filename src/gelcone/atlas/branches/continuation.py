@@ -1,0 +1,391 @@
+"""Branches of periodic orbits along one parameter: followed, switched at their bifurcations, checked and labelled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.atlas.branches.branch import Branch, Ending, EventKind, Walk, follow, multipliers_of_period
+from gelcone.atlas.branches.check import FLAGS, Checked, Flag, Runs, brute_force, cover, polished, run_beside, shortest
+from gelcone.atlas.branches.point import Metric, at_value
+from gelcone.atlas.branches.tree import Tree, kind_of, whole_period
+from gelcone.atlas.plan import STATES, meaning_of
+from gelcone.codes import Outcome, Regime
+from gelcone.errors import InputError, unknown_name
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
+from gelcone.motion.orbit import Kind, Shooting, repeat_phase, segments_for
+from gelcone.motion.settle import start_states
+from gelcone.physics.model import ConeModel
+from gelcone.progress import Counted, Progress
+from gelcone.quantity import Array, check_count
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STARTS = ("rest", "settled")
+CHECKS = 24
+"""Values of the parameter at which brute force settles."""
+MOST_NODES = 16
+"""Nodes of an orbit that are kept, at most; of longer ones every second, fourth and so on."""
+MOST_SECTIONS = 64
+"""Points of the section of a settled motion that are kept."""
+TITLE = "branches"
+
+
+def continue_branch(
+    model: ConeModel,
+    parameter: str,
+    low: float,
+    high: float,
+    initial: Any = (1.0, 0.0),
+    *,
+    start: Any = "rest",
+    switch: int = 1,
+    checks: int = CHECKS,
+    points: int = 2000,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Branches of periodic orbits along one parameter, stable and unstable, with their bifurcations.
+
+    Orbits are followed by pseudo-arclength continuation; folds, period doublings, symmetry breakings and where rest
+    loses its stability are located on the branch, and the branches born there are followed in turn. Brute force runs
+    beside: a settled cycle on no branch starts one, and whatever the two disagree in is a flag.
+
+    Parameters
+    ----------
+    model : a single model; the parameter replaces its own.
+    parameter : the model's parameter that changes.
+    low, high : its interval; ``low`` is below ``high``.
+    initial : displacement and velocity from which brute force settles. Default (1, 0).
+    start : where branches begin: "rest", the flat film and what is born there (where it is no equilibrium: the response
+        near equilibrium); "settled", the settled motion at either end of the interval; or a result of `bifurcation` or
+        `continue_branch`, whose cycles it takes. Default "rest".
+    switch : levels of branches born at doublings and symmetry breakings that are followed. Default 1.
+    checks : values of the parameter at which brute force settles, at least 2. Default 24.
+    points : most points of a branch, at least 2. Default 2000.
+    tolerance : relative error of one step of the integrator. Default 1e-15.
+    threads : worker threads of brute force; default one a core.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Returns
+    -------
+    Dataset over ``branch``, ``point``, ``node``, ``state``, ``multiplier`` and ``event``, padded with NaN (counts with
+    0, other whole numbers with -1): ``value`` of the parameter and ``orbit`` at each point, its nodes over one period
+    from phase 0 on (``nodes_per_repeat`` of them to a forcing period); ``multiplier_real`` and ``multiplier_imag`` over
+    the period, ``stable``, ``lyapunov`` (the largest exponent), ``lowest`` and ``highest`` displacement; of each branch
+    ``period`` in forcing periods, ``symmetric``, ``ended`` at either ``end`` (codes of `Ending`), ``level`` and the
+    event at which it is ``born``. Of each event ``event_kind``, ``event_value`` with ``event_error``, ``event_branch``,
+    ``event_born_branch``, ``event_supercritical`` (-1: none is born), ``event_curvature`` and its orbit and
+    multipliers. Of brute force ``run_value``, ``run_period`` and ``run_section``; of the contradictions ``flag_kind``,
+    ``flag_branch`` and ``flag_value``.
+
+    Raises
+    ------
+    InputError : for an unknown parameter, an interval that is empty or reversed, counts that are too small, or a start
+        that is no orbit.
+    """
+    check_interval(model, parameter, low, high)
+    for name, count, least in (("switch", switch, 0), ("checks", checks, 2), ("points", points, 2)):
+        check_count(name, count, least)
+    states = start_states(model, initial)
+    counted = Counted(progress)
+    flow = {"tolerance": tolerance, "threads": threads}
+    walk = Walk(float(low), float(high), points)
+    shooting = shooting_over(model, parameter, low, high, tolerance)
+    tree = Tree(walk, switch)
+    for branch in _roots(shooting, walk, start, states, flow):
+        tree.add(branch, 0)
+    tree.grow()
+    counted(0.4)
+    runs = _runs(start, shooting) or brute_force(
+        shooting, np.linspace(low, high, checks), np.concatenate([states, 0.05 * states]), **flow
+    )
+    counted(0.2)
+    covered = cover(tree, shooting, runs, **flow)
+    counted(0.2)
+    beside = run_beside(tree, **flow)
+    if not tree.branches:
+        raise InputError(
+            f"start = {start!r}: is no orbit: neither the motion at {parameter} = {low:g} nor any other is periodic; "
+            "take another interval or start"
+        )
+    checked = Checked(covered.cycles, covered.seeded, beside.orbits, covered.flags + beside.flags)
+    options = {
+        "parameter": parameter,
+        "low": float(low),
+        "high": float(high),
+        "initial": states[0].tolist(),
+        "start": start if isinstance(start, str) else "result",
+        "switch": switch,
+        "checks": checks,
+        "points": points,
+        "tolerance": tolerance,
+    }
+    result = _label(model, parameter, tree, runs, checked, options)
+    counted.finish()
+    return result
+
+
+def check_interval(model: ConeModel, parameter: str, low: float, high: float) -> None:
+    """`InputError` for an unknown parameter, an empty or reversed interval, or a value out of bounds."""
+    if model.shape:
+        raise InputError(f"branches belong to one actuator, not to an ensemble of shape {model.shape}; take one member")
+    known = list(model.values)
+    if parameter in STATES:
+        raise InputError(f"{parameter}: belongs to the initial state; branches follow a parameter")
+    if parameter not in known:
+        raise unknown_name("parameter of the model", parameter, known)
+    for end in (low, high):
+        model.replace(**{parameter: end})
+    if not (np.isfinite([low, high]).all() and low < high):
+        raise InputError(f"{parameter} from {low:g} to {high:g}: must be an interval, its lower end first; swap the ends")
+
+
+def shooting_over(
+    model: ConeModel, parameter: str, low: float, high: float, tolerance: float = DEFAULT_TOLERANCE
+) -> Shooting:
+    """Shooting for all orbits on an interval: as many segments as its stiffest and slowest end needs."""
+    ends = model.replace(**{parameter: np.linspace(low, high, 3)}).members()
+    phase = max(repeat_phase(ends.take(slice(k, k + 1))) for k in range(3))
+    time = phase / ends.number("drive_frequency")
+    return Shooting(
+        model.members(), (parameter,), Kind(1), segments_for(float(ends.rate.max()), float(time.max())), phase, tolerance
+    )
+
+
+# --- where branches begin ---------------------------------------------------------------------------------------------
+
+
+def _roots(shooting: Shooting, walk: Walk, start: Any, states: Array, flow: dict[str, Any]) -> list[Branch]:
+    """The branches that the others grow from."""
+    if not isinstance(start, str):
+        return []
+    if start not in STARTS:
+        raise unknown_name("start of branches", start, STARTS)
+    if start == "rest" and shooting.symmetric:
+        nodes = _resting(shooting, walk.low)
+        found = at_value(shooting, nodes, walk.low, Metric.of(nodes, walk.scale)).point
+        if found is None:
+            raise InputError(f"start = rest: the flat film is no orbit at {shooting.free[0]} = {walk.low:g}")
+        return [follow(shooting, found, walk, both_ways=False, resting=True)]
+    if start == "rest":
+        n = shooting.numbers_at((walk.low,))
+        states = states.copy()
+        states[:, 0], states[:, 1] = shooting.system.bias.free_height(n), 0.0
+    runs = brute_force(shooting, np.array([walk.low, walk.high]), states, **flow)
+    roots: list[Branch] = []
+    for k in np.flatnonzero(runs.period > 0):
+        kind = kind_of(int(runs.period[k]), bool(runs.symmetric[k]))
+        own = shooting.of_kind(kind)
+        point = polished(own, runs.section[k, -1], float(runs.values[k]), walk.scale, **flow)
+        if point is None or not point.stable:
+            continue
+        own, point = shortest(own, point, walk.scale)
+        known = Tree(walk, 0, list(roots))
+        if not known.holds(own, point):
+            roots.append(follow(own, point, walk))
+    if not roots and start == "settled":
+        raise InputError(
+            f"start = settled: is no orbit: the motion is periodic neither at {shooting.free[0]} = {walk.low:g} nor at "
+            f"{walk.high:g}; take another interval or start from rest"
+        )
+    return roots
+
+
+def _resting(shooting: Shooting, value: float) -> Array:
+    """Nodes of rest: the disc on the flat film, other states as periodic as the drive."""
+    members = shooting.members_at((value,))
+    states = members.start_states((0.0, 0.0))
+    if shooting.size > 2:
+        states = integrate(members, states, [200.0 * float(members.forcing_period[0])]).states[:, -1]
+    times = members.forcing_period[:, None] * (np.arange(shooting.count) / shooting.segments)
+    return np.asarray(integrate(members, states, times).states[0])
+
+
+def _runs(start: Any, shooting: Shooting) -> Runs | None:
+    """The settled motions of a bifurcation diagram, or the orbits of earlier branches; None for a start by name."""
+    if isinstance(start, str):
+        return None
+    name = shooting.free[0]
+    if start.attrs.get("parameter") != name:
+        raise InputError(f"start: is a result along {start.attrs.get('parameter')!r}; give one along {name!r}")
+    if start.attrs["title"] == TITLE:
+        return _orbits_of(start, shooting)
+    if not {"section", "period", "regime"} <= set(start.variables):
+        raise InputError("start: holds no section of settled motions; give a result of bifurcation or continue")
+    flat = start.transpose("branch", name, ...)
+    count = flat.sizes["branch"]
+    section = flat["section"].values
+    section = section.reshape(-1, *section.shape[2:])
+    cyclic = np.isin(flat["regime"].values.ravel(), (Regime.PERIODIC, Regime.REST))
+    period = np.where(cyclic, np.maximum(flat["period"].values.ravel(), 1), 0).astype(np.int64)
+    return Runs(
+        np.tile(flat[name].values, count),
+        section,
+        period,
+        flat["symmetric"].values.ravel().astype(bool) & (period % 2 == 0),
+        cyclic,
+    )
+
+
+def _orbits_of(start: xr.Dataset, shooting: Shooting) -> Runs:
+    """The middle orbits of earlier branches."""
+    values, states, periods, symmetric = [], [], [], []
+    for k in range(start.sizes["branch"]):
+        own = start.isel(branch=k)
+        there = np.flatnonzero(np.isfinite(own["value"].values))
+        if not there.size or not np.abs(own["orbit"].values[there[there.size // 2], 0]).any():
+            continue
+        middle = there[there.size // 2]
+        values.append(float(own["value"][middle]))
+        states.append(own["orbit"].values[middle, 0])
+        periods.append(int(own["period"]))
+        symmetric.append(bool(own["symmetric"]))
+    section = np.stack(states)[:, None]
+    return Runs(np.array(values), section, np.array(periods), np.array(symmetric), np.ones(len(values), dtype=bool), False)
+
+
+# --- labels -----------------------------------------------------------------------------------------------------------
+
+
+def _label(
+    model: ConeModel, parameter: str, tree: Tree, runs: Runs, checked: Checked, options: dict[str, Any]
+) -> xr.Dataset:
+    branches = tree.branches
+    events = [event for branch in branches for event in branch.events]
+    number = {id(event): k for k, event in enumerate(events)}
+    size = branches[0].shooting.size
+    longest = max(len(branch.points) for branch in branches)
+    nodes = max(_kept(branch.shooting)[1] for branch in branches)
+    whole = np.full((len(branches), longest), np.nan)
+    value, lowest, highest, growth = (whole.copy() for _ in range(4))
+    stable = np.full(whole.shape, -1, dtype=np.int8)
+    orbit = np.full((*whole.shape, nodes, size), np.nan)
+    multiplier = np.full((*whole.shape, size), np.nan, dtype=complex)
+    for k, branch in enumerate(branches):
+        count, (stride, kept) = len(branch.points), _kept(branch.shooting)
+        value[k, :count] = branch.values
+        found = np.array([multipliers_of_period(branch.map, p.multipliers) for p in branch.points])
+        multiplier[k, :count] = found
+        stable[k, :count] = np.abs(found[:, 0]) < 1.0
+        periods = np.array([branch.map.period * branch.shooting.repeat_time((p.value,)) for p in branch.points])
+        growth[k, :count] = np.log(np.maximum(np.abs(found[:, 0]), 1e-300)) / periods
+        all_nodes = np.stack([whole_period(branch.shooting, p.nodes) for p in branch.points])
+        orbit[k, :count, :kept] = all_nodes[:, ::stride]
+        lowest[k, :count], highest[k, :count] = _extent(branch)
+    each, at, of = ("branch", "point"), ("event",), ("branch",)
+    event_orbit = np.full((len(events), nodes, size), np.nan)
+    event_multiplier = np.full((len(events), size), np.nan, dtype=complex)
+    for k, event in enumerate(events):
+        shooting = branches[event.branch].shooting
+        stride, kept = _kept(shooting)
+        event_orbit[k, :kept] = whole_period(shooting, event.orbit.nodes)[::stride]
+        event_multiplier[k] = multipliers_of_period(event.map, event.orbit.multipliers)
+    born = [-1 if branch.parent is None else number[id(branch.parent)] for branch in branches]
+    ended = np.array([branch.ended for branch in branches], dtype=np.int8)
+    super_ = [-1 if event.supercritical is None else int(event.supercritical) for event in events]
+    curvature = [np.nan if event.born is None else event.born.curvature for event in events]
+    variables: dict[str, dataset.Variable] = {
+        "value": (each, value, meaning_of(model, parameter), "parameter value"),
+        "orbit": ((*each, "node", "state"), orbit, "states over one period, from phase 0 on", "state"),
+        "multiplier_real": ((*each, "multiplier"), multiplier.real, "real part of the multiplier", "multiplier"),
+        "multiplier_imag": ((*each, "multiplier"), multiplier.imag, "imaginary part of the multiplier", "multiplier"),
+        "stable": (each, stable, "whether the orbit is stable, -1 where there is none", "flag"),
+        "lyapunov": (each, growth, "largest Lyapunov exponent", "rate"),
+        "lowest": (each, lowest, "lowest displacement", "length"),
+        "highest": (each, highest, "highest displacement", "length"),
+        "period": (of, np.array([b.map.period for b in branches]), "period in forcing periods", "count"),
+        "symmetric": (of, np.array([b.map.reflected for b in branches], dtype=np.int8), "own mirror image", "flag"),
+        "resting": (of, np.array([b.resting for b in branches], dtype=np.int8), "whether the disc rests", "flag"),
+        "nodes_per_repeat": (
+            of,
+            np.array([b.shooting.segments // _kept(b.shooting)[0] for b in branches]),
+            "nodes in one forcing period",
+            "count",
+        ),
+        "level": (of, np.array([b.level for b in branches]), "switches since the first branch", "count"),
+        "born": (of, np.array(born), "event at which the branch is born, -1 for none", "count"),
+        "ended": ((*of, "end"), ended, "why the branch ends", "flag"),
+        "event_kind": (at, np.array([e.kind for e in events], dtype=np.int8), "kind of event", "flag"),
+        "event_value": (at, np.array([e.value for e in events]), meaning_of(model, parameter), "parameter value"),
+        "event_error": (at, np.array([e.orbit.errors[0] for e in events]), "error of the value", "parameter value"),
+        "event_branch": (at, np.array([e.branch for e in events], dtype=int), "branch of the event", "count"),
+        "event_point": (at, np.array([e.after for e in events], dtype=int), "point of the branch before it", "count"),
+        "event_born_branch": (at, np.array([e.born_branch for e in events], dtype=int), "branch born there", "count"),
+        "event_supercritical": (at, np.array(super_, dtype=np.int8), "1 supercritical, 0 subcritical, -1 none", "flag"),
+        "event_curvature": (at, np.array(curvature), "curvature of the branch that is born", "parameter value"),
+        "event_resolved": (at, np.array([e.resolved for e in events], dtype=np.int8), "whether it converged", "flag"),
+        "event_orbit": ((*at, "node", "state"), event_orbit, "states over one period at the event", "state"),
+        "event_multiplier_real": ((*at, "multiplier"), event_multiplier.real, "real part", "multiplier"),
+        "event_multiplier_imag": ((*at, "multiplier"), event_multiplier.imag, "imaginary part", "multiplier"),
+        **_run_variables(model, parameter, runs),
+        **_flag_variables(model, parameter, checked.flags),
+        "checked_cycles": ((), np.array(checked.cycles), "settled cycles looked for on the branches", "count"),
+        "checked_orbits": ((), np.array(checked.orbits), "stable orbits that were run beside", "count"),
+        "seeded": ((), np.array(checked.seeded), "branches that a settled cycle started", "count"),
+    }
+    result = dataset.label(model, variables, outcome=np.array(Outcome.OK), options=options, title=TITLE)
+    result["ended"].attrs |= dataset.flags(Ending)
+    result["event_kind"].attrs |= dataset.flags(EventKind)
+    result["flag_kind"].attrs |= {
+        "flag_values": np.arange(len(FLAGS), dtype=np.int8),
+        "flag_meanings": " ".join(flag.replace(" ", "_") for flag in FLAGS),
+    }
+    return result.assign_attrs(parameter=parameter, mirror=int(branches[0].shooting.symmetric))
+
+
+def _run_variables(model: ConeModel, parameter: str, runs: Runs) -> dict[str, dataset.Variable]:
+    section = runs.section[:, -MOST_SECTIONS:]
+    return {
+        "run_value": (("run",), runs.values, meaning_of(model, parameter), "parameter value"),
+        "run_period": (("run",), runs.period, "period of the settled motion, 0 for none", "count"),
+        "run_section": (("run", "repeat", "state"), section, "settled motion once every forcing period", "state"),
+    }
+
+
+def _flag_variables(model: ConeModel, parameter: str, flags: Sequence[Flag]) -> dict[str, dataset.Variable]:
+    kinds = np.array([FLAGS.index(flag.kind) for flag in flags], dtype=np.int8)
+    return {
+        "flag_kind": (("flag",), kinds, "contradiction between branches and brute force", "flag"),
+        "flag_explanation": (("flag",), np.array([f.explanation for f in flags], dtype=str), "its explanation", "code"),
+        "flag_branch": (("flag",), np.array([flag.branch for flag in flags], dtype=int), "its branch", "count"),
+        "flag_value": (("flag",), np.array([flag.value for flag in flags]), meaning_of(model, parameter), "parameter value"),
+    }
+
+
+def _kept(shooting: Shooting) -> tuple[int, int]:
+    """Every how many nodes one is kept, and how many that makes."""
+    count, stride = shooting.segments * shooting.kind.period, 1
+    while count // stride > MOST_NODES and stride < shooting.segments:
+        stride *= 2
+    return stride, count // stride
+
+
+def _extent(branch: Branch) -> tuple[Array, Array]:
+    """Lowest and highest displacement of every orbit of a branch, each (points,)."""
+    shooting = branch.shooting
+    n, samples = shooting.count, 8
+    values = np.repeat([point.value for point in branch.points], n)
+    nodes = np.concatenate([point.nodes for point in branch.points])
+    members = shooting.members_at((values,))
+    start = np.tile(np.arange(n) % shooting.segments, len(branch.points)) / shooting.segments
+    length = shooting.phase / members.number("drive_frequency")
+    times = (start[:, None] + np.arange(1, samples + 1) / (samples * shooting.segments)) * length[:, None]
+    run = integrate(members, nodes, times, start=start * length, tolerance=1e-9)
+    rates, _ = members.flow(times, run.states)
+    x, u, a = run.states[..., 0], run.states[..., 1], np.broadcast_to(rates[1], run.states.shape[:2])
+    step = length[:, None] / (samples * shooting.segments)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        near = np.abs(u) < np.abs(a) * step
+        peak = np.where(near, x - 0.5 * u * u / a, x).reshape(len(branch.points), -1)
+    low, high = np.nanmin(peak, axis=1), np.nanmax(peak, axis=1)
+    if shooting.kind.reflected:
+        high = np.maximum(high, -low)
+        low = -high
+    return low, high
+

@@ -1,0 +1,231 @@
+"""Events on a branch: where its orbits fold or lose stability, located by Newton's method on the extended system.
+
+An event is where the ring of tangent maps, closed with the multiplier +1 (fold) or -1 (period doubling, or symmetry
+breaking for a symmetric orbit), becomes singular. The bordered system of the ring measures how singular it is by one
+number g (Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, 2000, chapter 4), whose derivatives need
+nothing but the tangent maps a little way along the null vector to either side, because second derivatives are
+symmetric. The next order there gives the curvature of the branch that is born, and with it whether it is super- or
+subcritical (Kuznetsov, Elements of Applied Bifurcation Theory, 2004, section 5.4).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.motion.cyclic import left_weights, solve_ring
+from gelcone.motion.orbit import Pass, Shooting
+from gelcone.quantity import Array
+
+FOLD, DOUBLE = 1.0, -1.0
+"""The multiplier at which an event happens."""
+SIDE = 1e-5
+"""How far to either side the tangent maps are compared, as a share of the orbit's size."""
+FAR_SIDE = 3e-3
+"""The same for the third derivatives."""
+LOCATING = 12
+LOCATED = 1e-10
+"""Newton's method ends with a step smaller than this."""
+ROUNDING = 2e-15
+"""Error of the end of a segment and of its tangent map, relative to their size."""
+
+
+@dataclass(frozen=True)
+class Singular:
+    """A singular orbit: ``nodes`` (n, N) at ``values`` of the free parameters, each with an ``error``.
+
+    ``null`` (n, N), the direction that the ring leaves (largest entry 1); ``left`` (n, N), the weights of the equations
+    that it misses; ``multipliers`` (N,) of the map; ``at``, the multiplier that makes it singular.
+    """
+
+    nodes: Array
+    values: Array
+    errors: Array
+    null: Array
+    left: Array
+    multipliers: npt.NDArray[np.complex128]
+    at: float
+
+
+@dataclass(frozen=True)
+class Bordered:
+    """How singular the ring is at an orbit.
+
+    ``g`` passes 0 at the event; its derivatives ``by_nodes`` (n, N) and ``by_values`` (P,); ``null`` and ``left``;
+    ``sides``, the passes a little way along the null vector to either side, ``by`` so much; ``here``, that of the orbit.
+    """
+
+    g: float
+    by_nodes: Array
+    by_values: Array
+    null: Array
+    left: Array
+    here: Pass
+
+
+def copied(found: Pass) -> Pass:
+    """A pass whose arrays outlive the next run."""
+    return Pass(found.ends.copy(), found.tangents.copy(), found.slopes.copy(), found.arrived)
+
+
+def bordered(
+    shooting: Shooting, nodes: Array, values: Array, at: float, null: Array | None, left: Array | None
+) -> Bordered | None:
+    """The bordered system at an orbit; None where it cannot be computed. ``null`` and ``left`` are those nearby."""
+    here = shooting.run(nodes, tuple(values))
+    if not here.arrived:
+        return None
+    here = copied(here)
+    signs = at * shooting.signs
+    for _ in range(3 if null is None or left is None else 1):
+        if null is None or left is None:
+            random = np.random.default_rng(0)
+            null, left = random.normal(size=nodes.shape), random.normal(size=nodes.shape)
+        column = (left / np.square(left).sum())[..., None]
+        row = (null / np.square(null).sum())[None]
+        none = np.zeros((1, 1))
+        try:
+            x, unknown = solve_ring(
+                here.tangents, signs, np.zeros((*nodes.shape, 1)), column, row, none, np.ones((1, 1))
+            )
+            weights, _ = left_weights(here.tangents, signs, column, row, none)
+        except np.linalg.LinAlgError:
+            return None
+        null, left, g = x[..., 0], weights, float(unknown[0, 0])
+        if not (np.isfinite(null).all() and np.isfinite(left).all()):
+            return None
+        largest = np.abs(null).max()
+        null, g = null / largest, g / largest
+    by = SIDE * max(float(np.abs(nodes).max()), 1e-3)
+    ahead = shooting.run(nodes + by * null, tuple(values))
+    if not ahead.arrived:
+        return None
+    tangents, slopes = ahead.tangents.copy(), ahead.slopes.copy()
+    behind = shooting.run(nodes - by * null, tuple(values))
+    if not behind.arrived:
+        return None
+    bend = (tangents - behind.tangents) / (2.0 * by)
+    by_nodes = np.einsum("kij,ki->kj", bend, left)
+    by_values = np.einsum("kip,ki->p", slopes - behind.slopes, left) / (2.0 * by)
+    return Bordered(g, by_nodes, by_values, null, left, here)
+
+
+def locate(
+    shooting: Shooting, nodes: Array, values: Array, at: float, reach: float, plane: tuple[Array, Array] | None = None
+) -> Singular | None:
+    """The singular orbit nearest to a guess, or None.
+
+    Parameters
+    ----------
+    shooting : with one free parameter, or with two and a ``plane``.
+    nodes, values : the guess.
+    at : the multiplier of the event.
+    reach : how far the first step may lead, as a share of the size of states.
+    plane : row (n, N) and corner (P,) of a further condition: steps have no part along it.
+    """
+    null = left = None
+    before = np.inf
+    size = max(float(np.abs(nodes).max()), 1e-3)
+    for _ in range(LOCATING):
+        system = bordered(shooting, nodes, values, at, null, left)
+        if system is None:
+            return None
+        gaps = shooting.gaps(nodes, system.here.ends)
+        rows, corner = system.by_nodes[None], system.by_values[None]
+        top = np.array([[-system.g]])
+        if plane is not None:
+            rows = np.concatenate([rows, plane[0][None]])
+            corner = np.concatenate([corner, plane[1][None]])
+            top = np.array([[-system.g], [0.0]])
+        try:
+            x, change = solve_ring(
+                system.here.tangents, shooting.signs, gaps[..., None], system.here.slopes, rows, corner, top
+            )
+        except np.linalg.LinAlgError:
+            return None
+        step = float(np.abs(x).max()) / size
+        if not (step < reach and np.isfinite(change).all()) or (before < 1e-3 and step > before):
+            if not (before < 1e3 * LOCATED):
+                return None
+            step = 0.0
+        else:
+            nodes, values = nodes + x[..., 0], values + change[:, 0]
+        null, left = system.null, system.left
+        if step < LOCATED:
+            errors = _errors(shooting, system, nodes, rows, corner)
+            multipliers = _multipliers(shooting, system.here, values, at)
+            return Singular(nodes, values, errors, system.null, system.left, multipliers, at)
+        before = step
+    return None
+
+
+def _multipliers(shooting: Shooting, here: Pass, values: Array, at: float) -> npt.NDArray[np.complex128]:
+    """Multipliers of the map; with two states one is that of the event, and the determinant gives the other."""
+    if shooting.size > 2:
+        return shooting.multipliers(here.tangents, tuple(values))
+    other = np.exp(shooting.log_determinant(here.tangents, tuple(values))) / at
+    return np.array(sorted((at, other), key=abs, reverse=True), dtype=complex)
+
+
+def _errors(shooting: Shooting, system: Bordered, nodes: Array, rows: Array, corner: Array) -> Array:
+    """What rounding in the ends and tangent maps of the segments does to the values, (P,)."""
+    if len(corner) > 1:  # the error along a curve of events means nothing; that across it is of this size
+        return np.full(corner.shape[1], ROUNDING * 1e2)
+    weights, share = left_weights(system.here.tangents, shooting.signs, system.here.slopes, rows, corner)
+    ends = ROUNDING * (np.abs(system.here.ends) + np.abs(system.here.tangents).max(axis=2))
+    maps = ROUNDING * np.einsum("ki,kij,kj->", *map(np.abs, (system.left, system.here.tangents, system.null)))
+    return np.array([float(np.sum(np.abs(weights) * ends) + abs(share) * maps)])
+
+
+@dataclass(frozen=True)
+class Born:
+    """How the branch leaves that is born at an event: at the amplitude a of the null vector it is at
+    value + ``curvature`` a^2, its nodes ``bend`` a^2 (n, N) off. For a fold the branch itself."""
+
+    curvature: float
+    bend: Array
+
+
+def born(shooting: Shooting, event: Singular) -> Born:
+    """Curvature of the branch that is born (or, at a fold, of the branch itself)."""
+    nodes, null, left, values = event.nodes, event.null, event.left, tuple(event.values)
+    by = FAR_SIDE * max(float(np.abs(nodes).max()), float(np.abs(null).max()))
+    here = copied(shooting.run(nodes, values))
+    sides = [copied(shooting.run(nodes + share * by * null, values)) for share in (1.0, -1.0, 2.0, -2.0)]
+    bend = _first([side.tangents for side in sides], by)
+    slope = _first([side.slopes for side in sides], by)[..., 0]
+    second = np.einsum("kij,kj->ki", bend, null)
+    if event.at == FOLD and not _at_rest(nodes):
+        return Born(-float(np.sum(left * second) / (2.0 * np.sum(left * here.slopes[..., 0]))), np.zeros_like(nodes))
+    third = np.einsum("kij,kj->ki", _second([here.tangents, *(side.tangents for side in sides)], by), null)
+    moved = np.zeros((2, *nodes.shape))
+    if not _at_rest(nodes):
+        right = np.stack([0.5 * second, here.slopes[..., 0]], axis=-1)
+        none = np.zeros((*nodes.shape, 0))
+        x, _ = solve_ring(
+            here.tangents, shooting.signs, right, none, np.zeros((0, *nodes.shape)), np.zeros((0, 0)), np.zeros((0, 2))
+        )
+        moved = np.moveaxis(x, -1, 0)
+    cubic = np.sum(left * (np.einsum("kij,kj->ki", bend, moved[0]) + third / 6.0))
+    crossing = np.sum(left * (np.einsum("kij,kj->ki", bend, moved[1]) + slope))
+    curvature = -float(cubic / crossing)
+    return Born(curvature, moved[0] + curvature * moved[1])
+
+
+def _at_rest(nodes: Array) -> bool:
+    """Whether the disc rests."""
+    return not np.abs(nodes[:, :2]).any()
+
+
+def _first(sides: list[Array], by: float) -> Array:
+    """First derivative from values at by, -by, 2 by and -2 by."""
+    a, b, c, d = sides
+    return np.asarray((8.0 * (a - b) - (c - d)) / (12.0 * by))
+
+
+def _second(values: list[Array], by: float) -> Array:
+    """Second derivative from values at 0, by, -by, 2 by and -2 by."""
+    here, a, b, c, d = values
+    return np.asarray((16.0 * (a + b) - (c + d) - 30.0 * here) / (12.0 * by * by))

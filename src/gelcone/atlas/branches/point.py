@@ -1,0 +1,177 @@
+"""Points of a branch: an orbit at a value of the parameter, and the corrector that finds it.
+
+An orbit that is guessed is corrected in a plane through the guess, so that a branch can be followed around its folds:
+the pseudo-arclength method of Keller (1977), with Newton's method on all shooting nodes at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.motion.cyclic import solve_ring
+from gelcone.motion.orbit import Pass, Shooting
+from gelcone.quantity import Array
+
+CLOSE = 1e-7
+"""Newton's method ends with a step smaller than this, after which the error is about its square."""
+CORRECTIONS = 7
+CONTRACTION = 0.5
+"""Each step of Newton's method has to be this much smaller than the one before, or the guess was too far."""
+SMALLEST = 1e-3
+"""States are measured by the largest on the orbit, and at least by this."""
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A direction along a branch: how the ``nodes`` (n, N) and the ``value`` change."""
+
+    nodes: Array
+    value: float
+
+    def __neg__(self) -> Direction:
+        return Direction(-self.nodes, -self.value)
+
+
+@dataclass(frozen=True)
+class Metric:
+    """How differences are measured: states by ``states`` (N,), the parameter by ``value``."""
+
+    states: Array
+    value: float
+
+    @classmethod
+    def of(cls, nodes: Array, value: float) -> Metric:
+        """That of an orbit; ``value`` is the scale of the parameter."""
+        return cls(np.maximum(np.abs(nodes).max(axis=0), SMALLEST), value)
+
+    def inner(self, a: Direction, b: Direction) -> float:
+        """Mean over the nodes of the product of the states, plus that of the values."""
+        scaled = a.nodes * b.nodes / np.square(self.states)
+        return float(scaled.sum() / scaled.shape[0] + a.value * b.value / self.value**2)
+
+    def length(self, a: Direction) -> float:
+        """Length of a difference."""
+        return float(np.sqrt(self.inner(a, a)))
+
+    def unit(self, a: Direction) -> Direction:
+        """The direction of length 1."""
+        length = self.length(a)
+        return Direction(a.nodes / length, a.value / length)
+
+    def row(self, a: Direction) -> tuple[Array, Array]:
+        """The condition that a step has no part along ``a``: row (1, n, N) and corner (1, 1)."""
+        return (a.nodes / (np.square(self.states) * len(a.nodes)))[None], np.array([[a.value / self.value**2]])
+
+
+@dataclass(frozen=True)
+class Point:
+    """An orbit on a branch.
+
+    ``nodes`` (n, N) at ``value`` of the parameter, the first at phase 0; ``multipliers`` (N,) of the map, the largest
+    modulus first; ``tangent``, the direction of the branch there, of length 1.
+    """
+
+    nodes: Array
+    value: float
+    multipliers: npt.NDArray[np.complex128]
+    tangent: Direction
+
+    @property
+    def fold(self) -> float:
+        """Passes 0 where a multiplier passes 1: the product of 1 - mu, over 1 + |mu| for scale."""
+        return self._test(1.0)
+
+    @property
+    def double(self) -> float:
+        """Passes 0 where a multiplier passes -1."""
+        return self._test(-1.0)
+
+    def _test(self, at: float) -> float:
+        return float(np.prod((1.0 - at * self.multipliers) / (1.0 + np.abs(self.multipliers))).real)
+
+    @property
+    def stable(self) -> bool:
+        """Whether all multipliers lie inside the unit circle."""
+        return bool(np.abs(self.multipliers[0]) < 1.0)
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """What a correction gave: the ``point``, or None and whether the orbit ``left`` where the film has a state; the
+    length of the first ``step``, how far the guess was off."""
+
+    point: Point | None
+    left: bool = False
+    step: float = np.inf
+
+
+def along(start: Point, direction: Direction, by: float) -> Direction:
+    """The guess (nodes and value) so far along a direction."""
+    return Direction(start.nodes + by * direction.nodes, start.value + by * direction.value)
+
+
+def correct(
+    shooting: Shooting, guess: Direction, plane: Direction, metric: Metric, most: int = CORRECTIONS
+) -> Corrected:
+    """The orbit nearest to ``guess`` in the plane through it that is normal to ``plane``."""
+    nodes, value, first, before = guess.nodes, guess.value, np.inf, np.inf
+    rows, corner = metric.row(plane)
+    top = np.array([[0.0, 1.0]])
+    for _ in range(most):
+        found = shooting.run(nodes, (value,))
+        if not found.arrived:
+            return Corrected(None, True, first)
+        step, tangent = _newton(shooting, found, nodes, rows, corner, top)
+        if step is None or tangent is None:
+            return Corrected(None, False, first)
+        nodes, value = nodes + step.nodes, value + step.value
+        length = metric.length(step)
+        first = min(first, length) if before == np.inf else first
+        if length < CLOSE:
+            if not shooting.inside(nodes, (value,)):
+                return Corrected(None, True, first)
+            multipliers = shooting.multipliers(found.tangents, (value,))
+            return Corrected(Point(nodes, value, multipliers, metric.unit(tangent)), False, first)
+        if not length < CONTRACTION * before:
+            return Corrected(None, False, first)
+        before = length
+    return Corrected(None, False, first)
+
+
+def _newton(
+    shooting: Shooting, found: Pass, nodes: Array, rows: Array, corner: Array, top: Array
+) -> tuple[Direction | None, Direction | None]:
+    """Newton's step in the plane, and the direction in which the orbits go on; None where there is none."""
+    gaps = shooting.gaps(nodes, found.ends)
+    right = np.zeros((*gaps.shape, 2))
+    right[..., 0] = gaps
+    try:
+        x, unknowns = solve_ring(found.tangents, shooting.signs, right, found.slopes, rows, corner, top)
+    except np.linalg.LinAlgError:
+        return None, None
+    return Direction(x[..., 0], float(unknowns[0, 0])), Direction(x[..., 1], float(unknowns[0, 1]))
+
+
+def at_value(shooting: Shooting, nodes: Array, value: float, metric: Metric) -> Corrected:
+    """The orbit near ``nodes`` at a fixed value of the parameter; its tangent goes up in the parameter."""
+    return correct(shooting, Direction(nodes, value), Direction(np.zeros_like(nodes), metric.value), metric)
+
+
+def between(a: Point, b: Point, share: float) -> Direction:
+    """The cubic through two points with the tangents there, at a share of the way."""
+    apart = Direction(b.nodes - a.nodes, b.value - a.value)
+    metric = Metric.of(a.nodes, max(abs(apart.value), 1e-12))
+    length = metric.length(apart) / max(metric.length(a.tangent), 1e-300)
+    other = metric.length(apart) / max(metric.length(b.tangent), 1e-300)
+    s, t = share, 1.0 - share
+    weights = t * t * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s), s * t * t * length, -s * s * t * other
+
+    def mixed(p: object, q: object, r: object, o: object) -> object:
+        return weights[0] * p + weights[1] * q + weights[2] * r + weights[3] * o  # type: ignore[operator]
+
+    nodes = mixed(a.nodes, b.nodes, a.tangent.nodes, b.tangent.nodes)
+    value = mixed(a.value, b.value, a.tangent.value, b.tangent.value)
+    return Direction(np.asarray(nodes), float(value))  # type: ignore[arg-type]

@@ -1,0 +1,165 @@
+"""Branches that are born from branches: every event is switched at, so many levels deep, and no branch comes twice."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gelcone.atlas.branches.branch import (
+    Branch,
+    Ending,
+    Event,
+    EventKind,
+    Walk,
+    born_map,
+    born_start,
+    follow,
+)
+from gelcone.atlas.branches.event import Singular
+from gelcone.atlas.branches.point import Metric, Point, at_value, between
+from gelcone.motion.orbit import Kind, Shooting
+from gelcone.quantity import Array
+
+SAME_ORBIT = 1e-6
+"""Orbits whose nodes are closer than this share of their size are one."""
+SAME_EVENT = 1e-7
+"""Events whose values are closer than this share of the interval, on orbits that are close, are one."""
+MOST_BRANCHES = 200
+
+
+@dataclass
+class Tree:
+    """Branches as they are found, and the events that are still to be switched at."""
+
+    walk: Walk
+    switch: int
+    branches: list[Branch] = field(default_factory=list)
+    waiting: deque[tuple[Event, int]] = field(default_factory=deque)
+
+    def add(self, branch: Branch, level: int, parent: Event | None = None) -> int:
+        """Takes a branch in; the number that it gets."""
+        number = len(self.branches)
+        branch.level, branch.parent = level, parent
+        self.branches.append(branch)
+        for event in branch.events:
+            event.branch = number
+        for event in branch.events:
+            if event.kind == EventKind.LOSS_OF_REST or (event.born is not None and event.kind != EventKind.FOLD):
+                self.waiting.append((event, level))
+        for merge in branch.merges:
+            met = self._met(merge, branch)
+            if met is not None and met.born_branch < 0:
+                met.born_branch = number
+        self._ends_at_rest(branch, number)
+        return number
+
+    def grow(self) -> None:
+        """Switches at what waits."""
+        while self.waiting and len(self.branches) < MOST_BRANCHES:
+            event, level = self.waiting.popleft()
+            deep = event.kind != EventKind.LOSS_OF_REST
+            if event.born_branch >= 0 or (deep and level >= self.switch):
+                continue
+            parent = self.branches[event.branch]
+            found = born_start(parent.shooting, event, self.walk)
+            if found is None or self.holds(found[0], found[2]):
+                continue
+            child, start, point = found
+            branch = follow(child, point, self.walk, both_ways=False)
+            branch.points.insert(0, start)
+            for own in branch.events:
+                own.after += 1
+            first = Ending.REST if event.kind == EventKind.LOSS_OF_REST else Ending.MERGED
+            branch.ended = (first, branch.ended[1])
+            event.born_branch = self.add(branch, level + deep, event)
+
+    def holds(self, shooting: Shooting, point: Point) -> bool:
+        """Whether an orbit lies on a branch that is there."""
+        return self.find(shooting, point.nodes, point.value) is not None
+
+    def find(self, shooting: Shooting, nodes: Array, value: float) -> tuple[int, int] | None:
+        """The branch with an orbit, and the point before it; None where no branch holds it."""
+        for number, branch in enumerate(self.branches):
+            if branch.map != shooting.kind:
+                continue
+            values = branch.values
+            for k in np.flatnonzero((values[1:] - value) * (values[:-1] - value) <= 0.0):
+                a, b = branch.points[k], branch.points[k + 1]
+                share = 0.5 if a.value == b.value else (value - a.value) / (b.value - a.value)
+                guess = between(a, b, share)
+                apart = Metric.of(np.stack([a.nodes, b.nodes]).max(axis=0), 1.0)
+                reach = np.abs((b.nodes - a.nodes) / apart.states).max() + 1e-3
+                if distance(shooting, guess.nodes, nodes) > 2.0 * reach:
+                    continue
+                found = at_value(branch.shooting, guess.nodes, value, Metric.of(guess.nodes, self.walk.scale)).point
+                if found is not None and distance(shooting, found.nodes, nodes) < SAME_ORBIT:
+                    return number, int(k)
+        return None
+
+    def _met(self, merge: Singular, branch: Branch) -> Event | None:
+        """The known event at which a branch ends that merges."""
+        value = float(merge.values[0])
+        for other in self.branches:
+            for event in other.events:
+                if (
+                    event.kind in (EventKind.PERIOD_DOUBLING, EventKind.SYMMETRY_BREAKING)
+                    and born_map(event) == branch.map
+                    and abs(event.value - value) < SAME_EVENT * self.walk.scale
+                    and distance(other.shooting, event.orbit.nodes, merge.nodes) < 1e3 * SAME_ORBIT
+                ):
+                    return event
+        return None
+
+    def _ends_at_rest(self, branch: Branch, number: int) -> None:
+        """Ends a branch that shrinks to rest where rest loses its stability."""
+        if branch.ended[1] != Ending.REST or not branch.points:
+            return
+        last = branch.points[-1]
+        events = [
+            event
+            for other in self.branches
+            if other.resting
+            for event in other.events
+            if born_map(event) == branch.map and event.born is not None
+        ]
+        if not events:
+            return
+
+        def off(event: Event) -> float:
+            assert event.born is not None
+            amplitude = np.abs(last.nodes).max() / np.abs(event.orbit.null).max()
+            return float(abs(event.value + event.born.curvature * amplitude**2 - last.value))
+
+        event = min(events, key=off)
+        if off(event) < 0.02 * self.walk.scale:
+            branch.points.append(Point(np.zeros_like(last.nodes), event.value, event.orbit.multipliers, last.tangent))
+            if event.born_branch < 0:
+                event.born_branch = number
+
+
+def distance(shooting: Shooting, nodes: Array, other: Array) -> float:
+    """How far two orbits of one kind are apart, as a share of their size, up to shifts by repeats and mirror images."""
+    if nodes.shape != other.shape:
+        return np.inf
+    whole, another = (whole_period(shooting, orbit) for orbit in (nodes, other))
+    size = np.maximum(np.abs(whole).max(axis=0), 1e-6)
+    mirrors: Sequence[Array] = (np.ones(shooting.size), shooting.system.mirror)[: 1 + shooting.symmetric]
+    best = np.inf
+    for shift in range(shooting.kind.period):
+        for mirror in mirrors:
+            apart = np.abs(np.roll(another, shift * shooting.segments, axis=0) * mirror - whole) / size
+            best = min(best, float(apart.max()))
+    return best
+
+
+def whole_period(shooting: Shooting, nodes: Array) -> Array:
+    """Nodes over a whole period: those of a symmetric orbit and of its mirror image."""
+    return np.concatenate([nodes, shooting.signs * nodes]) if shooting.kind.reflected else nodes
+
+
+def kind_of(period: int, symmetric: bool) -> Kind:
+    """The map of an orbit of that period."""
+    return Kind(period // 2, True) if symmetric and period % 2 == 0 else Kind(period)

@@ -1,0 +1,197 @@
+"""Figures of branches: orbits over the parameter above brute force, and their exponents with the events below."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label, styled
+from gelcone.quantity import Array
+from gelcone.words import event_label, flag_label, rate_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+LIGHTER = 0.35
+"""How much of its colour the mirror image of a branch keeps."""
+DASHED = (0, (2.5, 1.5))
+MARKERS = {
+    "fold": "s",
+    "period doubling": "D",
+    "symmetry breaking": "P",
+    "loss of rest": "o",
+    "torus": "h",
+    "cusp": "*",
+    "generalised doubling": "X",
+    "degenerate symmetry breaking": "d",
+}
+BRUTE_FORCE = "#aaaaaa"
+FEW = 2
+"""Unstable orbits of a longer period are drawn faint, and their events as ticks alone: they would cover the rest."""
+FAINT = 0.25
+
+
+def branches_figure(result: xr.Dataset) -> Figure:
+    """Displacement once per forcing period over the parameter, and the largest exponent of every orbit."""
+
+    def draw(figure: Figure) -> None:
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1.0])
+        brute_force(result, above)
+        orbits(result, above)
+        events(result, above)
+        exponents(result, below)
+        event_ticks(result, (above, below))
+        flags(result, above)
+        above.set_ylabel(axis_label(result["lowest"], "displacement\nonce per forcing period"))
+        values = result["value"].values
+        above.set_xlim(np.nanmin(values), np.nanmax(values))
+        below.set_xlabel(axis_label(result["value"], result.attrs["parameter"].replace("_", " ")))
+        figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
+        above.legend(handles=legend(result), loc="upper left", bbox_to_anchor=(1.02, 1.0))
+
+    return styled(7.2, 5.2, draw)
+
+
+def brute_force(result: xr.Dataset, axes: Axes) -> None:
+    """Settled motions as grey dots below everything."""
+    section = result["run_section"].values[..., 0]
+    at = np.broadcast_to(result["run_value"].values[:, None], section.shape)
+    axes.plot(at.ravel(), section.ravel(), ".", ms=2.0, color=BRUTE_FORCE, mec="none", zorder=1.0, rasterized=True)
+
+
+def colour_of(branch: xr.Dataset) -> str:
+    """The colour of a branch: black for rest, else by its period."""
+    if bool(branch["resting"]):
+        return BLACK
+    return COLOURS[int(np.log2(int(branch["period"]))) % len(COLOURS)]
+
+
+def sections_of(branch: xr.Dataset) -> Array:
+    """Displacement at the beginning of every repeat, (points, period)."""
+    per, period = int(branch["nodes_per_repeat"]), int(branch["period"])
+    return np.asarray(branch["orbit"].values[:, : per * period : per, 0])
+
+
+def stability_parts(stable: Array) -> tuple[Array, Array]:
+    """Points to draw as stable and as unstable: both lines reach the point where stability changes."""
+    inside, outside = stable == 1, stable == 0
+    outside = outside | (inside & (np.roll(outside, -1) | np.roll(outside, 1)))
+    return inside, outside
+
+
+def orbits(result: xr.Dataset, axes: Axes, *, mirrored: bool = True) -> None:
+    """Every branch, solid where it is stable and dashed where it is not; mirror images in a lighter tone."""
+    symmetric = mirrored and has_mirror(result)
+    for k in range(result.sizes["branch"]):
+        own = result.isel(branch=k)
+        colour, value, lines = colour_of(own), own["value"].values, sections_of(own)
+        faint = 1.0 if int(own["period"]) <= FEW else FAINT
+        image = symmetric and not bool(own["symmetric"]) and not bool(own["resting"])
+        for which, (style, width, alpha) in zip(
+            stability_parts(own["stable"].values), (("-", 1.3, 1.0), (DASHED, 0.7 * np.sqrt(faint), faint)), strict=True
+        ):
+            shown, look = np.where(which[:, None], lines, np.nan), {"color": colour, "ls": style, "lw": width}
+            axes.plot(value, shown, **look, alpha=alpha, zorder=2.0 + (style == "-"))
+            if image:
+                axes.plot(value, -shown, **look, alpha=LIGHTER * alpha, zorder=1.9)
+
+
+def has_mirror(result: xr.Dataset) -> bool:
+    """Whether the mirror image of a motion is one: the flat film rests."""
+    return bool(result.attrs.get("mirror", 0))
+
+
+def events(result: xr.Dataset, axes: Axes) -> None:
+    """A marker for every event, at its orbit, open where it is subcritical."""
+    for k in range(result.sizes["event"]):
+        own = result.isel(event=k)
+        branch = result.isel(branch=int(own["event_branch"]))
+        kind, period = event_label(own["event_kind"]), int(branch["period"])
+        if period > FEW and not ends_stability(branch, own):
+            continue
+        per = int(branch["nodes_per_repeat"])
+        x = own["event_orbit"].values[: per * period : per, 0]
+        filled = int(own["event_supercritical"]) != 0
+        axes.plot(np.full(x.size, float(own["event_value"])), x, **event_marks(kind, colour_of(branch), filled))
+
+
+def ends_stability(branch: xr.Dataset, event: xr.Dataset) -> bool:
+    """Whether an event is an end of a stable part of its branch."""
+    at = int(event["event_point"])
+    return bool((branch["stable"].values[at : at + 2] == 1).any())
+
+
+def event_marks(kind: str, colour: str, filled: bool = True) -> dict[str, Any]:
+    """Keywords for the marker of an event."""
+    face = colour if filled else "white"
+    return {"marker": MARKERS[kind], "ms": 4.0, "ls": "", "color": colour, "mfc": face, "mew": 0.8, "zorder": 3.0}
+
+
+def exponents(result: xr.Dataset, axes: Axes) -> None:
+    """Largest exponent of every orbit, and the zero line."""
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    for k in range(result.sizes["branch"]):
+        own = result.isel(branch=k)
+        value, growth = own["value"].values, own["lyapunov"].values
+        faint = 1.0 if int(own["period"]) <= FEW else FAINT
+        for which, (style, width, alpha) in zip(
+            stability_parts(own["stable"].values), (("-", 1.3, 1.0), (DASHED, 0.7 * np.sqrt(faint), faint)), strict=True
+        ):
+            axes.plot(value, np.where(which, growth, np.nan), color=colour_of(own), ls=style, lw=width, alpha=alpha)
+    growth = result["lyapunov"].values
+    low, high = np.nanquantile(growth, [0.01, 0.99])
+    room = 0.08 * max(high - low, 1e-9)
+    axes.set_ylim(min(low, 0.0) - room, max(high, 0.0) + room)
+    axes.set_ylabel(f"largest exponent\n({rate_unit(result['lyapunov'])})")
+
+
+def event_ticks(result: xr.Dataset, panels: tuple[Axes, ...]) -> None:
+    """A thin line through all panels at every event at which a stable branch ends, and short ticks at the others."""
+    for k in range(result.sizes["event"]):
+        own = result.isel(event=k)
+        branch = result.isel(branch=int(own["event_branch"]))
+        value, colour = float(own["event_value"]), colour_of(branch)
+        if ends_stability(branch, own):
+            for axes in panels:
+                axes.axvline(value, color=colour, lw=0.5, alpha=0.4, zorder=0.5)
+        foot = panels[-1].get_xaxis_transform()
+        panels[-1].plot([value, value], [0.0, 0.06], color=colour, lw=0.8, transform=foot)
+
+
+def flags(result: xr.Dataset, axes: Axes) -> None:
+    """Contradictions between branches and brute force, at the top: a cross, a plus where it is explained."""
+    top = axes.get_xaxis_transform()
+    for k in range(result.sizes["flag"]):
+        explained = bool(str(result["flag_explanation"][k].values))
+        marker, colour = ("+", GREY) if explained else ("x", VERMILION)
+        axes.plot([float(result["flag_value"][k])], [0.97], marker, ms=5.0, color=colour, transform=top)
+
+
+def legend(result: xr.Dataset) -> list[Any]:
+    """What the lines and markers mean."""
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], color=GREY, lw=1.3, label="stable"),
+        Line2D([], [], color=GREY, lw=0.7, ls=DASHED, label="unstable"),
+        Line2D([], [], color=BRUTE_FORCE, marker=".", ls="", label="brute force"),
+    ]
+    periods = sorted({int(p) for p, r in zip(result["period"].values, result["resting"].values, strict=True) if not r})
+    for period in periods[:6]:
+        colour = COLOURS[int(np.log2(period)) % len(COLOURS)]
+        handles.append(Line2D([], [], color=colour, lw=1.3, label=f"period {period}"))
+    if bool(result["resting"].values.any()):
+        handles.append(Line2D([], [], color=BLACK, lw=1.3, label="rest"))
+    if has_mirror(result):
+        handles.append(Line2D([], [], color=GREY, lw=1.3, alpha=LIGHTER, label="mirror image"))
+    kinds = dict.fromkeys(event_label(result["event_kind"][k]) for k in range(result.sizes["event"]))
+    handles += [Line2D([], [], label=kind, **event_marks(kind, GREY)) for kind in kinds]
+    if (result["event_supercritical"].values == 0).any():
+        handles.append(Line2D([], [], label="open: subcritical", **event_marks("period doubling", GREY, False)))
+    told = dict.fromkeys(flag_label(result["flag_kind"], k) for k in range(result.sizes["flag"]))
+    handles += [Line2D([], [], color=VERMILION, marker="x", ls="", label=f"! {kind}") for kind in told]
+    return handles

@@ -1,0 +1,218 @@
+"""Branches against certified bifurcations, and what the result says of them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import gelcone
+from gelcone import InputError
+from gelcone.analyses.branches import branches_json, events_json
+from gelcone.atlas.branches.branch import Ending
+from gelcone.atlas.branches.check import FLAGS
+from gelcone.presets import find_preset
+
+REFERENCES = {
+    r["key"]: r
+    for r in json.loads((Path(__file__).parents[2] / "reference" / "continuation.json").read_text())["references"]
+}
+BASE = find_preset("base").model
+SPRING = find_preset("spring").model.replace(damping_ratio=0.01)
+
+
+@pytest.fixture(scope="module")
+def base():
+    return gelcone.continue_branch(BASE, "voltage", 0.935, 1.38, switch=1, checks=4)
+
+
+@pytest.fixture(scope="module")
+def cascade():
+    """A narrow interval, on which the born branches are short."""
+    return gelcone.continue_branch(BASE, "voltage", 0.9995, 1.029, start="settled", switch=5, checks=2)
+
+
+def matches(result, key):
+    """The event of a result that a reference certifies: same kind, period and value to 1e-9."""
+    reference = REFERENCES[key]
+    kind = {"pitchfork_of_rest": "loss of rest"}.get(reference["type"], reference["type"].replace("_", " "))
+    return [
+        event
+        for event in events_json(result)
+        if event["kind"] == kind
+        and event["period"] == reference["period_in_drive_repeats"]
+        and abs(event["value"] - reference["value"]) < 1e-9
+    ]
+
+
+BASE_KEYS = [k for k, r in REFERENCES.items() if k.startswith("base/") and r["type"] not in ("orbit", "estimate")]
+
+
+@pytest.mark.parametrize("key", BASE_KEYS)
+def test_certified_bifurcation_of_the_base_set(base, cascade, key):
+    result = cascade if "cascade" in key else base
+    (event,) = matches(result, key)
+    reference = REFERENCES[key]
+    assert abs(event["value"] - reference["value"]) <= max(3.0 * event["value_error"], 2e-15)
+    expected = np.array(reference["multipliers_of_that_map"])
+    np.testing.assert_allclose(event["multipliers"], expected, rtol=1e-7, atol=1e-12)
+    k = events_json(result).index(event)
+    orbit = result["event_orbit"].values[k]
+    state = np.array(reference["orbit_state_at_phase_0"])
+    per = int(result["nodes_per_repeat"][event["branch"]])
+    starts = orbit[: per * event["period"] : per]
+    assert min(np.abs(start - sign * state).max() for start in starts for sign in (1, -1)) < 1e-9
+
+
+def test_feigenbaum_ratios_of_the_cascade(cascade):
+    keys = ["base/period1/pd1"] + [f"base/cascade/pd{k}" for k in range(2, 7)]
+    gaps = np.diff([matches(cascade, key)[0]["value"] for key in keys])
+    expected = REFERENCES["base/cascade/accumulation"]["feigenbaum_ratios"]
+    np.testing.assert_allclose(gaps[:-1] / gaps[1:], expected, rtol=1e-6)
+
+
+def test_cascade_is_a_chain_of_supercritical_births(cascade):
+    (event,) = matches(cascade, "base/period1/pd1")
+    for k in range(2, 7):
+        assert event["supercritical"]
+        born = event["born_branch"]
+        (event,) = matches(cascade, f"base/cascade/pd{k}")
+        assert event["branch"] == born
+
+
+def test_curvature_of_born_branches(base):
+    events = events_json(base)
+    k = events.index(matches(base, "base/period1/pd1")[0])
+    expected = REFERENCES["base/period1/pd1"]["branch_curvature"]
+    # the largest node may lie elsewhere among twice as many nodes
+    assert float(base["event_curvature"][k]) == pytest.approx(expected, rel=0.2)
+
+
+def test_a_branch_that_merges_is_the_one_of_both_doublings(base):
+    right, after = matches(base, "base/period1/pd_right")[0], matches(base, "base/period1/pd_after_fold")[0]
+    assert right["born_branch"] == after["born_branch"] is not None
+    ended = base["ended"].values[right["born_branch"]]
+    assert list(ended) == [Ending.MERGED, Ending.MERGED]
+
+
+def test_orbits_solve_the_equation_of_motion(base):
+    number = matches(base, "base/period1/pd1")[0]["branch"]
+    point = int(np.nanargmax(base["value"].values[number]))
+    voltage, nodes = float(base["value"][number, point]), base["orbit"].values[number, point]
+    stride = np.pi / 0.1 / int(base["nodes_per_repeat"][number])
+
+    def rate(time, state):
+        x, u = state
+        q = 1.0 + x * x
+        film = x * (1.0 - 1.0 / (q * q)) / (1.0 - (q + 1.0 + 1.0 / q - 3.0) / 50.0)
+        return [u, -0.02 * u - 0.9 * x - film + (voltage * np.sin(0.1 * time)) ** 2 * x]
+
+    count = int(np.isfinite(nodes[:, 0]).sum())
+    for k in range(count):
+        run = solve_ivp(rate, (k * stride, (k + 1) * stride), nodes[k], rtol=1e-12, atol=1e-13)
+        np.testing.assert_allclose(run.y[:, -1], nodes[(k + 1) % count], atol=1e-8)
+
+
+def test_brute_force_and_branches_agree(base):
+    assert int(base["checked_orbits"]) > 50
+    unexplained = [k for k in range(base.sizes["flag"]) if not str(base["flag_explanation"][k].values)]
+    assert not unexplained
+
+
+def test_extent_is_that_of_the_motion():
+    result = gelcone.continue_branch(SPRING, "drive_frequency", 2.0, 2.5, start="settled", checks=2)
+    for point in (0, -1):
+        own = result.isel(branch=0, point=point)
+        settled = gelcone.settled(SPRING.replace(drive_frequency=float(own["value"])))
+        assert float(own["highest"]) == pytest.approx(float(settled["highest"]), abs=1e-6)
+        assert float(own["lowest"]) == pytest.approx(float(settled["lowest"]), abs=1e-6)
+
+
+@pytest.mark.parametrize("key", [k for k in REFERENCES if k.startswith("frequency/spring_zeta0.01")])
+def test_certified_bifurcation_over_the_frequency(frequencies, key):
+    assert matches(frequencies, key)
+
+
+@pytest.fixture(scope="module")
+def frequencies():
+    return gelcone.continue_branch(SPRING, "drive_frequency", 0.45, 1.2, start="settled", switch=0, checks=4)
+
+
+def test_spring_set_has_no_bifurcation_over_the_frequency():
+    reference = REFERENCES["frequency/spring_preset"]
+    result = gelcone.continue_branch(
+        find_preset("spring").model, "drive_frequency", *reference["interval"], start="settled", checks=2
+    )
+    assert result.sizes["event"] == 0
+    assert result.sizes["branch"] == 1
+    largest = np.hypot(result["multiplier_real"], result["multiplier_imag"]).max()
+    assert float(largest) == pytest.approx(reference["largest_multiplier_modulus"], abs=2e-3)
+
+
+def test_a_branch_ends_at_the_stretch_limit_or_the_interval():
+    stiff = BASE.replace(stretch_limit=0.2, voltage=1.2)
+    result = gelcone.continue_branch(stiff, "voltage", 0.93, 1.1, (0.3, 0.0), checks=2, switch=0)
+    assert set(result["ended"].values.ravel()) <= {Ending.LIMIT, Ending.REST, Ending.WALL}
+
+
+def test_a_result_can_be_gone_on_from(frequencies, tmp_path):
+    gelcone.save(frequencies, tmp_path / "branches.nc")
+    again = gelcone.load(tmp_path / "branches.nc")
+    np.testing.assert_array_equal(again["value"], frequencies["value"])
+    result = gelcone.continue_branch(SPRING, "drive_frequency", 0.45, 1.2, start=again, switch=0)
+    folds = [sorted(e["value"] for e in events_json(r) if e["kind"] == "fold") for r in (result, frequencies)]
+    np.testing.assert_allclose(*folds, rtol=1e-12)
+
+
+def test_a_diagram_seeds_branches_that_rest_does_not_reach():
+    fast = find_preset("fast").model
+    diagram = gelcone.bifurcation(fast, "voltage", [0.8, 0.85, 0.9], sweeps=(), bisections=0)
+    result = gelcone.continue_branch(fast, "voltage", 0.75, 0.95, start=diagram)
+    assert int(result["checked_cycles"]) == 3
+    assert result.sizes["flag"] == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("voltage", 1.2, 1.0), "swap the ends"),
+        (("voltage", 1.0, 1.0), "swap the ends"),
+        (("voltag", 1.0, 1.2), "did you mean 'voltage'"),
+        (("displacement", 0.0, 1.0), "initial state"),
+        (("voltage", -1.0, 1.0), "voltage = -1"),
+    ],
+)
+def test_bad_intervals_are_refused(arguments, message):
+    with pytest.raises(InputError, match=message):
+        gelcone.continue_branch(BASE, *arguments)
+
+
+def test_bad_options_are_refused():
+    with pytest.raises(InputError, match="points = 0: must be at least 2"):
+        gelcone.continue_branch(BASE, "voltage", 1.0, 1.2, points=0)
+    with pytest.raises(InputError, match="did you mean 'settled'"):
+        gelcone.continue_branch(BASE, "voltage", 1.0, 1.2, start="setled")
+    with pytest.raises(InputError, match="is no orbit"):
+        gelcone.continue_branch(BASE, "voltage", 1.5, 1.55, start="settled")
+    with pytest.raises(InputError, match="ensemble"):
+        gelcone.continue_branch(BASE.replace(voltage=[1.0, 1.1]), "damping_ratio", 0.1, 0.2)
+
+
+def test_json_has_the_agreed_keys(base):
+    content = branches_json(base)
+    for event in content["events"]:
+        assert list(event) == [
+            "kind",
+            "parameter",
+            "value",
+            "value_error",
+            "period",
+            "symmetric",
+            "supercritical",
+            "multipliers",
+            "branch",
+            "born_branch",
+        ]
+    assert len(content["branches"]) == base.sizes["branch"]
+    assert {flag["kind"] for flag in content["check"]["flags"]} <= set(FLAGS)
