@@ -32,6 +32,7 @@ SMALL = {
     "frequency": ["--over", "drive_frequency=0.9:1.5:3"],
     "tongues": ["--over", "drive_frequency=1:2:3", "--over", "voltage=0.1:0.9:3"],
     "bifurcation": ["--over", "voltage=0.2:0.6:3", "--sweeps", "up"],
+    "continue_branch": ["voltage", "0.3", "0.6", "--checks", "2"],
     "map": ["--over", "voltage=0.2:0.6:2", "--over", "damping_ratio=0.2:0.3:2", "--uniform"],
     "sweep": ["--over", "damping_ratio=0.2:0.3:2"],
     "basin": ["--over", "displacement=-0.5:0.5:2", "--over", "velocity=-0.5:0.5:2"],

@@ -212,7 +212,7 @@ def members_of(result: xr.Dataset, most: int | None = None) -> list[tuple[str, x
     return [(", ".join(f"{n} {float(m[n]):.4g}" for n in names), m) for m in chosen]
 
 
-# --- branches of periodic orbits ---------------------------------------------------------------------------------------
+# --- branches of periodic orbits --------------------------------------------------------------------------------------
 
 ENDINGS = {
     "limit": "the end of the interval",

@@ -31,6 +31,9 @@ def compared():
 RESULTS = {
     "bifurcation diagram": lambda: gelcone.bifurcation(MODEL, "voltage", [0.5, 1.0], bisections=0, **QUICK),
     "extrema": lambda: gelcone.extrema(MOVING, repeats=5, discard=20),
+    "branches": lambda: gelcone.continue_branch(
+        RAISED.replace(damping_ratio=0.1), "drive_frequency", 0.5, 0.9, start="settled", checks=2
+    ),
     "basins of attraction": lambda: gelcone.basin(MODEL, {"displacement": [0.0, 1.0], "velocity": [0.0, 1.0]}, **QUICK),
     "frequency response": lambda: gelcone.frequency(RAISED, [0.2, 0.3]),
     "cone and continuum": compared,
@@ -62,6 +65,7 @@ def drawn_numbers(figure):
 SHOWS = {
     "bifurcation diagram": lambda r: r["section"].isel(state=0),
     "extrema": lambda r: r["displacement"],
+    "branches": lambda r: r["lyapunov"],
     "basins of attraction": lambda r: r["attractor"],
     "frequency response": lambda r: r["stroke"],
     "cone and continuum": lambda r: r["cone_force"],

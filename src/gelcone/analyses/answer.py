@@ -62,7 +62,7 @@ def in_si(result: xr.Dataset, subject: Subject) -> xr.Dataset:
             attrs = {"long_name": str(coord.attrs["long_name"]), "units": scale[1], "quantity": "si"}
             shown = shown.assign_coords({f"{name}_si": (coord.dims, coord.values * scale[0], attrs)})
     scale = parameter_scale(result.attrs.get("parameter", ""), subject.device)
-    for name in ("threshold_low", "threshold_high"):
+    for name in ("threshold_low", "threshold_high", "value", "event_value", "event_error"):
         if scale is not None and name in result:
             attrs = {"long_name": str(result[name].attrs["long_name"]), "units": scale[1], "quantity": "si"}
             shown[f"{name}_si"] = (result[name].dims, result[name].values * scale[0], attrs)

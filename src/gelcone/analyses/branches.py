@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import common_json, heading, parameter_scale
+from gelcone.analyses.answer import heading, parameter_scale
 from gelcone.errors import InputError
 from gelcone.words import branch_endings, event_label, flag_label, shortened
 
@@ -59,12 +59,7 @@ def _start(text: str) -> Any:
 
 def continue_branch_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of branches; their orbits are in the netCDF file."""
-    content = {**branches_json(result), **common_json(result, subject)}
-    scale = None if subject.device is None else parameter_scale(result.attrs["parameter"], subject.device)
-    if scale is not None:
-        events = [event["value"] * scale[0] for event in content["events"]]
-        content["si"] = {"units": scale[1], "events": events}
-    return content
+    return branches_json(result)
 
 
 def branches_json(result: xr.Dataset) -> dict[str, Any]:
@@ -184,8 +179,8 @@ def _check_lines(shown: xr.Dataset, name: str) -> list[str]:
     cycles, orbits, seeded = (int(shown[key]) for key in ("checked_cycles", "checked_orbits", "seeded"))
     flags = flags_json(shown)
     lines = [
-        f"brute force: {cycles} settled cycles, all on these branches ({seeded} started one); {orbits} stable orbits run "
-        f"from 1e-5 beside; {len(flags)} contradiction(s)"
+        f"brute force: {cycles} settled cycles, all on these branches ({seeded} started one); {orbits} stable orbits "
+        f"run from 1e-5 beside; {len(flags)} contradiction(s)"
     ]
     told = [
         f"  {flag['kind']}, branch {flag['branch']}, {name} {flag['value']:.6g}"

@@ -27,7 +27,7 @@ def continue_command() -> click.Command:
             help="Where branches begin: rest and what is born there, the settled motions at the ends of the interval, "
             "or the cycles of a result of bifurcation or continue.  [default: rest]",
         ),
-        *option_parameters(option for name, option in CONTINUE.options.items() if name not in ("low", "high", "start")),
+        *option_parameters(option for name, option in CONTINUE.options.items() if name != "start"),
         *output_parameters(),
     ]
     return click.Command(CONTINUE.command, params=params, callback=run_continue, help=help_of(CONTINUE))

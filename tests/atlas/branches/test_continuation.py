@@ -194,7 +194,7 @@ def test_bad_options_are_refused():
     with pytest.raises(InputError, match="did you mean 'settled'"):
         gelcone.continue_branch(BASE, "voltage", 1.0, 1.2, start="setled")
     with pytest.raises(InputError, match="is no orbit"):
-        gelcone.continue_branch(BASE, "voltage", 1.5, 1.55, start="settled")
+        gelcone.continue_branch(BASE, "voltage", 1.3, 1.32, start="settled")
     with pytest.raises(InputError, match="ensemble"):
         gelcone.continue_branch(BASE.replace(voltage=[1.0, 1.1]), "damping_ratio", 0.1, 0.2)
 

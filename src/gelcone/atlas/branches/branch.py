@@ -182,14 +182,13 @@ def follow(shooting: Shooting, start: Point, walk: Walk, *, both_ways: bool = Tr
         event.after = count - 1 - event.after
     events = [*reversed(backward.events), *forward.events]
     merges = [merge for merge in (backward.merge, forward.merge) if merge is not None]
-    return Branch(
-        shooting, turned + forward.points, events, (backward.ended, forward.ended), merges, resting=resting
-    )
+    return Branch(shooting, turned + forward.points, events, (backward.ended, forward.ended), merges, resting=resting)
 
 
 def _follow(shooting: Shooting, start: Point, walk: Walk, resting: bool) -> _Followed:
     """The branch from ``start`` onwards."""
-    points, events = [start], []
+    points: list[Point] = [start]
+    events: list[Event] = []
     step, longest = FIRST_STEP, LONGEST_STEP_AT_REST if resting else LONGEST_STEP
     bend: Direction | None = None
     left = False
@@ -286,9 +285,7 @@ def _collapsed(shooting: Shooting, here: Point, point: Point) -> bool:
     if shooting.symmetric and size > COLLAPSED and np.abs(point.nodes[:, :2]).max() < COLLAPSED * size:
         return True
     pairs = zip(halves_apart(shooting, here.nodes), halves_apart(shooting, point.nodes), strict=True)
-    return any(
-        np.abs(after).max() < COLLAPSED * size < np.abs(before).max() for (_, before), (_, after) in pairs
-    )
+    return any(np.abs(after).max() < COLLAPSED * size < np.abs(before).max() for (_, before), (_, after) in pairs)
 
 
 def halves_apart(shooting: Shooting, nodes: Array) -> list[tuple[Kind, Array]]:

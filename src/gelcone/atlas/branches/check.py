@@ -17,8 +17,7 @@ from gelcone.atlas.branches.branch import Branch, Event, EventKind, follow
 from gelcone.atlas.branches.point import Metric, Point, at_value
 from gelcone.atlas.branches.tree import Tree, kind_of
 from gelcone.codes import Outcome
-from gelcone.motion.cycle import NEAR_RETURN, RETURNS, periods_of
-from gelcone.motion.cycle import follow as follow_motion
+from gelcone.motion.cycle import NEAR_RETURN, PHASES, RETURNS, periods_of
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.flow import integrate
 from gelcone.motion.orbit import Kind, Shooting
@@ -30,8 +29,8 @@ BESIDE = 1e-5
 CLOSER = (1e-6, 1e-8, 1e-10)
 """And how far where it leaves from there: some basins are narrower."""
 ROUNDING = 1e-7
-"""A run that is no further from its orbit than this share of its size is at it, as far as rounding lets it be: deviations
-can grow a millionfold within a period before they decay."""
+"""A run that is no further from its orbit than this share of its size is at it, as far as rounding lets it be:
+deviations can grow a millionfold within a period before they decay."""
 DECAYED = 1e-2
 """A run lasts until its multiplier has brought the distance down to this share."""
 MOST_PERIODS = 400
@@ -99,8 +98,10 @@ def brute_force(shooting: Shooting, values: Array, starts: Array, **flow: Any) -
     repeats = repeats_lasting(members, default_transient(members))
     states, outcome = settle(members, states, repeats, **flow)
     states = np.where((outcome == Outcome.OK)[:, None], states, 0.0)
-    path, after = follow_motion(members, states, **flow)
-    outcome = np.where(outcome == Outcome.OK, after, outcome)
+    times = members.forcing_period[:, None] * (np.arange(1, RETURNS * PHASES + 1) / PHASES)
+    run = integrate(members, states, times, **flow)
+    outcome = np.where(outcome == Outcome.OK, run.outcome, outcome)
+    path = run.states.reshape(len(states), RETURNS, PHASES, -1)
     with np.errstate(invalid="ignore"):
         points = path.reshape(len(path), RETURNS, -1)
         period, _ = periods_of(points, NEARLY)
@@ -199,7 +200,9 @@ def run_beside(tree: Tree, **flow: Any) -> Checked:
     flags = []
     left = _apart(stable, BESIDE, **flow) >= RETURNED
     away = [beside for beside, leaves in zip(stable, left, strict=True) if leaves]
-    nearer = np.array([_apart(away, start, **flow) * start < np.maximum(RETURNED * start, ROUNDING) for start in CLOSER])
+    nearer = np.array(
+        [_apart(away, start, **flow) * start < np.maximum(RETURNED * start, ROUNDING) for start in CLOSER]
+    )
     for beside, returns in zip(away, nearer.T, strict=True):
         told = _narrow(CLOSER[int(returns.argmax())]) if returns.any() else ""
         flags.append(Flag(LEAVES, beside.number, beside.point.value, told))

@@ -143,7 +143,9 @@ def check_interval(model: ConeModel, parameter: str, low: float, high: float) ->
     for end in (low, high):
         model.replace(**{parameter: end})
     if not (np.isfinite([low, high]).all() and low < high):
-        raise InputError(f"{parameter} from {low:g} to {high:g}: must be an interval, its lower end first; swap the ends")
+        raise InputError(
+            f"{parameter} from {low:g} to {high:g}: must be an interval, its lower end first; swap the ends"
+        )
 
 
 def shooting_over(
@@ -154,7 +156,12 @@ def shooting_over(
     phase = max(repeat_phase(ends.take(slice(k, k + 1))) for k in range(3))
     time = phase / ends.number("drive_frequency")
     return Shooting(
-        model.members(), (parameter,), Kind(1), segments_for(float(ends.rate.max()), float(time.max())), phase, tolerance
+        model.members(),
+        (parameter,),
+        Kind(1),
+        segments_for(float(ends.rate.max()), float(time.max())),
+        phase,
+        tolerance,
     )
 
 
@@ -247,7 +254,9 @@ def _orbits_of(start: xr.Dataset, shooting: Shooting) -> Runs:
         periods.append(int(own["period"]))
         symmetric.append(bool(own["symmetric"]))
     section = np.stack(states)[:, None]
-    return Runs(np.array(values), section, np.array(periods), np.array(symmetric), np.ones(len(values), dtype=bool), False)
+    return Runs(
+        np.array(values), section, np.array(periods), np.array(symmetric), np.ones(len(values), dtype=bool), False
+    )
 
 
 # --- labels -----------------------------------------------------------------------------------------------------------
@@ -354,7 +363,12 @@ def _flag_variables(model: ConeModel, parameter: str, flags: Sequence[Flag]) -> 
         "flag_kind": (("flag",), kinds, "contradiction between branches and brute force", "flag"),
         "flag_explanation": (("flag",), np.array([f.explanation for f in flags], dtype=str), "its explanation", "code"),
         "flag_branch": (("flag",), np.array([flag.branch for flag in flags], dtype=int), "its branch", "count"),
-        "flag_value": (("flag",), np.array([flag.value for flag in flags]), meaning_of(model, parameter), "parameter value"),
+        "flag_value": (
+            ("flag",),
+            np.array([flag.value for flag in flags]),
+            meaning_of(model, parameter),
+            "parameter value",
+        ),
     }
 
 
@@ -388,4 +402,3 @@ def _extent(branch: Branch) -> tuple[Array, Array]:
         high = np.maximum(high, -low)
         low = -high
     return low, high
-

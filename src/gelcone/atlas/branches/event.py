@@ -54,7 +54,7 @@ class Bordered:
     """How singular the ring is at an orbit.
 
     ``g`` passes 0 at the event; its derivatives ``by_nodes`` (n, N) and ``by_values`` (P,); ``null`` and ``left``;
-    ``sides``, the passes a little way along the null vector to either side, ``by`` so much; ``here``, that of the orbit.
+    ``here``, the pass over the orbit.
     """
 
     g: float
@@ -79,10 +79,12 @@ def bordered(
         return None
     here = copied(here)
     signs = at * shooting.signs
-    for _ in range(3 if null is None or left is None else 1):
-        if null is None or left is None:
-            random = np.random.default_rng(0)
-            null, left = random.normal(size=nodes.shape), random.normal(size=nodes.shape)
+    rounds = 1
+    if null is None or left is None:
+        random, rounds = np.random.default_rng(0), 3
+        null, left = random.normal(size=nodes.shape), random.normal(size=nodes.shape)
+    g = np.inf
+    for _ in range(rounds):
         column = (left / np.square(left).sum())[..., None]
         row = (null / np.square(null).sum())[None]
         none = np.zeros((1, 1))
