@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import heading
+from gelcone.analyses.answer import heading, periods_json
 from gelcone.codes import Regime
 from gelcone.errors import InputError
-from gelcone.words import unit_of
+from gelcone.words import FAILINGS, motion_in_words, shortened, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,6 +51,34 @@ def envelope_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> di
         "first_limit": [_first_name(result, i) for i in result["first_limit"].values],
         "window_motion": [None if r != r else Regime(int(r)).label for r in result["window_regime"].values],
         **{name: result[name] for name in (*_STATIC, *_DRIVEN, *_WINDOW, "recommended_constant")},
+        "coexisting": [_coexisting_json(result.isel(drive_frequency=k)) for k in _with_others(result)],
+        "kick": {end: result[f"kick_{end}"] for end in ("low", "high", "tried")},
+    }
+
+
+def _with_others(result: xr.Dataset) -> list[int]:
+    """At which drive frequencies other motions coexist with the window's."""
+    return [int(k) for k in np.flatnonzero(result["coexisting"].values > 0)]
+
+
+def _coexisting_json(one: xr.Dataset) -> dict[str, Any]:
+    """The other motions at one drive frequency, by rising kick."""
+    names = ("stroke", "lowest", "highest")
+    motions = [one.isel(motion=n) for n in range(int(one["coexisting"]))]
+    return {
+        "drive_frequency": one["drive_frequency"],
+        "peak": one["recommended_peak"],
+        "kick": {"low": one["kick_low"], "high": one["kick_high"]},
+        "motions": [
+            {
+                "kind": Regime(int(motion["motion_regime"])).label,
+                "period": periods_json(motion["motion_period"].fillna(0)),
+                **{name: motion[f"motion_{name}"] for name in names},
+                "kick": {end: motion[f"motion_kick_{end}"] for end in ("low", "high")},
+                "validity": {name: motion[f"motion_validity_{name}"] for name in FAILINGS},
+            }
+            for motion in motions
+        ],
     }
 
 
@@ -79,7 +107,8 @@ def _reading(name: str, voltage: float) -> float | str:
 
 def envelope_words(shown: xr.Dataset, subject: Subject) -> str:
     """An envelope as text: all limits, the window over frequency with what it yields, and the own drive."""
-    return "\n".join([*heading(subject), *_limits_table(shown), *_static_lines(shown), *_window_table(shown)])
+    tables = (_limits_table, _static_lines, _window_table, _coexisting_lines)
+    return "\n".join([*heading(subject), *(line for table in tables for line in table(shown))])
 
 
 def _limits_table(shown: xr.Dataset) -> Iterator[str]:
@@ -160,6 +189,45 @@ def _window_table(shown: xr.Dataset) -> Iterator[str]:
         if (shown["window_regime"].values == 0.0).all():
             yield "within the window the film stays at rest: only a bias and a spring that lifts the disc move it there"
     yield _own_line(shown)
+
+
+def _coexisting_lines(shown: xr.Dataset) -> Iterator[str]:
+    """Which motions coexist with the window's, and how large a kick leads to them."""
+    tried = shown["kick_tried"].values
+    if np.isnan(tried).all():
+        return
+    largest, unit = f"{_plain(np.nanmax(tried))}", unit_of(shown["kick_low"])
+    others = _with_others(shown)
+    kick = "kick, a sudden change of the disc's velocity"
+    if not others:
+        yield f"no other motion was found within the window: no {kick}, up to {largest}{unit} leads away"
+        return
+    yield f"where a {kick}, can lead from the recommended drive (tried up to {largest}{unit}):"
+    lines = [line for k in others for line in _motion_lines(shown.isel(drive_frequency=k))]
+    yield from shortened(lines)
+
+
+def _motion_lines(one: xr.Dataset) -> Iterator[str]:
+    """The motions that coexist with the window's at one drive frequency."""
+    at = f"{_plain(one['drive_frequency'])}{unit_of(one['drive_frequency'])}"
+    unit = unit_of(one["kick_low"])
+    away = (
+        f"the smallest that leads away lies between {_plain(one['kick_low'])} and {_plain(one['kick_high'])}{unit}"
+        if np.isfinite(one["kick_high"])
+        else "no kick leads away, but another motion exists"
+    )
+    yield f"  {at}: {away}"
+    for n in range(int(one["coexisting"])):
+        motion = one.isel(motion=n)
+        kind = motion_in_words(int(motion["motion_regime"]), int(np.nan_to_num(motion["motion_period"])))
+        stroke = motion["motion_stroke"]
+        moves = f", stroke {_plain(stroke)}{unit_of(stroke)}" if np.isfinite(stroke) else ""
+        fails = [
+            f"{words} {100.0 * float(motion[f'motion_validity_{name}']):.3g} %"
+            for name, words in FAILINGS.items()
+            if float(motion[f"motion_validity_{name}"]) > 0.0
+        ]
+        yield f"    to: {kind}{moves}" + (f"; the model does not hold: {', '.join(fails)}" if fails else "")
 
 
 def _window_row(shown: xr.Dataset, k: int) -> str:

@@ -15,14 +15,15 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import Findings
 from gelcone.errors import InputError
-from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven, is_flat, peak_of
+from gelcone.motion.coexisting import coexisting
+from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE, DriveShape, Plane, driven, is_flat, peak_of
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage, stroke_and_blocked_force
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.settle import inside, single, start_states
-from gelcone.motion.validity import NEAR_LIMIT
+from gelcone.motion.validity import NEAR_LIMIT, validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
-from gelcone.progress import Progress
+from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stre
 PEAKS = (1.0 / 12.0, 2.0, 24)
 """Peak voltages over the model's own that are examined: from, to, how many."""
 STATIC_POINTS = 400
+COEXISTING_SHARE = 0.3
+"""About the share of the work that goes into coexisting motions."""
 
 
 def envelope(
@@ -72,6 +75,14 @@ def envelope(
     driven or quasi-static, less the margin; and at that peak, the window's edge, ``window_stroke``, ``window_power``,
     ``window_apparent_power`` and ``window_regime``; NaN where there is no window.
 
+    At that peak too, what a kick could lead to, see `gelcone.motion.coexisting`: ``coexisting``, how many motions
+    beside the window's were found; ``kick_low`` and ``kick_high``, the interval of the smallest sudden change of the
+    disc's velocity that leads away from the window's motion (both infinite: none up to ``kick_tried`` does); and over
+    ``motion`` too, NaN-padded, each of the others: ``motion_stroke``, ``motion_lowest``, ``motion_highest``,
+    ``motion_period``, ``motion_regime``, ``motion_kick_low`` and ``motion_kick_high`` (NaN where only a motion at a
+    neighbouring frequency or a held start led to it), and its shares outside the model's validity,
+    ``motion_validity_*``.
+
     The power is the mean of 2 zeta x'^2 over 12 drive periods: what the damper takes up - friction, or the work on a
     load that acts as one - and in a settled motion just what the voltage source gives, since an ideal capacitor takes
     none. The apparent power, which the amplifier must be built for, is the product of the root mean squares of voltage
@@ -91,7 +102,9 @@ def envelope(
     volts = own_peak * np.linspace(*PEAKS) if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
     omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
-    found = driven(plane, omegas, volts, refine=refine, progress=progress or (lambda share: None))
+    found = driven(
+        plane, omegas, volts, refine=refine, progress=weighted(progress, 1.0 - COEXISTING_SHARE) or (lambda share: None)
+    )
     static, static_limits = _static(model, max(float(volts[-1]), 2.0 * own_peak))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
     low = np.where(np.isnan(found["low"]), np.inf, found["low"])
@@ -100,6 +113,7 @@ def envelope(
     recommended = share * np.minimum(np.minimum(lowest, lowest_static), volts[-1])
     edge = plane.examine(omegas, recommended)
     window = {name: np.where(recommended > 0.0, edge[name], np.nan) for name in _WINDOW}
+    others = _coexisting(plane, omegas, recommended, weighted(progress, COEXISTING_SHARE))
     of_peak, of_frequency, of_both = ("peak_voltage",), ("drive_frequency",), ("drive_frequency", "driven_peak")
     of_limit = ("driven_limit", "drive_frequency")
     return dataset.label(
@@ -107,6 +121,7 @@ def envelope(
         {name: (of_peak, values, *_STATIC[name]) for name, values in static.items() if name != "peak_voltage"}
         | {name: (of_both, found[name.removeprefix("driven_")], *_DRIVEN[name]) for name in _DRIVEN}
         | {f"window_{name}": (of_frequency, window[name], *_WINDOW[name]) for name in _WINDOW}
+        | others
         | {
             "static_limit_voltage": (("static_limit",), static_limits, "voltage of the quasi-static limit", "voltage"),
             "limit_low": (of_limit, found["low"].T, "the limit lies above this peak voltage", "voltage"),
@@ -257,6 +272,49 @@ _WINDOW = {
     "apparent_power": ("root mean square voltage times current there", "apparent power"),
     "regime": ("kind of motion there", "code"),
 }
+
+
+_MOTIONS = {
+    "stroke": ("stroke of a coexisting motion, peak to peak", "length"),
+    "lowest": ("lowest displacement of it", "length"),
+    "highest": ("highest displacement of it", "length"),
+    "period": ("its period in forcing periods, 0 if none", "count"),
+    "regime": ("its kind of motion", "code"),
+    "kick_low": ("the smallest kick to it lies above this velocity", "velocity"),
+    "kick_high": ("and at or below this one", "velocity"),
+}
+
+
+def _coexisting(plane: Plane, omegas: Array, peaks: Array, progress: Progress) -> dict[str, dataset.Variable]:
+    """The motions that coexist with the window's, at the frequencies that have a window."""
+    there = np.flatnonzero(peaks > 0.0)
+    of_frequency, of_motion = ("drive_frequency",), ("drive_frequency", "motion")
+    model = plane.at(omegas[there], peaks[there])
+    start = start_states(model, (plane.rest + NUDGE, 0.0)) if there.size else np.empty((0, 2))
+    found = coexisting(model.members(), start, threads=plane.threads, progress=progress)
+
+    def all_frequencies(values: Array) -> Array:
+        spread = np.full((len(omegas), *values.shape[1:]), np.nan)
+        spread[there] = values
+        return spread
+
+    kicks = {
+        "kick_low": "smallest kick that leads away from the window's motion: above this velocity",
+        "kick_high": "and at or below this one",
+        "kick_tried": "largest kick that was tried",
+    }
+    shares = validity_variables(found["validity"], np.zeros(1, dtype=np.int8), of_motion, "coexisting motion")
+    variables: dict[str, dataset.Variable] = {}
+    variables |= (
+        {"coexisting": (of_frequency, all_frequencies(found["motions"]), "motions beside the window's", "count")}
+        | {name: (of_frequency, all_frequencies(found[name]), meaning, "velocity") for name, meaning in kicks.items()}
+        | {
+            f"motion_{name}": (of_motion, all_frequencies(found[f"motion_{name}" if "kick" in name else name]), *about)
+            for name, about in _MOTIONS.items()
+        }
+        | {f"motion_{name}": (of_motion, all_frequencies(v[1]), v[2], v[3]) for name, v in shares.items()}
+    )
+    return variables
 
 
 def _axis(name: str, values: npt.ArrayLike) -> Array:
