@@ -81,6 +81,8 @@ def coexisting(
     neighbouring frequency led there), and the shares of `gelcone.motion.validity` in ``validity`` (..., 5).
     """
     counted, flow = Counted(progress), dict[str, Any](threads=threads)
+    if not members.size:
+        return _arrays(members, [], np.empty(0), flow)
     own = settled_swing(members, states, **flow)
     found = [Motions([_row(own, k)], [(np.nan, np.nan)]) for k in range(members.size)]
     alive = np.flatnonzero(own.outcome == Outcome.OK)
@@ -288,7 +290,7 @@ def _arrays(members: Members, found: list[Motions], largest: Array, flow: dict[s
         rows, columns, _ = (np.array(column) for column in zip(*settled, strict=True))
         states = np.array([found[row].kinds[n].final[0] for row, _, n in settled])
         result["regime"][rows, columns] = classify(members.take(rows), states, **flow).regime
-    smallest = np.array([own.smallest for own in found])
+    smallest = np.array([own.smallest for own in found]).reshape(-1, 2)
     return result | {
         "motions": np.array([len(order) for order in others]),
         "kick_low": smallest[:, 0],

@@ -289,9 +289,9 @@ def _coexisting(plane: Plane, omegas: Array, peaks: Array, progress: Progress) -
     """The motions that coexist with the window's, at the frequencies that have a window."""
     there = np.flatnonzero(peaks > 0.0)
     of_frequency, of_motion = ("drive_frequency",), ("drive_frequency", "motion")
-    model = plane.at(omegas[there], peaks[there])
-    start = start_states(model, (plane.rest + NUDGE, 0.0)) if there.size else np.empty((0, 2))
-    found = coexisting(model.members(), start, threads=plane.threads, progress=progress)
+    members = plane.at(omegas[there], peaks[there]).members() if there.size else plane.model.members().take(there)
+    start = members.start_states((plane.rest + NUDGE, 0.0))
+    found = coexisting(members, start, threads=plane.threads, progress=progress)
 
     def all_frequencies(values: Array) -> Array:
         spread = np.full((len(omegas), *values.shape[1:]), np.nan)
