@@ -22,6 +22,11 @@ class Outcome(IntEnum):
     PULLED_IN = 6
 
     @property
+    def label(self) -> str:
+        """The name as in JSON."""
+        return "pulled in" if self is Outcome.PULLED_IN else self.name.lower()
+
+    @property
     def meaning(self) -> str:
         """One line: what happened, and what to do."""
         return _MEANINGS[self]
@@ -33,12 +38,25 @@ _MEANINGS = {
     Outcome.STRETCH_LIMIT: "came closer to the stretch limit than double precision resolves; raise stretch_limit, "
     "lower the voltage or start with less energy",
     Outcome.STEP_LIMIT: f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too stiff",
-    Outcome.PULLED_IN: "left the displacements and voltages at which the continuum film has a state (it pulls in), or "
-    "those of its fit; lower the voltage or start with less energy",
+    Outcome.PULLED_IN: "pulled in: the film lost its equilibrium under the voltage (or left what a continuum film was "
+    "fitted for); lower the voltage or start with less energy",
     Outcome.NOT_FINITE: "became infinite, because the energy has no bound there (a film without stretch limit, or "
     "deviations sampled too rarely), or did not start from finite numbers",
     Outcome.ERROR: "the analysis raised an error there; run this point alone to see it",
 }
+
+
+class FilmPullIn(IntEnum):
+    """How a film without compression pulls in."""
+
+    NONE = 0
+    MINIMUM = 1
+    LOCALISATION = 2
+
+    @property
+    def label(self) -> str:
+        """The name as in JSON."""
+        return self.name.lower()
 
 
 class Regime(IntEnum):

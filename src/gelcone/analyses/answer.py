@@ -166,7 +166,7 @@ def parameters_json(model: Any) -> dict[str, Any]:
 
 def outcome_names(result: xr.Dataset) -> Any:
     """The outcome of a single run as a name, of an ensemble as (nested) lists of names; null where nothing has run."""
-    known = {code.value: code.name.lower() for code in Outcome}
+    known = {code.value: code.label for code in Outcome}
     there = result["status"].values > 0 if "status" in result else np.ones((), dtype=bool)
     codes = np.where(there, result["outcome"].values, -1)
     return _names(codes, known.get)

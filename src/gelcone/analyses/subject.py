@@ -96,7 +96,7 @@ def read_subject(
         from gelcone.continuum.fit import find_film
 
         ratio = DEFAULT_RADIUS_RATIO if ratio is None else ratio
-        model = model.replace(film=find_film(film, model, ratio, starting=fitting) or "taut")
+        model = model.replace(film=find_film(film, model, ratio, starting=fitting))
     return Subject(model, None, read_initial(initial, None) or start, initial is not None)
 
 

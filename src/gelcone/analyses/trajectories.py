@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.analyses.answer import ending_lines, heading
 from gelcone.analyses.subject import read_times
-from gelcone.codes import Outcome
+from gelcone.codes import FilmPullIn, Outcome
 from gelcone.words import measured, unit_of
 
 if TYPE_CHECKING:
@@ -40,14 +40,35 @@ def simulate_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> di
     """The JSON object of a time response."""
     measures = ("time", "displacement", "velocity", "drive_voltage")
     content: dict[str, Any] = {name: result[name] for name in measures}
-    return content | {"largest_energy_residual": float(abs(result["energy_residual"]).max())}
+    content["largest_energy_residual"] = float(abs(result["energy_residual"]).max())
+    return content | film_json(result)
+
+
+def film_json(result: xr.Dataset) -> dict[str, Any]:
+    """Shares of the time in each state of a wrinkling film, and where it pulls in; empty for another film."""
+    shares = {str(n).removeprefix("film_state_"): v for n, v in result.items() if str(n).startswith("film_state_")}
+    if not shares:
+        return {}
+    content: dict[str, Any] = {"film_state": shares}
+    kinds = result["pull_in_kind"]
+    if (kinds.values > 0).any():
+        ends = {name: result[f"pull_in_{name}"] for name in ("time", "displacement", "voltage")}
+        content["pull_in"] = ends | {"kind": _kinds(kinds.values)}
+    return content
+
+
+def _kinds(codes: Any) -> Any:
+    """Names of how films pulled in, None for those that did not."""
+    if np.ndim(codes):
+        return [_kinds(code) for code in codes]
+    return FilmPullIn(int(codes)).label if codes else None
 
 
 def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
     """A time response as text."""
     x = shown["displacement"]
     run = f"run of {measured(shown['time'].max(keep_attrs=True), 5)}, {subject.model.size} member(s)"
-    lines = [*heading(subject), run, *ending_lines(shown)]
+    lines = [*heading(subject), run, *ending_lines(shown), *_film_lines(shown)]
     if (shown["outcome"].values == Outcome.OK).any():
         late = x.isel({x.dims[-1]: slice(x.shape[-1] // 2, None)})
         lines.append(f"displacement {_span(x, 4)}; in the second half {_span(late, 4)}")
@@ -58,6 +79,24 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
                 text = f"{100 * share:5.1f} %" if share == share else _UNKNOWN.get(str(name), "unknown")
                 lines.append(f"  {str(name).removeprefix('validity_').replace('_', ' '):17s} {text}")
     return "\n".join(lines)
+
+
+def _film_lines(shown: xr.Dataset) -> list[str]:
+    """Mean shares of the states of a wrinkling film, and where a single one pulls in."""
+    content = film_json(shown)
+    if not content:
+        return []
+    shares = ", ".join(
+        f"{name.replace('_', ' ')} {100 * float(s.mean()):.1f} %" for name, s in content["film_state"].items()
+    )
+    lines = [f"film (share of the time): {shares}"]
+    end = content.get("pull_in")
+    if end is not None and shown["pull_in_kind"].ndim == 0:
+        place, voltage = (measured(end[name], 5) for name in ("displacement", "voltage"))
+        lines.append(
+            f"film pulls in at {measured(end['time'], 6)}, displacement {place}, voltage {voltage} ({end['kind']})"
+        )
+    return lines
 
 
 # --- sections ---------------------------------------------------------------------------------------------------------

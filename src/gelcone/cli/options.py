@@ -34,9 +34,10 @@ def subject_parameters() -> list[click.Parameter]:
         ),
         click.Option(
             ["--film"],
-            metavar="taut|continuum|FILE",
-            help="The film as a taut homogeneous cone (default); as a continuum, fitted on first use and kept (for the "
-            "device's a/b, or --set radius_ratio=..., default 0.2); or one that gelcone validate --fit wrote.",
+            metavar="taut|wrinkling|continuum|FILE",
+            help="The film as a homogeneous cone, taut (default) or wrinkling where it is compressed; as a continuum, "
+            "fitted on first use and kept (for the device's a/b, or --set radius_ratio=..., default 0.2); or one that "
+            "gelcone validate --fit wrote.",
         ),
     ]
 

@@ -29,6 +29,7 @@ from gelcone.physics.component import to_record
 from gelcone.physics.film.continuum import ContinuumFilm, read_film
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import ConeModel
+from gelcone.physics.records import FILMS
 from gelcone.quantity import Array
 
 ELEMENTS = 32
@@ -108,15 +109,15 @@ def find_film(
     radius_ratio: float = DEFAULT_RADIUS_RATIO,
     *,
     starting: Callable[[], None] = lambda: None,
-) -> ContinuumFilm | None:
-    """The film for a name: ``taut`` (None), ``continuum`` (fitted on first use, then cached) or a file.
+) -> ContinuumFilm | str:
+    """The film for a name: one of `FILMS` (its name), ``continuum`` (fitted on first use, then cached) or a file.
 
     Films are cached in the folder ``gelcone/films`` of the user's cache, under a name that says what they were fitted
     for. ``starting`` is called before a fit, which takes seconds. Raises `InputError` for a file that cannot be read,
     or a sweep over what a film is fitted for.
     """
-    if choice == "taut":
-        return None
+    if choice in FILMS:
+        return choice
     if choice != "continuum":
         return read_film(choice)
     law = model.gel_law()

@@ -106,9 +106,9 @@ class Device(Record):
     film_thickness : thickness H of the film as mounted (flat, after pre-stretch), m, positive.
     material : name of a library material, a `Material`, or a mapping of its fields.
     prestretch, prestretch_mode, meridional_prestretch, hoop_prestretch : as in `ConeModel`.
-    film : ``"taut"`` (default), the homogeneous cone; ``"continuum"``, the continuum film, fitted on first use and kept
-        (see `gelcone.continuum.fit.find_film`); or a file that ``gelcone validate --fit`` wrote, in a device file
-        relative to it.
+    film : ``"taut"`` (default), the homogeneous cone; ``"wrinkling"``, the cone without compression; ``"continuum"``,
+        the continuum film, fitted on first use and kept (see `gelcone.continuum.fit.find_film`); or a file that
+        ``gelcone validate --fit`` wrote, in a device file relative to it.
     spring_rate : stiffness k of the spring, N/m, at least 0.
     initial_height : height h0 of the disc at which the spring is free, m. Default 0.
     beam_rate, beam_cubic_rate, beam_height : a buckled beam on the disc, of the force beam_rate d + beam_cubic_rate d^3
@@ -177,7 +177,7 @@ class Device(Record):
         near=("circumferential_prestretch",), above=0.0,
     )  # fmt: skip
     film: Any = Field(
-        "taut (homogeneous cone), continuum, or a file that gelcone validate --fit wrote", default="taut",
+        "taut or wrinkling (homogeneous cones), continuum, or a file that gelcone validate --fit wrote", default="taut",
         near=("film_model", "membrane"),
     )  # fmt: skip
     spring_rate: Any = Field(
@@ -443,19 +443,19 @@ class Device(Record):
 
     def _undamped_with_film(self) -> ConeModel:
         model = self._undamped()
-        film = self.film_for(model)
-        return model if film is None else model.replace(film=film)
+        return model.replace(film=self.film_for(model))
 
-    def film_for(self, model: ConeModel, *, starting: Callable[[], None] = lambda: None) -> ContinuumFilm | None:
-        """The film that ``film`` names, None for the cone; ``starting`` is called before one is fitted."""
-        if self.film == "taut":
-            return None
+    def film_for(self, model: ConeModel, *, starting: Callable[[], None] = lambda: None) -> ContinuumFilm | str:
+        """The film that ``film`` names, a cone by its name; ``starting`` is called before one is fitted."""
+        if self.film in FILMS:
+            return str(self.film)
         from gelcone.continuum.fit import find_film
 
         ratios = np.unique(self.disc_radius / self.film_radius)
         if ratios.size > 1:
             raise FieldError(
-                "film", "film: one that is not taut is fitted for one disc_radius/film_radius; take the taut one"
+                "film",
+                "film: a continuum is fitted for one disc_radius/film_radius; take the wrinkling cone",
             )
         return find_film(self.film, model, float(ratios[0]), starting=starting)
 
@@ -601,7 +601,7 @@ class Device(Record):
             raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
         try:
             film = values.get("film")
-            if isinstance(film, str) and film not in ("taut", "continuum"):
+            if isinstance(film, str) and film not in (*FILMS, "continuum"):
                 values["film"] = str(path.parent / film)
             return cls(**{"name": path.stem} | values)
         except FieldError as error:

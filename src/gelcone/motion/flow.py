@@ -91,7 +91,7 @@ def integrate(
         outside = ~(members.strain(states0[:, 0]) < members.strain_limit())
     outcome = np.where(outside, Outcome.OUTSIDE, Outcome.OK).astype(np.int8)
     outcome[np.isnan(states0).any(axis=1) | np.isinf(states0[:, 1:]).any(axis=1)] = Outcome.NOT_FINITE
-    result = Trajectories.blank(sample_times, states0.shape[1], keep, outcome)
+    result = Trajectories.blank(sample_times, members.system, keep, outcome)
     runs = outcome == Outcome.OK
     _store_start(result, states0, runs & (gaps[:, 0] == 0.0))
     job = Job(members, runs, states0, t0, sample_times, gaps, keep, tolerance, result)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.physics.members import Members
+from gelcone.physics.system import ConeSystem
 from gelcone.progress import Progress, Watch
 from gelcone.quantity import Array
 
@@ -22,8 +23,11 @@ class Trajectories:
 
     ``times`` (members, samples); ``states`` (members, samples, N) with displacement, velocity and what components add;
     ``tangents`` (members, samples, N, N), each the linear map of a small deviation from the previous sample (the first
-    from the start) to this one; ``work`` (members, samples, 2) with the work of the electric force and the energy
-    dissipated since the start; ``outcome`` and ``steps`` (members,).
+    from the start) to this one; ``work`` (members, samples, 2) with the work of film and field on the disc and the
+    energy dissipated since the start; ``outcome`` and ``steps`` (members,). ``end_times`` (members,) and ``end_states``
+    (members, N) are the last that is known of each, ``pull_in`` (members,) how its film pulled in (`FilmPullIn`), and
+    ``film_times`` (members, kinds) how long the film was in each of its states; the second film's have ``second_``
+    before their names.
     """
 
     times: Array
@@ -32,10 +36,18 @@ class Trajectories:
     work: Array | None
     outcome: npt.NDArray[np.int8]
     steps: npt.NDArray[np.int64]
+    end_times: Array
+    end_states: Array
+    pull_in: npt.NDArray[np.int8]
+    film_times: Array
+    second_pull_in: npt.NDArray[np.int8]
+    second_film_times: Array
 
     @classmethod
-    def blank(cls, times: Array, states: int, keep: Keep, outcome: npt.NDArray[np.int8]) -> Trajectories:
-        """Nothing known yet of members with so many ``states``, sampled at ``times`` (members, samples)."""
+    def blank(cls, times: Array, system: ConeSystem, keep: Keep, outcome: npt.NDArray[np.int8]) -> Trajectories:
+        """Nothing known yet of members of ``system``, sampled at ``times`` (members, samples)."""
+        states = len(system.states)
+        second = () if system.second is None else system.second.film.kinds
         return cls(
             times=times,
             states=np.full((*times.shape, states), np.nan),
@@ -43,6 +55,12 @@ class Trajectories:
             work=np.full((*times.shape, 2), np.nan) if keep == "work" else None,
             outcome=outcome,
             steps=np.zeros(len(times), dtype=np.int64),
+            end_times=np.full(len(times), np.nan),
+            end_states=np.full((len(times), states), np.nan),
+            pull_in=np.zeros(len(times), dtype=np.int8),
+            film_times=np.zeros((len(times), len(system.film.kinds))),
+            second_pull_in=np.zeros(len(times), dtype=np.int8),
+            second_film_times=np.zeros((len(times), len(second))),
         )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import reprlib
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,9 +17,10 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.settle import start_states
 from gelcone.motion.validity import ASSUMPTIONS, Fails, broken, shares, validity_variables
-from gelcone.physics.film.film import FilmState
+from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
+from gelcone.physics.second import PREFIX
 from gelcone.progress import Progress
 from gelcone.quantity import Array
 
@@ -66,6 +68,9 @@ def simulate(
     ended so.
     In a double cone energies, powers and what fails are those of both films together; the second film's own voltage,
     current, stretches, stresses and field have ``second_`` before their names.
+    With a wrinkling film ``film_state_*`` are the shares of the time that it spent in each of its states, between the
+    exact times at which they change; ``pull_in_time``, ``_displacement``, ``_voltage`` and ``_kind`` (`FilmPullIn`) say
+    where it pulled in, which ends the run; NaN and 0 where it did not.
     With a continuum film stretches, stresses and field are those beside the disc, but for the hoop stress, which is the
     smallest of all rings.
 
@@ -105,7 +110,8 @@ def simulate(
         model,
         {n: ((dim,), v[:, kept], *meanings[n]) for n, v in variables.items()}
         | {n: ((dim,), v[:, kept], f"is there {ASSUMPTIONS[n]}", "flag") for n, v in fails.items()}
-        | valid,
+        | valid
+        | film_variables(members, run),
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
         # times that were asked for stand in the result as its coordinate
@@ -209,26 +215,25 @@ def _variables(members: Members, run: Trajectories) -> dict[str, Array]:
     """All time series, each (members, samples)."""
     assert run.work is not None
     x, u = run.states[..., 0], run.states[..., 1]
-    electric_work, dissipated = run.work[..., 0], run.work[..., 1]
+    film_work, dissipated = run.work[..., 0], run.work[..., 1]
     system, n = members.system, members.numbers(trailing=1)
     z = list(np.moveaxis(run.states, -1, 0))
     v = members.film_voltage(run.times, run.states)
     change = np.broadcast_to(system.film_voltage_rate(run.times, z, n), x.shape)
     state = system.film.state(x, v, n)
     bias = np.broadcast_to(system.bias.energy(x, n), x.shape)
-    unloaded, held = system.film.work(x, 0.0, n), system.film.work(x, v * v, n)
+    held = system.film.work(x, v * v, n)
     area = np.broadcast_to(system.film.area(x, v * v, n), x.shape)
     field = 0.5 * v * v * area
     film = held + field - 0.5 * v * v
     current = system.film.current(run.times, x, u, v, change, n)
     power_in = v * current
-    mechanical = 0.5 * u * u + unloaded + bias
-    stored = film - unloaded + field
+    mechanical = 0.5 * u * u + bias
     second: dict[str, Array] = {}
     if system.second is not None:
         second, more = _second_film(members, run)
         film, field, power_in = film + more["film"], field + more["field"], power_in + more["power"]
-        mechanical, stored = mechanical + more["unloaded"], stored + more["stored"]
+    stored = film + field
     power = system.powers(run.times, z, n)[1]
     own = {s.name: run.states[..., i] for i, s in enumerate(system.states) if i > 1}
     return (
@@ -248,12 +253,12 @@ def _variables(members: Members, run: Trajectories) -> dict[str, Array]:
             "film_energy": film,
             "spring_energy": bias,
             "field_energy": field,
-            "supplied_energy": electric_work + stored - stored[:, :1],
+            "supplied_energy": film_work + stored - stored[:, :1],
             "dissipated_energy": dissipated,
             "current": current,
             "input_power": power_in,
             "dissipated_power": power,
-            "energy_residual": electric_work - dissipated - (mechanical - mechanical[:, :1]),
+            "energy_residual": film_work - dissipated - (mechanical - mechanical[:, :1]),
         }
     )
 
@@ -266,14 +271,13 @@ def _second_film(members: Members, run: Trajectories) -> tuple[dict[str, Array],
     v = members.second_voltage(run.times, run.states)
     change = np.broadcast_to(members.system.second_voltage_rate(run.times, z, n), x.shape)
     state = second.state(x, v, n)
-    unloaded, held = second.work(x, 0.0, n), second.work(x, v * v, n)
+    held = second.work(x, v * v, n)
     field = 0.5 * v * v * np.broadcast_to(second.area(x, v * v, n), x.shape)
     film = held + field - 0.5 * v * v
     current = second.current(run.times, x, u, v, change, n)
     series = {"second_drive_voltage": v, "second_current": current}
     series |= {f"second_{name}": getattr(state, name) for name in _OF_EACH_FILM}
-    added = {"film": film, "field": field, "unloaded": unloaded, "stored": film - unloaded + field}
-    return series, added | {"power": v * current}
+    return series, {"film": film, "field": field, "power": v * current}
 
 
 def _fails(members: Members, series: dict[str, Array]) -> Fails:
@@ -285,6 +289,46 @@ def _fails(members: Members, series: dict[str, Array]) -> Fails:
         for prefix in ("", "second_")[:films]
     ]
     return broken(members, series["displacement"], voltages, states)
+
+
+def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
+    """Shares of the run's time in each of the films' states, and how they pulled in; none for films without states."""
+    second = members.system.second
+    found = _film_variables(members.system.film, run.film_times, run.pull_in, members.film_voltage, run, "")
+    if second is None:
+        return found
+    own = (second.film, run.second_film_times, run.second_pull_in, members.second_voltage)
+    return found | _film_variables(*own, run, PREFIX)
+
+
+def _film_variables(
+    film: Film,
+    times: Array,
+    pull_in: npt.NDArray[np.int8],
+    voltage_of: Callable[[Array, Array], Array],
+    run: Trajectories,
+    prefix: str,
+) -> dict[str, dataset.Variable]:
+    if not film.kinds:
+        return {}
+    with np.errstate(invalid="ignore", divide="ignore"):
+        shares = times / times.sum(axis=1, keepdims=True)
+    voltage = voltage_of(run.end_times[:, None], run.end_states[:, None])[:, 0]
+    of = "the second film" if prefix else "the film"
+    ends = {
+        "time": (run.end_times, "time", "time"),
+        "displacement": (run.end_states[:, 0], "displacement", "length"),
+        "voltage": (voltage, "voltage", "voltage"),
+    }
+    told: dict[str, dataset.Variable] = {}
+    for k, kind in enumerate(film.kinds):
+        meaning = f"share of the time with {of} {kind.replace('_', ' ')}"
+        told[f"{prefix}film_state_{kind}"] = ((), shares[:, k], meaning, "share")
+    for name, (value, meaning, quantity) in ends.items():
+        value = np.where(pull_in > 0, value, np.nan)
+        told[f"{prefix}pull_in_{name}"] = ((), value, f"{meaning} at which {of} pulls in", quantity)
+    told[f"{prefix}pull_in_kind"] = ((), pull_in, f"how {of} pulls in: 1 end of its minimum, 2 localisation", "flag")
+    return told
 
 
 def failures(result: xr.Dataset) -> dict[str, int]:

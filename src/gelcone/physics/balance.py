@@ -232,7 +232,7 @@ def equilibria_of(balance: StaticBalance, squared: float) -> list[Equilibrium]:
         segments = balance.segments[side]
         for segment in segments:
             x = root_on_segment(balance, squared, segment)
-            if x is not None and balance.excess(x) < 0.0:
+            if x is not None and squared < balance.system.film.highest_squared(x, balance.n):
                 found[x] = _rises(balance, segment)
         found |= {fold: False for _, fold in segments[:-1] if same_squared(float(balance.squared(fold)), squared)}
     if balance.flat and squared < balance.highest_squared:

@@ -86,20 +86,20 @@ class Functions:
     """The functions of a namespace, for duals and for what is none."""
 
     def __init__(self, xp: Any):
-        self._xp = xp
+        self.inner = xp
 
     def _apply(self, name: str, z: Any, slope: Callable[[Any, Any], Any]) -> Any:
-        function = getattr(self._xp, name)
+        function = getattr(self.inner, name)
         if not isinstance(z, Dual):
             return function(z)
         value = function(z.value)
         return z._chain(value, slope(z.value, value))
 
     def sin(self, z: Any) -> Any:
-        return self._apply("sin", z, lambda at, _: self._xp.cos(at))
+        return self._apply("sin", z, lambda at, _: self.inner.cos(at))
 
     def cos(self, z: Any) -> Any:
-        return self._apply("cos", z, lambda at, _: -self._xp.sin(at))
+        return self._apply("cos", z, lambda at, _: -self.inner.sin(at))
 
     def exp(self, z: Any) -> Any:
         return self._apply("exp", z, lambda _, value: value)
@@ -112,6 +112,11 @@ class Functions:
 
     def sqrt(self, z: Any) -> Any:
         return self._apply("sqrt", z, lambda _, value: 0.5 / value)
+
+
+def plain(z: Any) -> Any:
+    """The value of a dual number; anything else as it is."""
+    return z.value if isinstance(z, Dual) else z
 
 
 def gradients(function: Callable[[list[Any], Any], Sequence[Any]], at: Sequence[Any], xp: Any = np) -> list[list[Any]]:

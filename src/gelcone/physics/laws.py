@@ -26,8 +26,8 @@ class StrainEnergyLaw(Component):
     * `response_slope` - the derivative of `response` with respect to I1;
     * `strain_limit` - the I1 - 3 that the film cannot reach. Default infinity.
 
-    `numbers` turns the parameters into what the formulas take (default: the parameters themselves). `film_stiffness`
-    follows from these; override it where a cheaper closed form exists, as `Gent` does.
+    `compliance`, `stiffening` and `film_stiffness` follow from these; override them where a cheaper closed form exists,
+    as `Gent` does. `numbers` turns the parameters into what the formulas take (default: the parameters themselves).
     ``tests/physics/test_laws.py`` runs over `LAWS` and proves each of these functions against the energy.
     """
 
@@ -39,6 +39,15 @@ class StrainEnergyLaw(Component):
 
     @abstractmethod
     def response_slope(self, strain: Any, n: Numbers, xp: Any = np) -> Any: ...
+
+    def compliance(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        """1 over the response, which stays finite at a stretch limit."""
+        return 1.0 / self.response(strain, n, xp)
+
+    def stiffening(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        """Minus the derivative of `compliance` with respect to I1."""
+        response = self.response(strain, n, xp)
+        return self.response_slope(strain, n, xp) / (response * response)
 
     def strain_limit(self, n: Numbers) -> Any:
         return np.asarray(np.inf)
@@ -81,6 +90,12 @@ class Gent(StrainEnergyLaw):
         s = n["inverse_stretch_limit"]
         return s / ((1.0 - s * strain) * (1.0 - s * strain))
 
+    def compliance(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        return 1.0 - n["inverse_stretch_limit"] * strain
+
+    def stiffening(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        return n["inverse_stretch_limit"]
+
     def strain_limit(self, n: Numbers) -> Any:
         with np.errstate(divide="ignore"):
             return 1.0 / np.asarray(n["inverse_stretch_limit"])
@@ -100,6 +115,12 @@ class NeoHookean(StrainEnergyLaw):
     """W = (I1-3)/2. Treloar, The Physics of Rubber Elasticity (1975)."""
 
     name = "neo-hookean"
+
+    def compliance(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        return 1.0
+
+    def stiffening(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        return 0.0
 
     def energy(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
         return 0.5 * strain

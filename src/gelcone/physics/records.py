@@ -11,10 +11,12 @@ from gelcone.physics.drive import WAVEFORMS
 from gelcone.physics.film.continuum import ContinuumFilm
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.taut import GelFilm, TautCone
+from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS
 from gelcone.physics.system import ConeSystem
 
-FILMS: dict[str, Film] = {"taut": TautCone()}
+FILMS: dict[str, Film] = {film.name: film for film in (TautCone(), WrinklingCone())}
+_SHIPPED = {name: to_record(film, FILMS) for name, film in FILMS.items()}
 
 
 def system_record(system: ConeSystem) -> dict[str, Any]:
@@ -40,10 +42,15 @@ def _second_record(system: ConeSystem) -> dict[str, Any]:
 
 
 def film_record(film: Film) -> Any:
-    """A film; a continuum film as its JSON text."""
+    """A film; a continuum film as its JSON text, one that ships by its name and what else it was given."""
     if isinstance(film, ContinuumFilm):
         return film.to_json()
-    return film.name if type(film) is TautCone else to_record(film, FILMS)
+    record = to_record(film, FILMS)
+    if type(FILMS.get(film.name)) is not type(film):
+        return record
+    own = {name: value for name, value in record.items() if value != _SHIPPED[film.name][name]}
+    own = {name: value for name, value in own.items() if name not in ("law", "prestretch_mode")}
+    return {"component": film.name} | own if own else film.name
 
 
 def bias_record(bias: Bias) -> Any:

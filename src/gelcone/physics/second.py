@@ -9,7 +9,7 @@ material and thickness as the first; pre-stretch, kind and voltage are its own. 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -19,7 +19,7 @@ import numpy as np
 from gelcone.errors import unknown_name
 from gelcone.physics.component import Component, Numbers, State
 from gelcone.physics.film.continuum import ContinuumFilm
-from gelcone.physics.film.film import Film, FilmState
+from gelcone.physics.film.film import Border, Film, FilmState
 from gelcone.physics.film.taut import PRESTRETCHES
 from gelcone.quantity import Array, Quantity
 
@@ -93,6 +93,28 @@ class SecondFilm(Component):
     def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """What its voltage takes from the force that pulls the disc down."""
         return -self.film.voltage_force(self.place(x, n), squared, y, self.own(n), xp)
+
+    @cached_property
+    def borders(self) -> tuple[Border, ...]:
+        """The film's own, with its place, numbers and the names of its switches."""
+        return tuple(self._border(border) for border in self.film.borders)
+
+    def _border(self, border: Border) -> Border:
+        def value(x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+            return border.value(self.place(x, n), squared, y, self.own(n), xp)
+
+        return Border(value, border.switch and PREFIX + border.switch)
+
+    def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+        own = self.film.switches(self.place(x, n), squared, self.own(n))
+        return {PREFIX + name: value for name, value in own.items()}
+
+    def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
+        names = [name.removeprefix(PREFIX) if name.startswith(PREFIX) else f"first {name}" for name in switches]
+        return self.film.times_of_kinds(names, dwell)
+
+    def pull_in_kind(self, switches: Numbers) -> Any:
+        return self.film.pull_in_kind(self.own(switches))
 
     def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         return self.film.rates(self.place(x, n), -velocity, squared, y, self.own(n), xp)

@@ -41,7 +41,7 @@ class System(Protocol):
     """What a back end compiles: ordinary differential equations whose numbers have names.
 
     ``states`` and ``numbers`` name the states and the numbers. `flow` gives the rates of change and their Jacobian
-    together, so that both share what they have in common; `powers` those of the electric force and of the dissipation.
+    together, so that both share what they have in common; `powers` those of the film's force and of the dissipation.
     Formulas take numbers by name and the functions of ``xp``. Equal systems share a program.
     """
 
@@ -233,13 +233,13 @@ class ConeSystem:
         return [u, acceleration - second, *own], -film_slope - bias_slope - second_slope
 
     def powers(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """Power that the electric force puts into the motion, and power that the disc's damping takes out of it."""
+        """Power that film and field put into the motion, and power that the disc's damping takes out of it."""
         voltage = self.film_voltage(tau, z, n, xp)
-        electric = self.film.voltage_force(z[0], voltage * voltage, self.split(z)[0], n, xp)
+        force = self.film.force(z[0], voltage * voltage, self.split(z)[0], n, xp)[0]
         if self.second is not None:
             voltage = self.second_voltage(tau, z, n, xp)
-            electric = electric + self.second.voltage_force(z[0], voltage * voltage, self.split_second(z)[0], n, xp)
-        return electric * z[1], 2.0 * n["damping_ratio"] * z[1] * z[1]
+            force = force + self.second.force(z[0], voltage * voltage, self.split_second(z)[0], n, xp)[0]
+        return -force * z[1], 2.0 * n["damping_ratio"] * z[1] * z[1]
 
     def forcing_period(self, n: Numbers) -> Array:
         """Smallest period of what drives the motion; that of the voltage where a circuit has states."""

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable, Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, Outcome
-from gelcone.motion.engine.program import ARRIVED, NOT_FINITE, TOO_MANY_STEPS, Program, Raw
-from gelcone.motion.job import Job, Keep
+from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, FilmPullIn, Outcome
+from gelcone.motion.engine.events import Event
+from gelcone.motion.engine.program import ARRIVED, NOT_FINITE, TERMINAL_EVENT, TOO_MANY_STEPS, Program, Raw
+from gelcone.motion.job import Job, Keep, Trajectories
+from gelcone.physics.component import Numbers
+from gelcone.physics.film.film import Border
 from gelcone.physics.members import Members
 from gelcone.physics.system import ConeSystem
 from gelcone.progress import Progress, Stopped, Watch
@@ -37,7 +42,7 @@ class EngineBackend:
         with _compiling:
             program = _program(members.system, job.keep, job.tolerance)
         raw = program.run(
-            {name: members.number(name) for name in members.system.numbers},
+            _numbers(members, job.states0[run], job.start[run]),
             job.states0[run],
             job.start[run],
             job.times[run],
@@ -54,7 +59,32 @@ class EngineBackend:
 
 @lru_cache(maxsize=MOST_PROGRAMS)
 def _program(system: ConeSystem, keep: Keep, tolerance: float) -> Program:
-    return Program(system, keep, tolerance)
+    events = [_event(border, system.film_voltage, system.split) for border in system.film.borders]
+    if system.second is not None:
+        events += [_event(border, system.second_voltage, system.split_second) for border in system.second.borders]
+    return Program(system, keep, tolerance, events)
+
+
+def _event(border: Border, voltage_of: Callable[..., Any], split: Callable[..., Any]) -> Event:
+    """A border of a film as an event of the program."""
+
+    def value(time: Any, state: Sequence[Any], n: Numbers, xp: Any) -> Any:
+        voltage = voltage_of(time, state, n, xp)
+        return border.value(state[0], voltage * voltage, split(state)[0], n, xp)
+
+    return Event(value, direction=-1, switch=border.switch, inside=True, smooth=True)
+
+
+def _numbers(members: Members, states: Array, start: Array) -> dict[str, Array]:
+    """The numbers of the members, with the switches that their states at ``start`` give."""
+    system, at = members.system, (start[:, None], states[:, None])
+    numbers = {name: members.number(name) for name in system.numbers}
+    own: dict[str, Array] = {}
+    if system.film.borders:
+        own |= system.film.switches(states[:, 0], np.square(members.film_voltage(*at)[:, 0]), numbers)
+    if system.second is not None and system.second.borders:
+        own |= system.second.switches(states[:, 0], np.square(members.second_voltage(*at)[:, 0]), numbers)
+    return numbers | own
 
 
 def _longest_first(job: Job) -> npt.NDArray[np.intp]:
@@ -80,7 +110,23 @@ def _store(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw, smal
         if kept is not None and values is not None:
             kept[run] = values if inside.all() else np.where(_spread(inside, values.ndim), values, np.nan)
     result.steps[run] = raw.steps
+    result.end_times[run], result.end_states[run] = raw.end_time, raw.end_state
     result.outcome[run] = _outcomes(job, members, raw, smallest_step, ~inside[:, -1])
+    _store_films(result, run, members.system, raw)
+
+
+def _store_films(result: Trajectories, run: npt.NDArray[np.intp], system: ConeSystem, raw: Raw) -> None:
+    """How long each film was in each of its states, and how it pulled in."""
+    ended, names = raw.status - TERMINAL_EVENT, list(raw.switches)
+    first = len(system.film.borders)
+    if system.film.borders:
+        result.film_times[run] = system.film.times_of_kinds(names, raw.dwell)
+        kind = system.film.pull_in_kind(raw.switches)
+        result.pull_in[run] = np.where((ended >= 0) & (ended < first), kind, FilmPullIn.NONE)
+    if system.second is not None and system.second.borders:
+        result.second_film_times[run] = system.second.times_of_kinds(names, raw.dwell)
+        kind = system.second.pull_in_kind(raw.switches)
+        result.second_pull_in[run] = np.where(ended >= first, kind, FilmPullIn.NONE)
 
 
 def _outcomes(
@@ -94,6 +140,7 @@ def _outcomes(
         far = (job.keep == "tangents") & (raw.smallest_step >= smallest_step)
         outcome[(raw.status == NOT_FINITE) & (far | (smallest_step == 0.0)) & ~beyond] = Outcome.NOT_FINITE
     outcome[raw.status == TOO_MANY_STEPS] = Outcome.STEP_LIMIT
+    outcome[raw.status >= TERMINAL_EVENT] = Outcome.PULLED_IN
     return outcome.astype(np.int8)
 
 

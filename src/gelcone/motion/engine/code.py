@@ -180,12 +180,19 @@ class Function:
         return self.new(f"load ptr, ptr {address}")
 
     def slot(self, places: int = 1) -> Value:
-        """Room for some numbers in the function's frame."""
+        """Room for some numbers, or vectors, in the function's frame."""
         name = f"%slot{len(self._slots)}"
-        self._slots.append(f"  {name} = alloca double, i64 {places}")
+        self._slots.append(f"  {name} = alloca double, i64 {places * self.width}{self._alignment()}")
         return name
 
-    # --- control flow, in functions of width 1 ----------------------------------------------------------------------
+    def anywhere(self, truths: Value) -> Value:
+        """Whether a truth value holds in any lane."""
+        if self.width == 1:
+            return truths
+        word = f"i{self.width}"
+        return self.new(f"icmp ne {word} {self.new(f'bitcast {self.truth_type} {truths} to {word}')}, 0")
+
+    # --- control flow, by conditions that hold for all lanes alike ---------------------------------------------------
 
     def _label(self, name: str) -> None:
         self._lines.append(f"{name}:")

@@ -9,17 +9,22 @@ from typing import Any
 from gelcone.motion.engine.trace import Graph, Node, ordered
 
 
-def derivatives(values: Sequence[Node], by: Node) -> list[Node]:
-    """Partial derivatives of ``values`` with respect to the leaf ``by`` (a state, a number or the time).
+def derivatives(values: Sequence[Node], by: Node, fixed: Sequence[Node] = ()) -> list[Node]:
+    """Partial derivatives of ``values`` with respect to the leaf ``by`` (a state, a number, a root or the time).
 
     Forward mode, node by node; quotients, roots and exponentials reuse the value itself, so that the derivative of a
-    film's force shares its division.
+    film's force shares its division. Roots of equations change with what these depend on, but for those in ``fixed``.
     """
     graph = by.graph
     zero = graph.constant(0.0)
-    slope: dict[int, Node] = {by.index: graph.constant(1.0)}
+    slope: dict[int, Node] = {by.index: graph.constant(1.0)} | {node.index: zero for node in fixed if node is not by}
     for node in ordered(values):
-        if node.index not in slope:
+        if node.index not in slope and node.operation == "root":
+            equation = [graph.equations[node.index]]
+            (change,) = derivatives(equation, by, (*fixed, node))
+            (own,) = derivatives(equation, node, (*fixed, node))
+            slope[node.index] = zero if change is zero else -(change / own)
+        elif node.index not in slope:
             inner = [slope[a.index] for a in node.arguments]
             moving = any(d is not zero for d in inner)
             slope[node.index] = _rule(graph, node, inner) if moving else zero

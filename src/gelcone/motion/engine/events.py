@@ -34,21 +34,31 @@ class Event:
         positive, see ``direction``.
     direction : -1 counts only where g falls through zero, 1 only where it rises, 0 both.
     switch : name of a number whose sign changes there. None: the event is terminal, the member ends there.
+    inside : the side of the border on which g counts as not crossed (positive for direction -1, negative for 1) is the
+        one where a member belongs, so that one which starts beyond it crosses it at once. Default: each member starts
+        on the side of its first step.
+    smooth : the rates of change are continuous across the border, so that an error of the time at which it is crossed
+        counts squared: g is then followed with the square root of the tolerance only.
 
-    A border that contains its own switch as a factor, like s (d - x) falling with s = 1 while x < d, keeps the switch
-    and the side of the border together, also where the border is touched and left at once; it takes direction -1 or 1
-    and a switch that starts with the sign that makes g positive (direction -1) or negative (direction 1). Where the
-    rates of change jump at a switch, the tangent maps across it lack the jump (the saltation matrix); where they are
-    continuous there is none. Where the rates on both sides lead back to the border (dry friction at rest), a member
-    switches on and on in place, until it has made all its steps. A member that starts on a border counts as having
-    just crossed it.
+    g should be of the order of 1: its errors count against 1. A border that contains its own switch as a factor,
+    like s (d - x) falling with s = 1 while x < d, keeps the switch and the side of the border together, also where
+    the border is touched and left at once; it takes direction -1 or 1 and a switch that starts with the sign that
+    makes g positive (direction -1) or negative (direction 1), else it flips at once; so it does where another
+    switch changes g for this one. Where the rates of change jump at a switch, the tangent maps across it lack the
+    jump (the saltation matrix); where they are continuous there is none. Where the rates on both sides lead back to
+    the border (dry friction at rest), a member switches on and on in place, until it has made all its steps. A
+    member that starts on a border counts as having just crossed it.
     """
 
     border: Callable[[Any, Sequence[Any], Mapping[str, Any], Any], Any]
     direction: Literal[-1, 0, 1] = -1
     switch: str | None = None
+    inside: bool = False
+    smooth: bool = False
 
     def __post_init__(self) -> None:
+        if self.inside and not self.direction:
+            raise ValueError("direction = 0: a border with a side where members belong takes -1 or 1")
         if self.direction not in (-1, 0, 1):
             raise ValueError(f"direction = {self.direction!r}: must be -1 (g falls), 1 (g rises) or 0 (both)")
 
@@ -67,6 +77,12 @@ def crossing_function(order: int, width: int) -> Function:
         f.store(value, f.place(polynomial, k))
         f.store(f.real(0.0), f.place(polynomial, order + 1 + k))
 
+    # g < 0 at the start, and not by rounding, is a border that was crossed when a switch changed g: it is crossed now
+    every = [f.load(f.place(polynomial, k)) for k in range(order + 1)]
+    change = f.polynomial("%step", [f.real(0.0), *(f.absolute(value) for value in every[1:])])
+    rounding = f.multiply(f.real(-ON_BORDER), f.larger(change, f.real(1.0)))
+    with f.when(f.compare("olt", every[0], rounding)):
+        f.finish_here(f"double {f.real(0.0)}")
     # g <= 0 at the start is a border just crossed, or missed by rounding. If g falls further it is crossed now; if it
     # rises, the next crossing is the first zero of (g(t) - g(0)) / t, and so on for vanishing derivatives
     f.store_whole("0", first)

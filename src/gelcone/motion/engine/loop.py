@@ -6,7 +6,8 @@ is done takes the next one from a queue that all threads share.
 
 Step size: the last two coefficients of the states bound what a step leaves out,
     h = min over k in (p - 1, p) of (tolerance max(small, |x_0|) / |x_k|)^(1/k),   |.| the largest of all states,
-as in Jorba & Zou, Experimental Mathematics 14 (2005) 99, sec. 3.2.
+as in Jorba & Zou, Experimental Mathematics 14 (2005) 99, sec. 3.2. Roots of equations and border functions bound the
+step as well: between poles of a border function the states may allow steps on which its polynomial says nothing.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from enum import IntEnum
 from gelcone.motion.engine import functions
 from gelcone.motion.engine.code import Function, Value
 from gelcone.motion.engine.events import ON_BORDER, crossing_function
-from gelcone.motion.engine.recurrences import Jet, evaluate, held_values
+from gelcone.motion.engine.recurrences import Equation, Jet, evaluate, held_values
 from gelcone.motion.engine.trace import Node, ordered
 
 SMALLEST_NORM = 1e-8
@@ -47,21 +48,24 @@ class Job(IntEnum):
     LEAST = 11  # (members,)
     END_TIME = 12  # (members,)
     END_STATE = 13  # (members, states)
-    MEMBERS = 14
-    SAMPLES = 15
-    CORNER_COUNT = 16
-    PADDED = 17
-    NEXT = 18  # the member that the next free lane takes
+    DWELL = 14  # (members, 2^switches)
+    MEMBERS = 15
+    SAMPLES = 16
+    CORNER_COUNT = 17
+    PADDED = 18
+    NEXT = 19  # the member that the next free lane takes
 
 
 @dataclass(frozen=True)
 class Border:
-    """A traced event: its function, direction, the place of its switch (None: terminal), and whether it contains it."""
+    """A traced event: its function, direction, the place of its switch (None: terminal), and whether it is ``sided``:
+    whether the function is known to be positive (direction -1) where a member is; ``smooth`` is that of the event."""
 
     value: Node
     direction: int
     switch: int | None
     sided: bool
+    smooth: bool
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,7 @@ class Plan:
 
     rates: tuple[Node, ...]
     borders: tuple[Border, ...]
+    equations: tuple[Equation, ...]
     switches: tuple[Node, ...]
     numbers: tuple[str, ...]
     order: int
@@ -93,7 +98,7 @@ class Layout:
 
     def __init__(self, plan: Plan) -> None:
         self.states = len(plan.rates)
-        self.held = held_values(plan.roots)
+        self.held = held_values([*plan.roots, *(slope for equation in plan.equations for slope in equation.slopes)])
         first = self.states
         (
             self.time,
@@ -112,10 +117,15 @@ class Layout:
         ) = range(first, first + 13)
         self.switches = self.table + len(self.held)
         self.sides = self.switches + len(plan.switches)
-        self.rows = self.sides + len(plan.borders)
+        self.roots = self.sides + len(plan.borders)
+        self.dwell = self.roots + len(plan.equations)
+        self.combinations = 2 ** len(plan.switches) if plan.switches else 0
+        self.since = self.dwell + self.combinations
+        self.rows = self.since + 1
         self.terms = plan.order + 1
         self.borders = self.states * self.terms
-        self.step_time = self.borders + len(plan.borders) * self.terms
+        self.root_terms = self.borders + len(plan.borders) * self.terms
+        self.step_time = self.root_terms + len(plan.equations) * self.terms
         self.step_low = self.step_time + 1
         self.step = self.step_time + 2
         self.scratch_rows = self.step_time + 3
@@ -190,7 +200,9 @@ def _advance(plan: Plan, layout: Layout) -> Function:
         time, low = f.load(row(layout.time)), f.load(row(layout.time_low))
         held = {node.index: f.load(row(layout.table + k)) for k, node in enumerate(layout.held)}
         held |= {node.index: f.load(row(layout.switches + k)) for k, node in enumerate(plan.switches)}
-        jet = Jet(f, plan.rates, [border.value for border in plan.borders], plan.order, states, time, held)
+        kept = [row(layout.roots + k) for k in range(len(plan.equations))]
+        borders = [border.value for border in plan.borders]
+        jet = Jet(f, plan.rates, borders, plan.order, states, time, held, plan.equations, kept)
         wanted = _step_size(f, jet, plan)
         left = f.subtract(f.subtract(f.load(row(layout.stop)), time), low)
         ends = f.compare("ole", left, wanted)
@@ -214,6 +226,8 @@ def _advance(plan: Plan, layout: Layout) -> Function:
         due = f.either(due, near) if plan.borders else due
         for k, value in enumerate(new_states):
             f.store(value, row(k))
+        for address, coefficients in zip(kept, jet.roots, strict=True):
+            f.store(_at(f, coefficients, step), address)
         f.store(new_time, row(layout.time))
         f.store(new_low, row(layout.time_low))
         f.store(steps, row(layout.steps))
@@ -234,14 +248,28 @@ def _advance(plan: Plan, layout: Layout) -> Function:
 def _step_size(f: Function, jet: Jet, plan: Plan) -> Value:
     """The step that the tolerance allows (see the module's docstring)."""
 
-    def norm(k: int) -> Value:
-        sizes = [f.absolute(value) for row in jet.states if (value := row[k]) is not None]
+    def largest(rows: Sequence[Sequence[Value | None]], k: int) -> Value:
+        sizes = [f.absolute(value) for row in rows if (value := row[k]) is not None]
         total = sizes[0] if sizes else f.real(0.0)
         for size in sizes[1:]:
             total = f.larger(total, size)
         return total
 
-    allowed = functions.rough_log2(f, f.multiply(f.larger(norm(0), f.real(SMALLEST_NORM)), f.real(plan.tolerance)))
+    # roots count relative to themselves or 1, borders relative to 1, as states relative to the largest of them
+    size = f.larger(largest(jet.states, 0), f.real(SMALLEST_NORM))
+    shared = [(jet.roots, f.divide(size, f.larger(largest(jet.roots, 0), f.real(1.0))))] if jet.roots else []
+    for smooth in (False, True):
+        rows = [row for row, border in zip(jet.borders, plan.borders, strict=True) if border.smooth == smooth]
+        if rows:
+            shared.append((rows, f.multiply(f.real(math.sqrt(plan.tolerance)), size) if smooth else size))
+
+    def norm(k: int) -> Value:
+        total = largest(jet.states, k)
+        for rows, share in shared:
+            total = f.larger(total, f.multiply(share, largest(rows, k)))
+        return total
+
+    allowed = functions.rough_log2(f, f.multiply(size, f.real(plan.tolerance)))
     logarithms = [
         f.multiply(f.subtract(allowed, functions.rough_log2(f, norm(k))), f.real(1.0 / k))
         for k in (plan.order - 1, plan.order)
@@ -291,6 +319,12 @@ def _keep_step(f: Function, jet: Jet, plan: Plan, layout: Layout, time: Value, l
         for i, row in enumerate(jet.borders)
         for k, value in enumerate(row)
     ]
+    if plan.borders:
+        rows += [
+            (layout.root_terms + i * layout.terms + k, value)
+            for i, row in enumerate(jet.roots)
+            for k, value in enumerate(row)
+        ]
     rows += [(layout.step_time, time), (layout.step_low, low), (layout.step, step)]
     for k, value in rows:
         f.store(f.real(0.0) if value is None else value, f.place("%scratch", k * f.width))
@@ -391,7 +425,12 @@ def _refill(plan: Plan, layout: Layout) -> Function:
         lane.set(layout.switches + k, value)
     for k, border in enumerate(plan.borders):
         lane.set(layout.sides + k, f.real(1.0 if border.sided else 0.0))
+    for k in range(len(plan.equations)):
+        lane.set(layout.roots + k, f.real(0.0))
+    for k in range(layout.combinations):
+        lane.set(layout.dwell + k, f.real(0.0))
     lane.set(layout.time, f.load(lane.array(Job.START, member)))
+    lane.set(layout.since, lane.get(layout.time))
     lane.set(layout.time_low, f.real(0.0))
     lane.set(layout.target, f.load(lane.array(Job.TIMES, lane.times(member, lane.size(Job.SAMPLES)))))
     lane.set(layout.corner, f.load(lane.array(Job.CORNERS, lane.times(member, lane.size(Job.CORNER_COUNT)))))
@@ -441,12 +480,16 @@ def _serve(plan: Plan, layout: Layout) -> Function:
         with f.when(going):
             for k, border in enumerate(plan.borders):
                 with f.when(f.compare_whole("eq", f.load_whole(event), str(k))):
-                    _pass_border(f, lane, layout, border, k, status)
+                    _pass_border(f, lane, plan, layout, border, k, status)
             _pass_corner(f, lane, plan, layout, member)
             spent = f.compare("oge", lane.get(layout.steps), lane.get(layout.most_steps))
             with f.when(f.both(spent, f.compare_whole("slt", f.load_whole(status), "0"))):
                 f.store_whole(str(TOO_MANY_STEPS), status)
     with f.when(f.compare_whole("sge", f.load_whole(status), "0")):
+        _count_dwell(lane, plan, layout)
+        for k in range(layout.combinations):
+            value = lane.get(layout.dwell + k)
+            f.store(value, lane.array(Job.DWELL, lane.times(member, layout.combinations), str(k)))
         f.store_whole(f.load_whole(status), lane.array(Job.STATUS, member))
         for field, row in ((Job.STEPS, layout.steps), (Job.LEAST, layout.least), (Job.END_TIME, layout.time)):
             f.store(lane.get(row), lane.array(field, member))
@@ -500,6 +543,7 @@ def _pass_corner(f: Function, lane: _Lane, plan: Plan, layout: Layout, member: V
         first = lane.times(member, lane.size(Job.CORNER_COUNT))
         lane.set(layout.corner, f.load(lane.array(Job.CORNERS, first, number)))
         if plan.corner_switch is not None:
+            _count_dwell(lane, plan, layout)
             row = layout.switches + plan.corner_switch
             lane.set(row, f.negative(lane.get(row)))
         lane.set_stop(plan, layout, member)
@@ -532,12 +576,15 @@ def _find_event(f: Function, lane: _Lane, plan: Plan, layout: Layout, reach: Val
         for k in range(layout.states):
             coefficients_of = [lane.step(k * layout.terms + j) for j in range(layout.terms)]
             lane.set(k, f.polynomial(f.load(reach), coefficients_of))
+        for k in range(len(plan.equations)):
+            row = layout.root_terms + k * layout.terms
+            lane.set(layout.roots + k, f.polynomial(f.load(reach), [lane.step(row + j) for j in range(layout.terms)]))
         time, low = _later(f, lane.step(layout.step_time), lane.step(layout.step_low), f.load(reach))
         lane.set(layout.time, time)
         lane.set(layout.time_low, low)
 
 
-def _pass_border(f: Function, lane: _Lane, layout: Layout, border: Border, k: int, status: Value) -> None:
+def _pass_border(f: Function, lane: _Lane, plan: Plan, layout: Layout, border: Border, k: int, status: Value) -> None:
     """The event itself: the member ends, or its switch flips. An event in the direction that does not count only tells
     the side of the border."""
     side = lane.get(layout.sides + k)
@@ -548,8 +595,26 @@ def _pass_border(f: Function, lane: _Lane, layout: Layout, border: Border, k: in
         if border.switch is None:
             f.store_whole(str(TERMINAL_EVENT + k), status)
         else:
+            _count_dwell(lane, plan, layout)
             row = layout.switches + border.switch
             lane.set(row, f.negative(lane.get(row)))
+
+
+def _count_dwell(lane: _Lane, plan: Plan, layout: Layout) -> None:
+    """Adds the time since the last switch to that spent at the present signs of the switches: bit k of the place is set
+    where switch k is negative."""
+    f = lane.f
+    if not plan.switches:
+        return
+    place = "0"
+    for k in range(len(plan.switches)):
+        sign = f.whole("lshr", f.bits(lane.get(layout.switches + k)), "63")
+        place = f.whole("or", place, f.whole("shl", sign, str(k)))
+    row = f.whole("mul", f.whole("add", place, str(layout.dwell)), str(lane.width))
+    address = f.place("%lane", row)
+    time = lane.get(layout.time)
+    f.store(f.add(f.load(address), f.subtract(time, lane.get(layout.since))), address)
+    lane.set(layout.since, time)
 
 
 def _start(plan: Plan) -> Function:

@@ -17,6 +17,7 @@ from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine import loop
 from gelcone.motion.engine.events import Event
 from gelcone.motion.engine.loop import ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TERMINAL_EVENT, TOO_MANY_STEPS, Job
+from gelcone.motion.engine.recurrences import equations_of
 from gelcone.motion.engine.trace import Graph, fingerprint, ordered
 
 __all__ = [
@@ -77,7 +78,9 @@ class Raw:
     powers since the start. ``status`` (members,): `ARRIVED`, `NOT_FINITE`, `STEP_TOO_SMALL`, `TOO_MANY_STEPS` or
     `TERMINAL_EVENT` + the number of the event. ``steps`` and ``smallest_step`` (members,): how many steps, and the
     shortest that the tolerance asked for. ``end_time`` (members,), ``end_state`` (members, N) and ``switches``,
-    name -> (members,): the last that is known of a member; a run from there goes on with these.
+    name -> (members,): the last that is known of a member; a run from there goes on with these. ``dwell`` (members,
+    2^switches): how long each combination of signs of the switches lasted; bit k of the place is set where the k-th
+    switch is negative.
     """
 
     states: Array
@@ -89,6 +92,7 @@ class Raw:
     end_time: Array
     end_state: Array
     switches: Mapping[str, Array]
+    dwell: Array
 
 
 def order_and_label(tolerance: float, keep: str = "states") -> tuple[int, float]:
@@ -227,6 +231,7 @@ class Program:
             switches={
                 node.value: values for node, values in zip(compiled.plan.switches, arrays.switches.T, strict=True)
             },
+            dwell=arrays.dwell,
         )
 
 
@@ -321,10 +326,11 @@ def _trace(system: System, keep: str, events: Sequence[Event], corner_switch: st
         if own and not event.direction:
             raise ValueError(f"direction = 0: a border that contains its switch {event.switch!r} takes -1 or 1")
         place = None if event.switch is None else switched.index(event.switch)
-        borders.append(loop.Border(value, event.direction, place, own))
+        borders.append(loop.Border(value, event.direction, place, own or event.inside, event.smooth))
     return {
         "rates": tuple(rates),
         "borders": tuple(borders),
+        "equations": equations_of([*rates, *(border.value for border in borders)]),
         "switches": tuple(graph.switch(name) for name in switched),
         "numbers": tuple(system.numbers),
         "restarts": tuple(restarts),
@@ -395,6 +401,7 @@ class _Compiled:
             least=np.full(members, math.inf),
             end_time=first.copy(),
             end_state=initial.copy(),
+            dwell=np.zeros((members, self.layout.combinations)),
             padded=padded,
             most_steps=np.ascontiguousarray(np.broadcast_to(most_steps, (members,)), dtype=float),
         )
@@ -412,7 +419,7 @@ def _corner_rows(corners: npt.ArrayLike | None, start: Array) -> Array:
 
 def _content(plan: loop.Plan) -> str:
     """What tells the plan's code from other plans' code."""
-    borders = [(border.direction, border.switch, border.sided) for border in plan.borders]
+    borders = [(border.direction, border.switch, border.sided, border.smooth) for border in plan.borders]
     switches = [node.value for node in plan.switches]
     rest = (borders, switches, plan.numbers, plan.order, plan.tolerance.hex(), plan.restarts, plan.corner_switch)
     return repr((fingerprint(plan.roots), rest, plan.width))
@@ -444,6 +451,7 @@ class _Arrays:
     least: Array
     end_time: Array
     end_state: Array
+    dwell: Array
     padded: int
 
     def fields(self) -> npt.NDArray[np.int64]:

@@ -4,17 +4,71 @@ With a(t) = a_0 + a_1 h + a_2 h^2 + ... for every node, each operation gives its
 arguments, and the rates give the states: x_(n+1) = rate_n / (n + 1). The recurrences are those of Moore, Interval
 Analysis (1966), ch. 11, collected by Jorba & Zou, Experimental Mathematics 14 (2005) 99, sec. 2; that of real powers is
 in Knuth, The Art of Computer Programming 2, 4.7. A coefficient known to be zero is None, and costs nothing.
+
+The root y of an equation F(y, ...) = 0 is corrected by Newton's method where a step begins. Its n-th coefficient
+follows from that of F, which is linear in it with the factor dF/dy: F is computed with y_n = 0 first, gives y_n, and
+with it what is missing in every node N of the equation, (dN/dy) y_n.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from gelcone.motion.engine import functions
 from gelcone.motion.engine.code import Function, Value
+from gelcone.motion.engine.differentiate import derivatives
 from gelcone.motion.engine.trace import Node, ordered, partner
 
 Coefficient = Value | None
+
+ENOUGH = 1e-9
+"""Newton's method squares its error: a correction by this share of the root leaves none that doubles hold."""
+MOST_CORRECTIONS = 60
+"""A root that follows its last value takes one; this many only without any value near it."""
+
+
+@dataclass(frozen=True)
+class Equation:
+    """The equation of a root: ``residual`` is zero; ``dependents`` are the nodes of the residual that change with the
+    root, the residual among them, and ``slopes`` their derivatives with respect to the root, ``slope`` that of the
+    residual. ``others`` are the nodes that these are made of and that do not change with the root."""
+
+    root: Node
+    residual: Node
+    slope: Node
+    dependents: tuple[Node, ...]
+    slopes: tuple[Node, ...]
+    others: tuple[Node, ...]
+
+
+def equations_of(roots: Sequence[Node]) -> tuple[Equation, ...]:
+    """The equations of all roots that nodes depend on."""
+    found = []
+    for root in ordered(roots):
+        if root.operation == "root":
+            residual = root.graph.equations[root.index]
+            dependents = _moved(ordered([residual]), root)
+            if residual not in dependents:
+                raise ValueError(f"root {root.value!r}: its equation does not contain it")
+            slopes = derivatives(dependents, root, (root,))
+            slope = slopes[dependents.index(residual)]
+            needed = ordered([residual, slope])
+            moved = {root.index} | {node.index for node in _moved(needed, root)}
+            others = tuple(node for node in needed if not node.fixed and node.index not in moved)
+            found.append(Equation(root, residual, slope, tuple(dependents), tuple(slopes), others))
+    return tuple(found)
+
+
+def _moved(nodes: Sequence[Node], root: Node) -> list[Node]:
+    """Those of ordered nodes that change with a root."""
+    moved = {root.index}
+    found = []
+    for node in nodes:
+        if node is not root and any(argument.index in moved for argument in node.arguments):
+            moved.add(node.index)
+            found.append(node)
+    return found
 
 
 def held_values(roots: Sequence[Node]) -> list[Node]:
@@ -65,6 +119,8 @@ class Jet:
     order : the highest coefficient.
     states, time : values at the start of the step.
     held : values of the nodes of `held_values` and of the switches, by index.
+    equations : those of all roots among the nodes.
+    kept : where the last values of the roots are kept, in the order of the equations: addresses.
     """
 
     def __init__(
@@ -76,34 +132,118 @@ class Jet:
         states: Sequence[Value],
         time: Value,
         held: Mapping[int, Value],
+        equations: Sequence[Equation] = (),
+        kept: Sequence[Value] = (),
     ) -> None:
         self._f = f
+        self._held = held
         self._coefficients: dict[int, list[Coefficient]] = {}
         self._reciprocals: dict[int, Value] = {}
         self._weighted: dict[tuple[int, int], Value] = {}
         self._rounds: dict[int, tuple[Value, Value]] = {}
-        nodes = ordered([*rates, *borders])
-        self._inlined = _single_products(nodes, {node.index for node in [*rates, *borders]})
+        self._slopes_by_root: dict[int, list[Value]] = {}
+        residuals = {equation.residual.index: equation for equation in equations}
+        wanted = [*rates, *borders, *(equation.residual for equation in equations)]
+        nodes = ordered(wanted)
+        self._inlined = _single_products(nodes, {node.index for node in wanted})
         self.states: list[list[Coefficient]] = [[value] for value in states]
         for node in nodes:
             self._coefficients[node.index] = self._leaf(node, order, time, held)
         moving = [node for node in nodes if not self._coefficients[node.index] and node.index not in self._inlined]
-        for_borders = {node.index for node in ordered(borders)}
-        for n in range(order):
+        moving = [node for node in moving if node.operation != "root"]
+        for equation, address in zip(equations, kept, strict=True):
+            self._correct_root(equation, address)
+        for_borders = {node.index for node in ordered([*borders, *(equation.residual for equation in equations)])}
+        for n in range(order + 1):
+            for equation in equations if n else ():
+                self._coefficients[equation.root.index].append(None)
             for node in moving:
-                self._coefficients[node.index].append(self._coefficient(node, n))
-            for row, rate in zip(self.states, rates, strict=True):
+                if n == order and node.index not in for_borders:
+                    continue
+                if len(self._coefficients[node.index]) == n:
+                    self._coefficients[node.index].append(self._coefficient(node, n))
+                if n and node.index in residuals:
+                    self._solve_root(residuals[node.index], n)
+            for row, rate in zip(self.states, rates, strict=True) if n < order else ():
                 slope = self._coefficients[rate.index][n]
                 row.append(slope if slope is None or n == 0 else f.multiply(slope, f.real(1.0 / (n + 1))))
-        for node in moving:
-            if node.index in for_borders:
-                self._coefficients[node.index].append(self._coefficient(node, order))
         self.borders = [self._coefficients[border.index] for border in borders]
+        self.roots = [self._coefficients[equation.root.index] for equation in equations]
+
+    # --- roots ---------------------------------------------------------------------------------------------------
+
+    def _first(self, node: Node, values: dict[int, Value]) -> Value:
+        """The value of a node at the start of the step, from those in ``values`` and those known already."""
+        if node.index in values:
+            return values[node.index]
+        if node.operation == "constant":
+            return self._f.real(node.value)
+        if node.index in self._held:
+            return self._held[node.index]
+        known = self._coefficients.get(node.index)
+        if known:
+            return _known(known[0])
+        arguments = [self._first(argument, values) for argument in node.arguments]
+        if node.operation in ("sin", "cos") and not node.fixed:
+            values[node.index] = self._of_angle(node, arguments[0])
+        else:
+            values[node.index] = evaluate(self._f, node, arguments)
+        return values[node.index]
+
+    def _correct_root(self, equation: Equation, address: Value) -> None:
+        """Newton's method from the value kept at ``address``, lane by lane until nothing is left to correct."""
+        f = self._f
+        others: dict[int, Value] = {}
+        for node in equation.others:
+            value = self._first(node, others)
+            if not self._coefficients.get(node.index, [value]) and node.index not in self._inlined:
+                self._coefficients[node.index].append(value)
+        going, count = f.slot(), f.slot()
+        f.store(f.real(1.0), going)
+        f.store_whole("0", count)
+        with f.repeat() as out:
+            value = f.load(address)
+            values = others | {equation.root.index: value}
+            residual = self._first(equation.residual, values)
+            step = f.divide(residual, self._first(equation.slope, values))
+            moves = f.compare("ogt", f.load(going), f.real(0.0))
+            corrected = f.choose(moves, f.subtract(value, step), value)
+            f.store(corrected, address)
+            large = f.compare("ogt", f.absolute(step), f.multiply(f.real(ENOUGH), f.absolute(corrected)))
+            large = f.both(moves, large)
+            f.store(f.choose(large, f.real(1.0), f.real(0.0)), going)
+            corrections = f.new(f"add i64 {f.load_whole(count)}, 1")
+            f.store_whole(corrections, count)
+            f.leave(out, f.new(f"icmp sge i64 {corrections}, {MOST_CORRECTIONS}"))
+            f.leave(out, f.new(f"xor i1 {f.anywhere(large)}, true"))
+        self._coefficients[equation.root.index] = [f.load(address)]
+
+    def _solve_root(self, equation: Equation, n: int) -> None:
+        """The n-th coefficient of a root, and with it those of what depends on it."""
+        f = self._f
+        residual = self._coefficients[equation.residual.index]
+        if residual[n] is None:
+            return
+        if equation.root.index not in self._slopes_by_root:
+            values: dict[int, Value] = {}
+            slopes = [self._first(slope, values) for slope in equation.slopes]
+            inverse = f.divide(f.real(-1.0), self._first(equation.slope, values))
+            self._slopes_by_root[equation.root.index] = [inverse, *slopes]
+        inverse, *slopes = self._slopes_by_root[equation.root.index]
+        own = f.multiply(_known(residual[n]), inverse)
+        self._coefficients[equation.root.index][n] = own
+        for node, slope in zip(equation.dependents, slopes, strict=True):
+            row = self._coefficients[node.index]
+            if node.index not in self._inlined:
+                row[n] = self._chain([(slope, own)], row[n])
+        residual[n] = None
 
     def _leaf(self, node: Node, order: int, time: Value, held: Mapping[int, Value]) -> list[Coefficient]:
         """The coefficients of a leaf or of what is fixed; none yet of other nodes."""
         if node.operation == "state":
             return self.states[node.value]
+        if node.operation == "root":
+            return []
         if node.operation == "time":
             return [time, self._f.real(1.0), *[None] * (order - 1)]
         if node.operation == "constant":
@@ -132,10 +272,7 @@ class Jet:
         if node.operation in ("sin", "cos"):
             # s_n = (1/n) sum_(j=1..n) j a_j c_(n-j), c_n = -(1/n) sum_(j=1..n) j a_j s_(n-j)
             if n == 0:
-                angle = node.arguments[0].index
-                if angle not in self._rounds:
-                    self._rounds[angle] = functions.sine_cosine(f, _known(a[0]))
-                return self._rounds[angle][node.operation == "cos"]
+                return self._of_angle(node, _known(a[0]))
             other = self._coefficients[partner(node).index]
             return self._times(
                 self._slopes(node.arguments[0], other, n), f.real((1.0 if node.operation == "sin" else -1.0) / n)
@@ -173,6 +310,13 @@ class Jet:
             argument = argument.graph.add(1.0, argument)
             self._coefficients.setdefault(argument.index, [f.add(f.real(1.0), _known(a[0]))])
         return self._times(self._difference(a[n], self._times(total, f.real(1.0 / n))), self._reciprocal(argument))
+
+    def _of_angle(self, node: Node, angle: Value) -> Value:
+        """Sine or cosine, which come together."""
+        place = node.arguments[0].index
+        if place not in self._rounds:
+            self._rounds[place] = functions.sine_cosine(self._f, angle)
+        return self._rounds[place][node.operation == "cos"]
 
     # --- sums and products ---------------------------------------------------------------------------------------
 

@@ -14,10 +14,10 @@ LARGEST_INTEGER_POWER = 32
 class Node:
     """One value of a graph.
 
-    ``operation`` is "constant", "number", "switch", "time" or "state" for a leaf, whose only argument is its value,
-    name or index, else one of "add", "subtract", "multiply", "divide", "power", "sqrt", "exp", "log", "log1p", "sin"
-    and "cos". ``fixed`` says that the value depends on constants and numbers alone, so that it does not change while
-    a member is integrated.
+    ``operation`` is "constant", "number", "switch", "root", "time" or "state" for a leaf, whose only argument is its
+    value, name or index, else one of "add", "subtract", "multiply", "divide", "power", "sqrt", "exp", "log", "log1p",
+    "sin" and "cos". ``fixed`` says that the value depends on constants and numbers alone, so that it does not change
+    while a member is integrated.
     """
 
     __slots__ = ("arguments", "fixed", "graph", "index", "operation", "value")
@@ -84,6 +84,7 @@ class Graph:
 
     def __init__(self) -> None:
         self._known: dict[tuple[Any, ...], Node] = {}
+        self.equations: dict[int, Node] = {}
         self.time = self._leaf("time", 0)
 
     # --- leaves --------------------------------------------------------------------------------------------------
@@ -99,6 +100,17 @@ class Graph:
     def switch(self, name: str) -> Node:
         """A number that keeps its value between events, and changes its sign at some."""
         return self._leaf("switch", name)
+
+    def root(self, name: str, residual: Callable[..., Any], at: Sequence[Any]) -> Node:
+        """The root y of ``residual(y, *at)``, followed from step to step; from 0 where a member starts.
+
+        ``name`` tells roots apart: an equal name stands for the same equation, else `ValueError`.
+        """
+        own = self._leaf("root", name)
+        equation = self.node(residual(own, *at))
+        if self.equations.setdefault(own.index, equation) is not equation:
+            raise ValueError(f"root {name!r}: stands for two equations; give one of them another name")
+        return own
 
     def constant(self, value: float) -> Node:
         """The same number for all members."""
@@ -260,7 +272,8 @@ def _sorted(a: Node, b: Node) -> tuple[Node, Node]:
 def ordered(roots: Iterable[Node]) -> list[Node]:
     """All nodes that ``roots`` depend on and the roots, each once and after its arguments.
 
-    Sine and cosine of an angle that changes need each other's Taylor coefficients, and so come together.
+    Sine and cosine of an angle that changes need each other's Taylor coefficients, and so come together. The equation
+    of a root and what it depends on come directly behind the root.
     """
     done: dict[int, Node] = {}
     waiting = list(roots)[::-1]
@@ -275,6 +288,8 @@ def ordered(roots: Iterable[Node]) -> list[Node]:
         done[node.index] = node
         if node.operation in ("sin", "cos") and not node.fixed:
             waiting.append(partner(node))
+        if node.operation == "root":
+            waiting.append(node.graph.equations[node.index])
     return list(done.values())
 
 
@@ -292,7 +307,8 @@ def fingerprint(roots: Sequence[Node]) -> str:
         (node.operation, [place[a.index] for a in node.arguments], node.value.hex() if _constant(node) else node.value)
         for node in nodes
     ]
-    return repr((rows, [place[root.index] for root in roots]))
+    equations = [place[node.graph.equations[node.index].index] for node in nodes if node.operation == "root"]
+    return repr((rows, [place[root.index] for root in roots], equations))
 
 
 def _constant(node: Node) -> bool:

@@ -126,7 +126,7 @@ def _film(model: ConeModel) -> ContinuumFilm:
     from gelcone.continuum.fit import find_film
 
     film = find_film("continuum", model, RADIUS_RATIOS[0])
-    assert film is not None
+    assert isinstance(film, ContinuumFilm)
     return film
 
 

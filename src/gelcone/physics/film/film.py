@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.codes import Outcome
+from gelcone.codes import FilmPullIn, Outcome
 from gelcone.physics.component import Component, Numbers
 from gelcone.physics.dual import derivative
 from gelcone.physics.quadrature import integral
@@ -31,6 +33,19 @@ class FilmState(NamedTuple):
     limit_share: Any
 
 
+@dataclass(frozen=True)
+class Border:
+    """Where a film's law changes, or where the film ends.
+
+    ``value(x, squared, y, n, xp)`` is positive on the side of the border that a motion is on, and falls through zero
+    where it crosses it. ``switch`` names the number, 1 or -1, whose sign changes there and which is a factor of the
+    value; None: the film ends there.
+    """
+
+    value: Callable[..., Any]
+    switch: str | None = None
+
+
 class Film(Component):
     """What film and electric field do to the disc, per mu Vol/(b-a), at the displacement x and squared voltage V.
 
@@ -42,6 +57,10 @@ class Film(Component):
     ending: ClassVar[Outcome] = Outcome.STRETCH_LIMIT
     """How a run ends that leaves the displacements and voltages for which the film has a state."""
     odd: ClassVar[bool] = True
+    borders: tuple[Border, ...] = ()
+    """Where the law of its force changes, and where it pulls in; see `Border`."""
+    kinds: tuple[str, ...] = ()
+    """The states between which it changes, by name: those whose shares of time results carry."""
 
     # --- what the equation of motion takes ---------------------------------------------------------------------------
 
@@ -57,6 +76,19 @@ class Film(Component):
     def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """What the voltage takes from the force."""
         return self.force(x, 0.0, y, n, xp)[0] - self.force(x, squared, y, n, xp)[0]
+
+    def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+        """The switches of its borders at the start of a motion, 1 or -1."""
+        return {}
+
+    def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
+        """How long it was in each of its ``kinds``, (members, kinds), from how long each combination of signs of the
+        ``switches`` lasted, (members, 2^switches); bit k of the place is set where the k-th is negative."""
+        return np.zeros((len(dwell), 0))
+
+    def pull_in_kind(self, switches: Numbers) -> Any:
+        """How it pulled in at a border without a switch, a `gelcone.codes.FilmPullIn`, with the switches there."""
+        return np.array(FilmPullIn.MINIMUM)
 
     # --- where it has a state ----------------------------------------------------------------------------------------
 

@@ -186,5 +186,8 @@ class TautCone(GelFilm):
     def current(self, times: Array, x: Array, velocity: Array, voltage: Array, rate: Array, n: Numbers) -> Array:
         return np.asarray(rate * (1.0 + x * x) + 2.0 * voltage * x * velocity)
 
+    def describe(self) -> str:
+        return "taut film: a homogeneous cone that bears compression"
+
     def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
         return self.cone_state(1.0 + np.square(x), voltage, n)

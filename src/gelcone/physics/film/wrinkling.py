@@ -1,0 +1,423 @@
+"""The wrinkling film: a homogeneous cone without compression, because it wrinkles where it would be compressed.
+
+Symbols as in `gelcone.physics.film.taut`; m and n are the squared true meridional and hoop length over the mounted one,
+m = q and n = 1 where the film is taut. A wrinkled film may be longer than the gap that it spans, never shorter, so
+that at the squared voltage V it takes the energy
+
+    min over m >= q, n >= 1 of W(A m + B n + G/(m n) - 3) - V m n/2,
+
+followed from V = 0 (tension-field theory: Pipkin, IMA J. Appl. Math. 36 (1986) 85; with a voltage: De Tommasi, Puglisi,
+Zurlo, arXiv 1012.1462; Greaney, Meere, Zurlo, J. Mech. Phys. Solids 122 (2019) 84). With the response R(I1) of the
+law and r = G/(m n), the true stresses over mu are s1 = R (A m - r) - V m n and s2 = R (B n - r) - V m n, and
+
+    taut              s1, s2 >= 0 at m = q, n = 1
+    hoop-slack        m = q, and n > 1 so that s2 = 0: wrinkles along the meridians
+    meridional slack  n = 1, and m > q so that s1 = 0
+    crumpled          s1 = s2 = 0, A m = B n
+
+The disc is pulled back with x s1/q, which is 0 in the last two. The energy's minimum, and with it the film, ends where
+a crumpled film pulls in, V G above the hump of Vb(t) = R (t - t^-2)/t^2, and a hoop-slack film localises even earlier:
+where its meridional force falls as a ring of it lengthens, the strain runs into one ring (loss of strong ellipticity).
+
+In a program the natural width n - 1 is the root of s2 = 0, solved inside of each step, and switches tell the states
+apart. Force and stiffness come from one energy, so that the force is continuous across the borders, and tangent maps
+have no jump there (no saltation matrix): the difference of the rates on both sides of a border, which would be in it,
+is zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gelcone.codes import FilmPullIn
+from gelcone.errors import unknown_name
+from gelcone.physics.component import Numbers
+from gelcone.physics.dual import plain
+from gelcone.physics.film.film import Border, Film, FilmState
+from gelcone.physics.film.taut import TautCone, check_prestretch_mode
+from gelcone.physics.implicit import root, traced
+from gelcone.physics.laws import LAWS, StrainEnergyLaw
+from gelcone.quantity import Array
+
+STATES = ("taut", "hoop_slack", "meridional_slack", "crumpled")
+"""The states of the film, in which order results carry their shares of time."""
+PULL_IN = ("first", "minimum")
+STEEP = 1e10
+"""How fast the V that would make a film push grows with the push: no voltage does."""
+NEVER = 1e30
+"""A squared voltage that is never reached."""
+MOST_STRETCHED = 1e4
+"""Largest squared stretch at which the hump of a law without stretch limit is looked for."""
+GRID = 2000
+BISECTIONS = 60
+
+
+class Local(NamedTuple):
+    """What a point of the film obeys, at m = q and n = 1 + y: see the module for the symbols.
+
+    ``hoop`` is B n - r, ``lead`` A q - B n, ``excess`` s2/(R q n): at n = 1 it is positive where the hoop is taut.
+    """
+
+    q: Any
+    y: Any
+    r: Any
+    compliance: Any
+    strain: Any
+    hoop: Any
+    lead: Any
+    field: Any
+    excess: Any
+    tension: Any
+
+
+@dataclass(frozen=True)
+class WrinklingCone(TautCone):
+    """The cone that wrinkles.
+
+    Parameters
+    ----------
+    law, prestretch_mode : as for the taut cone.
+    pull_in : what ends a run: ``"first"`` (default), localisation or the end of the energy's minimum, whichever comes
+        first; ``"minimum"``, for study, the end of the minimum alone.
+    """
+
+    law: StrainEnergyLaw = LAWS["gent"]
+    prestretch_mode: str = "radial"
+    pull_in: str = "first"
+
+    name = "wrinkling"
+
+    def __post_init__(self) -> None:
+        check_prestretch_mode(self.prestretch_mode)
+        if self.pull_in not in PULL_IN:
+            raise unknown_name("pull_in", str(self.pull_in), PULL_IN)
+
+    def numbers(self, parameters: Numbers) -> dict[str, Any]:
+        """Beside those of the taut cone: ``hump``, the t of the first maximum of Vb; ``limit_squared``, the V at which
+        a film without tension pulls in; ``crumpling_squared``, the V above which it is slack in both directions;
+        ``end_of_slack``, the A q above which no film loses its tension without pulling in; ``edge``, the A x^2 at which
+        A q = B, negative if there is none; and the switches."""
+        own = super().numbers(parameters)
+        A, B, G = np.broadcast_arrays(own["A"], own["B"], own["G"])
+        law = {name: own[name] for name in own.keys() - {"A", "B", "G"}}
+        hump = _hump(self.law, law)
+        with np.errstate(all="ignore"):
+            turning = np.maximum(hump, B)
+            limit = np.where(np.isinf(hump), NEVER, self._crumpling(turning, law) / G)
+            crumpling = self._crumpling(B, law) / G
+        one = np.ones(np.broadcast_shapes(A.shape, hump.shape))
+        return own | {
+            "limit_squared": limit,
+            "crumpling_squared": np.where(B > 1.0, crumpling, -1.0) * one,
+            "end_of_slack": np.minimum(turning, NEVER),
+            "hump": np.minimum(hump, NEVER) * one,
+            "edge": np.where(B > A, B - A, -1.0),
+            "width_held": one,
+            "pulls": one,
+            "crumpled": one,
+        }
+
+    def _crumpling(self, t: Any, n: Numbers) -> Any:
+        """Vb(t), the V G at which the film is slack in both directions at the squared stretch t; infinite at and beyond
+        the stretch limit."""
+        beyond = 2.0 * t + np.square(1.0 / t) - 3.0 >= self.law.strain_limit(n)
+        return np.where(beyond, np.inf, _crumpling(self.law, t, n)[0])
+
+    kinds = STATES
+
+    # --- force ---------------------------------------------------------------------------------------------------
+
+    def local(self, xx: Any, squared: Any, y: Any, n: Numbers, xp: Any = np) -> Local:
+        """At x^2, V and y = n - 1; differences of nearly equal numbers are taken where they are exact."""
+        q = 1.0 + xx
+        widened = y * q
+        area = q + widened
+        inverse = 1.0 / area
+        r = n["G"] * inverse
+        strain = (n["A"] + n["B"] - 3.0) + n["A"] * xx + n["B"] * y + r
+        compliance = self.law.compliance(strain, n, xp)
+        hoop = ((n["B"] - n["G"]) + n["B"] * (xx + widened + y * area)) * inverse
+        lead = (n["A"] - n["B"]) + n["A"] * xx - n["B"] * y
+        excess = hoop * inverse - squared * compliance
+        beyond = area * excess
+        tension = (lead + beyond) / (compliance * q)
+        return Local(q, y, r, compliance, strain, hoop, lead, hoop - beyond, excess, tension)
+
+    def _switches(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Any, Any]:
+        """1 and 0: whether the width is held, and whether the film pulls; the latter unknown (None) for numbers."""
+        if traced(xp):
+            return 0.5 + 0.5 * n["width_held"], 0.5 + 0.5 * n["pulls"]
+        return np.where(self.local(plain(xx), plain(squared), 0.0, n).excess >= 0.0, 1.0, 0.0), None
+
+    def _at(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Local, Any, Any]:
+        """The film's own state, 1 where its width is held, and 1 where it pulls."""
+        held, pulls = self._switches(xx, squared, n, xp)
+
+        def residual(y: Any, xx: Any, squared: Any) -> Any:
+            return held * y + (1.0 - held) * self.local(xx, squared, y, n, xp).excess
+
+        name = f"natural width, {n['width_held'].value}" if traced(xp) else "natural width"
+        own = self.local(xx, squared, root(xp, name, residual, (xx, squared)), n, xp)
+        if pulls is None:
+            pulls = np.where(plain(own.tension) > 0.0, 1.0, 0.0)
+        return own, held, pulls
+
+    def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        """x s1/q and its slope; NaN where the energy has no minimum any more."""
+        xx = x * x
+        own, held, pulls = self._at(xx, squared, n, xp)
+        if not traced(xp):
+            pulls = np.where(self._gone(plain(xx), plain(squared), n), np.nan, pulls)
+        stiffening = self.law.stiffening(own.strain, n, xp)
+        g = stiffening / own.compliance
+        meridian = own.hoop + own.lead
+        mixed = own.r + g * (meridian * own.hoop) - own.field
+        along = 2.0 * own.r + g * (meridian * meridian)
+        across = 2.0 * own.r + g * (own.hoop * own.hoop)
+        slope = (along - (1.0 - held) * (mixed * mixed / across)) / (own.compliance * (own.q * own.q))
+        return x * (pulls * own.tension), pulls * (own.tension + 2.0 * xx * slope)
+
+    # --- borders -------------------------------------------------------------------------------------------------
+
+    @property
+    def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
+        """``width_held`` tells taut from hoop-slack, and without force A q < B from A q > B; ``pulls`` tells with from
+        without force; ``crumpled`` tells meridional slack from crumpled. The last border ends the film."""
+        return (
+            Border(self._width_border, "width_held"),
+            Border(self._force_border, "pulls"),
+            Border(self._crumpling_border, "crumpled"),
+            Border(self._end_border),
+        )
+
+    def _width_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        own, held, pulls = self._at(x * x, squared, n, xp)
+        with_force = held * own.excess - (1.0 - held) * own.y
+        return n["width_held"] * (pulls * with_force + (1.0 - pulls) * (n["edge"] - n["A"] * (x * x)))
+
+    def _force_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        return n["pulls"] * self._at(x * x, squared, n, xp)[0].tension
+
+    def _crumpling_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        return n["crumpled"] * (squared - n["crumpling_squared"])
+
+    def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        own, held, pulls = self._at(x * x, squared, n, xp)
+        slack = n["limit_squared"] - squared
+        if self.pull_in == "minimum":
+            # the slack film's A q cannot pass the hump: where it does, tension was lost beyond the hump
+            return pulls + (1.0 - pulls) * (n["end_of_slack"] - n["A"] * (1.0 + x * x)) * slack
+        with_force = held + (1.0 - held) * self._ellipticity(own, n, xp)
+        return pulls * with_force + (1.0 - pulls) * slack
+
+    def _ellipticity(self, own: Local, n: Numbers, xp: Any) -> Any:
+        """Positive as long as the meridional force of the hoop-slack film grows with a ring's length: h + 2 q dh/dq."""
+        stiffening = self.law.stiffening(own.strain, n, xp)
+        b, r, K = own.hoop, own.r, own.compliance
+        a = b + own.lead
+        bb = b * b
+        soft = r * (a + b + 3.0 * r) - bb
+        stiff = bb * (5.0 * a - b) + 4.0 * (r * (a * own.lead + bb))
+        return 2.0 * (K * soft) + stiffening * stiff
+
+    def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+        xx = np.square(x)
+        _, held, pulls = self._at(xx, squared, n, np)
+        slack_side = np.where(n["A"] * xx <= n["edge"], 1.0, 0.0)
+        return {
+            "width_held": np.where(np.where(pulls > 0.0, held, slack_side) > 0.0, 1.0, -1.0),
+            "pulls": np.where(pulls > 0.0, 1.0, -1.0),
+            "crumpled": np.where(squared > n["crumpling_squared"], 1.0, -1.0),
+        }
+
+    def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
+        place = np.arange(dwell.shape[1])
+        negative = {name: (place >> k) & 1 == 1 for k, name in enumerate(switches)}
+        held, pulls, crumpled = (~negative[name] for name in ("width_held", "pulls", "crumpled"))
+        places = (pulls & held, pulls & ~held, ~pulls & ~crumpled, ~pulls & crumpled)
+        return np.stack([dwell[:, which].sum(axis=1) for which in places], axis=1)
+
+    def pull_in_kind(self, switches: Numbers) -> Any:
+        return np.where(switches["pulls"] > 0.0, FilmPullIn.LOCALISATION, FilmPullIn.MINIMUM)
+
+    # --- its own lengths -------------------------------------------------------------------------------------------
+
+    def lengths(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
+        """Squared true meridional and hoop length of the film over the mounted ones, m and n; NaN once it has pulled
+        in."""
+        xx, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(squared, dtype=float))
+        n = {name: np.broadcast_to(value, xx.shape) for name, value in n.items()}
+        with np.errstate(all="ignore"):
+            own, _, pulls = self._at(xx, squared, n, np)
+            m, width = np.array(own.q), np.array(1.0 + own.y)
+            gone, slack = self._gone(xx, squared, n), pulls == 0.0
+            crumpled = slack & ~gone & (squared > n["crumpling_squared"])
+            if crumpled.any():
+                t = self._natural(squared[crumpled], _taken(n, crumpled))
+                m[crumpled], width[crumpled] = t / n["A"][crumpled], t / n["B"][crumpled]
+            held = slack & ~gone & ~crumpled
+            if held.any():
+                m[held], width[held] = self._natural_meridian(xx[held], squared[held], _taken(n, held)), 1.0
+        return np.where(gone, np.nan, m)[()], np.where(gone, np.nan, width)[()]
+
+    def _natural(self, squared: Any, n: Numbers) -> Any:
+        """The squared stretch t of a crumpled film, V G = Vb(t)."""
+        low = np.ones_like(squared)
+        high = np.minimum(np.where(n["hump"] < NEVER, n["hump"], 0.5 * (self.strain_limit(n) + 3.0)), MOST_STRETCHED)
+        return _bisected(lambda t: self._crumpling(t, n) > squared * n["G"], low, high)
+
+    def _natural_meridian(self, xx: Any, squared: Any, n: Numbers) -> Any:
+        """The m of a meridionally slack film, s1 = 0 at n = 1."""
+        found = _bisected(
+            lambda at: self.local(at, squared, 0.0, n).tension > 0.0, xx, np.maximum(n["B"] / n["A"] - 1.0, xx)
+        )
+        return 1.0 + found
+
+    def area(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """m n."""
+        m, width = self.lengths(x, squared, n)
+        return m * width
+
+    def work(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """W - V (m n - 1)/2."""
+        m, width = self.lengths(x, squared, n)
+        strain = n["A"] * m + n["B"] * width + n["G"] / (m * width) - 3.0
+        return self.law.energy(strain, n) - 0.5 * squared * (m * width - 1.0)
+
+    def current(self, times: Array, x: Array, velocity: Array, voltage: Array, rate: Array, n: Numbers) -> Array:
+        return Film.current(self, times, x, velocity, voltage, rate, n)
+
+    def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        return Film.voltage_force(self, x, squared, y, n, xp)
+
+    def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
+        return Film.voltage_gain(self, x, squared, n)
+
+    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+        """Of the film at its own lengths: no stress is negative; NaN once it has pulled in."""
+        squared = np.square(voltage)
+        m, width = self.lengths(x, squared, n)
+        l1, l2 = np.sqrt(n["A"] * m), np.sqrt(n["B"] * width)
+        l3 = 1.0 / (l1 * l2)
+        strain = l1 * l1 + l2 * l2 + l3 * l3 - 3.0
+        response, field = self.law.response(strain, n), squared * (m * width)
+
+        def stress(stretch: Any) -> Any:
+            tension = (stretch * stretch - l3 * l3) * response - field
+            return np.where(np.isnan(tension), np.nan, np.maximum(tension, 0.0))[()]
+
+        return FilmState(
+            meridional_stretch=l1,
+            hoop_stretch=l2,
+            thickness_stretch=l3,
+            meridional_stress=stress(l1),
+            hoop_stress=stress(l2),
+            true_field=np.abs(voltage) * np.sqrt(m * width),
+            limit_share=strain / self.law.strain_limit(n),
+        )
+
+    def describe(self) -> str:
+        ends = "" if self.pull_in == "first" else "; its localisation is left out (study)"
+        return f"wrinkling film: a homogeneous cone without compression; pull-in voltages are upper bounds{ends}"
+
+    # --- statics -----------------------------------------------------------------------------------------------------
+
+    def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
+        return Film.turning(self, x, squared, n)
+
+    def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
+        """Where the film is taut h - pull, else the V of the width at which it pulls so. No voltage makes a film push:
+        a negative ``pull`` takes a V that rises too steeply to be reached, so that the result stays monotone."""
+        xx, pull = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(pull, dtype=float))
+        wanted = np.maximum(pull, 0.0)
+        with np.errstate(all="ignore"):
+            taut = super().balancing(x, wanted, n)
+            widest = np.maximum(n["A"] * (1.0 + xx) / n["B"] - 1.0, 0.0)
+
+            def weaker(y: Any) -> Any:
+                own = self.local(xx, 0.0, y, n)
+                return (own.lead <= wanted * (own.compliance * own.q)) & (own.compliance > 0.0)
+
+            own = self.local(xx, 0.0, _bisected(weaker, np.zeros_like(widest), widest), n)
+            held = self.local(xx, taut, 0.0, n).excess >= 0.0
+        return (np.where(held, taut, own.excess / own.compliance) - STEEP * np.minimum(pull, 0.0))[()]
+
+    def highest_squared(self, x: Any, n: Numbers) -> Any:
+        """The V at which it pulls in at x."""
+        xx = np.square(np.asarray(x, dtype=float))
+        with np.errstate(all="ignore"):
+            t = n["A"] * (1.0 + xx)
+            limit = np.where(t > n["end_of_slack"], self._crumpling(t, n) / n["G"], n["limit_squared"])
+            if self.pull_in == "first":
+                limit = np.minimum(limit, self._localising(xx, n))
+        return np.where(limit >= NEVER, np.inf, limit)[()]
+
+    def _localising(self, xx: Any, n: Numbers) -> Any:
+        """The V at which a film held at x localises; infinite where it does not."""
+        widest = np.maximum((n["A"] * (1.0 + xx)) / n["B"] - 1.0, 0.0)
+
+        def at(y: Any) -> Local:
+            return self.local(xx, 0.0, y, n)
+
+        def localised(y: Any) -> Any:
+            own = at(y)
+            return (self._ellipticity(own, n, np) < 0.0) | (own.compliance <= 0.0)
+
+        last = localised(widest)
+        own = at(_bisected(localised, np.zeros_like(widest), widest))
+        found = (widest > 0.0) & last & (own.compliance > 0.0)
+        return np.where(found, own.excess / own.compliance, np.inf)  # the V that makes the hoop stress 0
+
+    # --- where it has a state --------------------------------------------------------------------------------------
+
+    def _gone(self, xx: Any, squared: Any, n: Numbers) -> Any:
+        """Whether the energy's minimum has ended."""
+        with np.errstate(all="ignore"):
+            t = np.maximum(n["A"] * (1.0 + xx), n["end_of_slack"])
+            limit = np.where(n["end_of_slack"] >= NEVER, NEVER, self._crumpling(t, n) / n["G"])
+            return squared > np.where(t == n["end_of_slack"], n["limit_squared"], limit)
+
+
+def _taken(n: Numbers, where: Any) -> dict[str, Any]:
+    return {name: value[where] for name, value in n.items()}
+
+
+def _bisected(beyond: Callable[[Any], Any], low: Any, high: Any) -> Any:
+    """Where ``beyond`` begins to hold between ``low`` and ``high``; ``high`` if nowhere."""
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        past = beyond(middle)
+        low, high = np.where(past, low, middle), np.where(past, middle, high)
+    return high
+
+
+def _crumpling(law: StrainEnergyLaw, t: Any, n: Numbers) -> tuple[Any, Any]:
+    """Vb(t) = R (1 - t^-3)/t and its derivative."""
+    strain, strain_slope = 2.0 * t + t**-2 - 3.0, 2.0 - 2.0 * t**-3
+    response = law.response(strain, n)
+    shape, shape_slope = 1.0 / t - t**-4, 4.0 * t**-5 - t**-2
+    return response * shape, law.response_slope(strain, n) * strain_slope * shape + response * shape_slope
+
+
+def _hump(law: StrainEnergyLaw, n: Numbers) -> Array:
+    """The t of the first maximum of Vb; infinity if there is none. In the shape of the law's numbers."""
+    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in n.values())) if n else [np.zeros(())]
+    rows, place = np.unique(np.stack([array.ravel() for array in arrays]), axis=1, return_inverse=True)
+    numbers = {name: row[:, None] for name, row in zip(n, rows, strict=False)}
+    with np.errstate(all="ignore"):
+        limit = np.broadcast_to(law.strain_limit(numbers), (rows.shape[1], 1))
+        most = np.minimum(0.5 * (limit + 3.0), MOST_STRETCHED)
+        t = np.exp(np.log(most) * np.linspace(0.0, 1.0, GRID)[1:-1])
+        falls = _crumpling(law, t, numbers)[1] < 0.0
+        first = np.argmax(falls, axis=1)
+        low = np.where(first > 0, np.take_along_axis(t, np.maximum(first - 1, 0)[:, None], 1)[:, 0], 1.0)
+        high = np.take_along_axis(t, first[:, None], 1)[:, 0]
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            falling = _crumpling(law, middle[:, None], numbers)[1][:, 0] < 0.0
+            low, high = np.where(falling, low, middle), np.where(falling, middle, high)
+    return np.where(falls.any(axis=1), high, np.inf)[place].reshape(arrays[0].shape)

@@ -1,0 +1,117 @@
+"""Motions of the wrinkling film across its borders against independently computed ones, and what holds exactly."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gelcone import lyapunov, simulate
+from gelcone.codes import FilmPullIn, Outcome
+from gelcone.motion.flow import integrate
+from gelcone.physics.film.wrinkling import WrinklingCone
+from gelcone.physics.model import ConeModel
+
+REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "wrinkling.json").read_text())
+SETS = {"base": (0.9, 0.1), "fast": (0.5, 0.3)}
+PRESTRETCHES = {"lp1": (1.0, 1.0), "radial1.5": (1.0, 1.5), "equi1.5": (1.5, 1.5)}
+
+
+def model_of(case, **film):
+    limit = {} if case["J"] == "inf" else {"stretch_limit": float(case["J"])}
+    return ConeModel(
+        film=WrinklingCone(**film),
+        law="neo-hookean" if case["J"] == "inf" else "gent",
+        damping_ratio=case["zeta"],
+        spring_stiffness=case["kappa"],
+        rest_height=case["x0"],
+        voltage=case["v"],
+        drive_frequency=case["omega"],
+        meridional_prestretch=case["lm"],
+        hoop_prestretch=case["lh"],
+        **limit,
+    )
+
+
+@pytest.mark.parametrize("case", REFERENCE["trajectories"], ids=lambda case: case["case"])
+def test_trajectories_of_the_reference(case):
+    times = [state["tau"] for state in case["states"]]
+    run = integrate(model_of(case), case["start"], times)
+    wanted = [[state["x"], state["velocity"]] for state in case["states"]]
+    np.testing.assert_allclose(run.states[0], wanted, atol=5e-12)
+    assert run.film_times.sum() == pytest.approx(times[-1], abs=1e-12)
+    first = case["first_borders"][0]
+    if case["case"].startswith("C"):  # one stretch of taut film, then none that pulls
+        run = integrate(model_of(case), case["start"], [case["first_borders"][1]["tau"]])
+        slack = case["first_borders"][1]["tau"] - first["tau"]
+        assert run.film_times[0, 2] == pytest.approx(slack, abs=1e-9)
+
+
+@pytest.mark.parametrize("case", REFERENCE["pull_in_times_from_x1"], ids=lambda case: f"{case['set']} {case['pre']}")
+def test_pull_in_of_the_reference(case):
+    kappa, omega = SETS[case["set"]]
+    lm, lh = PRESTRETCHES[case["pre"]]
+    given = {"kappa": kappa, "omega": omega, "v": case["v"], "lm": lm, "lh": lh, "J": 50, "x0": 0.0, "zeta": 0.01}
+    ends = {}
+    for pull_in in ("minimum", "first"):
+        run = integrate(model_of(given, pull_in=pull_in), (1.0, 0.0), [200.0])
+        ends[pull_in] = run.end_times[0]
+        if case["tau_pull_in"] is None:
+            assert run.outcome[0] == Outcome.OK
+            continue
+        assert run.outcome[0] == Outcome.PULLED_IN
+        if pull_in == "minimum" or run.pull_in[0] == FilmPullIn.MINIMUM:
+            assert run.end_times[0] == pytest.approx(case["tau_pull_in"], abs=1e-11)
+            assert run.end_states[0, 0] == pytest.approx(case["x_pull_in"], abs=1e-11)
+    assert ends["first"] <= ends["minimum"] + 1e-12
+
+
+def test_energy_is_kept_across_borders_without_damping_under_constant_voltage():
+    """1,000 natural periods that cross two borders four times each."""
+    model = ConeModel(
+        film="wrinkling", damping_ratio=0.0, spring_stiffness=0.9, rest_height=0.6, voltage=0.0, voltage_bias=0.5
+    )
+    times = np.linspace(0.0, 2000.0 * np.pi / np.sqrt(0.9), 400)
+    run = integrate(model, (1.1, 0.0), times)
+    x, u = run.states[0].T
+    n = model.members().numbers_at(0)
+    energy = 0.5 * u * u + model.system.film.work(x, 0.25, n) + 0.45 * (x - 0.6) ** 2
+    assert (run.film_times[0, [0, 1, 3]] > 10.0).all()
+    np.testing.assert_allclose(energy, energy[0], atol=1e-10)
+
+
+def test_a_film_that_slackens_at_rest_ends_as_rest():
+    """At lp = 1 all borders meet at rest; the run goes on, in few steps, as a damped spring."""
+    model = ConeModel(film="wrinkling", damping_ratio=0.05, spring_stiffness=0.9, voltage=[0.0, 0.5], prestretch=1.0)
+    run = integrate(model, (0.01, 0.0), [2000.0])
+    assert (run.outcome == Outcome.OK).all()
+    assert (np.abs(run.states) < 1e-20).all()
+    assert (run.steps < 20_000).all()
+    at_rest = integrate(model, (0.0, 0.0), [1000.0])
+    assert (at_rest.outcome == Outcome.OK).all()
+    assert (at_rest.states == 0.0).all()
+
+
+@pytest.mark.parametrize("case", REFERENCE["lle_tests"], ids=lambda case: case["case"])
+def test_exponents_of_the_reference(case):
+    """Its two integrators differ by more than the error that it states."""
+    run = lyapunov(model_of(case), tuple(case["start"]))
+    known = case["err"] + abs(case["lle"] - case["lle_other_integrator"])
+    largest, error = float(run["lyapunov"][0]), float(run["standard_error"][0])
+    assert abs(largest - case["lle"]) < known + 3.0 * error
+    assert abs(float(run["sum_residual"])) < 1e-12
+
+
+def test_a_run_says_in_which_states_the_film_was_and_where_it_pulled_in():
+    model = ConeModel(
+        film="wrinkling", spring_stiffness=0.9, damping_ratio=0.01, drive_frequency=0.1, voltage=[0.5, 1.04]
+    )
+    run = simulate(model, (1.0, 0.0), periods=1)
+    shares = sum(run[f"film_state_{kind}"] for kind in ("taut", "hoop_slack", "meridional_slack", "crumpled"))
+    np.testing.assert_allclose(shares, 1.0, atol=1e-14)
+    assert run["outcome"].values.tolist() == [Outcome.OK, Outcome.PULLED_IN]
+    assert float(run["pull_in_time"][1]) == pytest.approx(7.272791117551, abs=1e-11)
+    assert float(run["pull_in_voltage"][1]) == pytest.approx(0.691433218, abs=1e-9)
+    assert np.isnan(run["pull_in_time"][0])
+    assert float(abs(run["energy_residual"]).max()) < 1e-12
+    assert float(run["meridional_stress"].min()) >= 0.0
