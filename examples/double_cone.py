@@ -1,0 +1,17 @@
+"""Does an antagonist remove the second harmonic? A double cone driven in opposite phase, against one film driven alone."""
+
+import gelcone
+
+device = gelcone.find_device("double-cone").replace(frequency="6 Hz", voltage_amplitude="400 V")
+alone = device.replace(second_drive="constant", second_voltage="1 kV")
+
+shares, strokes = {}, {}
+for name, own in (("opposite", device), ("alone", alone)):
+    motion = gelcone.to_si(gelcone.settled(own.to_model(), own.initial_state()), own)
+    first, second = motion.harmonic_amplitude[:2].values
+    shares[name], strokes[name] = second / first, float(motion.stroke)
+    print(f"{name:9s} stroke {motion.stroke:.2f} {motion.stroke.units}, second harmonic {100 * shares[name]:.2g} %")
+
+assert shares["opposite"] < 1e-9
+assert shares["alone"] > 0.2
+assert abs(strokes["opposite"] - 3.05) < 0.02
