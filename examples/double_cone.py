@@ -1,4 +1,4 @@
-"""Does an antagonist remove the second harmonic? A double cone driven in opposite phase, against one film driven alone."""
+"""Does an antagonist remove the second harmonic? A double cone in opposite phase, against one film driven alone."""
 
 import gelcone
 

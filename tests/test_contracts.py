@@ -23,7 +23,13 @@ TYPED = {
     "circuit": ["--set", "circuit=tests.toys:FilteredVoltage", "--set", "filter_time=0.4"],
 }
 TYPED["together"] = [text for typed in TYPED.values() for text in typed]
+TYPED["second"] = [
+    *("--set", "second_film=tests.toys:PowerFilm", "--set", "second_flat_height=0", "--set", "second_drive=opposite"),
+    *("--set", "second_film_modulus=0.7"),
+]
 OWN = {"film": "film_modulus", "waveform": "second_harmonic", "bias": "bias_cubic", "circuit": "filter_time"}
+OWN["second"] = "second_film_modulus"
+MODELS = TOYS | {"second": {"second_film": PowerFilm(), "second_drive": "opposite"}}
 SMALL = {
     "simulate": ["--periods", "3"],
     "section": ["--repeats", "5", "--discard", "20"],
@@ -43,7 +49,7 @@ ASKED = [name for name in ANALYSES if name != "show"]
 """A store is shown by the test of stores."""
 
 
-@pytest.mark.parametrize("toy", ["together", *(pytest.param(toy, marks=pytest.mark.slow) for toy in TOYS)])
+@pytest.mark.parametrize("toy", ["together", *(pytest.param(toy, marks=pytest.mark.slow) for toy in MODELS)])
 @pytest.mark.parametrize("name", ASKED)
 def test_every_analysis_takes_components_of_ones_own(name, toy, command_line, tmp_path):
     """All four together, a system of three states; and, slower, each alone."""
@@ -59,13 +65,14 @@ def test_every_analysis_takes_components_of_ones_own(name, toy, command_line, tm
     for kind in TOYS if toy == "together" else [toy]:
         own, expected = OWN[kind], float(typed[OWN[kind]])
         assert answer["parameters"][own] == expected
-        assert getattr(model.system, kind) == TOYS[kind][kind]
+        part = model.system.second.film if kind == "second" else getattr(model.system, kind)
+        assert part == (PowerFilm() if kind == "second" else TOYS[kind][kind])
         assert np.all(np.asarray(model.values[own]) == expected)
 
 
-@pytest.mark.parametrize("toy", TOYS)
+@pytest.mark.parametrize("toy", MODELS)
 def test_what_a_component_adds_is_swept_stored_resumed_and_shown(toy, tmp_path):
-    model = ConeModel(damping_ratio=0.3, voltage=0.4, drive_frequency=1.3, **TOYS[toy])
+    model = ConeModel(damping_ratio=0.3, voltage=0.4, drive_frequency=1.3, **MODELS[toy])
     own = OWN[toy]
     values = model.values[own] * np.array([1.0, 1.2])
     plan = gelcone.Plan(model, {own: values, "voltage": [0.2, 0.4]})

@@ -110,6 +110,15 @@ class PairBalance(StaticBalance):
             gain = gain + second.voltage_gain(place, other, n) * system.second_squared_rate(voltage, n)
         return float(force), float(slope), -float(gain)
 
+    def _pulled_in(self, x: float, squared: float) -> bool:
+        """Whether a film has no state there, at the squared voltage on the first."""
+        second = self.system.second
+        assert second is not None
+        at, own = np.float64(x), second.own(self.n)
+        first_fails = squared >= float(self.system.film.highest_squared(at, self.n))
+        other = float(self.system.second_squared(np.float64(squared), self.n))
+        return first_fails or other >= float(second.film.highest_squared(second.place(at, self.n), own))
+
     # --- equilibria at one voltage -----------------------------------------------------------------------------------
 
     @cached_property
@@ -138,6 +147,7 @@ class PairBalance(StaticBalance):
         found = list(nodes[values == 0.0])
         for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
             found.append(root(lambda x: self.force(x, squared), nodes[i], nodes[i + 1]))
+        found = [x for x in found if not self._pulled_in(float(x), squared)]
         slopes = [float(self.slope(x, squared)) for x in sorted(found)]
         return [Equilibrium(float(x), k, k > ROUNDING) for x, k in zip(sorted(found), slopes, strict=True)]
 
@@ -162,6 +172,8 @@ class PairBalance(StaticBalance):
                 share = (bound - voltage) / (found[1] - voltage) if found[1] != voltage else 0.0
                 last = self._settle(x + share * (found[0] - x), bound)
                 return Curve(np.array([*xs, last]), np.array([*volts, bound]), None)
+            if self._pulled_in(found[0], found[1] ** 2):
+                return Curve(np.array(xs), np.array(volts), PullIn.FILM)
             x, voltage, tangent = *found, turned
             if not self.lowest < x < self.highest:
                 return Curve(np.array(xs), np.array(volts), PullIn.NEVER if self.wall else PullIn.SEARCH_RANGE)
