@@ -21,9 +21,10 @@ import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from gelcone.atlas.plan import Plan
+from gelcone.atlas.processes import processes
 from gelcone.atlas.refinement import refine
 from gelcone.atlas.sweep import compute, sweep
-from gelcone.atlas.workers import cluster, threads
+from gelcone.atlas.workers import threads
 from gelcone.presets import find_preset
 from gelcone.progress import Watch, watching
 from gelcone.register.analyses import find_analysis
@@ -99,7 +100,7 @@ def main(points: int, mode: str, sample: int) -> None:
     few = Plan(
         plan.model, {name: values[:: max(1, (points - 1) // 32)] for name, values in over.items()}, preset.initial
     )
-    for who, start, target in (("threads", threads, 1.85), ("processes", cluster, 1.8)):
+    for who, start, target in (("threads", threads, 1.85), ("processes", processes, 1.8)):
         turns = [
             [json.loads(sweep(few, workers=start(count)).attrs["totals"])["wall_time_s"] for count in (1, 2)]
             for _ in range(TURNS)

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from gelcone.atlas.bifurcation import bifurcation as bifurcation
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
     from gelcone.atlas.branches.continuation import continue_branch as continue_branch
+    from gelcone.atlas.cluster import cluster as cluster
     from gelcone.atlas.maps import basin as basin
     from gelcone.atlas.maps import map as map
     from gelcone.atlas.plan import Plan as Plan
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from gelcone.atlas.uncertain import Uniform as Uniform
     from gelcone.atlas.uncertain import draw as draw
     from gelcone.atlas.uncertain import probability as probability
-    from gelcone.atlas.workers import cluster as cluster
     from gelcone.codes import Outcome as Outcome
     from gelcone.codes import Regime as Regime
     from gelcone.continuum.fit import fit_film as fit_film

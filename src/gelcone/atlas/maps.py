@@ -49,7 +49,8 @@ def map(
     coarsest : points along each axis that are computed at least; the map is refined where it changes between them.
         Default: every cell is computed.
     store : folder that keeps what is computed while the map runs. Default none.
-    threads : worker threads; default one a core. Does not change a bit of the result.
+    threads : so many threads of this process. Default one process a core for 1,024 cells or more, else one thread a
+        core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
@@ -86,7 +87,8 @@ def basin(
     model : a single model.
     over : ``displacement`` and ``velocity`` -> increasing values.
     transient, patience, budget, tolerance : as in `regime`.
-    threads : worker threads; default one a core. Does not change a bit of the result.
+    threads : so many threads of this process. Default one process a core for 1,024 cells or more, else one thread a
+        core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
     Returns

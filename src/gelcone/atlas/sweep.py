@@ -19,11 +19,11 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.atlas.plan import Plan
+from gelcone.atlas.processes import usual_workers
 from gelcone.atlas.record import Tally, coordinates, device_record, label, plan_record
 from gelcone.atlas.refinement import Cells, Kinds, Refined, border_dimension, refine
 from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of, open_store
 from gelcone.atlas.workers import Team, Workers
-from gelcone.atlas.workers import threads as start_threads
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.settle import check_budgets, complete, start_states
@@ -80,9 +80,10 @@ def sweep(
     resume : continues with what ``store`` holds, whose plan must be the same. Default no.
     device : what the plan's model comes from; the store keeps it, so that what it holds can be shown in SI units.
         Default none.
-    workers : who computes, for example `gelcone.cluster`. Default threads of this process.
+    workers : who computes, for example `gelcone.cluster`. Default one process a core for 1,024 cells or more, else
+        threads of this process.
     watch : called with a `Tally` of the cells after each task. Default none.
-    threads : worker threads; default one a core. Does not change a bit of the result.
+    threads : so many threads of this process. Default as ``workers``. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
@@ -110,7 +111,7 @@ def sweep(
             cells.keep_in(
                 stack.enter_context(open_store(Path(store), record, plan.dims, plan.shape, about=about, resume=resume))
             )
-        team = stack.enter_context((workers or start_threads(threads))())
+        team = stack.enter_context((workers or usual_workers(plan.size, threads))())
         begun = time.monotonic()
 
         def timed(tally: Tally) -> None:

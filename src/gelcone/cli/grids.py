@@ -64,8 +64,13 @@ def run_parameters() -> list[click.Parameter]:
             metavar="STORE",
             help="Continue with what a store holds; without other arguments its own plan is taken.",
         ),
-        click.Option(["--threads"], type=int, metavar="N", help="Threads of this process. [default: one a core]"),
-        click.Option(["--workers"], type=int, metavar="N", help="Start so many processes (needs the extra 'cluster')."),
+        click.Option(["--threads"], type=int, metavar="N", help="So many threads of this process."),
+        click.Option(
+            ["--workers"],
+            type=int,
+            metavar="N",
+            help="So many processes. [default: one a core for 1,024 cells or more, else threads]",
+        ),
         click.Option(["--scheduler"], metavar="ADDRESS", help="Use the dask cluster whose scheduler is there."),
     ]
 
@@ -191,7 +196,7 @@ def run_sweep(
 
 
 def run(
-    command: Analysis, wanted: Sweep, store: Path | None, resume: bool, workers: Workers, output: dict[str, Any]
+    command: Analysis, wanted: Sweep, store: Path | None, resume: bool, workers: Workers | None, output: dict[str, Any]
 ) -> int:
     """Runs a sweep and delivers its result."""
     subject, plan, analysis, coarsest, keep = wanted
@@ -257,14 +262,17 @@ def one_store(store: Path | None, resume: Path | None) -> Path | None:
     return store or resume
 
 
-def read_workers(how: dict[str, Any]) -> Workers:
-    """Who computes."""
-    from gelcone.atlas.workers import cluster, threads
+def read_workers(how: dict[str, Any]) -> Workers | None:
+    """Who computes, if that is said."""
+    from gelcone.atlas.cluster import cluster
+    from gelcone.atlas.workers import threads
 
     chosen = {name: how[name] for name in ("threads", "workers", "scheduler") if how[name] is not None}
     if len(chosen) > 1:
         raise InputError("--threads, --workers and --scheduler: give one of them")
-    if "threads" in chosen or not chosen:
+    if not chosen:
+        return None
+    if "threads" in chosen:
         return threads(how["threads"])
     return cluster(how["workers"], how["scheduler"])
 

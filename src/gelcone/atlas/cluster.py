@@ -1,0 +1,103 @@
+"""The workers of a running dask cluster, or processes of this machine under the same name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from itertools import islice
+from typing import Any
+
+from gelcone._version import __version__
+from gelcone.atlas.processes import processes
+from gelcone.atlas.workers import AHEAD, Answer, Task, Team, Workers, watched
+from gelcone.errors import InputError, MissingDependency
+
+CONNECT_SECONDS = 10
+FEWEST_AHEAD = 64
+"""Tasks given to a cluster at least, whose workers may come later."""
+
+
+def cluster(workers: int | None = None, scheduler: str | None = None) -> Workers:
+    """Processes of this machine, or the workers of the dask scheduler at an address; one integrator in each.
+
+    Raises
+    ------
+    InputError : for fewer than 1 worker, both given or none; on entering, for an address where no scheduler answers or
+        whose workers have another version of gelcone.
+    MissingDependency : on entering a scheduler's, without dask.distributed (extra ``cluster``).
+    """
+    if (workers is None) == (scheduler is None):
+        raise InputError("workers and scheduler: give one of them")
+    return processes(workers) if scheduler is None else _of_scheduler(scheduler)
+
+
+def _of_scheduler(scheduler: str) -> Workers:
+    @contextmanager
+    def start() -> Iterator[Team]:
+        distributed = _import_distributed()
+        with _client(distributed, scheduler) as client:
+            size = max(sum(client.nthreads().values()), 1)
+
+            def run(function: Callable[[Task], Answer], tasks: Iterable[Task]) -> Iterator[tuple[Answer, int]]:
+                futures = (client.submit(watched, function, task, pure=False) for task in tasks)
+                given = set(islice(futures, max(AHEAD * size, FEWEST_AHEAD)))
+                try:
+                    done = distributed.as_completed(given)
+                    for future in done:
+                        yield _result(distributed, future)
+                        given.remove(future)
+                        for further in islice(futures, 1):
+                            given.add(further)
+                            done.add(further)
+                finally:
+                    client.cancel(list(given))
+
+            yield Team(size, run)
+
+    return start
+
+
+def _import_distributed() -> Any:
+    try:
+        import distributed
+    except ImportError:
+        raise MissingDependency("a scheduler needs dask.distributed: pip install 'gelcone[cluster]'") from None
+    return distributed
+
+
+@contextmanager
+def _client(distributed: Any, scheduler: str) -> Iterator[Any]:
+    try:
+        client = distributed.Client(scheduler, timeout=CONNECT_SECONDS)
+    except (OSError, ValueError, TimeoutError):
+        raise InputError(
+            f"scheduler {scheduler}: does not answer; start one with `dask scheduler` and give its address, "
+            "for example tcp://localhost:8786"
+        ) from None
+    with client:
+        _check_versions(client, scheduler)
+        yield client
+
+
+def _check_versions(client: Any, scheduler: str) -> None:
+    try:
+        versions = set(client.run(_version).values())
+    except ModuleNotFoundError:
+        versions = {"no gelcone"}
+    if versions - {__version__}:
+        theirs = ", ".join(sorted(versions))
+        raise InputError(f"scheduler {scheduler}: its workers have {theirs}, here is {__version__}; install the same")
+
+
+def _version() -> str:
+    return __version__
+
+
+def _result(distributed: Any, future: Any) -> Any:
+    try:
+        return future.result()
+    except distributed.KilledWorker:
+        raise InputError(
+            "a task ended several workers, one after the other: they may run out of memory; start fewer on a machine. "
+            "What the store holds is safe: continue with --resume"
+        ) from None

@@ -1,0 +1,132 @@
+"""Processes of this machine: the same bits, errors that come back, nobody left behind, no guard around the script."""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gelcone.atlas import processes as module
+from gelcone.atlas import sweep as sweeping
+from gelcone.atlas.plan import Plan
+from gelcone.atlas.processes import LARGE, processes, usual_workers
+from gelcone.atlas.sweep import sweep
+from gelcone.errors import InputError
+from gelcone.physics.model import ConeModel
+
+MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.3)
+QUICK = {"transient": 100.0, "budget": 200.0, "rounds": 1}
+PLAN = Plan(MODEL, {"voltage": np.linspace(0.0, 1.2, 6), "prestretch": np.linspace(0.8, 1.6, 5)}, options=QUICK)
+
+
+def started(monkeypatch):
+    """The processes that are started from now on, as they come."""
+    found, start = [], module._start
+    monkeypatch.setattr(module, "_start", lambda: found.append(start()) or found[-1])
+    return found
+
+
+def test_processes_give_the_same_bits_also_when_one_dies_and_none_is_left(monkeypatch):
+    monkeypatch.setattr(sweeping, "TASK_CELLS", 5)
+    team = started(monkeypatch)
+
+    def kill(tally):
+        if len(team) == 2:
+            team[0].kill()
+
+    result = sweep(PLAN, workers=processes(2), watch=kill)
+    assert len(team) == 3
+    assert all(process.poll() is not None for process in team)
+    alone = sweep(PLAN, threads=1)
+    xr.testing.assert_identical(result.drop_attrs(deep=False), alone.drop_attrs(deep=False))
+    steps = [json.loads(found.attrs["totals"])["integrator_steps"] for found in (result, alone)]
+    assert steps[0] == steps[1] > 0
+
+
+def test_errors_come_back_and_a_task_that_ends_its_processes_is_given_up(monkeypatch):
+    team = started(monkeypatch)
+    with processes(1)() as one:
+        with pytest.raises(ValueError, match="domain"):
+            next(one.run(math.sqrt, [-1.0]))
+        assert next(one.run(math.sqrt, [4.0])) == (2.0, 0)
+        with pytest.raises(InputError, match=r"a task ended 2 processes, one after the other.*--resume"):
+            next(one.run(os._exit, [3]))
+    assert len(team) == 3
+
+
+def test_what_the_script_defines_is_done_by_threads(monkeypatch):
+    def own(_):
+        return os.getpid()
+
+    command, pipe = [sys.executable, "-S", "-c", "pass"], subprocess.PIPE
+    monkeypatch.setattr(module, "_start", lambda: subprocess.Popen(command, stdin=pipe, stdout=pipe))
+    with processes(2)() as team:
+        assert list(team.run(own, range(3))) == [(os.getpid(), 0)] * 3
+    own.__module__, own.__qualname__ = "__main__", "own"
+    monkeypatch.setattr(sys.modules["__main__"], "own", own, raising=False)
+    assert module._portable(own) is None
+    assert module._portable(math.sqrt) is not None
+
+
+def kind(workers):
+    return workers.__qualname__.split(".")[0]
+
+
+def test_large_work_is_done_by_processes_unless_somebody_says_otherwise(monkeypatch):
+    monkeypatch.setattr(module, "available_threads", lambda: 2)
+    assert [kind(usual_workers(cells)) for cells in (LARGE - 1, LARGE)] == ["threads", "processes"]
+    assert kind(usual_workers(LARGE, 2)) == "threads"
+    monkeypatch.setattr(module, "_serving", True)
+    assert kind(usual_workers(LARGE)) == "threads"
+    monkeypatch.setattr(module, "_serving", False)
+    monkeypatch.setattr(module, "available_threads", lambda: 1)
+    assert kind(usual_workers(LARGE)) == "threads"
+
+
+SCRIPT = """
+import os, sys, time
+from gelcone.atlas.processes import processes
+print("begun", flush=True)
+with processes(2)() as team:
+    asked = "(__import__('time').sleep(0.5), __import__('os').getpid())[1]"
+    print(*{pid for pid, _ in team.run(eval, [asked] * 2)})
+    print("ready", flush=True)
+    list(team.run(time.sleep, [60.0] * 2))
+"""
+
+
+def gone(pid):
+    """Whether a process has ended; one that nobody has asked for yet counts."""
+    try:
+        with open(f"/proc/{pid}/stat") as stat:
+            return stat.read().rsplit(")", 1)[1].split()[0] == "Z"
+    except FileNotFoundError:
+        return True
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc"), reason="asks the kernel which processes there are")
+@pytest.mark.parametrize("sign", [signal.SIGKILL, signal.SIGINT])
+def test_a_script_runs_once_and_leaves_no_process_behind(tmp_path, sign):
+    """Without ``if __name__ == "__main__"``; killed, or interrupted, in the middle of tasks."""
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    with subprocess.Popen(
+        [sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as parent:
+        assert parent.stdout.readline() == "begun\n"
+        pids = [int(pid) for pid in parent.stdout.readline().split()]
+        assert parent.stdout.readline() == "ready\n"
+        assert len(pids) == 2
+        assert not any(gone(pid) for pid in pids)
+        parent.send_signal(sign)
+        parent.communicate(timeout=20.0)
+    until = time.monotonic() + 20.0
+    while not all(gone(pid) for pid in pids) and time.monotonic() < until:
+        time.sleep(0.02)
+    assert all(gone(pid) for pid in pids)
