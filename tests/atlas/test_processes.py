@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
 
 MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.3)
-QUICK = {"transient": 100.0, "budget": 200.0, "rounds": 1}
+QUICK = {"transient": 100.0, "budget": 200.0, "patience": 1.0}
 PLAN = Plan(MODEL, {"voltage": np.linspace(0.0, 1.2, 6), "prestretch": np.linspace(0.8, 1.6, 5)}, options=QUICK)
 
 
@@ -116,9 +117,9 @@ def test_a_script_runs_once_and_leaves_no_process_behind(tmp_path, sign):
     """Without ``if __name__ == "__main__"``; killed, or interrupted, in the middle of tasks."""
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
-    with subprocess.Popen(
-        [sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as parent:
+    command, pipe = [sys.executable, script], subprocess.PIPE
+    found = os.environ | {"PYTHONPATH": str(Path(module.__file__).parents[2])}
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=found) as parent:
         assert parent.stdout.readline() == "begun\n"
         pids = [int(pid) for pid in parent.stdout.readline().split()]
         assert parent.stdout.readline() == "ready\n"
