@@ -100,6 +100,8 @@ if TYPE_CHECKING:
     from gelcone.physics.second import SecondFilm as SecondFilm
     from gelcone.plots import plot as plot
     from gelcone.quantity import Quantity as Quantity
+    from gelcone.studio.notebook import StudioFrame as StudioFrame
+    from gelcone.studio.notebook import studio as studio
 
 
 @cache

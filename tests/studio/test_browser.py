@@ -177,7 +177,23 @@ def test_files_are_saved(page, tmp_path):
         page.wait("!document.querySelector('#saver [data-format=nc]').disabled")
     result = gelcone.load(tmp_path / "simulate.nc")
     assert result.attrs["device"] == "biased pumping cone"
+    type_in(page, "frequency", "9 Hz")
+    page.js("document.querySelector('#saver [data-format=toml]').click()")
+    browser.wait_for((tmp_path / "device.toml").exists)
+    assert gelcone.Device.from_toml(tmp_path / "device.toml").frequency == 9.0
     page.js("document.getElementById('saver').close()")
+
+
+def test_a_device_file_is_opened(page, tmp_path):
+    import gelcone
+
+    text = gelcone.find_device("biased-pump").replace(frequency="9 Hz", name="my own pump").to_toml()
+    (tmp_path / "mine.toml").write_text(text)
+    node = page.send("DOM.querySelector", nodeId=page.send("DOM.getDocument")["root"]["nodeId"], selector="#file")
+    page.send("DOM.setFileInputFiles", files=[str(tmp_path / "mine.toml")], nodeId=node["nodeId"])
+    page.wait("document.querySelector('[data-name=frequency] input').value === '9 Hz'")
+    page.wait("document.querySelector('#subject').selectedOptions[0].textContent === 'my own pump'")
+    assert "file=" in page.js("location.hash")
 
 
 def test_dark_and_light(page):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import time
 from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -33,6 +34,7 @@ from gelcone.studio.grids import COARSEST, TASK, VOLTAGES, Axis, Source, axis, f
 from gelcone.studio.pool import Pool
 from gelcone.studio.setting import Setting, Shelf, typed
 
+_log = logging.getLogger(__name__)
 GRACE = 0.15
 """Seconds that what runs may go on after something newer has come."""
 RATE, BURST = 200.0, 400
@@ -78,7 +80,7 @@ class Slot:
             self._side = next(iter(self._next))
             request = self._next.pop(self._side)
             self.watch, self._began = Watch(), time.monotonic()
-            with suppress(Stopped):
+            with suppress(Stopped, WebSocketDisconnect):
                 await self.work(self._side, request)
 
     def end(self) -> None:
@@ -145,7 +147,9 @@ class Page:
             request = _request(text)
             number = request["id"]
             await _KINDS[request["kind"]](self, request)
-        except InputError as error:
+        except WebSocketDisconnect:
+            raise
+        except Exception as error:
             await self.fail(number, error)
 
     async def _hello(self, request: Mapping[str, Any]) -> None:
@@ -220,7 +224,9 @@ class Page:
 
         try:
             found = await asyncio.get_running_loop().run_in_executor(self._threads, watched)
-        except (InputError, MissingDependency) as error:
+        except Stopped:
+            raise
+        except Exception as error:
             await self.fail(request["id"], error, request.get("side"))
             return None
         if slot.overtaken:
@@ -298,6 +304,14 @@ class Page:
             arrays = found.pop("arrays")
             await self.send({"kind": "envelope", "id": request["id"], **found}, arrays)
 
+    async def _device_file(self, request: dict[str, Any]) -> None:
+        """The device as it is set, as a device file."""
+        device = self.shelf.subject(Setting.read(request.get("setting"))).device
+        if device is None:
+            raise InputError("a preset is no device; only a device has a file")
+        head = {"kind": "file", "id": request["id"], "name": exports.OWN_FILE}
+        await self.send(head, {"data": np.frombuffer(device.to_toml().encode(), dtype=np.uint8)})
+
     async def _code(self, request: dict[str, Any]) -> None:
         """The command and the Python lines that give what the page shows."""
         setting, wanted = self._wanted(request)
@@ -336,10 +350,8 @@ class Page:
                 await work()
             except Outdated:
                 pass
-            except (InputError, MissingDependency) as error:
+            except Exception as error:
                 await self.fail(request["id"], error)
-            except BrokenProcessPool:
-                await self.fail(request["id"], RuntimeError("a worker process ended; try again"))
 
         self.pool.begin(self._lanes[name])
         for task in self._tasks:
@@ -372,8 +384,14 @@ class Page:
         await self.send(head, parts.arrays)
 
     async def fail(self, number: Any, error: Exception, side: str | None = None) -> None:
-        """Tells the page what is wrong, and with which control."""
-        message = " ".join(str(error).split())
+        """Tells the page what is wrong, and with which control; a fault of gelcone goes to the terminal, too."""
+        if isinstance(error, InputError | MissingDependency):
+            message = " ".join(str(error).split())
+        elif isinstance(error, BrokenProcessPool):
+            message = "a worker process ended, perhaps for lack of memory; change a setting to try again"
+        else:
+            _log.error("the studio failed", exc_info=error)
+            message = "the studio failed at this; the terminal says how"
         control = getattr(error, "field", None) or message.removeprefix("--set ").partition(" ")[0].rstrip(":")
         await self.send({"kind": "error", "id": number, "side": side, "control": control, "message": message})
 
@@ -434,6 +452,7 @@ _KINDS: Mapping[str, Callable[[Page, dict[str, Any]], Awaitable[None]]] = {
     "envelope": Page._envelope,
     "cancel": Page._cancel,
     "code": Page._code,
+    "device": Page._device_file,
     "export": Page._export,
 }
 """What a page may ask."""

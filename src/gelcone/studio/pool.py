@@ -70,7 +70,9 @@ class Pool:
     async def do(self, lane: int, run: int, function: Callable[..., Any], *arguments: Any) -> Any:
         """``function(*arguments)`` in a worker; None if the run is out of date. Raises what it raises."""
         try:
-            return await asyncio.wrap_future(self._submit(_work, lane, run, function, arguments))
+            task = asyncio.wrap_future(self._submit(_work, lane, run, function, arguments))
+            task.add_done_callback(lambda done: done.cancelled() or done.exception())
+            return await asyncio.shield(task)  # who waits may be cancelled; the task finds out by its lane
         except BrokenProcessPool:
             self._executor = None
             raise
@@ -99,7 +101,7 @@ class Pool:
             self._end.close()
             self._listen.close()
         if self._executor is not None:
-            self._executor.shutdown(wait=False, cancel_futures=True)
+            self._executor.shutdown(wait=False)
             self._executor = None
 
 

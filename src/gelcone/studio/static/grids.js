@@ -141,7 +141,7 @@ class MapPanel extends Panel {
     c.onpointerdown = (event) => this.down(event);
     c.onpointermove = (event) => this.move(event);
     c.onpointerup = (event) => this.up(event);
-    c.onkeydown = (event) => this.key(event);
+    c.onkeydown = (event) => this.pressed(event);
     c.onfocus = c.onblur = () => this.plot.redrawOver();
     this.blank();
   }
@@ -227,7 +227,7 @@ class MapPanel extends Panel {
     }
     g.clearRect(0, 0, nx, ny);
     g.putImageData(image, 0, 0);
-    this.key2 = document.documentElement.dataset.theme + this.view.value;
+    this.painted = document.documentElement.dataset.theme + this.view.value;
   }
 
   shader(from) {
@@ -255,7 +255,7 @@ class MapPanel extends Panel {
     this.out.disabled = x[1] === c?.low && x[2] === c?.high && y[1] === d?.low && y[2] === d?.high;
     p.canvas.setAttribute("aria-label", `Map over ${c?.label} and ${d?.label}. Arrow keys move the point, plus and minus zoom.`);
     if (!this.codes.some((code) => code !== 255)) { this.names.replaceChildren(); return this.nothing(p, this.running ? "computing …" : ""); }
-    if (this.dirty || this.key2 !== document.documentElement.dataset.theme + this.view.value) this.paint();
+    if (this.dirty || this.painted !== document.documentElement.dataset.theme + this.view.value) this.paint();
     p.inside((g) => {
       g.imageSmoothingEnabled = false;
       g.globalAlpha = this.stale ? 0.45 : 1;
@@ -342,7 +342,7 @@ class MapPanel extends Panel {
     this.page.go({ [x[0]]: this.text(x[0], inside(vx, x)), [y[0]]: this.text(y[0], inside(vy, y)) });
   }
 
-  key(event) {
+  pressed(event) {
     const { x, y } = this.page.state(), step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
     const vx = this.value(x[0]) ?? (x[1] + x[2]) / 2, vy = this.value(y[0]) ?? (y[1] + y[2]) / 2;
     if (step) this.goTo(vx + (step[0] * (x[2] - x[1])) / (CELLS[0] - 1), vy + (step[1] * (y[2] - y[1])) / (CELLS[1] - 1));

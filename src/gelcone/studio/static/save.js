@@ -11,12 +11,13 @@ export class Saver {
     Object.assign(this, { dialog, page, id: null, codeId: null });
     this.what = make("select", { "aria-label": "What to save", onchange: () => this.ask() }, ...Object.entries(WHAT).map(([name, text]) => new Option(text, name)));
     this.command = make("pre", { tabIndex: 0 }); this.python = make("pre", { tabIndex: 0 });
+    this.device = make("button", { type: "button", textContent: "Device file", "data-format": "toml", title: "The device as it is set, as a file for the command line", onclick: () => { this.id = this.page.ask("device", { setting: this.page.setting() }); } });
     this.said = make("span", { role: "status" });
     this.buttons = Object.entries(FORMATS).map(([format, text]) => make("button", { type: "button", textContent: text, "data-format": format, onclick: () => this.get(format) }));
     const copy = (from) => make("button", { type: "button", textContent: "Copy", onclick: async () => { try { await navigator.clipboard.writeText(from.textContent); this.said.textContent = "Copied."; } catch { this.said.textContent = "Select the text and copy it."; } } });
     dialog.append(
       make("h2", { textContent: "Save and repeat" }),
-      make("div", { className: "row" }, this.what, ...this.buttons, this.said),
+      make("div", { className: "row" }, this.what, ...this.buttons, this.device, this.said),
       make("h3", { textContent: "The same on the command line " }, copy(this.command)), this.command,
       make("h3", { textContent: "The same in Python " }, copy(this.python)), this.python,
       make("div", { className: "row" }, make("button", { type: "button", textContent: "Close", onclick: () => dialog.close() })),
@@ -27,6 +28,7 @@ export class Saver {
     const state = this.page.state();
     this.what.value = TAB[state.top] ?? "simulate";
     this.what.querySelector('[value="envelope"]').hidden = Boolean(this.page.setting().preset);
+    this.device.disabled = Boolean(this.page.setting().preset);
     this.said.textContent = "";
     this.ask();
     this.dialog.showModal();

@@ -1,0 +1,95 @@
+"""The studio in a notebook: the same page in a frame, from a server in a thread of the notebook's own process."""
+
+from __future__ import annotations
+
+import asyncio
+import html
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import urlencode
+
+from gelcone.errors import InputError, MissingDependency
+
+if TYPE_CHECKING:
+    from gelcone.devices.device import Device
+
+HEIGHT = 720
+
+
+class StudioFrame:
+    """A running studio, which a notebook shows as a frame of ``height`` pixels.
+
+    ``address`` opens it in a browser of this machine; `close` ends it.
+    """
+
+    def __init__(self, state: dict[str, str], height: int) -> None:
+        try:
+            from gelcone.studio.server import Studio
+        except ImportError:
+            raise MissingDependency("the studio needs starlette and uvicorn: pip install 'gelcone[studio]'") from None
+        from gelcone.studio.setting import Shelf
+
+        self._studio = Studio(Shelf())
+        listening = self._studio.listen()
+        self.address, self.height = self._studio.address(urlencode(state)), height
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, args=(listening,), name="gelcone studio", daemon=True)
+        self._thread.start()
+
+    def _run(self, listening: object) -> None:
+        self._loop.run_until_complete(self._studio.serve(listening))  # type: ignore[arg-type]
+        self._loop.close()
+
+    def close(self) -> None:
+        """Ends the server and its work."""
+        if self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._studio.stop)
+            self._thread.join()
+
+    def _repr_html_(self) -> str:
+        source = html.escape(self.address, quote=True)
+        return (
+            f'<iframe src="{source}" title="gelcone studio" width="100%" height="{self.height}" '
+            'style="border:0" allow="clipboard-write"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"gelcone studio: {self.address}"
+
+
+def studio(device: Device | str | None = None, *, preset: str | None = None, height: int = HEIGHT) -> StudioFrame:
+    """The studio, as the last line of a notebook's cell shows it.
+
+    Parameters
+    ----------
+    device : a `Device` of single numbers, or the name or file of one. Default ``"biased-pump"``.
+    preset : in place of a device a parameter set of the source paper.
+    height : of the frame in pixels. Default 720.
+
+    Returns
+    -------
+    What a notebook shows as a frame; its ``address`` opens in any browser of this machine, ``close()`` ends it.
+
+    Raises
+    ------
+    InputError : for a device together with a preset, unknown names, and an ensemble.
+    MissingDependency : without starlette and uvicorn (extra ``studio``).
+    """
+    from gelcone.devices.device import find_device, shipped_devices
+    from gelcone.presets import find_preset
+
+    if preset is not None:
+        if device is not None:
+            raise InputError(f"preset {preset} and a device are both given; give one or the other")
+        find_preset(preset)
+        return StudioFrame({"preset": preset}, height)
+    if device is None:
+        device = "biased-pump"
+    if isinstance(device, str):
+        if device in shipped_devices() and not Path(device).is_file():
+            return StudioFrame({"device": device}, height)
+        device = find_device(device)
+    if device.shape:
+        raise InputError(f"the studio shows one device, not an ensemble of shape {device.shape}")
+    return StudioFrame({"file": device.to_toml()}, height)

@@ -1,0 +1,44 @@
+"""``gelcone.studio(device)`` in a notebook."""
+
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+
+import pytest
+
+import gelcone
+
+
+@pytest.mark.parametrize("before", ["", "import gelcone.studio.server; "])
+def test_it_is_called_by_its_public_name(before):
+    code = f"import gelcone; {before}print(callable(gelcone.studio))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "True"
+
+
+def test_the_frame_shows_the_page_of_the_device_and_ends():
+    device = gelcone.find_device("biased-pump").replace(frequency="9 Hz")
+    frame = gelcone.studio(device)
+    try:
+        assert "<iframe" in frame._repr_html_()
+        assert "frequency" in frame.address
+        with urllib.request.urlopen(frame.address.partition("#")[0]) as answer:
+            assert b"gelcone studio" in answer.read()
+    finally:
+        frame.close()
+    with pytest.raises(urllib.error.URLError, match="refused"):
+        urllib.request.urlopen(frame.address.partition("#")[0])
+
+
+def test_what_is_no_single_device_is_refused():
+    with pytest.raises(gelcone.InputError, match="ensemble"):
+        gelcone.studio(gelcone.find_device("biased-pump").replace(frequency=[8.0, 9.0]))
+    with pytest.raises(gelcone.InputError, match="one or the other"):
+        gelcone.studio("biased-pump", preset="base")
+    with pytest.raises(gelcone.InputError):
+        gelcone.studio(preset="bse")
+
+
+def test_gelcone_alone_does_not_load_it():
+    code = "import sys, gelcone; print([m for m in sys.modules if 'studio' in m or m in ('uvicorn', 'starlette')])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
