@@ -23,6 +23,7 @@ from pathlib import Path
 from browser import Browser, Tab, wait_for
 
 MOVES = 500
+TABS = ("map", "strip", "spectrum", "statics", "time", "portrait")
 TICK = os.sysconf("SC_CLK_TCK")
 MEASURE = """
 async (name, low, high, moves, wanted) => {
@@ -30,8 +31,11 @@ async (name, low, high, moves, wanted) => {
   const painted = () => new Promise((done) => requestAnimationFrame(() => {
     const channel = new MessageChannel(); channel.port1.onmessage = done; channel.port2.postMessage(0); }));
   let wake = () => {}, count = studio.painted;
-  Object.defineProperty(studio, "painted", { configurable: true, get: () => count, set: (v) => { count = v; wake(); } });
-  const until = (ready) => new Promise((done) => { wake = () => { if (ready()) { wake = () => {}; done(); } }; wake(); });
+  const set = (v) => { count = v; wake(); };
+  Object.defineProperty(studio, "painted", { configurable: true, get: () => count, set });
+  const until = (ready) => new Promise((done) => {
+    wake = () => { if (ready()) { wake = () => {}; done(); } };
+    wake(); });
   for (let i = 0; i < moves; i++) {
     const began = performance.now(), before = studio.looks.a.id, row = [];
     slider.value = low + ((i * 0.381966) % 1) * (high - low);
@@ -49,7 +53,8 @@ DRAG = """
 async (name, low, high, seconds) => {
   const slider = document.querySelector(`[data-name="${name}"] input[type=range]`), seen = new Set();
   let count = studio.painted;
-  Object.defineProperty(studio, "painted", { configurable: true, get: () => count, set: (v) => { count = v; seen.add(studio.looks.a.id); } });
+  const set = (v) => { count = v; seen.add(studio.looks.a.id); };
+  Object.defineProperty(studio, "painted", { configurable: true, get: () => count, set });
   const began = performance.now();
   await new Promise((done) => { const step = () => {
     const t = (performance.now() - began) / 1000;
@@ -113,7 +118,11 @@ def measured(name: str, server: int) -> Iterator[dict[str, str]]:
     taken = time.perf_counter() - wall
     used = seconds_of(tree(server)) - studio
     others = max(0.0, (busy() - machine - (seconds_of(tree(os.getpid())) - mine)) / taken)
-    per = f", {1e3 * used / int(said['moves']):5.1f} ms of processor a move" if "moves" in said else f", {used:.2f} s of processor"
+    per = (
+        f", {1e3 * used / int(said['moves']):5.1f} ms of processor a move"
+        if "moves" in said
+        else f", {used:.2f} s of processor"
+    )
     print(f"{name:44s} {said['found']}{per}; others {others:.2f} of {os.cpu_count()} cores", flush=True)
 
 
@@ -123,6 +132,10 @@ def median(times: list[float], share: float = 0.5) -> float:
 
 def told(times: list[float]) -> str:
     return f"median {median(times):5.1f} ms, 90 % {median(times, 0.9):5.1f} ms"
+
+
+def both_told(times: list[list[float]]) -> str:
+    return "; ".join(told([row[stage] for row in times]) for stage in range(len(times[0])))
 
 
 # --- one page --------------------------------------------------------------------------------------------------------
@@ -177,7 +190,7 @@ def one_page(moves: int) -> None:
         measure(tab, "voltage_amplitude", (200, 600), 40, both)
         with measured("pump: response, portrait; with section, badge", server) as said:
             times = measure(tab, "voltage_amplitude", (200, 600), moves, both)
-            said |= {"moves": str(moves), "found": f"{told([a for a, _ in times])}; {told([b for _, b in times])}"}
+            said |= {"moves": str(moves), "found": both_told(times)}
         with measured("pump: drag of 60 moves a second", server) as said:
             said["found"] = f"{tab.js(f'({DRAG})(%r, 200, 600, 5)' % 'voltage_amplitude'):.0f} pictures a second"
         with measured("map of the pump, 65 x 49", server) as said:
@@ -186,19 +199,26 @@ def one_page(moves: int) -> None:
         with measured("pump: the same while a map is computed", server) as said:
             times = measure(tab, "voltage_amplitude", (200, 600), moves // 5, both)
             still = tab.js("document.getElementById('grid-share').textContent")
-            said |= {"moves": str(moves // 5), "found": f"{told([a for a, _ in times])}; {told([b for _, b in times])} (map at {still or 'its end'})"}
+            said |= {
+                "moves": str(moves // 5),
+                "found": f"{told([a for a, _ in times])}; {told([b for _, b in times])} (map at {still or 'its end'})",
+            }
         show(tab, "preset=base&voltage=1.7&right=strip")
         tab.wait("document.getElementById('grid-share').textContent === ''", 300)
         with measured("base set in chaos: first picture; evidence", server) as said:
             times = measure(tab, "voltage", (820, 920), moves // 10, both)
-            said |= {"moves": str(moves // 10), "found": f"{told([a for a, _ in times])}; {told([b for _, b in times])}"}
+            said |= {
+                "moves": str(moves // 10),
+                "found": f"{told([a for a, _ in times])}; {told([b for _, b in times])}",
+            }
         assert tab.log == [], tab.log
 
 
 def map_times(tab: Tab) -> str:
     """When the first coarse picture and the last cell of a map came."""
     tab.js(
-        "(() => { delete studio.looks.a; studio.map = [performance.now()]; const share = document.getElementById('grid-share');"
+        "(() => { delete studio.looks.a; studio.map = [performance.now()];"
+        "const share = document.getElementById('grid-share');"
         "new MutationObserver(() => { const legend = document.querySelector('#map .legend li');"
         "if (legend && studio.map.length === 1) studio.map.push(performance.now());"
         "if (share.textContent === '' && studio.map.length === 2) studio.map.push(performance.now()); })"
@@ -228,15 +248,19 @@ def many_pages(count: int, minutes: float) -> None:
                 "one.dispatchEvent(new Event('input', {bubbles: true})); })()"
             )
             if draw.random() < 0.01:
-                tab.js(f"document.querySelector('[data-tab={draw.choice(['map', 'strip', 'spectrum', 'statics', 'time', 'portrait'])}]').click()")
+                tab.js(
+                    f"document.querySelector('[data-tab={draw.choice(['map', 'strip', 'spectrum', 'statics', 'time', 'portrait'])}]').click()"
+                )
             moves += 1
             if moves % 500 == 0:
                 memory.append(memory_of(tree(started.process.pid)))
                 print(f"{moves} moves, {memory[-1]:.0f} MB in {len(tree(started.process.pid))} processes", flush=True)
         errors = [line for tab in tabs for line in tab.log]
         alive = [tab.js("document.getElementById('lost').hidden") for tab in tabs]
-        print(f"{count} pages, {minutes:g} min, {moves} moves: {len(errors)} errors, {alive.count(True)} pages connected, "
-              f"memory {memory[0]:.0f} to {memory[-1]:.0f} MB")
+        print(
+            f"{count} pages, {minutes:g} min, {moves} moves: {len(errors)} errors, {alive.count(True)} pages connected, "
+            f"memory {memory[0]:.0f} to {memory[-1]:.0f} MB"
+        )
         print("\n".join(errors[:10]))
 
 

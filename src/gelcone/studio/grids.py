@@ -6,8 +6,10 @@ between points of another kind, until all cells beside one of another kind are c
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -28,8 +30,8 @@ from gelcone.register.analyses import ANALYSES
 from gelcone.studio.controls import Control
 from gelcone.studio.pool import reporter
 
-TASK = 16
-"""Cells of a task: enough to fill the lanes of vectors twice, few enough for a picture that grows."""
+TASK = 32
+"""Cells of a task: enough to fill the lanes of vectors, few enough for a picture that grows."""
 COARSEST = 9
 """Cells along each axis of the coarsest picture."""
 IMPOSSIBLE = 99
@@ -43,7 +45,13 @@ class Source:
     options: Mapping[str, Any]
 
     def subject(self) -> Subject:
-        return read_subject(self.path, **self.options)
+        return _subject(self.path, json.dumps(self.options))
+
+
+@lru_cache(maxsize=8)
+def _subject(path: str | None, options: str) -> Subject:
+    """Read once by each worker; the text of a file that changes gets another path."""
+    return read_subject(path, **json.loads(options))
 
 
 @dataclass(frozen=True)
@@ -163,6 +171,7 @@ THRESHOLDS = {
     "pull_in_voltage": "pull-in at the peak",
 }
 """Voltages that bound the use, as `gelcone.limits` finds them, in words."""
+FREQUENCIES = ("frequency", "drive_frequency")
 VOLTAGES = ("voltage", "voltage_amplitude")
 """Parameters that are the amplitude of the voltage."""
 

@@ -11,15 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.analyses.answer import in_si
 from gelcone.analyses.subject import Subject
 from gelcone.codes import Outcome, Regime
-from gelcone.dataset import label
+from gelcone.dataset import Findings
+from gelcone.devices.si import READ_AS, factor
 from gelcone.motion.equilibrium import static
 from gelcone.motion.flow import integrate
 from gelcone.motion.section import section_cells
 from gelcone.motion.settle import start_states
 from gelcone.motion.spectrum import spectrum_cells
+from gelcone.motion.validity import broken, voltages_along
 from gelcone.physics.members import Members
 from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.quantity import Array
@@ -34,8 +35,15 @@ SPECTRUM_PERIODS = 64
 STATIC_LEVELS = 2
 RETURNS = 0.01
 """A run that comes back to within this share of its size seems to repeat."""
-TAUT, HOOP_SLACK, MERIDIONAL_SLACK, CRUMPLED, BREAKDOWN = range(5)
-FILM_STATES = ("taut", "slack around", "slack from rim to disc", "slack both ways", "above breakdown")
+TAUT, HOOP_SLACK, MERIDIONAL_SLACK, CRUMPLED, BREAKDOWN, NEAR_LIMIT = range(6)
+FILM_STATES = (
+    "taut",
+    "slack around",
+    "slack from rim to disc",
+    "slack both ways",
+    "above breakdown",
+    "near its stretch limit",
+)
 
 
 @dataclass(frozen=True)
@@ -48,11 +56,9 @@ class Parts:
 
 def scales(subject: Subject) -> dict[str, tuple[float, str]]:
     """Quantity -> what one unit of the model is on the page, and the unit's name (empty: dimensionless)."""
-    quantities = ("length", "time", "velocity", "voltage", "frequency", "stress", "force")
+    quantities = ("length", "time", "velocity", "voltage", "frequency")
     if subject.device is None:
         return dict.fromkeys(quantities, (1.0, ""))
-    from gelcone.devices.si import READ_AS, factor
-
     return {quantity: (factor(subject.device, quantity), READ_AS[quantity][0]) for quantity in quantities}
 
 
@@ -89,7 +95,7 @@ def response(subject: Subject, periods: float) -> Parts:
     run = integrate(members, states0, span * np.linspace(0.0, 1.0, count + 1), threads=1)
     x, u = run.states[0, :, 0], run.states[0, :, 1]
     voltage = members.film_voltage(run.times, run.states)[0]
-    film = film_states(members, x, voltage, field_limit(subject))
+    film = film_states(members, run.times, run.states)
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     outcome = Outcome(int(run.outcome[0]))
     seems = f"ended: {outcome.meaning}" if outcome else _seems(members, run.times[0], run.states[0])
@@ -111,20 +117,16 @@ def response(subject: Subject, periods: float) -> Parts:
     )
 
 
-def field_limit(subject: Subject) -> float | None:
-    """The dielectric strength of the subject's device over the scale of the field; None where it is unknown."""
-    return None if subject.device is None else subject.device.breakdown_field()
-
-
-def film_states(members: Members, x: Array, voltage: Array, limit: float | None) -> Any:
-    """The film's state (a place in `FILM_STATES`) at samples of a single run."""
-    with np.errstate(all="ignore"):
-        state = members.film_state(x[None], voltage[None])
-        hoop, meridional = np.asarray(state.hoop_stress < 0.0)[0], np.asarray(state.meridional_stress < 0.0)[0]
-        code = np.where(hoop, HOOP_SLACK, TAUT) + np.where(meridional, MERIDIONAL_SLACK, 0)
-        if limit is not None:
-            code = np.where(np.asarray(state.true_field > limit)[0], BREAKDOWN, code)
-    return code.astype(np.uint8)
+def film_states(members: Members, times: Array, states: Array) -> Any:
+    """The film's state (a place in `FILM_STATES`) along a single run, (samples,); of two films the worse."""
+    fails = broken(members, states[..., 0], voltages_along(members, times, states))
+    code = np.zeros(states.shape[1], dtype=np.uint8)
+    for name, value in (("hoop_slack", HOOP_SLACK), ("meridional_slack", MERIDIONAL_SLACK)):
+        code += np.uint8(value) * fails.get(name, np.zeros((1, code.size), dtype=bool))[0]
+    for name, value in (("near_limit", NEAR_LIMIT), ("breakdown", BREAKDOWN)):
+        if name in fails:
+            code[fails[name][0]] = value
+    return code
 
 
 def _shares(film: Any, subject: Subject) -> list[dict[str, Any]]:
@@ -154,18 +156,29 @@ def kind(subject: Subject) -> Parts:
     analysis = ANALYSES["regime"]
     states = start_states(subject.model, subject.initial)
     found = analysis.compute(subject.model.members(), states, threads=1)
-    shown = in_si(label(subject.model, found.variables, outcome=found.outcome, options={}, title=""), subject)
-    regime = Regime(int(shown["regime"])) if not int(shown["outcome"]) else Regime.LEFT_THE_DOMAIN
+    member = single(found, subject)
+    regime = Regime(int(member["regime"])) if not int(member["outcome"]) else Regime.LEFT_THE_DOMAIN
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     points = np.asarray(found.variables["section"][1])[0]
     arrays = {"px": points[:, 0] * by["length"], "pu": points[:, 1] * by["velocity"]}
-    lines = evidence_in_words(shown)
-    return Parts(arrays, {"regime": int(regime), "lines": lines, "extent": _extent(shown)})
+    extent = [float(member[name]) for name in ("lowest", "highest")]
+    words = {"regime": int(regime), "lines": evidence_in_words(member)}
+    return Parts(arrays, {**words, "extent": extent if np.isfinite(extent).all() else None})
 
 
-def _extent(shown: Any) -> list[float] | None:
-    low, high = float(shown["lowest"]), float(shown["highest"])
-    return [low, high] if np.isfinite(low) and np.isfinite(high) else None
+def single(found: Findings, subject: Subject) -> Any:
+    """What was found of a single actuator, by name, with units: as a Dataset to those who only read it, in a tenth of
+    its time."""
+    import xarray as xr
+
+    member: dict[str, Any] = {"outcome": xr.Variable((), int(found.outcome[0]))}
+    for name, (dims, values, _, quantity) in found.variables.items():
+        scale, unit = 1.0, "1"
+        if subject.device is not None and quantity in READ_AS:
+            scale, unit = factor(subject.device, quantity), READ_AS[quantity][0]
+        value = np.asarray(values)[0]
+        member[name] = xr.Variable(dims, value * scale if unit != "1" else value, {"units": unit})
+    return member
 
 
 def section(subject: Subject) -> Parts:
@@ -256,6 +269,6 @@ def about(subject: Subject) -> dict[str, Any]:
         "axes": axes(subject),
         "si": device is not None,
         "name": device.name if device is not None else "",
-        "strength": field_limit(subject) is not None,
+        "strength": "dielectric_strength" in model.values,
         "doubts": [] if device is None else device.doubts(),
     }

@@ -30,7 +30,19 @@ from gelcone.progress import Stopped, Watch, watching
 from gelcone.studio import exports, look
 from gelcone.studio.controls import Control, as_json, before_changes, controls_of
 from gelcone.studio.frames import pack
-from gelcone.studio.grids import COARSEST, TASK, VOLTAGES, Axis, Source, axis, find_envelope, kinds, load, thresholds
+from gelcone.studio.grids import (
+    COARSEST,
+    FREQUENCIES,
+    TASK,
+    VOLTAGES,
+    Axis,
+    Source,
+    axis,
+    find_envelope,
+    kinds,
+    load,
+    thresholds,
+)
 from gelcone.studio.pool import Pool
 from gelcone.studio.setting import Setting, Shelf, typed
 
@@ -421,9 +433,14 @@ class Filling:
 
     async def compute(self, cells: Any) -> Any:
         """The kinds of some cells, which the page is sent task by task; `Outdated` once the run is."""
-        tasks = [cells[k : k + TASK] for k in range(0, len(cells), TASK)]
-        await asyncio.gather(*(self._task(task) for task in tasks))
+        alike = cells[np.lexsort(self._groups(cells))]
+        await asyncio.gather(*(self._task(alike[k : k + TASK]) for k in range(0, len(cells), TASK)))
         return self.kinds[cells]
+
+    def _groups(self, cells: Any) -> list[Any]:
+        """What cells are sorted by: cells of one frequency are computed side by side at a third of the cost."""
+        places = np.unravel_index(cells, self.shape)
+        return [cells, *(own for axis, own in zip(self.axes, places, strict=True) if axis.name in FREQUENCIES)]
 
     async def do(self, function: Callable[..., Any], *arguments: Any) -> Any:
         found = await self.page.pool.do(self.lane, self.run, function, *arguments)

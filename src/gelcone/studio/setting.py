@@ -11,13 +11,14 @@ import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from gelcone.analyses.subject import Subject, read_subject
-from gelcone.devices.device import shipped_devices
+from gelcone.analyses.subject import Subject, read_settings, read_subject
+from gelcone.devices.device import Device, shipped_devices
 from gelcone.devices.materials import load_materials
 from gelcone.devices.units import DIMENSIONS, FieldError
 from gelcone.errors import InputError, unknown_name
@@ -129,10 +130,15 @@ class Shelf:
             elif not _NUMBER.fullmatch(value):
                 raise FieldError(name, f"{name} = {value!r}: must be one number, with its unit")
         path = self.path(setting)
+        if path is None:
+            return read_subject(**typed(setting))
         try:
-            return read_subject(None if path is None else str(path), **typed(setting))
+            found = _device(path, path.stat().st_mtime_ns)
+            if setting.values:
+                found = found.replace_quietly(read_settings(typed(setting)["settings"]))
+            return Subject(found.to_model(), found, found.initial_state())
         except InputError as error:
-            if setting.file is None or path is None:
+            if setting.file is None:
                 raise
             message = str(error).replace(str(path), "the device file")
             raise FieldError(getattr(error, "field", "file"), message) from None
@@ -147,6 +153,12 @@ class Shelf:
         if not path.exists():
             path.write_text(text, encoding="utf-8")
         return path
+
+
+@lru_cache(maxsize=64)
+def _device(path: Path, changed: int) -> Device:
+    """The device in a file that was ``changed`` at a time."""
+    return Device.from_toml(path)
 
 
 def leaf(name: str) -> str:

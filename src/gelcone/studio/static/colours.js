@@ -1,12 +1,12 @@
 // The page's colours, read from the style sheet once a theme.
-const NAMES = ["bg", "panel", "ink", "soft", "line", "field", "edge", "a", "b", "accent", "taut", "around", "meridian", "both", "breakdown", "steel"];
+const NAMES = ["bg", "panel", "ink", "soft", "line", "field", "edge", "a", "b", "accent", "taut", "around", "meridian", "both", "breakdown", "limit", "steel"];
 let palette = null;
 
 export function colours() {
   if (!palette) {
     const style = getComputedStyle(document.documentElement);
     palette = Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
-    palette.film = [palette.taut, palette.around, palette.meridian, palette.both, palette.breakdown];
+    palette.film = [palette.taut, palette.around, palette.meridian, palette.both, palette.breakdown, palette.limit];
     palette.dark = document.documentElement.dataset.theme === "dark";
   }
   return palette;
