@@ -248,9 +248,7 @@ def many_pages(count: int, minutes: float) -> None:
                 "one.dispatchEvent(new Event('input', {bubbles: true})); })()"
             )
             if draw.random() < 0.01:
-                tab.js(
-                    f"document.querySelector('[data-tab={draw.choice(['map', 'strip', 'spectrum', 'statics', 'time', 'portrait'])}]').click()"
-                )
+                tab.js(f"document.querySelector('[data-tab={draw.choice(TABS)}]').click()")
             moves += 1
             if moves % 500 == 0:
                 memory.append(memory_of(tree(started.process.pid)))
@@ -258,7 +256,7 @@ def many_pages(count: int, minutes: float) -> None:
         errors = [line for tab in tabs for line in tab.log]
         alive = [tab.js("document.getElementById('lost').hidden") for tab in tabs]
         print(
-            f"{count} pages, {minutes:g} min, {moves} moves: {len(errors)} errors, {alive.count(True)} pages connected, "
+            f"{count} pages, {minutes:g} min, {moves} moves: {len(errors)} errors, {alive.count(True)} connected, "
             f"memory {memory[0]:.0f} to {memory[-1]:.0f} MB"
         )
         print("\n".join(errors[:10]))
