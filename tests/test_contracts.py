@@ -45,8 +45,8 @@ SMALL = {
     "envelope": ["--over", "drive_frequency=0.9:1.5:2", "--over", "voltage=0.2:0.6:2"],
 }
 """What keeps the work small; an analysis that is not listed runs as it is."""
-ASKED = [name for name in ANALYSES if name != "show"]
-"""A store is shown by the test of stores."""
+ASKED = [name for name in ANALYSES if name not in ("show", "locus")]
+"""A store is shown by the test of stores; what has no bifurcation has no locus."""
 
 
 @pytest.mark.parametrize("toy", ["together", *(pytest.param(toy, marks=pytest.mark.slow) for toy in MODELS)])

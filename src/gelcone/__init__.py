@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from gelcone.atlas.bifurcation import bifurcation as bifurcation
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
     from gelcone.atlas.branches.continuation import continue_branch as continue_branch
+    from gelcone.atlas.branches.locus import locus as locus
     from gelcone.atlas.cluster import cluster as cluster
     from gelcone.atlas.maps import basin as basin
     from gelcone.atlas.maps import map as map

@@ -8,6 +8,7 @@ from matplotlib.collections import QuadMesh
 import gelcone
 from gelcone import ConeModel, InputError
 from gelcone.plots import FIGURES, figure_of
+from gelcone.presets import find_preset
 
 QUICK = {"transient": 30.0, "budget": 60.0}
 MODEL = ConeModel(damping_ratio=0.3, stretch_limit=5.0)
@@ -33,6 +34,9 @@ RESULTS = {
     "extrema": lambda: gelcone.extrema(MOVING, repeats=5, discard=20),
     "branches": lambda: gelcone.continue_branch(
         RAISED.replace(damping_ratio=0.1), "drive_frequency", 0.5, 0.9, start="settled", checks=2
+    ),
+    "locus": lambda: gelcone.locus(
+        find_preset("base").model, "doubling", {"voltage": (0.93, 1.02), "drive_frequency": (0.098, 0.102)}, checks=2
     ),
     "basins of attraction": lambda: gelcone.basin(MODEL, {"displacement": [0.0, 1.0], "velocity": [0.0, 1.0]}, **QUICK),
     "frequency response": lambda: gelcone.frequency(RAISED, [0.2, 0.3]),
@@ -66,6 +70,7 @@ SHOWS = {
     "bifurcation diagram": lambda r: r["section"].isel(state=0),
     "extrema": lambda r: r["displacement"],
     "branches": lambda r: r["lyapunov"],
+    "locus": lambda r: r["voltage"],
     "basins of attraction": lambda r: r["attractor"],
     "frequency response": lambda r: r["stroke"],
     "cone and continuum": lambda r: r["cone_force"],

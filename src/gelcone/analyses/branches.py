@@ -188,3 +188,89 @@ def _check_lines(shown: xr.Dataset, name: str) -> list[str]:
         for flag in flags
     ]
     return lines + shortened(told)
+
+
+# --- loci -------------------------------------------------------------------------------------------------------------
+
+
+def locus_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of `gelcone.locus`."""
+    texts = []
+    for text in given.get("over", ()):
+        name, _, ends = str(text).partition("=")
+        parts = ends.split(":")
+        if len(parts) not in (2, 3) or not name:
+            raise InputError(f"--over {text}: must be NAME=from:to, for example --over voltage=0.9:1.5")
+        _check_order(name, parts[0], parts[1])
+        texts.append(f"{name}={parts[0]}:{parts[1]}:2")
+    over = {name: (float(ends[0]), float(ends[-1])) for name, ends in subject.over(texts).items()}
+    if len(over) != 2:
+        raise InputError(
+            f"--over: a locus takes two parameters, not {len(over)}; for example --over voltage=0.95:1.5 "
+            "--over drive_frequency=0.07:0.13"
+        )
+    return {"over": over, **{key: value for key, value in given.items() if key != "over"}}
+
+
+def locus_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object of a locus: its curves, and their points of codimension two."""
+    names = result.attrs["parameters"].split(",")
+    curves = []
+    for k in range(result.sizes["curve"]):
+        own = result.isel(curve=k)
+        there = np.isfinite(own[names[0]].values)
+        curves.append(
+            {
+                "number": k,
+                "kind": result.attrs["event"],
+                "period": int(own["period"]),
+                "symmetric": bool(own["symmetric"]),
+                "ended": branch_endings(own),
+                **{name: own[name].values[there] for name in names},
+                "curvature": own["curvature"].values[there],
+            }
+        )
+    return {"parameters": names, "curves": curves, "events": _special_json(result, names)}
+
+
+def _special_json(result: xr.Dataset, names: list[str]) -> list[dict[str, Any]]:
+    """The points of codimension two; what events of branches have one of, these have two of."""
+    events = []
+    for k in range(result.sizes["event"]):
+        own, curve = result.isel(event=k), int(result["event_curve"][k])
+        events.append(
+            {
+                "kind": event_label(own["event_kind"]),
+                "parameter": names,
+                "value": [float(own["event_first"]), float(own["event_second"])],
+                "value_error": [float(own["event_first_error"]), float(own["event_second_error"])],
+                "period": int(result["period"][curve]),
+                "symmetric": bool(result["symmetric"][curve]),
+                "supercritical": None,
+                "multipliers": np.stack([own["event_multiplier_real"], own["event_multiplier_imag"]], axis=1).tolist(),
+                "branch": curve,
+                "born_branch": None,
+            }
+        )
+    return events
+
+
+def locus_words(shown: xr.Dataset, subject: Subject) -> str:
+    """A locus as text."""
+    names = shown.attrs["parameters"].split(",")
+    lines = heading(subject, names)
+    for k in range(shown.sizes["curve"]):
+        own = shown.isel(curve=k)
+        spans = [f"{name} {float(own[name].min()):.6g} to {float(own[name].max()):.6g}" for name in names]
+        kind = f"period {int(own['period'])}" + ", symmetric" * bool(own["symmetric"])
+        count = int(np.isfinite(own[names[0]].values).sum())
+        ends = ", ".join(branch_endings(own))
+        lines.append(f"curve {k}: {shown.attrs['event']}, {kind}, {', '.join(spans)}, {count} points; ends: {ends}")
+        for e in np.flatnonzero(shown["event_curve"].values == k):
+            event = shown.isel(event=e)
+            at = ", ".join(
+                f"{name} {float(event[f'event_{place}']):.10g}"
+                for place, name in zip(("first", "second"), names, strict=True)
+            )
+            lines.append(f"  {event_label(event['event_kind'])} at {at}")
+    return "\n".join(shortened(lines))

@@ -18,6 +18,7 @@ OWN_COMMANDS = {
     "devices": ("List the device files that ship.", "lists:devices_command"),
     "materials": ("List the measured gels that ship.", "lists:materials_command"),
     "continue": (ANALYSES["continue_branch"].summary, "branches:continue_command"),
+    "locus": (ANALYSES["locus"].summary, "branches:locus_command"),
     "map": (ANALYSES["map"].summary, "grids:map_command"),
     "sweep": (ANALYSES["sweep"].summary, "grids:sweep_command"),
     "show": (ANALYSES["show"].summary, "grids:show_command"),

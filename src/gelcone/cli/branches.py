@@ -1,4 +1,4 @@
-"""`gelcone continue`: branches of periodic orbits."""
+"""`gelcone continue` and `gelcone locus`: branches of periodic orbits, and their bifurcations in two parameters."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 import click
 
 from gelcone.cli.command import help_of, run
-from gelcone.cli.options import option_parameters, output_parameters, subject_parameters
+from gelcone.cli.options import option_parameters, output_parameters, over_parameter, subject_parameters
 from gelcone.register.analyses import ANALYSES
 
-CONTINUE = ANALYSES["continue_branch"]
+CONTINUE, LOCUS = ANALYSES["continue_branch"], ANALYSES["locus"]
 
 
 def continue_command() -> click.Command:
@@ -36,3 +36,20 @@ def continue_command() -> click.Command:
 def run_continue(*, out: Path | None, force: bool, as_json: bool, **typed: Any) -> None:
     """Reads what was typed, follows the branches and delivers them."""
     run(CONTINUE, out=out, force=force, as_json=as_json, **typed)
+
+
+def locus_command() -> click.Command:
+    """`gelcone locus`."""
+    params = [
+        click.Argument(["event"]),
+        *subject_parameters(),
+        *over_parameter(LOCUS),
+        *option_parameters(LOCUS.options.values()),
+        *output_parameters(),
+    ]
+    return click.Command(LOCUS.command, params=params, callback=run_locus, help=help_of(LOCUS))
+
+
+def run_locus(*, out: Path | None, force: bool, as_json: bool, **typed: Any) -> None:
+    """Reads what was typed, follows the curves and delivers them."""
+    run(LOCUS, out=out, force=force, as_json=as_json, **typed)

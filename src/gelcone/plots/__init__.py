@@ -28,6 +28,7 @@ FIGURES = MappingProxyType(
         "frequency response": "frequency.frequency_figure",
         "instability tongues of rest": "floquet.tongues_figure",
         "Lyapunov exponents": "lyapunov.lyapunov_figure",
+        "locus": "locus.locus_figure",
         "operating envelope": "envelope.envelope_figure",
         "parameter map": "sweep.any_figure",
         "Poincare section": "section.section_figure",

@@ -150,6 +150,19 @@ _ALL = (
         ),
     ),
     Analysis(
+        "locus",
+        "Folds, period doublings or symmetry breakings in two parameters.",
+        function="atlas.branches.locus:locus",
+        answers="analyses.branches",
+        over="One of the two parameters, NAME=from:to; the second interval holds the value that is set.",
+        reader="analyses.branches:locus_arguments",
+        single=True,
+        examples=(
+            "fold --preset base --over voltage=0.95:1.5 --over drive_frequency=0.07:0.13 --out results",
+            "doubling --preset base --over voltage=0.9:1.8 --over hoop_prestretch=0.7:1.4 --set hoop_prestretch=1",
+        ),
+    ),
+    Analysis(
         "map",
         "Exponent and regime over two parameters.",
         function="atlas.maps:map",

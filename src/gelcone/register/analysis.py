@@ -21,7 +21,7 @@ from gelcone.errors import InputError, unknown_name
 if TYPE_CHECKING:
     import xarray as xr
 
-NOT_OPTIONS = ("model", "plan", "path", "over", "parameter", "values", "low", "high", "initial", "progress")
+NOT_OPTIONS = ("model", "plan", "path", "over", "parameter", "values", "low", "high", "event", "initial", "progress")
 """Parameters of public functions that say what is computed, or that make no difference to it."""
 _KINDS: Mapping[str, type] = {"float": float, "int": int, "bool": bool, "str": str}
 

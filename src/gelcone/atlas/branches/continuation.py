@@ -97,10 +97,7 @@ def continue_branch(
     flow = {"tolerance": tolerance, "threads": threads}
     walk = Walk(float(low), float(high), points)
     shooting = shooting_over(model, parameter, low, high, tolerance)
-    tree = Tree(walk, switch)
-    for branch in _roots(shooting, walk, start, states, flow):
-        tree.add(branch, 0)
-    tree.grow()
+    tree = grown(shooting, walk, start, states, switch, flow)
     counted(0.4)
     runs = _runs(start, shooting) or brute_force(
         shooting, np.linspace(low, high, checks), np.concatenate([states, 0.05 * states]), **flow
@@ -163,6 +160,15 @@ def shooting_over(
         phase,
         tolerance,
     )
+
+
+def grown(shooting: Shooting, walk: Walk, start: Any, states: Array, switch: int, flow: dict[str, Any]) -> Tree:
+    """The branches that begin at ``start``, and those born from them."""
+    tree = Tree(walk, switch)
+    for branch in _roots(shooting, walk, start, states, flow):
+        tree.add(branch, 0)
+    tree.grow()
+    return tree
 
 
 # --- where branches begin ---------------------------------------------------------------------------------------------

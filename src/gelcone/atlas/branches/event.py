@@ -37,7 +37,9 @@ class Singular:
     """A singular orbit: ``nodes`` (n, N) at ``values`` of the free parameters, each with an ``error``.
 
     ``null`` (n, N), the direction that the ring leaves (largest entry 1); ``left`` (n, N), the weights of the equations
-    that it misses; ``multipliers`` (N,) of the map; ``at``, the multiplier that makes it singular.
+    that it misses; ``multipliers`` (N,) of the map; ``at``, the multiplier that makes it singular. With two free
+    parameters ``ahead``, how nodes and values go on along the curve of such orbits; ``quadratic``, the coefficient that
+    passes 0 at a cusp.
     """
 
     nodes: Array
@@ -47,6 +49,8 @@ class Singular:
     left: Array
     multipliers: npt.NDArray[np.complex128]
     at: float
+    ahead: tuple[Array, Array] | None = None
+    quadratic: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -85,7 +89,7 @@ def bordered(
         null, left = random.normal(size=nodes.shape), random.normal(size=nodes.shape)
     g = np.inf
     for _ in range(rounds):
-        column = (left / np.square(left).sum())[..., None]
+        column = (-left / np.square(left).sum())[..., None]
         row = (null / np.square(null).sum())[None]
         none = np.zeros((1, 1))
         try:
@@ -115,7 +119,13 @@ def bordered(
 
 
 def locate(
-    shooting: Shooting, nodes: Array, values: Array, at: float, reach: float, plane: tuple[Array, Array] | None = None
+    shooting: Shooting,
+    nodes: Array,
+    values: Array,
+    at: float,
+    reach: float,
+    plane: tuple[Array, Array] | None = None,
+    near: Singular | None = None,
 ) -> Singular | None:
     """The singular orbit nearest to a guess, or None.
 
@@ -126,8 +136,9 @@ def locate(
     at : the multiplier of the event.
     reach : how far the first step may lead, as a share of the size of states.
     plane : row (n, N) and corner (P,) of a further condition: steps have no part along it.
+    near : a singular orbit nearby, whose vectors are taken to begin with.
     """
-    null = left = None
+    null, left = (None, None) if near is None else (near.null, near.left)
     before = np.inf
     size = max(float(np.abs(nodes).max()), 1e-3)
     for _ in range(LOCATING):
@@ -136,29 +147,30 @@ def locate(
             return None
         gaps = shooting.gaps(nodes, system.here.ends)
         rows, corner = system.by_nodes[None], system.by_values[None]
-        top = np.array([[-system.g]])
+        top, right = np.array([[-system.g]]), gaps[..., None]
         if plane is not None:
             rows = np.concatenate([rows, plane[0][None]])
             corner = np.concatenate([corner, plane[1][None]])
-            top = np.array([[-system.g], [0.0]])
+            top = np.array([[-system.g, 0.0], [0.0, 1.0]])
+            right = np.stack([gaps, np.zeros_like(gaps)], axis=-1)
         try:
-            x, change = solve_ring(
-                system.here.tangents, shooting.signs, gaps[..., None], system.here.slopes, rows, corner, top
-            )
+            x, change = solve_ring(system.here.tangents, shooting.signs, right, system.here.slopes, rows, corner, top)
         except np.linalg.LinAlgError:
             return None
+        x, ahead = x[..., 0], (x[..., -1], change[:, -1])
         step = float(np.abs(x).max()) / size
         if not (step < reach and np.isfinite(change).all()) or (before < 1e-3 and step > before):
             if not (before < 1e3 * LOCATED):
                 return None
             step = 0.0
         else:
-            nodes, values = nodes + x[..., 0], values + change[:, 0]
+            nodes, values = nodes + x, values + change[:, 0]
         null, left = system.null, system.left
         if step < LOCATED:
             errors = _errors(shooting, system, nodes, rows, corner)
             multipliers = _multipliers(shooting, system.here, values, at)
-            return Singular(nodes, values, errors, system.null, system.left, multipliers, at)
+            quadratic = float(np.sum(system.by_nodes * system.null))
+            return Singular(nodes, values, errors, system.null, system.left, multipliers, at, ahead, quadratic)
         before = step
     return None
 
@@ -184,10 +196,12 @@ def _errors(shooting: Shooting, system: Bordered, nodes: Array, rows: Array, cor
 @dataclass(frozen=True)
 class Born:
     """How the branch leaves that is born at an event: at the amplitude a of the null vector it is at
-    value + ``curvature`` a^2, its nodes ``bend`` a^2 (n, N) off. For a fold the branch itself."""
+    value + ``curvature`` a^2, its nodes ``bend`` a^2 (n, N) off. For a fold the branch itself. ``cubic`` is the
+    coefficient whose zero is where super- and subcritical meet."""
 
     curvature: float
     bend: Array
+    cubic: float = np.nan
 
 
 def born(shooting: Shooting, event: Singular) -> Born:
@@ -213,7 +227,7 @@ def born(shooting: Shooting, event: Singular) -> Born:
     cubic = np.sum(left * (np.einsum("kij,kj->ki", bend, moved[0]) + third / 6.0))
     crossing = np.sum(left * (np.einsum("kij,kj->ki", bend, moved[1]) + slope))
     curvature = -float(cubic / crossing)
-    return Born(curvature, moved[0] + curvature * moved[1])
+    return Born(curvature, moved[0] + curvature * moved[1], float(cubic))
 
 
 def _at_rest(nodes: Array) -> bool:

@@ -1,0 +1,109 @@
+"""Curves of bifurcations in two parameters, and their points of codimension two, against certified ones."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone import InputError
+from gelcone.analyses.branches import locus_json
+from gelcone.atlas.branches.branch import EventKind
+from gelcone.presets import find_preset
+
+REFERENCES = {
+    r["key"]: r
+    for r in json.loads((Path(__file__).parents[2] / "reference" / "continuation.json").read_text())["references"]
+}
+BASE = find_preset("base").model
+OPTIONS = {"switch": 0, "checks": 2, "start": "rest"}
+
+
+@pytest.fixture(scope="module")
+def folds():
+    return gelcone.locus(BASE, "fold", {"voltage": (0.93, 1.5), "drive_frequency": (0.095, 0.125)}, **OPTIONS)
+
+
+@pytest.fixture(scope="module")
+def doublings():
+    return gelcone.locus(BASE, "doubling", {"voltage": (0.93, 1.2), "drive_frequency": (0.079, 0.121)}, **OPTIONS)
+
+
+def special(result, kind):
+    at = np.flatnonzero(result["event_kind"].values == kind)
+    return [result.isel(event=k) for k in at]
+
+
+def nearest(found, values):
+    return min(
+        found, key=lambda e: abs(float(e["event_first"]) - values[0]) + abs(float(e["event_second"]) - values[1])
+    )
+
+
+@pytest.mark.slow
+def test_certified_cusp(folds):
+    reference = REFERENCES["codim2/base_v_omega/cusp_1"]
+    event = nearest(special(folds, EventKind.CUSP), reference["values"])
+    np.testing.assert_allclose([event["event_first"], event["event_second"]], reference["values"], atol=1e-9)
+    np.testing.assert_allclose(event["event_orbit"], reference["orbit_state_at_phase_0"], atol=1e-7)
+    assert float(event["event_multiplier_real"][0]) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_certified_generalised_doubling():
+    reference = REFERENCES["codim2/base_v_lp/generalized_period_doubling_1"]
+    model = BASE.replace(hoop_prestretch=1.03, meridional_prestretch=1.0)
+    result = gelcone.locus(
+        model, "period doubling", {"voltage": (1.0, 1.1), "hoop_prestretch": (1.02, 1.04)}, **OPTIONS
+    )
+    event = nearest(special(result, EventKind.GENERALISED_DOUBLING), reference["values"])
+    np.testing.assert_allclose([event["event_first"], event["event_second"]], reference["values"], atol=1e-9)
+    side = np.sign(float(event["event_orbit"][0]))
+    np.testing.assert_allclose(side * event["event_orbit"], reference["orbit_state_at_phase_0"], atol=1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("frequency", ["0.08", "0.09", "0.11", "0.12"])
+def test_certified_points_lie_on_the_curve(doublings, frequency):
+    reference, omega = REFERENCES[f"curve/base_v_omega/pd1/at_{frequency}"], float(frequency)
+    line = gelcone.continue_branch(
+        BASE.replace(drive_frequency=omega),
+        "voltage",
+        0.8,
+        reference["value"] + 0.01,
+        switch=0,
+        checks=2,
+    )
+    values = line["event_value"].values[line["event_kind"].values == EventKind.PERIOD_DOUBLING]
+    assert np.abs(values - reference["value"]).min() < 1e-9
+    voltage, height = (doublings[name].values for name in ("voltage", "drive_frequency"))
+    between = [
+        np.interp(omega, *(a[k : k + 2][np.argsort(h[k : k + 2])] for a in (h, v)))
+        for v, h in zip(voltage, height, strict=True)
+        for k in range(len(v) - 1)
+        if (h[k] - omega) * (h[k + 1] - omega) <= 0.0
+    ]
+    assert np.abs(np.array(between) - reference["value"]).min() < 1e-3
+
+
+@pytest.mark.slow
+def test_json_names_both_parameters(folds):
+    content = locus_json(folds, folds, None)
+    (event, *_) = content["events"]
+    assert event["parameter"] == ["voltage", "drive_frequency"]
+    assert len(event["value"]) == len(event["value_error"]) == 2
+    assert content["curves"][0]["kind"] == "fold"
+
+
+def test_what_cannot_be_followed_is_refused():
+    over = {"voltage": (0.95, 1.0), "drive_frequency": (0.09, 0.11)}
+    with pytest.raises(InputError, match="did you mean 'fold'"):
+        gelcone.locus(BASE, "folds", over)
+    with pytest.raises(InputError, match="use tongues"):
+        gelcone.locus(BASE, "loss of rest", over)
+    with pytest.raises(InputError, match="takes two parameters, not 1"):
+        gelcone.locus(BASE, "fold", {"voltage": (0.9, 1.0)})
+    with pytest.raises(InputError, match="must hold the model's own value"):
+        gelcone.locus(BASE, "fold", over | {"drive_frequency": (0.2, 0.3)})
+    with pytest.raises(InputError, match="none lies on voltage"):
+        gelcone.locus(BASE, "fold", {"voltage": (0.5, 0.6), "drive_frequency": (0.09, 0.11)}, checks=2)
