@@ -249,9 +249,8 @@ def follow_curve(
     if first is None or first.ahead is None:
         return None
     forward, ended = _walk(shooting, kind, first, window, 1.0)
-    if ended == Ending.CLOSED:
-        backward, began = [first], ended
-    else:
+    backward, began = [first], ended
+    if ended != Ending.CLOSED:
         backward, began = _walk(shooting, kind, first, window, -1.0)
     points = [*backward[:0:-1], *forward]
     curve = Curve(shooting, kind, points, [], [], (began, ended))
