@@ -1,17 +1,37 @@
 """Conical PVC-gel actuators, from energy to motion.
 
-Describe an actuator, let it move, and look at the result:
+A device in SI units, how it moves, and a picture of that:
 
 >>> import gelcone
->>> model = gelcone.ConeModel(voltage=1.04, drive_frequency=0.3, damping_ratio=0.05)
->>> response = gelcone.simulate(model, initial=(1.0, 0.0), periods=10)
->>> response.displacement.dims, int(response.outcome) == gelcone.Outcome.OK
-(('time',), True)
->>> gelcone.ConeModel(voltage=[0.5, 1.0, 1.5]).shape
-(3,)
+>>> device = gelcone.find_device("biased-pump").replace(frequency="9 Hz")
+>>> response = gelcone.simulate(device, periods=10)
+>>> response.displacement.units, int(response.outcome) == gelcone.Outcome.OK
+('mm', True)
+>>> figure = response.gelcone.plot()
 
-A real device is a `Device` in SI units (`Device.from_toml`); `Device.to_model` gives its model and `to_si` brings
-results back into millimetres, volts and milliseconds. `save` and `load` keep results as netCDF.
+Devices and gels
+    Device, Device.from_toml, find_device, Material, load_materials
+Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
+    simulate, section, extrema, spectrum    one run: how it moves
+    regime, lyapunov, settled               the kind of motion, with the evidence
+    static, limits, pull_in_voltage, fold_voltages, pitchfork_voltage, stroke_and_blocked_force
+    frequency, envelope, operating_limits   stroke over frequency; where it is safe to drive
+    tongues, onset_voltage, floquet_multipliers, small_signal_response, state_space
+    bifurcation, map, basin                 over one parameter, two, or initial states
+    Plan, sweep, show, cluster              any analysis over any parameters, in stores, on clusters
+    Uniform, Normal, draw, probability      uncertain parameters
+Results, each an xarray.Dataset
+    plot, save, load, to_si, model_of; also result.gelcone.plot() and so on; Outcome, Regime, PullIn, Onset
+Models and their components
+    ConeModel; Film, Bias, Waveform, Circuit, StrainEnergyLaw and those that ship; fit_film, read_film, write_film
+
+Fields of a device may be arrays, which make an ensemble, and any of them can be swept:
+
+>>> thin = device.replace(film_thickness=[1.8e-4, 2.0e-4])
+>>> gelcone.simulate(thin, periods=2).film_thickness.values.tolist()
+[0.18, 0.2]
+
+``help(gelcone.simulate)`` explains one of them, and ``gelcone help device`` on the command line lists the fields.
 """
 
 from functools import cache
@@ -43,12 +63,12 @@ if TYPE_CHECKING:
     from gelcone.continuum.fit import fit_film as fit_film
     from gelcone.continuum.fit import write_film as write_film
     from gelcone.dataset import load as load
-    from gelcone.dataset import model_of as model_of
     from gelcone.dataset import save as save
     from gelcone.devices.device import Device as Device
     from gelcone.devices.device import find_device as find_device
     from gelcone.devices.materials import Material as Material
     from gelcone.devices.materials import load_materials as load_materials
+    from gelcone.devices.si import model_of as model_of
     from gelcone.devices.si import to_si as to_si
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
@@ -119,8 +139,6 @@ def _homes() -> dict[str, str]:
 
 def __getattr__(name: str) -> Any:
     """A public name, loaded when it is first used."""
-    if name == "__all__":
-        return ["__version__", *_homes()]
     if name.startswith("_") or name not in _homes():
         raise AttributeError(f"module 'gelcone' has no attribute {name!r}")
     if _homes()[name] == "gelcone":

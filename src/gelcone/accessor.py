@@ -37,6 +37,6 @@ class Accessor:
         """Writes the result as netCDF-4; see `gelcone.save`."""
         gelcone.save(self._result, path, force=force)
 
-    def to_si(self, device: gelcone.Device) -> xr.Dataset:
-        """The result in the units of a device; see `gelcone.to_si`."""
+    def to_si(self, device: gelcone.Device | None = None) -> xr.Dataset:
+        """The result in the units of its device; see `gelcone.to_si`."""
         return gelcone.to_si(self._result, device)

@@ -158,6 +158,6 @@ def with_initial(result: xr.Dataset, model: Ensemble, states0: Array) -> xr.Data
     result["initial"] = (
         (*member_dims(model), "state"),
         states0.reshape((*model.shape, states0.shape[-1])),
-        {"long_name": "initial displacement and velocity", "units": "1"},
+        {"long_name": "initial displacement and velocity", "units": "1", "quantity": "state"},
     )
     return result

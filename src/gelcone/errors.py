@@ -19,5 +19,9 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
     return InputError(f"{name!r} is not {article} {kind}; {remedy}")
 
 
+class DoubtfulInput(UserWarning):
+    """What was given can be used, but is hardly meant. The command line prints it as one line and goes on."""
+
+
 class MissingDependency(ImportError):
     """A library that an answer needs is not installed; the message says how to get it."""

@@ -207,9 +207,10 @@ def members_of(result: xr.Dataset, most: int | None = None) -> list[tuple[str, x
     if not dims:
         return [("", result)]
     stacked = result.stack(flat=dims)
-    names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") == "parameter"]
+    varied = ("parameter", "device field")
+    names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") in varied]
     chosen = [stacked.isel(flat=i) for i in range(stacked.sizes["flat"])[:most]]
-    return [(", ".join(f"{n} {float(m[n]):.4g}" for n in names), m) for m in chosen]
+    return [(", ".join(f"{n} {measured(m[n])}" for n in names), m) for m in chosen]
 
 
 # --- branches of periodic orbits --------------------------------------------------------------------------------------

@@ -39,7 +39,10 @@ def test_a_device_has_its_states_and_axes_in_si_units():
     assert shown["section"].attrs["units"] == "mm, m/s"
     scale = [1e3 * device.scales.length, device.scales.velocity]
     np.testing.assert_allclose(shown["section"], result["section"] * scale)
-    np.testing.assert_allclose(shown["voltage_si"], np.array([0.1, 0.2]) * device.scales.voltage)
+    np.testing.assert_allclose(shown["voltage"], np.array([0.1, 0.2]) * device.scales.voltage)
+    assert shown["voltage"].attrs["units"] == "V"
+    assert "amplitude of the drive" in shown["voltage"].attrs["long_name"]
+    np.testing.assert_allclose(gelcone.model_of(shown).voltage, [0.1, 0.2], rtol=1e-14)
     assert in_si(result, Subject(model)) is result
 
 

@@ -5,8 +5,9 @@ import pytest
 
 from gelcone import InputError, Normal, Uniform, find_device
 from gelcone.analyses.subject import (
+    read_measures,
     read_over,
-    read_settings,
+    read_pairs,
     read_states,
     read_subject,
     read_uncertain,
@@ -22,13 +23,35 @@ def test_over_reads_ranges_and_lists_in_their_order():
     assert swept["stretch_limit"].tolist() == [1.0, 10.0, np.inf]
 
 
-def test_over_reads_the_units_of_a_device():
+def test_with_a_device_its_fields_are_swept_in_si():
     device = find_device("paper-table1")
-    swept = read_over(["voltage=0 V:1 kV:3", "drive_frequency=1 Hz,2 Hz", "spring_stiffness=10 N/m,0.1 N/mm"], device)
-    scales = device.scales
-    np.testing.assert_allclose(swept["voltage"] * scales.voltage, [0.0, 500.0, 1000.0])
-    np.testing.assert_allclose(swept["drive_frequency"] * scales.frequency, [1.0, 2.0])
-    np.testing.assert_allclose(swept["spring_stiffness"] * scales.force / scales.length, [10.0, 100.0])
+    swept = read_over(
+        ["voltage_amplitude=0 V:1 kV:3", "frequency=1,2", "material.shear_modulus=10 kPa,0.02 MPa"], device
+    )
+    np.testing.assert_allclose(swept["voltage_amplitude"], [0.0, 500.0, 1000.0])
+    np.testing.assert_allclose(swept["frequency"], [1.0, 2.0])
+    np.testing.assert_allclose(swept["material.shear_modulus"], [1e4, 2e4])
+
+
+@pytest.mark.parametrize(
+    ("over", "message"),
+    [
+        ("voltage=0:1:3", "'voltage' is not a device field; did you mean 'voltage_amplitude'"),
+        ("drive_frequency=1,2", "did you mean 'frequency'"),
+        ("stretch_limit=1,2", "did you mean 'material.stretch_limit'"),
+        ("damping=1,2", "did you mean 'damping_coefficient', 'damping_ratio' or 'quality_factor'"),
+        ("prestretch_mode=1,2", "prestretch_mode: is no number, and cannot be swept"),
+        ("film_thickness=0:1 mm:3", "must be greater than 0 m"),
+        ("film_thickness=0.1:1 mm:3", "0.1 has no unit and others have"),
+        ("voltage_amplitude=0 Hz,1 Hz", "Hz is a unit of frequency, not of voltage"),
+        ("film_radius=10 mm,1 km", "'km' is not a unit of length"),
+        ("frequency=1:inf:3", "must be finite"),
+        ("displacement=1 mm,2 mm", "displacement"),
+    ],
+)
+def test_with_a_device_only_its_own_words_are_understood(over, message):
+    with pytest.raises(InputError, match=message):
+        read_over([over], find_device("paper-table1"))
 
 
 @pytest.mark.parametrize(
@@ -46,9 +69,12 @@ def test_over_reads_the_units_of_a_device():
         ("voltage=0,2,1", "must increase"),
         ("voltage=0,1,1", "must increase"),
         ("voltage=0:1", "must be a number"),
+        ("voltage_amplitude=0,1", "is a field of a device; without a device, set 'voltage'"),
+        ("film_thickness=0,1", "is a field of a device; give a device to set it"),
+        ("voltage=0:1:10000000", "a range takes 2 to 100000"),
         ("voltage=0:inf:3", "must be finite"),
         ("voltage=-1,1", "must be at least 0"),
-        ("voltage=0 V:1 V:3", "units need a device"),
+        ("voltage=0 V:1 V:3", "must be a number"),
         ("drive_frequency=0,1", "must be greater than 0"),
     ],
 )
@@ -60,14 +86,6 @@ def test_over_refuses_what_is_no_sweep(over, message):
 def test_over_refuses_a_name_given_twice_and_a_unit_of_another_kind():
     with pytest.raises(InputError, match="given twice"):
         read_over(["voltage=0,1", "voltage=0,2"])
-    with pytest.raises(InputError, match="Hz is a unit of frequency, not of voltage"):
-        read_over(["voltage=0 Hz,1 Hz"], find_device("paper-table1"))
-
-
-@pytest.mark.parametrize("over", ["drive_frequency=1:20 Hz:5", "drive_frequency=1,2 Hz"])
-def test_over_refuses_bare_numbers_among_units(over):
-    with pytest.raises(InputError, match="'1': has no unit"):
-        read_over([over], find_device("paper-table1"))
 
 
 def test_values_may_be_one_and_in_any_order():
@@ -94,7 +112,7 @@ def test_values_are_numbers_lists_ranges_or_text(text, value):
 
 
 def test_settings_keep_what_follows_the_first_equals_sign():
-    assert read_settings(("name=a=b", " voltage = 1 ")) == {"name": "a=b", "voltage": 1.0}
+    assert read_pairs(("name=a=b", " voltage = 1 ")) == {"name": "a=b", "voltage": "1"}
 
 
 def test_an_axis_of_a_basin_that_is_not_given_takes_its_default():
@@ -103,15 +121,41 @@ def test_an_axis_of_a_basin_that_is_not_given_takes_its_default():
     np.testing.assert_array_equal(swept["velocity"], [-1.0, 0.0, 2.0])
     device = find_device("soft-film")
     in_mm = read_states(["displacement=-5 mm:5 mm:3"], device)["displacement"]
-    np.testing.assert_allclose(in_mm * device.scales.length, [-5e-3, 0.0, 5e-3], atol=1e-18)
+    np.testing.assert_allclose(in_mm, [-5e-3, 0.0, 5e-3], atol=1e-18)
+    ends = read_states([], device)["velocity"][[0, -1]]
+    np.testing.assert_allclose(ends, np.array([-2.0, 2.0]) * device.scales.velocity)
+
+
+@pytest.mark.parametrize(
+    ("text", "quantity", "unit"),
+    [("20 ms", "time", 0.02), ("1 s,2 s", "time", [1.0, 2.0]), ("0 V:1 kV:3", "voltage", [0.0, 500.0, 1000.0]),
+     ("0,5 mm", "length", [0.0, 0.005])],
+)  # fmt: skip
+def test_a_measure_of_a_device_is_scaled_to_its_model(text, quantity, unit):
+    device = find_device("soft-film")
+    scale = getattr(device.scales, quantity)
+    np.testing.assert_allclose(read_measures("--times", text, quantity, device) * scale, unit, rtol=1e-14)
+    np.testing.assert_allclose(read_measures("--times", text, quantity, device, in_si=True), unit, rtol=1e-14)
+    with pytest.raises(InputError, match="units need a device"):
+        read_measures("--times", text, quantity, None)
+
+
+@pytest.mark.parametrize("text", ["20", "20,40", "1:2:3", "20 ms,40"])
+def test_a_bare_number_is_refused_with_a_device(text):
+    with pytest.raises(InputError, match="has no unit"):
+        read_measures("--times", text, "time", find_device("soft-film"))
 
 
 def test_a_subject_needs_no_command_line():
-    device = read_subject("soft-film", settings=["voltage=0.3"], initial="5 mm, 0 m/s")
-    assert device.device == find_device("soft-film")
-    assert device.model.voltage == 0.3
+    device = read_subject("soft-film", settings=["voltage_amplitude=0.3 kV", "frequency=9"], initial="5 mm, 0")
+    assert device.device == find_device("soft-film").replace(voltage_amplitude=300.0, frequency=9.0)
+    assert device.model.parameters() == device.device.to_model().parameters()
     assert device.initial[0] * device.device.scales.length == pytest.approx(5e-3)
-    assert device.starts
+    assert (device.starts, device.start, device.target) == (True, (0.005, 0.0), device.device)
+    assert read_subject("soft-film").beginning is None
+    for setting in ("voltage=0.3", "waveform=sine", "material=x"):
+        with pytest.raises(InputError, match=f"{setting.partition('=')[0]}"):
+            read_subject("soft-film", settings=[setting])
     preset = read_subject(preset="base", settings=["damping_ratio=0.2"])
     assert (preset.model.damping_ratio, preset.initial, preset.starts) == (0.2, (1.0, 0.0), False)
     with pytest.raises(InputError, match="are both given; give one or the other"):
@@ -127,8 +171,19 @@ def test_an_ensemble_or_an_initial_state_is_refused_where_it_makes_no_sense():
 
 
 def test_uncertain_parameters_are_read():
-    spread = read_uncertain(["prestretch=1~0.02", "voltage=0.1:0.3"])
+    alone, device = read_subject(settings=["damping_ratio=0.1"]), read_subject("soft-film")
+    spread = read_uncertain(["prestretch=1~0.02", "voltage=0.1:0.3"], alone)
     assert spread == {"prestretch": Normal(1.0, 0.02), "voltage": Uniform(0.1, 0.3)}
     for text in ("prestretch=1", "=1~0.1", "prestretch=a~b"):
-        with pytest.raises(InputError, match="must be name="):
-            read_uncertain([text])
+        with pytest.raises(InputError, match=r"must be (name=|a number)"):
+            read_uncertain([text], alone)
+    spread = read_uncertain(["film_thickness=0.2 mm~10 um", "frequency=8:10"], device)
+    assert spread == {"film_thickness": Normal(2e-4, 1e-5), "frequency": Uniform(8.0, 10.0)}
+    for text, message in {
+        "voltage=1~0.1": "did you mean 'voltage_amplitude'",
+        "frequency=8:9 Hz": "8 has no unit and others have",
+    }.items():
+        with pytest.raises(InputError, match=message):
+            read_uncertain([text], device)
+    with pytest.raises(InputError, match="--set damping_ratio: is drawn by --uncertain"):
+        read_uncertain(["damping_ratio=0.1:0.2"], alone)

@@ -9,7 +9,7 @@ from gelcone.dataset import load
 from gelcone.plots.envelope import envelope_figure
 from tests.answers import result
 
-PUMP = ["biased-pump", "--over", "drive_frequency=8 Hz,10 Hz", "--over", "voltage=1000 V:2600 V:5"]
+PUMP = ["biased-pump", "--over", "frequency=8 Hz,10 Hz", "--over", "peak_voltage=1000 V:2600 V:5"]
 FLAT = ["--set", "damping_ratio=0.1", "--set", "voltage=0.8", "--set", "prestretch=1.3"]
 FLAT += ["--over", "drive_frequency=0.7,1.5", "--over", "voltage=0.4,0.8"]
 
@@ -74,7 +74,7 @@ def test_a_film_that_is_slack_from_the_start_has_no_window(gelcone):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--over", "damping_ratio=0.1,0.2"], "an envelope is over drive_frequency and voltage"),
+        (["--over", "damping_ratio=0.1,0.2"], "which takes drive_frequency and voltage"),
         (["--initial", "1,0"], "starts from the device's rest"),
         (["--margin", "1"], "margin = 1"),
         (["--set", "voltage=0"], "give it an amplitude or a bias"),

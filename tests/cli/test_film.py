@@ -15,8 +15,8 @@ COMMANDS = {
     "regime": [],
     "static": [],
     "lyapunov": [],
-    "bifurcation": ["--over", "voltage=0.3,0.4"],
-    "map": ["--over", "voltage=0.3,0.4", "--over", "drive_frequency=0.9,1"],
+    "bifurcation": ["--over", "drive_frequency=0.9,1"],
+    "map": ["--over", "spring_stiffness=1.4,1.5", "--over", "drive_frequency=0.9,1"],
     "frequency": ["--over", "drive_frequency=0.9,1"],
     "envelope": ["--over", "drive_frequency=0.9,1", "--over", "voltage=0.2,0.4"],
 }

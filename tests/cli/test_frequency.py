@@ -12,7 +12,7 @@ from tests.answers import result
 
 SPRING = ["--preset", "spring", "--set", "spring_stiffness=0.1"]
 BAND = ["--over", "drive_frequency=0.36:0.72:10"]
-HERTZ = ["biased-pump", "--over", "drive_frequency=9 Hz:13 Hz:5"]
+HERTZ = ["biased-pump", "--over", "frequency=9 Hz:13 Hz:5"]
 
 
 @pytest.fixture
@@ -67,10 +67,10 @@ def test_the_text_tells_jumps_and_subharmonics_and_the_figure_draws_them(gelcone
 
 
 def test_a_stroke_that_is_largest_at_an_end_says_so(gelcone):
-    ends = gelcone("biased-pump", "--over", "drive_frequency=9 Hz:10 Hz:3")[1]
+    ends = gelcone("biased-pump", "--over", "frequency=9 Hz:10 Hz:3")[1]
     assert ends.count("an end of the frequencies: it may rise beyond") == 2
     assert "linear theory: largest stroke 13.3 mm at 10 Hz" in ends
-    falling = gelcone("biased-pump", "--over", "drive_frequency=13 Hz:16 Hz:3")[1]
+    falling = gelcone("biased-pump", "--over", "frequency=13 Hz:16 Hz:3")[1]
     assert falling.count("at 13 [13, ") == falling.count("an end of the frequencies: it may rise beyond") == 2
 
 
@@ -85,8 +85,8 @@ def test_without_frequencies_the_band_lies_around_the_natural_one(gelcone):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--over", "voltage=0:1:5"], "takes drive_frequency alone"),
-        ([*BAND, "--over", "voltage=0:1:5"], "takes drive_frequency alone"),
+        (["--over", "voltage=0:1:5"], "which takes drive_frequency"),
+        ([*BAND, "--over", "voltage=0:1:5"], "which takes drive_frequency"),
         (["--set", "voltage_bias=5", "--set", "stretch_limit=inf"], "beyond pull-in"),
         (["--over", "drive_frequency=1"], "at least two values"),
         (["--over", "drive_frequency=9 Hz:13 Hz:5"], "units need a device"),

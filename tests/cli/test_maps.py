@@ -11,6 +11,7 @@ from tests.answers import result
 
 MODEL = ["--set", "damping_ratio=0.3", "--set", "stretch_limit=5"]
 QUICK = ["--transient", "60", "--budget", "100"]
+QUICK_DEVICE = ["--transient", "1 s", "--budget", "2 s"]
 SWEEP = ["--over", "voltage=1:2:3", "--bisections", "2"]
 GRID = ["--over", "voltage=0.5:2:3", "--over", "prestretch=0.7,1,2.8"]
 STATES = ["--over", "displacement=-2.6:2.6:5", "--over", "velocity=-1:1:3"]
@@ -29,7 +30,8 @@ def found(gelcone):
     """The JSON object that a command prints."""
 
     def run(*arguments):
-        code, out, err = gelcone(*arguments, *QUICK, "--json")
+        quick = QUICK_DEVICE if "soft-film" in arguments else QUICK
+        code, out, err = gelcone(*arguments, *quick, "--json")
         assert (code, err) == (0, "")
         assert len(out.splitlines()) == 1
         return result(out)
@@ -156,26 +158,29 @@ def test_regime_of_a_device_also_in_millimetres(found):
 
 
 def test_thresholds_of_a_device_also_in_volts(found, tmp_path):
-    over = ["--over", "voltage=0 V:3200 V:3", "--sweeps", "none", "--bisections", "1"]
+    over = ["--over", "voltage_amplitude=0 V:3200 V:3", "--sweeps", "none", "--bisections", "1"]
     content = found("bifurcation", "soft-film", *over, "--set", "damping_coefficient=0.02", "--out", tmp_path)
-    volts = find_device("soft-film").scales.voltage
-    np.testing.assert_allclose(content["si"]["voltage_si"]["values"], [0.0, 1600.0, 3200.0], atol=1e-9)
-    assert content["si"]["voltage_si"]["units"] == content["si"]["threshold_low_si"]["units"] == "V"
+    np.testing.assert_allclose(content["si"]["voltage_amplitude"]["values"], [0.0, 1600.0, 3200.0], atol=1e-9)
+    assert content["si"]["voltage_amplitude"]["units"] == content["si"]["threshold_low"]["units"] == "V"
     assert content["thresholds"]
     own = [row["low"] for row in content["thresholds"]]
-    np.testing.assert_allclose(content["si"]["threshold_low_si"]["values"], volts * np.array(own))
+    np.testing.assert_allclose(content["si"]["threshold_low"]["values"], own)
+    assert min(own) > 100.0
     written = load(tmp_path / "bifurcation.nc")
-    assert written["voltage_si"].attrs["units"] == "V"
+    assert written["voltage_amplitude"].attrs["units"] == "V"
     assert written["section"].attrs["units"] == "mm, m/s"
     ends = written["section"].isel(state=0)
     assert float(ends.max()) <= float(written["highest"].max()) + 1e-9
 
 
-def test_a_parameter_without_an_si_scale_stays_dimensionless(found):
-    content = found("map", "soft-film", "--over", "voltage=0 V,300 V", "--over", "prestretch=1.2,1.3")
-    assert content["si"]["voltage_si"]["units"] == "V"
+def test_a_map_over_two_fields_of_a_device(found):
+    over = ["--over", "film_thickness=90 um,0.1 mm", "--over", "prestretch=1.2,1.3"]
+    content = found("map", "soft-film", *over, "--set", "voltage_amplitude=300 V")
+    thickness = {"units": "mm", "dims": ["film_thickness"], "values": pytest.approx([0.09, 0.1])}
+    assert content["si"]["film_thickness"] == thickness
     assert content["si"]["lyapunov"]["units"] == "1/s"
-    assert "prestretch_si" not in content["si"]
+    assert content["axes"]["prestretch"] == [1.2, 1.3]
+    assert content["subject"]["fields"]["voltage_amplitude"] == 300.0
 
 
 # --- text and files ----------------------------------------------------------------------------------------------
@@ -202,7 +207,7 @@ def test_exponents_in_text_say_their_error_and_their_time(gelcone):
     assert "per unit time" in text
     assert "per forcing period" in text
     assert "certainly negative" in text
-    assert "per second" in gelcone("lyapunov", "soft-film", *QUICK)[1]
+    assert "per second" in gelcone("lyapunov", "soft-film", *QUICK_DEVICE)[1]
 
 
 def test_failed_cells_are_told_with_the_remedy(gelcone):
@@ -253,7 +258,7 @@ BAD = {
     "no transient": (["regime", "--transient", "0"], "transient = 0"),
     "no window": (["lyapunov", "--window", "-1"], "window = -1"),
     "not a number": (["regime", "--budget", "much"], "--budget"),
-    "nan": (["basin", *STATES, "--budget", "nan"], "budget = nan"),
+    "nan": (["basin", *STATES, "--budget", "nan"], "--budget nan: must be finite"),
     "basin over a parameter": (["basin", "--over", "voltage=0:1:3"], "known: displacement, velocity"),
     "basin over nothing": (["basin", "--over", "displacement"], "must be name=from:to:count"),
     "basin reversed": (["basin", "--over", "displacement=1:-1:5"], "empty or reversed"),

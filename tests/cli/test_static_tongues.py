@@ -114,7 +114,7 @@ def test_tongues_say_when_nothing_is_found_in_what_was_searched(as_json, gelcone
 
 
 def test_tongues_of_a_device_are_also_in_volts_and_hertz(as_json, tmp_path):
-    over = ["--over", "drive_frequency=4 Hz:12 Hz:3", "--over", "voltage=0 kV:16 kV:5"]
+    over = ["--over", "frequency=4 Hz:12 Hz:3", "--over", "voltage_amplitude=0 kV:16 kV:5"]
     content = as_json("tongues", "paper-table1", *over, "--out", tmp_path)
     si = content["si"]
     units = {"drive_frequency": "Hz", "voltage": "V", "growth_rate": "1/s"}
@@ -139,7 +139,7 @@ def test_tongues_of_a_device_are_also_in_volts_and_hertz(as_json, tmp_path):
         (["static", "--voltages", "-1"], "must be at least 0"),
         (["static", "--voltages", "2:1:3"], "empty or reversed"),
         (["static", "--set", "prestretch=0.2", "--set", "stretch_limit=1"], "stretch_limit = 1: must exceed"),
-        (["tongues", "--over", "damping_ratio=0:1:5"], "tongues go over drive_frequency and voltage"),
+        (["tongues", "--over", "damping_ratio=0:1:5"], "which takes drive_frequency and voltage"),
         (["tongues", "--set", "rest_height=0.1"], "rest_height = 0.1: must be 0"),
         (["tongues", "--set", "voltage=0,1"], "one actuator"),
         (["tongues", "--highest", "0"], "highest = 0: must be greater than 0"),

@@ -44,8 +44,16 @@ def test_a_map_is_stored_shown_and_resumed(run, tmp_path):
 
 
 def test_a_store_knows_its_device(run, tmp_path):
-    device = ["map", "biased-pump", "--over", "voltage=0 V:400 V:4", "--over", "prestretch=1.1:1.4:3", "--uniform"]
-    told = result(run(*device, "--transient", "50", "--budget", "100", "--store", tmp_path / "s", "--json"))
+    device = [
+        "map",
+        "biased-pump",
+        "--over",
+        "voltage_amplitude=0 V:400 V:4",
+        "--over",
+        "prestretch=1.1:1.4:3",
+        "--uniform",
+    ]
+    told = result(run(*device, "--transient", "1 s", "--budget", "2 s", "--store", tmp_path / "s", "--json"))
     for command in (["map", "--resume"], ["show"]):
         again = result(run(*command, tmp_path / "s", "--json"))
         assert again["subject"]["device"] == told["subject"]["device"] == "biased pumping cone"

@@ -16,14 +16,13 @@ from gelcone.devices.device import (
     DEVICE_FIELDS,
     SWEPT_FIELDS,
     Device,
-    ImplausibleDevice,
     Scales,
     find_device,
     shipped_devices,
 )
 from gelcone.devices.materials import Material
 from gelcone.devices.template import field_table, first_file
-from gelcone.errors import InputError
+from gelcone.errors import DoubtfulInput, InputError
 
 BASE = {
     "disc_radius": "10 mm",
@@ -103,7 +102,7 @@ def test_model_parameters_are_those_of_the_scaling_table(device):
     assert model.stretch_limit == 50.0
 
 
-@pytest.mark.filterwarnings("ignore::gelcone.devices.device.ImplausibleDevice")
+@pytest.mark.filterwarnings("ignore::gelcone.errors.DoubtfulInput")
 @settings(max_examples=50, deadline=None)
 @given(
     st.floats(1e-3, 0.1), st.floats(1e-3, 0.5), st.floats(1e-5, 1e-2), st.floats(1e-4, 1.0), st.floats(1e2, 1e6),
@@ -646,7 +645,7 @@ def test_an_array_is_checked_at_its_extremes(device):
     ],
 )
 def test_an_implausible_size_warns(device, changes, told):
-    with pytest.warns(ImplausibleDevice, match=told):
+    with pytest.warns(DoubtfulInput, match=told):
         odd = device.replace(changes)
     odd.replace_quietly(frequency=8.0)
 

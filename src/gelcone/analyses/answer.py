@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone._version import __version__
-from gelcone.analyses.subject import IN_SI
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.validity import ASSUMPTIONS
 from gelcone.words import DISCORD, members_of, regime_counts, shortened, unit_of
@@ -21,62 +21,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gelcone.analyses.subject import Subject
-    from gelcone.devices.device import Device
 
+WIDTH = 118
+"""Columns of a text."""
 UNIT = "per unit dimensionless time"
-_QUANTITIES: Mapping[str, str] = {
-    "voltage": "voltage",
-    "voltage_bias": "voltage",
-    "drive_frequency": "frequency",
-    "rest_height": "length",
-    "spring_stiffness": "stiffness",
-}
-assert _QUANTITIES.keys() == IN_SI.keys()
 
 
 # --- SI units ---------------------------------------------------------------------------------------------------------
 
 
 def in_si(result: xr.Dataset, subject: Subject) -> xr.Dataset:
-    """The result in millimetres, volts and so on when there is a device.
-
-    The dimensionless parameters stay; the SI values of those that have some stand beside them as ``NAME_si``.
-    """
+    """The result in millimetres, volts and so on when there is a device, its axes and states included."""
     if subject.device is None:
         return result
-    from gelcone.devices.si import READ_AS, factor, to_si
+    from gelcone.devices.si import to_si
 
-    shown = to_si(result, subject.device)
-    for name, variable in shown.data_vars.items():
-        # Displacement and velocity side by side in one variable, each with its own scale.
-        if variable.attrs.get("quantity") == "state" and variable.attrs["units"] == "1":
-            quantities = ("length", "velocity")
-            more = variable.shape[-1] - len(quantities)
-            scaled = variable * ([factor(subject.device, quantity) for quantity in quantities] + [1.0] * more)
-            units = [READ_AS[quantity][0] for quantity in quantities] + ["1"] * more
-            scaled.attrs = variable.attrs | {"units": ", ".join(units)}
-            shown[name] = scaled
-    for name, coord in result.coords.items():
-        scale = parameter_scale(str(name), subject.device)
-        if scale is not None:
-            attrs = {"long_name": str(coord.attrs["long_name"]), "units": scale[1], "quantity": "si"}
-            shown = shown.assign_coords({f"{name}_si": (coord.dims, coord.values * scale[0], attrs)})
-    scale = parameter_scale(result.attrs.get("parameter", ""), subject.device)
-    for name in ("threshold_low", "threshold_high", "value", "event_value", "event_error"):
-        if scale is not None and name in result:
-            attrs = {"long_name": str(result[name].attrs["long_name"]), "units": scale[1], "quantity": "si"}
-            shown[f"{name}_si"] = (result[name].dims, result[name].values * scale[0], attrs)
-    return shown
-
-
-def parameter_scale(name: str, device: Device) -> tuple[float, str] | None:
-    """What one dimensionless unit of a parameter is for a device, and in which unit; None for one without a scale."""
-    if name not in _QUANTITIES:
-        return None
-    from gelcone.devices.si import READ_AS, factor
-
-    quantity = _QUANTITIES[name]
-    return factor(device, quantity), READ_AS[quantity][0]
+    return to_si(result, subject.device)
 
 
 # --- JSON -------------------------------------------------------------------------------------------------------------
@@ -93,6 +53,7 @@ def answer_json(
     return bare_answer(command, content) | {
         "subject": {
             "device": None if device is None else device.name,
+            "fields": None if device is None else device.parameters(),
             "film": subject.model.film.name,
             "members": subject.model.size,
             "initial": list(subject.initial),
@@ -239,10 +200,18 @@ def marked_cells(result: xr.Dataset) -> dict[str, list[dict[str, Any]]]:
 
 
 def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
-    """First lines of a text: what was computed on, with those parameters that are one number and not swept."""
-    numbers = {k: v for k, v in subject.model.parameters().items() if isinstance(v, float) and k not in swept}
-    name = subject.device.name if subject.device else "cone model, dimensionless"
-    lines = [name, "  " + ", ".join(f"{k} {v:.4g}" for k, v in numbers.items())]
+    """First lines of a text: what was computed on, with those numbers that are one and not swept."""
+    swept = set(swept)
+    if subject.device is not None:
+        from gelcone.devices.template import told_fields
+
+        name, numbers = subject.device.name, told_fields(subject.device, swept)
+    else:
+        given = {k: v for k, v in subject.model.parameters().items() if isinstance(v, float) and k not in swept}
+        name, numbers = "cone model, dimensionless", [f"{k} {v:.4g}" for k, v in given.items()]
+    unbroken = ", ".join(number.replace(" ", "\0") for number in numbers)
+    wrapped = textwrap.wrap(unbroken, WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
+    lines = [name, *(line.replace("\0", " ") for line in wrapped)]
     about = subject.model.film.describe()
     return [*lines, f"  {about}"] if about else lines
 
@@ -287,8 +256,7 @@ def grid_text(shown: xr.Dataset, names: Iterable[Any]) -> str:
     """The swept coordinates in one line."""
     spans = []
     for dim in names:
-        with_si = f" ({_ends(shown[f'{dim}_si'])})" if f"{dim}_si" in shown.coords else ""
-        spans.append(f"{dim} {_ends(shown[dim])}{with_si}, {shown.sizes[dim]} values")
+        spans.append(f"{dim} {_ends(shown[dim])}, {shown.sizes[dim]} values")
     return "; ".join(spans)
 
 

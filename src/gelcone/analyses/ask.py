@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from gelcone.analyses.subject import measure_reader, read_measures
+from gelcone.errors import DoubtfulInput
 from gelcone.register.analysis import Analysis, load
 
 if TYPE_CHECKING:
@@ -37,7 +40,37 @@ def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
     """
     if analysis.single:
         subject.alone(analysis.command)
+    given = {**given, **read_options(analysis, subject, given)}
     arguments: dict[str, Any] = load(analysis.reader)(subject, given) if analysis.reader else dict(given)
     if "initial" in analysis.signature.parameters:
-        arguments["initial"] = subject.initial
+        arguments["initial"] = subject.beginning if analysis.planned else subject.initial
+        warn_at_rest(subject)
+    else:
+        subject.without_initial(f"{analysis.command} does not start from a state; leave it out")
     return arguments
+
+
+def warn_at_rest(subject: Subject) -> None:
+    """Says where a device starts from a rest that nothing leaves."""
+    if subject.device is not None and not subject.starts:
+        from gelcone.devices.analysis import at_rest
+
+        if told := at_rest(subject.device, subject.initial):
+            warnings.warn(told, DoubtfulInput, stacklevel=2)
+
+
+def read_options(analysis: Analysis, subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Options of an analysis that measure something, read from their texts: in SI for a plan, else dimensionless.
+
+    A number that is none is dimensionless.
+    """
+    texts = {name for name, value in given.items() if isinstance(value, str)}
+    measured = {name: option for name, option in analysis.options.items() if option.quantity and name in texts}
+    numbers: dict[str, Any] = {}
+    for name, option in measured.items():
+        shown, text = f"--{name.replace('_', '-')}", str(given[name])
+        if option.kind is None:
+            numbers[name] = read_measures(shown, text, option.quantity, subject.device, in_si=analysis.planned)
+        else:
+            numbers[name] = measure_reader(option.quantity, subject.device, in_si=analysis.planned)(shown, text.strip())
+    return numbers

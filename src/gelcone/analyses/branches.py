@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import heading, parameter_scale
+from gelcone.analyses.answer import heading
+from gelcone.analyses.subject import read_measures
 from gelcone.errors import InputError
 from gelcone.words import branch_endings, event_label, flag_label, shortened
 
@@ -21,11 +22,25 @@ def continue_branch_arguments(subject: Subject, given: Mapping[str, Any]) -> dic
     """The arguments of `gelcone.continue_branch`."""
     name, low, high = (str(given[key]) for key in ("parameter", "low", "high"))
     _check_order(name, low, high)
-    ((parameter, ends),) = subject.over([f"{name}={low}:{high}:2"]).items()
+    parameter, ends = _followed(subject, name, low, high)
     arguments = {key: value for key, value in given.items() if key not in ("parameter", "low", "high")}
     if "start" in arguments:
         arguments["start"] = _start(str(arguments["start"]))
     return {"parameter": parameter, "low": float(ends[0]), "high": float(ends[-1]), **arguments}
+
+
+def _followed(subject: Subject, name: str, low: str, high: str) -> tuple[str, Any]:
+    """The model's parameter and its two ends; with a device of a field that is one parameter of the model."""
+    if subject.device is None:
+        ((parameter, ends),) = subject.over([f"{name}={low}:{high}:2"]).items()
+        return parameter, ends
+    from gelcone.devices.si import PARAMETERS
+
+    found = next((one for one, (_, field) in PARAMETERS.items() if field == name), None)
+    if found is None:
+        takes = ", ".join(field for _, field in PARAMETERS.values())
+        raise InputError(f"{name}: branches follow one of {takes}; for another field, use gelcone bifurcation")
+    return found, read_measures(name, f"{low}:{high}:2", PARAMETERS[found][0], subject.device)
 
 
 def _check_order(name: str, low: str, high: str) -> None:
@@ -137,27 +152,47 @@ def flags_json(result: xr.Dataset) -> list[dict[str, Any]]:
 def continue_branch_words(shown: xr.Dataset, subject: Subject) -> str:
     """Branches as text: each with its events, how it ends, and what brute force says."""
     name = shown.attrs["parameter"]
-    return "\n".join([*heading(subject, [name]), *branch_lines(shown, subject)])
+    return "\n".join([*heading(subject, [name, _field(name, subject)]), *branch_lines(shown, subject)])
+
+
+def _field(parameter: str, subject: Subject) -> str:
+    """What the subject calls a parameter."""
+    if subject.device is None:
+        return parameter
+    from gelcone.devices.si import PARAMETERS
+
+    return PARAMETERS[parameter][1] if parameter in PARAMETERS else parameter
+
+
+def _scale(parameter: str, subject: Subject) -> tuple[float, str]:
+    """What one unit of a parameter is for the subject, and its unit behind a space."""
+    if subject.device is None:
+        return 1.0, ""
+    from gelcone.devices.si import PARAMETERS, READ_AS, factor
+
+    if parameter not in PARAMETERS:
+        return 1.0, ""
+    quantity = PARAMETERS[parameter][0]
+    return float(factor(subject.device.scales, quantity)), f" {READ_AS[quantity][0]}"
 
 
 def branch_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
     """What the branches are, line by line."""
-    name = shown.attrs["parameter"]
-    scale = None if subject.device is None else parameter_scale(name, subject.device)
+    name = _field(shown.attrs["parameter"], subject)
+    scale, unit = _scale(shown.attrs["parameter"], subject)
 
-    def at(value: float) -> str:
-        with_si = "" if scale is None else f" ({value * scale[0]:.6g} {scale[1]})"
-        return f"{value:.10g}{with_si}"
+    def at(value: float, form: str = ".10g") -> str:
+        return f"{value * scale:{form}}{unit}"
 
     lines = []
     for k in range(shown.sizes["branch"]):
         own = shown.isel(branch=k)
-        values = own["value"].values[np.isfinite(own["value"].values)]
+        values = scale * own["value"].values[np.isfinite(own["value"].values)]
         kind = "rest" if bool(own["resting"]) else f"period {int(own['period'])}"
         kind += ", symmetric" * bool(own["symmetric"])
         share = float((own["stable"] == 1).sum()) / values.size
         lines.append(
-            f"branch {k}: {kind}, {name} {values.min():.6g} to {values.max():.6g}, {values.size} points, "
+            f"branch {k}: {kind}, {name} {values.min():.6g} to {values.max():.6g}{unit}, {values.size} points, "
             f"{100 * share:.3g} % of them stable; ends: {', '.join(branch_endings(own))}"
         )
         lines += [_event_line(shown.isel(event=e), at) for e in np.flatnonzero(shown["event_branch"].values == k)]
@@ -169,9 +204,8 @@ def _event_line(event: xr.Dataset, at: Any) -> str:
     born = int(event["event_born_branch"])
     leaves = f", branch {born} is born" if born >= 0 else ""
     unresolved = "" if int(event["event_resolved"]) else ", unresolved"
-    error = float(event["event_error"])
-    value = at(float(event["event_value"]))
-    return f"  {event_label(event['event_kind'])} at {value} ± {error:.0e}{kind}{leaves}{unresolved}"
+    value, error = at(float(event["event_value"])), at(float(event["event_error"]), ".0e")
+    return f"  {event_label(event['event_kind'])} at {value} ± {error}{kind}{leaves}{unresolved}"
 
 
 def _check_lines(shown: xr.Dataset, name: str) -> list[str]:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import heading, periods_json
+from gelcone.analyses.subject import Axis
 from gelcone.codes import Regime
-from gelcone.errors import InputError
 from gelcone.words import FAILINGS, motion_in_words, shortened, unit_of
 
 if TYPE_CHECKING:
@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
     from gelcone.analyses.subject import Subject
 
-_AXES = {"voltage": "peaks", "drive_frequency": "frequencies"}
+AXES = {
+    "frequencies": Axis("drive_frequency", "frequency", "frequency"),
+    "peaks": Axis("voltage", "peak_voltage", "voltage"),
+}
 _STATIC = ("peak_voltage", "stroke", "blocked_force", "natural_frequency")
 _DRIVEN = ("driven_peak", "driven_stroke", "driven_power", "driven_apparent_power")
 _WINDOW = ("drive_frequency", "recommended_peak", "window_stroke", "window_power", "window_apparent_power")
@@ -30,12 +33,7 @@ _WIDTHS = (18, 12, 14, 14, 16)
 def envelope_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments of `gelcone.envelope`."""
     subject.without_initial("an envelope starts from the device's rest; leave it out")
-    arguments = {name: value for name, value in given.items() if name != "over"}
-    for name, values in subject.over(given.get("over", ())).items():
-        if name not in _AXES:
-            raise InputError(f"--over {name}: an envelope is over drive_frequency and voltage; leave it out")
-        arguments[_AXES[name]] = values
-    return arguments
+    return {n: v for n, v in given.items() if n != "over"} | subject.axes(given.get("over", ()), AXES)
 
 
 def envelope_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines, periods_json
-from gelcone.errors import InputError
+from gelcone.analyses.subject import Axis
 from gelcone.words import kinds_of_motion, shortened, unit_of, validity_in_words
 
 if TYPE_CHECKING:
@@ -16,19 +16,15 @@ if TYPE_CHECKING:
 
     from gelcone.analyses.subject import Subject
 
+AXES = {"frequencies": Axis("drive_frequency", "frequency", "frequency", replaces=True)}
 _JUMP = ("jump_low", "jump_high", "jump_from", "jump_to")
 _CURVES = ("stroke", "lowest", "highest", "harmonic_amplitude", "harmonic_phase")
 
 
 def frequency_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments of `gelcone.frequency`."""
-    swept = subject.over(given.get("over", ()))
-    if list(swept) not in ([], ["drive_frequency"]):
-        raise InputError(
-            "--over: a frequency response takes drive_frequency alone, as in --over drive_frequency=0.1:2:80"
-        )
     others = {name: value for name, value in given.items() if name != "over"}
-    return {"frequencies": swept.get("drive_frequency"), **others}
+    return {"frequencies": None, **subject.axes(given.get("over", ()), AXES), **others}
 
 
 def frequency_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

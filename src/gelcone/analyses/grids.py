@@ -15,14 +15,22 @@ from gelcone.analyses.answer import (
     heading,
     marked_cells,
     outcome_lines,
-    parameter_scale,
     periods_json,
     regime_names,
     variable_json,
 )
-from gelcone.analyses.subject import STATES, read_states
+from gelcone.analyses.subject import STATES, example, read_states
 from gelcone.errors import InputError
-from gelcone.words import attractor_in_words, rate_unit, regime_counts, shortened, validity_in_words, with_error
+from gelcone.words import (
+    attractor_in_words,
+    measured,
+    rate_unit,
+    regime_counts,
+    shortened,
+    unit_of,
+    validity_in_words,
+    with_error,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +64,8 @@ def bifurcation_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[st
     """The arguments of `gelcone.bifurcation`."""
     swept = subject.over(given.get("over", ()))
     if len(swept) != 1:
-        other = "two make a `gelcone map`" if len(swept) == 2 else "for example --over voltage=0:2:401"
+        one = example(subject.device, "voltage" if subject.device is None else "voltage_amplitude")
+        other = "two make a `gelcone map`" if len(swept) == 2 else f"for example {one}"
         raise InputError(f"--over: a bifurcation diagram takes one parameter, not {len(swept)}; {other}")
     ((name, values),) = swept.items()
     arguments = {key: value for key, value in given.items() if key != "over"}
@@ -114,12 +123,11 @@ def _threshold_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
     from gelcone.atlas.bifurcation import thresholds_of
 
     name = shown.attrs["parameter"]
-    scale = None if subject.device is None else parameter_scale(name, subject.device)
+    unit = unit_of(shown["threshold_low"])
     lines = []
     for row in thresholds_of(shown):
-        low, high = row["low"], row["high"]
-        with_si = "" if scale is None else f" ({low * scale[0]:.6g} to {high * scale[0]:.6g} {scale[1]})"
-        lines.append(f"  {row['branch']}: {row['from']} -> {row['to']} at {name} {low:.6g} to {high:.6g}{with_si}")
+        at = f"{name} {row['low']:.6g} to {row['high']:.6g}{unit}"
+        lines.append(f"  {row['branch']}: {row['from']} -> {row['to']} at {at}")
     return ["changes of regime:" if lines else "no change of regime", *shortened(lines)]
 
 
@@ -150,7 +158,7 @@ def _exponent_lines(shown: xr.Dataset) -> list[str]:
     for word, at in (("highest", exponent.argmax(...)), ("lowest", exponent.argmin(...))):
         cell = shown.isel(at)
         value = with_error(float(cell["lyapunov"][0]), float(cell["standard_error"][0]))
-        where = ", ".join(f"{dim} {float(cell[dim]):.4g}" for dim in exponent.dims)
+        where = ", ".join(f"{dim} {measured(cell[dim])}" for dim in exponent.dims)
         lines.append(f"{word} exponent {value} {rate_unit(exponent)} at {where}")
     return lines
 
@@ -178,7 +186,7 @@ def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
 
         chance = probability(shown)
         highest = chance.isel(chance["probability"].argmax(...)) if chance["probability"].ndim else chance
-        where = ", ".join(f"{name} {float(highest[name]):.4g}" for name in chance["probability"].dims)
+        where = ", ".join(f"{name} {measured(highest[name])}" for name in chance["probability"].dims)
         lines.append(
             f"probability of chaos {float(highest['probability']):.3g} "
             f"[{float(highest['low']):.3g}, {float(highest['high']):.3g}] "

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines
-from gelcone.analyses.subject import read_over
-from gelcone.errors import InputError
+from gelcone.analyses.subject import Axis
 from gelcone.motion.floquet import Onset
 from gelcone.words import measured, unit_of
 
@@ -18,18 +17,18 @@ if TYPE_CHECKING:
 
     from gelcone.analyses.subject import Subject
 
-DEFAULT_OVER = {"drive_frequency": "0.2:3:120", "voltage": "0:2:100"}
+AXES = {
+    "frequencies": Axis("drive_frequency", "frequency", "frequency"),
+    "voltages": Axis("voltage", "voltage_amplitude", "voltage"),
+}
+DEFAULT_OVER = {"frequencies": np.linspace(0.2, 3.0, 120), "voltages": np.linspace(0.0, 2.0, 100)}
+"""Axes that are not given, dimensionless."""
 
 
 def tongues_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments of `gelcone.tongues`; axes that are not given take their defaults."""
-    swept = subject.over(given.get("over", ()))
-    for name in swept:
-        if name not in DEFAULT_OVER:
-            raise InputError(f"--over {name}: tongues go over drive_frequency and voltage; fix the others with --set")
-    swept |= read_over(f"{name}={values}" for name, values in DEFAULT_OVER.items() if name not in swept)
     others = {name: value for name, value in given.items() if name != "over"}
-    return {"frequencies": swept["drive_frequency"], "voltages": swept["voltage"], **others}
+    return DEFAULT_OVER | subject.axes(given.get("over", ()), AXES) | others
 
 
 def tongues_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

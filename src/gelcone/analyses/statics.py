@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines
-from gelcone.analyses.subject import read_values
 from gelcone.physics.balance import PullIn
 from gelcone.words import FAILINGS, UNKNOWN_STRENGTH, measured, members_of, shortened, unit_of
 
@@ -17,12 +15,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.subject import Subject
-
-
-def static_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of `gelcone.static`."""
-    quantities = {"voltages": "voltage", "displacements": "rest_height"}
-    return {name: read_values(f"--{name}", text, quantities[name], subject.device) for name, text in given.items()}
 
 
 def static_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

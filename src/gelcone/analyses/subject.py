@@ -1,4 +1,9 @@
-"""What an analysis is asked about, described in text: a device or preset, settings, an initial state, swept values."""
+"""What an analysis is asked about, described in text: a device or preset, settings, an initial state, swept values.
+
+There is one language at a time. With a device names are its fields and every number has its SI unit: a bare number is
+the SI value of a field, and is refused where it is not a field's. Without a device names are the model's parameters and
+numbers are dimensionless.
+"""
 
 from __future__ import annotations
 
@@ -16,37 +21,80 @@ from gelcone.quantity import Array
 if TYPE_CHECKING:
     from gelcone.atlas.uncertain import Distribution
     from gelcone.devices.device import Device
+    from gelcone.devices.record import Field
     from gelcone.physics.system import ConeSystem
 
-MOST_POINTS = 10_000_000
+MOST_POINTS = 100_000
 RADIUS_RATIO = "radius_ratio"
 DEFAULT_RADIUS_RATIO = 0.2
 DEFAULT_INITIAL = (1.0, 0.0)
-IN_SI: Mapping[str, tuple[str, tuple[str, ...]]] = {
-    "voltage": ("V", ("voltage",)),
-    "voltage_bias": ("V", ("voltage",)),
-    "drive_frequency": ("Hz", ("frequency",)),
-    "rest_height": ("m", ("length",)),
-    "spring_stiffness": ("N/m", ("force", "length")),
-}
-"""Parameters whose values may carry a unit when there is a device: the unit, and the parts of its scale."""
+STATES = {"displacement": "length", "velocity": "velocity"}
+"""Components of the initial state, and the quantity of each."""
+DEFAULT_STATES = (-2.0, 2.0, 81)
+"""Initial displacements and velocities of a basin that is not told others, dimensionless."""
+Reader = Callable[[str, str], float]
+"""Reads one number: (option, text) -> value."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """What an analysis works on: the model, the device behind it if there is one, and the initial state.
+    """What an analysis works on.
 
-    ``starts`` says whether the initial state was stated rather than taken by default.
+    Attributes
+    ----------
+    model : the dimensionless model, of the device if there is one.
+    device : the device; None without one.
+    initial : the initial state, dimensionless.
+    start : the same with a device, in m and m/s, where it was stated; None for the device's own.
+    starts : whether the initial state was stated rather than taken by default.
+    given : the names that ``--set`` gave.
     """
 
     model: ConeModel
     device: Device | None = None
-    initial: tuple[float, ...] = DEFAULT_INITIAL
+    initial: Any = DEFAULT_INITIAL
+    start: tuple[float, float] | None = None
     starts: bool = False
+    given: frozenset[str] = frozenset()
+
+    @property
+    def target(self) -> ConeModel | Device:
+        """What a plan is made of: the device or, without one, the model."""
+        return self.model if self.device is None else self.device
+
+    @property
+    def beginning(self) -> tuple[float, float] | None:
+        """The initial state of a plan."""
+        return self.initial if self.device is None else self.start
 
     def over(self, texts: Iterable[str]) -> dict[str, Array]:
-        """The parameters to sweep and their values, see `read_over`."""
-        return read_over(texts, self.device, self.model.system)
+        """What to sweep in a plan and its values, see `read_over`; those of a device in SI."""
+        swept = read_over(texts, self.device, self.model.system)
+        self._not_set(swept)
+        return swept
+
+    def axes(self, texts: Iterable[str], names: Mapping[str, Axis]) -> dict[str, Array]:
+        """The values of ``--over`` for an analysis with axes of its own: keyword -> dimensionless values.
+
+        ``names`` holds keyword -> axis. Raises `InputError` for another name, and what `read_over` refuses.
+        """
+        known = {axis.name(self.device): keyword for keyword, axis in names.items()}
+        found: dict[str, Array] = {}
+        for name, values in _pairs(texts, f"name=from:to:count, for example {example(self.device, next(iter(known)))}"):
+            if name not in known:
+                raise InputError(f"--over {name}: is no axis of this analysis, which takes {' and '.join(known)}")
+            if known[name] in found:
+                raise InputError(f"--over {name}: is given twice; give it once")
+            axis = names[known[name]]
+            numbers = read_numbers(f"--over {name}", values, measure_reader(axis.quantity, self.device))
+            found[known[name]] = increasing(f"--over {name}", np.atleast_1d(numbers))
+        self._not_set(axis.name(self.device) for keyword, axis in names.items() if keyword in found and axis.replaces)
+        return found
+
+    def _not_set(self, swept: Iterable[str]) -> None:
+        for name in swept:
+            if name in self.given:
+                raise InputError(f"--set {name}: is swept by --over {name}; leave one of them out")
 
     def alone(self, name: str) -> Subject:
         """This subject; `InputError` where it is an ensemble."""
@@ -60,6 +108,28 @@ class Subject:
             raise InputError(f"--initial: {remedy}")
 
 
+@dataclass(frozen=True)
+class Axis:
+    """An axis of an analysis: its name for a model and for a device, its quantity, and whether it ``replaces`` the
+    actuator's own value, which then must not be set."""
+
+    of_model: str
+    of_device: str
+    quantity: str
+    replaces: bool = False
+
+    def name(self, device: Device | None) -> str:
+        return self.of_model if device is None else self.of_device
+
+
+def example(device: Device | None, name: str) -> str:
+    """A value of ``--over``, for messages."""
+    if device is None:
+        return f"--over {name}=0:2:401"
+    unit = {"frequency": "Hz", "displacement": "mm", "velocity": "m/s"}.get(name, "V")
+    return f'--over "{name}=5 {unit}:20 {unit}:31"'
+
+
 def read_subject(
     device: str | None = None,
     *,
@@ -71,71 +141,87 @@ def read_subject(
 ) -> Subject:
     """The subject that a device or preset, ``name=value`` settings and an initial state describe.
 
-    With a device, a name of the device (``film_radius``, ``material.shear_modulus``) changes the device, and a name of
-    the model (``voltage``) replaces what the device gives. With a preset, a name of the model replaces its value.
-    ``fitting`` is called before a continuum film is fitted, which takes seconds.
+    With a device a setting changes one of its fields (``film_radius``, ``material.shear_modulus``), else a parameter of
+    the model. ``fitting`` is called before a continuum film is fitted, which takes seconds.
 
     Raises
     ------
     InputError : for a device together with a preset, unknown names, and values that cannot be used.
     """
-    given = read_settings(settings)
+    given = read_pairs(settings, device is not None)
     if device is not None:
         if preset is not None:
             raise InputError(f"--preset {preset} and the device {device!r} are both given; give one or the other")
         return _of_device(device, given, film, initial, fitting)
-    ratio = given.pop(RADIUS_RATIO, None) if film == "continuum" else None
+    values = {name: read_value(text) for name, text in given.items()}
+    ratio = values.pop(RADIUS_RATIO, None) if film == "continuum" else None
+    _only_of_model(values)
     if preset is None:
-        model, start = ConeModel.from_parameters(given), DEFAULT_INITIAL
+        model, start = ConeModel.from_parameters(values), DEFAULT_INITIAL
     else:
         from gelcone.presets import find_preset
 
         chosen = find_preset(preset)
-        model, start = chosen.model.replace(**given), chosen.initial
+        model, start = chosen.model.replace(**values), chosen.initial
     if film is not None:
         from gelcone.continuum.fit import find_film
 
         ratio = DEFAULT_RADIUS_RATIO if ratio is None else ratio
         model = model.replace(film=find_film(film, model, ratio, starting=fitting))
-    return Subject(model, None, read_initial(initial, None) or start, initial is not None)
+    stated = None if initial is None else read_initial(initial, None)
+    return Subject(model, None, stated or start, None, initial is not None, frozenset(given))
 
 
 def _of_device(
-    name: str, given: dict[str, Any], film: str | None, initial: str | None, fitting: Callable[[], None]
+    name: str, given: dict[str, str], film: str | None, initial: str | None, fitting: Callable[[], None]
 ) -> Subject:
-    from gelcone.devices.device import Device, find_device
+    from gelcone.devices.device import DEVICE_FIELDS, find_device
 
-    fields, names = Device.field_names(), parameter_names()
-    of_model = {k: v for k, v in given.items() if k in names and k not in fields}
-    of_device = {k: v for k, v in given.items() if k not in of_model}
-    for setting in of_device:
-        if setting.split(".")[0] not in fields:
-            raise unknown_name("parameter of a device or of the model", setting, [*fields, *names])
+    changes = {setting: read_field(f"--set {setting}", text, setting, DEVICE_FIELDS) for setting, text in given.items()}
     found = find_device(name)
     if film is not None:
-        of_device = {"film": film} | of_device
-    if of_device:
-        found = found.replace(**of_device)
+        changes = {"film": film} | changes
+    if changes:
+        found = found.replace(**changes)
     found.film_for(found.cone_model(), starting=fitting)
-    model = found.to_model()
-    model = model.replace(**of_model) if of_model else model
-    return Subject(model, found, read_initial(initial, found) or found.initial_state(), initial is not None)
+    start = None if initial is None else read_initial(initial, found)
+    scales = found.scales
+    if start is None:
+        state = found.initial_state()
+    else:
+        state = np.stack(np.broadcast_arrays(start[0] / scales.length, start[1] / scales.velocity), axis=-1)
+        state = state if state.ndim > 1 else (float(state[0]), float(state[1]))
+    return Subject(found.to_model(), found, state, start, initial is not None, frozenset(given))
+
+
+def _only_of_model(values: Iterable[str]) -> None:
+    """`InputError` for a field of a device where there is none, with the parameter of the model of that meaning."""
+    known = parameter_names()
+    for name in values:
+        if name in known or name.partition(".")[0] in known:
+            continue
+        from gelcone.devices.device import DEVICE_FIELDS
+
+        if name in DEVICE_FIELDS:
+            same = [other for other in known if other in DEVICE_FIELDS[name].near]
+            remedy = f"without a device, set {same[0]!r}, dimensionless" if same else "give a device to set it"
+            raise InputError(f"--set {name}: is a field of a device; {remedy}")
 
 
 # --- single values ----------------------------------------------------------------------------------------------------
 
 
-def read_settings(settings: Iterable[str]) -> dict[str, Any]:
-    """``name=value`` pairs as a mapping; `InputError` for one that is not a pair, or a name given twice."""
-    values: dict[str, Any] = {}
+def read_pairs(settings: Iterable[str], device: bool = False) -> dict[str, str]:
+    """``name=value`` pairs as texts; `InputError` for one that is not a pair, or a name given twice."""
+    values: dict[str, str] = {}
+    example = '--set "voltage_amplitude=500 V"' if device else "--set voltage=1.04"
     for setting in settings:
-        name, equals, value = setting.partition("=")
-        name = name.strip()
-        if not equals or not name or not value.strip():
-            raise InputError(f"--set {setting!r}: must be name=value, for example --set voltage=1.04")
+        name, equals, value = (part.strip() for part in setting.partition("="))
+        if not equals or not name or not value:
+            raise InputError(f"--set {setting!r}: must be name=value, for example {example}")
         if name in values:
             raise InputError(f"--set {name}: is given twice; give it once")
-        values[name] = read_value(value.strip())
+        values[name] = value
     return values
 
 
@@ -152,100 +238,209 @@ def read_value(text: str) -> Any:
 
 def read_range(text: str) -> Array:
     """``from:to:count`` as evenly spaced values."""
-    try:
+    return read_numbers("", text, lambda option, part: float(part))
+
+
+def read_numbers(option: str, text: str, read: Reader) -> Any:
+    """A number, a list ``v1,v2,...`` or a range ``from:to:count``, each number read by ``read``.
+
+    Among values with units a bare number is refused, but 0.
+    """
+    shown = f"{option} {text!r}" if option else repr(text)
+    if text.count(":") == 2:
         first, last, count = (part.strip() for part in text.split(":"))
-        begin, end, number = float(first), float(last), int(count)
-    except ValueError:
-        raise InputError(f"{text!r}: must be a range from:to:count, for example 0:2:401") from None
-    if not (math.isfinite(begin) and math.isfinite(end)):
-        raise InputError(f"{text!r}: the ends of a range must be finite")
-    if not begin < end:
-        raise InputError(f"{text!r}: is empty or reversed; the first end must be below the second")
-    if not 2 <= number <= MOST_POINTS:
-        raise InputError(f"{text!r}: has {number} points; a range takes 2 to {MOST_POINTS}")
-    return np.linspace(begin, end, number)
+        _one_manner(shown, [first, last])
+        try:
+            begin, end, number = read(option, first), read(option, last), int(count)
+        except ValueError as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError(f"{shown}: must be a range from:to:count, for example 0:2:401") from None
+        if not (math.isfinite(begin) and math.isfinite(end)):
+            raise InputError(f"{shown}: the ends of a range must be finite")
+        if not begin < end:
+            raise InputError(f"{shown}: is empty or reversed; the first end must be below the second")
+        if not 2 <= number <= MOST_POINTS:
+            raise InputError(f"{shown}: has {number} points; a range takes 2 to {MOST_POINTS}")
+        return np.linspace(begin, end, number)
+    parts = [part.strip() for part in text.split(",")]
+    if not all(parts):
+        raise InputError(f"{shown}: has an empty value; must be a number, a list v1,v2,... or a range from:to:count")
+    if len(parts) > MOST_POINTS:
+        raise InputError(f"{option}: has {len(parts)} values; a list takes at most {MOST_POINTS}")
+    _one_manner(shown, parts)
+    numbers = [read(option, part) for part in parts]
+    return numbers[0] if len(numbers) == 1 else np.array(numbers)
 
 
-def read_initial(text: str | None, device: Device | None) -> tuple[float, float] | None:
-    """A displacement and a velocity, dimensionless or - with a device - with units; None where none is given."""
-    if text is None:
-        return None
-    parts = text.split(",")
-    if len(parts) != 2:
-        raise InputError(f"--initial {text!r}: must be a displacement and a velocity, for example --initial 1,0")
-    x = read_measure("--initial", parts[0], "length", device)
-    return x, read_measure("--initial", parts[1], "velocity", device)
+def _one_manner(shown: str, parts: list[str]) -> None:
+    bare = [part for part in parts if is_number(part)]
+    if 0 < len(bare) < len(parts) and any(float(part) != 0.0 for part in bare):
+        odd = next(part for part in bare if float(part) != 0.0)
+        raise InputError(
+            f"{shown}: {odd} has no unit and others have; give each its unit, and write decimals with a point"
+        )
 
 
-def read_times(text: str, device: Device | None) -> list[float]:
-    """Comma-separated times, dimensionless or - with a device - with a unit."""
-    return [read_measure("--times", part, "time", device) for part in text.split(",")]
-
-
-def read_measure(option: str, text: str, quantity: str, device: Device | None) -> float:
-    """A dimensionless number, or with a device a number with a unit, scaled to the model."""
+def is_number(text: str) -> bool:
+    """Whether a text is a number without a unit."""
     try:
-        number = float(text)
+        float(text)
     except ValueError:
-        if device is None:
-            raise InputError(f"{option} {text.strip()!r}: must be a number (units need a device)") from None
-        from gelcone.devices.units import parse
+        return False
+    return True
 
-        si_unit = {"length": "m", "velocity": "m/s", "time": "s"}[quantity]
-        return parse(option, text.strip(), si_unit) / float(getattr(device.scales, quantity))
-    if not math.isfinite(number):
-        raise InputError(f"{option} {text.strip()}: must be finite")
-    return number
+
+def read_field(option: str, text: str, name: str, fields: Mapping[str, Field]) -> Any:
+    """The value of a device's field: text, number, list or range; a bare number is in the field's SI unit."""
+    from gelcone.devices.record import unknown_field
+
+    if name not in fields:
+        raise InputError(f"{option}: {unknown_field('device', name, fields)}")
+    field = fields[name]
+    if not field.unit or ("," not in text and ":" not in text and not is_number(text)):
+        return text  # read with its unit where the device is made
+    return read_numbers(option, text, lambda option, part: _of_field(option, part, field))
+
+
+def _of_field(option: str, text: str, field: Field) -> float:
+    from gelcone.devices.units import parse
+
+    if is_number(text):
+        number = float(text)
+        if not math.isfinite(number) and not (field.infinite and number == math.inf):
+            raise InputError(f"{option} {text}: must be finite")
+        return number
+    return parse(option, text, field.unit)
+
+
+def measure_reader(quantity: str, device: Device | None, *, in_si: bool = False) -> Reader:
+    """Reads a number of a quantity: dimensionless or, with a device, with a unit, and then scaled to the model.
+
+    With a device a bare number is refused, but 0. ``in_si`` leaves what is read in SI.
+    """
+
+    def read(option: str, text: str) -> float:
+        bare = is_number(text)
+        if device is None:
+            if not bare:
+                raise InputError(f"{option} {text!r}: must be a number (units need a device)")
+            number = float(text)
+        else:
+            from gelcone.devices.analysis import SI_UNITS, option_scale
+            from gelcone.devices.units import DIMENSIONS, parse
+
+            unit = SI_UNITS[quantity]
+            if bare and float(text) != 0.0:
+                raise InputError(
+                    f"{option} {text}: has no unit; with a device give one, such as {DIMENSIONS[unit].example!r}"
+                )
+            number = 0.0 if bare else parse(option, text, unit)
+            number = number if in_si else number / option_scale(option, quantity, device.scales)
+        if not math.isfinite(number):
+            raise InputError(f"{option} {text}: must be finite")
+        return number
+
+    return read
+
+
+def read_measures(option: str, text: str, quantity: str, device: Device | None, *, in_si: bool = False) -> Any:
+    """One or several numbers of a quantity, see `read_numbers` and `measure_reader`."""
+    return read_numbers(option, text, measure_reader(quantity, device, in_si=in_si))
+
+
+def read_initial(text: str, device: Device | None) -> tuple[float, float]:
+    """A displacement and a velocity, dimensionless or - with a device - with units, in m and m/s."""
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != 2:
+        form = "1,0" if device is None else '"5 mm,0 m/s"'
+        raise InputError(f"--initial {text!r}: must be a displacement and a velocity, for example --initial {form}")
+    x, u = (
+        measure_reader(quantity, device, in_si=True)("--initial", part)
+        for quantity, part in zip(STATES.values(), parts, strict=True)
+    )
+    return x, u
 
 
 # --- swept values -----------------------------------------------------------------------------------------------------
 
 
 def read_over(over: Iterable[str], device: Device | None = None, system: ConeSystem | None = None) -> dict[str, Array]:
-    """Parameters to sweep -> their values, in the order given.
+    """What to sweep -> its values, in the order given: parameters of the model or, with a device, its fields in SI.
 
-    Values are a range ``from:to:count`` or a list ``v1,v2,...``, increasing and at least two; with a device they may
-    carry units where the parameter has one (``voltage=0 V:500 V:51``). ``system`` brings the parameters of its own
-    components.
+    Values are a range ``from:to:count`` or a list ``v1,v2,...``, increasing and at least two. ``system`` brings the
+    parameters of its own components.
 
     Raises
     ------
     InputError : for what is not ``name=values``, a name that is unknown (with the nearest one) or given twice, values
-        that are empty, reversed, repeated or fewer than two, and values out of the parameter's bounds.
+        that are empty, reversed, repeated or fewer than two, and values out of bounds.
     """
     swept: dict[str, Array] = {}
-    for name, values in _pairs(over, "name=from:to:count or name=v1,v2,..., for example --over voltage=0:2:401"):
-        parameter_quantity(name, system)  # refuses an unknown name before its values are read
+    name = "voltage" if device is None else "voltage_amplitude"
+    form = f"name=from:to:count or name=v1,v2,..., for example {example(device, name)}"
+    for name, text in _pairs(over, form):
+        option = f"--over {name}"
+        _sweepable(option, name, device, system)  # refuses an unknown name before its values are read
         if name in swept:
-            raise InputError(f"--over {name}: is given twice; give it once")
-        swept[name] = increasing(f"--over {name}", read_values(f"--over {name}", values, name, device, system))
+            raise InputError(f"{option}: is given twice; give it once")
+        swept[name] = increasing(option, np.atleast_1d(_values(option, text, name, device, system)))
     return swept
 
 
-STATES = {"displacement": "length", "velocity": "velocity"}
-"""Components of the initial state, and the quantity of each."""
-DEFAULT_STATES = {"displacement": "-2:2:81", "velocity": "-2:2:81"}
+def _sweepable(option: str, name: str, device: Device | None, system: ConeSystem | None) -> None:
+    """`InputError` for a name that cannot be swept."""
+    if device is None:
+        known = [*parameter_names(), *(system.parameters if system else {})]
+        if name not in known:
+            _only_of_model([name])
+        parameter_quantity(name, system)
+        return
+    from gelcone.devices.points import POINT_FIELDS, refused
+
+    if name not in POINT_FIELDS or name in STATES:
+        raise InputError(f"{option}: {refused(device, name)}")
+
+
+def _values(option: str, text: str, name: str, device: Device | None, system: ConeSystem | None) -> Any:
+    """The values of a parameter or field, within its bounds."""
+    if device is None:
+        numbers = read_numbers(option, text, _plain)
+        return np.asarray(parameter_quantity(name, system).check(name, numbers), dtype=float)
+    from gelcone.devices.points import POINT_FIELDS, read_swept
+
+    return read_swept(device, name, read_field(option, text, name, POINT_FIELDS))
+
+
+def _plain(option: str, text: str) -> float:
+    if not is_number(text):
+        raise InputError(f"{option} {text!r}: must be a number; give a range from:to:count or a list v1,v2,...")
+    return float(text)
+
+
+def read_values(option: str, text: str, name: str, system: ConeSystem | None = None) -> Array:
+    """Dimensionless values of the parameter ``name`` as a range or a list, within its bounds."""
+    return np.atleast_1d(_values(option, text, name, None, system))
 
 
 def read_states(over: Iterable[str], device: Device | None) -> dict[str, Array]:
-    """Initial displacements and velocities; one that is not given takes its default. `InputError` as `read_over`."""
+    """Initial displacements and velocities, with a device in m and m/s; one that is not given takes its default."""
     given: dict[str, str] = {}
-    for name, values in _pairs(over, "name=from:to:count, for example --over displacement=-2:2:81"):
+    for name, text in _pairs(over, f"name=from:to:count, for example {example(device, 'displacement')}"):
         if name not in STATES:
             raise unknown_name("component of the initial state", name, STATES)
         if name in given:
             raise InputError(f"--over {name}: is given twice; give it once")
-        given[name] = values
-    return {name: _read_states(name, given.get(name, DEFAULT_STATES[name]), device) for name in STATES}
+        given[name] = text
+    return {name: _states(name, given.get(name), device) for name in STATES}
 
 
-def _read_states(name: str, text: str, device: Device | None) -> Array:
+def _states(name: str, text: str | None, device: Device | None) -> Array:
+    if text is None:
+        scale = 1.0 if device is None else float(getattr(device.scales, STATES[name]))
+        return scale * np.linspace(*DEFAULT_STATES)
     option = f"--over {name}"
-    if text.count(":") == 2:
-        *ends, count = text.split(":")
-        begin, end = (read_measure(option, part, STATES[name], device) for part in ends)
-        return increasing(option, read_range(f"{begin!r}:{end!r}:{count.strip()}"))
-    return increasing(option, np.array([read_measure(option, p, STATES[name], device) for p in text.split(",")]))
+    return increasing(option, np.atleast_1d(read_measures(option, text, STATES[name], device, in_si=True)))
 
 
 def _pairs(over: Iterable[str], form: str) -> Iterable[tuple[str, str]]:
@@ -254,22 +449,6 @@ def _pairs(over: Iterable[str], form: str) -> Iterable[tuple[str, str]]:
         if not (equals and name and values):
             raise InputError(f"--over {text!r}: must be {form}")
         yield name, values
-
-
-def read_values(
-    option: str, text: str, name: str, device: Device | None = None, system: ConeSystem | None = None
-) -> Array:
-    """Values of the parameter ``name`` as a range ``from:to:count`` or a list ``v1,v2,...``, within its bounds.
-
-    With a device they may carry units, then all of them.
-    """
-    if text.count(":") == 2:
-        begin, end, count = text.split(":")
-        first, last = _dimensionless(option, [begin, end], name, device)
-        values: Any = read_range(f"{first}:{last}:{count.strip()}")
-    else:
-        values = [float(value) for value in _dimensionless(option, text.split(","), name, device)]
-    return np.atleast_1d(np.asarray(parameter_quantity(name, system).check(name, values), dtype=float))
 
 
 def increasing(option: str, values: Array) -> Array:
@@ -281,49 +460,36 @@ def increasing(option: str, values: Array) -> Array:
     return values
 
 
-def _dimensionless(option: str, texts: list[str], name: str, device: Device | None) -> list[str]:
-    """Dimensionless numbers as they are; numbers with a unit scaled to the model."""
-    texts = [text.strip() for text in texts]
-    bare = [_is_number(text) for text in texts]
-    if all(bare):
-        return texts
-    if device is None or name not in IN_SI:
-        remedy = "give a range from:to:count or a list v1,v2,..."
-        needs = " (units need a device)" if name in IN_SI else ""
-        raise InputError(f"{option} {texts[bare.index(False)]!r}: must be a number; {remedy}{needs}")
-    from gelcone.devices.units import parse
-
-    unit, (scale, *over) = IN_SI[name]
-    # A bare number among values with units would be dimensionless, which is hardly what was meant: `parse` refuses it.
-    scaled = [parse(option, text, unit) / float(getattr(device.scales, scale)) for text in texts]
-    for part in over:
-        scaled = [number * float(getattr(device.scales, part)) for number in scaled]
-    return [repr(number) for number in scaled]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-def read_uncertain(texts: Iterable[str]) -> dict[str, Distribution]:
+def read_uncertain(texts: Iterable[str], subject: Subject) -> dict[str, Distribution]:
     """``name=low:high`` and ``name=mean~deviation`` as distributions; `InputError` for anything else."""
     from gelcone.atlas.uncertain import Normal, Uniform
 
+    device, system = subject.device, subject.model.system
     spread: dict[str, Distribution] = {}
+    form = "prestretch=1~0.02" if device is None else '"film_thickness=0.2 mm~0.01 mm"'
     for text in texts:
-        name, equals, form = (part.strip() for part in text.partition("="))
-        sign = "~" if "~" in form else ":"
-        try:
-            one, other = (float(part) for part in form.split(sign))
-        except ValueError:
+        name, equals, values = (part.strip() for part in text.partition("="))
+        sign = "~" if "~" in values else ":"
+        parts = [part.strip() for part in values.split(sign)]
+        option = f"--uncertain {name}"
+        if not (equals and name) or name in spread or len(parts) != 2 or not all(parts):
             raise InputError(
-                f"--uncertain {text!r}: must be name=low:high or name=mean~deviation, for example prestretch=1~0.02"
-            ) from None
-        if not (equals and name) or name in spread:
-            raise InputError(f"--uncertain {text!r}: must be name=..., each name once")
+                f"--uncertain {text!r}: must be name=low:high or name=mean~deviation, each name once, such as {form}"
+            )
+        if name not in STATES:
+            _sweepable(option, name, device, system)
+        if name in subject.given:
+            raise InputError(f"--set {name}: is drawn by --uncertain {name}; leave one of them out")
+        one, other = _two(option, values, parts, name, device)
         spread[name] = Normal(one, other) if sign == "~" else Uniform(one, other)
     return spread
+
+
+def _two(option: str, text: str, parts: list[str], name: str, device: Device | None) -> list[float]:
+    """The two numbers of a distribution."""
+    _one_manner(f"{option}={text}", parts)
+    if device is None:
+        return [_plain(option, part) for part in parts]
+    from gelcone.devices.points import POINT_FIELDS
+
+    return [_of_field(option, part, POINT_FIELDS[name]) for part in parts]

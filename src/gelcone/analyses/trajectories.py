@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gelcone.analyses.answer import ending_lines, heading
-from gelcone.analyses.subject import read_times
 from gelcone.codes import FilmPullIn, Outcome
 from gelcone.words import measured, unit_of
 
@@ -28,12 +26,6 @@ def _span(variable: xr.DataArray, digits: int = 5) -> str:
 
 
 # --- time responses ---------------------------------------------------------------------------------------------------
-
-
-def simulate_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of `gelcone.simulate`."""
-    times = {"times": read_times(given["times"], subject.device)} if "times" in given else {}
-    return {**given, **times}
 
 
 def simulate_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import heading
-from gelcone.analyses.subject import DEFAULT_RADIUS_RATIO, RADIUS_RATIO, read_settings, read_values
+from gelcone.analyses.subject import DEFAULT_RADIUS_RATIO, RADIUS_RATIO, read_measures, read_pairs, read_value
 from gelcone.errors import InputError
 from gelcone.quantity import Array
 from gelcone.words import shortened, unit_of
@@ -35,7 +35,8 @@ def split_settings(settings: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[st
 
 def radius_ratio(own: tuple[str, ...], subject: Subject) -> Any:
     """a/b as given, as the device has it, or the default."""
-    given = read_settings(own).get(RADIUS_RATIO)
+    text = read_pairs(own).get(RADIUS_RATIO)
+    given = None if text is None else read_value(text)
     if subject.device is None:
         return DEFAULT_RADIUS_RATIO if given is None else given
     if given is not None:
@@ -46,7 +47,7 @@ def radius_ratio(own: tuple[str, ...], subject: Subject) -> Any:
 def constant_voltages(voltages: str | None, settings: tuple[str, ...], subject: Subject) -> Array:
     """The voltages that were asked for; else the amplitude that is set or that the device has; else 0."""
     if voltages is not None:
-        return np.unique(read_values("--voltages", voltages, "voltage", subject.device))
+        return np.unique(read_measures("--voltages", voltages, "voltage", subject.device))
     is_set = subject.device is not None or any(s.partition("=")[0].strip() == "voltage" for s in settings)
     return np.unique(subject.model.voltage) if is_set else np.zeros(1)
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.atlas.plan import STATES, Plan, meaning_of, quantity_of
+from gelcone.atlas.plan import DEFAULT_INITIAL, STATES, Plan, about
 from gelcone.codes import Outcome, Regime
+from gelcone.devices.analysis import for_swept_devices
+from gelcone.devices.device import Device
+from gelcone.devices.points import read_state
+from gelcone.devices.si import device_attributes
 from gelcone.errors import InputError
 from gelcone.motion.evidence import Evidence, label_evidence
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -43,11 +47,12 @@ BRANCHES_SHARE = 0.9
 """Share of the progress that goes to the branches; the rest is for the thresholds."""
 
 
+@for_swept_devices
 def bifurcation(
-    model: ConeModel,
+    model: ConeModel | Device,
     parameter: str,
     values: npt.ArrayLike,
-    initial: npt.ArrayLike = (1.0, 0.0),
+    initial: npt.ArrayLike = DEFAULT_INITIAL,
     *,
     sweeps: Sequence[str] = ("up", "down"),
     bisections: int = BISECTIONS,
@@ -62,10 +67,11 @@ def bifurcation(
 
     Parameters
     ----------
-    model : a single model; the swept parameter replaces its own.
-    parameter, values : the parameter's name and its increasing values, at least two.
+    model : a single model, or a device; the swept parameter replaces its own.
+    parameter, values : the name of a parameter of the model, or of a field of the device, and its increasing values, at
+        least two.
     initial : displacement and velocity at time 0, shape (2,), or several initial states, shape (states, 2): each gives
-        one branch over all values, and the sweeps start from the first. Default (1, 0).
+        one branch over all values, and the sweeps start from the first. Default (1, 0), or the device's own.
     sweeps : any of ``"up"`` and ``"down"``: each point starts where the one before was after the transient, moved by
         `NUDGE`, so that hysteresis shows. Default both.
     bisections : how often the interval of each change of regime is halved. Default 8.
@@ -84,9 +90,7 @@ def bifurcation(
     InputError : for an unknown parameter, too few or unsorted values, unknown sweeps, budgets that are not positive, no
         initial state, one given twice, or none inside the stretch limit.
     """
-    states = np.atleast_2d(np.asarray(initial, dtype=float))
-    if not states.size:
-        raise InputError("initial: is empty; give at least one initial state")
+    states = _states(model, initial)
     for sweep in sweeps:
         if sweep not in ("up", "down"):
             raise InputError(f"sweeps = {sweep!r}: must be 'up' or 'down'")
@@ -96,12 +100,9 @@ def bifurcation(
         raise InputError(f"{parameter}: belongs to the initial state; a bifurcation diagram sweeps a parameter")
     check_budgets(transient=transient, patience=patience, budget=budget)
     options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
-    plans = {
-        _name(state): Plan(model, {parameter: np.asarray(values)}, tuple(map(float, state)), options=options)
-        for state in states
-    }
+    plans = {_name(state): Plan(model, {parameter: values}, state, options=options) for state in states}
     if len(plans) < len(states):
-        raise InputError(f"initial = {states.tolist()}: holds a state twice; remove duplicates")
+        raise InputError(f"initial = {states}: holds a state twice; remove duplicates")
     counted, once = Counted(progress), tuple(dict.fromkeys(sweeps))
     part = BRANCHES_SHARE / (len(once) + len(plans))
     branches: dict[str, Evidence] = {}
@@ -119,9 +120,21 @@ def bifurcation(
     return result.assign(thresholds)
 
 
+def _states(model: ConeModel | Device, initial: Any) -> list[Any]:
+    """The initial states of the branches; None for a device's own."""
+    if initial is None:
+        return [None if isinstance(model, Device) else DEFAULT_INITIAL]
+    if isinstance(model, Device) and np.ndim(initial) < 2:
+        return [read_state(initial)]
+    states = np.atleast_2d(np.asarray(initial, dtype=float))
+    if not states.size:
+        raise InputError("initial: is empty; give at least one initial state")
+    return [tuple(map(float, state)) for state in states]
+
+
 def _options(plan: Plan) -> dict[str, Any]:
     """What is recorded of a branch."""
-    return {"initial": list(plan.initial), **plan.options}
+    return {"initial": plan.initial, **plan.options}
 
 
 def _classify(plan: Plan, members: Members, states: Array, threads: int | None, progress: Progress = None) -> Evidence:
@@ -135,9 +148,9 @@ def _classify(plan: Plan, members: Members, states: Array, threads: int | None, 
     return Evidence.join(parts)
 
 
-def _name(state: Sequence[float]) -> str:
+def _name(state: Sequence[float] | None) -> str:
     """The name of the branch from a fixed initial state."""
-    return "from " + ",".join(f"{component:g}" for component in state)
+    return "from its own start" if state is None else "from " + ",".join(f"{component:g}" for component in state)
 
 
 def _sweep(
@@ -179,15 +192,15 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
 
     name, values = next(iter(plan.over.items()))
     model, _ = plan.at(plan.grid)
-    attrs = {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": quantity_of(name)}
+    attrs = about(plan, name)
     labelled = []
     for evidence in branches.values():
         branch = label_evidence(model.members(), evidence, _options(plan), "bifurcation diagram")
         branch = branch.drop_vars([str(c) for c in branch.coords]).rename({"member": name})
         labelled.append(branch.assign_coords({name: (name, values, attrs)}))
     result = xr.concat(labelled, dim=xr.DataArray(list(branches), dims="branch", name="branch"))
-    result.attrs = dataset.label(plan.model, {}, options=_options(plan), title="bifurcation diagram").attrs
-    return result.assign_attrs(parameter=name)
+    result.attrs = dataset.label(plan.cone, {}, options=_options(plan), title="bifurcation diagram").attrs
+    return result.assign_attrs(parameter=name, **({} if plan.device is None else device_attributes(plan.device)))
 
 
 def _thresholds(
@@ -217,16 +230,17 @@ def _thresholds(
         low, high = np.where(stays, middle, low), np.where(stays, high, middle)
         progress(1.0 / bisections)
 
-    def column(values: Any, kind: Any, long_name: str, quantity: str) -> tuple[str, Any, dict[str, str]]:
-        attrs = {"long_name": long_name, "units": "1", "quantity": quantity}
-        return "threshold", np.asarray(values, dtype=kind), attrs
+    def column(values: Any, kind: Any, long_name: str, of: Mapping[str, str]) -> tuple[str, Any, dict[str, str]]:
+        return "threshold", np.asarray(values, dtype=kind), {**of, "long_name": long_name}
+
+    code, swept = {"units": "1", "quantity": "code"}, about(plan, name)
 
     return {
-        "threshold_branch": column(names, str, "branch on which the regime changes", "code"),
-        "threshold_from": column(below, np.int8, "regime below the change", "code"),
-        "threshold_to": column(above, np.int8, "regime above the change", "code"),
-        "threshold_low": column(low, float, "change lies above this value", quantity_of(name)),
-        "threshold_high": column(high, float, "change lies at or below this value", quantity_of(name)),
+        "threshold_branch": column(names, str, "branch on which the regime changes", code),
+        "threshold_from": column(below, np.int8, "regime below the change", code),
+        "threshold_to": column(above, np.int8, "regime above the change", code),
+        "threshold_low": column(low, float, "change lies above this value", swept),
+        "threshold_high": column(high, float, "change lies at or below this value", swept),
     }
 
 

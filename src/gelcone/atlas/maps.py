@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.atlas.plan import Plan
+from gelcone.atlas.plan import DEFAULT_INITIAL, Plan
 from gelcone.atlas.sweep import sweep
 from gelcone.codes import Regime
+from gelcone.devices.analysis import for_swept_devices, plain
+from gelcone.devices.device import Device
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.physics.model import ConeModel
 
@@ -22,10 +24,11 @@ SAME_ATTRACTOR = 1e-3
 """Two cycles are one when their highest turning points agree to this share of the size of the larger one."""
 
 
+@for_swept_devices
 def map(
-    model: ConeModel,
+    model: ConeModel | Device,
     over: Mapping[str, npt.ArrayLike],
-    initial: tuple[float, float] = (1.0, 0.0),
+    initial: tuple[float, float] = DEFAULT_INITIAL,
     *,
     transient: float | None = None,
     patience: float | None = None,
@@ -42,9 +45,9 @@ def map(
 
     Parameters
     ----------
-    model : a single model; the swept parameters replace its own.
-    over : parameter name -> increasing values, at least two of each.
-    initial : displacement and velocity at time 0 in every cell. Default (1, 0).
+    model : a single model, or a device; what is swept replaces its own.
+    over : name -> increasing values, at least two of each: parameters of the model, or fields of the device.
+    initial : displacement and velocity at time 0 in every cell, as in `Plan`. Default (1, 0), or the device's own.
     transient, patience, budget, tolerance : as in `regime`.
     coarsest : points along each axis that are computed at least; the map is refined where it changes between them.
         Default: every cell is computed.
@@ -65,12 +68,13 @@ def map(
     """
     options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     plan = Plan(model, over, initial, options=options)
-    result = sweep(plan, coarsest=coarsest, store=store, threads=threads, progress=progress)
+    result = plain(sweep)(plan, coarsest=coarsest, store=store, threads=threads, progress=progress)
     return result.assign_attrs(title="parameter map")
 
 
+@for_swept_devices
 def basin(
-    model: ConeModel,
+    model: ConeModel | Device,
     over: Mapping[str, npt.ArrayLike],
     *,
     transient: float | None = None,
@@ -84,7 +88,7 @@ def basin(
 
     Parameters
     ----------
-    model : a single model.
+    model : a single model, or a device.
     over : ``displacement`` and ``velocity`` -> increasing values.
     transient, patience, budget, tolerance : as in `regime`.
     threads : so many threads of this process. Default one process a core for 1,024 cells or more, else one thread a
@@ -105,7 +109,7 @@ def basin(
     """
     options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     plan = Plan(model, over, (0.0, 0.0), options=options)
-    result = sweep(plan, threads=threads, progress=progress).drop_vars(["status", "source"])
+    result = plain(sweep)(plan, threads=threads, progress=progress).drop_vars(["status", "source"])
     result = result.assign_attrs(title="basins of attraction")
     flat = {name: result[name].values.reshape(plan.size, -1)[:, 0] for name in _TELLING}
     ends = np.where(flat["period"] > 0, Regime.PERIODIC, Regime.REST)

@@ -8,11 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.devices.analysis import check_model, dimensionless
+from gelcone.devices.device import Device
+from gelcone.devices.points import at, device_at, field_attributes, read_state, read_swept
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Quantity
@@ -21,22 +25,29 @@ STATES = {
     "displacement": Quantity("x(0)", "initial displacement", 1.0),
     "velocity": Quantity("x'(0)", "initial velocity", 0.0),
 }
+DEFAULT_INITIAL = (1.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A grid of cells: a model with some parameters, or components of the initial state, swept over values.
+    """A grid of cells: a model or a device with some of its numbers, or of the initial state's, swept over values.
+
+    With a device all is in SI units, and any number of it can be swept: each cell has the model and the start of the
+    device with the cell's values.
 
     Attributes
     ----------
-    model : a single model; the swept parameters replace its own.
-    over : swept name -> values, the first varying slowest. Names are the model's parameters, ``displacement`` and
-        ``velocity``.
-    initial : displacement and velocity at time 0 where they are not swept. Default (1, 0).
+    model : a single model, or a single `Device`; what is swept replaces its own.
+    over : swept name -> values, the first varying slowest. Names are the model's parameters or the device's fields
+        (``"film_thickness"``, ``"material.shear_modulus"``), ``displacement`` and ``velocity``. Values of a device are
+        in SI, or texts with units.
+    initial : displacement and velocity at time 0 where they are not swept; of a device in m and m/s. Default: (1, 0);
+        of a device its own rest or release, see `Device.initial_state`.
     draws : name -> values, as many of each: draws of uncertain parameters. Each is made at every point of the grid, as
         a last axis ``draw``. Default none.
     options : option of the analysis -> value, such as ``{"budget": 1500.0}``; those not given take the defaults of
-        the analysis, which `gelcone.sweep` checks them against. Default none.
+        the analysis, which `gelcone.sweep` checks them against. Those of a device are in SI units, or texts with units,
+        and are scaled to the model. Default none.
 
     Raises
     ------
@@ -44,22 +55,82 @@ class Plan:
         ensemble as model, an initial state of the wrong shape, or draws of unlike number or of a swept name.
     """
 
-    model: ConeModel
+    model: ConeModel | Device
     over: Mapping[str, Any]
-    initial: tuple[float, ...] = (1.0, 0.0)
+    initial: Any = None
     draws: Mapping[str, Any] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.model.shape:
-            raise InputError(f"a sweep starts from a single model, not from an ensemble of shape {self.model.shape}")
-        if np.shape(self.initial) not in ((len(STATES),), (len(self.model.system.states),)):
-            raise InputError(f"initial = {self.initial!r}: must be a displacement and a velocity")
+        check_model(self.cone, "Plan")
+        if self.cone.shape:
+            raise InputError(f"a sweep starts from a single model, not from an ensemble of shape {self.cone.shape}")
         if not (self.over or self.draws):
             raise InputError("over: is empty; give at least one name and its values")
-        object.__setattr__(self, "over", {name: swept_values(self.model, name, v) for name, v in self.over.items()})
-        object.__setattr__(self, "draws", drawn_values(self.model, self.draws, self.over))
-        object.__setattr__(self, "options", dict(self.options))
+        object.__setattr__(self, "initial", self._initial())
+        object.__setattr__(self, "over", {name: self._swept(name, v) for name, v in self.over.items()})
+        object.__setattr__(self, "draws", self._drawn())
+        object.__setattr__(self, "options", self._options())
+
+    @property
+    def device(self) -> Device | None:
+        """The device, None for a plan of a model."""
+        return self.model if isinstance(self.model, Device) else None
+
+    @cached_property
+    def cone(self) -> ConeModel:
+        """The model without what is swept."""
+        return self.model.to_model() if isinstance(self.model, Device) else self.model
+
+    def _options(self) -> dict[str, Any]:
+        """The options, of a device those in SI scaled to the model."""
+        if self.device is None:
+            return dict(self.options)
+        return dimensionless("", self.options, at(self.device, self.grid).scales)
+
+    def _initial(self) -> tuple[float, ...] | None:
+        """The checked initial state; None for a device that starts from its own."""
+        if self.initial is None:
+            return None if self.device is not None else DEFAULT_INITIAL
+        if self.device is not None:
+            return read_state(self.initial)
+        if np.shape(self.initial) not in ((len(STATES),), (len(self.cone.system.states),)):
+            raise InputError(f"initial = {self.initial!r}: must be a displacement and a velocity")
+        return tuple(map(float, self.initial))
+
+    def _swept(self, name: str, values: npt.ArrayLike) -> Array:
+        """The checked values of what is swept."""
+        array = np.atleast_1d(np.asarray(self._checked(name, values, "swept"), dtype=float))
+        if array.ndim != 1 or array.size < 2:
+            raise InputError(f"{name}: a sweep needs at least 2 values in one dimension, not shape {array.shape}")
+        if not (np.diff(array) > 0.0).all():
+            raise InputError(f"{name}: the values of a sweep must increase; sort them and remove duplicates")
+        return array
+
+    def _drawn(self) -> dict[str, Array]:
+        """The checked draws of uncertain parameters."""
+        checked: dict[str, Array] = {}
+        for name, values in self.draws.items():
+            if name in self.over:
+                raise InputError(f"{name}: is both swept and drawn; choose one")
+            checked[name] = np.atleast_1d(np.asarray(self._checked(name, values, "drawn"), dtype=float))
+        if len({array.shape for array in checked.values()}) > 1 or any(array.ndim != 1 for array in checked.values()):
+            shapes = ", ".join(f"{name} {array.shape}" for name, array in checked.items())
+            raise InputError(f"draws: must be the same number of values for each parameter, in one dimension: {shapes}")
+        return checked
+
+    def _checked(self, name: str, values: Any, how: str) -> Any:
+        """Values of a name that can be swept or drawn, within their bounds."""
+        if self.device is not None:
+            return read_swept(self.device, name, values)
+        known = [*self.cone.system.parameters, *STATES]
+        if name not in known:
+            raise unknown_name(f"parameter that can be {how}", name, known)
+        if name in STATES:
+            return STATES[name].check(name, values)
+        checked = self.cone.system.parameters[name].check(name, values)
+        self.cone.replace(**{name: checked})
+        return checked
 
     @property
     def dims(self) -> tuple[str, ...]:
@@ -90,57 +161,23 @@ class Plan:
     def at(self, values: Mapping[str, Array]) -> tuple[ConeModel, Array]:
         """Models and initial states, shape (cells, 2), at given values of the swept names."""
         count = len(next(iter(values.values())))
+        if self.device is not None:
+            return device_at(self.device, values, self.initial)
         states = np.tile(np.asarray(self.initial, dtype=float), (count, 1))
         for column, name in enumerate(STATES):
             if name in values:
                 states[:, column] = values[name]
         parameters = {name: v for name, v in values.items() if name not in STATES}
-        model = self.model.replace(**parameters) if parameters else self.model
+        model = self.cone.replace(**parameters) if parameters else self.cone
         if not model.shape:
             model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
         return model, states
 
 
-def swept_values(model: ConeModel, name: str, values: npt.ArrayLike) -> Array:
-    """The checked values of a swept parameter or component of the initial state."""
-    known = [*model.system.parameters, *STATES]
-    if name not in known:
-        raise unknown_name("parameter that can be swept", name, known)
-    quantity = STATES[name] if name in STATES else model.system.parameters[name]
-    array = np.atleast_1d(np.asarray(quantity.check(name, values), dtype=float))
-    if array.ndim != 1 or array.size < 2:
-        raise InputError(f"{name}: a sweep needs at least 2 values in one dimension, not shape {array.shape}")
-    if not (np.diff(array) > 0.0).all():
-        raise InputError(f"{name}: the values of a sweep must increase; sort them and remove duplicates")
-    if name not in STATES:
-        model.replace(**{name: array})
-    return array
-
-
-def drawn_values(model: ConeModel, draws: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Array]:
-    """The checked draws of uncertain parameters."""
-    checked: dict[str, Array] = {}
-    for name, values in draws.items():
-        if name in over:
-            raise InputError(f"{name}: is both swept and drawn; choose one")
-        known = [*model.system.parameters, *STATES]
-        if name not in known:
-            raise unknown_name("parameter that can be drawn", name, known)
-        quantity = STATES[name] if name in STATES else model.system.parameters[name]
-        checked[name] = np.atleast_1d(np.asarray(quantity.check(name, values), dtype=float))
-        if name not in STATES:
-            model.replace(**{name: checked[name]})
-    if len({array.shape for array in checked.values()}) > 1 or any(array.ndim != 1 for array in checked.values()):
-        shapes = ", ".join(f"{name} {array.shape}" for name, array in checked.items())
-        raise InputError(f"draws: must be the same number of values for each parameter, in one dimension: {shapes}")
-    return checked
-
-
-def quantity_of(name: str) -> str:
-    """How a swept coordinate turns into SI units: the initial state has a scale, a parameter stays dimensionless."""
-    return {"displacement": "length", "velocity": "velocity"}.get(name, "parameter")
-
-
-def meaning_of(model: ConeModel, name: str) -> str:
-    """Long name of a swept coordinate."""
-    return STATES[name].meaning if name in STATES else model.system.parameters[name].meaning
+def about(plan: Plan, name: str) -> dict[str, str]:
+    """The attributes of a swept coordinate: what it is, its unit, and how it turns into SI units."""
+    if plan.device is not None:
+        return field_attributes(name)
+    meaning = STATES[name].meaning if name in STATES else plan.cone.system.parameters[name].meaning
+    quantity = {"displacement": "length", "velocity": "velocity"}.get(name, "parameter")
+    return {"long_name": meaning, "units": "1", "quantity": quantity}

@@ -13,19 +13,17 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone._version import __version__
-from gelcone.atlas.plan import Plan, meaning_of, quantity_of
-from gelcone.atlas.store import Field, Status, Store, read_attribute, read_plan
+from gelcone.atlas.plan import Plan, about
+from gelcone.atlas.store import Field, Status, Store, read_plan
+from gelcone.devices.analysis import scaled
+from gelcone.devices.device import Device
+from gelcone.devices.si import DRAWN, device_attributes
 from gelcone.errors import InputError
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from gelcone.devices.device import Device
-
-DEVICE = "gelcone_device"
-"""Attribute of a store that holds the device behind its plan, if there is one."""
 
 
 @dataclass(frozen=True)
@@ -68,10 +66,11 @@ def plan_record(plan: Plan, analysis: Analysis, coarsest: int | None, keep: Sequ
     record = {
         "gelcone_version": __version__,
         "analysis": analysis.name,
-        "model": json.loads(dataset.label(plan.model, {}, options={}, title="").attrs["model"]),
+        "model": json.loads(dataset.label(plan.cone, {}, options={}, title="").attrs["model"]),
+        "device": None if plan.device is None else plan.device.parameters(),
         "over": {name: values.tolist() for name, values in plan.over.items()},
         "draws": {name: values.tolist() for name, values in plan.draws.items()},
-        "initial": list(plan.initial),
+        "initial": plan.initial,
         "options": analysis.settings(plan.options),
         "coarsest": coarsest,
         "keep": list(keep),
@@ -95,30 +94,17 @@ def stored_sweep(path: str | Path) -> StoredSweep:
     record = read_plan(Path(path))
     import xarray as xr
 
-    names = ("analysis", "model", "over", "draws", "initial", "options", "coarsest", "keep")
+    names = ("analysis", "model", "device", "over", "draws", "initial", "options", "coarsest", "keep")
     if missing := [name for name in names if name not in record]:
         raise InputError(
             f"{path}: its plan lacks {missing[0]}; it was made by another version ({record.get('gelcone_version')}): "
             "use that one, or choose another store"
         )
     model = dataset.model_of(xr.Dataset(attrs={"model": json.dumps(record["model"])}))
-    plan = Plan(model, record["over"], tuple(record["initial"]), record["draws"], record["options"])
+    subject = model if record["device"] is None else Device(**record["device"])
+    options = {name: scaled(value) for name, value in record["options"].items()}
+    plan = Plan(subject, record["over"], record["initial"], record["draws"], options)
     return StoredSweep(plan, record["analysis"], record["coarsest"], tuple(record["keep"]))
-
-
-def device_record(device: Device | None) -> dict[str, Any]:
-    """What a store keeps of the device behind a plan; nothing when there is none."""
-    return {} if device is None else {DEVICE: json.dumps(device.parameters())}
-
-
-def stored_device(path: str | Path) -> Device | None:
-    """The device that a store was made for, None for a dimensionless one; `InputError` as `stored_sweep`."""
-    record = read_attribute(Path(path), DEVICE)
-    if record is None:
-        return None
-    from gelcone.devices.device import Device
-
-    return Device(**record)
 
 
 def show(path: str | Path) -> xr.Dataset:
@@ -150,23 +136,14 @@ def show(path: str | Path) -> xr.Dataset:
 
 def coordinates(plan: Plan) -> dict[str, Field]:
     """The axes of a plan, and the draws of its uncertain parameters."""
-    coordinates = {
-        name: Field(
-            (name,), values, {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": quantity_of(name)}
-        )
-        for name, values in plan.over.items()
-    }
+    axes = {name: Field((name,), values, about(plan, name)) for name, values in plan.over.items()}
     drawn = {
-        f"drawn_{name}": Field(
-            ("draw",), values, {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": "code"}
+        f"{DRAWN}{name}": Field(
+            ("draw",), values, about(plan, name) | ({} if plan.device is not None else {"quantity": "code"})
         )
         for name, values in plan.draws.items()
     }
-    return coordinates | drawn
-
-
-def _axis(plan: Plan, name: str, quantity: str) -> dict[str, str]:
-    return {"long_name": meaning_of(plan.model, name), "units": "1", "quantity": quantity}
+    return axes | drawn
 
 
 def label(
@@ -178,15 +155,16 @@ def label(
     title: str,
 ) -> xr.Dataset:
     """The cells of a sweep as a Dataset over the plan's axes, with all that is needed to run it again."""
-    options = {"initial": list(plan.initial), **analysis.settings(plan.options)}
-    result = dataset.label(plan.model, {}, options=options, title=title)
+    options = {"initial": plan.initial, **analysis.settings(plan.options)}
+    result = dataset.label(plan.cone, {}, options=options, title=title)
     if sources is not None:
-        about = {"long_name": "flattened index of the cell whose values it carries", "units": "1", "quantity": "code"}
-        fields = {**fields, "source": Field((), sources, about)}
+        whose = {"long_name": "flattened index of the cell whose values it carries", "units": "1", "quantity": "code"}
+        fields = {**fields, "source": Field((), sources, whose)}
     variables = {
         name: (plan.dims + f.dims, f.values.reshape(plan.shape + f.values.shape[1:]), dict(f.attributes))
         for name, f in fields.items()
     }
     axes = {name: (f.dims, f.values, dict(f.attributes)) for name, f in coordinates(plan).items()}
     result = result.assign_coords(axes).assign(variables)
-    return result.assign_attrs(analysis=analysis.name, totals=json.dumps(tally.record()))
+    own = {} if plan.device is None else device_attributes(plan.device)
+    return result.assign_attrs(analysis=analysis.name, totals=json.dumps(tally.record()), **own)

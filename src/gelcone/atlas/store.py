@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from enum import IntEnum
 from itertools import product
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -152,12 +151,9 @@ def open_store(
     dims: tuple[str, ...],
     shape: tuple[int, ...],
     *,
-    about: Mapping[str, str] = MappingProxyType({}),
     resume: bool,
 ) -> Iterator[Store]:
     """The store at ``path`` for this run alone: created for ``plan`` or, to ``resume``, found there with the same plan.
-
-    ``about`` are further attributes of a store that is created.
 
     Raises
     ------
@@ -181,30 +177,22 @@ def open_store(
             if resume and not _consolidated(path):
                 _consolidate(path)
             elif not resume:
-                _create_group(path, {PLAN: json.dumps(plan), **about})
+                _create_group(path, {PLAN: json.dumps(plan)})
         yield Store(path, plan, dims, shape)
 
 
 def read_plan(path: Path) -> dict[str, Any]:
     """The plan that a store was created for; `InputError` for what is not a store of gelcone."""
-    plan = read_attribute(path, PLAN)
-    if plan is None:
-        raise InputError(f"{path}: is a Zarr group, but not one that gelcone wrote; name a store of gelcone")
-    return plan
-
-
-def read_attribute(path: Path, name: str) -> dict[str, Any] | None:
-    """An attribute of a store that holds a JSON object; None where there is none."""
-    text = _open_group(path).attrs.get(name)
+    text = _open_group(path).attrs.get(PLAN)
     if text is None:
-        return None
+        raise InputError(f"{path}: is a Zarr group, but not one that gelcone wrote; name a store of gelcone")
     try:
-        value = json.loads(text)
+        plan = json.loads(text)
     except (TypeError, ValueError):
-        value = None
-    if not isinstance(value, dict):
-        raise _damaged(path, f"its attribute {name} cannot be read")
-    return value
+        plan = None
+    if not isinstance(plan, dict):
+        raise _damaged(path, f"its attribute {PLAN} cannot be read")
+    return plan
 
 
 def difference(stored: Mapping[str, Any], asked: Mapping[str, Any]) -> str:

@@ -20,11 +20,12 @@ import numpy as np
 from gelcone import dataset
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.processes import usual_workers
-from gelcone.atlas.record import Tally, coordinates, device_record, label, plan_record
+from gelcone.atlas.record import Tally, coordinates, label, plan_record
 from gelcone.atlas.refinement import Cells, Kinds, Refined, border_dimension, refine
 from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of, open_store
 from gelcone.atlas.workers import Team, Workers
 from gelcone.codes import Outcome, Regime
+from gelcone.devices.analysis import for_plans
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.settle import check_budgets, complete, start_states
 from gelcone.progress import Progress, Stopped
@@ -33,8 +34,6 @@ from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from gelcone.devices.device import Device
 
 TASK_CELLS = 256
 """Most cells of a task: some seconds of work that keep the integrator's lanes full."""
@@ -48,6 +47,7 @@ LARGEST_KIND = 64
 """Values of the variables that tell kinds of cells apart lie between -1 and this."""
 
 
+@for_plans
 def sweep(
     plan: Plan,
     analysis: str = "regime",
@@ -56,7 +56,6 @@ def sweep(
     keep: Sequence[str] = (),
     store: str | Path | None = None,
     resume: bool = False,
-    device: Device | None = None,
     workers: Workers | None = None,
     watch: Callable[[Tally], None] | None = None,
     threads: int | None = None,
@@ -78,8 +77,6 @@ def sweep(
         ``running_exponent``, ``finite_time`` and ``finite_exponent`` of lyapunov. Default none.
     store : folder that keeps what is computed while the sweep runs (a Zarr group). Default none.
     resume : continues with what ``store`` holds, whose plan must be the same. Default no.
-    device : what the plan's model comes from; the store keeps it, so that what it holds can be shown in SI units.
-        Default none.
     workers : who computes, for example `gelcone.cluster`. Default one process a core for 1,024 cells or more, else
         threads of this process.
     watch : called with a `Tally` of the cells after each task. Default none.
@@ -88,8 +85,9 @@ def sweep(
 
     Returns
     -------
-    Dataset over the plan's axes with the variables of the analysis, ``status`` (of `Status`) and ``source``, the
-    flattened index of the cell whose values a cell carries: its own where it was computed. ``attrs["totals"]`` holds
+    Dataset over the plan's axes, in SI units for a device, with the variables of the analysis, ``status`` (of `Status`)
+    and ``source``, the flattened index of the cell whose values a cell carries: its own where it was computed.
+    ``attrs["totals"]`` holds
     the `Tally`.
 
     Raises
@@ -97,6 +95,10 @@ def sweep(
     InputError : for an unknown analysis or option, an analysis that cannot be swept or refined, no cell inside its
         stretch limit, threads as well as workers, and what `gelcone.atlas.store.open_store` refuses.
     """
+    if not isinstance(plan, Plan):
+        raise InputError(
+            f"sweep: was given a {type(plan).__name__}; give a plan, such as Plan(device, {{'voltage_amplitude': ...}})"
+        )
     found = find_analysis(analysis)
     options = check_sweepable(found, plan, coarsest, keep)
     start_states(*plan.at(plan.grid))
@@ -107,10 +109,8 @@ def sweep(
     cells = _Cells(plan, found.kinds)
     with ExitStack() as stack:
         if store is not None:
-            record, about = plan_record(plan, found, coarsest, keep), device_record(device)
-            cells.keep_in(
-                stack.enter_context(open_store(Path(store), record, plan.dims, plan.shape, about=about, resume=resume))
-            )
+            record = plan_record(plan, found, coarsest, keep)
+            cells.keep_in(stack.enter_context(open_store(Path(store), record, plan.dims, plan.shape, resume=resume)))
         team = stack.enter_context((workers or usual_workers(plan.size, threads))())
         begun = time.monotonic()
 

@@ -15,7 +15,9 @@ OWN_COMMANDS = {
     "studio": ("A page in the browser in which every control answers at once.", "studio:studio_command"),
     "paper": ("Redraw the source paper's figures and check its claims.", "paper:paper_command"),
     "validate": ("Is the cone right? Its force against the film as a continuum.", "validate:validate_command"),
-    "devices": ("List the device files that ship.", "lists:devices_command"),
+    "init": ("Write a first device file, every field explained, to be filled in.", "own:init_command"),
+    "help": ("Explain a subject: the fields of a device, or a command.", "own:help_command"),
+    "devices": ("List the device files that ship, or print one.", "lists:devices_command"),
     "materials": ("List the measured gels that ship.", "lists:materials_command"),
     "continue": (ANALYSES["continue_branch"].summary, "branches:continue_command"),
     "locus": (ANALYSES["locus"].summary, "branches:locus_command"),
@@ -70,26 +72,38 @@ class LazyGroup(click.Group):
 def group(context: click.Context) -> None:
     """Conical PVC-gel actuators, from energy to motion.
 
-    Parameters are set with --set name=value; a value may be a number, a list 0.5,1,1.5 or a range 0:2:5 (from, to,
-    how many), which makes an ensemble. A command without a device starts from a dimensionless default.
+    Begin with a device: `gelcone init mine.toml` writes a file to fill in, `gelcone simulate mine.toml` runs it, and
+    `gelcone help device` lists its fields. A field is changed with --set "film_thickness=0.3 mm"; a list "500 V,800 V"
+    or a range "0 V:800 V:5" (from, to, how many) makes an ensemble. Without a device all numbers are dimensionless.
     """
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
 
 
 def main() -> None:
-    """Runs the command line; errors of the input are one line and exit code 2, an interrupt exits with 130."""
-    from gelcone.errors import InputError, MissingDependency
+    """Runs the command line; errors of the input are a line each and exit code 2, an interrupt exits with 130."""
+    try:
+        _main()
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        sys.exit(130)
 
+
+def _main() -> None:
+    import warnings
+
+    from gelcone.errors import DoubtfulInput, InputError, MissingDependency
+
+    warnings.showwarning = _say_warning
+    warnings.simplefilter("default", DoubtfulInput)
     sys.path.append("")  # components of one's own are found in this folder, behind all that is installed
     try:
         code = group.main(prog_name="gelcone", standalone_mode=False)
     except click.UsageError as error:
         help_of = error.ctx.command_path if error.ctx else "gelcone"
         _fail(f"{error.format_message().rstrip('.')}; see {help_of} --help", 2)
-    except (click.Abort, KeyboardInterrupt):
-        print("interrupted", file=sys.stderr)
-        sys.exit(130)
+    except click.Abort:
+        raise KeyboardInterrupt from None
     except InputError as error:
         _fail(str(error), 2)
     except (click.ClickException, MissingDependency, OSError) as error:
@@ -100,5 +114,11 @@ def main() -> None:
 
 
 def _fail(message: str, code: int) -> NoReturn:
-    print(f"Error: {' '.join(message.split())}", file=sys.stderr)
+    for line in message.splitlines():
+        print(f"Error: {' '.join(line.split())}", file=sys.stderr)
     sys.exit(code)
+
+
+def _say_warning(message: Warning | str, *_: object, **__: object) -> None:
+    """A warning as one line, without the place in the source."""
+    print(f"Warning: {' '.join(str(message).split())}", file=sys.stderr)

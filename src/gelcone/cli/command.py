@@ -19,6 +19,7 @@ from gelcone.cli.options import (
     subject_parameters,
 )
 from gelcone.cli.output import deliver, progress_bar
+from gelcone.devices.analysis import device_words, plain
 from gelcone.register.analysis import Analysis
 
 
@@ -46,5 +47,6 @@ def run(analysis: Analysis, *, out: Path | None, force: bool, as_json: bool, **t
     with progress_bar(analysis.command, hidden=as_json) as progress:
         if "progress" in analysis.signature.parameters:
             arguments["progress"] = progress
-        result = analysis.call(subject.model, **arguments)
+        with device_words(subject.device):
+            result = plain(analysis.call)(subject.target if analysis.planned else subject.model, **arguments)
     return deliver(answers_of(analysis), result, subject, out, force, as_json)

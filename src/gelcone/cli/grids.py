@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -9,10 +10,10 @@ import click
 from click.core import ParameterSource
 
 from gelcone.analyses.answer import check_folder
-from gelcone.analyses.ask import answers_of
-from gelcone.analyses.subject import Subject, read_uncertain
+from gelcone.analyses.ask import answers_of, read_options
+from gelcone.analyses.subject import DEFAULT_INITIAL, Subject, read_uncertain
 from gelcone.atlas.plan import Plan
-from gelcone.atlas.record import show, stored_device, stored_sweep
+from gelcone.atlas.record import show, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep
 from gelcone.atlas.uncertain import draw
 from gelcone.cli.command import help_of
@@ -25,6 +26,7 @@ from gelcone.cli.options import (
     subject_parameters,
 )
 from gelcone.cli.output import deliver, tally_shown
+from gelcone.devices.analysis import device_words, plain
 from gelcone.errors import InputError
 from gelcone.register.analyses import ANALYSES, SWEEPABLE, find_analysis
 from gelcone.register.analysis import Analysis, Option
@@ -83,7 +85,7 @@ def sweep_options() -> list[Option]:
             if name != "threads":
                 takers.setdefault(name, []).append(analysis)
     return [
-        Option(name, option.default, option.kind, f"{option.help} Of {', '.join(a.name for a in users)}.", option.unset)
+        replace(option, help=f"{option.help} Of {', '.join(a.name for a in users)}.")
         for name, users in takers.items()
         for option in [users[0].options[name]]
     ]
@@ -122,12 +124,12 @@ def run_map(*, over: tuple[str, ...], coarsest: int, uniform: bool, resume: Path
         swept = subject.over(over)
         if len(swept) != 2:
             remedies = {
-                0: "for example --over voltage=0:2:101 --over prestretch=0.4:2:81",
+                0: f"for example {_two_axes(subject)}",
                 1: "for one, use `gelcone bifurcation`",
             }
             remedy = remedies.get(len(swept), "fix the others with --set, or use `gelcone sweep`")
             raise InputError(f"--over: a map takes two parameters, not {len(swept)}; {remedy}")
-        plan = Plan(subject.model, swept, subject.initial, options=_given(typed))
+        plan = _plan(find_analysis("regime"), subject, swept, {}, _given(typed))
         wanted = Sweep(subject, plan, "regime", None if uniform else coarsest, ())
     return run(MAP, wanted, kept, resume is not None, workers, output)
 
@@ -188,9 +190,9 @@ def run_sweep(
     else:
         subject = subject_of(typed).alone("sweep")
         found = find_analysis(analysis.replace("-", "_"))
-        spread = read_uncertain(uncertain)
+        spread = read_uncertain(uncertain, subject)
         draws = draw(spread, count, method=method, seed=seed) if spread else {}
-        plan = Plan(subject.model, subject.over(over), subject.initial, draws, _given(typed))
+        plan = _plan(found, subject, subject.over(over), draws, _given(typed))
         wanted = Sweep(subject, plan, found.name, None, keep)
     return run(SWEEP, wanted, kept, resume is not None, workers, output)
 
@@ -202,15 +204,14 @@ def run(
     subject, plan, analysis, coarsest, keep = wanted
     check_sweepable(find_analysis(analysis), plan, coarsest, keep)
     check_folder(output["out"], command.command, output["force"])
-    with tally_shown(command.command) as watch:
-        result = sweep(
+    with tally_shown(command.command) as watch, device_words(subject.device):
+        result = plain(sweep)(
             plan,
             analysis,
             coarsest=coarsest,
             keep=keep,
             store=store,
             resume=resume,
-            device=subject.device,
             workers=workers,
             watch=watch,
         )
@@ -231,13 +232,30 @@ def run_show(*, store: Path, out: Path | None, force: bool, as_json: bool) -> in
     return deliver(answers_of(SHOW), show(store), stored(store).subject, out, force, as_json)
 
 
+def _plan(
+    analysis: Analysis, subject: Subject, over: dict[str, Any], draws: dict[str, Any], typed: dict[str, Any]
+) -> Plan:
+    """The plan of a sweep; options that the analysis does not have are refused with the plan."""
+    planned = replace(analysis, planned=True)
+    options = {**typed, **read_options(planned, subject, typed)}
+    return Plan(subject.target, over, subject.beginning, draws, options)
+
+
+def _two_axes(subject: Subject) -> str:
+    if subject.device is None:
+        return "--over voltage=0:2:101 --over prestretch=0.4:2:81"
+    return '--over "voltage_amplitude=100 V:800 V:29" --over "frequency=5 Hz:20 Hz:31"'
+
+
 # --- stores and workers -----------------------------------------------------------------------------------------------
 
 
 def stored(store: Path) -> Sweep:
     """The sweep that a store was made for."""
     own = stored_sweep(store)
-    subject = Subject(own.plan.model, stored_device(store), own.plan.initial)
+    device = own.plan.device
+    initial = DEFAULT_INITIAL if own.plan.initial is None else own.plan.initial
+    subject = Subject(own.plan.cone, device, initial, own.plan.initial if device is not None else None)
     return Sweep(subject, own.plan, own.analysis, own.coarsest, own.keep)
 
 

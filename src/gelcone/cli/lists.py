@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from gelcone.analyses.answer import bare_answer
@@ -11,14 +13,22 @@ from gelcone.cli.output import print_json
 
 def devices_command() -> click.Command:
     """`gelcone devices`."""
-    text = "List the device files that ship; `gelcone simulate NAME` runs one."
-    return click.Command("devices", params=[json_parameter()], callback=list_devices, help=text)
+    text = "List the device files that ship, or print one, by its NAME; `gelcone simulate NAME` runs it."
+    name = click.Argument(["name"], required=False, metavar="[NAME]")
+    return click.Command("devices", params=[name, json_parameter()], callback=list_devices, help=text)
 
 
-def list_devices(*, as_json: bool) -> None:
-    """Prints name, title and file of each device."""
-    from gelcone.devices.device import Device, shipped_devices
+def list_devices(*, name: str | None, as_json: bool) -> None:
+    """Prints name, title and file of each device, or one device."""
+    from gelcone.devices.device import Device, find_device, shipped_devices
 
+    if name is not None:
+        device = find_device(name)
+        if as_json:
+            print_json(device.parameters())
+        else:
+            click.echo(device_source(name) or device.to_toml(), nl=False)
+        return
     devices = {stem: (path, Device.from_toml(path)) for stem, path in shipped_devices().items()}
     if as_json:
         listed = {stem: {"name": device.name, "file": str(path)} for stem, (path, device) in devices.items()}
@@ -49,3 +59,11 @@ def list_materials(*, as_json: bool) -> None:
         )
     sources = sorted({source for material in materials.values() for source in material.sources.values()})
     click.echo("\n".join(["sources:", *(f"  {source}" for source in sources)]))
+
+
+def device_source(name: str) -> str:
+    """The file of a device that ships, with its comments; empty for another."""
+    from gelcone.devices.device import shipped_devices
+
+    path = shipped_devices().get(name)
+    return "" if path is None or Path(name).is_file() else path.read_text(encoding="utf-8")

@@ -25,12 +25,15 @@ def subject_parameters() -> list[click.Parameter]:
             help="Start from a parameter set of the source paper: table1, base, fast or spring.",
         ),
         click.Option(
-            ["--set", "settings"], multiple=True, metavar="NAME=VALUE", help="Set a parameter; may be repeated."
+            ["--set", "settings"],
+            multiple=True,
+            metavar="NAME=VALUE",
+            help="Set a parameter, or a field of the device (`gelcone help device`); may be repeated.",
         ),
         click.Option(
             ["--initial"],
             metavar="X,U",
-            help="Initial displacement and velocity (with a device also '5 mm,0 m/s').",
+            help="Initial displacement and velocity (of a device '5 mm,0 m/s').",
         ),
         click.Option(
             ["--film"],
@@ -69,12 +72,19 @@ def option_parameters(options: Iterable[Option]) -> list[click.Parameter]:
     return [
         click.Option(
             [f"--{option.name.replace('_', '-')}", option.name],
-            type=option.kind or str,
-            metavar=None if option.kind else "VALUES",
+            type=str if option.quantity else option.kind or str,
+            metavar=_metavar(option),
             help=_help(option),
         )
         for option in options
     ]
+
+
+def _metavar(option: Option) -> str | None:
+    """What stands for the value in the help; None leaves that to its type."""
+    if option.quantity:
+        return "VALUE" if option.kind else "VALUES"
+    return None if option.kind else "VALUES"
 
 
 def _help(option: Option) -> str:
@@ -85,7 +95,14 @@ def _help(option: Option) -> str:
     if isinstance(default, float):
         default = f"{default:g}"
     default = default if option.default is not None else option.unset
-    return f"{option.help}  [default: {default}]" if default else option.help
+    if option.quantity and option.default is not None:
+        default = f"{default}, dimensionless"
+    text = f"{option.help} With a device in {_units(option.quantity)}." if option.quantity else option.help
+    return f"{text}  [default: {default}]" if default else text
+
+
+def _units(quantity: str) -> str:
+    return {"time": "s or ms", "voltage": "V or kV", "frequency": "Hz", "length": "mm or m"}[quantity]
 
 
 def subject_of(given: dict[str, Any]) -> Subject:

@@ -51,11 +51,12 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
         import websockets  # noqa: F401
     except ImportError:
         raise MissingDependency("the studio needs starlette and uvicorn: pip install 'gelcone[studio]'") from None
-    from gelcone.devices.device import ImplausibleDevice, find_device, shipped_devices
+    from gelcone.devices.device import find_device, shipped_devices
+    from gelcone.errors import DoubtfulInput
     from gelcone.studio.server import LOCAL, Studio, run
     from gelcone.studio.setting import Shelf
 
-    warnings.simplefilter("ignore", ImplausibleDevice)  # the page shows them
+    warnings.simplefilter("ignore", DoubtfulInput)  # the page shows them
     name = device if device is not None or preset is not None else "biased-pump"
     given = None
     if name is not None and (name not in shipped_devices() or Path(name).is_file()):

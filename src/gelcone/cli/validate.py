@@ -9,7 +9,7 @@ import click
 
 from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import Answers
-from gelcone.analyses.subject import read_values
+from gelcone.analyses.subject import read_measures
 from gelcone.analyses.validation import constant_voltages, radius_ratio, split_settings, validate_json, validate_words
 from gelcone.cli.options import output_parameters, subject_of, subject_parameters
 from gelcone.cli.output import deliver, progress_bar
@@ -88,7 +88,7 @@ def run_validate(
     own, typed["settings"] = split_settings(settings)
     subject = subject_of(typed)
     ratio = radius_ratio(own, subject)
-    x = read_values("--displacements", displacements, "rest_height", subject.device)
+    x = read_measures("--displacements", displacements, "length", subject.device)
     levels = constant_voltages(voltages, settings, subject)
     check_folder(out, "validate", force)
     if fit_file is not None:

@@ -22,7 +22,7 @@ from gelcone.devices.materials import VACUUM_PERMITTIVITY, Material, find_materi
 from gelcone.devices.record import Field, Record, unknown_field
 from gelcone.devices.template import device_text
 from gelcone.devices.units import FieldError, format_si
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import DoubtfulInput, InputError, unknown_name
 from gelcone.physics.film.continuum import ContinuumFilm
 from gelcone.physics.film.taut import PRESTRETCH_MODES
 from gelcone.physics.model import ConeModel
@@ -286,7 +286,7 @@ class Device(Record):
     def __init__(self, /, **values: Any) -> None:
         super().__init__(**_with_material(values))
         for doubt in self.doubts():
-            warnings.warn(doubt, ImplausibleDevice, stacklevel=2)
+            warnings.warn(doubt, DoubtfulInput, stacklevel=2)
 
     # --- checks ---------------------------------------------------------------------------------------------------
 
@@ -580,7 +580,7 @@ class Device(Record):
     def replace_quietly(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Device:
         """`replace` without warnings: for the points of a sweep, whose device was checked before."""
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ImplausibleDevice)
+            warnings.simplefilter("ignore", DoubtfulInput)
             return self.replace(changes, **more)
 
     def to_toml(self) -> str:
@@ -608,10 +608,6 @@ class Device(Record):
             raise InputError(
                 "\n".join(_located(path, source, one) for one in getattr(error, "errors", [error]))
             ) from None
-
-
-class ImplausibleDevice(UserWarning):
-    """A device can hardly be meant as it is given."""
 
 
 def _or_zero(value: Any) -> Any:

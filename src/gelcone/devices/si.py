@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import json
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.devices.device import DAMPINGS, SWEPT_FIELDS, Device, Scales
+from gelcone.devices.points import at, field_attributes
+from gelcone.devices.units import DIMENSIONS, format_si
+from gelcone.errors import InputError
+from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from gelcone.devices.device import Device
 
 READ_AS = {
     "length": ("mm", 1e3),
@@ -26,11 +36,77 @@ READ_AS = {
     "rate": ("1/s", 1.0),
 }
 """Quantity of a dimensionless variable -> the unit it is read in, and how many of it make one SI unit."""
+FIELDS_READ_AS = {"m": "mm", "kg": "g", "Pa": "kPa", "V/m": "V/um"}
+"""SI unit of a device's field -> the unit that an axis over it is read in, where that is another."""
+PARAMETERS = {
+    "voltage": ("voltage", "voltage_amplitude"),
+    "voltage_bias": ("voltage", "voltage_offset"),
+    "drive_frequency": ("frequency", "frequency"),
+    "rest_height": ("length", "initial_height"),
+    "spring_stiffness": ("stiffness", "spring_rate"),
+}
+"""Parameters of the model that have a scale: its quantity, and the device's field of the same meaning."""
+STATE = ("length", "velocity")
+DEVICE = "device_fields"
+"""Attribute of a result that holds the fields of its device, as JSON."""
+DRAWN = "drawn_"
+_SYMBOLS = re.compile(r" x = h/\(b-a\)| v\(tau\)| [sl][123]\b| per unit time|\bangular ")
+"""Dimensionless symbols in long names, left out where a variable has a unit."""
 
 
-def factor(device: Device, quantity: str) -> float:
+def device_attributes(device: Device) -> dict[str, str]:
+    """The attributes with which a result says what it is of."""
+    return {"device": device.name, DEVICE: json.dumps(device.parameters())}
+
+
+def device_of(result: xr.Dataset) -> Device | None:
+    """The device that a result says it is of."""
+    text = result.attrs.get(DEVICE)
+    return None if text is None else Device(**json.loads(text))
+
+
+def model_of(result: xr.Dataset) -> ConeModel:
+    """The model that a result was computed from, an ensemble over what was swept; `InputError` if it does not say."""
+    device = device_of(result)
+    fields = _points(result)
+    if device is None or not fields:
+        return dataset.model_of(_without_units(result, device))
+    import xarray as xr
+
+    names, coordinates = list(fields), [in_field_units(coordinate) for coordinate in fields.values()]
+    spread = xr.broadcast(*coordinates)
+    values = {name: one.values.ravel() for name, one in zip(names, spread, strict=True)}
+    model = at(device, values).to_model()
+    shape = spread[0].shape
+    return model.replace(**{name: np.reshape(v, shape) for name, v in model.values.items() if np.ndim(v)})
+
+
+def _without_units(result: xr.Dataset, device: Device | None) -> xr.Dataset:
+    """A result whose swept parameters are dimensionless again."""
+    for name, coordinate in result.coords.items():
+        if coordinate.attrs.get("quantity") == "parameter" and coordinate.attrs["units"] != "1" and device is not None:
+            unscaled = coordinate / factor(device.scales, PARAMETERS[str(name)][0])
+            result = result.assign_coords({name: unscaled.assign_attrs(coordinate.attrs)})
+    return result
+
+
+def _points(result: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Field of the device -> coordinate over it, those drawn included; not the components of the initial state."""
+    found = {
+        str(n).removeprefix(DRAWN): c for n, c in result.coords.items() if c.attrs.get("quantity") == "device field"
+    }
+    return {name: coordinate for name, coordinate in found.items() if name in SWEPT_FIELDS}
+
+
+def in_field_units(coordinate: xr.DataArray) -> xr.DataArray:
+    """The values of a coordinate over a field in the field's SI unit."""
+    units = coordinate.attrs["units"]
+    powers = next((d.powers for d in DIMENSIONS.values() if units in d.powers), {units: 0})
+    return coordinate * float(f"1e{powers[units]}")
+
+
+def factor(scales: Scales, quantity: str) -> Any:
     """What one dimensionless unit of a quantity is in the unit of `READ_AS`."""
-    scales = device.scales
     if quantity == "stiffness":
         scale = scales.force / scales.length
     elif quantity == "apparent power":
@@ -39,24 +115,138 @@ def factor(device: Device, quantity: str) -> float:
         scale = 1.0 / scales.time
     else:
         scale = getattr(scales, quantity)
-    return float(scale) * READ_AS[quantity][1]
+    return scale * READ_AS[quantity][1]
 
 
-def to_si(dataset: xr.Dataset, device: Device) -> xr.Dataset:
-    """The same results with every variable that has an SI scale in the unit of `READ_AS`.
+def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
+    """The same results with every variable that has an SI scale in the unit of `READ_AS`, axes and states included.
 
-    The dimensionless parameters stay as they are, and so does what has a unit already; the attribute ``device`` names
-    the device.
+    What has a unit already stays as it is. The attributes name the device.
+
+    Parameters
+    ----------
+    result : a Dataset that an analysis returned.
+    device : what its model comes from. Default: what the result says.
+
+    Raises
+    ------
+    InputError : for what is no result, and one that does not say of which device it is.
     """
-    result = dataset.copy()
-    for name, variable in dataset.variables.items():
-        quantity = variable.attrs.get("quantity")
-        if quantity in READ_AS and variable.attrs["units"] == "1":
-            scaled = variable.astype(float) * factor(device, str(quantity))
-            scaled.attrs = variable.attrs | {"units": READ_AS[str(quantity)][0]}
-            if name in dataset.coords:
-                result = result.assign_coords({name: scaled})
-            else:
-                result[name] = scaled
-    result.attrs["device"] = device.name
-    return result
+    if not hasattr(result, "data_vars"):
+        raise InputError(
+            f"to_si: was given a {type(result).__name__} in place of a result; give a Dataset of an analysis"
+        )
+    device = device_of(result) if device is None else device
+    if not isinstance(device, Device):
+        raise InputError("to_si: the result does not say of which device it is; give the device too")
+    result = _with_member_fields(result, device)
+    scales = Scales.of(_getter(result, device))
+    converted = result.copy()
+    for name, variable in result.variables.items():
+        quantity, units = str(variable.attrs.get("quantity")), str(variable.attrs.get("units"))
+        own = _converted(result, str(name), quantity, units, lambda quantity: factor(scales, quantity))
+        if own is not None:
+            converted = _put(converted, str(name), own)
+    return converted.assign_attrs(device_attributes(device))
+
+
+def _converted(
+    result: xr.Dataset, name: str, quantity: str, units: str, scale: Callable[[str], Any]
+) -> xr.DataArray | None:
+    """A variable in the unit it is read in; None for one that stays as it is."""
+    variable = result[name]
+    if quantity == "device field" and units in FIELDS_READ_AS:
+        unit = FIELDS_READ_AS[units]
+        powers = DIMENSIONS[units].powers
+        return (variable * float(f"1e{-powers[unit]}")).assign_attrs(variable.attrs | {"units": unit})
+    if units != "1":
+        return None
+    attrs = dict(variable.attrs)
+    if "long_name" in attrs:
+        attrs["long_name"] = in_words(attrs["long_name"])
+    if quantity == "state":
+        more = variable.shape[-1] - len(STATE)
+        import xarray as xr
+
+        parts = [variable.isel({variable.dims[-1]: i}) * scale(STATE[i]) for i in range(len(STATE))]
+        parts += [variable.isel({variable.dims[-1]: i}) for i in range(len(STATE), variable.shape[-1])]
+        scaled = xr.concat(parts, dim=variable.dims[-1], coords="minimal", compat="override").transpose(
+            ..., variable.dims[-1]
+        )
+        unit = ", ".join([READ_AS[one][0] for one in STATE] + ["1"] * more)
+    else:
+        if quantity == "parameter" and name in PARAMETERS:
+            quantity, field = PARAMETERS[name]
+            attrs["long_name"] = SWEPT_FIELDS[field].meaning
+        if quantity not in READ_AS:
+            return None
+        scaled, unit = variable.astype(float) * scale(quantity), READ_AS[quantity][0]
+        scaled = scaled.transpose(*variable.dims, ...)
+    return scaled.assign_attrs(attrs | {"units": unit})
+
+
+def in_device_words(message: str, device: Device) -> str:
+    """A message about the model's parameters in the names and units of the device's fields."""
+    scales = device.scales
+
+    def said(found: re.Match[str]) -> str:
+        name, number = found["name"], found["number"]
+        if name == "damping_ratio":
+            field = next(one for one in DAMPINGS if getattr(device, one) is not None)
+            return field if number is None or float(number) else f"{field} = 0"
+        if name not in PARAMETERS:
+            return f"material.{name}" + ("" if number is None else f" = {number}")
+        quantity, field = PARAMETERS[name]
+        if number is None:
+            return field
+        scale = scales.force / scales.length if quantity == "stiffness" else getattr(scales, quantity)
+        size = float(np.ravel(scale)[0]) * float(number)
+        return f"{field} = {format_si(size, SWEPT_FIELDS[field].unit)}"
+
+    def place(found: re.Match[str]) -> str:
+        return f"{found[1]}{format_si(float(found[2]) * float(np.ravel(scales.length)[0]), 'm')}"
+
+    return _PLACE.sub(place, _NAMED.sub(said, message))
+
+
+_NUMBER = r"(?P<number>[-+]?\d[\d.]*(?:e[-+]?\d+)?)"
+_NAMED = re.compile(
+    rf"(?<![\w.'-])(?P<name>voltage(?= = )|voltage_bias|drive_frequency|rest_height|spring_stiffness|damping_ratio|"
+    rf"stretch_limit|yeoh_c2|yeoh_c3)(?![\w'])(?: = {_NUMBER})?"
+)
+_PLACE = re.compile(r"(initial displacement )([-+]?\d[\d.]*(?:e[-+]?\d+)?)")
+
+
+def in_words(long_name: str) -> str:
+    """A long name without the dimensionless symbol of what it names."""
+    return _SYMBOLS.sub("", long_name)
+
+
+def _put(result: xr.Dataset, name: str, values: xr.DataArray) -> xr.Dataset:
+    """A Dataset with a variable replaced; an axis whose values come to differ over members becomes a coordinate."""
+    if name not in result.coords:
+        return result.assign({name: (values.dims, values.values, values.attrs)})
+    if name in values.dims and values.ndim > 1:
+        result = result.drop_vars(name).rename_dims({name: "sample"})
+        values = values.drop_vars(name).rename({name: "sample"})
+    return result.assign_coords({name: (values.dims, values.values, values.attrs)})
+
+
+def _with_member_fields(result: xr.Dataset, device: Device) -> xr.Dataset:
+    """A result of an ensemble of devices, over the fields that differ in place of the model's parameters."""
+    if not device.shape or "member" not in result.dims:
+        return result
+    result = result.drop_vars([str(n) for n, c in result.coords.items() if c.attrs.get("quantity") == "parameter"])
+    fields = {name: device.get(name) for name in SWEPT_FIELDS}
+    return result.assign_coords(
+        {name: ("member", value, field_attributes(name)) for name, value in fields.items() if np.ndim(value)}
+    )
+
+
+def _getter(result: xr.Dataset, device: Device) -> Callable[[str], Any]:
+    """The fields of the device behind every value of a result: numbers, or arrays over what is swept."""
+    points = {name: in_field_units(coordinate) for name, coordinate in _points(result).items()}
+    points = {name: coordinate.reset_coords(drop=True) for name, coordinate in points.items()}
+    if "material.young_modulus" in points:
+        points["material.shear_modulus"] = points["material.young_modulus"] / 3.0
+    return lambda name: points[name] if name in points else device.get(name)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from gelcone.devices.materials import Material, load_materials
 from gelcone.devices.record import Field, Record
-from gelcone.devices.units import FieldError, format_si, parse
+from gelcone.devices.units import DIMENSIONS, FieldError, format_si, parse
 
 COMMENT_COLUMN = 40
 EXAMPLES = {
@@ -153,3 +153,27 @@ def _rows(name: str, field: Field) -> list[str]:
     terms = [term for term in _terms(field) if not term.startswith("SI unit")]
     kind = {"": "text", "1": "number"}.get(field.unit, field.unit)
     return [f"  {name:28s} {kind:7s} {'; '.join(terms)}", f"      {field.meaning}"]
+
+
+def told_fields(device: Record, swept: Collection[str] = ()) -> list[str]:
+    """``name value unit`` of every number of a device that is set and not swept, and the gel."""
+    told = []
+    for name, value in device:
+        field = device.fields[name]
+        if name in swept or value is None or np.ndim(value):
+            continue
+        if field.unit and not (value == 0.0 and field.default == 0.0):
+            told.append(f"{name} {format_si(value, field.unit)}")
+        elif isinstance(value, Material):
+            told.append(f"{name} {value.name}")
+    return told
+
+
+def unit_table() -> str:
+    """The units that a text may carry, a line for each dimension."""
+    lines = ["A value with a unit is one number and one unit, such as:"]
+    for unit, dimension in DIMENSIONS.items():
+        if unit != "1":
+            known = ", ".join(name for name in dimension.powers if name.isascii())
+            lines.append(f"  {dimension.example:12s} {dimension.name} ({known})")
+    return "\n".join(lines)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import Findings
+from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
 from gelcone.motion.coexisting import coexisting
 from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE, DriveShape, Plane, driven, is_flat, peak_of
@@ -37,6 +38,7 @@ COEXISTING_SHARE = 0.3
 """About the share of the work that goes into coexisting motions."""
 
 
+@for_devices
 def envelope(
     model: ConeModel,
     *,
@@ -155,6 +157,7 @@ def envelope(
     )
 
 
+@for_devices
 def operating_limits(
     model: ConeModel,
     *,

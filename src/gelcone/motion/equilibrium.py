@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Outcome
+from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS, broken
 from gelcone.physics.balance import (
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 FORCE_SAMPLES = 401
 
 
+@for_devices
 def static(
     model: Ensemble, voltages: npt.ArrayLike | None = None, displacements: npt.ArrayLike | None = None
 ) -> xr.Dataset:
@@ -128,6 +130,7 @@ def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: A
     return result
 
 
+@for_devices
 def pitchfork_voltage(model: Ensemble) -> Array:
     """Constant voltage at which the flat film loses its stability, of the ensemble's shape.
 
@@ -150,6 +153,7 @@ def _pitchfork(balance: StaticBalance) -> float:
     return float(balance.squared(0.0)) if balance.flat else math.nan
 
 
+@for_devices
 def fold_voltages(model: Ensemble) -> xr.Dataset:
     """All constant voltages at which two equilibria meet and vanish, and where: the limit points.
 
@@ -160,6 +164,7 @@ def fold_voltages(model: Ensemble) -> xr.Dataset:
     return _label(model, balances, _fold_variables(balances), title="folds of the equilibria")
 
 
+@for_devices
 def pull_in_voltage(model: Ensemble, start: npt.ArrayLike | None = None) -> xr.Dataset:
     """Where the stable equilibrium loses its stability on a slow (quasi-static) voltage ramp from 0.
 
@@ -181,6 +186,7 @@ def pull_in_voltage(model: Ensemble, start: npt.ArrayLike | None = None) -> xr.D
     return _with_flags(_label(model, balances, variables, start=start, title="pull-in"))
 
 
+@for_devices
 def stroke_and_blocked_force(
     model: Ensemble, voltages: npt.ArrayLike, start: npt.ArrayLike | None = None
 ) -> xr.Dataset:

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import pitchfork_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
@@ -74,6 +75,7 @@ _MEANINGS = {
 }
 
 
+@for_devices
 def floquet_multipliers(
     model: Ensemble,
     *,
@@ -130,6 +132,7 @@ _RADIUS = ("larger modulus of the Floquet multipliers of rest", "multiplier")
 _MARGIN = ("instability margin of rest, positive where it is unstable", "margin")
 
 
+@for_devices
 def onset_voltage(
     model: Ensemble,
     *,
@@ -192,6 +195,7 @@ def onset_voltage(
     return result
 
 
+@for_devices
 def tongues(
     model: ConeModel,
     frequencies: npt.ArrayLike,

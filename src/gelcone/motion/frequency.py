@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Outcome
+from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
 from gelcone.motion.cycle import RETURN_TOLERANCE
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -46,6 +47,7 @@ NARROWED_AT = 7
 BISECTIONS = 6
 
 
+@for_devices
 def frequency(
     model: ConeModel,
     frequencies: npt.ArrayLike | None = None,

@@ -9,6 +9,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import Findings
+from gelcone.devices.analysis import for_devices
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@for_devices
 def limits(
     model: ConeModel,
     *,

@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.devices.analysis import check_model, for_devices
+from gelcone.devices.device import Device
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.physics.component import State
@@ -20,9 +22,6 @@ from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from gelcone.devices.device import Device
-
 
 HARMONICS = 8
 """Multiples of the drive frequency that are taken into account."""
@@ -55,7 +54,7 @@ def equilibrium_under_bias(model: ConeModel, bias: float) -> float:
     return place
 
 
-def state_space(model: ConeModel, device: Device | None = None) -> StateSpace:
+def state_space(model: ConeModel | Device, device: Device | None = None) -> StateSpace:
     """The model linearised about its equilibrium under the constant voltage ``voltage_bias``.
 
     x'' = -2 zeta x' - K x + 2 v0 x0 v (less in a continuum film), with the stiffness K there; without a bias the
@@ -63,13 +62,16 @@ def state_space(model: ConeModel, device: Device | None = None) -> StateSpace:
 
     Parameters
     ----------
-    model : a single model.
+    model : a single model, or a device, whose units are then metres, seconds and volts.
     device : scales the matrices to metres, seconds and volts. Default None: dimensionless.
 
     Raises
     ------
     InputError : for an ensemble, or a bias beyond pull-in.
     """
+    if isinstance(model, Device):
+        device, model = model, model.to_model()
+    check_model(model, "state_space")
     if model.shape:
         raise InputError(f"a state-space model is that of a single actuator, not of an ensemble of shape {model.shape}")
     system, n = model.system, model.numbers()
@@ -196,6 +198,7 @@ def _under_both(model: ConeModel, squared: float, second_squared: float) -> tupl
     return float(x), float(stiffness)
 
 
+@for_devices
 def small_signal_response(model: ConeModel, frequencies: npt.ArrayLike) -> xr.Dataset:
     """Gain and phase from a small voltage about the bias to the displacement, over angular drive frequency.
 

@@ -20,6 +20,7 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import Findings
+from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
 from gelcone.motion.course import cycles_reached
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -216,6 +217,7 @@ def running_estimate(growth: Array, clock: Clock) -> Array:
     return out
 
 
+@for_devices
 def lyapunov(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),

@@ -23,6 +23,7 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome, Regime
 from gelcone.dataset import Findings
+from gelcone.devices.analysis import for_devices
 from gelcone.motion.course import cycles_reached
 from gelcone.motion.cycle import (
     LONGEST_PERIOD,
@@ -518,6 +519,7 @@ def _judge(members: Members, evidence: Evidence) -> None:
     evidence.doubtful |= evidence.regime == Regime.TRANSIENT
 
 
+@for_devices
 def regime(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Outcome
+from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
@@ -32,6 +33,7 @@ SAMPLES_PER_OSCILLATION = 20
 MOST_SAMPLES = 20_000
 
 
+@for_devices
 def simulate(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.dataset import Findings, with_initial
+from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.settle import (
@@ -38,6 +39,7 @@ SMALL_STEP = 1e-3
 MOST_POLISHINGS = 60
 
 
+@for_devices
 def section(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),
@@ -130,6 +132,7 @@ def section_cells(
     )
 
 
+@for_devices
 def extrema(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),

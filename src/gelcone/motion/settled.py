@@ -11,6 +11,7 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import Findings
+from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
 from gelcone.motion.cycle import periods_of
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
@@ -82,6 +83,7 @@ class Swing:
         return 0.5 * (self.highest + self.lowest)
 
 
+@for_devices
 def settled(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),

@@ -51,7 +51,7 @@ def _curve(result: xr.Dataset, axes: Axes) -> None:
 
 def _cells(values: xr.DataArray, result: xr.Dataset, axes: Axes, colours: str, most: float | None = None) -> None:
     x, y = map(str, values.dims)
-    across, up = (result[f"{name}_si"] if f"{name}_si" in result.coords else result[name] for name in (x, y))
+    across, up = (result[name] for name in (x, y))
     mesh = axes.pcolormesh(
         edges(across),
         edges(up),

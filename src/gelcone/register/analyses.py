@@ -13,7 +13,6 @@ _ALL = (
         "How it moves: time response, stresses, energies, validity.",
         function="motion.response:simulate",
         answers="analyses.trajectories",
-        reader="analyses.trajectories:simulate_arguments",
         examples=(
             "--set voltage=1.04 --set drive_frequency=0.1 --json",
             "paper-table1 --periods 30 --out results",
@@ -65,7 +64,7 @@ _ALL = (
         bulky=("section",),
         examples=(
             "--set voltage=1.04 --set drive_frequency=0.1 --json",
-            "paper-table1 --set voltage=0.5,1,1.5 --out results",
+            'paper-table1 --set "voltage_amplitude=5 kV,8 kV" --out results',
         ),
     ),
     Analysis(
@@ -73,7 +72,6 @@ _ALL = (
         "Equilibria under constant voltage, pitchfork, folds, pull-in, stroke.",
         function="motion.equilibrium:static",
         answers="analyses.statics",
-        reader="analyses.statics:static_arguments",
         examples=(
             "--set spring_stiffness=1.5 --voltages 0,1,1.5 --out results",
             'paper-table1 --voltages "0 kV:10 kV:11" --json',
@@ -114,7 +112,8 @@ _ALL = (
         "Where the drive makes rest unstable: onset voltage and tongues.",
         function="motion.floquet:tongues",
         answers="analyses.stability",
-        over="drive_frequency or voltage, with its values as from:to:count or v1,v2,...; may be given for both.",
+        over="drive_frequency or voltage (of a device: frequency or voltage_amplitude), with its values as "
+        "from:to:count or v1,v2,...; may be given for both.",
         from_over=("frequencies", "voltages"),
         reader="analyses.stability:tongues_arguments",
         single=True,
@@ -128,12 +127,13 @@ _ALL = (
         "What the motion is along one parameter, and where it changes.",
         function="atlas.bifurcation:bifurcation",
         answers="analyses.grids",
-        over="The parameter to sweep, from:to:count or v1,v2,...",
+        over="The parameter to sweep, or the field of a device: name=from:to:count or name=v1,v2,...",
         reader="analyses.grids:bifurcation_arguments",
         single=True,
+        planned=True,
         examples=(
             "--over voltage=0:2:401 --set drive_frequency=0.1 --out results",
-            'paper-table1 --over "voltage=0 kV:10 kV:101" --sweeps up --json',
+            'paper-table1 --over "voltage_amplitude=0 kV:10 kV:101" --sweeps up --json',
         ),
     ),
     Analysis(
@@ -167,10 +167,12 @@ _ALL = (
         "Exponent and regime over two parameters.",
         function="atlas.maps:map",
         answers="analyses.grids",
-        over="A parameter of the map, from:to:count or v1,v2,...; give two, the first one is drawn along x.",
+        over="A parameter of the map, or a field of a device: name=from:to:count or name=v1,v2,...; give two, the "
+        "first one is drawn along x.",
         single=True,
         examples=(
             "--preset base --over voltage=0:2:101 --over prestretch=0.4:2:81 --out results",
+            'biased-pump --over "film_thickness=0.1 mm:0.3 mm:41" --over "frequency=5 Hz:20 Hz:61" --out results',
             "--preset base --over voltage=0:2:512 --over prestretch=0.4:2:512 --store map.zarr",
             "--resume map.zarr --out results",
         ),
@@ -180,11 +182,12 @@ _ALL = (
         "Any analysis over any parameters, and the probability of chaos.",
         function="atlas.sweep:sweep",
         answers="analyses.grids",
-        over="A parameter of the grid, from:to:count or v1,v2,...; any number of them.",
+        over="A parameter of the grid, or a field of a device: name=from:to:count or name=v1,v2,...; any number.",
         single=True,
         examples=(
             "--preset base --over voltage=0:2:21 --over prestretch=0.6:1.4:5 --over damping_ratio=0.01,0.1",
             "--preset base --over voltage=0.8:1.2:21 --uncertain prestretch=1~0.02 --count 128",
+            'soft-film --over "voltage_amplitude=400 V:600 V:5" --uncertain "film_thickness=100 um~5 um"',
         ),
     ),
     Analysis(
@@ -199,9 +202,10 @@ _ALL = (
         "Which motions coexist: the attractor of each initial state.",
         function="atlas.maps:basin",
         answers="analyses.grids",
-        over="Initial displacements or velocities, from:to:count or v1,v2,... (with a device also '-5 mm:5 mm:41').",
+        over="Initial displacements or velocities, from:to:count or v1,v2,... (with a device '-5 mm:5 mm:41').",
         reader="analyses.grids:basin_arguments",
         single=True,
+        planned=True,
         examples=(
             "--set voltage=1.04 --set drive_frequency=0.1 --out results",
             "--set voltage=1.2 --over displacement=-1:1:41 --over velocity=-1:1:41 --json",
@@ -212,13 +216,13 @@ _ALL = (
         "Stroke over drive frequency, swept up and down: resonances and jumps.",
         function="motion.frequency:frequency",
         answers="analyses.frequency",
-        over="The drive frequencies, drive_frequency=from:to:count or =f1,f2,...",
+        over="The drive frequencies, drive_frequency=from:to:count or =f1,f2,... (device: 'frequency=4 Hz:9 Hz:80').",
         from_over=("frequencies",),
         reader="analyses.frequency:frequency_arguments",
         single=True,
         examples=(
             "biased-pump",
-            'biased-pump --over "drive_frequency=4 Hz:20 Hz:80" --out results',
+            'biased-pump --over "frequency=4 Hz:20 Hz:80" --out results',
             "--preset spring --set spring_stiffness=0.1 --over drive_frequency=0.2:1:81 --json",
         ),
     ),
@@ -228,12 +232,12 @@ _ALL = (
         function="motion.envelope:envelope",
         answers="analyses.envelope",
         over="Drive frequencies or peak voltages in place of the default ones: drive_frequency=from:to:count, "
-        "voltage=from:to:count.",
+        "voltage=from:to:count (of a device: 'frequency=5 Hz:20 Hz:31', 'peak_voltage=500 V:2 kV:16').",
         from_over=("peaks", "frequencies"),
         reader="analyses.envelope:envelope_arguments",
         examples=(
             "biased-pump --out results",
-            'my-device.toml --over "drive_frequency=5 Hz:20 Hz:31" --margin 0.3 --json',
+            'my-device.toml --over "frequency=5 Hz:20 Hz:31" --margin 0.3 --json',
         ),
     ),
 )

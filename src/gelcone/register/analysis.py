@@ -23,6 +23,15 @@ if TYPE_CHECKING:
 
 NOT_OPTIONS = ("model", "plan", "path", "over", "parameter", "values", "low", "high", "event", "initial", "progress")
 """Parameters of public functions that say what is computed, or that make no difference to it."""
+QUANTITIES: Mapping[str, str] = {
+    **dict.fromkeys(("transient", "patience", "budget", "window", "times"), "time"),
+    **dict.fromkeys(
+        ("voltages", "peaks", "tongues.highest", "onset_voltage.highest", "pitchfork_voltage.returns"), "voltage"
+    ),
+    "frequencies": "frequency",
+    **dict.fromkeys(("displacements", "start"), "length"),
+}
+"""Options that have a unit with a device, by their names (of one analysis: behind its name) -> the quantity."""
 _KINDS: Mapping[str, type] = {"float": float, "int": int, "bool": bool, "str": str}
 
 
@@ -30,7 +39,8 @@ _KINDS: Mapping[str, type] = {"float": float, "int": int, "bool": bool, "str": s
 class Option:
     """An option of an analysis: its name, its default, its type (None: text to be read), and a line of explanation.
 
-    ``unset`` says what happens by default where ``default`` is None.
+    ``unset`` says what happens by default where ``default`` is None. ``quantity`` is what it measures, with a device in
+    SI units; empty for a pure number.
     """
 
     name: str
@@ -38,6 +48,7 @@ class Option:
     kind: type | None
     help: str
     unset: str
+    quantity: str = ""
 
 
 @dataclass(frozen=True)
@@ -58,6 +69,7 @@ class Analysis:
         options as they are.
     called : its name on the command line, where that is not the function's.
     single : whether it takes one model only, no ensemble.
+    planned : whether it makes a plan of what it is given, and so takes the device in place of its model.
     examples : command lines, without ``gelcone`` and the name.
     """
 
@@ -73,6 +85,7 @@ class Analysis:
     reader: str | None = None
     called: str = ""
     single: bool = False
+    planned: bool = False
     examples: tuple[str, ...] = ()
 
     @property
@@ -94,6 +107,7 @@ class Analysis:
 
     @cached_property
     def signature(self) -> inspect.Signature:
+        """That of the public function."""
         return inspect.signature(self.call)
 
     @cached_property
@@ -101,7 +115,7 @@ class Analysis:
         """The options by name, in the order of the signature."""
         explained = explanations(self.call.__doc__ or "")
         return {
-            name: _option(name, parameter, explained.get(name, ""))
+            name: _option(self.name, name, parameter, explained.get(name, ""))
             for name, parameter in self.signature.parameters.items()
             if name not in (*NOT_OPTIONS, *self.from_over)
         }
@@ -125,10 +139,16 @@ def load(reference: str) -> Any:
     return getattr(import_module(f"gelcone.{module}"), name)
 
 
-def _option(name: str, parameter: inspect.Parameter, explanation: str) -> Option:
+def quantity_of_option(analysis: str, name: str) -> str:
+    """What an option of an analysis measures; empty for a pure number."""
+    return QUANTITIES.get(f"{analysis}.{name}", QUANTITIES.get(name, ""))
+
+
+def _option(analysis: str, name: str, parameter: inspect.Parameter, explanation: str) -> Option:
     default = None if parameter.default is inspect.Parameter.empty else parameter.default
     kind = _KINDS.get(str(parameter.annotation).removesuffix("| None").strip())
-    return Option(name, default, kind, first_sentence(explanation), default_of(explanation) if default is None else "")
+    unset = default_of(explanation) if default is None else ""
+    return Option(name, default, kind, first_sentence(explanation), unset, quantity_of_option(analysis, name))
 
 
 def _checked(option: Option, value: Any) -> Any:
@@ -141,7 +161,7 @@ def _checked(option: Option, value: Any) -> Any:
         if int(value) != value:
             raise InputError(f"{option.name} = {value}: must be a whole number")
         return int(value)
-    return float(value)
+    return value if isinstance(value, float) else float(value)
 
 
 @cache

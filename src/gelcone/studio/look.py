@@ -59,7 +59,7 @@ def scales(subject: Subject) -> dict[str, tuple[float, str]]:
     quantities = ("length", "time", "velocity", "voltage", "frequency")
     if subject.device is None:
         return dict.fromkeys(quantities, (1.0, ""))
-    return {quantity: (factor(subject.device, quantity), READ_AS[quantity][0]) for quantity in quantities}
+    return {quantity: (factor(subject.device.scales, quantity), READ_AS[quantity][0]) for quantity in quantities}
 
 
 def axes(subject: Subject) -> dict[str, str]:

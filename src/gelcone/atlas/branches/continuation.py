@@ -12,7 +12,7 @@ from gelcone.atlas.branches.branch import Branch, Ending, EventKind, Walk, follo
 from gelcone.atlas.branches.check import FLAGS, Checked, Flag, Runs, brute_force, cover, polished, run_beside, shortest
 from gelcone.atlas.branches.point import Metric, at_value
 from gelcone.atlas.branches.tree import Tree, kind_of, whole_period
-from gelcone.atlas.plan import STATES, meaning_of
+from gelcone.atlas.plan import STATES
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
@@ -306,7 +306,7 @@ def _label(
     super_ = [-1 if event.supercritical is None else int(event.supercritical) for event in events]
     curvature = [np.nan if event.born is None else event.born.curvature for event in events]
     variables: dict[str, dataset.Variable] = {
-        "value": (each, value, meaning_of(model, parameter), "parameter value"),
+        "value": (each, value, model.system.parameters[parameter].meaning, "parameter value"),
         "orbit": ((*each, "node", "state"), orbit, "states over one period, from phase 0 on", "state"),
         "multiplier_real": ((*each, "multiplier"), multiplier.real, "real part of the multiplier", "multiplier"),
         "multiplier_imag": ((*each, "multiplier"), multiplier.imag, "imaginary part of the multiplier", "multiplier"),
@@ -327,7 +327,12 @@ def _label(
         "born": (of, np.array(born), "event at which the branch is born, -1 for none", "count"),
         "ended": ((*of, "end"), ended, "why the branch ends", "flag"),
         "event_kind": (at, np.array([e.kind for e in events], dtype=np.int8), "kind of event", "flag"),
-        "event_value": (at, np.array([e.value for e in events]), meaning_of(model, parameter), "parameter value"),
+        "event_value": (
+            at,
+            np.array([e.value for e in events]),
+            model.system.parameters[parameter].meaning,
+            "parameter value",
+        ),
         "event_error": (at, np.array([e.orbit.errors[0] for e in events]), "error of the value", "parameter value"),
         "event_branch": (at, np.array([e.branch for e in events], dtype=int), "branch of the event", "count"),
         "event_point": (at, np.array([e.after for e in events], dtype=int), "point of the branch before it", "count"),
@@ -357,7 +362,7 @@ def _label(
 def _run_variables(model: ConeModel, parameter: str, runs: Runs) -> dict[str, dataset.Variable]:
     section = runs.section[:, -MOST_SECTIONS:]
     return {
-        "run_value": (("run",), runs.values, meaning_of(model, parameter), "parameter value"),
+        "run_value": (("run",), runs.values, model.system.parameters[parameter].meaning, "parameter value"),
         "run_period": (("run",), runs.period, "period of the settled motion, 0 for none", "count"),
         "run_section": (("run", "repeat", "state"), section, "settled motion once every forcing period", "state"),
     }
@@ -372,7 +377,7 @@ def _flag_variables(model: ConeModel, parameter: str, flags: Sequence[Flag]) -> 
         "flag_value": (
             ("flag",),
             np.array([flag.value for flag in flags]),
-            meaning_of(model, parameter),
+            model.system.parameters[parameter].meaning,
             "parameter value",
         ),
     }

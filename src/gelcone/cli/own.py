@@ -1,0 +1,82 @@
+"""`gelcone init` and `gelcone help`: a device of one's own, and what its fields mean."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import click
+
+from gelcone.errors import InputError, unknown_name
+
+START = "biased-pump"
+"""The device whose numbers a first file starts from."""
+TOPICS = ("device", "units")
+
+
+def init_command() -> click.Command:
+    """`gelcone init`."""
+    text = """Write a first device file: every field with its unit, its meaning and its usual range.
+
+    \b
+    gelcone init mine.toml
+    gelcone simulate mine.toml --out results
+    """
+    params: list[click.Parameter] = [click.Argument(["file"], type=click.Path(path_type=Path), metavar="FILE")]
+    return click.Command("init", params=params, callback=write_first_file, help=text)
+
+
+def write_first_file(*, file: Path) -> None:
+    """Writes the file; one that exists is kept."""
+    from gelcone.devices.device import find_device
+    from gelcone.devices.template import first_file
+    from gelcone.files import write_whole
+
+    if not file.name:
+        raise InputError("FILE is empty; name a file, such as mine.toml")
+    device = find_device(START)
+    text = first_file(str(file), device, device.material)
+    if file.exists():
+        raise InputError(f"{file}: exists already, and is kept; choose another name")
+    write_whole(file, partial(_write, text))
+    click.echo(f"wrote {file}: change its numbers, then `gelcone simulate {file}`")
+
+
+def _write(text: str, file: Path) -> None:
+    file.write_text(text, encoding="utf-8")
+
+
+def help_command() -> click.Command:
+    """`gelcone help`."""
+    text = """Explain a subject: `device` lists the fields of a device, `units` the units; or a command.
+
+    \b
+    gelcone help device
+    gelcone help simulate
+    """
+    params: list[click.Parameter] = [click.Argument(["topic"], required=False, metavar="[device|units|COMMAND]")]
+    return click.Command("help", params=params, callback=explain, help=text)
+
+
+def explain(*, topic: str | None) -> None:
+    """Prints what is known of a subject."""
+    context = click.get_current_context()
+    group = context.find_root()
+    assert isinstance(group.command, click.Group)
+    if topic is None:
+        click.echo(group.get_help())
+    elif topic == "device":
+        from gelcone.devices.device import Device
+        from gelcone.devices.template import field_table
+
+        click.echo(field_table(Device.fields))
+    elif topic == "units":
+        from gelcone.devices.template import unit_table
+
+        click.echo(unit_table())
+    else:
+        name = topic.replace("_", "-")
+        command = group.command.get_command(group, name)
+        if command is None:
+            raise unknown_name("subject of help", topic, [*TOPICS, *group.command.list_commands(group)])
+        click.echo(command.get_help(click.Context(command, info_name=name, parent=group)))

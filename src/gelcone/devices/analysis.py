@@ -1,0 +1,205 @@
+"""Analyses of a device: public functions take a `Device` in place of a model, options in SI, and answer in SI."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, Concatenate, ParamSpec, TypeVar, cast
+
+import numpy as np
+
+from gelcone.devices.device import Device, Scales
+from gelcone.devices.points import device_at, read_state
+from gelcone.devices.si import in_device_words, to_si
+from gelcone.devices.units import FieldError, parse_many
+from gelcone.errors import DoubtfulInput, InputError
+from gelcone.physics.members import Ensemble
+from gelcone.register.analysis import quantity_of_option
+
+P = ParamSpec("P")
+R = TypeVar("R")
+SI_UNITS: Mapping[str, str] = {
+    "time": "s",
+    "voltage": "V",
+    "frequency": "Hz",
+    "length": "m",
+    "velocity": "m/s",
+    "field": "V/m",
+    "stiffness": "N/m",
+}
+"""Quantity of an option -> the unit of a number without one, with a device."""
+
+
+class Scaled(float):
+    """A dimensionless number among options that are in SI units otherwise."""
+
+
+def scaled(value: Any) -> Any:
+    """A value marked as dimensionless where it is a number."""
+    return Scaled(value) if isinstance(value, float) else value
+
+
+def for_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
+    """A public analysis that takes a `Device` too.
+
+    With a device its options are SI numbers or texts with units, it starts from the device's own rest or release unless
+    ``initial`` is given, and a Dataset comes back in SI units (`gelcone.to_si`). `plain` gives the function itself.
+    """
+
+    @functools.wraps(function)
+    def run(model: Any, *args: P.args, **options: P.kwargs) -> R:
+        if not isinstance(model, Device):
+            check_model(model, function.__name__)
+            check_workers(function.__name__, options)
+            return function(model, *args, **options)
+        check_workers(function.__name__, options)
+        given = inspect.signature(function).bind(model, *args, **options).arguments
+        given.pop(next(iter(given)))
+        call: Any = function
+        arguments = arguments_for(function, model, given)
+        with device_words(model):
+            result = call(model.to_model(), **arguments)
+        if hasattr(result, "data_vars"):
+            return to_si(result, model)  # type: ignore[return-value]
+        returned = quantity_of_option(function.__name__, "returns")
+        return result * getattr(model.scales, returned) if returned else result
+
+    return cast(Any, run)
+
+
+def for_swept_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
+    """The same of an analysis that makes a plan, and so takes the device and SI values itself."""
+
+    @functools.wraps(function)
+    def run(model: Any, *args: P.args, **options: P.kwargs) -> R:
+        check_workers(function.__name__, options)
+        if not isinstance(model, Device):
+            check_model(model, function.__name__)
+            return function(model, *args, **options)
+        bound = inspect.signature(function).bind(model, *args, **options)
+        given = set(bound.arguments)
+        bound.apply_defaults()
+        for name in set(bound.arguments) - given:
+            bound.arguments[name] = None if name == "initial" else scaled(bound.arguments[name])
+        with device_words(model):
+            return to_si(function(*bound.args, **bound.kwargs))  # type: ignore[arg-type, return-value]
+
+    return cast(Any, run)
+
+
+@contextmanager
+def device_words(device: Device | None) -> Iterator[None]:
+    """Tells errors of the input that come from inside in the names and units of the device."""
+    try:
+        yield
+    except FieldError:
+        raise
+    except InputError as error:
+        raise InputError(str(error) if device is None else in_device_words(str(error), device)) from None
+
+
+def for_plans(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
+    """The same of one that takes a plan."""
+
+    @functools.wraps(function)
+    def run(plan: Any, *args: P.args, **options: P.kwargs) -> R:
+        result: Any = function(plan, *args, **options)
+        return result if plan.device is None else to_si(result)  # type: ignore[return-value]
+
+    return cast(Any, run)
+
+
+def plain(function: Callable[..., R]) -> Callable[..., R]:
+    """A public analysis as it is written: dimensionless, or over the SI axes of a plan."""
+    return inspect.unwrap(function)
+
+
+def check_model(model: Any, name: str) -> None:
+    """`InputError` unless ``model`` is a model; a device is taken by those that know devices."""
+    if isinstance(model, Ensemble):
+        return
+    if hasattr(model, "over") and hasattr(model, "draws"):
+        raise InputError(f"{name}: was given a plan, which gelcone.sweep takes; give a model or a device")
+    if hasattr(model, "attrs") and hasattr(model, "data_vars"):
+        raise InputError(
+            f"{name}: was given a result; give a model or a device (gelcone.model_of(result) is its model)"
+        )
+    if isinstance(model, str):
+        raise InputError(
+            f"{name}: was given the text {model!r}; gelcone.find_device({model!r}) gives the device of that name"
+        )
+    if isinstance(model, Device):
+        raise InputError(f"{name}: takes a model; give device.to_model()")
+    raise InputError(f"{name}: was given a {type(model).__name__} in place of a ConeModel or a Device")
+
+
+def check_workers(name: str, options: Mapping[str, Any]) -> None:
+    """`InputError` where workers are given to an analysis that runs in this process."""
+    if "workers" in options:
+        raise InputError(f"{name}: takes no workers; threads=N sets the threads, and gelcone.sweep takes workers")
+
+
+def arguments_for(function: Callable[..., Any], device: Device, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The dimensionless arguments of an analysis for a device, from those given in SI."""
+    check_workers(function.__name__, given)
+    arguments = dimensionless(function.__name__, given, device.scales)
+    if "initial" in inspect.signature(function).parameters:
+        arguments["initial"] = state_of(device, given.get("initial"))
+    return arguments
+
+
+def state_of(device: Device, initial: Any = None) -> Any:
+    """An initial state in SI, or the device's own, dimensionless; warns where nothing moves the disc from it."""
+    if initial is None:
+        state = device.initial_state()
+        if told := at_rest(device, state):
+            warnings.warn(told, DoubtfulInput, stacklevel=4)
+        return state
+    if isinstance(initial, np.ndarray) and initial.ndim > 1:
+        return initial / np.stack(np.broadcast_arrays(device.scales.length, device.scales.velocity), axis=-1)
+    states = device_at(device, {"": np.empty(device.shape or 1)}, read_state(initial))[1]
+    return states if device.shape else states[0]
+
+
+def at_rest(device: Device, state: Any) -> str:
+    """Why nothing starts a motion from a state, and what to set; empty where it moves."""
+    if np.any(state):
+        moves = np.any(np.asarray(device.voltage_amplitude) > 0.0) or np.any(device.voltage_offset)
+        own = device.release_height is None and not np.any(device.release_velocity)
+        if moves or not own:
+            return ""
+        return "without a voltage the disc stays at its rest; set voltage_amplitude, voltage_offset or release_height"
+    if not np.all(device.to_model().members().symmetric):
+        return ""
+    return (
+        "the disc starts at rest in the middle of the flat film, which no voltage moves; set release_height, "
+        "release_velocity or initial_height"
+    )
+
+
+def dimensionless(analysis: str, options: Mapping[str, Any], scales: Scales) -> dict[str, Any]:
+    """Options of an analysis, those in SI scaled to the model.
+
+    Where the devices of a sweep differ in their time, a time is taken such that it is at least as long in each.
+    """
+    taken = dict(options)
+    for name, value in options.items():
+        quantity = quantity_of_option(analysis, name)
+        if value is not None and quantity and not isinstance(value, Scaled):
+            number = parse_many(name, value, SI_UNITS[quantity])
+            taken[name] = scaled(number / option_scale(name, quantity, scales))
+    return taken
+
+
+def option_scale(name: str, quantity: str, scales: Scales) -> float:
+    """The SI value of one unit of an option's quantity; `InputError` where the devices differ in it."""
+    scale = scales.force / scales.length if quantity == "stiffness" else getattr(scales, quantity)
+    sizes = np.unique(scale)
+    if sizes.size == 1 or quantity == "time":
+        return float(sizes[0])
+    raise InputError(
+        f"{name}: is one {quantity} for devices whose units of {quantity} differ; run them one by one, or use a sweep"
+    )

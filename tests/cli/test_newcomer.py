@@ -1,0 +1,105 @@
+"""A newcomer's first minutes: a device file of one's own, three numbers changed, and what it does."""
+
+import json
+import re
+
+import pytest
+
+import gelcone
+
+COMMANDS = {
+    "simulate": ["--periods", "10"],
+    "static": ["--voltages", "0 V:1.5 kV:4"],
+    "frequency": ["--over", "frequency=7 Hz:13 Hz:4"],
+    "envelope": ["--over", "frequency=8 Hz,10 Hz", "--over", "peak_voltage=500 V:1.5 kV:3"],
+    "map": ["--over", "film_thickness=0.2 mm:0.3 mm:3", "--over", "moving_mass=4 g:8 g:3", "--patience", "1 s"],
+}
+AXES = {
+    "simulate": {"time": "ms"},
+    "static": {"constant_voltage": "V", "displacement": "mm"},
+    "frequency": {"drive_frequency": "Hz"},
+    "envelope": {"drive_frequency": "Hz"},
+    "map": {"film_thickness": "mm", "moving_mass": "g"},
+}
+
+
+@pytest.fixture
+def device_file(command_line, tmp_path):
+    """A first device file with three numbers changed."""
+    code, out, err = command_line("init", "mine.toml")
+    assert (code, err) == (0, ""), err
+    assert "gelcone simulate mine.toml" in out
+    path = tmp_path / "mine.toml"
+    text = path.read_text(encoding="utf-8")
+    for name, new in {"film_thickness": "0.25 mm", "voltage_amplitude": "700 V", "moving_mass": "6 g"}.items():
+        text, count = re.subn(rf'^{name} = ".*"$', f'{name} = "{new}"', text, flags=re.MULTILINE)
+        assert count == 1, name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("command", [name for name in COMMANDS if name != "envelope"])
+def test_a_first_device_answers_in_its_own_words(command, command_line, device_file, tmp_path):
+    check(command, command_line, tmp_path)
+
+
+@pytest.mark.slow
+def test_the_window_of_a_first_device(command_line, device_file, tmp_path):
+    check("envelope", command_line, tmp_path)
+
+
+def check(command, command_line, folder):
+    """Runs a command; its text and files are in the device's units, and say where the model holds."""
+    code, out, err = command_line(command, "mine.toml", *COMMANDS[command], "--out", "results")
+    assert code == 0, err
+    assert out.startswith("my device\n")
+    assert "moving_mass 6 g" in out or command == "map"
+    assert "dimensionless" not in out
+    assert (folder / "results" / f"{command}.png").stat().st_size > 10_000
+    result = gelcone.load(folder / "results" / f"{command}.nc")
+    for name, unit in AXES[command].items():
+        assert result[name].attrs["units"] == unit
+        assert result[name].attrs["long_name"]
+    assert gelcone.model_of(result).system == gelcone.find_device(folder / "mine.toml").to_model().system
+
+
+def test_a_first_file_is_not_overwritten(command_line, device_file):
+    before = device_file.read_text(encoding="utf-8")
+    code, _, err = command_line("init", "mine.toml")
+    assert (code, err) == (2, "Error: mine.toml: exists already, and is kept; choose another name\n")
+    assert device_file.read_text(encoding="utf-8") == before
+    assert command_line("init", "")[0] == 2
+
+
+def test_a_device_is_printed_as_a_file_that_reads_back(command_line, tmp_path):
+    code, out, _ = command_line("devices", "biased-pump")
+    assert code == 0
+    (tmp_path / "copy.toml").write_text(out, encoding="utf-8")
+    assert gelcone.find_device(tmp_path / "copy.toml") == gelcone.find_device("biased-pump")
+    code, out, _ = command_line("devices", "soft-film", "--json")
+    assert gelcone.Device(**json.loads(out)) == gelcone.find_device("soft-film")
+
+
+@pytest.mark.parametrize("topic", ["device", "units", "simulate", "map", None])
+def test_help_explains_subjects_and_commands(command_line, topic):
+    code, out, _ = command_line("help", *([topic] if topic else []))
+    assert code == 0
+    expected = {"device": "film_thickness", "units": "20 kPa", None: "gelcone init mine.toml"}
+    assert expected.get(topic, f"gelcone {topic} [OPTIONS]") in out
+    code, _, err = command_line("help", "devise")
+    assert (code, err) == (2, "Error: 'devise' is not a subject of help; did you mean 'device'?\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--set", "voltage=500"], "'voltage' is not a device field; did you mean 'voltage_amplitude'?"),
+        (["--times", "20,40"], "--times 20: has no unit; with a device give one, such as '5 ms'"),
+        (["--initial", "1,0"], "--initial 1: has no unit"),
+        (["--set", "film_thickness=0.2"], "Warning: film_thickness = 200 mm is far from what is usual"),
+        (["--set", "initial_height=0"], "Warning: the disc starts at rest in the middle of the flat film"),
+    ],
+)
+def test_what_was_silent_is_said(command_line, device_file, arguments, told):
+    _, _, err = command_line("simulate", "mine.toml", "--periods", "2", *arguments)
+    assert told in err
