@@ -175,7 +175,7 @@ def single(found: Findings, subject: Subject) -> Any:
     for name, (dims, values, _, quantity) in found.variables.items():
         scale, unit = 1.0, "1"
         if subject.device is not None and quantity in READ_AS:
-            scale, unit = factor(subject.device, quantity), READ_AS[quantity][0]
+            scale, unit = factor(subject.device.scales, quantity), READ_AS[quantity][0]
         value = np.asarray(values)[0]
         member[name] = xr.Variable(dims, value * scale if unit != "1" else value, {"units": unit})
     return member

@@ -17,7 +17,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from gelcone.analyses.subject import Subject, read_settings, read_subject
+from gelcone.analyses.subject import Subject, read_pairs, read_subject, read_value
 from gelcone.devices.device import Device, shipped_devices
 from gelcone.devices.materials import load_materials
 from gelcone.devices.units import DIMENSIONS, FieldError
@@ -135,7 +135,8 @@ class Shelf:
         try:
             found = _device(path, path.stat().st_mtime_ns)
             if setting.values:
-                found = found.replace_quietly(read_settings(typed(setting)["settings"]))
+                texts = read_pairs(typed(setting)["settings"], device=True)
+                found = found.replace_quietly({name: read_value(text) for name, text in texts.items()})
             return Subject(found.to_model(), found, found.initial_state())
         except InputError as error:
             if setting.file is None:

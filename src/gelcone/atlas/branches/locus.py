@@ -21,7 +21,6 @@ from gelcone.atlas.branches.continuation import CHECKS, check_interval, grown, s
 from gelcone.atlas.branches.event import FOLD, Singular, born, locate
 from gelcone.atlas.branches.point import SMALLEST
 from gelcone.atlas.branches.tree import distance
-from gelcone.atlas.plan import meaning_of
 from gelcone.codes import Outcome
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -458,7 +457,7 @@ def _label(model: ConeModel, names: list[str], curves: list[Curve], options: dic
         "event_multiplier_imag": ((*at, "multiplier"), multipliers.imag, "imaginary part", "multiplier"),
     }
     for k, (place, name) in enumerate(zip(("first", "second"), names, strict=True)):
-        meaning, own = meaning_of(model, name), np.array([point.values[k] for _, point, _ in special])
+        meaning, own = model.system.parameters[name].meaning, np.array([point.values[k] for _, point, _ in special])
         variables[name] = (each, values[k], meaning, "parameter value")
         variables[f"event_{place}"] = (at, own, meaning, "parameter value")
         errors = ERROR * np.maximum(np.abs(own), 1.0)
