@@ -325,3 +325,30 @@ def test_the_constant_second_film_acts_like_a_bias():
 def test_a_pair_that_cannot_meet_is_refused():
     with pytest.raises(InputError, match="second_flat_height = 30: so far from 0 that no displacement lies inside"):
         static(double(second_flat_height=30.0))
+
+
+# --- wrinkling films --------------------------------------------------------------------------------------------------
+
+
+def test_a_pair_of_wrinkling_films_that_both_go_slack_is_held_by_nothing_in_between():
+    """Where both are slack no force acts: one equilibrium stands for the whole stretch, and it is not stable."""
+    model = double(film="wrinkling", second_film="wrinkling")
+    (balance,) = balances_of(model)
+    (found,) = balance.equilibria(0.8**2)
+    assert float(model.force(found.displacement, 0.8)) == 0.0
+    assert found.displacement == pytest.approx(0.5, abs=0.01)
+    assert not found.stable
+    (tight,) = balance.equilibria(0.3**2)
+    assert tight.displacement == pytest.approx(0.5, abs=1e-12)
+    assert tight.stable
+
+
+def test_a_ramp_passes_the_voltage_at_which_a_film_begins_to_wrinkle():
+    """There the stiffness jumps; the ramp ends where the film loses its tension or pulls in, far beyond."""
+    model = double("opposite", film="wrinkling", second_film="wrinkling", voltage_bias=0.4)
+    (balance,) = balances_of(model)
+    (rest,) = balance.equilibria(0.0)
+    place, losses = balance.along_ramp(rest.displacement, np.array([0.01, 0.09, 0.25]))
+    np.testing.assert_array_equal(losses, 0)
+    np.testing.assert_allclose(model.force(place, np.array([0.1, 0.3, 0.5])), 0.0, atol=1e-12)
+    assert (np.diff(place) > 0.0).all()

@@ -32,16 +32,18 @@ from gelcone.quantity import Array
 
 GRID = 1601
 """Displacements between which equilibria are looked for."""
-HIGHEST_VOLTAGE = 100.0
+HIGHEST_VOLTAGE = 20.0
 """A ramp that has lost nothing up to this voltage never does."""
-LONGEST_STEP = 0.02
+LONGEST_STEP = 0.04
 """Of a curve, over 1 + v + |x|."""
 LEAST_COSINE = 0.995
 """Of the angle between the tangents at neighbouring points of a curve."""
+KINK = 1e-6
+"""A turn within so short a step is one of the curve itself: where a film begins to wrinkle the stiffness jumps."""
 SHORTEST_STEP = 1e-10
 MOST_POINTS = 20_000
 MOST_LOSSES = 8
-HIGHEST_FOLD = 20.0
+HIGHEST_FOLD = 6.0
 """Voltage up to which folds are looked for."""
 SEEDS = np.concatenate([np.linspace(0.0, 0.1, 17), np.geomspace(0.1, 1.0, 9)[1:]])
 """Shares of the highest voltage at which curves are looked for that no other voltage shows."""
@@ -144,7 +146,7 @@ class PairBalance(StaticBalance):
             tops = np.array([root(lambda x: self.slope(x, squared), *self.grid[i : i + 2]) for i in turns])
             order = np.argsort(nodes := np.concatenate([nodes, tops]))
             nodes, values = nodes[order], np.concatenate([values, self.force(tops, squared)])[order]
-        found = list(nodes[values == 0.0])
+        found = _isolated(nodes, values == 0.0)
         for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
             found.append(root(lambda x: self.force(x, squared), nodes[i], nodes[i + 1]))
         found = [x for x in found if not self._pulled_in(float(x), squared)]
@@ -162,7 +164,7 @@ class PairBalance(StaticBalance):
             if found is not None:
                 turned = self._tangent(*found, tangent)
                 bend = turned[0] * tangent[0] + turned[1] * tangent[1]
-            if found is None or bend < LEAST_COSINE:
+            if found is None or (bend < LEAST_COSINE and step > KINK):
                 step *= 0.5
                 if step < SHORTEST_STEP:
                     return Curve(np.array(xs), np.array(volts), PullIn.FILM)
@@ -357,6 +359,13 @@ class PairBalance(StaticBalance):
                 guess = float(np.interp(level, leg.voltage, leg.x))
                 place[k] = rest if level == 0.0 else self._settle(guess, level)
         return place, losses
+
+
+def _isolated(x: Array, holds: npt.NDArray[np.bool_]) -> list[float]:
+    """The places where it holds; of neighbouring ones, as where no film is taut and nothing acts, the middle one."""
+    at = np.flatnonzero(holds)
+    bands = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if at.size else []
+    return [float(x[band[len(band) // 2]]) for band in bands]
 
 
 def _on(x: float, voltage: float, xs: Array, volts: Array) -> bool:
