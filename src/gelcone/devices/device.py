@@ -126,7 +126,7 @@ class Device(Record):
     frequency : f, Hz, positive.
     release_height : the disc is held there and let go at t = 0, m. Default: it starts from rest, see `initial_state`.
     release_velocity : its velocity at t = 0, m/s. Default 0.
-    second_film : ``"taut"`` or another cone, on the other side of the disc: a double cone. Of the first film's
+    second_film : ``"taut"`` or ``"wrinkling"``, on the other side of the disc: a double cone. Of the first film's
         material, thickness and ``prestretch_mode``. Default none.
     second_flat_height : height of the disc at which the second film is flat, m. Default 0.
     second_prestretch, second_meridional_prestretch, second_hoop_prestretch : default the first film's.
@@ -255,7 +255,7 @@ class Device(Record):
     )  # fmt: skip
 
     second_film: Any = Field(
-        "film on the other side of the disc, for a double cone: taut or another cone", default=None,
+        "film on the other side of the disc, for a double cone: taut or wrinkling", default=None,
         unset="none: a single cone", near=("antagonist", "other_film", "double_cone"),
     )  # fmt: skip
     second_flat_height: Any = Field(
