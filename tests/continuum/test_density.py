@@ -10,6 +10,8 @@ from gelcone.continuum import density
 from gelcone.continuum.membrane import WRINKLES, membrane
 from gelcone.continuum.mesh import energy, forces, mesh_film, stretches
 from gelcone.errors import InputError
+from gelcone.physics.film.wrinkling import WrinklingCone
+from gelcone.physics.laws import LAWS
 from gelcone.physics.model import ConeModel
 from tests.continuum.films import EQUIBIAXIAL, MODELS, NEO_HOOKEAN, some_position
 
@@ -72,3 +74,18 @@ def test_a_film_with_too_much_length_both_ways_hangs_slack():
 def test_an_unknown_way_to_treat_wrinkles_is_refused():
     with pytest.raises(InputError, match="did you mean 'relax'"):
         membrane(ConeModel(), displacements=1.0, wrinkles="relaxed")
+
+
+@pytest.mark.parametrize("squared", [0.25, 0.36])
+def test_a_film_that_rests_only_shorter_than_its_gap_has_pulled_in(squared):
+    """Beyond its limit a film has no width; before it the natural one is no shorter than the gap."""
+    law, c = LAWS["gent"], {"A": 1.0, "B": 1.0, "G": 1.0, "inverse_stretch_limit": 0.02}
+    x = np.linspace(0.05, 3.0, 60)
+    m, n = density.natural(law, c, 1.0 + x * x, 1.0, squared)
+    cone = WrinklingCone(pull_in="minimum")
+    highest = cone.highest_squared(x, cone.numbers(cone.complete({})))
+    kept = ~np.isnan(m + n)
+    np.testing.assert_array_equal(kept, squared < highest)
+    assert 10 < kept.sum() < 50
+    assert (m[kept] >= (1.0 + x * x)[kept]).all()
+    assert (n[kept] >= 1.0).all()

@@ -5,9 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from gelcone import lyapunov, simulate
 from gelcone.codes import FilmPullIn, Outcome
+from gelcone.motion.engine import backend
+from gelcone.motion.engine import compile as compiler
+from gelcone.motion.engine.program import Program
 from gelcone.motion.flow import integrate
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.model import ConeModel
@@ -115,3 +119,54 @@ def test_a_run_says_in_which_states_the_film_was_and_where_it_pulled_in():
     assert np.isnan(run["pull_in_time"][0])
     assert float(abs(run["energy_residual"]).max()) < 1e-12
     assert float(run["meridional_stress"].min()) >= 0.0
+
+
+def random_films(count, seed=7):
+    """Films of all kinds, half of which pull in or wrinkle within the run."""
+    random = np.random.default_rng(seed)
+    model = ConeModel(
+        film="wrinkling",
+        damping_ratio=random.uniform(0.0, 0.1, count),
+        spring_stiffness=random.uniform(0.3, 1.5, count),
+        rest_height=random.uniform(-0.5, 0.8, count),
+        voltage=random.uniform(0.0, 0.8, count),
+        voltage_bias=random.uniform(0.0, 0.3, count),
+        drive_frequency=random.uniform(0.1, 1.5, count),
+        meridional_prestretch=random.uniform(0.9, 1.3, count),
+        hoop_prestretch=random.uniform(0.9, 1.5, count),
+    )
+    return model, random.uniform(-1.2, 1.2, (count, 2))
+
+
+def test_numbers_have_the_same_bits_on_every_width_and_processor():
+    model, initial = random_films(24)
+    members, times = model.members(), np.linspace(0.0, 20.0, 5)
+    program = backend._program(members.system, "states", 1e-10)
+    numbers = backend._numbers(members, initial, np.zeros(24))
+    events = [backend._event(b, members.system.film_voltage, members.system.split) for b in members.system.film.borders]
+    haswell = compiler.Machine(compiler.host().triple, "haswell", "")
+    raw = program.run(numbers, initial, 0.0, np.tile(times, (24, 1)))
+    assert 1 < (raw.status > 0).sum() < 20
+    shuffled = np.random.default_rng(1).permutation(24)
+    for width, machine in ((4, None), (2, haswell)):
+        other = Program(members.system, "states", 1e-10, events, width=width, machine=machine)
+        some = {name: value[shuffled] for name, value in numbers.items()}
+        again = other.run(some, initial[shuffled], 0.0, np.tile(times, (24, 1)), threads=2)
+        for name in ("states", "end_time", "end_state", "dwell", "status"):
+            own = np.ascontiguousarray(getattr(raw, name)[shuffled]).view(np.int64)
+            np.testing.assert_array_equal(own, np.ascontiguousarray(getattr(again, name)).view(np.int64), err_msg=name)
+
+
+@pytest.mark.slow
+def test_random_films_move_as_the_law_without_branches_says():
+    """Against SciPy with the statics' own force, which knows nothing of borders."""
+    model, initial = random_films(6, seed=3)
+    run = integrate(model, initial, [4.0])
+    members = model.members()
+    for i in np.flatnonzero(run.outcome == Outcome.OK):
+        n = members.numbers_at(i)
+        wanted = solve_ivp(
+            lambda t, z, n=n: members.system.rates(t, z, n), (0.0, 4.0), initial[i], "DOP853", rtol=1e-10, atol=1e-12,
+            max_step=0.02,
+        ).y[:, -1]  # fmt: skip
+        np.testing.assert_allclose(run.states[i, 0], wanted, atol=1e-6)

@@ -25,6 +25,7 @@ import numpy as np
 from gelcone.physics.component import Numbers
 from gelcone.physics.laws import StrainEnergyLaw
 
+ROUNDING = 1e-12
 MOST_ITERATIONS = 60
 
 
@@ -93,7 +94,8 @@ def relaxed_derivatives(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, square
 
 def natural(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float) -> tuple[Any, Any]:
     """The squared stretches that the film takes when it may wrinkle: the given ones where they pull, wider ones where
-    they would push; NaN where a free direction has no width at which it rests."""
+    they would push; NaN where a free direction has no width at which it rests, or only one that is too narrow: there
+    it has pulled in."""
     m, n = np.broadcast_arrays(np.asarray(m, dtype=float), np.asarray(n, dtype=float))
     free_m, free_n = m.copy(), n.copy()
     d = derivatives(law, c, m, n, squared)
@@ -102,13 +104,21 @@ def natural(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float) ->
         return free_m, free_n
     p, q = m[pushed], n[pushed]
     with np.errstate(all="ignore"):
-        hoop, along = _free(law, c, p, squared, hoop=True), _free(law, c, q, squared, hoop=False)
+        hoop = _no_shorter(_free(law, c, p, squared, hoop=True), q)
+        along = _no_shorter(_free(law, c, q, squared, hoop=False), p)
         wrinkles_hoop = (d.n[pushed] < 0.0) & ~(derivatives(law, c, p, hoop, squared).m < 0.0)
         wrinkles_along = ~wrinkles_hoop & (d.m[pushed] < 0.0) & ~(derivatives(law, c, along, q, squared).n < 0.0)
     slack_m, slack_n = _slack(law, c, squared)
+    slack_m, slack_n = (_no_shorter(slack, than) for slack, than in ((slack_m, p), (slack_n, q)))
+    slack_m, slack_n = slack_m + 0.0 * slack_n, slack_n + 0.0 * slack_m
     free_m[pushed] = np.where(wrinkles_hoop, p, np.where(wrinkles_along, along, slack_m))
     free_n[pushed] = np.where(wrinkles_hoop, hoop, np.where(wrinkles_along, q, slack_n))
     return free_m, free_n
+
+
+def _no_shorter(free: Any, than: Any) -> Any:
+    """A film may be longer than the gap that it spans, never shorter: what rests only below it has pulled in; NaN."""
+    return np.where(free >= than * (1.0 - ROUNDING), free, np.nan)
 
 
 def _free(law: StrainEnergyLaw, c: Numbers, held: Any, squared: float, *, hoop: bool) -> Any:

@@ -106,9 +106,9 @@ class Device(Record):
     film_thickness : thickness H of the film as mounted (flat, after pre-stretch), m, positive.
     material : name of a library material, a `Material`, or a mapping of its fields.
     prestretch, prestretch_mode, meridional_prestretch, hoop_prestretch : as in `ConeModel`.
-    film : ``"taut"`` (default), the homogeneous cone; ``"wrinkling"``, the cone without compression; ``"continuum"``,
-        the continuum film, fitted on first use and kept (see `gelcone.continuum.fit.find_film`); or a file that
-        ``gelcone validate --fit`` wrote, in a device file relative to it.
+    film : ``"wrinkling"`` (default), a homogeneous cone without compression; ``"taut"``, one that bears it;
+        ``"continuum"``, the continuum film, fitted on first use and kept (see `gelcone.continuum.fit.find_film`); or a
+        file that ``gelcone validate --fit`` wrote, in a device file relative to it.
     spring_rate : stiffness k of the spring, N/m, at least 0.
     initial_height : height h0 of the disc at which the spring is free, m. Default 0.
     beam_rate, beam_cubic_rate, beam_height : a buckled beam on the disc, of the force beam_rate d + beam_cubic_rate d^3
@@ -177,7 +177,8 @@ class Device(Record):
         near=("circumferential_prestretch",), above=0.0,
     )  # fmt: skip
     film: Any = Field(
-        "taut or wrinkling (homogeneous cones), continuum, or a file that gelcone validate --fit wrote", default="taut",
+        "wrinkling or taut (homogeneous cones), continuum, or a file that gelcone validate --fit wrote",
+        default="wrinkling",
         near=("film_model", "membrane"),
     )  # fmt: skip
     spring_rate: Any = Field(

@@ -37,6 +37,8 @@ PIECE = 4.0
 """Length of the pieces into which a repeat is cut, in units of the fastest linear time scale: so short that the
 determinant of a piece is sharp, and that no deviation overflows in a long repeat."""
 MOST_PIECES_AT_ONCE = 1_000_000
+BEFORE_PULL_IN = 1.0 - 1e-6
+"""Share of the voltage at which the flat film pulls in up to which rest is examined."""
 FEWEST_STEPS, MOST_STEPS = 256, 4096
 STEPS_PER_LOBE = 12
 NEAR_ONSET = -0.2
@@ -152,7 +154,7 @@ def onset_voltage(
     ----------
     model : one actuator or an ensemble, with ``rest_height`` 0 (or no spring); its own ``voltage`` plays no part.
     highest : amplitudes from 0 to this one are searched; a number or one a member. Default three times the static
-        pitchfork voltage of each member (3 where it has none).
+        pitchfork voltage of each member (3 where it has none), but not up to where its flat film pulls in.
     steps : of the scan, at least 2. Default 12 for each half oscillation of the free disc in a repeat, from 256 to 4096
         and a power of 2.
     tolerance : relative error of one step of the integrator. Default 1e-15.
@@ -482,7 +484,9 @@ def _refine(members: Members, low: Array, high: Array, rising: Array, options: _
 def _search_ends(model: Ensemble, highest: npt.ArrayLike | None) -> Array:
     if highest is None:
         pitchfork = pitchfork_voltage(model).ravel()
-        return np.where(pitchfork > 0.0, 3.0 * pitchfork, 3.0)
+        members = model.members()
+        film = np.sqrt(members.system.film.highest_squared(np.zeros(members.size), members.numbers()))
+        return np.minimum(np.where(pitchfork > 0.0, 3.0 * pitchfork, 3.0), BEFORE_PULL_IN * film)
     ends = np.asarray(VOLTAGE["voltage"].check("highest", highest))
     if not (ends > 0.0).all():
         raise InputError("highest = 0: must be greater than 0, or there is no interval to search")
