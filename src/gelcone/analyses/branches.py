@@ -9,6 +9,7 @@ import numpy as np
 
 from gelcone.analyses.answer import heading
 from gelcone.analyses.subject import read_measures
+from gelcone.atlas.branches.beside import branches_beside
 from gelcone.errors import InputError
 from gelcone.words import branch_endings, event_label, flag_label, shortened
 
@@ -90,6 +91,22 @@ def branches_json(result: xr.Dataset) -> dict[str, Any]:
             "flags": flags_json(result),
         },
     }
+
+
+def followed_json(diagram: xr.Dataset) -> dict[str, Any] | None:
+    """The branches beside a bifurcation diagram; null where it has none."""
+    followed = branches_beside(diagram)
+    if followed is None:
+        return None
+    return branches_json(followed.assign_attrs(parameter=diagram.attrs["parameter"]))
+
+
+def followed_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
+    """The branches beside a bifurcation diagram in words."""
+    followed = branches_beside(shown)
+    if followed is None:
+        return []
+    return branch_lines(followed.assign_attrs(parameter=shown.attrs["parameter"]), subject)
 
 
 def _branch_json(result: xr.Dataset, k: int) -> dict[str, Any]:

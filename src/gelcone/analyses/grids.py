@@ -19,6 +19,7 @@ from gelcone.analyses.answer import (
     regime_names,
     variable_json,
 )
+from gelcone.analyses.branches import followed_json, followed_lines
 from gelcone.analyses.subject import STATES, example, read_states
 from gelcone.errors import InputError
 from gelcone.words import (
@@ -93,6 +94,7 @@ def bifurcation_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) ->
         "parameter": name,
         "values": result[name],
         "thresholds": thresholds_of(result),
+        "followed": followed_json(result),
         "branches": {str(branch): _branch_json(result.sel(branch=branch)) for branch in result["branch"].values},
         "unit": UNIT,
         **marked_cells(result),
@@ -115,7 +117,8 @@ def bifurcation_words(shown: xr.Dataset, subject: Subject) -> str:
         own = shown.sel(branch=branch)
         lines.append(f"  {branch}: {counts_text(own)}")
         lines += [f"    {line}" for line in validity_in_words(own)]
-    return "\n".join([*lines, *doubt_lines(shown), *_threshold_lines(shown, subject)])
+    told = [*doubt_lines(shown), *_threshold_lines(shown, subject), *followed_lines(shown, subject)]
+    return "\n".join([*lines, *told])
 
 
 def _threshold_lines(shown: xr.Dataset, subject: Subject) -> list[str]:

@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.atlas.branches.beside import put_beside
+from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.atlas.plan import DEFAULT_INITIAL, STATES, Plan, about
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.analysis import for_swept_devices
@@ -56,6 +58,7 @@ def bifurcation(
     *,
     sweeps: Sequence[str] = ("up", "down"),
     bisections: int = BISECTIONS,
+    branches: bool = False,
     transient: float | None = None,
     patience: float | None = None,
     budget: float = 20_000.0,
@@ -75,6 +78,8 @@ def bifurcation(
     sweeps : any of ``"up"`` and ``"down"``: each point starts where the one before was after the transient, moved by
         `NUDGE`, so that hysteresis shows. Default both.
     bisections : how often the interval of each change of regime is halved. Default 8.
+    branches : whether branches of periodic orbits, stable and unstable, are followed beside, see `continue_branch`;
+        not with a device. Default no.
     transient, patience, budget, tolerance : as in `regime`.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -98,6 +103,8 @@ def bifurcation(
         raise InputError(f"bisections = {bisections}: must be at least 0")
     if parameter in STATES:
         raise InputError(f"{parameter}: belongs to the initial state; a bifurcation diagram sweeps a parameter")
+    if branches and isinstance(model, Device):
+        raise InputError("branches: are followed beside a dimensionless diagram; with a device use gelcone continue")
     check_budgets(transient=transient, patience=patience, budget=budget)
     options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     plans = {_name(state): Plan(model, {parameter: values}, state, options=options) for state in states}
@@ -105,19 +112,22 @@ def bifurcation(
         raise InputError(f"initial = {states}: holds a state twice; remove duplicates")
     counted, once = Counted(progress), tuple(dict.fromkeys(sweeps))
     part = BRANCHES_SHARE / (len(once) + len(plans))
-    branches: dict[str, Evidence] = {}
+    runs: dict[str, Evidence] = {}
     for name, plan in plans.items():
         start_states(*plan.at(plan.grid))
         members, starts = _fixed(plan, plan.grid)
-        branches[name] = _classify(plan, members, starts, threads, weighted(counted, part))
+        runs[name] = _classify(plan, members, starts, threads, weighted(counted, part))
     first = next(iter(plans.values()))
-    branches = _sweep(first, once, threads, lambda share: counted(share * part)) | branches
-    result = _label(first, branches)
-    thresholds = _thresholds(
-        plans, branches, bisections, threads, lambda share: counted((1.0 - BRANCHES_SHARE) * share)
-    )
+    runs = _sweep(first, once, threads, lambda share: counted(share * part)) | runs
+    result = _label(first, runs)
+    thresholds = _thresholds(plans, runs, bisections, threads, lambda share: counted((1.0 - BRANCHES_SHARE) * share))
+    result = result.assign(thresholds)
+    if branches and not isinstance(model, Device):
+        ends = float(first.over[parameter][0]), float(first.over[parameter][-1])
+        followed = continue_branch(model, parameter, *ends, first.initial, start=result, threads=threads)
+        result = put_beside(result, followed)
     counted.finish()
-    return result.assign(thresholds)
+    return result
 
 
 def _states(model: ConeModel | Device, initial: Any) -> list[Any]:

@@ -70,7 +70,9 @@ def over_parameter(analysis: Analysis) -> list[click.Parameter]:
 def option_parameters(options: Iterable[Option]) -> list[click.Parameter]:
     """Options of analyses; None stands for one that is not given."""
     return [
-        click.Option(
+        click.Option([f"--{option.name.replace('_', '-')}", option.name], is_flag=True, help=option.help)
+        if option.kind is bool
+        else click.Option(
             [f"--{option.name.replace('_', '-')}", option.name],
             type=str if option.quantity else option.kind or str,
             metavar=_metavar(option),

@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from gelcone.atlas.branches.beside import branches_beside
 from gelcone.codes import Regime
+from gelcone.plots.branches import BRUTE_FORCE, event_ticks, events, exponents, flags, orbits
+from gelcone.plots.branches import legend as branch_legend
 from gelcone.plots.regime import cell_legend, edges, mark_failed, mark_flagged, regime_cells, state_labels
 from gelcone.plots.style import BLACK, GREY, ORANGE, PURPLE, axis_label, coordinate_axis, styled
 from gelcone.quantity import Array
@@ -27,12 +30,14 @@ MOST_LINES = 12
 def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"] = "exponent") -> Figure:
     """Section points over the parameter, its largest exponent (or the extent of the motion) and the regime."""
     name = diagram.attrs["parameter"]
-    rows = diagram.sizes["branch"]
+    rows, followed = diagram.sizes["branch"], branches_beside(diagram)
 
     def draw(figure: Figure) -> None:
-        panels = figure.subplots(3, 1, sharex=True, height_ratios=[2.4, 1.5, 0.22 * rows])
-        section_points(diagram, panels[0])
+        panels = figure.subplots(3, 1, sharex=True, height_ratios=[2.4 if followed is None else 5.0, 1.5, 0.22 * rows])
+        section_points(diagram, panels[0], grey=followed is not None)
         (largest_exponent if middle == "exponent" else extent)(diagram, panels[1])
+        if followed is not None:
+            draw_branches(followed, panels[0], panels[1] if middle == "exponent" else None)
         regime_strip(diagram, panels[2])
         thresholds(diagram, panels)
         for axes in panels[:2]:
@@ -40,14 +45,15 @@ def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"
             axes.tick_params(labelbottom=False)
         panels[0].set_xlim(*edges(diagram[name])[[0, -1]])
         coordinate_axis(panels[0], diagram, name, "top")
-        panels[0].legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
+        told = None if followed is None else branch_legend(followed)
+        panels[0].legend(handles=told, loc="upper left", bbox_to_anchor=(1.02, 1.0))
         handles = cell_legend(*marks(diagram))
         panels[1].legend(
             handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.0), title="regime", alignment="left"
         )
         figure.suptitle(diagram.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(7.2, 4.4 + 0.2 * rows, draw)
+    return styled(7.2, (4.4 if followed is None else 6.0) + 0.2 * rows, draw)
 
 
 def branch_styles(diagram: xr.Dataset) -> dict[str, tuple[str, str, float]]:
@@ -76,14 +82,26 @@ def marker_size(diagram: xr.Dataset) -> float:
     return float(np.clip(250.0 / diagram.sizes[diagram.attrs["parameter"]], 1.0, 2.4))
 
 
-def section_points(diagram: xr.Dataset, axes: Axes) -> None:
-    """Displacement once per forcing period over the parameter; failed runs are marked by a cross at the bottom."""
+def draw_branches(followed: xr.Dataset, above: Axes, below: Axes | None) -> None:
+    """Branches of periodic orbits over the points of a diagram, and their exponents over its exponents."""
+    orbits(followed, above)
+    events(followed, above)
+    flags(followed, above)
+    if below is not None:
+        exponents(followed, below)
+    event_ticks(followed, (above,) if below is None else (above, below))
+
+
+def section_points(diagram: xr.Dataset, axes: Axes, *, grey: bool = False) -> None:
+    """Displacement once per forcing period over the parameter, grey below branches; failed runs are marked by a cross
+    at the bottom."""
     name = diagram.attrs["parameter"]
     size = marker_size(diagram)
     for branch, style in branch_styles(diagram).items():
         x = diagram["section"].sel(branch=branch).isel(state=0)
         values = np.broadcast_to(diagram[name].values[:, None], x.shape)
-        axes.plot(values.ravel(), x.values.ravel(), ls="", rasterized=True, **marks_of(style, size))
+        look = {"marker": ".", "color": BRUTE_FORCE, "ms": 1.5, "mec": "none"} if grey else marks_of(style, size)
+        axes.plot(values.ravel(), x.values.ravel(), ls="", rasterized=True, **look)
         axes.plot([], [], ls="", label=branch, **marks_of(style, 3.0))
     failed = (diagram["outcome"] != 0).any("branch").values
     if failed.any():

@@ -176,16 +176,17 @@ def grown(shooting: Shooting, walk: Walk, start: Any, states: Array, switch: int
 
 def _roots(shooting: Shooting, walk: Walk, start: Any, states: Array, flow: dict[str, Any]) -> list[Branch]:
     """The branches that the others grow from."""
-    if not isinstance(start, str):
-        return []
-    if start not in STARTS:
+    if isinstance(start, str) and start not in STARTS:
         raise unknown_name("start of branches", start, STARTS)
-    if start == "rest" and shooting.symmetric:
+    named = isinstance(start, str)
+    if shooting.symmetric and (not named or start == "rest"):
         nodes = _resting(shooting, walk.low)
         found = at_value(shooting, nodes, walk.low, Metric.of(nodes, walk.scale)).point
         if found is None:
             raise InputError(f"start = rest: the flat film is no orbit at {shooting.free[0]} = {walk.low:g}")
         return [follow(shooting, found, walk, both_ways=False, resting=True)]
+    if not named:
+        return []
     if start == "rest":
         n = shooting.numbers_at((walk.low,))
         states = states.copy()

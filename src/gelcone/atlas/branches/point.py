@@ -162,16 +162,29 @@ def at_value(shooting: Shooting, nodes: Array, value: float, metric: Metric) -> 
 
 def between(a: Point, b: Point, share: float) -> Direction:
     """The cubic through two points with the tangents there, at a share of the way."""
+    weights = _cubic(a, b, np.array(share))
+    nodes = weights[0] * a.nodes + weights[1] * b.nodes + weights[2] * a.tangent.nodes + weights[3] * b.tangent.nodes
+    return Direction(np.asarray(nodes), float(_values(a, b, weights)))
+
+
+def shares_at(a: Point, b: Point, value: float) -> list[float]:
+    """Where the cubic between two points passes a value of the parameter; a branch that turns can pass it twice."""
+    share = np.linspace(0.0, 1.0, 65)
+    off = _values(a, b, _cubic(a, b, share)) - value
+    at = np.flatnonzero(off[1:] * off[:-1] <= 0.0)
+    apart = np.where(off[at] == off[at + 1], 1.0, off[at] - off[at + 1])
+    return list(share[at] + (share[1] - share[0]) * np.clip(off[at] / apart, 0.0, 1.0))
+
+
+def _cubic(a: Point, b: Point, s: Array) -> Array:
+    """Weights (4, ...) of both points and their tangents, each as long as the way."""
     apart = Direction(b.nodes - a.nodes, b.value - a.value)
     metric = Metric.of(a.nodes, max(abs(apart.value), 1e-12))
-    length = metric.length(apart) / max(metric.length(a.tangent), 1e-300)
-    other = metric.length(apart) / max(metric.length(b.tangent), 1e-300)
-    s, t = share, 1.0 - share
-    weights = t * t * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s), s * t * t * length, -s * s * t * other
+    whole, t = metric.length(apart), 1.0 - s
+    lengths = [whole / max(metric.length(point.tangent), 1e-300) for point in (a, b)]
+    return np.array([t * t * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s), s * t * t * lengths[0], -s * s * t * lengths[1]])
 
-    def mixed(p: object, q: object, r: object, o: object) -> object:
-        return weights[0] * p + weights[1] * q + weights[2] * r + weights[3] * o  # type: ignore[operator]
 
-    nodes = mixed(a.nodes, b.nodes, a.tangent.nodes, b.tangent.nodes)
-    value = mixed(a.value, b.value, a.tangent.value, b.tangent.value)
-    return Direction(np.asarray(nodes), float(value))  # type: ignore[arg-type]
+def _values(a: Point, b: Point, weights: Array) -> Array:
+    found = weights[0] * a.value + weights[1] * b.value
+    return np.asarray(found + weights[2] * a.tangent.value + weights[3] * b.tangent.value)

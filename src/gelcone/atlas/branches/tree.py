@@ -19,7 +19,7 @@ from gelcone.atlas.branches.branch import (
     follow,
 )
 from gelcone.atlas.branches.event import Singular
-from gelcone.atlas.branches.point import Metric, Point, at_value, between
+from gelcone.atlas.branches.point import SMALLEST, Metric, Point, at_value, between, shares_at
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.quantity import Array
 
@@ -85,18 +85,16 @@ class Tree:
         for number, branch in enumerate(self.branches):
             if branch.map != shooting.kind:
                 continue
-            values = branch.values
-            for k in np.flatnonzero((values[1:] - value) * (values[:-1] - value) <= 0.0):
+            for k, share in _passing(branch, value):
                 a, b = branch.points[k], branch.points[k + 1]
-                share = 0.5 if a.value == b.value else (value - a.value) / (b.value - a.value)
                 guess = between(a, b, share)
-                apart = Metric.of(np.stack([a.nodes, b.nodes]).max(axis=0), 1.0)
-                reach = np.abs((b.nodes - a.nodes) / apart.states).max() + 1e-3
+                size = np.maximum(np.abs(a.nodes).max(axis=0), np.abs(b.nodes).max(axis=0))
+                reach = (np.abs(b.nodes - a.nodes) / np.maximum(size, SMALLEST)).max() + 1e-3
                 if distance(shooting, guess.nodes, nodes) > 2.0 * reach:
                     continue
                 found = at_value(branch.shooting, guess.nodes, value, Metric.of(guess.nodes, self.walk.scale)).point
                 if found is not None and distance(shooting, found.nodes, nodes) < SAME_ORBIT:
-                    return number, int(k)
+                    return number, k
         return None
 
     def _met(self, merge: Singular, branch: Branch) -> Event | None:
@@ -138,6 +136,15 @@ class Tree:
             branch.points.append(Point(np.zeros_like(last.nodes), event.value, event.orbit.multipliers, last.tangent))
             if event.born_branch < 0:
                 event.born_branch = number
+
+
+def _passing(branch: Branch, value: float) -> list[tuple[int, float]]:
+    """Where a branch passes a value of the parameter: the point before, and the share of the way to the next one."""
+    values = branch.values
+    low, high = np.minimum(values[1:], values[:-1]), np.maximum(values[1:], values[:-1])
+    room = 0.5 * (high - low) + 1e-4 * (values.max() - values.min())
+    near = np.flatnonzero((value >= low - room) & (value <= high + room))
+    return [(int(k), share) for k in near for share in shares_at(branch.points[k], branch.points[k + 1], value)]
 
 
 def distance(shooting: Shooting, nodes: Array, other: Array) -> float:
