@@ -210,14 +210,14 @@ def from_the_shell(repetitions: int) -> None:
             shell("-c", "import gelcone"),
             shell("-m", "gelcone", "--help"),
             shell(*simulate),
-            lambda: shell(*simulate, XDG_CACHE_HOME=f"{folder}/{next(fresh)}")(),
+            lambda: shell(*simulate, GELCONE_CACHE=f"{folder}/{next(fresh)}")(),
             lambda: shell(*simulate, "--out", f"{folder}/{next(fresh)}")(),
         )
     print(f"seconds from the shell; of these {nothing:.3f} are Python's own start")
     report("import gelcone", importing, "(none)")
     report("gelcone --help", help_, "<= 0.4")
-    report("gelcone simulate, compiled code in heyoka's cache", warm, "<= 3")
-    report("gelcone simulate, heyoka's cache empty", cold, "<= 3")
+    report("gelcone simulate, compiled programs in the cache", warm, "<= 1.5")
+    report("gelcone simulate, cache empty", cold, "<= 1.5")
     report("gelcone simulate --out, with netCDF and figure", drawn, "<= 3")
 
 

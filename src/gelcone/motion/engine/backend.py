@@ -104,7 +104,7 @@ def _store(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw, smal
     """Keeps the samples that members reached inside their limits, and how those ended that did not arrive."""
     with np.errstate(all="ignore"):
         beyond = members.strain(raw.states[..., 0]) >= members.strain_limit(trailing=1)
-    inside = ~np.logical_or.accumulate(beyond, axis=1)
+    inside = ~(np.logical_or.accumulate(beyond, axis=1) if beyond.any() else beyond)
     result = job.result
     for kept, values in ((result.states, raw.states), (result.tangents, raw.tangents), (result.work, raw.work)):
         if kept is not None and values is not None:
