@@ -66,7 +66,7 @@ def test_the_first_threshold_is_the_onset_of_rest():
     first = thresholds_of(diagram)[0]
     assert first["from"] == "rest"
     assert first["low"] - 0.01 * onset < onset < first["high"] + 0.01 * onset
-    assert first["high"] - first["low"] == pytest.approx(0.2 * onset / 2**5)
+    assert 0.0 < first["high"] - first["low"] <= 0.2 * onset / 2**5 * 1.001
 
 
 def test_sweeps_up_and_down_show_hysteresis():
@@ -120,7 +120,7 @@ def test_a_sweep_that_comes_from_rest_finds_where_rest_is_lost():
 def test_thresholds_bracket_a_real_change():
     diagram = bifurcation(FAST, "voltage", [0.6, 0.7, 0.8], initial=((0.5, 0.0),), sweeps=(), bisections=6)
     (change,) = thresholds_of(diagram)
-    assert change["high"] - change["low"] == pytest.approx(0.1 / 2**6)
+    assert 0.0 < change["high"] - change["low"] <= 0.1 / 2**6 * 1.001
     sides = regime(FAST.replace(voltage=[change["low"], change["high"]]), (0.5, 0.0))
     names = [Regime(int(code)).label for code in sides["regime"].values]
     assert names[0] == change["from"] == "rest"

@@ -96,7 +96,7 @@ def test_bifurcation_diagram_with_thresholds(found):
         assert len(branch["regime"]) == len(branch["lyapunov"]) == len(branch["standard_error"]) == 3
     assert content["thresholds"]
     for threshold in content["thresholds"]:
-        assert threshold.keys() == {"parameter", "from", "to", "low", "high", "branch"}
+        assert threshold.keys() == {"parameter", "from", "to", "low", "high", "branch", "cascade"}
         assert threshold["parameter"] == "voltage"
         assert threshold["high"] - threshold["low"] == pytest.approx(0.5 / 4)
         assert {threshold["from"], threshold["to"]} <= REGIMES

@@ -130,7 +130,8 @@ def _threshold_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
     lines = []
     for row in thresholds_of(shown):
         at = f"{name} {row['low']:.6g} to {row['high']:.6g}{unit}"
-        lines.append(f"  {row['branch']}: {row['from']} -> {row['to']} at {at}")
+        how = ", by a cascade of period doublings" if row["cascade"] else ""
+        lines.append(f"  {row['branch']}: {row['from']} -> {row['to']} at {at}{how}")
     return ["changes of regime:" if lines else "no change of regime", *shortened(lines)]
 
 

@@ -12,6 +12,7 @@ from gelcone import dataset
 from gelcone.atlas.branches.beside import put_beside
 from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.atlas.plan import DEFAULT_INITIAL, STATES, Plan, about
+from gelcone.atlas.threshold import Threshold, changes, refine
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.analysis import for_swept_devices
 from gelcone.devices.device import Device
@@ -77,7 +78,8 @@ def bifurcation(
         one branch over all values, and the sweeps start from the first. Default (1, 0), or the device's own.
     sweeps : any of ``"up"`` and ``"down"``: each point starts where the one before was after the transient, moved by
         `NUDGE`, so that hysteresis shows. Default both.
-    bisections : how often the interval of each change of regime is halved. Default 8.
+    bisections : the range of each change of regime is narrowed down to 2 to the power of minus this number, unless it
+        stops changing before. Default 8.
     branches : whether branches of periodic orbits, stable and unstable, are followed beside, see `continue_branch`;
         not with a device. Default no.
     transient, patience, budget, tolerance : as in `regime`.
@@ -88,7 +90,9 @@ def bifurcation(
     -------
     Dataset over ``branch`` (``up``, ``down``, ``from x,u``) and the parameter with the variables of `regime`, and over
     ``threshold`` each change of regime: ``threshold_branch``, ``threshold_from`` and ``threshold_to`` (codes of
-    `Regime`), ``threshold_low`` and ``threshold_high`` (the interval in which it lies).
+    `Regime`), ``threshold_low`` and ``threshold_high``: the last value up to which all 16 starts within 1e-9 are of the
+    one kind, and the first from which on none is; and ``threshold_cascade`` (1: chaos begins by doublings of the
+    period).
 
     Raises
     ------
@@ -223,22 +227,14 @@ def _thresholds(
     """Every change of regime between neighbours, narrowed down from the state on the side from which it is reached."""
     plan = next(iter(plans.values()))
     (name, values) = next(iter(plan.over.items()))
-    changes = {
-        branch: np.flatnonzero(evidence.regime[1:] != evidence.regime[:-1]) for branch, evidence in branches.items()
-    }
-    names = np.repeat(list(changes), [len(at) for at in changes.values()])
-    below = np.concatenate([branches[branch].regime[at] for branch, at in changes.items()])
-    above = np.concatenate([branches[branch].regime[at + 1] for branch, at in changes.items()])
-    low = np.concatenate([values[at] for at in changes.values()])
-    high = np.concatenate([values[at + 1] for at in changes.values()])
-    states = np.concatenate([_met(plans, branch, branches[branch], values, at) for branch, at in changes.items()])
-    for _ in range(bisections if names.size else 0):
-        middle = 0.5 * (low + high)
-        members = plan.at({name: middle})[0].members()
-        # What is neither kind lies between them too; the side that keeps its kind moves up.
-        stays = _classify(plan, members, states, threads).regime == below
-        low, high = np.where(stays, middle, low), np.where(stays, high, middle)
-        progress(1.0 / bisections)
+    found = [change for branch, evidence in branches.items() for change in changes(branch, values, evidence)]
+    met = {id(change): _met(plans, change, branches[change.branch], values) for change in found}
+
+    def classified(owners: list[Threshold], tried: Array) -> Evidence:
+        members = plan.at({name: tried})[0].members()
+        return _classify(plan, members, np.stack([met[id(owner)] for owner in owners]), threads)
+
+    refine(found, classified, bisections, progress)
 
     def column(values: Any, kind: Any, long_name: str, of: Mapping[str, str]) -> tuple[str, Any, dict[str, str]]:
         return "threshold", np.asarray(values, dtype=kind), {**of, "long_name": long_name}
@@ -246,32 +242,34 @@ def _thresholds(
     code, swept = {"units": "1", "quantity": "code"}, about(plan, name)
 
     return {
-        "threshold_branch": column(names, str, "branch on which the regime changes", code),
-        "threshold_from": column(below, np.int8, "regime below the change", code),
-        "threshold_to": column(above, np.int8, "regime above the change", code),
-        "threshold_low": column(low, float, "change lies above this value", swept),
-        "threshold_high": column(high, float, "change lies at or below this value", swept),
+        "threshold_branch": column([t.branch for t in found], str, "branch on which the regime changes", code),
+        "threshold_from": column([t.below for t in found], np.int8, "regime below the change", code),
+        "threshold_to": column([t.above for t in found], np.int8, "regime above the change", code),
+        "threshold_low": column(
+            [t.low for t in found], float, "last value up to which all starts are of the one kind", swept
+        ),
+        "threshold_high": column([t.high for t in found], float, "first value from which on none is any more", swept),
+        "threshold_cascade": column(
+            [t.cascade for t in found], np.int8, "1 if chaos begins by doublings of the period", code
+        ),
     }
 
 
-def _met(
-    plans: dict[str, Plan], branch: str, evidence: Evidence, values: Array, changes: npt.NDArray[np.intp]
-) -> Array:
-    """The states (changes, N) from which the changes of a branch are narrowed down."""
-    plan = plans.get(branch, next(iter(plans.values())))
-    before = changes + 1 if branch == "down" else changes
-    if not changes.size:
-        return np.empty((0, evidence.final.shape[1]))
-    _, fixed = _fixed(plan, {next(iter(plan.over)): values[before]})
-    if branch in plans:
-        return fixed
-    met = evidence.final[before]
-    return np.where(np.isfinite(met), nudge(met, NUDGE), fixed)
+def _met(plans: dict[str, Plan], threshold: Threshold, evidence: Evidence, values: Array) -> Array:
+    """The state (N,) from which a change of a branch is narrowed down."""
+    plan = plans.get(threshold.branch, next(iter(plans.values())))
+    before = int(np.searchsorted(values, threshold.high if threshold.branch == "down" else threshold.low))
+    _, fixed = _fixed(plan, {next(iter(plan.over)): values[[before]]})
+    if threshold.branch in plans or not np.isfinite(evidence.final[before]).all():
+        return np.asarray(fixed[0])
+    return nudge(evidence.final[before], NUDGE)
 
 
 def thresholds_of(diagram: xr.Dataset) -> list[dict[str, Any]]:
     """The thresholds of a diagram as a list of plain records, in the order of the parameter's values."""
     columns = [diagram[f"threshold_{n}"].values for n in ("branch", "from", "to", "low", "high")]
+    # files of earlier versions do not say
+    columns.append(diagram["threshold_cascade"].values if "threshold_cascade" in diagram else np.zeros(len(columns[0])))
     rows = [
         {
             "parameter": diagram.attrs["parameter"],
@@ -280,7 +278,8 @@ def thresholds_of(diagram: xr.Dataset) -> list[dict[str, Any]]:
             "to": Regime(int(b)).label,
             "low": float(low),
             "high": float(high),
+            "cascade": bool(cascade),
         }
-        for branch, a, b, low, high in zip(*columns, strict=True)
+        for branch, a, b, low, high, cascade in zip(*columns, strict=True)
     ]
     return sorted(rows, key=lambda row: (row["branch"], row["low"]))

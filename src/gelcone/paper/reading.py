@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.codes import Regime
+from gelcone.motion.regime import PATIENCE
 from gelcone.motion.tangents import CERTAIN
 from gelcone.paper.verdicts import Number
 from gelcone.quantity import Array
@@ -16,9 +17,15 @@ if TYPE_CHECKING:
 
 
 def chaotic(study: xr.Dataset) -> Array:
-    """Where the long run is chaotic by exponent and 0-1 test: truths, open where the motion has not settled."""
+    """Where the long run is chaotic by exponent and 0-1 test: truths.
+
+    Open where the motion has not settled, and where chaos ends so late that it is chance whether an end is seen.
+    """
     kinds = study["regime"].values
-    return np.where(kinds == Regime.TRANSIENT, np.nan, kinds == Regime.CHAOTIC)
+    untold = kinds == Regime.TRANSIENT
+    if "lifetime_high" in study:
+        untold = untold | ((kinds == Regime.TRANSIENT_CHAOS) & (study["lifetime_high"].values > PATIENCE))
+    return np.where(untold, np.nan, kinds == Regime.CHAOTIC)
 
 
 def regular(study: xr.Dataset) -> Array:
@@ -49,13 +56,19 @@ def fixed_branch(diagram: xr.Dataset) -> xr.Dataset:
 
 
 def first_chaos(diagram: xr.Dataset, parameter: str, *, falling: bool = False) -> Number | None:
-    """Lowest value of the parameter with chaos (highest if ``falling``), with the interval of its threshold."""
+    """Lowest value of the parameter with chaos (highest if ``falling``), with the range of its threshold.
+
+    The range reaches from there over all values of which it is not certain to the next one without chaos.
+    """
     branch = fixed_branch(diagram)
-    values, mask = branch[parameter].values, chaotic(branch) == 1.0
-    if not mask.any():
+    values, truths = branch[parameter].values, chaotic(branch)
+    if not (truths == 1.0).any():
         return None
-    edge = int(np.flatnonzero(mask)[-1 if falling else 0])
-    neighbour = edge + 1 if falling else edge - 1
+    edge = int(np.flatnonzero(truths == 1.0)[-1 if falling else 0])
+    step = 1 if falling else -1
+    neighbour = edge + step
+    while 0 <= neighbour < len(values) and np.isnan(truths[neighbour]):
+        neighbour += step
     if not 0 <= neighbour < len(values):
         return Number(f"chaos at the end of the range, {parameter}", float(values[edge]))
     low, high = sorted((float(values[edge]), float(values[neighbour])))
@@ -67,7 +80,7 @@ def first_chaos(diagram: xr.Dataset, parameter: str, *, falling: bool = False) -
             diagram["threshold_high"].values,
             strict=True,
         )
-        if name == str(branch["branch"].values) and low <= a and b <= high
+        if name == str(branch["branch"].values) and abs(neighbour - edge) == 1 and a < high and low < b
     ]
     low, high = refined[0] if refined else (low, high)
     which = "largest" if falling else "smallest"

@@ -1,0 +1,145 @@
+"""Thresholds: the range of a parameter over which one kind of motion gives way to another.
+
+Where chaos takes part, kinds of motion do not change at a point: starts that no measurement tells apart end
+differently, and periodic windows lie in between. A threshold is therefore a range: from the last value up to which all
+nearby starts are of the one kind, to the first from which on none is. Each round tries the quarters of the range, and
+it ends once that no longer changes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from gelcone.codes import Regime
+from gelcone.motion.evidence import Evidence
+from gelcone.quantity import Array
+
+QUARTERS = (0.25, 0.5, 0.75)
+STABLE = 0.9
+"""A range that a round leaves longer than this share of what it was has not changed; twice so, and it is stable."""
+DOUBLINGS = 2
+"""Doublings of the period, one after the other towards chaos, that make a cascade."""
+
+
+@dataclass
+class Threshold:
+    """A change of regime between ``low`` and ``high``, from ``below`` to ``above``, on a branch.
+
+    ``tried`` holds the values looked at, each with the share of the nearby starts of kind ``below`` and the period.
+    """
+
+    branch: str
+    below: Regime
+    above: Regime
+    low: float
+    high: float
+    tried: dict[float, tuple[float, int]] = field(default_factory=dict)
+    unchanged: int = 0
+
+    def add(self, value: float, share: float, period: int) -> None:
+        """One more value that was looked at."""
+        self.tried[value] = (share, period)
+
+    def narrow(self) -> None:
+        """Moves the ends of the range to the last value of the one kind and the first of the other."""
+        values = sorted(value for value in self.tried if self.low <= value <= self.high)
+        before = self.high - self.low
+        low, high = self.low, self.high
+        for value in values:
+            if self.tried[value][0] < 1.0:
+                break
+            low = value
+        for value in reversed(values):
+            if self.tried[value][0] > 0.0:
+                break
+            high = value
+        self.low, self.high = low, high
+        self.unchanged = self.unchanged + 1 if self.high - self.low > STABLE * before else 0
+
+    @property
+    def middle(self) -> list[float]:
+        """The quarters of the range."""
+        return [self.low + (self.high - self.low) * share for share in QUARTERS]
+
+    @property
+    def cascade(self) -> bool:
+        """Whether chaos begins by doublings of the period: towards it the periods double at least twice in a row."""
+        if Regime.CHAOTIC not in (self.below, self.above):
+            return False
+        order = sorted(self.tried, reverse=self.below is Regime.CHAOTIC)
+        periods = [self.tried[value][1] for value in order if self.tried[value][1] > 0]
+        longest = run = 0
+        for one, other in pairwise(periods):
+            run = run + 1 if other == 2 * one else run if other == one else 0
+            longest = max(longest, run)
+        return longest >= DOUBLINGS
+
+
+def share_of(evidence: Evidence, kind: Regime) -> Array:
+    """The share of the nearby starts of each member that are of a kind, (members,)."""
+    share = (evidence.regime == kind).astype(float)
+    several = np.isfinite(evidence.share_chaotic)
+    if kind is Regime.CHAOTIC:
+        return np.where(several, evidence.share_chaotic, share)
+    if kind in (Regime.REST, Regime.PERIODIC):
+        ends = np.where(evidence.fate_regime == kind, evidence.fate_share, 0.0).sum(axis=1)
+        settled = several & (evidence.regime != Regime.TRANSIENT_CHAOS)
+        return np.where(settled, np.minimum(ends, 1.0), share)
+    return share
+
+
+def changes(branch: str, values: Array, evidence: Evidence) -> list[Threshold]:
+    """The changes of regime between neighbouring values of a branch, each over the values whose starts disagree.
+
+    Ranges that come out the same are one, from the kind below to the kind above.
+    """
+    found: dict[tuple[int, int], Threshold] = {}
+    for at in np.flatnonzero(evidence.regime[1:] != evidence.regime[:-1]):
+        below, above = Regime(int(evidence.regime[at])), Regime(int(evidence.regime[at + 1]))
+        share = share_of(evidence, below)
+        first, last = int(at), int(at) + 1
+        while first > 0 and share[first] < 1.0:
+            first -= 1
+        while last < len(values) - 1 and share[last] > 0.0:
+            last += 1
+        if (first, last) in found:
+            found[first, last].above = above
+            continue
+        threshold = Threshold(branch, below, above, float(values[first]), float(values[last]))
+        near = range(max(first - 3, 0), min(last + 4, len(values)))
+        for k in near:
+            threshold.add(float(values[k]), float(share[k]), int(evidence.period[k]))
+        found[first, last] = threshold
+    return list(found.values())
+
+
+def refine(
+    thresholds: list[Threshold],
+    classified: Callable[[list[Threshold], Array], Evidence],
+    halvings: int,
+    progress: Callable[[float], None],
+) -> None:
+    """Narrows the thresholds down to 2^-``halvings`` of their ranges, or until these no longer change.
+
+    ``classified`` gives the evidence at some values, each that of the threshold beside it.
+    """
+    least = [(t.high - t.low) / 2.0**halvings for t in thresholds]
+    rounds = halvings
+    for _ in range(rounds):
+        going = [t for t, width in zip(thresholds, least, strict=True) if t.high - t.low > width and t.unchanged < 2]
+        if not going:
+            break
+        owners = [threshold for threshold in going for _ in QUARTERS]
+        tried = np.array([value for threshold in going for value in threshold.middle])
+        evidence = classified(owners, tried)
+        for threshold in going:
+            own = np.flatnonzero([owner is threshold for owner in owners])
+            shares = share_of(evidence.take(own), threshold.below)
+            for value, share, period in zip(tried[own], shares, evidence.period[own], strict=True):
+                threshold.add(float(value), float(share), int(period))
+            threshold.narrow()
+        progress(1.0 / rounds)

@@ -1,0 +1,97 @@
+"""Ranges of thresholds on made-up kinds of motion: sharp ones, mixed ones, cascades."""
+
+import numpy as np
+import pytest
+
+from gelcone.atlas.threshold import Threshold, changes, refine, share_of
+from gelcone.codes import Regime
+from gelcone.motion.evidence import Evidence
+
+
+def evidence(shares, periods=None):
+    """Cells of which a share of the starts is chaotic, the others on a cycle."""
+    shares = np.asarray(shares, dtype=float)
+    found = Evidence.blank(len(shares))
+    found.regime[:] = np.where(shares > 0.5, Regime.CHAOTIC, Regime.PERIODIC)
+    found.period[:] = np.where(shares > 0.5, 0, 1 if periods is None else periods)
+    mixed = (shares > 0.0) & (shares < 1.0)
+    found.share_chaotic[mixed] = shares[mixed]
+    found.fate_regime[mixed, 0], found.fate_share[mixed, 0] = Regime.PERIODIC, 1.0 - shares[mixed]
+    return found
+
+
+def narrowed(share, values, halvings, periods=lambda value: 1):
+    def cells(tried):
+        return evidence([share(value) for value in tried], [periods(value) for value in tried])
+
+    (threshold,) = changes("up", values, cells(values))
+    refine([threshold], lambda owners, tried: cells(tried), halvings, lambda part: None)
+    return threshold
+
+
+@pytest.mark.parametrize("edge", [0.31, 0.5, 0.77])
+def test_a_sharp_change_is_narrowed_down_to_the_width_asked_for(edge):
+    found = narrowed(lambda value: float(value > edge), np.linspace(0.0, 1.0, 3), 10)
+    assert found.low <= edge <= found.high
+    assert found.high - found.low <= 0.5 / 2**10
+    assert (found.below, found.above, found.cascade) == (Regime.PERIODIC, Regime.CHAOTIC, False)
+
+
+def test_where_starts_disagree_the_range_is_where_they_do():
+    """Shares of chaos that rise from 0 at 0.4 to 1 at 0.7, over several values of the grid."""
+    found = narrowed(lambda value: float(np.clip((value - 0.4) / 0.3, 0.0, 1.0)), np.linspace(0.0, 1.0, 11), 12)
+    assert found.low == pytest.approx(0.4, abs=0.02)
+    assert found.high == pytest.approx(0.7, abs=0.02)
+    assert found.low <= 0.4 + 1e-9
+    assert found.high >= 0.7 - 1e-9
+
+
+def test_windows_inside_a_range_belong_to_it():
+    def share(value):
+        return 0.0 if value < 0.5 or 0.55 < value < 0.6 else 1.0 if value > 0.65 else 0.5
+
+    found = narrowed(share, np.linspace(0.0, 1.0, 3), 10)
+    assert found.low <= 0.5
+    assert found.high >= 0.65
+    assert found.high - found.low < 0.3
+
+
+def test_a_range_that_no_longer_changes_is_not_tried_for_ever():
+    asked = []
+
+    def cells(owners, tried):
+        asked.append(len(tried))
+        return evidence(np.full(len(tried), 0.5))
+
+    (threshold,) = changes("up", np.array([0.0, 1.0]), evidence([0.0, 1.0]))
+    refine([threshold], cells, 20, lambda part: None)
+    assert (threshold.low, threshold.high) == (0.0, 1.0)
+    assert asked == [3, 3]
+
+
+def test_chaos_that_begins_by_doublings_of_the_period_says_so():
+    edge = 0.4871
+
+    def period(value):
+        return int(2 ** max(np.floor(np.log(0.5 / (edge - value)) / np.log(4.67)), 0.0)) if value < edge else 1
+
+    def share(value):
+        return float(value > edge)
+
+    assert narrowed(share, np.linspace(0.0, 1.0, 5), 12, period).cascade
+    assert not narrowed(share, np.linspace(0.0, 1.0, 5), 12).cascade
+
+
+def test_changes_over_the_same_values_are_one():
+    """Two changes of the named regime within cells whose starts disagree all the way."""
+    found = changes("up", np.arange(5.0), evidence([0.0, 0.6, 0.4, 0.7, 1.0]))
+    assert [(change.low, change.high) for change in found if change.below == Regime.PERIODIC] == [(0.0, 4.0)]
+
+
+def test_the_share_of_a_kind_counts_starts_where_they_disagree():
+    cells = evidence([0.0, 0.25, 1.0])
+    assert share_of(cells, Regime.CHAOTIC).tolist() == [0.0, 0.25, 1.0]
+    assert share_of(cells, Regime.PERIODIC).tolist() == [1.0, 0.75, 0.0]
+    cells.regime[1] = Regime.TRANSIENT_CHAOS
+    assert share_of(cells, Regime.TRANSIENT_CHAOS).tolist() == [0.0, 1.0, 0.0]
+    assert Threshold("up", Regime.REST, Regime.PERIODIC, 0.0, 1.0).cascade is False
