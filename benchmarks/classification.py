@@ -376,17 +376,21 @@ def judge(cases: Cases) -> tuple[Any, np.ndarray, int]:
 
     Where several cycles attract, rounding can decide which one chaos ends on. Such an answer is right when SciPy
     confirms the cycle that it claims, at the point where the classified motion is, in the same way as for the labels.
+    Chaos that ends is judged by what it ends in, or, where it outlived the labels, is chaos that may live that long.
     """
     evidence = classify(cases.model.members(), cases.initial)
-    right = (evidence.regime == cases.regime) & (evidence.period == cases.period)
+    ends = evidence.regime == Regime.TRANSIENT_CHAOS
+    named = np.where(ends, np.where(evidence.period > 0, Regime.PERIODIC, Regime.REST), evidence.regime)
+    right = (named == cases.regime) & (evidence.period == cases.period)
+    right |= ends & (cases.regime == Regime.CHAOTIC) & (evidence.lifetime_high > AVERAGE)
     settled = np.isin(cases.regime, (Regime.REST, Regime.PERIODIC))
-    others = np.flatnonzero(settled & ~right & np.isin(evidence.regime, (Regime.REST, Regime.PERIODIC)))
+    others = np.flatnonzero(settled & ~right & np.isin(named, (Regime.REST, Regime.PERIODIC)))
     for i in others:
         period = max(int(evidence.period[i]), 1)
         orbit = newton(cases.model.take([i]), evidence.final[[i]], period, TOLERANCES[0])
         near = np.abs(orbit - evidence.final[i]).max() < 1e-3 * size_of(evidence.section[i]).max()
         certain, rests = confirm(cases.model.take([i]), orbit[0], period) if near else (False, False)
-        right[i] = certain and rests == (evidence.regime[i] == Regime.REST)
+        right[i] = certain and rests == (named[i] == Regime.REST)
     return evidence, right, int(right[others].sum())
 
 

@@ -7,6 +7,12 @@ after 20,000 time units. At each, the exponents of `RUNS` starts are averaged as
 compared with the mean over many more and longer runs, whose own error is added. Targets: 65 to 71 % within one standard
 error, 93 to 97 % within 1.96, at least 99 % within three.
 
+Thresholds: two diagrams, again from starts 1e-12 to 1e-9 apart and at another tolerance. The middle of each range of a
+rerun lies in the stated range of the same change, or of one that overlaps it. Target: at least 95 %.
+
+Verdicts: `python benchmarks/coverage.py verdicts [RERUNS]` (default 9) runs `gelcone paper --quick` again from starts
+1e-12 to 1e-9 apart, and prints how often each verdict came out as at first. Target: always.
+
 Lifetimes: points at which chaos ends. The interval that `gelcone regime` states for several starts is held against the
 mean lifetime of 256 other starts, whose own error is added. Target: at least 95 %.
 """
@@ -14,16 +20,25 @@ mean lifetime of 256 other starts, whose own error is added. Target: at least 95
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from classification import unlabelled
 
+from gelcone.atlas.bifurcation import bifurcation, thresholds_of
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.course import course
 from gelcone.motion.lyapunov import average
 from gelcone.motion.regime import MEASURE_TOLERANCE, classify
 from gelcone.motion.settle import repeats_lasting, settle
+from gelcone.paper.run import run, source_paper
+from gelcone.paper.studies.diagrams import PANELS
 from gelcone.physics.members import Members
+from gelcone.presets import Preset, find_preset
 
 RUNS = 9
 """Test runs of each point."""
@@ -93,6 +108,66 @@ def lifetimes(members: Members, initial: np.ndarray, rng: np.random.Generator) -
     return held, tried
 
 
+DIAGRAMS = (("fast", "stretch_limit", np.geomspace(1.2, 2.4, 15)), ("base", "voltage", np.linspace(0.9, 1.15, 15)))
+STARTS_APART = (1e-12, -1e-11, 1e-10, 1e-9)
+
+
+def ranges(preset: str, parameter: str, values: np.ndarray, off: float, tolerance: float) -> list[dict[str, Any]]:
+    found = find_preset(preset)
+    voltage = {} if parameter == "voltage" else {"voltage": PANELS[preset, parameter]}
+    start = (found.initial[0] + off, found.initial[1])
+    model = found.model.replace(**voltage)
+    return thresholds_of(
+        bifurcation(model, parameter, values, start, sweeps=(), tolerance=tolerance, patience=25_000.0)
+    )
+
+
+def thresholds() -> tuple[int, int]:
+    """How many thresholds of reruns lie in a stated range, of how many."""
+    held = tried = 0
+    for diagram in DIAGRAMS:
+        stated = ranges(*diagram, 0.0, 1e-15)
+        resolution = float(np.diff(diagram[2]).max()) / 256.0
+        for off, tolerance in zip(STARTS_APART, (1e-15, 1e-14, 1e-15, 1e-13), strict=True):
+            for row in ranges(*diagram, off, tolerance):
+                middle = 0.5 * (row["low"] + row["high"])
+                held += any(own["low"] - resolution <= middle <= own["high"] + resolution for own in stated)
+                tried += 1
+    return held, tried
+
+
+def verdicts(reruns: int = 9) -> int:
+    """How often each verdict of the quick run comes out the same from other starts."""
+    seen: list[dict[str, str]] = []
+    for k in range(reruns + 1):
+        off = 0.0 if k == 0 else 10.0 ** (-12 + (k - 1) % 4) * (-1) ** k
+        with TemporaryDirectory() as folder, moved_starts(off):
+            done = run(quick=True, out=folder, paper=source_paper())
+        seen.append({judged.claim.name: judged.verdict.value for judged in done.claims})
+    same = {name: sum(other[name] == verdict for other in seen[1:]) for name, verdict in seen[0].items()}
+    for name, count in same.items():
+        print(f"{name:22s} {seen[0][name]:28s} the same in {count} of {reruns} reruns")
+    return int(any(count < reruns for count in same.values()))
+
+
+@contextmanager
+def moved_starts(off: float) -> Iterator[None]:
+    """All parameter sets of the paper start a little apart."""
+    changed = {module: module.find_preset for module in list(sys.modules.values()) if hasattr(module, "find_preset")}
+
+    def moved(name: str) -> Preset:
+        found = find_preset(name)
+        return replace(found, initial=(found.initial[0] + off, found.initial[1]))
+
+    for module in changed:
+        module.find_preset = moved  # type: ignore[attr-defined]
+    try:
+        yield
+    finally:
+        for module, own in changed.items():
+            module.find_preset = own  # type: ignore[attr-defined]
+
+
 def main(models: int = 60, seed: int = 7) -> int:
     rng = np.random.default_rng(seed)
     cases = unlabelled(rng, 16 * models)
@@ -111,8 +186,13 @@ def main(models: int = 60, seed: int = 7) -> int:
     held, tried = lifetimes(members.take(ends), initial[ends], rng)
     right &= held >= 0.93 * tried
     print(f"lifetimes: {held} of {tried} intervals hold the mean of {STARTS} other starts ({held / max(tried, 1):.3f})")
+    held, tried = thresholds()
+    right &= held >= 0.95 * tried
+    print(f"thresholds: {held} of {tried} of other starts and tolerances lie in a stated range")
     return 0 if right else 1
 
 
 if __name__ == "__main__":
+    if sys.argv[1:2] == ["verdicts"]:
+        sys.exit(verdicts(*(int(argument) for argument in sys.argv[2:])))
     sys.exit(main(*(int(argument) for argument in sys.argv[1:])))

@@ -406,13 +406,13 @@ def test_the_test_is_taken_at_the_phase_at_which_the_motion_varies_the_most():
         assert module._widest(path).tolist() == [expected]
 
 
-def test_a_member_that_ran_out_of_steps_has_not_left_the_domain():
-    model = ConeModel(damping_ratio=np.full(3, 0.1))
-    evidence = Evidence.blank(3)
-    evidence.outcome[:] = [Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT, Outcome.PULLED_IN]
+def test_a_member_that_ran_out_of_steps_or_digits_has_not_left_the_domain():
+    model = ConeModel(damping_ratio=np.full(4, 0.1))
+    evidence = Evidence.blank(4)
+    evidence.outcome[:] = [Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT, Outcome.PULLED_IN, Outcome.OUTSIDE]
     module._judge(model.members(), evidence)
-    assert evidence.regime.tolist() == [Regime.TRANSIENT, Regime.LEFT_THE_DOMAIN, Regime.LEFT_THE_DOMAIN]
-    assert evidence.doubtful.tolist() == [True, False, False]
+    assert evidence.regime.tolist() == [Regime.TRANSIENT] * 2 + [Regime.LEFT_THE_DOMAIN] * 2
+    assert evidence.doubtful.tolist() == [True, True, False, False]
 
 
 @pytest.mark.parametrize("parameters", [{"voltage": 0.3}, {"voltage": 1.6, "spring_stiffness": 0.9}])

@@ -15,13 +15,13 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
-from gelcone.motion.cycle import RETURN_TOLERANCE
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import equilibrium_under_bias, linear_response
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.regime import REST_TOLERANCE
-from gelcone.motion.settle import nudge, start_states
+from gelcone.motion.settle import start_states
 from gelcone.motion.settled import HARMONICS, Swing, settled_swing
+from gelcone.motion.stepping import NUDGE, Trail, step_to
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -34,13 +34,12 @@ if TYPE_CHECKING:
 BRANCHES = ("up", "down")
 SPAN = (0.1, 3.0, 81)
 """Frequencies over the natural one where none are given: from, to, how many."""
-NUDGE = 1e-4
-"""A sweep moves each state by this much before the next frequency, so that it leaves a motion that has become unstable.
-"""
 DIFFERENT = 0.02
 """Sweeps differ where their strokes do by this share of the larger one, or more."""
 NEGLIGIBLE = 1e-3
 """Strokes below this share of the largest one count as equal, as do those of a rest."""
+RESOLVED = 1e-5
+"""Share of a height within which settled motions are not told apart: ten times what their returns leave."""
 NARROWINGS = 3
 NARROWED_AT = 7
 """Frequencies inside a peak's bracket that each narrowing tries; the bracket shrinks to a quarter."""
@@ -103,8 +102,8 @@ def frequency(
     states = start_states(model, initial)[members]
     both, grids = flat.take(members), grid[members]
     flow = {"tolerance": tolerance, "threads": threads}
-    swept = _sweep(both, grids, states, weighted(progress, 0.75), flow)
-    peaks = _peaks(both, grids, swept, weighted(progress, 0.15), flow)
+    swept, trail = _sweep(both, grids, states, weighted(progress, 0.75), flow)
+    peaks = _peaks(both, trail, weighted(progress, 0.15), flow)
     jumps = _jumps(flat, grid, _by_branch(swept), weighted(progress, 0.1), flow)
     options = {"initial": np.asarray(initial, dtype=float).tolist(), "tolerance": tolerance, "nudge": NUDGE}
     shared = np.ndim(frequencies) < 2
@@ -145,21 +144,35 @@ def _grid(model: ConeModel, frequencies: npt.ArrayLike) -> Array:
 # --- sweeps -----------------------------------------------------------------------------------------------------------
 
 
-def _sweep(model: Members, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]) -> Swing:
-    """Swings (members, steps) at the frequencies ``grids``; odd members are swept down."""
+def _sweep(
+    model: Members, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]
+) -> tuple[Swing, Trail]:
+    """Swings (members, steps) at the frequencies ``grids``, odd members swept down; and all that is met on the way."""
     count = grids.shape[1]
     down = np.arange(model.size) % len(BRANCHES) == 1
-    swept = Swing.blank(*grids.shape, states=initial.shape[1])
-    members, states = np.arange(model.size), initial
+    swept, trail = Swing.blank(*grids.shape, states=initial.shape[1]), Trail()
+    members, here, now = np.arange(model.size), np.empty(model.size), Swing.blank(model.size, states=initial.shape[1])
+    largest = np.zeros(model.size)
     for k in range(count):
         step = np.where(down, count - 1 - k, k)
-        now = settled_swing(model.replace(drive_frequency=grids[members, step]), states, **flow)
+        there = grids[members, step]
+        fresh = members if k == 0 else members[now.outcome != Outcome.OK]
+        ran = np.setdiff1d(members, fresh)
+        if ran.size:
+            part = step_to(
+                model.take(ran), here[ran], there[ran], now.take(ran), largest[ran], trail_of := Trail(), flow
+            )
+            trail.take_over(ran, model.size, trail_of)
+            now.put(ran, part)
+        if fresh.size:
+            begun = settled_swing(model.take(fresh).replace(drive_frequency=there[fresh]), initial[fresh], **flow)
+            trail.add(fresh, model.size, there[fresh], begun)
+            now.put(fresh, begun)
         swept.put((members, step), now)
-        lost = (now.outcome != Outcome.OK)[:, None]
-        states = np.where(lost, initial, nudge(now.final, NUDGE))
+        here, largest = there, np.fmax(largest, now.amplitude)
         if progress is not None:
             progress(1.0 / count)
-    return swept
+    return swept, trail
 
 
 def _by_branch(swept: Swing) -> Swing:
@@ -181,14 +194,14 @@ class _Peaks:
     error: Array
 
 
-def _peaks(model: Members, grids: Array, swept: Swing, progress: Progress, flow: dict[str, Any]) -> _Peaks:
-    """Narrows down the highest point of each sweep between its neighbours, starting from the motion there."""
-    members, amplitude = np.arange(model.size), np.where(np.isnan(swept.amplitude), -1.0, swept.amplitude)
+def _peaks(model: Members, trail: Trail, progress: Progress, flow: dict[str, Any]) -> _Peaks:
+    """Narrows down the highest point that each sweep met between its neighbours, starting from the motion there."""
+    met, amplitudes, finals = trail.sorted()
+    members, amplitude = np.arange(model.size), np.where(np.isnan(amplitudes), -1.0, amplitudes)
     best = amplitude.argmax(axis=1)
-    around = np.clip(best[:, None] + np.array([-1, 0, 1]), 0, grids.shape[1] - 1)
-    low, at, high = grids[members[:, None], around].T
-    height, error = amplitude[members, best], np.full(model.size, np.inf)
-    state = swept.final[members, best]
+    at, height, state = met[members, best], amplitude[members, best], finals[members, best]
+    low, high = _beside(met, amplitude, at, height)
+    error = np.full(model.size, np.inf)
     shares = np.arange(1, NARROWED_AT + 1) / (NARROWED_AT + 1)
     for _ in range(NARROWINGS):
         tried = low[:, None] + (high - low)[:, None] * shares
@@ -196,19 +209,35 @@ def _peaks(model: Members, grids: Array, swept: Swing, progress: Progress, flow:
         now = settled_swing(ensemble, np.repeat(state, NARROWED_AT, axis=0), **flow)
         # What was highest before is compared too, or a narrow peak could be lost between the new frequencies.
         heights = np.column_stack([now.amplitude.reshape(tried.shape), height])
-        places, finals = np.column_stack([tried, at]), now.final.reshape(*tried.shape, -1)
-        finals = np.concatenate([finals, state[:, None]], axis=1)
+        places, ends = np.column_stack([tried, at]), now.final.reshape(*tried.shape, -1)
+        ends = np.concatenate([ends, state[:, None]], axis=1)
         first, second = np.argsort(-np.nan_to_num(heights, nan=-1.0), axis=1, kind="stable")[:, :2].T
-        at, height, state = places[members, first], heights[members, first], finals[members, first]
+        at, height, state = places[members, first], heights[members, first], ends[members, first]
         # Neither the frequencies nor the settling resolve heights any closer.
-        error = height - heights[members, second] + RETURN_TOLERANCE * np.abs(swept.highest[members, best])
-        edges = np.column_stack([low, np.sort(places, axis=1), high])
-        # At an end of the frequencies there is nothing on the other side.
-        low = np.where(edges < at[:, None], edges, low[:, None]).max(axis=1)
-        high = np.where(edges > at[:, None], edges, high[:, None]).min(axis=1)
+        error = height - heights[members, second] + RESOLVED * np.abs(height)
+        edges = np.column_stack([low, places, high])
+        known = np.column_stack(
+            [np.full(model.size, -1.0), np.nan_to_num(heights, nan=-1.0), np.full(model.size, -1.0)]
+        )
+        order = np.argsort(edges, axis=1, kind="stable")
+        low, high = _beside(
+            np.take_along_axis(edges, order, axis=1), np.take_along_axis(known, order, axis=1), at, height
+        )
         if progress is not None:
             progress(1.0 / NARROWINGS)
     return _Peaks(at, low, high, height, error)
+
+
+def _beside(places: Array, heights: Array, at: Array, height: Array) -> tuple[Array, Array]:
+    """The next places (members, steps) on either side of the peak that are certainly lower, or the ends.
+
+    What differs from the peak by less than is resolved may be the peak as well.
+    """
+    lower = heights < (height * (1.0 - RESOLVED))[:, None]
+    first, last = np.nanmin(places, axis=1), np.nanmax(places, axis=1)
+    below = np.where(lower & (places < at[:, None]), places, -np.inf).max(axis=1)
+    above = np.where(lower & (places > at[:, None]), places, np.inf).min(axis=1)
+    return np.maximum(below, first), np.minimum(above, last)
 
 
 # --- jumps ------------------------------------------------------------------------------------------------------------

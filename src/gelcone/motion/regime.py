@@ -510,7 +510,9 @@ def _judge(members: Members, evidence: Evidence) -> None:
     evidence.regime[chaotic] = Regime.CHAOTIC
     evidence.regime[quasi_periodic] = Regime.QUASI_PERIODIC
     evidence.regime[~ran] = Regime.LEFT_THE_DOMAIN
-    evidence.regime[evidence.outcome == Outcome.STEP_LIMIT] = Regime.TRANSIENT
+    # that a run ran out of steps, or of digits beside its stretch limit, says nothing of where the motion goes
+    stopped = np.isin(evidence.outcome, (Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT))
+    evidence.regime[stopped] = Regime.TRANSIENT
     evidence.doubtful = chaotic & (sticky | ~(evidence.zero_one > CHAOTIC_K))
     evidence.doubtful |= quasi_periodic & ~(evidence.zero_one < REGULAR_K)
     # A cycle or a rest that attracts has a negative exponent; without damping it is neutral at best.

@@ -67,6 +67,10 @@ class Swing:
             validity=unknown(*shape),
         )
 
+    def take(self, rows: Any) -> Swing:
+        """Some of the motions."""
+        return Swing(**{field.name: getattr(self, field.name)[rows].copy() for field in fields(self)})
+
     def put(self, where: Any, other: Swing) -> None:
         """Takes over the motions of another one at some places."""
         for field in fields(self):

@@ -39,5 +39,16 @@ FULL = Effort(
     neighbour_voltages=13,
 )
 QUICK = Effort(
-    "quick", 41, (), (17, 17), 200, 48, 64, (7, 18), patience=None, bisections=4, neighbours=12, neighbour_voltages=5
+    "quick",
+    41,
+    (),
+    (17, 17),
+    200,
+    48,
+    64,
+    (7, 18),
+    patience=25_000.0,
+    bisections=4,
+    neighbours=12,
+    neighbour_voltages=5,
 )
