@@ -19,9 +19,10 @@ import pytest
 from gelcone.paper import report as reporting
 from gelcone.paper.claims import Claim
 from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.numbers import Number
 from gelcone.paper.report import DrawnFigure, JudgedClaim, report_html
 from gelcone.paper.run import run
-from gelcone.paper.verdicts import Finding, Number, Verdict, judge
+from gelcone.paper.verdicts import Finding, Verdict, judge
 from gelcone.plots.style import save_figure, styled
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

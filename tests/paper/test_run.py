@@ -16,10 +16,11 @@ from gelcone.errors import InputError
 from gelcone.paper import run as running
 from gelcone.paper.claims import Claim
 from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.numbers import Number
 from gelcone.paper.run import Paper, Selection, run, select
 from gelcone.paper.stamp import sources
 from gelcone.paper.studies.study import Study
-from gelcone.paper.verdicts import Finding, Number, Verdict
+from gelcone.paper.verdicts import Finding, Verdict
 from gelcone.plots.style import styled
 
 

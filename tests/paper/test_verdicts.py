@@ -6,8 +6,9 @@ import math
 
 import pytest
 
+from gelcone.paper.numbers import Number
 from gelcone.paper.truths import Share
-from gelcone.paper.verdicts import Finding, Number, Verdict, judge
+from gelcone.paper.verdicts import Finding, Verdict, judge
 
 ASIDE = {"numbers": (), "why": "made up"}
 MOST, FEW, NONE, HALF = Share(18, 2), Share(2, 18), Share(0, 20), Share(10, 10)

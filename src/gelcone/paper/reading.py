@@ -9,7 +9,7 @@ import numpy as np
 from gelcone.codes import Regime
 from gelcone.motion.regime import PATIENCE
 from gelcone.motion.tangents import CERTAIN
-from gelcone.paper.verdicts import Number
+from gelcone.paper.numbers import Number
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

@@ -14,7 +14,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gelcone.paper.verdicts import Finding, Number, Verdict, judge
+from gelcone.paper.numbers import Number
+from gelcone.paper.verdicts import Finding, Verdict, judge
 from gelcone.physics.model import parameter_quantity
 from gelcone.presets import Preset, load_presets
 

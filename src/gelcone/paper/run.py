@@ -23,9 +23,10 @@ from gelcone.dataset import load, save
 from gelcone.errors import InputError, unknown_name
 from gelcone.files import check_writable, write_together
 from gelcone.paper.effort import FULL, QUICK, Effort
+from gelcone.paper.numbers import Number
 from gelcone.paper.report import DrawnFigure, JudgedClaim, report_html
 from gelcone.paper.stamp import stamp
-from gelcone.paper.verdicts import Number, judge
+from gelcone.paper.verdicts import judge
 from gelcone.paper.work import Job, Progress, do
 from gelcone.plots.style import draw_file
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.paper.verdicts import Number, Truth
+from gelcone.paper.numbers import Number, Truth
 from gelcone.quantity import Array
 
 NORMAL = 1.959963984540054

@@ -8,26 +8,17 @@ cannot be told and the verdict depends on it, there is no verdict.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from enum import Enum
 from itertools import product
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from gelcone.paper.truths import Share
+from gelcone.paper.numbers import Number, Truth
+from gelcone.paper.truths import Share
 
-Truth = bool | None
-"""None where the numbers do not say."""
 NEARLY_ALL = 0.9
 """A statement about every point of a range holds when the share of it is certain to be larger than this."""
 WIDE = 0.5
 """A claim that holds for more than this share of other parameters does not depend on their choice."""
-
-
-DIGITS = 4
-"""Digits of a number whose error is negligible."""
-MOST_DECIMALS = 7
 
 
 class Verdict(Enum):
@@ -40,35 +31,6 @@ class Verdict(Enum):
     ARTEFACT = "artefact"
     UNDECIDED = "undecided"
     UNDECIDABLE = "undecidable"
-
-
-@dataclass(frozen=True)
-class Number:
-    """A number behind a verdict: its value with an error or an interval, and what it is."""
-
-    meaning: str
-    value: float
-    error: float | None = None
-    low: float | None = None
-    high: float | None = None
-    unit: str = ""
-
-    def __str__(self) -> str:
-        """To the digits that the error or the interval supports; without an error all digits shown are correct."""
-        if math.isnan(self.value):
-            return "none"
-        unit = f" {self.unit}" if self.unit else ""
-        interval = (self.low, self.high) if self.low is not None and self.high is not None else None
-        spread = self.error if self.error is not None else interval[1] - interval[0] if interval else 0.0
-        if not math.isfinite(spread):
-            return f"{self.value:.{DIGITS}g}{unit} (error unknown)"
-        if spread <= 0.5 * abs(self.value) * 10.0**-DIGITS:
-            return f"{self.value:.{DIGITS}g}{unit}"
-        decimals = 1 - math.floor(math.log10(spread))
-        form = f".{max(decimals, 0)}f" if decimals <= MOST_DECIMALS else ".2g"
-        if self.error is not None:
-            return f"{self.value:{form}} ± {self.error:{form}}{unit}"
-        return f"{self.value:{form}} [{self.low:{form}}, {self.high:{form}}]{unit}"
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.continuum.path import Ending
+from gelcone.paper.numbers import Number
 from gelcone.paper.studies.continuum import MISSING
 from gelcone.paper.truths import share
-from gelcone.paper.verdicts import Finding, Number
+from gelcone.paper.verdicts import Finding
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

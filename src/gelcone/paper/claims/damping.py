@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from gelcone.paper.claims.claim import Studies, claim
+from gelcone.paper.numbers import Number
 from gelcone.paper.reading import finite_positive, fixed_branch, regular
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.studies.triples import TRIPLES
 from gelcone.paper.truths import every, share
-from gelcone.paper.verdicts import NEARLY_ALL, Finding, Number
+from gelcone.paper.verdicts import NEARLY_ALL, Finding
 from gelcone.presets import find_preset
 
 SMALLEST_ERROR = 1e-6

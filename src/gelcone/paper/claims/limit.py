@@ -9,10 +9,11 @@ import numpy as np
 
 from gelcone.motion.tangents import CERTAIN
 from gelcone.paper.claims.claim import Studies, claim
+from gelcone.paper.numbers import Number
 from gelcone.paper.reading import chaotic, finite_positive, first_chaos, fixed_branch, regular, slack_of
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.truths import every, share, truth
-from gelcone.paper.verdicts import NEARLY_ALL, Finding, Number
+from gelcone.paper.verdicts import NEARLY_ALL, Finding
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

@@ -9,9 +9,10 @@ import numpy as np
 
 from gelcone.codes import Regime
 from gelcone.paper.claims.claim import Studies, claim
+from gelcone.paper.numbers import Number, Truth
 from gelcone.paper.reading import chaotic, finite_positive, positive, slack_of
 from gelcone.paper.truths import entries, every, share, some
-from gelcone.paper.verdicts import NEARLY_ALL, Finding, Number, Truth
+from gelcone.paper.verdicts import NEARLY_ALL, Finding
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

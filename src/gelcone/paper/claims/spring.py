@@ -6,9 +6,10 @@ import numpy as np
 
 from gelcone.codes import Regime
 from gelcone.paper.claims.claim import Studies, claim
+from gelcone.paper.numbers import Number
 from gelcone.paper.reading import slack_of
 from gelcone.paper.truths import entries, every, share, truth
-from gelcone.paper.verdicts import Finding, Number
+from gelcone.paper.verdicts import Finding
 from gelcone.quantity import Array
 
 SAME = 0.05

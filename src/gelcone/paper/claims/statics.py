@@ -6,8 +6,9 @@ import numpy as np
 
 from gelcone.paper.claims.agreement import agreement
 from gelcone.paper.claims.claim import Studies, claim
+from gelcone.paper.numbers import Number
 from gelcone.paper.truths import share
-from gelcone.paper.verdicts import Finding, Number
+from gelcone.paper.verdicts import Finding
 
 EVEN = 101
 """Initial displacements, evenly between 0 and the paper's own, of which the share is taken."""

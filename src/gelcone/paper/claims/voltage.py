@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.paper.claims.claim import Studies, claim
+from gelcone.paper.numbers import Number
 from gelcone.paper.reading import chaotic, finite_positive, first_chaos, fixed_branch, positive, slack_of
 from gelcone.paper.truths import every, share, truth
-from gelcone.paper.verdicts import NEARLY_ALL, Finding, Number
+from gelcone.paper.verdicts import NEARLY_ALL, Finding
 from gelcone.presets import find_preset
 from gelcone.quantity import Array
 
