@@ -97,3 +97,21 @@ def test_what_is_no_orbit_is_not_found():
     members = ConeModel(voltage=1.3, drive_frequency=0.1, damping_ratio=0.01, spring_stiffness=0.9, stretch_limit=5.0)
     found = find_orbits(members.members(), np.array([[2.6, 5.0]]), Kind(1))
     assert not found.found.any()
+
+
+def test_orbit_of_a_wrinkling_film_crosses_its_borders():
+    model = ConeModel(
+        film="wrinkling", damping_ratio=0.05, spring_stiffness=1.0, rest_height=0.3, voltage=0.5, drive_frequency=0.4
+    )
+    members = model.members()
+    period = members.forcing_period[0]
+    settled = integrate(members, [0.3, 0.0], [200.0 * period]).states[:, -1]
+    found = find_orbits(members, settled, Kind(1))
+    assert found.found.all()
+    run = integrate(members, found.nodes[0, 0, 0], [period], keep="tangents")
+    np.testing.assert_allclose(run.states[0, 0], found.nodes[0, 0, 0], atol=1e-12)
+    shooting = shooting_of(members, Kind(1))
+    product = np.eye(2)
+    for tangent in shooting.run(found.nodes[0].reshape(-1, 2), [0.5]).tangents:
+        product = tangent @ product
+    np.testing.assert_allclose(product, run.tangents[0, 0], atol=1e-11)

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.codes import Outcome
 from gelcone.motion.cyclic import scaled_product, solve_ring
 from gelcone.motion.flow import DEFAULT_TOLERANCE, available_threads, integrate, phase_program, smallest_step
 from gelcone.physics.members import Members
@@ -105,6 +106,7 @@ class Shooting:
         place = np.tile(np.arange(segments, dtype=float), kind.repeats)
         start, end = place * (phase / segments), (place + 1.0) * (phase / segments)
         self._rerun = program.again(start, end, corner_phases(self.system, phase))
+        self._program, self._starts = program, start
         self._place = {name: k for k, name in enumerate(program.numbers)}
         self._row = np.zeros(len(self._place))
         self._states = np.zeros((self.count, self.size * (1 + self.size + len(self.free))))
@@ -177,10 +179,19 @@ class Shooting:
                 row[place[f"{number} by {k}"]] = (ends[0][number] - ends[1][number]) * (0.5 * step / change)
         n, size = self.count, self.size
         self._states[:, :size] = nodes
-        result, arrived = self._rerun.run(row, self._states, self._smallest * numbers["drive_frequency"])
+        switches = None
+        if self._program.switches:
+            found = self._program.switches_at(self._starts, nodes, numbers)
+            switches = np.stack([found[name] for name in self._program.switches], axis=1)
+        result, arrived = self._rerun.run(row, self._states, self._smallest * numbers["drive_frequency"], switches)
         tangents = result[:, size : size * (1 + size)].reshape(n, size, size).transpose(0, 2, 1)
         slopes = result[:, size * (1 + size) :].reshape(n, len(self.free), size).transpose(0, 2, 1) / np.array(steps)
         return Pass(result[:, :size], tangents, slopes, bool(arrived.all()))
+
+    @property
+    def pulled_in(self) -> bool:
+        """Whether the last run ended where the film pulls in."""
+        return self._rerun.met_event or self.system.film.ending == Outcome.PULLED_IN
 
     def gaps(self, nodes: Array, ends: Array) -> Array:
         """How far each segment ends from the next node, (n, N)."""
@@ -313,6 +324,7 @@ class _Ensemble:
         states[:, :size] = nodes.reshape(-1, size)
         states[:, size:] = np.eye(size).ravel()
         numbers = {name: np.repeat(members.number(name), n) for name in members.system.numbers}
+        numbers |= self.program.switches_at(start.ravel(), nodes.reshape(-1, size), numbers)
         numbers |= {name: np.zeros(count * n) for name in self.program.numbers if name not in numbers}
         watch = current_watch()
         smallest = smallest_step(members) * members.number("drive_frequency")

@@ -209,7 +209,9 @@ def _follow(shooting: Shooting, start: Point, walk: Walk, resting: bool) -> _Fol
             left = found.left
             step *= 0.4
             if step < SHORTEST_STEP:
-                return _Followed(points, events, _left(shooting) if left else Ending.STEP)
+                return _Followed(
+                    points, events, (Ending.PULLED_IN if shooting.pulled_in else Ending.WALL) if left else Ending.STEP
+                )
             continue
         if not walk.low <= point.value <= walk.high:
             last = _at_border(shooting, here, point, walk, metric)
@@ -244,13 +246,6 @@ def _ahead(here: Point, tangent: Direction, bend: Direction | None, step: float)
     if bend is None:
         return guess
     return Direction(guess.nodes + 0.5 * step * step * bend.nodes, guess.value + 0.5 * step * step * bend.value)
-
-
-def _left(shooting: Shooting) -> Ending:
-    """What it means that an orbit leaves the film's domain."""
-    from gelcone.codes import Outcome
-
-    return Ending.PULLED_IN if shooting.system.film.ending == Outcome.PULLED_IN else Ending.WALL
 
 
 def _at_border(shooting: Shooting, here: Point, beyond: Point, walk: Walk, metric: Metric) -> Point | None:

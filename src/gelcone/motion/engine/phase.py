@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.motion.engine.differentiate import Sensitivities
-from gelcone.motion.engine.program import ARRIVED, Program, Rerun
+from gelcone.motion.engine.program import ARRIVED, Event, Program, Rerun
+from gelcone.physics.film.film import Border
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
@@ -56,14 +57,19 @@ class PhaseSystem:
         by = tuple(f"{name} by {k}" for k, names in enumerate(self.moved) for name in names)
         return (*self.system.numbers, *self.initial, *self.shares, *by)
 
-    def flow(
-        self, phase: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any
-    ) -> tuple[list[Any], list[list[Any]]]:
-        """Rates of change with the phase, and their Jacobian."""
+    def own(self, n: Mapping[str, Any]) -> dict[str, Any]:
+        """The system's numbers, moved by the shares."""
         own = {name: n[name] for name in self.system.numbers}
         for k, names in enumerate(self.moved):
             for name in names:
                 own[name] = own[name] + n[f"share {k}"] * n[f"{name} by {k}"]
+        return own
+
+    def flow(
+        self, phase: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any
+    ) -> tuple[list[Any], list[list[Any]]]:
+        """Rates of change with the phase, and their Jacobian."""
+        own = self.own(n)
         slowness = 1.0 / own["drive_frequency"]
         rates, slopes = self.system.flow(phase, state, own | {"drive_frequency": 1.0}, xp)
         return [rate * slowness for rate in rates], [[slope * slowness for slope in row] for row in slopes]
@@ -79,8 +85,24 @@ class PhaseProgram:
     def __init__(self, system: ConeSystem, moved: tuple[tuple[str, ...], ...], tolerance: float) -> None:
         phase = PhaseSystem(system, moved)
         carried: Any = Sensitivities(phase, (*phase.initial, *phase.shares))
-        self._program = Program(carried, "states", tolerance)
+        events = [_event(border, phase, system.film_voltage, system.split) for border in system.film.borders]
+        if system.second is not None:
+            second = system.second_voltage, system.split_second
+            events += [_event(border, phase, *second) for border in system.second.borders]
+        self._program = Program(carried, "states", tolerance, events)
+        self._system = system
         self.numbers = phase.numbers
+        self.switches = tuple(dict.fromkeys(event.switch for event in events if event.switch is not None))
+
+    def switches_at(self, phases: Array, states: Array, numbers: Mapping[str, Any]) -> dict[str, Array]:
+        """The switches of the films at ``phases`` (members,) and ``states`` (members, N): 1 or -1, by name."""
+        system, z, own = self._system, list(states.T), dict(numbers) | {"drive_frequency": 1.0}
+        found: dict[str, Any] = {}
+        if system.film.borders:
+            found |= system.film.switches(states[:, 0], np.square(system.film_voltage(phases, z, own)), numbers)
+        if system.second is not None and system.second.borders:
+            found |= system.second.switches(states[:, 0], np.square(system.second_voltage(phases, z, own)), numbers)
+        return {name: np.broadcast_to(np.asarray(found[name], dtype=float), phases.shape) for name in self.switches}
 
     def again(self, start: Array, end: Array, corners: Array | None) -> Rerun:
         """The same run, from phases ``start`` to ``end`` (members,), to be repeated with other numbers and states."""
@@ -111,6 +133,17 @@ class PhaseProgram:
             stopped=stopped,
         )
         return raw.states[:, 0], raw.status == ARRIVED, int(raw.steps.sum())
+
+
+def _event(border: Border, system: PhaseSystem, voltage_of: Callable[..., Any], split: Callable[..., Any]) -> Event:
+    """A border of a film as an event over the phase. The rates are continuous there, so that tangent maps go on."""
+
+    def value(phase: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> Any:
+        own = system.own(n) | {"drive_frequency": 1.0}
+        voltage = voltage_of(phase, state, own, xp)
+        return border.value(state[0], voltage * voltage, split(state)[0], own, xp)
+
+    return Event(value, direction=-1, switch=border.switch, inside=True, smooth=True)
 
 
 @lru_cache(maxsize=MOST_PROGRAMS)

@@ -268,10 +268,13 @@ class Rerun:
         self._table = self._values.ctypes.data, arrays.table.ctypes.data, arrays.padded
         self._members = members
 
-    def run(self, numbers: Array, states0: Array, smallest_step: float) -> tuple[Array, npt.NDArray[np.bool_]]:
+    def run(
+        self, numbers: Array, states0: Array, smallest_step: float, switches: Array | None = None
+    ) -> tuple[Array, npt.NDArray[np.bool_]]:
         """The states at the end, (members, states), valid until the next run, and which members arrived.
 
-        ``numbers`` (names,) or (names, members) in the order of `numbers`; ``states0`` (members, states).
+        ``numbers`` (names,) or (names, members) in the order of `numbers`; ``states0`` (members, states); ``switches``
+        (members, switches) where events switch numbers, in the order of the events.
         """
         compiled, arrays = self._compiled, self._arrays
         self._values[:] = numbers[:, None] if numbers.ndim == 1 else numbers[:, -1:]
@@ -280,12 +283,19 @@ class Rerun:
         compiled.prepare(*self._table)
         arrays.states[:] = states0
         arrays.smallest[:] = smallest_step
+        if switches is not None:
+            arrays.switches[:] = switches
         self._job[Job.NEXT] = 0
         lanes, scratch, job, active = self._places
         compiled.start(lanes, job, active)
         while self._active[0]:
             compiled.advance(lanes, scratch, job, active, 1 << 20)
         return arrays.result[:, 0], arrays.status == ARRIVED
+
+    @property
+    def met_event(self) -> bool:
+        """Whether a member of the last run ended at a terminal event."""
+        return bool((self._arrays.status >= TERMINAL_EVENT).any())
 
 
 def _trace(system: System, keep: str, events: Sequence[Event], corner_switch: str | None) -> dict[str, Any]:
