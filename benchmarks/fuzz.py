@@ -36,8 +36,8 @@ LONGEST = 10.0
 IN_PROCESSES = 0.01
 COMPUTED = 0.05
 ALWAYS_COMPUTED = ("simulate", "static", "devices", "materials", "help", "init", "show")
-LEFT_OUT = ("paper",)
-"""Commands that write many files; their arguments have tests of their own."""
+LEFT_OUT = ("paper", "studio")
+"""Commands that write many files or serve; their arguments have tests of their own."""
 NUMBERS = (
     "0",
     "1",

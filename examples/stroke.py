@@ -3,8 +3,7 @@
 import gelcone
 
 device = gelcone.find_device("biased-pump").replace(frequency="9 Hz")
-response = gelcone.simulate(device.to_model(), device.initial_state(), periods=60)
-shown = gelcone.to_si(response, device)
+shown = gelcone.simulate(device, periods=60)
 
 height = shown.displacement[-500:]  # the last periods, after it has settled
 stroke = float(height.max() - height.min())

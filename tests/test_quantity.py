@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gelcone.errors import InputError
-from gelcone.quantity import Quantity
+from gelcone.quantity import LARGEST, Quantity
 
 ANY = Quantity("a", "anything finite", 0.25)
 POSITIVE = Quantity("p", "positive", 1.0, positive=True)
 FROM_ZERO = Quantity("z", "zero or more", 0.5, lower=0.0)
 LIMIT = Quantity("J", "positive or infinite", 50.0, positive=True, infinite=True)
-finite = st.floats(allow_nan=False, allow_infinity=False)
+finite = st.floats(-LARGEST, LARGEST)
 
 
 @settings(deadline=None)
@@ -114,3 +114,10 @@ def test_refused_values(quantity, value, message):
     assert message in str(error.value)
     assert str(error.value).startswith("x = ")
     assert "\n" not in str(error.value)
+
+
+def test_a_size_that_overflows_is_refused():
+    for value in (1e31, -1e200, [1.0, 1e155]):
+        with pytest.raises(InputError, match="is beyond what the equations can be computed with"):
+            ANY.check("x", value)
+    assert LIMIT.check("x", np.inf) == np.inf

@@ -1,5 +1,18 @@
-"""`python -m gelcone` is the command `gelcone`."""
+"""`python -m gelcone` and the command `gelcone`: an interrupt is one line from the first import on."""
 
-from gelcone.cli import main
+import sys
 
-main()
+
+def main() -> None:
+    """Runs the command line."""
+    try:
+        from gelcone.cli import main as run
+
+        run()
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()

@@ -148,7 +148,9 @@ def load(path: str | Path) -> xr.Dataset:
             return dataset.load()
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
-    except OSError as error:
+    except (KeyboardInterrupt, MemoryError):
+        raise
+    except Exception as error:  # the readers raise many kinds on damaged files
         reason = " ".join(str(error).split())
         raise InputError(f"{path}: is not a readable netCDF-4 file ({reason}); give one that gelcone wrote") from None
 

@@ -13,6 +13,8 @@ import numpy.typing as npt
 from gelcone.errors import InputError
 
 Array = npt.NDArray[np.float64]
+LARGEST = 1e30
+"""Largest size of a parameter: squares and products of some stay far from overflow."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,10 @@ class Quantity:
         smallest = float(array.min())
         if (self.positive and smallest <= 0.0) or smallest < self.lower:
             raise InputError(f"{name} = {smallest:g}: must be {bound}; its default is {self.default:g}")
+        finite = array[np.isfinite(array)]
+        if finite.size and np.abs(finite).max() > LARGEST:
+            odd = float(finite[np.abs(finite).argmax()])
+            raise InputError(f"{name} = {odd:g}: is beyond what the equations can be computed with; give a smaller one")
         array.setflags(write=False)
         return float(array) if array.ndim == 0 else array
 

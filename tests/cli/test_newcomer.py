@@ -101,5 +101,31 @@ def test_help_explains_subjects_and_commands(command_line, topic):
     ],
 )
 def test_what_was_silent_is_said(command_line, device_file, arguments, told):
-    _, _, err = command_line("simulate", "mine.toml", "--periods", "2", *arguments)
+    length = [] if "--times" in arguments else ["--periods", "2"]
+    _, _, err = command_line("simulate", "mine.toml", *length, *arguments)
     assert told in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["simulate", "--set", "voltage=1e155"], "voltage = 1e+155: is beyond what the equations can be computed with"),
+        (["simulate", "--set", "spring_stiffness=1e300"], "spring_stiffness = 1e+300: is beyond"),
+        (["simulate", "mine.toml", "--set", "voltage_amplitude=1e200 V"], "voltage_amplitude"),
+        (["simulate", "--periods", "3", "--times", "1,2"], "--periods and --times are both given"),
+        (["static", "--initial", "1,0"], "--initial: static does not start from a state"),
+        (["bifurcation", "--over", "voltage=0:1:3", "--set", "voltage=1"], "--set voltage: is swept by --over voltage"),
+        (["static", "--voltages", "0:1:10000000"], "a range takes 2 to 100000"),
+        (["simulate", "--out", ""], "'--out': is empty"),
+        (["simulate", "--out", "store.zarr/inside"], "lies inside the store"),
+        (["simulate", "mine.toml", "--set", "film_thickness=0.2:0.3 mm:3"], "0.2 has no unit and others have"),
+    ],
+)
+def test_bad_input_is_one_clear_line(command_line, device_file, tmp_path, arguments, told):
+    (tmp_path / "store.zarr").mkdir()
+    (tmp_path / "store.zarr" / "zarr.json").write_text("{}", encoding="utf-8")
+    code, out, err = command_line(*arguments)
+    assert (code, out) == (2, "")
+    assert told in err
+    assert err.startswith("Error: ")
+    assert err.count("\n") == 1

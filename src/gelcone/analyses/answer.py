@@ -12,6 +12,7 @@ import numpy as np
 
 from gelcone._version import __version__
 from gelcone.codes import Outcome, Regime
+from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
 from gelcone.words import DISCORD, members_of, regime_counts, shortened, unit_of
 from gelcone.words import MOST_LINES as MOST_PRINTED
@@ -277,6 +278,9 @@ def check_folder(out: Path | None, name: str, force: bool) -> None:
     if out is not None:
         from gelcone.files import check_writable
 
+        for folder in (out.absolute(), *out.absolute().parents):
+            if (folder / "zarr.json").exists():
+                raise InputError(f"{out}: lies inside the store {folder}; choose a folder outside")
         check_writable(result_paths(out, name), force=force)
 
 

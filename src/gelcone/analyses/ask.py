@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from gelcone.analyses.subject import measure_reader, read_measures
-from gelcone.errors import DoubtfulInput
+from gelcone.errors import DoubtfulInput, InputError
 from gelcone.register.analysis import Analysis, load
 
 if TYPE_CHECKING:
@@ -38,6 +38,9 @@ def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
 
     Raises `InputError` for values that cannot be used.
     """
+    for one, other in analysis.exclusive:
+        if one in given and other in given:
+            raise InputError(f"--{one} and --{other} are both given; give one of them")
     if analysis.single:
         subject.alone(analysis.command)
     given = {**given, **read_options(analysis, subject, given)}

@@ -246,15 +246,17 @@ def _check_lines(shown: xr.Dataset, name: str) -> list[str]:
 
 def locus_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments of `gelcone.locus`."""
-    texts = []
+    over: dict[str, tuple[float, float]] = {}
     for text in given.get("over", ()):
         name, _, ends = str(text).partition("=")
         parts = ends.split(":")
         if len(parts) not in (2, 3) or not name:
             raise InputError(f"--over {text}: must be NAME=from:to, for example --over voltage=0.9:1.5")
         _check_order(name, parts[0], parts[1])
-        texts.append(f"{name}={parts[0]}:{parts[1]}:2")
-    over = {name: (float(ends[0]), float(ends[-1])) for name, ends in subject.over(texts).items()}
+        parameter, between = _followed(subject, name, parts[0], parts[1])
+        if parameter in over:
+            raise InputError(f"--over {name}: is given twice; give it once")
+        over[parameter] = (float(between[0]), float(between[-1]))
     if len(over) != 2:
         raise InputError(
             f"--over: a locus takes two parameters, not {len(over)}; for example --over voltage=0.95:1.5 "

@@ -71,6 +71,14 @@ class Store:
 
         Raises `InputError` for a tile that is missing, truncated or changed.
         """
+        try:
+            return self._read()
+        except (InputError, KeyboardInterrupt, MemoryError):
+            raise
+        except Exception as error:  # the readers raise many kinds on damaged metadata and tiles
+            raise _damaged(self.path, f"an array cannot be read: {_line(error)}") from None
+
+    def _read(self) -> dict[str, Field]:
         for name in _consolidated(self.path):
             if not (self.path / name / "zarr.json").is_file():
                 raise _damaged(self.path, f"its array {name} is missing")

@@ -19,6 +19,7 @@ from gelcone.atlas.uncertain import draw
 from gelcone.cli.command import help_of
 from gelcone.cli.options import (
     OUTPUT,
+    PLACE,
     option_parameters,
     output_parameters,
     over_parameter,
@@ -52,7 +53,7 @@ class Sweep(NamedTuple):
 
 def run_parameters() -> list[click.Parameter]:
     """--store, --resume, --threads, --workers and --scheduler."""
-    path = click.Path(path_type=Path)
+    path = PLACE
     return [
         click.Option(
             ["--store"],
@@ -220,7 +221,7 @@ def run(
 
 def show_command() -> click.Command:
     """`gelcone show`."""
-    store = click.Argument(["store"], type=click.Path(path_type=Path))
+    store = click.Argument(["store"], type=PLACE)
     return click.Command(
         "show", params=[store, *output_parameters()], callback=run_show, help=help_of(SHOW, SHOW.summary)
     )

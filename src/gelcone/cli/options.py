@@ -15,6 +15,18 @@ SUBJECT = ("device", "preset", "film", "settings", "initial")
 OUTPUT = ("out", "force", "as_json")
 
 
+class Place(click.Path):
+    """A file or folder; an empty text is none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if isinstance(value, str) and not value.strip():
+            self.fail("is empty; name a file or folder", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+PLACE = Place(path_type=Path)
+
+
 def subject_parameters() -> list[click.Parameter]:
     """DEVICE, --preset, --set, --initial and --film."""
     return [
@@ -48,9 +60,7 @@ def subject_parameters() -> list[click.Parameter]:
 def output_parameters() -> list[click.Parameter]:
     """--out, --force and --json."""
     return [
-        click.Option(
-            ["--out"], type=click.Path(path_type=Path), metavar="DIR", help="Write netCDF and a figure there."
-        ),
+        click.Option(["--out"], type=PLACE, metavar="DIR", help="Write netCDF and a figure there."),
         click.Option(["--force"], is_flag=True, help="Overwrite results that exist."),
         json_parameter(),
     ]

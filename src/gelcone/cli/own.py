@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from gelcone.cli.options import PLACE
 from gelcone.errors import InputError, unknown_name
 
 START = "biased-pump"
@@ -22,7 +23,7 @@ def init_command() -> click.Command:
     gelcone init mine.toml
     gelcone simulate mine.toml --out results
     """
-    params: list[click.Parameter] = [click.Argument(["file"], type=click.Path(path_type=Path), metavar="FILE")]
+    params: list[click.Parameter] = [click.Argument(["file"], type=PLACE, metavar="FILE")]
     return click.Command("init", params=params, callback=write_first_file, help=text)
 
 
@@ -32,8 +33,6 @@ def write_first_file(*, file: Path) -> None:
     from gelcone.devices.template import first_file
     from gelcone.files import write_whole
 
-    if not file.name:
-        raise InputError("FILE is empty; name a file, such as mine.toml")
     device = find_device(START)
     text = first_file(str(file), device, device.material)
     if file.exists():

@@ -36,7 +36,7 @@ def paper_command() -> click.Command:
     """`gelcone paper`."""
     params: list[click.Parameter] = [
         click.Argument(["names"], nargs=-1, metavar="[FIGURE|CLAIM]..."),
-        click.Option(["--quick"], is_flag=True, help="Coarser and shorter: about a minute instead of ten."),
+        click.Option(["--quick"], is_flag=True, help="Coarser and shorter, a fraction of the work."),
         click.Option(
             ["--out"],
             type=click.Path(path_type=Path),

@@ -12,7 +12,7 @@ from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 import numpy as np
 
 from gelcone.devices.device import Device, Scales
-from gelcone.devices.points import device_at, read_state
+from gelcone.devices.points import read_state
 from gelcone.devices.si import in_device_words, to_si
 from gelcone.devices.units import FieldError, parse_many
 from gelcone.errors import DoubtfulInput, InputError
@@ -160,8 +160,8 @@ def state_of(device: Device, initial: Any = None) -> Any:
         return state
     if isinstance(initial, np.ndarray) and initial.ndim > 1:
         return initial / np.stack(np.broadcast_arrays(device.scales.length, device.scales.velocity), axis=-1)
-    states = device_at(device, {"": np.empty(device.shape or 1)}, read_state(initial))[1]
-    return states if device.shape else states[0]
+    x, u = read_state(initial)
+    return np.stack(np.broadcast_arrays(x / device.scales.length, u / device.scales.velocity), axis=-1)
 
 
 def at_rest(device: Device, state: Any) -> str:

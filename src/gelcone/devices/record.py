@@ -14,6 +14,8 @@ from gelcone.errors import InputError
 
 REQUIRED: Any = object()
 """Default of a field that must be given."""
+LARGEST = 1e20
+"""Largest size of a value in SI, above which squares and products of some may overflow."""
 FAR = 10.0
 """A value this many times beyond the typical range is called implausible."""
 
@@ -55,7 +57,12 @@ class Field:
                 raise FieldError(name, f"{name} = {value!r}: must be a non-empty text in quotes")
             return value
         bounds: dict[str, Any] = {"above": self.above, "least": self.least, "infinite": self.infinite}
-        return parse_many(name, value, self.unit, **bounds)
+        number = parse_many(name, value, self.unit, **bounds)
+        sizes = np.abs(np.atleast_1d(number))
+        if (sizes[np.isfinite(sizes)] > LARGEST).any():
+            shown = f"{sizes[np.isfinite(sizes)].max():g} {self.unit}".rstrip(" 1")
+            raise FieldError(name, f"{name}: {shown} is beyond what can be computed with; give a smaller one")
+        return number
 
     def implausible(self, value: Any) -> float | None:
         """The value, or the worst of several, that is far outside what is typical; None if none is."""

@@ -158,7 +158,9 @@ def _converted(
     if quantity == "device field" and units in FIELDS_READ_AS:
         unit = FIELDS_READ_AS[units]
         powers = DIMENSIONS[units].powers
-        return (variable * float(f"1e{-powers[unit]}")).assign_attrs(variable.attrs | {"units": unit})
+        # fifteen digits: 0.0002 m is 0.2 mm, and not the next double
+        values = np.array([float(f"{value * 10.0 ** -powers[unit]:.15g}") for value in variable.values])
+        return variable.copy(data=values).assign_attrs(variable.attrs | {"units": unit})
     if units != "1":
         return None
     attrs = dict(variable.attrs)

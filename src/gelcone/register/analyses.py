@@ -13,6 +13,7 @@ _ALL = (
         "How it moves: time response, stresses, energies, validity.",
         function="motion.response:simulate",
         answers="analyses.trajectories",
+        exclusive=(("periods", "times"),),
         examples=(
             "--set voltage=1.04 --set drive_frequency=0.1 --json",
             "paper-table1 --periods 30 --out results",

@@ -69,6 +69,7 @@ class Analysis:
         options as they are.
     called : its name on the command line, where that is not the function's.
     single : whether it takes one model only, no ensemble.
+    exclusive : pairs of options of which one is given at most.
     planned : whether it makes a plan of what it is given, and so takes the device in place of its model.
     examples : command lines, without ``gelcone`` and the name.
     """
@@ -85,6 +86,7 @@ class Analysis:
     reader: str | None = None
     called: str = ""
     single: bool = False
+    exclusive: tuple[tuple[str, str], ...] = ()
     planned: bool = False
     examples: tuple[str, ...] = ()
 

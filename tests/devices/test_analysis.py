@@ -1,0 +1,105 @@
+"""Analyses of a device: options in SI, its own start, results in SI; sweeps over its fields; and what is refused."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gelcone
+from gelcone.errors import DoubtfulInput, InputError
+
+DEVICE = gelcone.find_device("soft-film")
+
+
+def test_a_device_runs_from_its_own_start_and_answers_in_si():
+    shown = gelcone.simulate(DEVICE, periods=3)
+    direct = gelcone.to_si(gelcone.simulate(DEVICE.to_model(), DEVICE.initial_state(), periods=3), DEVICE)
+    xr.testing.assert_identical(shown, direct)
+    assert shown.displacement.attrs == {"units": "mm", "quantity": "length", "long_name": "displacement"}
+    assert shown.initial.values == pytest.approx([2.0, 0.0])
+    assert shown.initial.attrs["units"] == "mm, m/s"
+    xr.testing.assert_identical(gelcone.to_si(shown), shown)
+    assert gelcone.model_of(shown).parameters() == DEVICE.to_model().parameters()
+
+
+def test_options_of_a_device_are_si_numbers_or_texts():
+    texts = gelcone.simulate(DEVICE, ("5 mm", "0 m/s"), times=["10 ms", "20 ms"])
+    numbers = gelcone.simulate(DEVICE, (0.005, 0.0), times=[0.01, 0.02])
+    xr.testing.assert_identical(texts, numbers)
+    np.testing.assert_allclose(texts.time, [10.0, 20.0])
+    assert float(gelcone.pitchfork_voltage(DEVICE)) > 100.0
+    ramp = gelcone.stroke_and_blocked_force(DEVICE, ["0 V", "1 kV"])
+    np.testing.assert_allclose(ramp.constant_voltage, [0.0, 1000.0])
+
+
+def test_an_ensemble_of_devices_has_each_members_scales():
+    """Thickness changes the scale of the voltage, mass that of the time; each member is the device run alone."""
+    varied = DEVICE.replace({"film_thickness": [1e-4, 1.2e-4], "moving_mass": [1e-3, 2e-3]})
+    both = gelcone.simulate(varied, periods=2)
+    assert both.film_thickness.attrs["units"] == "mm"
+    np.testing.assert_allclose(both.moving_mass, [1.0, 2.0])
+    for k in range(2):
+        alone = gelcone.simulate(
+            DEVICE.replace(film_thickness=varied.film_thickness[k], moving_mass=varied.moving_mass[k]), periods=2
+        )
+        np.testing.assert_allclose(both.displacement[k][-1], alone.displacement[-1], rtol=1e-9)
+        np.testing.assert_allclose(both.drive_voltage[k].max(), 500.0, rtol=1e-3)
+        np.testing.assert_allclose(both.time[k][-1], alone.time[-1], rtol=1e-12)
+
+
+@pytest.mark.parametrize("field", ["film_thickness", "material.young_modulus", "moving_mass", "damping_coefficient"])
+def test_a_cell_of_a_sweep_is_the_device_of_its_values(field):
+    own = {"material.young_modulus": 3.0 * DEVICE.material.shear_modulus}.get(field) or DEVICE.get(field)
+    values = own * np.array([0.9, 1.1])
+    swept = gelcone.sweep(gelcone.Plan(DEVICE, {field: values}), "settled")
+    for k, value in enumerate(values):
+        alone = gelcone.settled(DEVICE.replace({field: value}))
+        for name in ("stroke", "highest"):
+            assert float(swept[name][k]) == pytest.approx(float(alone[name]), rel=1e-9), name
+        assert swept[name].attrs["units"] == "mm"
+    assert swept[field].attrs["units"] in ("mm", "kPa", "g", "N s/m")
+    assert swept[field].attrs["long_name"]
+    assert gelcone.model_of(swept).shape == (2,)
+
+
+def test_a_plan_of_a_device_survives_its_store(tmp_path):
+    plan = gelcone.Plan(DEVICE, {"film_thickness": ["90 um", "0.1 mm"]}, options={"tolerance": 1e-9})
+    first = gelcone.sweep(plan, "limits", store=tmp_path / "s")
+    again = gelcone.sweep(plan, "limits", store=tmp_path / "s", resume=True)
+    np.testing.assert_array_equal(first.onset_voltage, again.onset_voltage)
+    assert gelcone.to_si(gelcone.show(tmp_path / "s")).film_thickness.values == pytest.approx([0.09, 0.1])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: gelcone.simulate("soft-film"), "was given the text 'soft-film'; gelcone.find_device"),
+        (lambda: gelcone.simulate(gelcone.Plan(DEVICE, {"frequency": [8.0, 9.0]})), "was given a plan"),
+        (lambda: gelcone.simulate(3), "was given a int in place of a ConeModel or a Device"),
+        (lambda: gelcone.simulate(DEVICE, workers=2), "takes no workers; threads=N"),
+        (lambda: gelcone.sweep(DEVICE), "was given a Device; give a plan"),
+        (lambda: gelcone.regime(gelcone.simulate(DEVICE, periods=1)), "was given a result"),
+        (lambda: gelcone.to_si(DEVICE), "in place of a result"),
+        (lambda: gelcone.to_si(xr.Dataset()), "does not say of which device"),
+        (lambda: gelcone.simulate(DEVICE, times=["20 mm"]), "mm is a unit of length, not of time"),
+        (lambda: gelcone.simulate(DEVICE, (1.0,)), "must be a displacement and a velocity, such as"),
+        (lambda: gelcone.Plan(DEVICE, {"voltage": [1.0, 2.0]}), "did you mean 'voltage_amplitude'"),
+        (lambda: gelcone.map(DEVICE, {"material": [1.0, 2.0]}), "is no number, and cannot be swept"),
+        (
+            lambda: gelcone.frequency(DEVICE.replace(damping_coefficient=0.0)),
+            "damping_coefficient = 0: without damping",
+        ),
+    ],
+)
+def test_what_is_in_the_wrong_place_gives_one_clear_line(call, message):
+    with pytest.raises(InputError) as caught:
+        call()
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_device_that_nothing_moves_says_so():
+    flat = DEVICE.replace(release_height=None)
+    with pytest.warns(DoubtfulInput, match="starts at rest in the middle of the flat film, .* set release_height"):
+        still = gelcone.simulate(flat, periods=1)
+    assert float(abs(still.displacement).max()) == 0.0
+    gelcone.simulate(flat, ("1 mm", "0 m/s"), periods=1)
