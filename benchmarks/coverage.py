@@ -32,6 +32,7 @@ from classification import unlabelled
 from gelcone.atlas.bifurcation import bifurcation, thresholds_of
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.course import course
+from gelcone.motion.lasting import SETTLING
 from gelcone.motion.lyapunov import average
 from gelcone.motion.regime import MEASURE_TOLERANCE, classify
 from gelcone.motion.settle import repeats_lasting, settle
@@ -91,7 +92,7 @@ def lifetimes(members: Members, initial: np.ndarray, rng: np.random.Generator) -
     for row in range(members.size):
         runs = members.take(np.full(LIFETIME_RUNS, row))
         stated = classify(runs, near(rng, initial[row], LIFETIME_RUNS))
-        known = np.isfinite(stated.lifetime)
+        known = stated.regime == Regime.TRANSIENT_CHAOS
         if not known.any():
             continue
         horizon = 4.0 * float(np.median(stated.lifetime[known]))
@@ -100,7 +101,9 @@ def lifetimes(members: Members, initial: np.ndarray, rng: np.random.Generator) -
             many, near(rng, initial[row], STARTS), repeats_lasting(many, min(horizon, 40_000.0)), tolerance=TOLERANCE
         )
         ended = run.period > 0
-        times = np.where(ended, run.away, horizon if horizon < 40_000.0 else 40_000.0)
+        lag = SETTLING / min(float(-stated.exponents[known][0, 0]), float(members.number("damping_ratio")[row]))
+        whole = min(horizon, 40_000.0)
+        times = np.maximum(np.where(ended, run.away - lag, whole - 2.0 * lag), 0.0)
         mean, share = times.sum() / max(ended.sum(), 1), 2.0 / np.sqrt(max(ended.sum(), 1))
         low, high = stated.lifetime_low[known], stated.lifetime_high[known]
         held += int(((low <= mean * (1.0 + share)) & (high >= mean * (1.0 - share))).sum())

@@ -72,7 +72,21 @@ def test_starts_that_end_on_the_same_cycle_are_one_fate():
 def test_time_counts_from_when_chaos_had_pulled_the_starts_apart():
     nearby = made_up(np.where(np.arange(STARTS) < 2, 500.0, np.inf), 1000.0)
     nearby.apart[0] = 200.0
-    assert nearby.times[0].tolist() == [300.0] * 2 + [800.0] * (STARTS - 2)
+    assert nearby.times()[0].tolist() == [300.0] * 2 + [800.0] * (STARTS - 2)
+
+
+def test_time_to_settle_is_no_chaos_and_hides_ends_that_are_too_late_to_be_seen():
+    """Starts that need 100 to come near a cycle, and as long again to be seen to return."""
+    nearby = made_up(np.where(np.arange(STARTS) < 2, 500.0, np.inf), 1000.0)
+    assert nearby.times(100.0)[0].tolist() == [400.0] * 2 + [800.0] * (STARTS - 2)
+    rng = np.random.default_rng(4)
+    ends = rng.exponential(300.0, (4000, STARTS))
+    several = Nearby.at(np.zeros((4000, 2)))
+    several.followed[:] = 1000.0
+    several.ended[:] = np.where(ends + 200.0 < 1000.0, ends + 100.0, np.inf)
+    found = lifetimes(several.escaped.sum(axis=1), several.times(np.full(4000, 100.0)).sum(axis=1))
+    assert np.median(found.mean) == pytest.approx(300.0, rel=0.05)
+    assert ((found.low <= 300.0) & (found.high >= 300.0)).mean() > 0.93
 
 
 # --- courses ----------------------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
-from gelcone.motion.course import SMALLEST_SIZE, course
+from gelcone.motion.course import AWAY, RETURN, SMALLEST_SIZE, course
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -27,6 +27,9 @@ NEARBY = 1e-9
 """Distance of the others from the motion's own start, in displacement or velocity."""
 SAME = 1e-3
 """Cycles are one when their lowest and highest points agree to this share of their size."""
+SETTLING = np.log(1.0 / AWAY)
+"""A motion comes within `AWAY` of a cycle in so many times over its rate of attraction, and from there returns."""
+assert RETURN == AWAY**2
 CONFIDENCE = 0.95
 EARLY, MISSED = 0.25, 3.0
 """Chaos that persists beside an attractor loses starts to it at first only: none have ended in the last three quarters
@@ -101,11 +104,16 @@ class Nearby:
         self.lowest[row, column], self.highest[row, column] = run.lowest, run.highest
         np.minimum.at(self.apart, row, apart)
 
-    @property
-    def times(self) -> Array:
-        """How long each start was chaotic, (members, starts), from when they had come apart."""
-        since = np.where(np.isfinite(self.apart), self.apart, 0.0)
-        return np.asarray(np.maximum(np.minimum(self.ended, self.followed) - since[:, None], 0.0))
+    def times(self, settling: Array | float = 0.0) -> Array:
+        """How long each start was chaotic, (members, starts), from when they had come apart.
+
+        From the end of chaos to within `AWAY` of a cycle a motion takes the time ``settling`` (members,), and as long
+        again until it is seen to return: the time of one that has not ended counts up to twice that before.
+        """
+        since = np.where(np.isfinite(self.apart), self.apart, 0.0)[:, None]
+        lag = np.broadcast_to(settling, self.apart.shape)[:, None]
+        chaotic = np.where(self.escaped, self.ended - lag, self.followed - 2.0 * lag)
+        return np.asarray(np.maximum(chaotic - since, 0.0))
 
     @property
     def escaped(self) -> npt.NDArray[np.bool_]:
@@ -114,7 +122,7 @@ class Nearby:
 
     def persists(self) -> npt.NDArray[np.bool_]:
         """Members (members,) of which some starts ended soon and the others, against the odds, not at all."""
-        times = self.times
+        times = self.times()
         early = EARLY * times[:, 1:].max(axis=1, keepdims=True)
         soon = (self.escaped & (times <= early)).sum(axis=1)
         late = (self.escaped & (times > early)).sum(axis=1)

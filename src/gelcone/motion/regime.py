@@ -39,7 +39,7 @@ from gelcone.motion.cycle import (
 )
 from gelcone.motion.evidence import FATES, Evidence, label_regimes
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.lasting import STARTS, Nearby, lifetimes
+from gelcone.motion.lasting import SETTLING, STARTS, Nearby, lifetimes
 from gelcone.motion.lyapunov import average, bound_shear, shear_level
 from gelcone.motion.settle import (
     LONG_STRETCH,
@@ -252,7 +252,11 @@ def _tell_how_long(
     """How long the chaos of the damped members lasts, where their starts end, and the name of chaos that ends."""
     chaos = np.isfinite(nearby.apart) | (evidence.regime == Regime.CHAOTIC)
     rows = rows[chaos[rows] & (evidence.outcome[rows] == Outcome.OK)]
-    times, escaped, valid = nearby.times[rows], nearby.escaped[rows], nearby.outcome[rows] == Outcome.OK
+    # No cycle attracts faster than the damping lets it.
+    damping = np.broadcast_to(members.damping_ratio, members.shape).ravel()
+    attraction = np.where(evidence.sign < 0, np.minimum(-evidence.exponents[:, 0], damping), damping)
+    times = nearby.times(SETTLING / np.maximum(attraction, FLOOR))[rows]
+    escaped, valid = nearby.escaped[rows], nearby.outcome[rows] == Outcome.OK
     ended, count = (escaped & valid).sum(axis=1), valid.sum(axis=1)
     lasting = lifetimes(ended, np.where(valid, times, 0.0).sum(axis=1))
     evidence.lifetime[rows], evidence.lifetime_low[rows] = lasting.mean, lasting.low
@@ -262,7 +266,7 @@ def _tell_how_long(
     coexisting = nearby.persists()[rows]
     evidence.coexisting[rows] = coexisting
     returns = np.isin(evidence.regime[rows], (Regime.PERIODIC, Regime.REST)) & (evidence.sign[rows] < 0)
-    ends = returns & (ended > 0) & ~coexisting & ((ended < count) | (lasting.mean > duration[rows]))
+    ends = returns & (ended > 0) & ~coexisting & (lasting.mean > duration[rows])
     evidence.regime[rows[ends]] = Regime.TRANSIENT_CHAOS
     for row in rows:
         _tell_fates(int(row), nearby, evidence)
