@@ -56,10 +56,7 @@ def draw_states(figure: Figure) -> None:
 def state_of(film: WrinklingCone, x: np.ndarray, v: np.ndarray, **parameters: float) -> np.ndarray:
     """The place of the state in `STATES` at each height and voltage; 4 where the film has pulled in."""
     n = film.numbers(film.complete(parameters))
-    m, width = film.lengths(x, v * v, n)
-    with np.errstate(invalid="ignore"):
-        place = 2 * (m > (1.0 + x * x) * (1.0 + 1e-12)) + (width > 1.0 + 1e-12)
-    return np.where(v * v >= film.highest_squared(x, n), len(STATES), place)
+    return np.where(v * v >= film.highest_squared(x, n), len(STATES), film.kind(x, v * v, n))
 
 
 def draw_plane(figure: Figure) -> None:

@@ -8,7 +8,7 @@ parameters, the options and gelcone's version; parameters that are arrays stand 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -103,6 +103,11 @@ def flags(codes: type[IntEnum]) -> dict[str, Any]:
         "flag_values": np.array([code.value for code in codes], dtype=np.int8),
         "flag_meanings": " ".join(code.name.lower() for code in codes),
     }
+
+
+def flags_of(names: Sequence[str]) -> dict[str, Any]:
+    """The same of a variable that holds places in ``names``."""
+    return {"flag_values": np.arange(len(names), dtype=np.int8), "flag_meanings": " ".join(names)}
 
 
 def outcome_array(values: Any, dims: tuple[str, ...]) -> xr.DataArray:

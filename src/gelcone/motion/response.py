@@ -112,6 +112,7 @@ def simulate(
         model,
         {n: ((dim,), v[:, kept], *meanings[n]) for n, v in variables.items()}
         | {n: ((dim,), v[:, kept], f"is there {ASSUMPTIONS[n]}", "flag") for n, v in fails.items()}
+        | {n: ((dim,), v[:, kept], f"state of {of}", "flag") for n, (v, of) in _film_states(members, variables).items()}
         | valid
         | film_variables(members, run),
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
@@ -123,6 +124,9 @@ def simulate(
         },
         title="time response",
     )
+    for name, film in _films(members).items():
+        if film.kinds:
+            result[f"{name}film_state"].attrs |= dataset.flags_of(film.kinds)
     return dataset.with_initial(result, model, states0)
 
 
@@ -291,6 +295,24 @@ def _fails(members: Members, series: dict[str, Array]) -> Fails:
         for prefix in ("", "second_")[:films]
     ]
     return broken(members, series["displacement"], voltages, states)
+
+
+def _films(members: Members) -> dict[str, Film]:
+    """The films by what stands before the names of their variables."""
+    second = members.system.second
+    return {"": members.system.film} | ({} if second is None else {PREFIX: second.film})
+
+
+def _film_states(members: Members, series: dict[str, Array]) -> dict[str, tuple[Array, str]]:
+    """The place of each wrinkling film's state among its kinds, (members, samples), -1 from where a run has ended."""
+    second, n, x = members.system.second, members.numbers(trailing=1), series["displacement"]
+    found: dict[str, tuple[Array, str]] = {}
+    if members.system.film.kinds:
+        found["film_state"] = members.system.film.kind(x, series["drive_voltage"] ** 2, n), "the film"
+    if second is not None and second.film.kinds:
+        kind = second.film.kind(second.place(x, n), series["second_drive_voltage"] ** 2, second.own(n))
+        found["second_film_state"] = kind, "the second film"
+    return found
 
 
 def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:

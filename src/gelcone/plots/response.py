@@ -25,7 +25,7 @@ FAILINGS = {
 def response_figure(response: xr.Dataset) -> Figure:
     """Displacement and voltage over time, with the phase portrait; up to six members of an ensemble.
 
-    Of a single run the spans during which the model does not hold are marked between the two.
+    Of a single run the spans during which the model does not hold, or the film is slack, are marked between the two.
     """
     lines = members(response)
     failing = failings(response) if len(lines) == 1 else {}
@@ -65,12 +65,18 @@ def members(response: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
 
 
 def failings(response: xr.Dataset) -> dict[str, np.ndarray]:
-    """Label -> at which samples it applies (time,); those of `FAILINGS` that occur in a single run."""
+    """Label -> at which samples it applies (time,); those of `FAILINGS`, and the states of a film that wrinkles, that
+    occur in a single run."""
     found = {
         words: np.any([response[flag].values for flag in flags if flag in response], axis=0)
         for words, flags in FAILINGS.items()
         if any(flag in response for flag in flags)
     }
+    for film in ("film", "second_film"):
+        if f"{film}_state" in response:
+            state = response[f"{film}_state"]
+            for place, kind in enumerate(state.attrs["flag_meanings"].split()):
+                found[f"{film} {kind}".replace("_", " ")] = (state.values == place) & (kind != "taut")
     return {words: when for words, when in found.items() if when.any()}
 
 

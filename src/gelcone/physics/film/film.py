@@ -81,6 +81,10 @@ class Film(Component):
         """The switches of its borders at the start of a motion, 1 or -1."""
         return {}
 
+    def kind(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """The place in ``kinds`` of its state; -1 where it has none."""
+        return np.full(np.broadcast_shapes(np.shape(x), np.shape(squared)), -1)
+
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
         """How long it was in each of its ``kinds``, (members, kinds), from how long each combination of signs of the
         ``switches`` lasted, (members, 2^switches); bit k of the place is set where the k-th is negative."""

@@ -48,6 +48,8 @@ STATES = ("taut", "hoop_slack", "meridional_slack", "crumpled")
 PULL_IN = ("first", "minimum")
 STEEP = 1e10
 """How fast the V that would make a film push grows with the push: no voltage does."""
+ROUNDING = 1e-12
+"""Lengths that exceed those of the taut film by less are its own."""
 NEVER = 1e30
 """A squared voltage that is never reached."""
 MOST_STRETCHED = 1e4
@@ -233,6 +235,13 @@ class WrinklingCone(TautCone):
             "pulls": np.where(pulls > 0.0, 1.0, -1.0),
             "crumpled": np.where(squared > n["crumpling_squared"], 1.0, -1.0),
         }
+
+    def kind(self, x: Any, squared: Any, n: Numbers) -> Any:
+        m, width = self.lengths(x, squared, n)
+        with np.errstate(invalid="ignore"):
+            longer = m > (1.0 + np.square(x)) * (1.0 + ROUNDING)
+            place = 2 * longer + (width > 1.0 + ROUNDING)
+        return np.where(np.isnan(m), -1, place)
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
         place = np.arange(dwell.shape[1])
