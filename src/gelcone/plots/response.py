@@ -21,6 +21,9 @@ FAILINGS = {
 }
 """Label of a way in which the model no longer holds -> the flags of `gelcone.simulate` that report it."""
 
+SLACK = {"hoop_slack": "hoop slack", "meridional_slack": "meridian slack", "crumpled": "crumpled"}
+"""Label of each state in which a wrinkling film is slack."""
+
 
 def response_figure(response: xr.Dataset) -> Figure:
     """Displacement and voltage over time, with the phase portrait; up to six members of an ensemble.
@@ -72,11 +75,11 @@ def failings(response: xr.Dataset) -> dict[str, np.ndarray]:
         for words, flags in FAILINGS.items()
         if any(flag in response for flag in flags)
     }
-    for film in ("film", "second_film"):
-        if f"{film}_state" in response:
-            state = response[f"{film}_state"]
-            for place, kind in enumerate(state.attrs["flag_meanings"].split()):
-                found[f"{film} {kind}".replace("_", " ")] = (state.values == place) & (kind != "taut")
+    for name, prefix in (("film_state", ""), ("second_film_state", "2: ")):
+        if name in response:
+            for place, kind in enumerate(response[name].attrs["flag_meanings"].split()):
+                if kind in SLACK:
+                    found[prefix + SLACK[kind]] = response[name].values == place
     return {words: when for words, when in found.items() if when.any()}
 
 
