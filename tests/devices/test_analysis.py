@@ -26,7 +26,7 @@ def test_options_of_a_device_are_si_numbers_or_texts():
     numbers = gelcone.simulate(DEVICE, (0.005, 0.0), times=[0.01, 0.02])
     xr.testing.assert_identical(texts, numbers)
     np.testing.assert_allclose(texts.time, [10.0, 20.0])
-    assert float(gelcone.pitchfork_voltage(DEVICE)) > 100.0
+    assert float(gelcone.pitchfork_voltage(DEVICE.replace(film="taut"))) > 100.0
     ramp = gelcone.stroke_and_blocked_force(DEVICE, ["0 V", "1 kV"])
     np.testing.assert_allclose(ramp.constant_voltage, [0.0, 1000.0])
 
