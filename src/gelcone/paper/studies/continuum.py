@@ -17,6 +17,7 @@ from gelcone.motion.regime import classify
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.statics import STATIC_VOLTAGES
 from gelcone.paper.studies.study import Progress, Study
+from gelcone.physics.film.continuum import ContinuumFilm
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
 from gelcone.quantity import Array
@@ -24,7 +25,6 @@ from gelcone.quantity import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.physics.film.continuum import ContinuumFilm
 
 RADIUS_RATIOS = (0.2, 0.5)
 """That of the paper's Table 1, and a larger disc."""
