@@ -348,3 +348,17 @@ def test_an_average_that_ends_on_a_cycle_takes_its_exponents_and_its_sign():
     assert found.sign.tolist() == [-1]
     np.testing.assert_allclose(found.values, -0.05, rtol=1e-6)
     assert (found.standard_error < 1e-6).all()
+
+
+def test_a_window_in_pieces_gives_the_exponents_of_the_whole(monkeypatch):
+    """No more than a piece of it is held, so that memory does not grow with the window."""
+    from gelcone.motion import lyapunov as module
+
+    model = ConeModel(damping_ratio=0.1, voltage=1.4, drive_frequency=0.8).members()
+    states, told = np.array([[1.0, 0.0]]), []
+    whole, running = module.finite_exponents(model, states, 200.0, {"progress": told.append})
+    assert sum(told) == pytest.approx(1.0)
+    monkeypatch.setattr(module, "PIECE", 7)
+    pieces, again = module.finite_exponents(model, states, 200.0, {})
+    np.testing.assert_allclose(pieces, whole, rtol=1e-10)
+    np.testing.assert_allclose(again, running, rtol=1e-10)

@@ -26,7 +26,7 @@ def test_samples_lie_evenly_at_all_phases_of_a_motion_of_any_period(period):
 def test_the_share_above_the_dielectric_strength_is_that_of_a_sine():
     kind = gelcone.regime(STILL, (0.1, 0.0))
     assert float(kind["validity_breakdown"]) == pytest.approx(2.0 / 3.0, abs=2.0 / SAMPLES)
-    assert 1.0 / SAMPLES <= float(kind["validity_error"]) < 0.03
+    assert 1.0 / SAMPLES <= float(kind["validity_error"]) < 0.01
 
 
 @pytest.mark.parametrize("analysis", ["regime", "settled", "frequency", "bifurcation", "basin", "sweep", "map"])

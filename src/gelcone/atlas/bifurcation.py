@@ -156,9 +156,8 @@ def _classify(plan: Plan, members: Members, states: Array, threads: int | None, 
     parts = []
     for first in range(0, members.size, CHUNK):
         rows = np.arange(first, min(first + CHUNK, members.size))
-        parts.append(classify(members.take(rows), states[rows], threads=threads, **plan.options))
-        if progress is not None:
-            progress(rows.size / members.size)
+        share = weighted(progress, rows.size / members.size)
+        parts.append(classify(members.take(rows), states[rows], threads=threads, progress=share, **plan.options))
     return Evidence.join(parts)
 
 

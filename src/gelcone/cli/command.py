@@ -44,7 +44,7 @@ def run(analysis: Analysis, *, out: Path | None, force: bool, as_json: bool, **t
     given = {name: value for name, value in typed.items() if value is not None}
     arguments = arguments_of(analysis, subject, given)
     check_folder(out, analysis.command, force)
-    with progress_bar(analysis.command, hidden=as_json) as progress:
+    with progress_bar(analysis.command) as progress:
         if "progress" in analysis.signature.parameters:
             arguments["progress"] = progress
         with device_words(subject.device):

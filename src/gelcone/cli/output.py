@@ -53,14 +53,33 @@ def print_json(content: dict[str, Any]) -> None:
 
 
 @contextmanager
-def progress_bar(label: str, hidden: bool) -> Iterator[Callable[[float], None]]:
-    """A bar on a terminal that takes shares of the work; nothing when piped."""
+def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
+    """Takes shares of the work; a bar on a terminal, else a line on the error stream now and then."""
+    if not sys.stderr.isatty():
+        yield progress_lines(label)
+        return
     from tqdm import tqdm
 
-    disable = True if hidden or not sys.stderr.isatty() else None
     form = "{l_bar}{bar}| {elapsed}<{remaining}"
-    with tqdm(total=1.0, desc=label, disable=disable, leave=False, bar_format=form, delay=0.5) as bar:
+    with tqdm(total=1.0, desc=label, leave=False, bar_format=form, delay=0.5) as bar:
         yield lambda share: bar.update(share)
+
+
+def progress_lines(label: str) -> Callable[[float], None]:
+    """Takes shares of the work and says every `LOG_SECONDS` how far it is, on the error stream."""
+    begun = said = time.monotonic()
+    done = 0.0
+
+    def say(share: float) -> None:
+        nonlocal said, done
+        done += share
+        now = time.monotonic()
+        if now - said > LOG_SECONDS:
+            said = now
+            left = f", {(now - begun) * (1.0 / done - 1.0):.0f} s left" if done else ""
+            click.echo(f"{label}: {100.0 * done:.0f} % after {now - begun:.0f} s{left}", err=True)
+
+    return say
 
 
 @contextmanager

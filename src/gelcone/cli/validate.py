@@ -97,7 +97,7 @@ def run_validate(
 
     # The film alone: a voltage that is given as a list makes levels, not members.
     film = subject.model.replace(voltage=0.0, voltage_bias=0.0, drive_frequency=1.0, film="taut")
-    with progress_bar("validate", hidden=as_json) as progress:
+    with progress_bar("validate") as progress:
         result = compare(
             film, ratio, displacements=x, voltages=levels, wrinkles=wrinkles, elements=elements, progress=progress
         )

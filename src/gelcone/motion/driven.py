@@ -146,10 +146,11 @@ def driven(plane: Plane, omegas: Array, volts: Array, *, refine: bool, progress:
         steep = np.abs(np.diff(np.log(lowest))) > np.log1p(STEEP)
         between = np.sqrt(known[1:] * known[:-1])[steep & (known[1:] / known[:-1] > (1.0 + TOO_CLOSE) ** 2)]
         if between.size:
-            more = _rows(plane, between, volts, lambda share: None)
+            more = _rows(plane, between, volts, lambda share: progress(0.5 * share / (1.0 + 0.5 * rounds)))
             order = np.argsort(np.concatenate([known, between]))
             found = {name: np.concatenate([values, more[name]])[order] for name, values in found.items()}
-        progress(0.5 / (1.0 + 0.5 * rounds))
+        else:
+            progress(0.5 / (1.0 + 0.5 * rounds))
     return found
 
 

@@ -32,6 +32,7 @@ from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.pair import PairBalance
 from gelcone.physics.statics import balances_of, every_balance
+from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -42,7 +43,11 @@ FORCE_SAMPLES = 401
 
 @for_devices
 def static(
-    model: Ensemble, voltages: npt.ArrayLike | None = None, displacements: npt.ArrayLike | None = None
+    model: Ensemble,
+    voltages: npt.ArrayLike | None = None,
+    displacements: npt.ArrayLike | None = None,
+    *,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Force over displacement, equilibria, their branches, pitchfork, folds and pull-in under constant voltages.
 
@@ -52,6 +57,7 @@ def static(
     voltages : constant voltages v, at least 0, one number or shape (voltages,). Default the voltage amplitude, taken as
         a constant voltage.
     displacements : increasing x at which the force is given; default 401 even ones around all equilibria.
+    progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
@@ -72,7 +78,8 @@ def static(
     """
     levels = np.unique(model.voltage) if voltages is None else _voltages(voltages)
     balances = balances_of(model)
-    found = [[balance.equilibria(v * v) for v in levels] for balance in balances]
+    counted = Counted(progress)
+    found = [_equilibria(balance, levels, weighted(counted, 0.7 / len(balances))) for balance in balances]
     x = _force_range(balances, found) if displacements is None else _wanted(displacements, balances)
     squared = levels[:, None] ** 2
     force = np.stack([np.where(balance.inside(x), balance.force(x, squared), np.nan) for balance in balances])
@@ -105,8 +112,19 @@ def static(
     delivered = stroke_and_blocked_force(model, levels)
     result = result.assign({name: delivered[name] for name in ("stroke", "blocked_force")})
     result = _with_validity(result, model.members(), levels, place)
+    counted.finish()
     options = json.loads(result.attrs["options"]) | {"voltages": None if voltages is None else levels.tolist()}
     return _with_flags(result.assign_attrs(options=json.dumps(options)))
+
+
+def _equilibria(balance: StaticBalance | PairBalance, levels: Array, progress: Progress) -> list[list[Equilibrium]]:
+    """The equilibria of one actuator at each voltage."""
+    found = []
+    for v in levels:
+        found.append(balance.equilibria(v * v))
+        if progress is not None:
+            progress(1.0 / levels.size)
+    return found
 
 
 def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: Array) -> xr.Dataset:

@@ -59,6 +59,8 @@ that is this many times larger is positive."""
 STEADY = 0.05
 """Halves of the averaging time whose exponents differ by less than this share agree, however small their errors are."""
 RUNNING_POINTS = 200
+PIECE = 8192
+"""Most stretches of a window that are held at once."""
 
 
 @dataclass(frozen=True)
@@ -371,7 +373,27 @@ def finite_exponents(members: Members, states: Array, window: float, options: di
             rows, own = group[steps == count], clock.take(steps == count)
             share = weighted(options.get("progress"), rows.size / members.size)
             part = options | {"progress": share}
-            growth = advance(members.take(rows), TangentRun.at(states[rows]), own, int(count), **part)
-            values[rows] = growth.sum(axis=1) / (count * own.spacing)[:, None]
-            running[rows] = running_estimate(growth, own)
+            total, running[rows] = _piece_by_piece(members.take(rows), states[rows], own, int(count), part)
+            values[rows] = total / (count * own.spacing)[:, None]
     return values, running
+
+
+def _piece_by_piece(
+    members: Members, states: Array, clock: Clock, stretches: int, options: dict[str, Any]
+) -> tuple[Array, Array]:
+    """Growth over some stretches (members, N), and the running estimate; no more than `PIECE` stretches are held."""
+    run, total = TangentRun.at(states), np.zeros(states.shape)
+    picks = np.unique(np.linspace(1, stretches, min(RUNNING_POINTS, stretches)).astype(int))
+    running = np.full((len(states), RUNNING_POINTS, 2), np.nan)
+    for first in range(0, stretches, PIECE):
+        count = min(PIECE, stretches - first)
+        part = options | {"progress": weighted(options.get("progress"), count / stretches)}
+        growth = advance(members, run, clock, count, **part)
+        here = np.flatnonzero((picks > first) & (picks <= first + count))
+        time = clock.spacing[:, None] * picks[here]
+        so_far = total[:, :1] + np.cumsum(growth[:, :, 0], axis=1)
+        running[:, here, 0], running[:, here, 1] = time, so_far[:, picks[here] - first - 1] / time
+        total = total + growth.sum(axis=1)
+        if not np.isfinite(run.states).all(axis=1).any():
+            break
+    return np.where((run.outcome == Outcome.OK)[:, None], total, np.nan), running

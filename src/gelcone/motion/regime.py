@@ -415,7 +415,7 @@ def _draw(
             for ticks in (even, spread)
         )
         path = turn.states
-        evidence.validity[rows[same]] = validity(part, between.times, between.states)
+        evidence.validity[rows[same]] = validity(part, between.times, between.states, turn=True)
         section, at = path[:, CYCLE_SAMPLES - 1 :: CYCLE_SAMPLES], rows[same]
         evidence.lowest[at], evidence.highest[at] = path[..., 0].min(axis=1), path[..., 0].max(axis=1)
         evidence.section[at] = section[:, np.arange(RETURNS) % repeats]

@@ -90,16 +90,20 @@ def shares(fails: Fails, ran: npt.NDArray[np.bool_]) -> dict[str, Array]:
     return {name: found.get(name, np.full(len(ran), np.nan)) for name in SHARES}
 
 
-def validity(members: Members, times: Array, states: Array) -> Array:
+def validity(members: Members, times: Array, states: Array, *, turn: bool = False) -> Array:
     """Share of each of `SHARES` over samples of motions, and their largest standard error, (members, 5).
 
-    The error is the standard error of the shares of `BLOCKS` parts of the motion, and at least one sample.
+    The error is the standard error of the shares of `BLOCKS` parts of the motion, and at least one sample. Of one whole
+    ``turn`` of a cycle it is half a sample for each time that an assumption begins or ceases to hold.
     """
     ran = ~np.isnan(states[..., 0])
     fails = broken(members, states[..., 0], voltages_along(members, times, states))
     error = np.where(ran.any(axis=1), 1.0 / states.shape[1], np.nan)
     length = states.shape[1] // BLOCKS
     for where in fails.values():
+        if turn:
+            error = np.maximum(error, 0.5 * (where != np.roll(where, 1, axis=1)).mean(axis=1))
+            continue
         parts = where[:, : length * BLOCKS].reshape(len(where), BLOCKS, length).mean(axis=2)
         error = np.maximum(error, parts.std(axis=1, ddof=1) / np.sqrt(BLOCKS))
     return np.stack([*shares(fails, ran).values(), error], axis=1)
