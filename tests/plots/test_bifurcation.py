@@ -84,7 +84,7 @@ def test_up_and_down_sweeps_differ_in_colour_and_marker_and_lie_over_fixed_state
     )
 
 
-@pytest.mark.parametrize(("values", "size"), [(50, 2.4), (125, 2.0), (400, 1.0)])
+@pytest.mark.parametrize(("values", "size"), [(50, 2.4), (60, 2.0), (120, 1.0), (400, 0.55)])
 def test_markers_shrink_with_the_number_of_values(values, size):
     data = diagram().isel(voltage=np.zeros(values, dtype=int))
     assert marker_size(data) == size

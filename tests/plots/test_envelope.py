@@ -5,6 +5,7 @@ import pytest
 
 from gelcone import Regime
 from gelcone.plots.envelope import (
+    broken_at_jumps,
     driven_limits,
     envelope_figure,
     frequency_axis,
@@ -44,6 +45,8 @@ def envelope(**changed):
         "recommended_constant": ((), 1.2),
         "window_stroke": ("drive_frequency", [0.1, 0.2, 0.3]),
         "window_power": ("drive_frequency", [1.0, 2.0, 3.0]),
+        "coexisting": ("drive_frequency", [0, 1, np.nan]),
+        "kick_high": ("drive_frequency", [np.inf, 0.7, np.nan]),
         "window_regime": ("drive_frequency", [int(Regime.PERIODIC)] * 3),
     }
     values |= {name: (values[name][0], value) for name, value in changed.items()}
@@ -60,6 +63,22 @@ def test_a_limit_is_drawn_in_the_middle_of_its_interval_and_not_where_it_is_unbo
     assert data_of(unknown).size == 0
     assert unknown.get_color() != line(axes, "rest is lost, driven").get_color()
     assert axes.get_ylim() == pytest.approx((0.0, 4.2))
+
+
+def test_a_line_parts_where_a_limit_jumps():
+    x, y = broken_at_jumps(OMEGA, np.array([2.1, 2.2, 3.0]))
+    np.testing.assert_array_equal(x, [1.0, 2.0, 4.0, 4.0])
+    np.testing.assert_array_equal(y, [2.1, 2.2, np.nan, 3.0])
+
+
+def test_where_another_motion_coexists_a_ring_says_how_small_a_kick_leads_there():
+    axes = blank()
+    driven_limits(envelope(), axes)
+    ring = line(axes, "another motion coexists: a kick\nfrom 0.7 on leads there")
+    np.testing.assert_array_equal(data_of(ring), [[2.0], [0.8]])
+    alone = blank()
+    driven_limits(envelope(coexisting=[0, 0, np.nan]), alone)
+    assert not [one for one in alone.lines if "coexists" in one.get_label()]
 
 
 def test_a_limit_that_is_never_met_is_not_drawn():

@@ -5,7 +5,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from gelcone import Outcome
-from gelcone.plots.frequency import LOOKS, arrows, frequency_figure, phases, strokes
+from gelcone.plots.frequency import FAINT, LOOKS, UNHELD, arrows, frequency_figure, phases, strokes
 from tests.plots.made_up import blank, data_of, line, result, texts
 
 OMEGA = np.array([1.0, 2.0, 3.0, 4.0])
@@ -33,8 +33,8 @@ def response(frequency=OMEGA, second=3.0, **units):
             "jump_branch": ("jump", ["up", "down"]),
             "jump_low": ("jump", [3.0, 2.0]),
             "jump_high": ("jump", [3.2, 2.2]),
-            "jump_from": ("jump", [2.5, 0.6]),
-            "jump_to": ("jump", [0.75, 1.3]),
+            "jump_from": ("jump", [5.0, 1.2]),
+            "jump_to": ("jump", [1.5, 2.6]),
         },
         {
             "drive_frequency": ("drive_frequency", frequency),
@@ -54,7 +54,11 @@ def drawn():
 @pytest.mark.parametrize("branch", ["up", "down"])
 def test_each_sweep_is_its_stroke_over_the_frequency_in_its_own_colour(branch):
     own = line(drawn(), f"swept {branch}")
-    np.testing.assert_array_equal(data_of(own), [OMEGA, STROKE[branch]])
+    at = {"up": (2.9, 5.2), "down": (2.4, 2.7)}[branch]
+    order = np.argsort([*OMEGA, at[0]])
+    expected = np.array([[*OMEGA, at[0]], [*STROKE[branch], at[1]]])[:, order]
+    np.testing.assert_allclose(data_of(own), expected, err_msg="the curve goes through its refined peak")
+    assert own.get_markevery() == [k for k, number in enumerate(order) if number < OMEGA.size]
     assert own.get_color() == LOOKS[branch]["color"]
     assert own.get_marker() == LOOKS[branch]["marker"]
 
@@ -95,6 +99,17 @@ def test_the_highest_stroke_and_not_the_linear_one_sets_the_height():
     axes = drawn()
     assert axes.get_ylim() == pytest.approx((0.0, 1.1 * 5.2))
     np.testing.assert_array_equal(data_of(line(axes, "linear theory")), [OMEGA, [1.0, 2.0, 50.0, 1.0]])
+
+
+def test_where_the_model_does_not_hold_the_curve_is_faint():
+    axes, data = blank(), response()
+    data["validity_breakdown"] = (("branch", "drive_frequency"), np.array([[0.0, 0.0, 0.4, 0.2], [0.0] * 4]))
+    strokes(data, axes)
+    up = data_of(line(axes, "swept up"))
+    np.testing.assert_array_equal(up[0], [1.0, 2.0, 2.9])
+    faint = next(one for one in axes.lines if one.get_alpha() == FAINT)
+    assert data_of(faint).shape == (2, 5)
+    assert len([one for one in axes.lines if one.get_label() == UNHELD]) == 1
 
 
 def test_an_arrow_goes_from_the_stroke_before_a_jump_to_the_one_after_it():

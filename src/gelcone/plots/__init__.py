@@ -65,14 +65,18 @@ def plot(result: xr.Dataset, **options: Any) -> Figure:
         by another version, or with variables removed).
     """
     draw = figure_of(result)
+    from gelcone.plots.frame import add_footnote, fixed_parameters, on_si_axes
+
     try:
-        return draw(result, **options)
+        figure = draw(on_si_axes(result), **options)
     except KeyError as error:
         attrs, what = result.attrs, str(error.args[0]).partition(". ")[0]
         raise InputError(
             f"the result {attrs['title']!r} of gelcone {attrs['gelcone_version']} lacks what its figure draws: {what}; "
             "compute it again, or give it whole"
         ) from error
+    add_footnote(figure, fixed_parameters(result))
+    return figure
 
 
 def figure_of(result: Any) -> Callable[..., Figure]:

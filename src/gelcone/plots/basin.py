@@ -8,7 +8,17 @@ import numpy as np
 
 from gelcone.codes import Regime
 from gelcone.plots.map import label_axes, marks
-from gelcone.plots.regime import REGIME_COLOURS, cell_legend, edges, mark_failed, mark_flagged, regime_cells
+from gelcone.plots.regime import (
+    REGIME_COLOURS,
+    cell_legend,
+    edges,
+    invalid_cells,
+    invalid_legend,
+    mark_failed,
+    mark_flagged,
+    mark_invalid,
+    regime_cells,
+)
 from gelcone.plots.style import styled
 from gelcone.words import attractor_in_words
 
@@ -53,6 +63,7 @@ def attractor_map(cells: xr.Dataset, axes: Axes) -> None:
         norm = BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours))
         shown = np.ma.masked_less(np.minimum(number, len(colours) - 1), 0)
         axes.pcolormesh(*borders, shown, cmap=ListedColormap(colours), norm=norm, rasterized=True)
+    mark_invalid(axes, *borders, invalid_cells(cells, y, x))
     mark_failed(axes, *borders, failed)
     mark_flagged(axes, *borders, flagged & (regime != Regime.TRANSIENT))
     label_axes(axes, cells)
@@ -92,4 +103,5 @@ def legend(cells: xr.Dataset) -> list[Artist]:
         handles.append(Patch(facecolor=OTHERS, edgecolor="black", lw=0.5, label=label))
     regime, failed, flagged = marks(cells)
     unsettled = np.where(regime == Regime.TRANSIENT, regime, -1)
-    return handles + cell_legend(unsettled, failed, flagged & (regime != Regime.TRANSIENT))
+    handles += cell_legend(unsettled, failed, flagged & (regime != Regime.TRANSIENT))
+    return handles + invalid_legend(invalid_cells(cells, "displacement", "velocity"))

@@ -10,7 +10,15 @@ from gelcone.atlas.branches.beside import branches_beside
 from gelcone.codes import Regime
 from gelcone.plots.branches import BRUTE_FORCE, event_ticks, events, exponents, flags, orbits
 from gelcone.plots.branches import legend as branch_legend
-from gelcone.plots.regime import cell_legend, edges, mark_failed, mark_flagged, regime_cells, state_labels
+from gelcone.plots.regime import (
+    cell_legend,
+    edges,
+    invalid_cells,
+    mark_failed,
+    mark_flagged,
+    regime_cells,
+    state_labels,
+)
 from gelcone.plots.style import BLACK, GREY, ORANGE, PURPLE, axis_label, coordinate_axis, styled
 from gelcone.quantity import Array
 from gelcone.words import rate_unit
@@ -23,6 +31,9 @@ if TYPE_CHECKING:
 # Colours that no regime has; drawn in this order, so that the small marks lie on the large ones.
 SWEEP_STYLES = {"down": (ORANGE, "v", 1.5), "up": (BLACK, "^", 1.0)}
 FIXED_MARKERS = ("o", "s", "D", "P", "X")
+SMALLEST_SHAPE = 1.5
+PALE = 0.6
+"""Share of white in the colour of points at which the model does not hold."""
 MOST_LINES = 12
 """Thresholds are drawn through all panels up to this many; more are only marked on the strip of their branch."""
 
@@ -65,8 +76,13 @@ def branch_styles(diagram: xr.Dataset) -> dict[str, tuple[str, str, float]]:
 
 
 def marks_of(style: tuple[str, str, float], size: float) -> dict[str, Any]:
-    """Keywords for the markers of a branch: the smallest filled, larger ones open so that what is below shows."""
+    """Keywords for the markers of a branch: the smallest filled, larger ones open so that what is below shows.
+
+    Markers too small for a shape are dots, the larger ones below.
+    """
     colour, marker, scale = style
+    if size < SMALLEST_SHAPE:
+        return {"color": colour, "marker": "o", "ms": size * (0.5 + 0.7 * scale), "mfc": colour, "mew": 0.0}
     filled = scale == 1.0
     return {
         "color": colour,
@@ -79,7 +95,15 @@ def marks_of(style: tuple[str, str, float], size: float) -> dict[str, Any]:
 
 def marker_size(diagram: xr.Dataset) -> float:
     """Size of the smallest marker in points: small enough to keep neighbouring values apart where possible."""
-    return float(np.clip(250.0 / diagram.sizes[diagram.attrs["parameter"]], 1.0, 2.4))
+    return float(np.clip(120.0 / diagram.sizes[diagram.attrs["parameter"]], 0.55, 2.4))
+
+
+def pale_colour(colour: str) -> str:
+    """A colour mixed with white, for what does not hold."""
+    from matplotlib.colors import to_hex, to_rgb
+
+    red, green, blue = (PALE + (1.0 - PALE) * part for part in to_rgb(colour))
+    return to_hex((red, green, blue))
 
 
 def draw_branches(followed: xr.Dataset, above: Axes, below: Axes | None) -> None:
@@ -98,11 +122,20 @@ def section_points(diagram: xr.Dataset, axes: Axes, *, grey: bool = False) -> No
     name = diagram.attrs["parameter"]
     size = marker_size(diagram)
     for branch, style in branch_styles(diagram).items():
-        x = diagram["section"].sel(branch=branch).isel(state=0)
+        own = diagram.sel(branch=branch)
+        x = own["section"].isel(state=0).transpose(name, ...).values
         values = np.broadcast_to(diagram[name].values[:, None], x.shape)
-        look = {"marker": ".", "color": BRUTE_FORCE, "ms": 1.5, "mec": "none"} if grey else marks_of(style, size)
-        axes.plot(values.ravel(), x.values.ravel(), ls="", rasterized=True, **look)
-        axes.plot([], [], ls="", label=branch, **marks_of(style, 3.0))
+        fails = invalid_cells(own, name)
+        for chosen, pale in ((fails, True), (~fails, False)):
+            look = marks_of((pale_colour(style[0]) if pale else style[0], *style[1:]), size)
+            if grey:
+                look = {"marker": ".", "color": BRUTE_FORCE, "ms": 1.5, "mec": "none"}
+            axes.plot(values[chosen].ravel(), x[chosen].ravel(), ls="", rasterized=True, **look)
+        axes.plot(
+            [], [], ls="", label=branch, **marks_of(style, 3.0) | ({"marker": "o"} if size < SMALLEST_SHAPE else {})
+        )
+    if invalid_cells(diagram, "branch", name).any():
+        axes.plot([], [], "o", color=pale_colour(BLACK), ms=3.0, mew=0.0, label="pale: model\ndoes not hold")
     failed = (diagram["outcome"] != 0).any("branch").values
     if failed.any():
         at = diagram[name].values[failed]
@@ -118,7 +151,12 @@ def largest_exponent(diagram: xr.Dataset, axes: Axes) -> None:
     for branch, style in branch_styles(diagram).items():
         own = diagram.sel(branch=branch)
         value, error = (own[n].isel(exponent=0) for n in ("lyapunov", "standard_error"))
-        axes.errorbar(own[diagram.attrs["parameter"]], value, error, lw=0.5, elinewidth=0.7, **marks_of(style, size))
+        along = own[diagram.attrs["parameter"]]
+        if size < SMALLEST_SHAPE:
+            axes.fill_between(along, value - error, value + error, color=style[0], alpha=0.35, lw=0.0)
+            axes.plot(along, value, color=style[0], lw=0.5 + 0.4 * style[2])
+        else:
+            axes.errorbar(along, value, error, lw=0.5, elinewidth=0.7, **marks_of(style, size))
     axes.set_ylabel(f"largest exponent\n({rate_unit(diagram['lyapunov'])})")
 
 

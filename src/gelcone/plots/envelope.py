@@ -8,6 +8,7 @@ import numpy as np
 
 from gelcone.codes import Regime
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREEN, GREY, VERMILION, axis_label, log_ticks, styled
+from gelcone.words import unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MARKERS = "os^vDP"
+JUMP = 0.15
+"""Neighbouring limits that differ by more than this share are not joined."""
 
 
 def envelope_figure(envelope: xr.Dataset) -> Figure:
@@ -48,7 +51,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
         middle = np.where(np.isfinite(high), 0.5 * (low + high), np.nan)
         look: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3.5, "lw": 0.9}
         if np.isfinite(middle).any():
-            axes.plot(frequency, middle, **look, label=f"{name}, driven", clip_on=False)
+            axes.plot(*broken_at_jumps(frequency, middle), **look, label=f"{name}, driven", clip_on=False)
         elif np.isnan(low).all() and name == "dielectric breakdown":
             axes.plot([], [], **look, label="dielectric breakdown: unknown,\nno strength given")
     styles = ("-", "--", "-.", ":", (0, (5, 1)), (0, (1, 1)))
@@ -56,12 +59,33 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     for name, voltage, style in zip(envelope["static_limit"].values, voltages, styles, strict=True):
         if np.isfinite(voltage) and voltage <= 1.05 * highest:
             axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{name}, quasi-static")
+    coexisting_motions(envelope, axes)
     own = float(envelope["own_frequency"]), float(envelope["own_peak"])
     if frequency[0] <= own[0] <= frequency[-1]:
         axes.plot(*own, "*", color=BLACK, ms=8.0, ls="", label="the device's own drive")
     frequency_axis(envelope, axes)
     axes.set_ylim(0.0, 1.05 * highest)
     axes.set_ylabel(axis_label(envelope["driven_peak"], "peak voltage"))
+
+
+def broken_at_jumps(frequency: Any, values: Any) -> tuple[Any, Any]:
+    """A line over the frequencies, parted where it jumps from one to the next."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        jumps = np.flatnonzero(np.abs(np.diff(np.log(values))) > np.log1p(JUMP)) + 1
+    return np.insert(frequency, jumps, frequency[jumps]), np.insert(values, jumps, np.nan)
+
+
+def coexisting_motions(envelope: xr.Dataset, axes: Axes) -> None:
+    """Where other motions coexist with those at the window's edge."""
+    others = np.flatnonzero(envelope["coexisting"].values > 0)
+    if not others.size:
+        return
+    at, peak = (envelope[name].values[others] for name in ("drive_frequency", "recommended_peak"))
+    kicks = envelope["kick_high"]
+    least = float(kicks.where(np.isfinite(kicks)).min())
+    words = f"another motion coexists: a kick\nfrom {least:.2g}{unit_of(kicks)} on leads there"
+    words = words if np.isfinite(least) else "another motion coexists"
+    axes.plot(at, peak, "o", ms=7.0, mfc="none", mec=VERMILION, mew=1.2, ls="", label=words, zorder=4)
 
 
 def frequency_axis(envelope: xr.Dataset, axes: Axes) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.motion.validity import invalid
 from gelcone.physics.balance import PullIn
 from gelcone.plots.response import members
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, axis_label, styled
@@ -54,6 +55,12 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
         split_by_stability(one["displacement"], one["force"], one["stiffness"], axes, colour=colour, both=colour)
         axes.plot([], [], color=colour, label=f"voltage {float(voltage):.4g}{unit_of(voltage)}")
         mark_equilibria(axes, one["equilibrium_displacement"].values, one["stable"].values, colour, size)
+        where = invalid(one)
+        if where is not None and where.values.any():
+            x = one["equilibrium_displacement"].values[where.values]
+            axes.plot(x, 0.0 * x, "x", ms=4.0, color=BLACK, mew=0.8, ls="none", zorder=4)
+    if (where := invalid(member)) is not None and where.values.any():
+        axes.plot([], [], "x", ms=4.0, color=BLACK, mew=0.8, ls="none", label="model does not hold")
     limit_forces(member, axes)
     axes.set_xlabel(axis_label(member["displacement"], "displacement"))
     axes.set_ylabel(axis_label(member["force"], "force that holds the disc"))
@@ -91,10 +98,27 @@ def equilibrium_branches(member: xr.Dataset, axes: Axes) -> None:
     if folds.any():
         axes.plot(member["fold_voltage"], member["fold_displacement"], "D", ms=4.0, color=BLACK, zorder=4, label="fold")
     mark_jump(member, axes)
+    mark_unheld(member, axes)
     axes.set_xlabel(axis_label(voltage, "constant voltage"))
     axes.set_ylabel(axis_label(place, "displacement"))
     axes.set_xlim(0.0, float(np.nanmax(voltage)) if np.isfinite(voltage).any() else 1.0)
     note_failure(member, axes)
+
+
+def mark_unheld(member: xr.Dataset, axes: Axes) -> None:
+    """The voltages above which no stable equilibrium that was asked for lies where the model holds, greyed."""
+    where = invalid(member)
+    if where is None:
+        return
+    holds = (member["stable"].astype(bool) & np.isfinite(member["equilibrium_displacement"]) & ~where).any(
+        "equilibrium"
+    )
+    levels = member["constant_voltage"].values
+    fails = ~holds.values
+    if levels.size > 1 and fails.any():
+        first = levels[np.flatnonzero(~fails)[-1] + 1] if (~fails).any() and fails[-1] else levels[0]
+        if fails[levels >= first].all():
+            axes.axvspan(first, levels[-1], color=GREY, alpha=0.2, lw=0.0, label="model does not hold")
 
 
 def mark_jump(member: xr.Dataset, axes: Axes) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.motion.validity import invalid
 from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, axis_label, log_ticks, styled
 from gelcone.words import kinds_of_motion
 
@@ -21,6 +22,8 @@ LOOKS: dict[str, dict[str, Any]] = {
 LINEAR: dict[str, Any] = {"color": GREY, "lw": 1.1, "ls": "--", "zorder": 1.5}
 FEW = 60
 """Up to this many points are marked individually."""
+FAINT = 0.3
+UNHELD = "faint: the model does not hold"
 WIDE = 5.0
 """Frequencies that span more than this ratio are drawn on a log scale."""
 
@@ -49,7 +52,7 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
     for branch, look in LOOKS.items():
         own = response.sel(branch=branch)
         shown = look if frequency.size <= FEW else look | {"marker": ""}
-        axes.plot(frequency, own["stroke"], **shown, label=f"swept {branch}")
+        curve(own, axes, shown | {"label": f"swept {branch}"})
         for (label, which), fill in zip(kinds_of_motion(own).items(), ("white", BLACK), strict=True):
             axes.plot(
                 frequency,
@@ -73,13 +76,35 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
     axes.set_ylabel(axis_label(response["stroke"], "stroke, peak to peak"))
 
 
+def curve(own: xr.Dataset, axes: Axes, look: dict[str, Any]) -> None:
+    """The strokes of one sweep through its refined peak, strong where the model holds and faint where it does not."""
+    frequency, stroke = own["drive_frequency"].values, own["stroke"].values
+    where = invalid(own)
+    fails = np.zeros(frequency.size, dtype=bool) if where is None else where.values
+    peak = float(own["peak_frequency"]), 2.0 * float(own["peak_amplitude"])
+    at = int(np.searchsorted(frequency, peak[0]))
+    new = np.isfinite(peak).all() and not np.isclose(frequency, peak[0], rtol=1e-12).any()
+    if new:
+        beside = fails[np.clip([at - 1, at], 0, frequency.size - 1)]
+        frequency, stroke = (np.insert(old, at, value) for old, value in zip((frequency, stroke), peak, strict=True))
+        fails = np.insert(fails, at, beside.any())
+    marked = np.delete(np.arange(frequency.size), at) if new else np.arange(frequency.size)
+    # each line goes on to the next point of the other kind, so that no gaps are left
+    holds = ~fails
+    holds[1:] |= ~fails[:-1]
+    axes.plot(frequency, stroke, **look | {"alpha": FAINT, "label": None}, markevery=marked.tolist())
+    axes.plot(frequency, np.where(holds, stroke, np.nan), **look, markevery=marked.tolist())
+    if fails.any() and not any(label == UNHELD for label in axes.get_legend_handles_labels()[1]):
+        axes.plot([], [], color=BLACK, alpha=FAINT, lw=1.4, label=UNHELD)
+
+
 def arrows(response: xr.Dataset, axes: Axes) -> None:
     """An arrow for each jump, in the colour of the sweep that jumps."""
     columns = (response[f"jump_{name}"].values for name in ("branch", "low", "high", "from", "to"))
     for branch, low, high, before, after in zip(*columns, strict=True):
         at = 0.5 * (low + high)
         style = {"arrowstyle": "->", "color": LOOKS[str(branch)]["color"], "lw": 1.2, "shrinkA": 0.0, "shrinkB": 0.0}
-        axes.annotate("", (at, 2.0 * after), (at, 2.0 * before), arrowprops=style)
+        axes.annotate("", (at, after), (at, before), arrowprops=style)
 
 
 def phases(response: xr.Dataset, axes: Axes) -> None:

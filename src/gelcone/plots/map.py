@@ -9,7 +9,16 @@ import numpy as np
 
 from gelcone.codes import Regime
 from gelcone.errors import InputError
-from gelcone.plots.regime import cell_legend, edges, mark_failed, mark_flagged, regime_cells
+from gelcone.plots.regime import (
+    cell_legend,
+    edges,
+    invalid_cells,
+    invalid_legend,
+    mark_failed,
+    mark_flagged,
+    mark_invalid,
+    regime_cells,
+)
 from gelcone.plots.style import coordinate_axis, styled
 from gelcone.quantity import Array
 from gelcone.words import rate_unit
@@ -39,7 +48,8 @@ def map_figure(cells: xr.Dataset, lines: Lines | None = None) -> Figure:
         right.set_ylabel("")
         for axes in (left, right):
             overlay(lines or {}, axes)
-        handles = cell_legend(*marks(cells)) + right.get_legend_handles_labels()[0]
+        handles = cell_legend(*marks(cells)) + invalid_legend(invalid_cells(cells, *axes_names(cells)))
+        handles += right.get_legend_handles_labels()[0]
         legend_x = 1.25 if coordinate_axis(right, cells, axes_names(cells)[1], "right") else 1.0
         right.legend(handles=handles, loc="upper left", bbox_to_anchor=(legend_x, 1.0))
         figure.suptitle(cells.attrs.get("device", ""), fontsize=9.0)
@@ -79,6 +89,7 @@ def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
     norm = FuncNorm((signed_root, signed_square), -bound, bound)
     borders = edges(cells[x]), edges(cells[y])
     mesh = axes.pcolormesh(*borders, exponent, cmap=colours, norm=norm, rasterized=True)
+    mark_invalid(axes, *borders, invalid_cells(cells, y, x))
     _, failed, flagged = marks(cells)
     mark_failed(axes, *borders, failed)
     mark_flagged(axes, *borders, flagged)
@@ -119,6 +130,7 @@ def regime_map(cells: xr.Dataset, axes: Axes) -> None:
     regime, failed, flagged = marks(cells)
     borders = edges(cells[x]), edges(cells[y])
     regime_cells(axes, *borders, regime)
+    mark_invalid(axes, *borders, invalid_cells(cells, y, x))
     mark_failed(axes, *borders, failed)
     mark_flagged(axes, *borders, flagged & (regime != Regime.TRANSIENT))
     label_axes(axes, cells)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.codes import Regime
-from gelcone.plots.response import members
+from gelcone.plots.response import members, picked
 from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, YELLOW, styled
 from gelcone.quantity import Array
 from gelcone.words import evidence_in_words
@@ -29,6 +29,8 @@ REGIME_COLOURS = {
     Regime.TRANSIENT_CHAOS: ORANGE,
 }
 MARKERS = ("o", "s", "^", "D", "v", "P")
+INVALID, VEIL = "#DDDDDD", 0.62
+"""Colour and opacity of what lies over cells in which the model does not hold."""
 
 
 def regime_figure(result: xr.Dataset) -> Figure:
@@ -37,8 +39,9 @@ def regime_figure(result: xr.Dataset) -> Figure:
     def draw(figure: Figure) -> None:
         axes = figure.add_subplot()
         regime_points(result, axes)
+        axes.set_title("Poincaré section: once every forcing period", loc="left", fontsize=8.0)
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), labelspacing=0.9)
-        figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
+        figure.suptitle(", ".join(filter(None, [result.attrs.get("device", ""), picked(result)])), fontsize=9.0)
 
     return styled(7.2, max(3.2, 0.6 + 0.62 * len(members(result))), draw)
 
@@ -125,6 +128,32 @@ def mark_flagged(axes: Axes, x: Array, y: Array, flagged: Any) -> None:
     size = float(np.clip(150.0 / np.shape(flagged)[1], 1.0, 3.0))
     across, up = 0.5 * (x[1:] + x[:-1])[columns], 0.5 * (y[1:] + y[:-1])[rows]
     axes.plot(across, up, ".", color=BLACK, ms=size, mew=0.0, rasterized=True)
+
+
+def invalid_cells(cells: xr.Dataset, *dims: str) -> Any:
+    """Where the model does not hold, with these dims first; nowhere for a result that does not say."""
+    from gelcone.motion.validity import invalid
+
+    where = invalid(cells)
+    return np.zeros([cells.sizes[dim] for dim in dims], dtype=bool) if where is None else where.transpose(*dims).values
+
+
+def mark_invalid(axes: Axes, x: Array, y: Array, where: Any) -> None:
+    """Greys the cells in which the model does not hold, shape (y, x), unless it holds in none of them."""
+    from matplotlib.colors import ListedColormap
+
+    if np.any(where) and not np.all(where):
+        veil = ListedColormap([INVALID])
+        axes.pcolormesh(x, y, np.ma.masked_equal(where, False), cmap=veil, alpha=VEIL, rasterized=True, lw=0.0)
+
+
+def invalid_legend(where: Any) -> list[Artist]:
+    """The legend handle of cells in which the model does not hold, or the statement that it holds in none."""
+    from matplotlib.patches import Patch
+
+    if np.all(where) and np.size(where):
+        return [Patch(facecolor="none", edgecolor="none", label="the model holds\nnowhere here")]
+    return [Patch(facecolor=INVALID, alpha=VEIL, label="model does not hold")] if np.any(where) else []
 
 
 def cell_legend(regime: Any, failed: Any, flagged: Any) -> list[Artist]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.plots.style import BLUE, CYCLE, GREY, VERMILION, axis_label, styled
+from gelcone.words import outcome_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,12 +27,14 @@ SLACK = {"hoop_slack": "hoop slack", "meridional_slack": "meridian slack", "crum
 
 
 def response_figure(response: xr.Dataset) -> Figure:
-    """Displacement and voltage over time, with the phase portrait; up to six members of an ensemble.
+    """Displacement and voltage over time, with the phase portrait; of an ensemble see `ensemble_figure`.
 
-    Of a single run the spans during which the model does not hold, or the film is slack, are marked between the two.
+    The spans during which the model does not hold, or the film is slack, are marked between the two.
     """
     lines = members(response)
-    failing = failings(response) if len(lines) == 1 else {}
+    if len(lines) > 1:
+        return ensemble_figure(response)
+    failing = failings(response)
     heights = [1.8, 0.1 * len(failing), 0.8] if failing else [1.8, 0.8]
 
     def draw(figure: Figure) -> None:
@@ -46,13 +49,48 @@ def response_figure(response: xr.Dataset) -> Figure:
         drive_voltage(response, bottom)
         figure.align_ylabels([top, bottom])
         phase_portrait(response, figure.add_subplot(grid[:, 1]))
-        if len(lines) > 1:
-            handles, names = top.get_legend_handles_labels()
-            figure.legend(handles, names, loc="outside upper center", ncols=min(len(names), 3))
         if "device" in response.attrs:
             figure.suptitle(response.attrs["device"], fontsize=9.0)
 
     return styled(7.2, 3.7, draw)
+
+
+def ensemble_figure(response: xr.Dataset) -> Figure:
+    """Displacement over time next to the phase portrait, a row for each of up to six members; on equal scales."""
+    lines = members(response)
+
+    def draw(figure: Figure) -> None:
+        grid = figure.subplots(len(lines), 2, sharex="col", sharey="col", squeeze=False, width_ratios=[2.6, 1.0])
+        for row, colour, (name, member) in zip(grid, CYCLE, lines, strict=False):
+            row[0].plot(member["time"], member["displacement"], color=colour, lw=0.8)
+            row[0].set_title(f"{name}{said(member)}", loc="left", fontsize=7.5, pad=2.0)
+            row[0].margins(x=0)
+            x, u = member["displacement"].values, member["velocity"].values
+            settled = len(x) // 2
+            row[1].plot(x[: settled + 1], u[: settled + 1], color=colour, alpha=0.35, lw=0.4)
+            row[1].plot(x[settled:], u[settled:], color=colour, lw=0.8)
+        middle = grid[len(lines) // 2]
+        middle[0].set_ylabel(axis_label(response["displacement"], "displacement"))
+        middle[1].set_ylabel(axis_label(response["velocity"], "velocity"))
+        grid[-1][0].set_xlabel(axis_label(response["time"], "time"))
+        grid[-1][1].set_xlabel(axis_label(response["displacement"], "displacement"))
+        figure.suptitle(", ".join(filter(None, [response.attrs.get("device", ""), picked(response)])), fontsize=9.0)
+
+    return styled(7.2, 0.7 + 0.95 * len(lines), draw)
+
+
+def said(member: xr.Dataset) -> str:
+    """How the run of a member failed, or that the model did not hold in all of it; empty for one that is fine."""
+    if int(member["outcome"]):
+        return f": failed, {outcome_in_words(int(member['outcome']))}"
+    unheld = [words for words, when in failings(member).items() if when.any()]
+    return f" (at times {', '.join(unheld)})" if unheld else ""
+
+
+def picked(response: xr.Dataset) -> str:
+    """How many of the members are drawn, where it is not all of them."""
+    count = response["outcome"].size
+    return f"{len(members(response))} of {count} members, evenly picked" if count > MOST_LINES else ""
 
 
 def members(response: xr.Dataset) -> list[tuple[str, xr.Dataset]]:

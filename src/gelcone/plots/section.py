@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
-from gelcone.plots.response import members
+from gelcone.plots.response import members, picked
 from gelcone.plots.style import CYCLE, axis_label, styled
 
 if TYPE_CHECKING:
@@ -30,11 +30,13 @@ def section_figure(section: xr.Dataset) -> Figure:
 
         axes = figure.add_subplot()
         draw_points(section, axes)
+        name = "Poincaré section: once every forcing period" if "repeat" in section.dims else "turning points"
+        axes.set_title(name, loc="left", fontsize=8.0)
         if axes.get_legend_handles_labels()[1]:
             legend = axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
             for points in legend.findobj(PathCollection):
                 points.set(sizes=[14.0])
-        figure.suptitle(section.attrs.get("device", ""), fontsize=9.0)
+        figure.suptitle(", ".join(filter(None, [section.attrs.get("device", ""), picked(section)])), fontsize=9.0)
 
     longest = max(len(_label(name, member)) for name, member in members(section))
     return styled(3.5 if not longest and "repeat" in section.dims else 4.1 + 0.065 * longest, 3.3, draw)

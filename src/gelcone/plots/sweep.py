@@ -10,6 +10,7 @@ from gelcone.errors import InputError
 from gelcone.plots.regime import edges
 from gelcone.plots.style import BLUE, axis_label, coordinate_axis, styled
 from gelcone.plots.values import values_figure
+from gelcone.words import unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,11 +77,14 @@ def sweep_figure(result: xr.Dataset) -> Figure:
         return values_figure(result)
     dims, there = result["status"].dims, result["status"] > 0
     along = str(dims[0])
-    full = {str(n): v.where(there) for n, v in result.data_vars.items() if v.dims == dims and n not in _BOOKKEEPING}
+    numbers = {str(n): v for n, v in result.data_vars.items() if v.dims == dims and not _is_code(str(n), v)}
+    full = {name: values.where(there) for name, values in numbers.items()}
     names = [name for name, values in full.items() if np.isfinite(values).any()][:WIDEST]
 
     if len(dims) == 2 and all(dim in result.coords for dim in dims):
         return _maps({name: full[name] for name in names}, result)
+    if len(dims) == 3 and all(dim in result.coords for dim in dims):
+        return _slices(result, full[names[0]])
 
     def draw(figure: Figure) -> None:
         panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
@@ -95,6 +99,48 @@ def sweep_figure(result: xr.Dataset) -> Figure:
             panels[-1].set_xlabel("draw")
 
     return styled(5.6, 0.8 + 1.5 * len(names), draw)
+
+
+def _is_code(name: str, variable: xr.DataArray) -> bool:
+    """Whether a variable is not a number to draw over the axes: codes, bookkeeping, validity."""
+    coded = variable.attrs.get("quantity") == "code" and "regime" not in name and name != "sign"
+    return name in _BOOKKEEPING or name.startswith("validity_") or coded
+
+
+def _slices(result: xr.Dataset, values: xr.DataArray) -> Figure:
+    """Maps over the first two axes at up to `WIDEST` values of the third: of the regime, or else of a number."""
+    from gelcone.plots.map import regime_map
+    from gelcone.plots.regime import cell_legend, invalid_cells, invalid_legend
+
+    x, y, third = map(str, result["status"].dims)
+    picks = np.unique(np.linspace(0, result.sizes[third] - 1, min(result.sizes[third], WIDEST)).astype(int))
+    columns = 2 if picks.size in (2, 4) else min(3, picks.size)
+    rows = -(-picks.size // columns)
+
+    def draw(figure: Figure) -> None:
+        panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
+        for axes, pick in zip(panels, picks, strict=False):
+            one = result.isel({third: int(pick)})
+            if "regime" in one:
+                regime_map(one, axes)
+            else:
+                _cells(values.isel({third: int(pick)}), one, axes, "viridis")
+            place = one[third]
+            axes.set_title(f"{third.replace('_', ' ')} {float(place):.4g}{unit_of(place)}", loc="left", fontsize=8.0)
+        for axes in panels:
+            axes.label_outer()
+        for axes in panels[picks.size :]:
+            axes.remove()
+        if "regime" in result:
+            shown = result.isel({third: picks}).stack(flat=(y, third)).transpose("flat", x, ...)
+            failed = shown["outcome"].values > 0
+            handles = cell_legend(shown["regime"].values, failed, (shown["doubtful"].values > 0) & ~failed)
+            handles += invalid_legend(invalid_cells(result, x, y, third))
+            figure.legend(handles=handles, loc="outside right upper")
+        if picks.size < result.sizes[third]:
+            figure.suptitle(f"{picks.size} of {result.sizes[third]} values of {third.replace('_', ' ')}", fontsize=8.0)
+
+    return styled(7.2, 0.5 + 2.2 * rows, draw)
 
 
 def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:

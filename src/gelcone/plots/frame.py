@@ -1,0 +1,68 @@
+"""What every figure has: axes in the units of the device, and the parameters that all of it shares."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+from gelcone.plots.style import GREY
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+LETTERS_AN_INCH = 19
+"""Letters of the footnote, so many to an inch of the figure's width."""
+LINE = 0.115
+"""Height of its lines, inches."""
+
+
+def on_si_axes(result: xr.Dataset) -> xr.Dataset:
+    """A result whose swept axes are those in SI units, where it holds both."""
+    both = [str(name) for name in result.coords if f"{name}_si" in result.coords]
+    if not both:
+        return result
+    shown = result.assign_coords({name: result[f"{name}_si"].variable for name in both})
+    shown = shown.drop_vars([f"{name}_si" for name in both])
+    for end in ("threshold_low", "threshold_high"):
+        if f"{end}_si" in shown:
+            shown[end] = shown[f"{end}_si"]
+    return shown
+
+
+def fixed_parameters(result: xr.Dataset) -> str:
+    """The numbers that are the same in all of a result, and the components that are not the usual ones."""
+    attrs = result.attrs
+    if "model" not in attrs:
+        return ""
+    swept = {*map(str, result.coords), *map(str, result.dims), attrs.get("parameter", "")}
+    usual = {"prestretch_mode": "radial", "law": "gent", "film": "taut", "bias": "spring"}
+    usual |= {"waveform": "sine", "circuit": "ideal"}
+    parts = []
+    for name, value in json.loads(attrs["model"]).items():
+        if name in swept or usual.get(name) == value:
+            continue
+        if isinstance(value, int | float):
+            parts.append(f"{name.replace('_', ' ')} {value:.4g}")
+        elif isinstance(value, str) and len(value) < 20:
+            parts.append(f"{name.replace('_', ' ')} {value}")
+    return "fixed (dimensionless): " + ", ".join(parts) if parts else ""
+
+
+def add_footnote(figure: Figure, text: str) -> None:
+    """Writes small lines below a figure, which grows by their height."""
+    if not text:
+        return
+    width, height = figure.get_size_inches()
+    lines = textwrap.wrap(text, int(LETTERS_AN_INCH * width))
+    room = LINE * len(lines) + 0.06
+    figure.set_size_inches(width, height + room)
+    share = room / (height + room)
+    engine: Any = figure.get_layout_engine()
+    engine.set(rect=(0.0, share, 1.0, 1.0 - share))
+    for legend in figure.legends:
+        own: Any = legend
+        if own._outside_loc == "lower":  # it stands on the lower edge of the figure, whatever the layout's
+            own.borderaxespad += 72.0 * room / own.prop.get_size_in_points()
+    figure.text(0.01, 0.04 / (height + room), "\n".join(lines), fontsize=6.0, color=GREY, va="bottom", linespacing=1.1)

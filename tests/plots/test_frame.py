@@ -1,0 +1,63 @@
+"""What every figure has: axes in the units of the device, and the parameters that it shares."""
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+import gelcone
+from gelcone import ConeModel
+from gelcone.analyses.answer import in_si
+from gelcone.analyses.subject import Subject
+from gelcone.plots.frame import fixed_parameters, on_si_axes
+from tests.plots.made_up import texts
+
+MODEL = ConeModel(damping_ratio=0.3, voltage=[0.2, 0.4], dielectric_strength=1.5)
+
+
+def test_a_figure_says_which_parameters_all_of_it_shares():
+    response = gelcone.simulate(MODEL, periods=2)
+    told = fixed_parameters(response)
+    assert "damping ratio 0.3" in told
+    assert "dielectric strength 1.5" in told
+    assert "voltage 0" not in told.replace("voltage bias 0", "")
+    figure = gelcone.plot(response)
+    assert told.split(",")[0] in texts(figure)
+    assert gelcone.plot(response).get_size_inches()[1] > gelcone.plots.response_figure(response).get_size_inches()[1]
+
+
+@pytest.mark.parametrize("kind", ["frequency", "static"])
+def test_the_note_lies_below_everything_else(kind):
+    single = ConeModel(damping_ratio=0.3, voltage=0.3, rest_height=0.5)
+    result = gelcone.frequency(single, [0.9, 1.0, 1.2]) if kind == "frequency" else gelcone.static(single)
+    figure = gelcone.plot(result)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    (note,) = (text for text in figure.texts if text.get_text().startswith("fixed"))
+    top = note.get_window_extent(renderer).y1
+    for above in (*figure.axes, *figure.legends):
+        assert above.get_tightbbox(renderer).y0 >= top - 1.0
+
+
+def test_the_axes_of_a_device_are_in_its_units():
+    device = gelcone.find_device("soft-film")
+    model = device.to_model().replace(voltage=0.3)
+    swept = gelcone.map(model, {"voltage": [0.1, 0.2], "voltage_bias": [0.1, 0.2]}, budget=100.0, transient=60.0)
+    shown = in_si(swept, Subject(model, device))
+    axes = gelcone.plot(shown).axes
+    assert axes[0].get_xlabel().endswith("(V)")
+    assert axes[0].get_ylabel().endswith("(V)")
+    drawn = on_si_axes(shown)
+    np.testing.assert_allclose(np.asarray(drawn["voltage"]) / device.scales.voltage, [0.1, 0.2])
+
+
+def test_a_sweep_of_three_parameters_is_a_row_of_maps():
+    plan = gelcone.Plan(
+        ConeModel(damping_ratio=0.3),
+        {"voltage": [0.2, 0.4], "prestretch": [1.0, 1.2], "drive_frequency": [0.8, 0.9, 1.0]},
+        options={"budget": 100.0, "transient": 60.0},
+    )
+    figure = gelcone.plot(gelcone.sweep(plan))
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles == ["drive frequency 0.8", "drive frequency 0.9", "drive frequency 1"]
+    assert all(axes.collections for axes in figure.axes)
