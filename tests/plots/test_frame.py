@@ -1,14 +1,11 @@
 """What every figure has: axes in the units of the device, and the parameters that it shares."""
 
-import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import gelcone
 from gelcone import ConeModel
-from gelcone.analyses.answer import in_si
-from gelcone.analyses.subject import Subject
-from gelcone.plots.frame import fixed_parameters, on_si_axes
+from gelcone.plots.frame import fixed_parameters
 from tests.plots.made_up import texts
 
 MODEL = ConeModel(damping_ratio=0.3, voltage=[0.2, 0.4], dielectric_strength=1.5)
@@ -39,16 +36,16 @@ def test_the_note_lies_below_everything_else(kind):
         assert above.get_tightbbox(renderer).y0 >= top - 1.0
 
 
-def test_the_axes_of_a_device_are_in_its_units():
+def test_the_axes_and_the_note_of_a_device_are_in_its_units():
     device = gelcone.find_device("soft-film")
-    model = device.to_model().replace(voltage=0.3)
-    swept = gelcone.map(model, {"voltage": [0.1, 0.2], "voltage_bias": [0.1, 0.2]}, budget=100.0, transient=60.0)
-    shown = in_si(swept, Subject(model, device))
-    axes = gelcone.plot(shown).axes
-    assert axes[0].get_xlabel().endswith("(V)")
-    assert axes[0].get_ylabel().endswith("(V)")
-    drawn = on_si_axes(shown)
-    np.testing.assert_allclose(np.asarray(drawn["voltage"]) / device.scales.voltage, [0.1, 0.2])
+    over = {"voltage_amplitude": [100.0, 200.0], "voltage_offset": [50.0, 100.0]}
+    swept = gelcone.map(device, over, budget=100.0, transient=60.0)
+    figure = gelcone.plot(swept)
+    assert figure.axes[0].get_xlabel().endswith("(V)")
+    assert figure.axes[0].get_ylabel().endswith("(V)")
+    told = fixed_parameters(swept)
+    assert "film_radius" in told
+    assert "voltage_amplitude" not in told
 
 
 def test_a_sweep_of_three_parameters_is_a_row_of_maps():

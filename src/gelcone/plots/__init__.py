@@ -65,10 +65,10 @@ def plot(result: xr.Dataset, **options: Any) -> Figure:
         by another version, or with variables removed).
     """
     draw = figure_of(result)
-    from gelcone.plots.frame import add_footnote, fixed_parameters, on_si_axes
+    from gelcone.plots.frame import add_footnote, fixed_parameters
 
     try:
-        figure = draw(on_si_axes(result), **options)
+        figure = draw(result, **options)
     except KeyError as error:
         attrs, what = result.attrs, str(error.args[0]).partition(". ")[0]
         raise InputError(

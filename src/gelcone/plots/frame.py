@@ -1,4 +1,4 @@
-"""What every figure has: axes in the units of the device, and the parameters that all of it shares."""
+"""What every figure has below it: the parameters that all of it shares."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import json
 import textwrap
 from typing import TYPE_CHECKING, Any
 
+from gelcone.devices.si import device_of
+from gelcone.devices.template import told_fields
 from gelcone.plots.style import GREY
 
 if TYPE_CHECKING:
@@ -18,25 +20,14 @@ LINE = 0.115
 """Height of its lines, inches."""
 
 
-def on_si_axes(result: xr.Dataset) -> xr.Dataset:
-    """A result whose swept axes are those in SI units, where it holds both."""
-    both = [str(name) for name in result.coords if f"{name}_si" in result.coords]
-    if not both:
-        return result
-    shown = result.assign_coords({name: result[f"{name}_si"].variable for name in both})
-    shown = shown.drop_vars([f"{name}_si" for name in both])
-    for end in ("threshold_low", "threshold_high"):
-        if f"{end}_si" in shown:
-            shown[end] = shown[f"{end}_si"]
-    return shown
-
-
 def fixed_parameters(result: xr.Dataset) -> str:
     """The numbers that are the same in all of a result, and the components that are not the usual ones."""
     attrs = result.attrs
     if "model" not in attrs:
         return ""
     swept = {*map(str, result.coords), *map(str, result.dims), attrs.get("parameter", "")}
+    if (device := device_of(result)) is not None:
+        return "fixed: " + ", ".join(told_fields(device, swept))
     usual = {"prestretch_mode": "radial", "law": "gent", "film": "taut", "bias": "spring"}
     usual |= {"waveform": "sine", "circuit": "ideal"}
     parts = []
