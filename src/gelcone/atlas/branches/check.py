@@ -42,6 +42,8 @@ ORBITS = 24
 RESTING = 1e-7
 """Smaller motions are rest."""
 SETTLED = 1e-6
+PATIENCE = 1000
+"""Periods over which an attractor without orbit has to stay where it is."""
 NEARLY = 0.02
 """Motions that return this closely, as a share of their size, may be on the way to a cycle: Newton's method tells."""
 FARTHEST = 0.2
@@ -135,7 +137,8 @@ def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
         point = polished(own, state, value, tree.walk.scale, **flow)
         if point is None or (runs.attracting and not point.stable):
             if runs.arrived[k]:
-                flags.append(Flag(NO_ORBIT, -1, value))
+                told = _moves_on(own, state, value, int(runs.period[k]), **flow)
+                flags.append(Flag(NO_ORBIT, -1, value, told))
             continue
         if shooting.symmetric and np.abs(point.nodes[:, :2]).max() < RESTING:
             continue  # a slow decay, which ends at rest
@@ -146,6 +149,16 @@ def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
             seeded += 1
             tree.grow()
     return Checked(cycles, seeded, 0, flags)
+
+
+def _moves_on(shooting: Shooting, state: Array, value: float, period: int, **flow: Any) -> str:
+    """What explains a motion that returns to no orbit: that it does not stay. Just beside a fold a motion drifts so
+    slowly past the orbits that meet there that it looks like a cycle."""
+    members = shooting.members_at((value,))
+    later, outcome = settle(members, state[None], PATIENCE * period, **flow)
+    if outcome[0] == Outcome.OK and np.abs(later[0] - state).max() < NEARLY * np.abs(state).max():
+        return ""
+    return f"it is none: {PATIENCE * period} forcing periods later the motion is elsewhere"
 
 
 def polished(shooting: Shooting, state: Array, value: float, scale: float, **flow: Any) -> Point | None:
