@@ -134,12 +134,14 @@ def agreement(preset: str, low: float, high: float, runs: int) -> None:
     model = find_preset(preset).model
     result = gelcone.continue_branch(model, "voltage", low, high, checks=-(-runs // 2))
     unexplained = [k for k in range(result.sizes["flag"]) if not str(result["flag_explanation"][k].values)]
+    run, cycles, orbits = result.sizes["run"], int(result["checked_cycles"]), int(result["checked_orbits"])
     print(
-        f"set {preset}, voltage {low:g} to {high:g}: {result.sizes['run']} runs, {int(result['checked_cycles'])} "
-        f"cycles, {result.sizes['branch']} branches ({int(result['seeded'])} from cycles), {int(result['checked_orbits'])} "
-        f"stable orbits run beside; {result.sizes['flag']} contradictions, {len(unexplained)} unexplained; "
-        f"{time.process_time() - begin:.0f} s"
+        f"set {preset}, voltage {low:g} to {high:g}, {time.process_time() - begin:.0f} s: {run} runs, {cycles} cycles"
     )
+    print(
+        f"  on {result.sizes['branch']} branches, {int(result['seeded'])} of them from cycles; {orbits} stable orbits"
+    )
+    print(f"  run beside; {result.sizes['flag']} contradictions, {len(unexplained)} unexplained")
     for k in unexplained:
         print(f"  branch {int(result['flag_branch'][k])}, voltage {float(result['flag_value'][k]):.6g}")
 

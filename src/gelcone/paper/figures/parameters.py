@@ -7,17 +7,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.atlas.branches.beside import branches_beside
 from gelcone.codes import Regime
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.studies.diagrams import PANELS, diagram_name
 from gelcone.paper.studies.maps import MODES
-from gelcone.plots.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILION, styled
+from gelcone.plots.branches import DASHED, sections_of, stability_parts
+from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, styled
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+SHORT = 2
+"""Branches of at most this period are drawn."""
 LABELS = {
     "damping_ratio": r"damping ratio $\zeta$",
     "voltage": r"voltage $v$",
@@ -83,6 +87,23 @@ def _sections(study: xr.Dataset, parameter: str, axes: Axes) -> None:
             points = branch["section"].values[:, -32:, 0]
             at = np.broadcast_to(values[:, None], points.shape)
             axes.plot(at.ravel(), points.ravel(), ".", ms=size, color=colour, mec="none", rasterized=True, label=label)
+    followed = branches_beside(study)
+    if followed is not None:
+        _branches(followed, axes)
+
+
+def _branches(followed: xr.Dataset, axes: Axes) -> None:
+    """Orbits of short periods as thin lines, unstable ones dashed, and their bifurcations as ticks at the top."""
+    colour = GREEN
+    for k in np.flatnonzero(followed["period"].values <= SHORT):
+        own = followed.isel(branch=k)
+        inside, outside = stability_parts(own["stable"].values)
+        lines = sections_of(own)
+        for which, style in ((inside, "-"), (outside, DASHED)):
+            axes.plot(own["value"], np.where(which[:, None], lines, np.nan), color=colour, ls=style, lw=0.4, alpha=0.8)
+    short = followed["period"].values[followed["event_branch"].values] <= SHORT
+    at = followed["event_value"].values[short]
+    axes.plot(at, np.full(at.size, 0.98), "|", ms=3.0, mew=0.5, color=colour, transform=axes.get_xaxis_transform())
 
 
 def _exponents(study: xr.Dataset, parameter: str, axes: Axes) -> None:
@@ -177,7 +198,11 @@ FIGURES = (
         "with its error, and over the window from the start that a paper would show. Where both differ in sign, what "
         "looks chaotic is a transient, or what looks regular has not yet shown itself. Shaded is where "
         "theory says that "
-        "rest is unstable: a necessary condition for lasting motion, not a sign of chaos.",
+        "rest is unstable: a necessary condition for lasting motion, not a sign of chaos. Green lines over the voltage "
+        "are periodic orbits of one and two forcing periods, dashed where they are unstable; ticks at the top are "
+        "their bifurcations. Chaos begins where period doublings accumulate: in the base set those of the branch that "
+        "is born where rest loses its stability, in the fast set those of a branch that is born in a fold far below "
+        "and that no branch from rest reaches in voltage.",
         tuple(diagram_name(*panel) for panel in PANELS),
         diagrams_figure,
     ),

@@ -51,7 +51,10 @@ def diagram_name(preset: str, parameter: str) -> str:
 
 
 def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress) -> xr.Dataset:
-    """The diagram of one panel, with ``finite`` (parameter, exponent): the exponents over the window from the start."""
+    """The diagram of one panel, with ``finite`` (parameter, exponent): the exponents over the window from the start.
+
+    Over the voltage branches of periodic orbits stand beside it, see `gelcone.atlas.branches.beside`.
+    """
     preset = find_preset(preset_name)
     model = preset.model.replace(voltage=PANELS[preset_name, parameter])
     values = values_of(preset_name, parameter, effort)
@@ -62,6 +65,7 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
         initial=preset.initial,
         sweeps=effort.sweeps,
         bisections=effort.bisections,
+        branches=parameter == "voltage",
         patience=effort.patience,
         progress=progress,
     )
