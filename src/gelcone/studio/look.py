@@ -17,11 +17,13 @@ from gelcone.dataset import Findings
 from gelcone.devices.si import READ_AS, factor
 from gelcone.motion.equilibrium import static
 from gelcone.motion.flow import integrate
+from gelcone.motion.job import Trajectories
 from gelcone.motion.section import section_cells
 from gelcone.motion.settle import start_states
 from gelcone.motion.spectrum import spectrum_cells
 from gelcone.motion.validity import broken, voltages_along
 from gelcone.physics.members import Members
+from gelcone.physics.records import bias_record
 from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
@@ -44,6 +46,10 @@ FILM_STATES = (
     "above breakdown",
     "near its stretch limit",
 )
+WRINKLED = ("taut", "wrinkled from rim to disc", "wrinkled around", "crumpled", *FILM_STATES[4:])
+"""The states of a film that wrinkles where it would be slack."""
+SLACK = 1e-9
+"""Stress over the shear modulus up to which such a film carries nothing."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +104,7 @@ def response(subject: Subject, periods: float) -> Parts:
     film = film_states(members, run.times, run.states)
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     outcome = Outcome(int(run.outcome[0]))
-    seems = f"ended: {outcome.meaning}" if outcome else _seems(members, run.times[0], run.states[0])
+    seems = _ended(subject, run) if outcome else _seems(members, run.times[0], run.states[0])
     ran = np.isfinite(x)
     return Parts(
         {
@@ -111,7 +117,7 @@ def response(subject: Subject, periods: float) -> Parts:
         {
             "seems": seems,
             "ended": bool(outcome),
-            "shares": _shares(film[ran], subject),
+            "shares": _shares(film[ran]),
             "period": float(model.drive_period) * by["time"],
         },
     )
@@ -119,20 +125,39 @@ def response(subject: Subject, periods: float) -> Parts:
 
 def film_states(members: Members, times: Array, states: Array) -> Any:
     """The film's state (a place in `FILM_STATES`) along a single run, (samples,); of two films the worse."""
-    fails = broken(members, states[..., 0], voltages_along(members, times, states))
+    voltages, x = voltages_along(members, times, states), states[..., 0]
+    fails = broken(members, x, voltages)
+    if members.system.film.kinds:
+        n = members.numbers(trailing=1)
+        with np.errstate(all="ignore"):
+            state = members.system.film.state(x, voltages[0], n)
+        fails |= {"hoop_slack": state.hoop_stress <= SLACK, "meridional_slack": state.meridional_stress <= SLACK}
     code = np.zeros(states.shape[1], dtype=np.uint8)
     for name, value in (("hoop_slack", HOOP_SLACK), ("meridional_slack", MERIDIONAL_SLACK)):
-        code += np.uint8(value) * fails.get(name, np.zeros((1, code.size), dtype=bool))[0]
+        if name in fails:
+            code[np.asarray(fails[name])[0]] += np.uint8(value)
     for name, value in (("near_limit", NEAR_LIMIT), ("breakdown", BREAKDOWN)):
         if name in fails:
             code[fails[name][0]] = value
     return code
 
 
-def _shares(film: Any, subject: Subject) -> list[dict[str, Any]]:
-    """For which share of the run the film is in each state that occurs, the model's own first."""
+def _shares(film: Any) -> list[dict[str, Any]]:
+    """For which share of the run the film is in each state that occurs."""
     counts = np.bincount(film, minlength=len(FILM_STATES)) / max(film.size, 1)
     return [{"code": code, "share": float(share)} for code, share in enumerate(counts) if share > 0.0]
+
+
+def _ended(subject: Subject, run: Trajectories) -> str:
+    """How a run that stopped did so, and where."""
+    outcome = Outcome(int(run.outcome[0]))
+    if outcome is not Outcome.PULLED_IN:
+        return outcome.meaning
+    by = scales(subject)
+    voltage = subject.model.members().film_voltage(run.end_times[:, None], run.end_states[:, None])
+    places = zip((run.end_times[0], run.end_states[0, 0], voltage[0, 0]), ("time", "length", "voltage"), strict=True)
+    time, height, volts = (f"{value * by[name][0]:.4g} {by[name][1]}".strip() for value, name in places)
+    return f"the film pulls in: after {time}, at the height {height}, at {volts}; {outcome.meaning}"
 
 
 def _seems(members: Members, times: Array, states: Array) -> str:
@@ -247,10 +272,9 @@ STAGES: Mapping[str, Callable[[Subject], Parts]] = {
 
 
 def legend() -> dict[str, Any]:
-    """Names and colours of kinds of motion and states of the film."""
+    """Names and colours of kinds of motion."""
     return {
         "regimes": [{"name": regime.label, "colour": REGIME_COLOURS[regime]} for regime in Regime],
-        "film": list(FILM_STATES),
     }
 
 
@@ -260,12 +284,14 @@ def about(subject: Subject) -> dict[str, Any]:
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     disc, rim = (0.35, 1.0) if device is None else (device.disc_radius, device.film_radius)
     unit = 1e3 if device is not None else 1.0 / (rim - disc)
-    free = float(np.ravel(model.system.bias.free_height(model.own_numbers))[0])
+    flat = model.values.get("second_flat_height")
     return {
         "disc": disc * unit,
         "rim": rim * unit,
-        "free": free * by["length"],
-        "parts": {name: getattr(model.system, name).name for name in ("film", "bias", "waveform", "circuit")},
+        "bias": str(bias_record(model.system.bias)),
+        "wrinkles": bool(model.system.film.kinds),
+        "film": list(WRINKLED if model.system.film.kinds else FILM_STATES),
+        "second": None if flat is None else float(np.ravel(flat)[0]) * by["length"],
         "axes": axes(subject),
         "si": device is not None,
         "name": device.name if device is not None else "",

@@ -195,11 +195,16 @@ def run(studio: Studio, listening: socket.socket, ready: Callable[[], None]) -> 
 
     async def main() -> None:
         loop = asyncio.get_running_loop()
-        before = signal.signal(signal.SIGINT, lambda number, frame: loop.call_soon_threadsafe(studio.stop))
+
+        def stop(number: int, frame: object) -> None:
+            loop.call_soon_threadsafe(studio.stop)
+
+        before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
         loop.call_soon(ready)
         try:
             await studio.serve(listening)
         finally:
-            signal.signal(signal.SIGINT, before)
+            for number, handler in before.items():
+                signal.signal(number, handler)
 
     asyncio.run(main())

@@ -2,6 +2,7 @@
 import { colours, onto } from "./colours.js";
 import { make } from "./controls.js";
 
+const BREAKDOWN = 4;
 const percent = (share) => (share >= 0.9995 ? "all" : share < 0.01 ? "under 1 %" : `${Math.round(100 * share)} %`);
 
 export class Badge {
@@ -33,16 +34,20 @@ export class Badge {
     row.kind.style.background = colour ?? ""; row.kind.style.color = colour ? onto(colour) : "";
     const evidence = look.words.ended ? look.words.seems : sure ? look.lines.slice(1).join(" · ") : "first impression; the evidence is under way";
     row.evidence.textContent = evidence; row.evidence.title = evidence;
-    const [text, holds] = validity(look, legend);
+    const [text, holds] = validity(look);
     row.valid.textContent = row.valid.title = text;
     row.valid.classList.toggle("no", !holds); row.valid.classList.toggle("yes", holds);
   }
 }
 
-function validity(look, legend) {
-  const broken = look.words.shares.filter(({ code }) => code > 0);
-  if (!broken.length) {
-    return [look.about.strength || !look.about.si ? "film taut throughout: the model holds" : "film taut throughout; dielectric strength unknown", true];
-  }
-  return [`film ${broken.map(({ code, share }) => `${legend.film[code]} ${percent(share)}`).join(", ")} of the time: there the model does not hold`, false];
+// What the film does, and whether the model holds there: a film that wrinkles may, one that is taut by assumption not.
+function validity(look) {
+  const { shares } = look.words, { about } = look;
+  const named = (some) => some.map(({ code, share }) => `${about.film[code]} ${percent(share)}`).join(", ");
+  const broken = shares.filter(({ code }) => code >= BREAKDOWN || (code > 0 && !about.wrinkles));
+  if (broken.length) return [`film ${named(broken)} of the time: there the model does not hold`, false];
+  const strength = about.strength || !about.si ? "" : "; dielectric strength unknown";
+  const wrinkled = shares.filter(({ code }) => code > 0);
+  if (wrinkled.length) return [`film ${named(wrinkled)} of the time, as a film may be: the model holds${strength}`, true];
+  return [`film taut throughout: the model holds${strength}`, true];
 }

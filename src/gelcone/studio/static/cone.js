@@ -54,7 +54,7 @@ export class Cone {
     g.strokeStyle = c.line; g.lineWidth = 1; g.setLineDash([3, 4]);
     g.beginPath(); g.moveTo(cx - b - 16, y0); g.lineTo(cx + b + 16, y0); g.stroke(); g.setLineDash([]);
     const base = Math.min(h - 8, y0 + Math.max(0.42 * b, -side.low * scale + 26));
-    this.bias(about, cx, base, y, a);
+    this.bias(side, cx, y0, base, y, a, b, scale);
     for (const sign of [-1, 1]) this.filmLine(cx + sign * b, y0, cx + sign * a, y, film);
     g.fillStyle = c.steel;
     for (const sign of [-1, 1]) this.block(cx + sign * b + (sign > 0 ? -2 : -10), y0 - 9, 12, 18);
@@ -65,16 +65,25 @@ export class Cone {
 
   block(x, y, w, h) { const g = this.context; g.beginPath(); g.roundRect(x, y, w, h, 2.5); g.fill(); }
 
-  // What pulls on the disc besides the film, in outline.
-  bias(about, cx, base, y, a) {
-    const g = this.context, c = colours(), kind = about.parts.bias;
-    g.strokeStyle = c.edge; g.lineWidth = 1.6;
-    if (/cone/.test(kind)) return;
-    if (/weight|payload|force/.test(kind)) {
-      g.fillStyle = c.edge; this.block(cx - 0.6 * a, y + 14, 1.2 * a, 14);
-      g.beginPath(); g.moveTo(cx, y); g.lineTo(cx, y + 14); g.stroke();
-      return;
+  // What acts on the disc besides the film, in outline: one or several of spring, weight, force, beam.
+  bias(side, cx, y0, base, y, a, b, scale) {
+    const g = this.context, c = colours(), kinds = side.about.bias;
+    g.strokeStyle = g.fillStyle = c.edge; g.lineWidth = 1.6;
+    if (side.about.second !== null) { // the second film, flat where the disc is at that height
+      const flat = y0 - side.about.second * scale;
+      for (const sign of [-1, 1]) { this.filmLine(cx + sign * b, flat, cx + sign * a, y, 0); this.block(cx + sign * b - 6, flat - 7, 12, 14); }
+      g.strokeStyle = g.fillStyle = c.edge; g.lineWidth = 1.6;
     }
+    if (/weight/.test(kinds)) { g.beginPath(); g.moveTo(cx, y); g.lineTo(cx, y + 16); g.stroke(); this.block(cx - 0.5 * a, y + 16, a, 14); }
+    if (/force/.test(kinds)) {
+      g.beginPath(); g.moveTo(cx, y + 34); g.lineTo(cx, y + 8); g.moveTo(cx - 5, y + 15); g.lineTo(cx, y + 8); g.lineTo(cx + 5, y + 15); g.stroke();
+    }
+    if (/beam/.test(kinds)) {
+      g.beginPath();
+      for (let i = -20; i <= 20; i++) g.lineTo(cx + (b * i) / 20, base + ((y - base) * (1 + Math.cos((Math.PI * i) / 20))) / 2);
+      g.stroke();
+    }
+    if (!/spring/.test(kinds)) return;
     const turns = 9, width = Math.min(9, 0.5 * a);
     g.beginPath(); g.moveTo(cx - 0.5 * a, base); g.lineTo(cx + 0.5 * a, base); g.moveTo(cx, base);
     for (let i = 1; i < 2 * turns; i++) g.lineTo(cx + (i % 2 ? width : -width), base + ((y - base) * i) / (2 * turns));

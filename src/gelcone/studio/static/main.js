@@ -266,14 +266,16 @@ function show(side) {
 }
 
 function filmLegend() {
+  const names = looks[state.side]?.about?.film;
   const codes = [...new Set(sides().flatMap((side) => (looks[side]?.words ? looks[side].words.shares.map(({ code }) => code) : [])))].sort();
-  const key = codes.join() + document.documentElement.dataset.theme;
+  if (!names) return;
+  const key = codes.join() + names + document.documentElement.dataset.theme;
   if (key === filmLegend.key) return;
   filmLegend.key = key;
   $("film-legend").replaceChildren(...codes.map((code) => {
     const swatch = make("i");
     swatch.style.background = colours().film[code];
-    return make("li", {}, swatch, `film ${hello.film[code]}`);
+    return make("li", {}, swatch, `film ${names[code]}`);
   }));
 }
 
