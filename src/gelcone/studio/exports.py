@@ -6,18 +6,25 @@ from __future__ import annotations
 import inspect
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gelcone.analyses.answer import in_si
 from gelcone.analyses.ask import arguments_of
+from gelcone.devices.device import Device
+from gelcone.devices.units import parse
 from gelcone.errors import InputError, unknown_name
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
 from gelcone.studio.grids import Axis, Source
-from gelcone.studio.setting import Setting, typed
+from gelcone.studio.setting import STATES, Setting, typed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.analyses.subject import Subject
 
 OPTIONS: Mapping[str, tuple[str, ...]] = {
     "simulate": ("periods",),
@@ -62,6 +69,15 @@ class Wanted:
         return {**self.options, **({"over": self.over} if self.over else {})}
 
 
+def fitting(setting: Setting, wanted: Wanted) -> Setting:
+    """A setting without the values that the result sweeps, and without a start where it has none."""
+    left_out = {text.partition("=")[0] for text in wanted.over}
+    if not {"initial", "plan"} & wanted.analysis.signature.parameters.keys():
+        left_out |= set(STATES)
+    values = {name: value for name, value in setting.values.items() if name not in left_out}
+    return replace(setting, values=values)
+
+
 def over_text(axis: Axis) -> str:
     """``name=from:to:count`` with units."""
     low, high = axis.texts((0, len(axis.values) - 1))
@@ -76,8 +92,7 @@ def make(source: Source, wanted: Wanted, form: str) -> bytes:
     if form not in FORMATS:
         raise unknown_name("format", form, FORMATS)
     subject = source.subject()
-    arguments = arguments_of(wanted.analysis, subject, wanted.given)
-    shown = in_si(wanted.analysis.call(subject.model, **arguments), subject)
+    shown = in_si(compute(subject, wanted), subject)
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"{wanted.analysis.command}.{form}"
         if form == "nc":
@@ -85,6 +100,16 @@ def make(source: Source, wanted: Wanted, form: str) -> bytes:
         else:
             style.draw_file(plot(shown), path)
         return path.read_bytes()
+
+
+def compute(subject: Subject, wanted: Wanted) -> xr.Dataset:
+    """The result of an analysis as the command line computes it."""
+    analysis = wanted.analysis
+    if analysis.name == "map":  # whose command makes a plan of its own
+        over = subject.over(wanted.over)
+        return analysis.call(subject.target, over, subject.beginning)
+    arguments = arguments_of(analysis, subject, wanted.given)
+    return analysis.call(subject.target if analysis.planned else subject.model, **arguments)
 
 
 # --- the same by hand ------------------------------------------------------------------------------------------------
@@ -102,6 +127,7 @@ def command(setting: Setting, wanted: Wanted) -> str:
     words += ["--initial", options["initial"]] if "initial" in options else []
     words += [word for value in wanted.over for word in ("--over", value)]
     words += [w for name, value in wanted.options.items() for w in (f"--{name.replace('_', '-')}", f"{value:g}")]
+    words += ["--uniform"] if wanted.analysis.name == "map" else []
     return shlex.join([*words, "--out", "results"])
 
 
@@ -128,11 +154,32 @@ def lines(setting: Setting, wanted: Wanted) -> str:
         saved = "result"
         text[0] = "import gelcone\nimport gelcone.presets"
     known = inspect.signature(analysis.call).parameters
+    first = "device" if setting.preset is None and (analysis.planned or name == "map") else "model"
+    if first == "device":
+        del arguments["initial"]
+    text += _swept(setting, wanted)
     passed = [f"{n}={value}" for n, value in arguments.items() if n in known]
     passed += [f"{n}={value:g}" for n, value in wanted.options.items()]
-    text.append(f"result = gelcone.{name}({', '.join(['model', *passed])})")
+    given = {"map": ["over"], "bifurcation": ["parameter", "values"]}.get(name, [])
+    text.append(f"result = gelcone.{name}({', '.join([first, *given, *passed])})")
     text.append(f'gelcone.save({saved}, "{analysis.command}.nc")')
     return "\n".join(text) + "\n"
+
+
+def _swept(setting: Setting, wanted: Wanted) -> list[str]:
+    """The lines that hold the swept parameters, in SI units for a device."""
+    axes = []
+    for text in wanted.over:
+        name, _, ends = text.partition("=")
+        low, high, count = ends.split(":")
+        unit = "" if setting.preset else Device.all_fields()[name].unit
+        first, last = (parse(name, end, unit) if unit else float(end) for end in (low, high))
+        axes.append((name, f"np.linspace({first!r}, {last!r}, {count})"))
+    if not axes:
+        return []
+    if wanted.analysis.name == "map":
+        return ["import numpy as np", "over = {" + ", ".join(f"{name!r}: {values}" for name, values in axes) + "}"]
+    return ["import numpy as np", f"parameter, values = {axes[0][0]!r}, {axes[0][1]}"]
 
 
 def _plain(value: str) -> str:

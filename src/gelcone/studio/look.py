@@ -126,16 +126,17 @@ def response(subject: Subject, periods: float) -> Parts:
 def film_states(members: Members, times: Array, states: Array) -> Any:
     """The film's state (a place in `FILM_STATES`) along a single run, (samples,); of two films the worse."""
     voltages, x = voltages_along(members, times, states), states[..., 0]
-    fails = broken(members, x, voltages)
+    fails = dict(broken(members, x, voltages))
     if members.system.film.kinds:
         n = members.numbers(trailing=1)
         with np.errstate(all="ignore"):
             state = members.system.film.state(x, voltages[0], n)
-        fails |= {"hoop_slack": state.hoop_stress <= SLACK, "meridional_slack": state.meridional_stress <= SLACK}
+        fails["hoop_slack"] = np.asarray(state.hoop_stress <= SLACK)
+        fails["meridional_slack"] = np.asarray(state.meridional_stress <= SLACK)
     code = np.zeros(states.shape[1], dtype=np.uint8)
     for name, value in (("hoop_slack", HOOP_SLACK), ("meridional_slack", MERIDIONAL_SLACK)):
         if name in fails:
-            code[np.asarray(fails[name])[0]] += np.uint8(value)
+            code[fails[name][0]] += np.uint8(value)
     for name, value in (("near_limit", NEAR_LIMIT), ("breakdown", BREAKDOWN)):
         if name in fails:
             code[fails[name][0]] = value

@@ -352,7 +352,8 @@ class Page:
         counts = MAP_CELLS if len(names) == 2 else (STRIP_VALUES,)
         controls = self.controls(setting) if names else []
         axes = tuple(axis(controls, request.get(n), count) for n, count in zip(names, counts, strict=False))
-        return setting, exports.Wanted.read(name, request.get("options", {}), axes)
+        wanted = exports.Wanted.read(name, request.get("options", {}), axes)
+        return exports.fitting(setting, wanted), wanted
 
     async def _begin(self, name: str, request: dict[str, Any], work: Callable[[], Awaitable[None]]) -> None:
         """Starts long work in place of what runs under that name."""
