@@ -123,13 +123,14 @@ def test_a_foreign_page_cannot_talk(server, wrong):
 
 def test_a_look_is_answered_in_parts(server):
     with server.page() as page:
-        ask(page, "look", 7, side="a", setting=PUMP, periods=5, controls=True, panels=["statics"])
+        ask(page, "look", 7, side="a", setting=PUMP, periods=5, controls=True)
         head, arrays = answer(page, "response")
         assert (head["id"], head["side"], arrays["x"].size) == (7, "a", arrays["t"].size)
         assert {control["name"] for control in head["controls"]} >= {"frequency", "disc_radius"}
         head, arrays = answer(page, "kind")
         assert head["words"]["lines"][0] == "periodic, period 1"
         assert arrays["px"].size == 64
+        ask(page, "look", 8, side="a", setting={"preset": "base"}, panels=["statics"])
         assert answer(page, "statics")[1]["voltage"].size > 10
 
 
