@@ -213,7 +213,7 @@ def branch_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
             f"{100 * share:.3g} % of them stable; ends: {', '.join(branch_endings(own))}"
         )
         lines += [_event_line(shown.isel(event=e), at) for e in np.flatnonzero(shown["event_branch"].values == k)]
-    return [*shortened(lines), *_check_lines(shown, name)]
+    return [*shortened(lines), *_check_lines(shown, name, at)]
 
 
 def _event_line(event: xr.Dataset, at: Any) -> str:
@@ -225,16 +225,17 @@ def _event_line(event: xr.Dataset, at: Any) -> str:
     return f"  {event_label(event['event_kind'])} at {value} ± {error}{kind}{leaves}{unresolved}"
 
 
-def _check_lines(shown: xr.Dataset, name: str) -> list[str]:
+def _check_lines(shown: xr.Dataset, name: str, at: Any) -> list[str]:
     """What brute force says."""
     cycles, orbits, seeded = (int(shown[key]) for key in ("checked_cycles", "checked_orbits", "seeded"))
     flags = flags_json(shown)
+    explained = sum(flag["explanation"] is not None for flag in flags)
     lines = [
         f"brute force: {cycles} settled cycles, all on these branches ({seeded} started one); {orbits} stable orbits "
-        f"run from 1e-5 beside; {len(flags)} contradiction(s)"
+        f"run from 1e-5 beside; {len(flags)} contradiction(s)" + f", {explained} explained" * bool(explained)
     ]
     told = [
-        f"  {flag['kind']}, branch {flag['branch']}, {name} {flag['value']:.6g}"
+        f"  {flag['kind']}, branch {flag['branch']}, {name} {at(flag['value'], '.6g')}"
         + (f": {flag['explanation']}" if flag["explanation"] else "")
         for flag in flags
     ]

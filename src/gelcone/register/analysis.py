@@ -30,6 +30,7 @@ QUANTITIES: Mapping[str, str] = {
     ),
     "frequencies": "frequency",
     **dict.fromkeys(("displacements", "start"), "length"),
+    **dict.fromkeys(("continue_branch.start", "locus.start"), ""),
 }
 """Options that have a unit with a device, by their names (of one analysis: behind its name) -> the quantity."""
 _KINDS: Mapping[str, type] = {"float": float, "int": int, "bool": bool, "str": str}
