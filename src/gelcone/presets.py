@@ -12,17 +12,22 @@ from gelcone.physics.model import ConeModel
 
 @dataclass(frozen=True)
 class Preset:
-    """One parameter set: dimensionless numbers from the paper's text, and those that were reconstructed."""
+    """One parameter set: dimensionless numbers from the paper's text, and those that were reconstructed.
+
+    The paper's film is the taut one; another ``film`` is for asking what becomes of a claim.
+    """
 
     name: str
     purpose: str
     initial: tuple[float, float]
     text: dict[str, float]
     reconstructed: dict[str, float]
+    film: str = "taut"
 
     @property
     def model(self) -> ConeModel:
-        return ConeModel.from_parameters(self.text | self.reconstructed)
+        paper = ConeModel.from_parameters(self.text | self.reconstructed)
+        return paper if self.film == paper.film.name else paper.replace(film=self.film)
 
 
 def load_presets() -> dict[str, Preset]:

@@ -113,12 +113,13 @@ def summary(result: PaperRun) -> str:
 
 
 def claim_table(claims: Sequence[JudgedClaim]) -> list[str]:
-    """Claim, verdict and key number with what it is: a line a claim, cut to the width of a terminal."""
-    rows = [("claim", "verdict", "key number", "which is")]
-    rows += [(judged.claim.name, judged.verdict.value, *_key(judged)) for judged in claims]
-    widths = [max(len(row[column]) for row in rows) for column in range(3)]
+    """Claim, verdict, what becomes of it if the film wrinkles, and key number with what it is: a line a claim, cut to
+    the width of a terminal."""
+    rows = [("claim", "verdict", "if the film wrinkles", "key number", "which is")]
+    rows += [(judged.claim.name, judged.verdict.value, str(judged.other or ""), *_key(judged)) for judged in claims]
+    widths = [max(len(row[column]) for row in rows) for column in range(4)]
     lines = [
-        "  ".join([f"{cell:{width}}" for cell, width in zip(row, widths, strict=False)] + [row[3]]) for row in rows
+        "  ".join([f"{cell:{width}}" for cell, width in zip(row, widths, strict=False)] + [row[4]]) for row in rows
     ]
     return [_cut(line.rstrip()) for line in lines]
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+from gelcone.presets import Preset, find_preset
 
 
 @dataclass(frozen=True)
 class Effort:
-    """Sizes of the paper's studies."""
+    """Sizes of the paper's studies, and the ``film`` that they are computed with."""
 
     name: str
     diagram_values: int
@@ -22,6 +24,11 @@ class Effort:
     neighbours: int
     neighbour_voltages: int
     window: float = 500.0
+    film: str = "taut"
+
+    def preset(self, name: str) -> Preset:
+        """A parameter set of the paper, with this film."""
+        return replace(find_preset(name), film=self.film)
 
 
 FULL = Effort(

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gelcone.paper.numbers import Number
+from gelcone.paper.truths import Share
 from gelcone.paper.verdicts import Finding, Verdict, judge
 from gelcone.physics.model import parameter_quantity
 from gelcone.presets import Preset, load_presets
@@ -52,12 +53,30 @@ class DrawnFigure:
 
 
 @dataclass(frozen=True)
+class WithFilm:
+    """What becomes of a claim with another film: ``pulled_in`` is the share of the runs that end because it does."""
+
+    film: str
+    finding: Finding
+    verdict: Verdict
+    pulled_in: Share
+
+    def __str__(self) -> str:
+        """The verdict, or that there is no motion to judge."""
+        share = self.pulled_in.value
+        if share == 1.0:
+            return "every run ends by pull-in"
+        return f"{self.verdict.value}; {share:.0%} of the runs end by pull-in" if share > 0.0 else self.verdict.value
+
+
+@dataclass(frozen=True)
 class JudgedClaim:
-    """A claim with what its check found, and the verdict that follows."""
+    """A claim with what its check found, and the verdict that follows; ``other``: the same with another film."""
 
     claim: Claim
     finding: Finding
     verdict: Verdict
+    other: WithFilm | None = None
 
 
 def report_html(
@@ -137,11 +156,11 @@ def _overview(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) -> 
     rows = "\n".join(
         f'<tr><td><a href="#{escape(judged.claim.name)}">{escape(judged.claim.name)}</a>'
         f"<br>{escape(judged.claim.statement)}</td>"
-        f"<td>{_badge(judged.verdict)}</td><td>{_key(judged.finding)}</td>"
+        f"<td>{_badge(judged.verdict)}</td><td>{_other(judged)}</td><td>{_key(judged.finding)}</td>"
         f"<td>{_figure_link(judged.claim.figure, drawn)}</td></tr>"
         for judged in claims
     )
-    head = "<tr><th>Claim</th><th>Verdict</th><th>Key number</th><th>Figure</th></tr>"
+    head = "<tr><th>Claim</th><th>Verdict</th><th>If the film wrinkles</th><th>Key number</th><th>Figure</th></tr>"
     return f"""<section id="claims">
 <h2>The claims at a glance</h2>
 <table class="overview">
@@ -182,6 +201,7 @@ def _claim(judged: JudgedClaim) -> str:
         "A consequence of the model": finding.consequence,
         "Film slack": _slack(finding),
         "What the paper could not see": finding.unseen,
+        "With a film that wrinkles instead of pushing": "" if judged.other is None else f"{judged.other}.",
     }
     paragraphs = "\n".join(
         f'<p><span class="label">{label}:</span> {escape(text)}</p>' for label, text in remarks.items() if text
@@ -304,6 +324,10 @@ def _key(finding: Finding) -> str:
         return ""
     number = finding.numbers[0]
     return f"<strong>{escape(str(number))}</strong><br>{escape(number.meaning)}"
+
+
+def _other(judged: JudgedClaim) -> str:
+    return "not applicable" if judged.other is None else escape(str(judged.other))
 
 
 def _badge(verdict: Verdict) -> str:

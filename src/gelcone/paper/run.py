@@ -12,20 +12,24 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gelcone._version import __version__
+from gelcone.codes import Outcome
 from gelcone.dataset import load, save
 from gelcone.errors import InputError, unknown_name
 from gelcone.files import check_writable, write_together
 from gelcone.paper.effort import FULL, QUICK, Effort
 from gelcone.paper.numbers import Number
-from gelcone.paper.report import DrawnFigure, JudgedClaim, report_html
+from gelcone.paper.report import DrawnFigure, JudgedClaim, WithFilm, report_html
 from gelcone.paper.stamp import stamp
+from gelcone.paper.truths import Share, share
 from gelcone.paper.verdicts import judge
 from gelcone.paper.work import Job, Progress, do
 from gelcone.plots.style import draw_file
@@ -37,8 +41,9 @@ if TYPE_CHECKING:
     from gelcone.paper.claims import Claim
     from gelcone.paper.figures.figure import PaperFigure
     from gelcone.paper.studies.study import Study
-    from gelcone.paper.truths import Share
 
+OTHER_FILM = "wrinkling"
+"""A film that cannot push: what becomes of each claim with it stands beside the verdict."""
 FOLDERS = {FULL.name: Path("paper-results"), QUICK.name: Path("paper-results-quick")}
 DRAWING = 2.0
 """Work of drawing a figure, see `Study.work`."""
@@ -116,27 +121,45 @@ def run(
     """
     paper = paper or source_paper()
     effort = QUICK if quick else FULL
+    other = replace(effort, film=OTHER_FILM)
     asked = select(names, paper)
     folder = Path(out) if out is not None else FOLDERS[effort.name]
     figures = [paper.figures[n] for n in sorted({*asked.figures, *(paper.claims[c].figure for c in asked.claims)})]
-    needed = {name for figure in figures for name in figure.studies}
-    needed |= {name for claim in asked.claims for name in paper.claims[claim].studies}
+    needed = {_key(name, effort) for figure in figures for name in figure.studies}
+    for name in asked.claims:
+        needed |= {_key(study, effort) for study in paper.claims[name].studies}
+        if _with_any_film(paper.claims[name], paper):
+            needed |= {_key(study, other) for study in paper.claims[name].studies}
     _check_folder(folder, figures, needed)
-    studies = {n: s for n, s in _ready(folder, effort, paper).items() if not (force and n in needed)}
-    missing = {name: study for name, study in paper.studies.items() if name in needed and name not in studies}
-    jobs = [
-        *(_computing(study, effort, folder, paper) for study in missing.values()),
-        *(_drawing(figure, studies, folder) for figure in figures),
-    ]
+    ready = _ready(folder, effort, paper) | _ready(folder, other, paper)
+    studies = {key: study for key, study in ready.items() if not (force and key in needed)}
+    missing = {
+        _key(name, own): _computing(study, own, folder, paper)
+        for own in (effort, other)
+        for name, study in paper.studies.items()
+        if _key(name, own) in needed and _key(name, own) not in studies
+    }
+    jobs = [*missing.values(), *(_drawing(figure, studies, folder) for figure in figures)]
     with closing(do(jobs, workers, progress)) as done:
         studies |= {name: result for name, result in done if name in missing}
     drawn = {figure.number: _drawn(figure, folder) for figure in figures}
     return _finish(asked, drawn, studies, folder, effort, paper)
 
 
+def _key(study: str, effort: Effort) -> str:
+    """Name of a study's data, which lie in a folder of their own for another film than the paper's."""
+    return study if effort.film == FULL.film else f"{effort.film}/{study}"
+
+
+def _with_any_film(claim: Claim, paper: Paper) -> bool:
+    """Whether a claim can be judged with another film."""
+    return all(paper.studies[name].any_film for name in claim.studies)
+
+
 def _computing(study: Study, effort: Effort, folder: Path, paper: Paper) -> Job:
-    compute = partial(_compute, study, effort, _data_path(folder, study.name))
-    return Job(study.name, _purpose(study.name, paper), study.work, frozenset(), compute)
+    key = _key(study.name, effort)
+    purpose = _purpose(study.name, paper) + (f", film {effort.film}" if key != study.name else "")
+    return Job(key, purpose, study.work, frozenset(), partial(_compute, study, effort, _data_path(folder, key)))
 
 
 def _drawing(figure: PaperFigure, ready: Mapping[str, xr.Dataset], folder: Path) -> Job:
@@ -181,6 +204,20 @@ def claim_record(judged: JudgedClaim) -> dict[str, Any]:
         "neighbourhood": finding.neighbourhood,
         "unseen": finding.unseen,
         "details": finding.details,
+        "with_film": _film_record(judged.other),
+    }
+
+
+def _film_record(other: WithFilm | None) -> dict[str, Any] | None:
+    """What becomes of a claim with another film, as plain data."""
+    if other is None:
+        return None
+    return {
+        "film": other.film,
+        "verdict": other.verdict.value,
+        "pulled_in": _share_record(other.pulled_in),
+        "numbers": [_number_record(number) for number in other.finding.numbers],
+        "text": str(other),
     }
 
 
@@ -214,13 +251,13 @@ def _data_path(folder: Path, study: str) -> Path:
 def _ready(folder: Path, effort: Effort, paper: Paper) -> dict[str, xr.Dataset]:
     """The studies that lie in the folder, computed with this effort by this program."""
     ready = {}
-    for name in paper.studies:
+    for key in (_key(name, effort) for name in paper.studies):
         try:
-            study = load(_data_path(folder, name))
+            study = load(_data_path(folder, key))
         except InputError:
             continue
         if all(study.attrs.get(name) == value for name, value in stamp(effort).items()):
-            ready[name] = study
+            ready[key] = study
     return ready
 
 
@@ -290,7 +327,7 @@ def _finish(
     earlier = (_drawn(figure, folder) for number, figure in paper.figures.items() if number not in drawn)
     every = drawn | {other.figure.number: other for other in earlier if _is_current(other, studies)}
     figures = [every[number] for number in sorted(every)]
-    claims = [_judged(c, studies) for c in paper.claims.values() if all(name in studies for name in c.studies)]
+    claims = [_judged(c, studies, effort) for c in paper.claims.values() if all(name in studies for name in c.studies)]
     record = {"effort": effort.name, "version": __version__, "claims": [claim_record(judged) for judged in claims]}
     page = report_html(figures, claims, effort=effort.name, version=__version__, day=date.today())
     texts = {
@@ -302,9 +339,16 @@ def _finish(
     return PaperRun(tuple(drawn.values()), tuple(answered), folder / "report.html", effort.name, __version__)
 
 
-def _judged(claim: Claim, studies: Mapping[str, xr.Dataset]) -> JudgedClaim:
+def _judged(claim: Claim, studies: Mapping[str, xr.Dataset], effort: Effort) -> JudgedClaim:
     finding = claim.check({name: studies[name] for name in claim.studies})
-    return JudgedClaim(claim, finding, judge(finding))
+    other = replace(effort, film=OTHER_FILM)
+    if any(_key(name, other) not in studies for name in claim.studies):
+        return JudgedClaim(claim, finding, judge(finding))
+    theirs = {name: studies[_key(name, other)] for name in claim.studies}
+    found = claim.check(theirs)
+    ended = [(study["outcome"] == Outcome.PULLED_IN).values.ravel() for study in theirs.values() if "outcome" in study]
+    pulled_in = share(np.concatenate(ended) if ended else [], sample=False)
+    return JudgedClaim(claim, finding, judge(finding), WithFilm(OTHER_FILM, found, judge(found), pulled_in))
 
 
 def _write_text(text: str, path: Path) -> None:

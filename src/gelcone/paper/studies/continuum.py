@@ -185,4 +185,7 @@ def _first(voltages: Array, met: Any) -> tuple[float, float]:
     return float(voltages[max(k - 1, 0)]), float(voltages[k])
 
 
-STUDIES = (Study("continuum", continuum, work=3.0), Study("corrected", corrected, work=8.0))
+STUDIES = (
+    Study("continuum", continuum, work=3.0, any_film=False),
+    Study("corrected", corrected, work=8.0, any_film=False),
+)

@@ -14,7 +14,6 @@ from gelcone.motion.lyapunov import finite_exponents
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study
 from gelcone.physics.model import ConeModel
-from gelcone.presets import find_preset
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -55,7 +54,7 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
 
     Over the voltage branches of periodic orbits stand beside it, see `gelcone.atlas.branches.beside`.
     """
-    preset = find_preset(preset_name)
+    preset = effort.preset(preset_name)
     model = preset.model.replace(voltage=PANELS[preset_name, parameter])
     values = values_of(preset_name, parameter, effort)
     result = bifurcation(

@@ -15,7 +15,6 @@ from gelcone.paper.effort import Effort
 from gelcone.paper.fixed_step import fixed_step
 from gelcone.paper.studies.study import Progress, Study
 from gelcone.physics.model import ConeModel
-from gelcone.presets import find_preset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +28,7 @@ STEP = 0.05
 def linear_limit(effort: Effort, progress: Progress) -> xr.Dataset:
     """Period of the free undamped neo-Hookean oscillator over its amplitude, against 2 pi/sqrt(kappa)."""
     amplitudes = np.geomspace(1e-3, 1.0, 31)
-    stiffness = float(find_preset("base").model.spring_stiffness)
+    stiffness = float(effort.preset("base").model.spring_stiffness)
     model = ConeModel(
         damping_ratio=0.0,
         voltage=0.0,
@@ -62,7 +61,7 @@ def _quarter(times: Any, displacement: Any) -> float:
 
 def limit_map(effort: Effort, progress: Progress) -> xr.Dataset:
     """Regimes over voltage and stretch limit, at the fast set."""
-    preset = find_preset("fast")
+    preset = effort.preset("fast")
     voltages, limits = effort.limit_map
     over = {"voltage": np.linspace(0.7, 1.6, voltages), "stretch_limit": np.geomspace(0.52, 50.0, limits)}
     return maps.map(preset.model, over, preset.initial, patience=effort.patience, progress=progress).assign_attrs(
@@ -72,7 +71,7 @@ def limit_map(effort: Effort, progress: Progress) -> xr.Dataset:
 
 def damping_map(effort: Effort, progress: Progress) -> xr.Dataset:
     """Regimes over voltage and damping ratio, at the base set."""
-    preset = find_preset("base")
+    preset = effort.preset("base")
     over = {"voltage": np.linspace(0.5, 2.0, 2 * effort.limit_map[0] - 1), "damping_ratio": np.linspace(0.02, 2.0, 34)}
     return maps.map(preset.model, over, preset.initial, patience=effort.patience, progress=progress).assign_attrs(
         preset="base"
@@ -82,7 +81,7 @@ def damping_map(effort: Effort, progress: Progress) -> xr.Dataset:
 def beyond(effort: Effort, progress: Progress) -> xr.Dataset:
     """Small stretch limits: the paper's integrator from the paper's initial state, which lies beyond the limit for
     J < 0.5, and the true motion from half the displacement that the limit allows."""
-    preset = find_preset("fast")
+    preset = effort.preset("fast")
     limits = np.geomspace(0.02, 2.0, effort.limit_map[1])
     model = preset.model.replace(stretch_limit=limits)
     run = fixed_step(model, preset.initial, STEP, int(effort.window / STEP))
@@ -130,7 +129,7 @@ def large_limits(effort: Effort, progress: Progress) -> xr.Dataset:
 
     The voltages go around 1.005, that of the paper's own picture, which is among them.
     """
-    preset = find_preset("fast")
+    preset = effort.preset("fast")
     limits = np.array([100.0, 300.0, 1000.0])
     voltages = np.sort([*np.linspace(0.5, 1.7, 12), 1.005])[:, None]
     model = preset.model.replace(stretch_limit=limits, voltage=voltages)
@@ -169,6 +168,6 @@ STUDIES = (
     Study("linear-limit", linear_limit, work=0.1),
     Study("limit-map", limit_map, work=3.5),
     Study("damping-map", damping_map, work=1.5),
-    Study("beyond", beyond, work=3.0),
+    Study("beyond", beyond, work=3.0, any_film=False),
     Study("large-limits", large_limits, work=1.5),
 )

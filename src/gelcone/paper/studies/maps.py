@@ -13,7 +13,6 @@ from gelcone.motion.lyapunov import finite_exponents
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.diagrams import rest_stability
 from gelcone.paper.studies.study import Progress, Study
-from gelcone.presets import find_preset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +29,7 @@ def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
     """
     voltages, stretches = effort.map_shape
     over = {"voltage": np.linspace(0.0, 2.0, voltages), "prestretch": np.linspace(0.4, 2.0, stretches)}
-    preset = find_preset("base")
+    preset = effort.preset("base")
     plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial, options={"patience": effort.patience})
     result = sweep(plan, keep=["section"], progress=lambda share: progress(0.9 * share))
     result = result.drop_vars(["status", "source"]).assign_attrs(title="parameter map")

@@ -42,7 +42,7 @@ def sets(count: int) -> dict[str, Array]:
 def neighbours(effort: Effort, progress: Progress) -> xr.Dataset:
     """Regimes over ``set`` and ``voltage``, of the ``prestretch_kind`` over ``set`` and ``prestretch``, and the extents
     of the base set itself from nearby starts, ``own_extent`` over ``start`` and ``voltage``."""
-    preset = find_preset("base")
+    preset = effort.preset("base")
     count, voltages = effort.neighbours, np.linspace(1.04, HIGHEST, effort.neighbour_voltages)
     drawn = {name: values[:, None] for name, values in sets(count).items()}
     _, parameter, stretches, changes = TRIPLES["prestretch"]

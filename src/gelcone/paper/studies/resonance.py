@@ -13,7 +13,6 @@ from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about
 from gelcone.paper.studies.triples import motions
 from gelcone.physics.model import ConeModel
-from gelcone.presets import find_preset
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ def frequency(effort: Effort, progress: Progress) -> xr.Dataset:
     The variables of `gelcone.frequency` over ``spring_stiffness``, ``sweep`` and ``step``, whose drive
     frequency is ``swept_frequency``, closer together around half the ``natural_frequency`` and around it.
     """
-    preset = find_preset("spring")
+    preset = effort.preset("spring")
     single = preset.model.replace(spring_stiffness=np.array(STIFFNESSES))
     natural = natural_frequencies(single)
     grid = _frequencies(natural, float(np.asarray(single.damping_ratio)), effort.frequencies)
@@ -87,7 +86,7 @@ RESPONSES = (0.7, 1.0, 1.5)
 
 def frequency_responses(effort: Effort, progress: Progress) -> xr.Dataset:
     """Motions below, at and above the forced resonance of one stiffness, see `motions`."""
-    preset = find_preset("spring")
+    preset = effort.preset("spring")
     one = preset.model.replace(spring_stiffness=np.array([RESPONSE_STIFFNESS]))
     resonance = 0.5 * natural_frequencies(one)[0]
     model = preset.model.replace(spring_stiffness=RESPONSE_STIFFNESS, drive_frequency=resonance * np.array(RESPONSES))

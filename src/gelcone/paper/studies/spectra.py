@@ -10,7 +10,6 @@ from gelcone.motion.spectrum import FEWEST_PERIODS, spectrum
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about, kinds_of, merged
 from gelcone.paper.studies.triples import TRIPLES
-from gelcone.presets import find_preset
 from gelcone.progress import weighted
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ def spectra(effort: Effort, progress: Progress) -> xr.Dataset:
     of the drive; and those of `gelcone.regime`.
     """
     voltages = np.array(TRIPLES["voltage"][2])
-    presets = [find_preset(name) for name in SETS]
+    presets = [effort.preset(name) for name in SETS]
     stiffness = np.array([[preset.model.spring_stiffness] for preset in presets])
     omega = np.array([[preset.model.drive_frequency] for preset in presets])
     initial = presets[0].initial

@@ -12,7 +12,6 @@ from gelcone.motion.equilibrium import static as static_curves
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about, meaning
 from gelcone.physics.model import ConeModel
-from gelcone.presets import find_preset
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -23,7 +22,7 @@ STATIC_VOLTAGES = (0.0, 1.0, 1.5)
 
 def static(effort: Effort, progress: Progress) -> xr.Dataset:
     """Force over displacement and all equilibria at three constant voltages, and where the film is slack."""
-    preset = find_preset("table1")
+    preset = effort.preset("table1")
     result = static_curves(preset.model, STATIC_VOLTAGES)
     x, voltage = result["displacement"].values, result["constant_voltage"].values
     slack = _slack(preset.model, x, voltage[:, None]).astype(np.int8)
@@ -46,7 +45,7 @@ WIDEST = 4.0
 
 def energy(effort: Effort, progress: Progress) -> xr.Dataset:
     """Strain energy over displacement for seven stretch limits; energy without voltage over the phase plane for two."""
-    preset = find_preset("fast")
+    preset = effort.preset("fast")
     model = preset.model.replace(stretch_limit=np.array(LIMITS))
     reach = _reach(model)
     # The energy grows like a logarithm towards the limit: only ever closer points follow it up.

@@ -27,12 +27,14 @@ DECAYS = 20.0
 class Study:
     """A computation by name; ``compute`` takes the effort and a progress callback (shares that add up to 1).
 
-    ``work`` is about how many seconds of one core it takes in a quick run.
+    ``work`` is about how many seconds of one core it takes in a quick run. ``any_film``: it can be computed with
+    another film than the paper's, too.
     """
 
     name: str
     compute: Callable[[Effort, Progress], xr.Dataset]
     work: float = 1.0
+    any_film: bool = True
 
 
 def kinds_of(model: ConeModel, initial: tuple[float, float], effort: Effort) -> xr.Dataset:

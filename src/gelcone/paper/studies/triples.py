@@ -19,7 +19,7 @@ from gelcone.motion.section import section
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about, kinds_of, meaning, merged
 from gelcone.physics.model import ConeModel
-from gelcone.presets import Preset, find_preset
+from gelcone.presets import Preset
 from gelcone.progress import Progress as MaybeProgress
 from gelcone.progress import weighted
 from gelcone.quantity import Array
@@ -46,7 +46,7 @@ is from the paper's text; the other values are reconstructed."""
 def triple(name: str, effort: Effort, progress: Progress) -> xr.Dataset:
     """The motions at three values of a parameter, see `motions`."""
     preset_name, parameter, values, changes = TRIPLES[name]
-    preset = find_preset(preset_name)
+    preset = effort.preset(preset_name)
     model = preset.model.replace(**changes, **{parameter: np.array(values)})
     return motions(preset, model, parameter, effort, progress)
 
