@@ -22,6 +22,11 @@ def test_a_motion_that_has_not_settled_is_neither_chaotic_nor_regular():
     np.testing.assert_equal(regular(study), [np.nan, 1.0])
 
 
+def test_where_nearby_starts_do_not_agree_nothing_is_said():
+    study = cells({"voltage": VALUES}, [1, 1, 1, 0, 0], share_chaotic=[1.0, 15 / 16, np.nan, 1 / 16, 0.0])
+    np.testing.assert_equal(chaotic(study), [1.0, np.nan, 1.0, 0.0, 0.0])
+
+
 @pytest.mark.parametrize(
     ("exponent", "error", "kind", "certain"),
     [

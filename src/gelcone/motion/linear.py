@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -126,7 +128,9 @@ def linear_response(model: ConeModel, frequencies: Array) -> LinearResponse:
     ``frequencies`` are angular.
     """
     omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
-    found = [_harmonics(model, float(frequency)) for frequency in omega]
+    # Only a circuit makes the film's voltage, and with it the equilibrium, depend on the frequency.
+    equilibrium = cache(partial(_equilibrium, model))
+    found = [_harmonics(model, float(frequency), equilibrium) for frequency in omega]
     harmonics = np.stack(found, axis=1)
     turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)
     orders = np.arange(1, len(harmonics) + 1)
@@ -134,11 +138,23 @@ def linear_response(model: ConeModel, frequencies: Array) -> LinearResponse:
     return LinearResponse(np.ptp(motion, axis=1), harmonics[:2])
 
 
-def _harmonics(model: ConeModel, frequency: float) -> npt.NDArray[np.complex128]:
+def _equilibrium(model: ConeModel, level: float) -> tuple[float, float]:
+    """Displacement and stiffness at rest under a constant voltage; NaN where there is no equilibrium."""
+    try:
+        place = equilibrium_under_bias(model, level)
+        return place, float(model.stiffness(place, level))
+    except InputError:
+        return np.nan, np.nan
+
+
+def _harmonics(
+    model: ConeModel, frequency: float, equilibrium: Callable[[float], tuple[float, float]]
+) -> npt.NDArray[np.complex128]:
     """Complex amplitudes (HARMONICS,) of the displacement at multiples of one drive frequency."""
     system, n = model.system, model.numbers()
     damping = float(model.damping_ratio)
     orders = np.arange(1, HARMONICS + 1)
+<<<<<<< HEAD
     voltages = _film_voltages(model, frequency)
     mean_squares = [float(np.mean(voltage**2)) for voltage in voltages]
     level = float(np.sqrt(mean_squares[0]))
@@ -150,6 +166,11 @@ def _harmonics(model: ConeModel, frequency: float) -> npt.NDArray[np.complex128]
             place, stiffness = _under_both(model, *mean_squares)
     except InputError:
         return np.full(HARMONICS, np.nan + 0j)
+=======
+    film_voltage = _film_voltage(model, frequency)
+    level = float(np.sqrt(np.mean(film_voltage**2)))
+    place, stiffness = equilibrium(level)
+>>>>>>> 84eb700 (Linear response: one equilibrium for all drive frequencies with an ideal source)
     if not stiffness > 0.0:
         return np.full(HARMONICS, np.nan + 0j)
     gains = [float(system.film.voltage_gain(np.float64(place), level**2, n))]

@@ -19,12 +19,15 @@ if TYPE_CHECKING:
 def chaotic(study: xr.Dataset) -> Array:
     """Where the long run is chaotic by exponent and 0-1 test: truths.
 
-    Open where the motion has not settled, and where chaos ends so late that it is chance whether an end is seen.
+    Open where the motion has not settled, where chaos ends so late that it is chance whether an end is seen, and where
+    some of the nearby starts have left it and others have not.
     """
     kinds = study["regime"].values
     untold = kinds == Regime.TRANSIENT
     if "lifetime_high" in study:
         untold = untold | ((kinds == Regime.TRANSIENT_CHAOS) & (study["lifetime_high"].values > PATIENCE))
+    if "share_chaotic" in study:
+        untold = untold | ((kinds == Regime.CHAOTIC) & (study["share_chaotic"].values < 1.0))
     return np.where(untold, np.nan, kinds == Regime.CHAOTIC)
 
 

@@ -14,9 +14,7 @@ import numpy as np
 
 from gelcone.paper.numbers import Number, Truth
 from gelcone.quantity import Array
-
-NORMAL = 1.959963984540054
-"""Quantile of the normal distribution that leaves 2.5 % above it."""
+from gelcone.statistics import wilson
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,10 @@ class Share:
         if not count:
             return 0.0, 1.0
         ends = self.holding / count, (self.holding + self.open) / count
-        return (wilson(ends[0], count)[0], wilson(ends[1], count)[1]) if self.sample else ends
+        if not self.sample:
+            return ends
+        (low, _), (_, high) = (wilson(end, count) for end in ends)
+        return float(low), float(high)
 
     def exceeds(self, cut: float) -> Truth:
         """Whether the share is larger than ``cut``; None when its interval contains it."""
@@ -59,14 +60,6 @@ class Share:
     def number(self, meaning: str) -> Number:
         low, high = self.interval
         return Number(meaning, self.value, low=low, high=high)
-
-
-def wilson(share: float, count: int) -> tuple[float, float]:
-    """Wilson's interval of a share of ``count`` at 95 %."""
-    z = NORMAL
-    centre = (share + z * z / (2 * count)) / (1 + z * z / count)
-    half = z / (1 + z * z / count) * float(np.sqrt(share * (1 - share) / count + z * z / (4 * count * count)))
-    return max(0.0, centre - half), min(1.0, centre + half)
 
 
 def share(truths: Any, *, sample: bool = True) -> Share:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from gelcone.codes import Regime
-from gelcone.paper.truths import Share, wilson
+from gelcone.paper.truths import Share
 from gelcone.paper.verdicts import Verdict
+from gelcone.statistics import wilson
 from tests.paper.made_up import cells, found, number, triple, verdict
 
 STRETCHES = np.linspace(0.4, 2.0, 33)
