@@ -138,9 +138,12 @@ def linear_response(model: ConeModel, frequencies: Array) -> LinearResponse:
     return LinearResponse(np.ptp(motion, axis=1), harmonics[:2])
 
 
-def _equilibrium(model: ConeModel, level: float) -> tuple[float, float]:
-    """Displacement and stiffness at rest under a constant voltage; NaN where there is no equilibrium."""
+def _equilibrium(model: ConeModel, mean_squares: tuple[float, ...]) -> tuple[float, float]:
+    """Displacement and stiffness at rest under the mean squares of the films' voltages; NaN where there is none."""
     try:
+        if model.system.second is not None:
+            return _under_both(model, *mean_squares)
+        level = float(np.sqrt(mean_squares[0]))
         place = equilibrium_under_bias(model, level)
         return place, float(model.stiffness(place, level))
     except InputError:
@@ -148,29 +151,16 @@ def _equilibrium(model: ConeModel, level: float) -> tuple[float, float]:
 
 
 def _harmonics(
-    model: ConeModel, frequency: float, equilibrium: Callable[[float], tuple[float, float]]
+    model: ConeModel, frequency: float, equilibrium: Callable[[tuple[float, ...]], tuple[float, float]]
 ) -> npt.NDArray[np.complex128]:
     """Complex amplitudes (HARMONICS,) of the displacement at multiples of one drive frequency."""
     system, n = model.system, model.numbers()
     damping = float(model.damping_ratio)
     orders = np.arange(1, HARMONICS + 1)
-<<<<<<< HEAD
     voltages = _film_voltages(model, frequency)
-    mean_squares = [float(np.mean(voltage**2)) for voltage in voltages]
+    mean_squares = tuple(float(np.mean(voltage**2)) for voltage in voltages)
     level = float(np.sqrt(mean_squares[0]))
-    try:
-        if system.second is None:
-            place = equilibrium_under_bias(model, level)
-            stiffness = float(model.stiffness(place, level))
-        else:
-            place, stiffness = _under_both(model, *mean_squares)
-    except InputError:
-        return np.full(HARMONICS, np.nan + 0j)
-=======
-    film_voltage = _film_voltage(model, frequency)
-    level = float(np.sqrt(np.mean(film_voltage**2)))
-    place, stiffness = equilibrium(level)
->>>>>>> 84eb700 (Linear response: one equilibrium for all drive frequencies with an ideal source)
+    place, stiffness = equilibrium(mean_squares)
     if not stiffness > 0.0:
         return np.full(HARMONICS, np.nan + 0j)
     gains = [float(system.film.voltage_gain(np.float64(place), level**2, n))]
