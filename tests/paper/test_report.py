@@ -22,6 +22,7 @@ from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.numbers import Number
 from gelcone.paper.report import DrawnFigure, JudgedClaim, report_html
 from gelcone.paper.run import run
+from gelcone.paper.truths import Share
 from gelcone.paper.verdicts import Finding, Verdict, judge
 from gelcone.plots.style import save_figure, styled
 
@@ -40,9 +41,9 @@ FLAGS = (
 PATIENCE = 60.0
 NASTY = "<script>alert('x')</script> & \"v\" < 1"
 FINDINGS = {
-    Verdict.REPRODUCED: {"holds": True, "share": 0.9, "neighbourhood": f"voltages {NASTY}"},
+    Verdict.REPRODUCED: {"holds": True, "share": Share(18, 2), "neighbourhood": f"voltages {NASTY}"},
     Verdict.TRANSIENT: {"holds": False, "holds_finite": True},
-    Verdict.CHOSEN: {"holds": True, "share": 0.1, "neighbourhood": "voltages"},
+    Verdict.CHOSEN: {"holds": True, "share": Share(2, 18), "neighbourhood": "voltages"},
     Verdict.NOT_REPRODUCED: {"holds": False},
     Verdict.ARTEFACT: {"holds": False, "holds_fixed_step": True},
     Verdict.UNDECIDED: {"holds": None},
@@ -131,7 +132,7 @@ def test_the_page_says_what_is_needed_to_judge_it(page):
         "Redraw it with gelcone paper 8 . Its data: data/swing.nc",
         "1.0432 ± 0.0031",
         "0.20 [0.10, 0.30] mm",
-        "share of the neighbouring parameters (voltages) for which it holds 0.1",
+        "share of other parameters (voltages) for which it holds 0.10 [0.03, 0.30]",
         "Claims whose figure is not drawn here gelcone paper 12 draws the figures that show them.",
     ):
         assert said in text
@@ -362,4 +363,5 @@ def check_evidence(judged):
     assert found.why
     assert found.unseen
     assert math.isfinite(found.numbers[0].value)
-    assert any(number.error is not None or number.low is not None for number in found.numbers)
+    # an error is computed, or absent where all digits shown are those of the integrator
+    assert all(number.error is None or number.error > 0.0 for number in found.numbers)

@@ -3,7 +3,7 @@
 import dataclasses
 import json
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ import xarray as xr
 from click.testing import CliRunner
 
 from gelcone import cli
+from gelcone.codes import Outcome
 from gelcone.dataset import load, save
 from gelcone.errors import InputError
 from gelcone.paper import run as running
@@ -20,6 +21,7 @@ from gelcone.paper.numbers import Number
 from gelcone.paper.run import Paper, Selection, run, select
 from gelcone.paper.stamp import sources
 from gelcone.paper.studies.study import Study
+from gelcone.paper.truths import share
 from gelcone.paper.verdicts import Finding, Verdict
 from gelcone.plots.style import styled
 
@@ -31,19 +33,25 @@ class Laboratory:
     computed: list = field(default_factory=list)
     drawn: list = field(default_factory=list)
     stop_at: str = ""
+    any_film: bool = False
 
     def study(self, name):
         def compute(effort, progress):
             if name == self.stop_at:
                 raise KeyboardInterrupt
-            self.computed.append(name)
+            self.computed.append(name if effort.film == "taut" else f"{name} {effort.film}")
             progress(0.25)
             progress(0.75)
             values = np.random.default_rng(len(name)).normal(size=effort.diagram_values)
             attrs = {"title": name, "totals": str(time.perf_counter())}
-            return xr.Dataset({"x": ("time", values, {"units": "1", "long_name": name})}, attrs=attrs)
+            pulled_in = np.where(values > 0.5, Outcome.PULLED_IN, Outcome.OK) if effort.film != "taut" else 0 * values
+            variables = {
+                "x": ("time", values, {"units": "1", "long_name": name}),
+                "outcome": ("time", pulled_in.astype(np.int8), {"units": "1"}),
+            }
+            return xr.Dataset(variables, attrs=attrs)
 
-        return Study(name, compute, work=0.1)
+        return Study(name, compute, work=0.1, any_film=self.any_film)
 
     def figure(self, number, *studies):
         def draw(data):
@@ -305,11 +313,30 @@ def command(laboratory, tmp_path, monkeypatch):
     return lambda *arguments: CliRunner().invoke(cli.group, ["paper", *arguments])
 
 
+def test_claims_are_judged_again_with_a_film_that_wrinkles(laboratory, tmp_path):
+    """Its studies lie in a folder of their own; the share of the runs that end by pull-in stands beside the verdict."""
+    laboratory.any_film = True
+    found = run(["second"], quick=True, out=tmp_path, paper=laboratory.paper)
+    assert sorted(laboratory.computed) == ["rest", "rest wrinkling", "swing"]
+    assert (tmp_path / "data" / "wrinkling" / "rest.nc").exists()
+    (judged,) = found.claims
+    seen = load(tmp_path / "data" / "wrinkling" / "rest.nc")["outcome"].values == Outcome.PULLED_IN
+    assert judged.other.pulled_in == share(seen, sample=False)
+    assert 0.0 < judged.other.pulled_in.value < 1.0
+    assert str(judged.other) == f"reproduced; {seen.mean():.0%} of the runs end by pull-in"
+    record = json.loads((tmp_path / "claims.json").read_text())["claims"][0]["with_film"]
+    assert record["film"] == "wrinkling"
+    assert record["text"] in (tmp_path / "report.html").read_text()
+    all_ended = replace(judged.other, pulled_in=share([True, True], sample=False))
+    assert str(all_ended) == "every run ends by pull-in"
+    assert str(replace(judged.other, pulled_in=share([False], sample=False))) == "reproduced"
+
+
 def test_the_command_ends_with_the_table_of_claims(command, tmp_path):
     result = command("--quick")
     lines = result.output.splitlines()
     assert result.exit_code == 0
-    assert lines[0].split() == ["claim", "verdict", "key", "number", "which", "is"]
+    assert lines[0].split() == ["claim", "verdict", *"if the film wrinkles key number which is".split()]
     assert [line.split()[:2] for line in lines[1:4]] == [[n, "reproduced"] for n in ("first", "second", "third")]
     assert "±" in lines[1]
     assert lines[4:] == ["figures 3, 4, 13 in paper-results-quick", "wrote paper-results-quick/report.html"]

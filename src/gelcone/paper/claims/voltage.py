@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.paper.claims.claim import Studies, claim
-from gelcone.paper.numbers import Number
+from gelcone.paper.numbers import Number, Truth
 from gelcone.paper.reading import chaotic, finite_positive, first_chaos, fixed_branch, positive, slack_of
-from gelcone.paper.truths import every, share, truth
+from gelcone.paper.truths import every, share
 from gelcone.paper.verdicts import NEARLY_ALL, Finding
 from gelcone.presets import find_preset
 from gelcone.quantity import Array
@@ -87,11 +87,11 @@ def voltage_amplitude(studies: Studies) -> Finding:
     own = _largest(size, chaotic(branch))
     nearby = [_largest(*row) for row in zip(near["own_extent"].values, _own_chaos(near), strict=True)]
     spread = float(np.ptp(nearby)) if np.isfinite(nearby).all() else float("inf")
-    low, high = own - spread, own + spread
-    reached = [_about_six(_largest(*row)) for row in zip(near["extent"].values, chaotic(near), strict=True)]
-    # The diagram's voltages are closer together than those of the nearby starts, so that it reaches a little farther.
+    # What nearby starts leave open between them is not said.
+    ends = {_about_six(own + off, chaotic(branch)) for off in (-spread, 0.0, spread)} if np.isfinite(own) else set()
+    reached = [_about_six(_largest(*row), row[1]) for row in zip(near["extent"].values, chaotic(near), strict=True)]
     return Finding(
-        holds=truth(_about_six(low)) if _about_six(low) == _about_six(high) else None,
+        holds=ends.pop() if len(ends) == 1 else None if ends else _about_six(own, chaotic(branch)),
         share=share(reached),
         neighbourhood=f"{len(reached)} parameter sets near the base set",
         numbers=(
@@ -115,8 +115,11 @@ def _own_chaos(near: xr.Dataset) -> Array:
     return chaotic(near[["own_regime"]].rename(own_regime="regime"))
 
 
-def _about_six(value: float) -> float:
-    return float("nan") if np.isnan(value) else float(abs(value / 6.0 - 1.0) <= 0.2)
+def _about_six(largest: float, chaos: Array) -> Truth:
+    """Whether the largest displacement in chaos is within a fifth of 6; without any chaos it is not."""
+    if np.isnan(largest):
+        return None if np.isnan(chaos).any() else False
+    return bool(abs(largest / 6.0 - 1.0) <= 0.2)
 
 
 @claim(
@@ -167,6 +170,8 @@ def _flatness_error(spectrum: xr.Dataset) -> float:
     """Standard error of the flatness, each bin's power taken as that of noise, with the window's bandwidth."""
     amplitude = spectrum["amplitude"].values
     power = amplitude[1:][np.isfinite(amplitude[1:])] ** 2
+    if not power.size:
+        return float("nan")
     # The logarithm of a noisy power varies by pi/sqrt(6), the power itself by its mean.
     variance = np.pi**2 / 6.0 / power.size + (power**2).sum() / power.sum() ** 2
     return float(spectrum["flatness"]) * float(np.sqrt(BANDWIDTH * variance))
