@@ -64,7 +64,7 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
         initial=preset.initial,
         sweeps=effort.sweeps,
         bisections=effort.bisections,
-        branches=parameter == "voltage",
+        branches=parameter == "voltage" and effort.film == "taut",
         patience=effort.patience,
         progress=progress,
     )
