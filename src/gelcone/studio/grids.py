@@ -29,6 +29,7 @@ from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
 from gelcone.studio.controls import Control
 from gelcone.studio.pool import reporter
+from gelcone.studio.setting import DRIVE, start_of
 
 TASK = 32
 """Cells of a task: enough to fill the lanes of vectors, few enough for a picture that grows."""
@@ -118,7 +119,8 @@ def _of_device(device: Device, axes: Mapping[str, list[str]]) -> Cells:
         for quantity, scale in (("length", scales.length), ("rate", 1.0 / scales.time), ("voltage", scales.voltage))
     )
     model = changed.to_model()
-    return Cells(model.members(), start_states(model, changed.initial_state()), length, rate, voltage)
+    start = start_of(device) if axes.keys() <= set(DRIVE) else changed.initial_state()
+    return Cells(model.members(), start_states(model, start), length, rate, voltage)
 
 
 # --- in the workers --------------------------------------------------------------------------------------------------

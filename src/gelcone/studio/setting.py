@@ -34,6 +34,7 @@ LONGEST_VALUE = 40
 LONGEST_FILE = 30_000
 """Characters of a value, and of a device file, that the page may send."""
 MOST_VALUES = 60
+MOST_STARTS = 256
 STATES = ("displacement", "velocity")
 CHOICES: Mapping[str, Iterable[str]] = {
     "film": FILMS,
@@ -137,7 +138,7 @@ class Shelf:
             if setting.values:
                 texts = read_pairs(typed(setting)["settings"], device=True)
                 found = found.replace_quietly({name: read_value(text) for name, text in texts.items()})
-            return Subject(found.to_model(), found, found.initial_state())
+            return Subject(found.to_model(), found, start_of(found))
         except InputError as error:
             if setting.file is None:
                 raise
@@ -154,6 +155,22 @@ class Shelf:
         if not path.exists():
             path.write_text(text, encoding="utf-8")
         return path
+
+
+DRIVE = ("voltage_amplitude", "voltage_offset", "frequency")
+"""Fields on which the start of a device does not depend."""
+_starts: dict[str, Any] = {}
+
+
+def start_of(device: Device) -> Any:
+    """`Device.initial_state`, which takes long for a film that wrinkles; kept while only the drive changes."""
+    own = {name: value for name, value in device.parameters().items() if name not in DRIVE}
+    key = repr(sorted(own.items(), key=lambda item: item[0]))
+    if key not in _starts:
+        if len(_starts) >= MOST_STARTS:
+            _starts.clear()
+        _starts[key] = device.initial_state()
+    return _starts[key]
 
 
 @lru_cache(maxsize=64)

@@ -116,12 +116,16 @@ function apply(next) {
   state = next;
   if (!state.b) delete looks.b;
   $("periods").value = state.periods;
+  envelopeTab(!setting().preset);
   for (const place of ["top", "left", "right"]) tab(place, state[place]);
   sidesShown();
   subjectShown();
   for (const side of sides()) look(side, side === state.side);
   grids.applied(other);
 }
+
+// Only a device has an envelope.
+function envelopeTab(shown) { document.querySelector('[data-tab="envelope"]').hidden = !shown; }
 
 function sidesShown() {
   looks.active = state.side;
@@ -224,7 +228,7 @@ const ANSWERS = {
       if (head.controls) { controls.show(head.controls, setting().values); grids.controlsChanged(); subjectShown(); }
       $("subject-note").textContent = $("subject-note").title = head.about.doubts.join("; ");
       clock.speeds(head.words.period, head.about.si);
-      document.querySelector('[data-tab="envelope"]').hidden = !head.about.si;
+      envelopeTab(head.about.si);
     }
   },
   kind(head, arrays) {
