@@ -378,10 +378,10 @@ def test_files_that_cannot_be_read(tmp_path):
 # --- the devices that ship --------------------------------------------------------------------------------------------
 
 
-SHIPPED = ["paper-table1", "soft-film", "biased-pump", "weight-cone", "beam-cone", "double-cone"]
+SHIPPED = ["paper-table1", "soft-film", "biased-pump", "weight-cone", "beam-cone", "double-cone", "snap-cone"]
 
 
-def test_six_devices_ship():
+def test_seven_devices_ship():
     assert set(shipped_devices()) == set(SHIPPED)
 
 

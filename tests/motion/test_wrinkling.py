@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gelcone import lyapunov, simulate
-from gelcone.codes import FilmPullIn, Outcome
+from gelcone import lyapunov, regime, simulate
+from gelcone.codes import FilmPullIn, Outcome, Regime
+from gelcone.devices.device import find_device
 from gelcone.motion.engine import backend
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine.program import Program
 from gelcone.motion.flow import integrate
+from gelcone.motion.validity import ASSUMPTIONS
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.model import ConeModel
 
@@ -170,3 +172,16 @@ def test_random_films_move_as_the_law_without_branches_says():
             max_step=0.02,
         ).y[:, -1]  # fmt: skip
         np.testing.assert_allclose(run.states[i, 0], wanted, atol=1e-6)
+
+
+def test_a_shipped_device_is_chaotic_while_its_film_is_whole():
+    model = find_device("snap-cone").to_model().replace(film="wrinkling")
+    found = regime(model, (0.4, 0.0), patience=500.0, budget=3000.0)
+    assert (Regime(int(found.regime)), int(found.doubtful)) == (Regime.CHAOTIC, 0)
+    assert float(found.share_chaotic) == 1.0
+    assert float(found.lyapunov[0]) == pytest.approx(0.1, abs=0.03)
+    assert float(found.lyapunov[0]) > 10.0 * float(found.standard_error[0])
+    assert [float(found[f"validity_{name}"]) for name in ASSUMPTIONS] == [0.0] * len(ASSUMPTIONS)
+    run = integrate(model, (0.4, 0.0), [1000.0])
+    assert run.outcome[0] == Outcome.OK
+    assert run.film_times[0, 0] == pytest.approx(1000.0, rel=1e-12)
