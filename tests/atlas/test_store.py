@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gelcone.atlas import store
-from gelcone.atlas.store import Field, Status, difference, fill_of, open_store, read_attribute, read_plan
+from gelcone.atlas.store import Field, Status, difference, fill_of, open_store, read_plan
 from gelcone.errors import InputError
 
 DIMS, SHAPE = ("voltage", "prestretch"), (3, 4)
@@ -164,7 +164,6 @@ def test_a_store_is_for_one_run_at_a_time_and_for_one_plan(tmp_path):
     ):
         pass
     assert read_plan(path) == STORED
-    assert read_attribute(path, "nothing") is None
 
 
 @pytest.mark.parametrize(

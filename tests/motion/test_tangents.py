@@ -174,16 +174,6 @@ def test_newton_steps_to_the_fixed_point_of_three_states(three_states):
     assert path.shape == (1, 3, 4, 3)
 
 
-def test_newton_steps_to_the_fixed_point_after_a_reflection(three_states):
-    """The reflection turns the disc's displacement and velocity round, not the third state."""
-    clock = Clock(4, 4, np.array([2.0]), np.ones(1))
-    step, exponents, _ = cycle._newton_step(three_states(1), np.zeros((1, 3)), clock, 1, {}, reflected=True)
-    whole, signs = expm(2.0 * RATES), np.diag([-1.0, -1.0, 1.0])
-    np.testing.assert_allclose(signs @ (CENTRE + whole @ (step[0] - CENTRE)), step[0], atol=1e-12)
-    moduli = np.sort(np.abs(np.linalg.eigvals(signs @ whole)))[::-1]
-    np.testing.assert_allclose(exponents[0], np.log(moduli) / 2.0, atol=1e-9)
-
-
 def test_a_path_with_a_third_state_is_its_own_mirror_image():
     """Half a period later the disc is on the other side, and the voltage on the film the same."""
     turn = np.pi * np.arange(16).reshape(1, 2, 8) / 8.0

@@ -61,7 +61,8 @@ def thresholds(cone=(1.0, 1.0), corrected=(1.1, 1.1), lost=np.nan):
     ("verdict", "forces"),
     [
         (Verdict.REPRODUCED, {}),
-        (Verdict.REPRODUCED, {"off": 0.049, "other": 0.2}),
+        (Verdict.REPRODUCED, {"off": 0.049}),
+        (Verdict.CHOSEN, {"off": 0.049, "other": 0.2}),
         (Verdict.NOT_REPRODUCED, {"off": 0.06, "other": 0.2}),
         (Verdict.CHOSEN, {"off": 0.06}),
         (Verdict.NOT_REPRODUCED, {"ending": Ending.PULLED_IN}),

@@ -200,4 +200,4 @@ def test_regimes_of_an_ensemble_with_a_failed_member(tmp_path):
     for said in ("rest", "failed: outside", "largest exponent"):
         assert said in texts(figure)
     in_si = regime_figure(to_si(found, find_device("soft-film")))
-    assert (figure.axes[0].get_xlabel(), in_si.axes[0].get_xlabel()) == ("displacement", "displacement / (b - a)")
+    assert (figure.axes[0].get_xlabel(), in_si.axes[0].get_xlabel()) == ("displacement", "displacement (mm)")

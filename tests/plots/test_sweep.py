@@ -53,8 +53,8 @@ def test_a_probability_over_two_parameters_stands_beside_the_width_of_its_interv
 
 
 def test_cells_in_si_stand_at_the_si_values():
-    data = probability(("voltage", "damping_ratio"), voltage_si=("voltage", 100.0 * X))
-    data["voltage_si"].attrs["units"] = "V"
+    data = probability(("voltage", "damping_ratio"))
+    data = data.assign_coords(voltage=("voltage", 100.0 * X, data["voltage"].attrs | {"units": "V"}))
     left = probability_figure(data).axes[0]
     np.testing.assert_array_equal(cells_of(left.collections[0])[0], [-50.0, 50.0, 150.0, 250.0])
     assert left.get_xlabel() == "voltage (V)"

@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.codes import Regime
 from gelcone.plots.response import members, picked
-from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, YELLOW, styled
+from gelcone.plots.style import BLACK, BLUE, CRIMSON, GREEN, GREY, SKY, VERMILION, YELLOW, styled
 from gelcone.quantity import Array
 from gelcone.words import evidence_in_words
 
@@ -26,7 +26,7 @@ REGIME_COLOURS = {
     Regime.CHAOTIC: VERMILION,
     Regime.TRANSIENT: YELLOW,
     Regime.LEFT_THE_DOMAIN: GREY,
-    Regime.TRANSIENT_CHAOS: ORANGE,
+    Regime.TRANSIENT_CHAOS: CRIMSON,
 }
 MARKERS = ("o", "s", "^", "D", "v", "P")
 INVALID, VEIL = "#DDDDDD", 0.62

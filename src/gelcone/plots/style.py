@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 # Okabe and Ito's palette (2008), which stays distinct for all common kinds of colour blindness.
 BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, SKY, YELLOW, BLACK, GREY = "#CC79A7", "#56B4E9", "#F0E442", "#000000", "#888888"
+CRIMSON = "#9E0142"
+"""Dark, next to vermilion: chaos that ends."""
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 
 STYLE: Any = {
