@@ -5,7 +5,7 @@ from scipy import signal
 
 import gelcone
 
-device = gelcone.find_device("biased-pump")
+device = gelcone.find_device("biased-pump").replace(film="taut")
 shown = gelcone.envelope(device, peaks=[1000.0, 1800.0, 2600.0], frequencies=[8.0, 10.0])
 columns = ("drive_frequency", "recommended_peak", "window_stroke", "window_power")
 for frequency, peak, stroke, power in zip(*(shown[name].values for name in columns), strict=True):

@@ -56,15 +56,15 @@ def test_simulate_starts_from_a_preset_and_settings_replace_its_numbers():
     result = json.loads(output)
     assert code == 0
     assert result["parameters"] == find_preset("base").model.replace(voltage=1.04).parameters()
-    assert result["initial"] == [1.0, 0.0]
-    assert (result["displacement"][0], result["outcome"]) == (1.0, "ok")
+    assert result["subject"]["initial"] == [1.0, 0.0]
+    assert (result["result"]["displacement"][0], result["outcome"]) == (1.0, "ok")
 
 
 def test_initial_and_the_other_prestretch_replace_those_of_a_preset():
     code, output = simulate("--preset", "fast", "--initial", "0.5,0.1", "--set", "hoop_prestretch=1.2", "--json")
     result = json.loads(output)
     assert code == 0
-    assert (result["initial"], result["parameters"]["hoop_prestretch"]) == ([0.5, 0.1], 1.2)
+    assert (result["subject"]["initial"], result["parameters"]["hoop_prestretch"]) == ([0.5, 0.1], 1.2)
 
 
 @pytest.mark.parametrize(

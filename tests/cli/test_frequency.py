@@ -12,7 +12,7 @@ from tests.answers import result
 
 SPRING = ["--preset", "spring", "--set", "spring_stiffness=0.1"]
 BAND = ["--over", "drive_frequency=0.36:0.72:10"]
-HERTZ = ["biased-pump", "--over", "frequency=9 Hz:13 Hz:5"]
+HERTZ = ["biased-pump", "--film", "taut", "--over", "frequency=9 Hz:13 Hz:5"]
 
 
 @pytest.fixture

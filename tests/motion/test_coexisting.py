@@ -11,7 +11,7 @@ from gelcone.motion.settled import settled_swing
 
 WELLS = ConeModel(damping_ratio=0.3, spring_stiffness=0.5, rest_height=0.0, voltage=0.05, voltage_bias=1.6)
 """Two wells, mirror images of each other, and next to no drive: a kick over the hill leads from one to the other."""
-PUMP = gelcone.find_device("biased-pump")
+PUMP = gelcone.find_device("biased-pump").replace(film="taut")
 
 
 def pump(hertz, volts):

@@ -278,10 +278,11 @@ def check_folder(out: Path | None, name: str, force: bool) -> None:
     if out is not None:
         from gelcone.files import check_writable
 
+        # first whether the name is one that the file system takes: a look into the folder fails otherwise
+        check_writable(result_paths(out, name), force=force)
         for folder in (out.absolute(), *out.absolute().parents):
             if (folder / "zarr.json").exists():
                 raise InputError(f"{out}: lies inside the store {folder}; choose a folder outside")
-        check_writable(result_paths(out, name), force=force)
 
 
 def write_results(out: Path, name: str, result: xr.Dataset, figure: Figure, force: bool) -> tuple[Path, Path]:
