@@ -101,7 +101,7 @@ def equations(system: System, keep: Keep) -> list[tuple[Any, Any]]:
             deviation = list(hk.make_vars(*(f"{name}_{column}" for name in names)))
             equations += [(one, _product(row, deviation)) for one, row in zip(deviation, jacobian, strict=True)]
     elif keep == "work":
-        quadratures = hk.make_vars("electric_work", "dissipated")
+        quadratures = hk.make_vars("film_work", "dissipated")
         equations += zip(quadratures, system.powers(hk.time, z, n, xp), strict=True)
     return equations
 

@@ -21,7 +21,7 @@ def job_of(model, times, runs=None, start=0.0):
     gaps = np.diff(times, axis=1, prepend=begin[:, None])
     runs = np.ones(members.size, dtype=bool) if runs is None else runs
     outcome = np.zeros(members.size, dtype=np.int8)
-    result = Trajectories.blank(times, 2, "states", outcome)
+    result = Trajectories.blank(times, members.system, "states", outcome)
     return Job(members, runs, np.zeros((members.size, 2)), begin, times, gaps, "states", 1e-15, result)
 
 

@@ -139,17 +139,19 @@ def test_equal_systems_are_equal_and_others_are_not():
 
 @pytest.mark.parametrize("name", ["gent", "yeoh", "toys", "filter"])
 def test_the_powers_change_the_energy(name):
-    """d/dt (u^2/2 + E) = electric power - dissipated power, with E the energy of film and bias without voltage."""
+    """d/dt (u^2/2 + E) = power of film and field - dissipated power, with E the energy of the bias."""
     model = MODELS[name]
     system, n = model.system, model.own_numbers
     for tau, z in points(system):
-        electric, dissipated = system.powers(tau, z, n)
-        change = z[1] * system.rates(tau, z, n)[1] + model.force(z[0]) * z[1]
-        assert change == pytest.approx(electric - dissipated, rel=1e-11, abs=1e-13)
+        power, dissipated = system.powers(tau, z, n)
+        bias = system.bias.force(z[0], system.split(z)[1], n)[0]
+        change = z[1] * (system.rates(tau, z, n)[1] + bias)
+        assert change == pytest.approx(power - dissipated, rel=1e-11, abs=1e-13)
         assert dissipated == pytest.approx(2.0 * n["damping_ratio"] * z[1] ** 2, rel=1e-14)
         volts = system.film_voltage(tau, z, n)
         if name != "toys":
-            assert electric == pytest.approx(volts**2 * z[0] * z[1], rel=1e-13)
+            field = power + z[1] * system.film.force(z[0], 0.0, system.split(z)[0], n)[0]
+            assert field == pytest.approx(volts**2 * z[0] * z[1], rel=1e-12, abs=1e-13)
 
 
 @every_model

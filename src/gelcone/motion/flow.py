@@ -66,7 +66,7 @@ def integrate(
         components add. With displacement and velocity alone the others begin where their components say.
     times : increasing sample times from ``start`` on, shape (samples,) or (members, samples).
     start : time at the initial state (sets the phase of the drive), scalar or (members,). Default 0.
-    keep : ``"states"``; ``"tangents"`` adds the tangent maps, ``"work"`` electric work and dissipation.
+    keep : ``"states"``; ``"tangents"`` adds the tangent maps, ``"work"`` the work of film and field, and dissipation.
     tolerance : relative error of one step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
