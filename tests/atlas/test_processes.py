@@ -33,6 +33,7 @@ def started(monkeypatch):
     return found
 
 
+@pytest.mark.slow
 def test_processes_give_the_same_bits_also_when_one_dies_and_none_is_left(monkeypatch):
     monkeypatch.setattr(sweeping, "TASK_CELLS", 5)
     team = started(monkeypatch)

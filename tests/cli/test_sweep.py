@@ -63,6 +63,7 @@ def test_a_store_knows_its_device(run, tmp_path):
         run("map", "biased-pump", "--resume", tmp_path / "s")
 
 
+@pytest.mark.slow
 def test_uniform_computes_every_cell(run):
     told = result(run(*MAP, "--uniform", "--json"))
     assert told["totals"]["computed"] == 63

@@ -53,6 +53,7 @@ def test_the_fit_is_best_where_the_film_does_not_wrinkle():
     assert miss[kind == FLAT].max(initial=0.0) < 0.05
 
 
+@pytest.mark.slow
 def test_the_fit_agrees_with_the_membrane_between_its_states():
     film, _ = fitted_with_states()
     x, levels = np.array([0.33, 1.21, 2.9]), np.array([0.0, 0.3])

@@ -255,6 +255,7 @@ def test_the_running_estimate_ends_with_the_mean():
 # --- the contract -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_an_ensemble_equals_its_members_one_by_one_and_any_number_of_threads():
     model, initial = varied()
     options = {"window": 60.0, "transient": 80.0, "budget": 3_000.0}

@@ -36,6 +36,7 @@ def test_every_number_of_a_setting_lies_within_its_slider(shelf):
                 assert control.value is None or control.low <= control.value <= control.high, control
 
 
+@pytest.mark.slow
 def test_every_slider_end_can_be_typed(shelf):
     """The ends of the sliders are inside the bounds of what they set."""
     for base in (Setting(device="biased-pump"), Setting(preset="base")):

@@ -194,7 +194,7 @@ def malformed(number):
     )
 
 
-@pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [30, pytest.param(1000, marks=pytest.mark.slow)])
 def test_malformed_messages_are_refused_and_nothing_ends(server, count):
     with server.page() as page:
         for number in range(count):
