@@ -17,6 +17,7 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parent.parent
 FIGURES = ("figure-07", "figure-14")
 WIDTH = 760
+HEAD = "| claim | verdict | if the film wrinkles | key number |"
 BEGIN, END = "<!-- claims: written by docs/paper.py -->", "<!-- end of claims -->"
 
 
@@ -30,9 +31,12 @@ def number(entry: dict[str, object]) -> str:
 
 def table(run: dict[str, object]) -> str:
     """The claim table in Markdown, with the date and version that produced it."""
-    rows = [f"| {c['id']} | {c['verdict']} | {number(c)} |" for c in run["claims"]]  # type: ignore[attr-defined]
+    rows = [
+        f"| {c['id']} | {c['verdict']} | {c['with_film']['text'] if c['with_film'] else ''} | {number(c)} |"
+        for c in run["claims"]  # type: ignore[attr-defined]
+    ]
     made = f"Made on {datetime.now(UTC):%Y-%m-%d} by gelcone {run['version']}, {run['effort']} run."
-    return "\n".join([BEGIN, "", made, "", "| claim | verdict | key number |", "|---|---|---|", *rows, "", END])
+    return "\n".join([BEGIN, "", made, "", HEAD, "|---|---|---|---|", *rows, "", END])
 
 
 def main(folder: Path) -> None:
