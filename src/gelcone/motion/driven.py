@@ -178,8 +178,10 @@ def _limits(
     rows, columns = np.nonzero(reached & ~unknown)
     for _ in range(BISECTIONS if rows.size else 0):
         middle = 0.5 * (low[rows, columns] + high[rows, columns])
-        now = plane.examine(omegas[rows], middle)
-        hit = np.stack([now[name] for name in DRIVEN_LIMITS[:-1]])[columns, np.arange(rows.size)] > 0.0
+        # a motion that leaves the domain meets several limits at one voltage: it is looked at once
+        points, of = np.unique(np.stack([rows, middle]), axis=1, return_inverse=True)
+        now = plane.examine(omegas[points[0].astype(np.intp)], points[1])
+        hit = np.stack([now[name] for name in DRIVEN_LIMITS[:-1]])[columns, of.ravel()] > 0.0
         high[rows, columns] = np.where(hit, middle, high[rows, columns])
         low[rows, columns] = np.where(hit, low[rows, columns], middle)
         progress(0.9 / BISECTIONS)
