@@ -179,7 +179,7 @@ def test_a_shipped_device_is_chaotic_while_its_film_is_whole():
     found = regime(model, (0.4, 0.0), patience=500.0, budget=3000.0)
     assert (Regime(int(found.regime)), int(found.doubtful)) == (Regime.CHAOTIC, 0)
     assert float(found.share_chaotic) == 1.0
-    assert float(found.lyapunov[0]) == pytest.approx(0.1, abs=0.03)
+    assert float(found.lyapunov[0]) == pytest.approx(0.12, abs=0.02)
     assert float(found.lyapunov[0]) > 10.0 * float(found.standard_error[0])
     assert [float(found[f"validity_{name}"]) for name in ASSUMPTIONS] == [0.0] * len(ASSUMPTIONS)
     run = integrate(model, (0.4, 0.0), [1000.0])
