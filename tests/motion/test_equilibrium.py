@@ -151,6 +151,33 @@ def test_branches_are_equilibria_and_change_stability_at_the_folds_only():
     assert set(result.fold_displacement.values) <= set(x[slope == 0.0])
 
 
+def test_a_lifted_wrinkling_film_has_its_equilibrium_at_every_voltage_up_to_pull_in():
+    """One equilibrium: film and spring add up to no force; the branch passes through it and ends before the pull-in."""
+    model = ConeModel(
+        film="wrinkling",
+        meridional_prestretch=1.1,
+        hoop_prestretch=1.4,
+        spring_stiffness=1.68,
+        rest_height=0.91,
+        stretch_limit=50.0,
+    )
+    lost = float(pull_in_voltage(model).pull_in_voltage)
+    levels = lost * np.array([0.0, 0.5, 0.6, 0.7, 0.9, 0.999, 1.001])
+    result = static(model, levels)
+    assert result.equilibria.values.tolist() == [1, 1, 1, 1, 1, 1, 0]
+    place = result.equilibrium_displacement.values[:-1, 0]
+    film = model.system.film.force(place, levels[:-1] ** 2, [], model.own_numbers)[0]
+    np.testing.assert_allclose(film + 1.68 * (place - 0.91), 0.0, atol=1e-14)
+    assert result.stable.values[:-1, 0].all()
+    assert (np.diff(place) > 0.0).all()
+    np.testing.assert_allclose(stroke_and_blocked_force(model, levels[:-1]).displacement, place, rtol=1e-14)
+    x, voltage = result.branch_displacement.values, result.branch_voltage.values
+    on = np.isfinite(voltage)
+    assert 0.98 * lost < voltage[on].max() < lost
+    film = model.system.film.force(x[on], voltage[on] ** 2, [], model.own_numbers)[0]
+    np.testing.assert_allclose(film + 1.68 * (x[on] - 0.91), 0.0, atol=1e-14)
+
+
 # --- pitchfork and folds ------------------------------------------------------------------------------------------
 
 

@@ -194,7 +194,13 @@ def _folds(balance: StaticBalance, side: int) -> list[float]:
     x = side * _grid(balance)
     signs = np.sign(balance.turning(x))
     x, signs = x[signs != 0.0], signs[signs != 0.0]
-    return [root(balance.turning, x[i], x[i + 1]) for i in np.flatnonzero(signs[:-1] != signs[1:])]
+    turns = np.flatnonzero(signs[:-1] != signs[1:])
+    # where the film has no state a fold only parts the stretches: its exact place does not matter
+    exists = (balance.excess(x[turns]) < 0.0) | (balance.excess(x[turns + 1]) < 0.0)
+    return [
+        root(balance.turning, x[i], x[i + 1]) if held else 0.5 * float(x[i] + x[i + 1])
+        for i, held in zip(turns, exists, strict=True)
+    ]
 
 
 def _rises(balance: StaticBalance, segment: tuple[float, float]) -> bool:
@@ -207,7 +213,11 @@ def root_on_segment(balance: StaticBalance, squared: float, segment: tuple[float
     """The x of a segment with w(x) = v^2, None if there is none inside it."""
 
     def excess(x: float) -> Any:
-        return balance.force(x, squared) if balance.lifted else balance.squared(x) - squared
+        if not balance.lifted:
+            return balance.squared(x) - squared
+        force = balance.force(x, squared)
+        # a film that has pulled in has no force: the sign that it would have, so that no root before that is missed
+        return math.copysign(1.0, segment[1]) * np.sign(balance.squared(x) - squared) if np.isnan(force) else force
 
     inner, outer = (float(excess(x)) for x in segment)
     if not inner * outer < 0.0 or any(same_squared(float(balance.squared(x)), squared) for x in segment):

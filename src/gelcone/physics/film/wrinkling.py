@@ -397,6 +397,8 @@ def _taken(n: Numbers, where: Any) -> dict[str, Any]:
 
 def _bisected(beyond: Callable[[Any], Any], low: Any, high: Any) -> Any:
     """Where ``beyond`` begins to hold between ``low`` and ``high``; ``high`` if nowhere."""
+    if not np.any(low < high):
+        return high
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         past = beyond(middle)
