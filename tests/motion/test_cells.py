@@ -186,7 +186,8 @@ def test_operating_limits_are_those_of_the_envelope(operating):
     assert float(result["pull_in_voltage"][0]) == static["pull-in"]
     assert float(result["hoop_slack_voltage"][0]) == static["hoop slack"]
     for name, high in zip(plane["driven_limit"].values, plane["limit_high"].values[:, 0], strict=True):
-        assert float(result[f"driven_{name.replace(' ', '_')}_voltage"][0]) == pytest.approx(high, nan_ok=True)
+        column = name.replace(" ", "_").replace("-", "_")
+        assert float(result[f"driven_{column}_voltage"][0]) == pytest.approx(high, nan_ok=True)
     lowest = np.nanmin([*plane["limit_low"].values[:, 0], *static.values()])
     assert float(result["safe_peak_voltage"][0]) == pytest.approx(min(lowest, 1.2))
 

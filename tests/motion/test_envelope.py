@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import gelcone
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion import driven as driven_module
@@ -104,6 +105,16 @@ def test_at_the_edge_of_the_window_no_limit_is_met(taut):
     edge = plane.examine(taut["drive_frequency"].values, taut["recommended_peak"].values)
     for name in DRIVEN_LIMITS[:-1]:
         assert (edge[name] == 0.0).all(), name
+
+
+def test_a_film_that_pulls_in_meets_that_limit_and_no_other():
+    device = gelcone.find_device("biased-pump")
+    model, rest = device.to_model(), device.initial_state()[0]
+    peaks = np.array([1900.0, 2100.0]) / device.scales.voltage
+    found = Plane(model, DriveShape.of(model), rest, None).examine(np.full(2, float(model.drive_frequency)), peaks)
+    assert found["pull-in"].tolist() == [0.0, 1.0]
+    for name in DRIVEN_LIMITS[1:-1]:
+        assert found[name].tolist() == [0.0, 0.0], name
 
 
 def test_default_frequencies_hold_the_first_resonances_and_the_models_own():

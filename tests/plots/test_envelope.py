@@ -21,7 +21,7 @@ OMEGA, VOLTS = np.array([1.0, 2.0, 4.0]), np.array([0.0, 1.0, 2.0, 3.0])
 WINDOW = np.array([1.0, 0.8, 1.2])
 
 
-def padded(values, count=6):
+def padded(values, count):
     """As many limits as an envelope has; those added are not there."""
     blank = "other" if values.dtype.kind == "U" else np.nan
     return np.concatenate([values, np.full((count - len(values), *values.shape[1:]), blank)])
@@ -51,7 +51,7 @@ def envelope(**changed):
     }
     values |= {name: (values[name][0], value) for name, value in changed.items()}
     for name in ("driven_limit", "limit_low", "limit_high", "static_limit", "static_limit_voltage"):
-        values[name] = values[name][0], padded(np.asarray(values[name][1]))
+        values[name] = values[name][0], padded(np.asarray(values[name][1]), 6 if "static" in name else 7)
     return result(values, {"drive_frequency": ("drive_frequency", OMEGA)}, {"drive_frequency": "Hz"})
 
 

@@ -18,8 +18,17 @@ from gelcone.motion.settle import start_states
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
-DRIVEN_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "chaos", "onset of rest")
-"""``onset of rest``: rest loses its stability under the drive (Floquet), where rest is flat."""
+DRIVEN_LIMITS = (
+    "pull-in",
+    "dielectric breakdown",
+    "hoop slack",
+    "meridional slack",
+    "stretch limit",
+    "chaos",
+    "onset of rest",
+)
+"""``pull-in``: the film loses its equilibrium during the motion; first, to be named where several are met at once.
+``onset of rest``: rest loses its stability under the drive (Floquet), where rest is flat."""
 BISECTIONS = 6
 CHUNK = 128
 PERIODS = 12.0
@@ -103,6 +112,8 @@ class Plane:
         start = start_states(model, (self.rest + NUDGE, 0.0))
         evidence = classify(model.members(), start, threads=self.threads)
         ran = evidence.outcome == Outcome.OK
+        pulled_in = evidence.outcome == Outcome.PULLED_IN
+        left = ~ran & ~pulled_in
         after = np.where(ran[:, None], evidence.final, start)
         run = simulate(model, after, periods=PERIODS, threads=self.threads)
         shares = {name: run[f"validity_{name}"].values for name in _SLACK_AND_LIMIT.values()}
@@ -120,9 +131,10 @@ class Plane:
             "field": where_ran(run["true_field"].values.max(axis=1)),
             "regime": evidence.regime.astype(float),
             "outcome": evidence.outcome.astype(float),
-            "dielectric breakdown": np.where(np.isnan(breakdown), np.nan, ~ran | (breakdown > 0.0)),
+            "pull-in": pulled_in.astype(float),
+            "dielectric breakdown": np.where(np.isnan(breakdown), np.nan, left | (breakdown > 0.0)),
             "chaos": np.isin(evidence.regime, (Regime.CHAOTIC, Regime.TRANSIENT_CHAOS)).astype(float),
-        } | {limit: (~ran | (shares[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
+        } | {limit: (left | (shares[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
 
 
 _SLACK_AND_LIMIT = {

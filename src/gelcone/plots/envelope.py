@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MARKERS = "os^vDP"
+MARKERS = "Xos^vDP"
 JUMP = 0.15
 """Neighbouring limits that differ by more than this share are not joined."""
 
@@ -45,7 +45,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     window = envelope["recommended_peak"].values
     if (window > 0.0).any():
         axes.fill_between(frequency, 0.0, window, color=GREEN, alpha=0.18, lw=0, label="recommended window")
-    looks = zip(envelope["driven_limit"].values, CYCLE, MARKERS, strict=True)
+    looks = zip(envelope["driven_limit"].values, (BLACK, *CYCLE), MARKERS, strict=False)
     for row, (name, colour, marker) in enumerate(looks):
         low, high = envelope["limit_low"].values[row], envelope["limit_high"].values[row]
         middle = np.where(np.isfinite(high), 0.5 * (low + high), np.nan)
