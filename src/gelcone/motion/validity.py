@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.dataset import Variable
-from gelcone.physics.film.film import FilmState
+from gelcone.physics.component import Numbers
+from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -67,14 +68,26 @@ def broken(
         with np.errstate(over="ignore", invalid="ignore"):
             state = film.state(x, voltage, n) if state is None else state
             fails = {"near_limit": film.near_limit(x, voltage, n, NEAR_LIMIT)}
-            for name, stress in (("hoop_slack", state.hoop_stress), ("meridional_slack", state.meridional_stress)):
-                if not np.isnan(stress).all():
-                    fails[name] = np.asarray(stress < 0.0)
+            fails |= _slack(film, x, voltage, state, n)
             if "dielectric_strength" in members.values:
                 fails["breakdown"] = np.asarray(state.true_field > members.values["dielectric_strength"][:, None])
         for name, where in fails.items():
             found[name] = np.broadcast_to(found.get(name, False) | where, x.shape)
     return found
+
+
+def _slack(film: Film, x: Array, voltage: Array, state: FilmState, n: Numbers) -> Fails:
+    """Where hoops and meridians are slack. A film that wrinkles has no stress there, instead of a compressive one."""
+    stresses = {"hoop_slack": state.hoop_stress, "meridional_slack": state.meridional_stress}
+    known = {name: stress for name, stress in stresses.items() if not np.isnan(stress).all()}
+    if not film.kinds:
+        return {name: np.asarray(stress < 0.0) for name, stress in known.items()}
+    slack = {name: np.asarray(stress <= 0.0) for name, stress in known.items()}
+    if any(where.any() for where in slack.values()):
+        # A flat film that is neither stretched nor under voltage has no stress either, and is taut.
+        kind = film.kind(x, np.square(voltage), n)
+        slack = {name: where & (kind != 0) for name, where in slack.items()}
+    return slack
 
 
 def voltages_along(members: Members, times: Array, states: Array) -> list[Array]:
