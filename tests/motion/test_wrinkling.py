@@ -185,3 +185,15 @@ def test_a_shipped_device_is_chaotic_while_its_film_is_whole():
     run = integrate(model, (0.4, 0.0), [1000.0])
     assert run.outcome[0] == Outcome.OK
     assert run.film_times[0, 0] == pytest.approx(1000.0, rel=1e-12)
+
+
+def test_the_shares_of_slack_film_are_those_of_its_states():
+    """A wrinkled film has no stress in a slack direction instead of a compressive one: its states tell."""
+    model = ConeModel(film="wrinkling", voltage=0.3, drive_frequency=0.3, spring_stiffness=0.5, damping_ratio=0.05)
+    found = simulate(model, [1.0, 0.0], periods=20)
+    hoops = float(found["film_state_hoop_slack"]) + float(found["film_state_crumpled"])
+    meridians = float(found["film_state_meridional_slack"]) + float(found["film_state_crumpled"])
+    # Every 57th sample is where the voltage is zero, and a flat film without voltage taut.
+    assert float(found["validity_hoop_slack"]) == pytest.approx(hoops, abs=1.0 / 57.0)
+    assert float(found["validity_meridional_slack"]) == pytest.approx(meridians, abs=1.0 / 57.0)
+    assert hoops > 0.5

@@ -17,6 +17,7 @@ from gelcone.dataset import Variable
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.members import Members
+from gelcone.physics.second import SecondFilm
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ ASSUMPTIONS = {
     "pulled_in": "a film that has pulled in",
 }
 """How the model stops being true."""
+SLACK_IN = {"hoop_slack": ("hoop_slack", "crumpled"), "meridional_slack": ("meridional_slack", "crumpled")}
+"""States of a film that wrinkles in which each direction is slack."""
 SHARES = tuple(name for name in ASSUMPTIONS if name != "pulled_in")
 """Those of which a motion has a share."""
 NEAR_LIMIT = 0.99
@@ -76,18 +79,15 @@ def broken(
     return found
 
 
-def _slack(film: Film, x: Array, voltage: Array, state: FilmState, n: Numbers) -> Fails:
-    """Where hoops and meridians are slack. A film that wrinkles has no stress there, instead of a compressive one."""
+def _slack(film: Film | SecondFilm, x: Array, voltage: Array, state: FilmState, n: Numbers) -> Fails:
+    """Where hoops and meridians are slack: under compression, or wrinkled instead where the film wrinkles."""
     stresses = {"hoop_slack": state.hoop_stress, "meridional_slack": state.meridional_stress}
     known = {name: stress for name, stress in stresses.items() if not np.isnan(stress).all()}
-    if not film.kinds:
+    if isinstance(film, SecondFilm) or not film.kinds:
         return {name: np.asarray(stress < 0.0) for name, stress in known.items()}
-    slack = {name: np.asarray(stress <= 0.0) for name, stress in known.items()}
-    if any(where.any() for where in slack.values()):
-        # A flat film that is neither stretched nor under voltage has no stress either, and is taut.
-        kind = film.kind(x, np.square(voltage), n)
-        slack = {name: where & (kind != 0) for name, where in slack.items()}
-    return slack
+    kind = film.kind(x, np.square(voltage), n)
+    # The stresses of a slack direction are zero up to rounding, so that the state of the film tells.
+    return {name: np.isin(kind, [k for k, own in enumerate(film.kinds) if own in SLACK_IN[name]]) for name in known}
 
 
 def voltages_along(members: Members, times: Array, states: Array) -> list[Array]:
