@@ -178,7 +178,7 @@ def test_devices_and_materials_are_listed(run):
     assert (code, err) == (0, "")
     assert "paper-table1" in out
     devices = answer(run("devices", "--json")[1])["result"]
-    assert len(devices) == 6
+    assert {"biased-pump", "double-cone", "snap-cone"} <= devices.keys()
     assert all(Path(entry["file"]).is_file() for entry in devices.values())
     code, out, err = run("materials")
     assert (code, err) == (0, "")
