@@ -1,6 +1,6 @@
 """Do the intervals hold what they say? Exponents and lifetimes of chaos, against far longer runs.
 
-    python benchmarks/coverage.py [MODELS [SEED]]      (default 60 and 7)
+    python benchmarks/intervals.py [MODELS [SEED]]      (default 60 and 7)
 
 Exponents: points from a hard random set, half of them around the paper's two sets, at which 8 starts are still chaotic
 after 20,000 time units. At each, the exponents of `RUNS` starts are averaged as `gelcone lyapunov` averages them, and
@@ -10,7 +10,7 @@ error, 93 to 97 % within 1.96, at least 99 % within three.
 Thresholds: two diagrams, again from starts 1e-12 to 1e-9 apart and at another tolerance. The middle of each range of a
 rerun lies in the stated range of the same change, or of one that overlaps it. Target: at least 95 %.
 
-Verdicts: `python benchmarks/coverage.py verdicts [RERUNS]` (default 9) runs `gelcone paper --quick` again from starts
+Verdicts: `python benchmarks/intervals.py verdicts [RERUNS]` (default 9) runs `gelcone paper --quick` again from starts
 1e-12 to 1e-9 apart, and prints how often each verdict came out as at first. Target: always.
 
 Lifetimes: points at which chaos ends. The interval that `gelcone regime` states for several starts is held against the
