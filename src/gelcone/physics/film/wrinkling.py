@@ -29,6 +29,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -418,9 +419,17 @@ def _hump(law: StrainEnergyLaw, n: Numbers) -> Array:
     """The t of the first maximum of Vb; infinity if there is none. In the shape of the law's numbers."""
     arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in n.values())) if n else [np.zeros(())]
     rows, place = np.unique(np.stack([array.ravel() for array in arrays]), axis=1, return_inverse=True)
-    numbers = {name: row[:, None] for name, row in zip(n, rows, strict=False)}
+    return _humps(law, tuple(n), rows.tobytes(), rows.shape[1])[place].reshape(arrays[0].shape)
+
+
+@lru_cache(maxsize=256)
+def _humps(law: StrainEnergyLaw, names: tuple[str, ...], rows: bytes, count: int) -> Array:
+    """That of films of one law, (count,); ``rows`` holds the law's numbers, (names, count). Kept, since it changes with
+    the gel alone and takes longer than many a motion."""
+    values = np.frombuffer(rows).reshape(-1, count)
+    numbers = {name: row[:, None] for name, row in zip(names, values, strict=False)}
     with np.errstate(all="ignore"):
-        limit = np.broadcast_to(law.strain_limit(numbers), (rows.shape[1], 1))
+        limit = np.broadcast_to(law.strain_limit(numbers), (count, 1))
         most = np.minimum(0.5 * (limit + 3.0), MOST_STRETCHED)
         t = np.exp(np.log(most) * np.linspace(0.0, 1.0, GRID)[1:-1])
         falls = _crumpling(law, t, numbers)[1] < 0.0
@@ -431,4 +440,6 @@ def _hump(law: StrainEnergyLaw, n: Numbers) -> Array:
             middle = 0.5 * (low + high)
             falling = _crumpling(law, middle[:, None], numbers)[1][:, 0] < 0.0
             low, high = np.where(falling, low, middle), np.where(falling, middle, high)
-    return np.where(falls.any(axis=1), high, np.inf)[place].reshape(arrays[0].shape)
+    found = np.where(falls.any(axis=1), high, np.inf)
+    found.flags.writeable = False
+    return found
