@@ -172,17 +172,23 @@ def settled_cells(
     )
 
 
-def swing(members: Members, states: Array, **flow_options: Any) -> Swing:
-    """Follows a flattened ensemble from ``states`` (members, N) at phase 0 over `REPEATS` forcing periods."""
+def swing(members: Members, states: Array, *, only_periodic: bool = False, **flow_options: Any) -> Swing:
+    """Follows a flattened ensemble from ``states`` (members, N) at phase 0 over `REPEATS` forcing periods.
+
+    ``only_periodic``: the validity, which takes the film's own lengths at each sample, of motions with a period alone.
+    """
     ticks = np.arange(1, REPEATS * SAMPLES + 1) / SAMPLES
     times = members.forcing_period[:, None] * ticks
     run = integrate(members, states, times, **flow_options)
     x, points = run.states[..., 0], run.states[:, SAMPLES - 1 :: SAMPLES]
     period, _ = periods_of(points)
-    omega = np.broadcast_to(members.drive_frequency, members.shape)[:, None]
-    waves = [2j * (x * np.exp(-1j * k * omega * times)).mean(axis=1) for k in HARMONICS]
-    spread = slice(None, None, SPREAD)
-    valid = validity(members, times[:, spread], run.states[:, spread])
+    waves = [2j * (x * np.exp(-2j * np.pi * k * ticks)).mean(axis=1) for k in HARMONICS]
+    spread, valid = slice(None, None, SPREAD), unknown(members.size)
+    looked_at = period > 0 if only_periodic else np.ones(members.size, dtype=bool)
+    if looked_at.any():
+        valid[looked_at] = validity(
+            members.take(looked_at), times[looked_at, spread], run.states[looked_at, spread]
+        )
     return Swing(-highest(-x), highest(x), period, run.outcome, np.stack(waves, axis=1), points[:, -1], valid)
 
 
@@ -215,7 +221,8 @@ def settled_swing(members: Members, states: Array, *, progress: Progress = None,
         found.outcome[left] = outcome
         left = left[ran]
         if left.size:
-            found.put(left, swing(part.take(ran), reached[ran], **flow_options))
+            followed_on = trial < ROUNDS - 1
+            found.put(left, swing(part.take(ran), reached[ran], only_periodic=followed_on, **flow_options))
             left = left[(found.period[left] == 0) & (found.outcome[left] == Outcome.OK)]
         if not left.size:
             break
