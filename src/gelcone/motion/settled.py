@@ -34,7 +34,7 @@ SAMPLES = 128
 SPREAD = 7
 """Every so many of them are looked at for the validity: over whole periods of every motion they lie at all phases."""
 HARMONICS = (1, 2, 3, 4)
-"""Multiples of the drive frequency of which amplitude and phase are reported."""
+"""Multiples of the drive frequency of which amplitude and phase are reported: each from 1 on."""
 ROUNDS = 6
 
 
@@ -182,7 +182,9 @@ def swing(members: Members, states: Array, *, only_periodic: bool = False, **flo
     run = integrate(members, states, times, **flow_options)
     x, points = run.states[..., 0], run.states[:, SAMPLES - 1 :: SAMPLES]
     period, _ = periods_of(points)
-    waves = [2j * (x * np.exp(-2j * np.pi * k * ticks)).mean(axis=1) for k in HARMONICS]
+    omega = np.broadcast_to(members.drive_frequency, members.shape)[:, None]
+    turning, against = np.exp(-1j * omega * times), x + 0j
+    waves = [2j * (against := against * turning).mean(axis=1) for _ in HARMONICS]
     spread, valid = slice(None, None, SPREAD), unknown(members.size)
     looked_at = period > 0 if only_periodic else np.ones(members.size, dtype=bool)
     if looked_at.any():

@@ -40,7 +40,7 @@ from gelcone.physics.component import Numbers
 from gelcone.physics.dual import plain
 from gelcone.physics.film.film import Border, Film, FilmState
 from gelcone.physics.film.taut import TautCone, check_prestretch_mode
-from gelcone.physics.implicit import root, traced
+from gelcone.physics.implicit import rise, root, traced
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.quantity import Array
 
@@ -128,7 +128,7 @@ class WrinklingCone(TautCone):
         """Vb(t), the V G at which the film is slack in both directions at the squared stretch t; infinite at and beyond
         the stretch limit."""
         beyond = 2.0 * t + np.square(1.0 / t) - 3.0 >= self.law.strain_limit(n)
-        return np.where(beyond, np.inf, _crumpling(self.law, t, n)[0])
+        return np.where(beyond, np.inf, _crumpling(self.law, t, n))
 
     kinds = STATES
 
@@ -278,14 +278,12 @@ class WrinklingCone(TautCone):
         """The squared stretch t of a crumpled film, V G = Vb(t)."""
         low = np.ones_like(squared)
         high = np.minimum(np.where(n["hump"] < NEVER, n["hump"], 0.5 * (self.strain_limit(n) + 3.0)), MOST_STRETCHED)
-        return _bisected(lambda t: self._crumpling(t, n) > squared * n["G"], low, high)
+        return rise(lambda t: self._crumpling(t, n) - squared * n["G"], low, high)
 
     def _natural_meridian(self, xx: Any, squared: Any, n: Numbers) -> Any:
         """The m of a meridionally slack film, s1 = 0 at n = 1."""
-        found = _bisected(
-            lambda at: self.local(at, squared, 0.0, n).tension > 0.0, xx, np.maximum(n["B"] / n["A"] - 1.0, xx)
-        )
-        return 1.0 + found
+        longest = np.maximum(n["B"] / n["A"] - 1.0, xx)
+        return 1.0 + rise(lambda at: self.local(at, squared, 0.0, n).tension, xx, longest)
 
     def area(self, x: Any, squared: Any, n: Numbers) -> Any:
         """m n."""
@@ -407,12 +405,20 @@ def _bisected(beyond: Callable[[Any], Any], low: Any, high: Any) -> Any:
     return high
 
 
-def _crumpling(law: StrainEnergyLaw, t: Any, n: Numbers) -> tuple[Any, Any]:
-    """Vb(t) = R (1 - t^-3)/t and its derivative."""
-    strain, strain_slope = 2.0 * t + t**-2 - 3.0, 2.0 - 2.0 * t**-3
-    response = law.response(strain, n)
-    shape, shape_slope = 1.0 / t - t**-4, 4.0 * t**-5 - t**-2
-    return response * shape, law.response_slope(strain, n) * strain_slope * shape + response * shape_slope
+def _crumpling(law: StrainEnergyLaw, t: Any, n: Numbers) -> Any:
+    """Vb(t) = R (1 - t^-3)/t."""
+    inverse = 1.0 / t
+    square = inverse * inverse
+    return law.response(2.0 * t + square - 3.0, n) * (inverse - square * square)
+
+
+def _crumpling_slope(law: StrainEnergyLaw, t: Any, n: Numbers) -> Any:
+    """Derivative of Vb(t)."""
+    inverse = 1.0 / t
+    square = inverse * inverse
+    strain, strain_slope = 2.0 * t + square - 3.0, 2.0 - 2.0 * square * inverse
+    shape, shape_slope = inverse - square * square, 4.0 * square * square * inverse - square
+    return law.response_slope(strain, n) * strain_slope * shape + law.response(strain, n) * shape_slope
 
 
 def _hump(law: StrainEnergyLaw, n: Numbers) -> Array:
@@ -432,13 +438,13 @@ def _humps(law: StrainEnergyLaw, names: tuple[str, ...], rows: bytes, count: int
         limit = np.broadcast_to(law.strain_limit(numbers), (count, 1))
         most = np.minimum(0.5 * (limit + 3.0), MOST_STRETCHED)
         t = np.exp(np.log(most) * np.linspace(0.0, 1.0, GRID)[1:-1])
-        falls = _crumpling(law, t, numbers)[1] < 0.0
+        falls = _crumpling_slope(law, t, numbers) < 0.0
         first = np.argmax(falls, axis=1)
         low = np.where(first > 0, np.take_along_axis(t, np.maximum(first - 1, 0)[:, None], 1)[:, 0], 1.0)
         high = np.take_along_axis(t, first[:, None], 1)[:, 0]
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
-            falling = _crumpling(law, middle[:, None], numbers)[1][:, 0] < 0.0
+            falling = _crumpling_slope(law, middle[:, None], numbers)[:, 0] < 0.0
             low, high = np.where(falling, low, middle), np.where(falling, middle, high)
     found = np.where(falls.any(axis=1), high, np.inf)
     found.flags.writeable = False
