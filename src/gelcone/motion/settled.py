@@ -188,9 +188,7 @@ def swing(members: Members, states: Array, *, only_periodic: bool = False, **flo
     spread, valid = slice(None, None, SPREAD), unknown(members.size)
     looked_at = period > 0 if only_periodic else np.ones(members.size, dtype=bool)
     if looked_at.any():
-        valid[looked_at] = validity(
-            members.take(looked_at), times[looked_at, spread], run.states[looked_at, spread]
-        )
+        valid[looked_at] = validity(members.take(looked_at), times[looked_at, spread], run.states[looked_at, spread])
     return Swing(-highest(-x), highest(x), period, run.outcome, np.stack(waves, axis=1), points[:, -1], valid)
 
 

@@ -93,4 +93,4 @@ def frequency_responses(effort: Effort, progress: Progress) -> xr.Dataset:
     return motions(preset, model, "drive_frequency", effort, progress)
 
 
-STUDIES = (Study("frequency", frequency, work=4.0), Study("frequency-responses", frequency_responses, work=0.5))
+STUDIES = (Study("frequency", frequency, work=14.0), Study("frequency-responses", frequency_responses, work=0.5))
