@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.physics.bracket import sign_change
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
@@ -176,12 +177,6 @@ def single_balance(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:
     return StaticBalance(system, n, begin * (1.0 + WALL_DISTANCE), highest if wall else SEARCH_RANGE, wall)
 
 
-def root(function: Callable[[float], Any], a: float, b: float) -> float:
-    from scipy.optimize import brentq
-
-    return float(brentq(lambda x: float(function(x)), a, b, xtol=1e-300, rtol=8.9e-16, maxiter=500))
-
-
 def _grid(balance: StaticBalance) -> Array:
     """Displacements |x| over all that can be reached, finer towards both ends."""
     shares = np.geomspace(1e-9, 0.5, 300)
@@ -198,7 +193,7 @@ def _folds(balance: StaticBalance, side: int) -> list[float]:
     # where the film has no state a fold only parts the stretches: its exact place does not matter
     exists = (balance.excess(x[turns]) < 0.0) | (balance.excess(x[turns + 1]) < 0.0)
     return [
-        root(balance.turning, x[i], x[i + 1]) if held else 0.5 * float(x[i] + x[i + 1])
+        sign_change(balance.turning, x[i], x[i + 1]) if held else 0.5 * float(x[i] + x[i + 1])
         for i, held in zip(turns, exists, strict=True)
     ]
 
@@ -222,7 +217,7 @@ def root_on_segment(balance: StaticBalance, squared: float, segment: tuple[float
     inner, outer = (float(excess(x)) for x in segment)
     if not inner * outer < 0.0 or any(same_squared(float(balance.squared(x)), squared) for x in segment):
         return None
-    return root(excess, *segment)
+    return sign_change(excess, *segment)
 
 
 def same_squared(a: float, b: float) -> bool:
@@ -317,7 +312,7 @@ def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: floa
     if not over.size:
         return float(x[-1]) if segment is balance.segments[-1 if x[-1] < 0.0 else 1][-1] else None
     k = int(over[0])
-    return float(x[0]) if k == 0 else root(balance.excess, x[k - 1], x[k])
+    return float(x[0]) if k == 0 else sign_change(balance.excess, x[k - 1], x[k])
 
 
 def first_loss(balance: StaticBalance, rest: float) -> tuple[float, PullIn, float, float]:

@@ -25,9 +25,9 @@ from gelcone.physics.balance import (
     Equilibrium,
     PullIn,
     StaticBalance,
-    root,
     same_squared,
 )
+from gelcone.physics.bracket import sign_change
 from gelcone.quantity import Array
 
 GRID = 1601
@@ -143,12 +143,12 @@ class PairBalance(StaticBalance):
         turns = np.flatnonzero((slope[:-1] * slope[1:] < 0.0) & (force[:-1] * force[1:] >= 0.0))
         if turns.size:
             # an extremum may reach beyond 0 between two points of the grid
-            tops = np.array([root(lambda x: self.slope(x, squared), *self.grid[i : i + 2]) for i in turns])
+            tops = np.array([sign_change(lambda x: self.slope(x, squared), *self.grid[i : i + 2]) for i in turns])
             order = np.argsort(nodes := np.concatenate([nodes, tops]))
             nodes, values = nodes[order], np.concatenate([values, self.force(tops, squared)])[order]
         found = _isolated(nodes, values == 0.0)
         for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
-            found.append(root(lambda x: self.force(x, squared), nodes[i], nodes[i + 1]))
+            found.append(sign_change(lambda x: self.force(x, squared), nodes[i], nodes[i + 1]))
         found = [x for x in found if not self._pulled_in(float(x), squared)]
         slopes = [float(self.slope(x, squared)) for x in sorted(found)]
         return [Equilibrium(float(x), k, k > ROUNDING) for x, k in zip(sorted(found), slopes, strict=True)]
@@ -248,7 +248,7 @@ class PairBalance(StaticBalance):
 
         if not slope(0.0) * slope(1.0) < 0.0:
             return float(x[i]), float(voltage[i])
-        return at(root(slope, 0.0, 1.0))
+        return at(sign_change(slope, 0.0, 1.0))
 
     def _losses(self, x: Array, voltage: Array) -> list[tuple[int, float, float, PullIn]]:
         """Where along a curve the slope changes its sign: after which point, where, and whether in a fold."""
@@ -305,7 +305,7 @@ class PairBalance(StaticBalance):
         lost = np.flatnonzero(slopes < 0.0)
         if not lost.size:
             return math.nan
-        return root(lambda v: self.slope(0.0, v * v), levels[lost[0] - 1], levels[lost[0]]) ** 2
+        return sign_change(lambda v: self.slope(0.0, v * v), levels[lost[0] - 1], levels[lost[0]]) ** 2
 
     # --- a slow voltage ramp -----------------------------------------------------------------------------------------
 
