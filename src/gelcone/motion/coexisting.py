@@ -16,8 +16,8 @@ import numpy.typing as npt
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.flow import integrate
 from gelcone.motion.regime import classify
-from gelcone.motion.settle import single
-from gelcone.motion.settled import Swing, settled_swing
+from gelcone.motion.settle import default_transient, repeats_lasting, settle, single
+from gelcone.motion.settled import Swing, settled_swing, swing
 from gelcone.motion.validity import SHARES
 from gelcone.physics.members import Members
 from gelcone.progress import Counted, Progress
@@ -42,6 +42,12 @@ HANDED_ON = 8
 SAME = 1e-2
 """Motions whose ends agree to this share of the larger one's size are one, where one of them has no period."""
 SAME_CYCLE = 1e-3
+LOOKS = 2
+"""How often a motion after a kick is compared with the own cycle before it has been followed to the end."""
+LOOK_AFTER = 0.25
+"""Share of the whole transient between them."""
+ARRIVED = 1e-4
+"""Share of the own motion's size within which a motion that comes so near to the own cycle ends in it."""
 CHUNK = 512
 
 
@@ -83,11 +89,11 @@ def coexisting(
     counted, flow = Counted(progress), dict[str, Any](threads=threads)
     if not members.size:
         return _arrays(members, [], np.empty(0), flow)
-    own = settled_swing(members, states, **flow)
+    own = settled_swing(members, states, only_extent=True, **flow)
     found = [Motions([_row(own, k)], [(np.nan, np.nan)]) for k in range(members.size)]
     alive = np.flatnonzero(own.outcome == Outcome.OK)
     largest = np.array([_largest_kick(members, k) for k in range(members.size)])
-    kicks = _Kicks(members, own.final, largest, shift, flow)
+    kicks = _Kicks(members, own, largest, shift, flow)
     counted(0.05)
     first = _climb(kicks, alive, found, counted)
     _let_go(members, alive, found, flow)
@@ -115,8 +121,8 @@ def _farthest(members: Members, k: int) -> float:
 class _Kicks:
     """The members' own motions, and what becomes of them after kicks."""
 
-    def __init__(self, members: Members, states: Array, largest: Array, shift: float, flow: dict[str, Any]) -> None:
-        self.members, self.states, self.largest, self.flow = members, states, largest, flow
+    def __init__(self, members: Members, own: Swing, largest: Array, shift: float, flow: dict[str, Any]) -> None:
+        self.members, self.own, self.largest, self.flow = members, own, largest, flow
         self.phases = (np.arange(PHASES) + shift) / PHASES
         self.signs = np.array([1.0, -1.0])
 
@@ -133,16 +139,31 @@ class _Kicks:
         whole = members.forcing_period
         # a phase of 0 is that of the end of the period
         until = np.where(phases > 0.0, phases, 1.0) * whole
-        struck = integrate(members, self.states[rows], until[:, None], **self.flow).states[:, 0]
+        struck = integrate(members, self.own.final[rows], until[:, None], **self.flow).states[:, 0]
         struck[:, 1] += kicks
         clock = np.where(phases > 0.0, until, 0.0)
         run = integrate(members, struck, whole[:, None], start=clock, **self.flow)
-        settled = Swing.blank(len(rows), states=struck.shape[1])
+        settled, states = self.own.take(rows), run.states[:, 0]
         settled.outcome[:] = run.outcome
-        ran = run.outcome == Outcome.OK
-        if ran.any():
-            settled.put(ran, settled_swing(members.take(ran), run.states[ran, 0], **self.flow))
+        away = np.flatnonzero(run.outcome == Outcome.OK)
+        for _ in range(LOOKS):
+            part = members.take(away)
+            repeats = repeats_lasting(part, LOOK_AFTER * default_transient(part, repeats=1, longest_decay=np.inf))
+            states[away], settled.outcome[away] = settle(part, states[away], repeats, **self.flow)
+            away = away[(settled.outcome[away] == Outcome.OK) & ~self._back(rows[away], states[away])]
+        if away.size:
+            settled.put(away, settled_swing(members.take(away), states[away], only_extent=True, **self.flow))
         return [_row(settled, k) for k in range(len(rows))]
+
+    def _back(self, rows: Rows, states: Array) -> npt.NDArray[np.bool_]:
+        """Whether states at phase 0 have arrived at the own motion of their rows, where that repeats with the forcing:
+        nearer to an attracting cycle than any other motion could stay."""
+        own = self.own.take(rows)
+        size = np.maximum(np.maximum(np.abs(own.lowest), np.abs(own.highest)), 1e-2)
+        scale = np.ones(states.shape)
+        scale[:, 1] = 2.0 * np.pi / self.members.take(rows).forcing_period
+        near = (np.abs(states - own.final) / scale).max(axis=1)
+        return (own.period == 1) & (near <= ARRIVED * size)
 
 
 def _climb(kicks: _Kicks, alive: Rows, found: list[Motions], progress: Counted) -> dict[int, list[tuple[float, float]]]:
@@ -171,7 +192,7 @@ def _let_go(members: Members, alive: Rows, found: list[Motions], flow: dict[str,
     rows = np.repeat(alive, shares.size)
     states = members.take(rows).start_states((0.0, 0.0))
     states[:, 0] = np.tile(shares, alive.size) * np.array([_farthest(members, int(row)) for row in rows])
-    settled = settled_swing(members.take(rows), states, **flow)
+    settled = settled_swing(members.take(rows), states, only_extent=True, **flow)
     for k, row in enumerate(rows):
         if settled.outcome[k] == Outcome.OK:
             found[row].number_of(_row(settled, k))
@@ -193,7 +214,7 @@ def _hand_on(members: Members, alive: Rows, found: list[Motions], flow: dict[str
         if not seeds:
             return
         rows, states = np.array([row for row, _ in seeds]), np.array([state for _, state in seeds])
-        settled = settled_swing(members.take(rows), states, **flow)
+        settled = settled_swing(members.take(rows), states, only_extent=True, **flow)
         for k, row in enumerate(rows):
             if settled.outcome[k] == Outcome.OK:
                 found[row].number_of(_row(settled, k))
@@ -283,13 +304,14 @@ def _arrays(members: Members, found: list[Motions], largest: Array, flow: dict[s
         result["regime"][row, column] = Regime.LEFT_THE_DOMAIN
         if motion.outcome[0] == Outcome.OK:
             result["stroke"][row, column] = 2.0 * motion.amplitude[0]
-            for name in ("lowest", "highest", "period", "validity"):
+            for name in ("lowest", "highest", "period"):
                 result[name][row, column] = getattr(motion, name)[0]
     settled = [(row, column, n) for row, column, n in places if found[row].kinds[n].outcome[0] == Outcome.OK]
     if settled:
         rows, columns, _ = (np.array(column) for column in zip(*settled, strict=True))
         states = np.array([found[row].kinds[n].final[0] for row, _, n in settled])
         result["regime"][rows, columns] = classify(members.take(rows), states, **flow).regime
+        result["validity"][rows, columns] = swing(members.take(rows), states, **flow).validity
     smallest = np.array([own.smallest for own in found]).reshape(-1, 2)
     return result | {
         "motions": np.array([len(order) for order in others]),

@@ -11,10 +11,12 @@ import numpy as np
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion.floquet import onset_voltage
+from gelcone.motion.flow import integrate
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.regime import classify
-from gelcone.motion.response import simulate
+from gelcone.motion.response import even_times
 from gelcone.motion.settle import start_states
+from gelcone.motion.validity import broken, shares, voltages_along
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -115,26 +117,45 @@ class Plane:
         pulled_in = evidence.outcome == Outcome.PULLED_IN
         left = ~ran & ~pulled_in
         after = np.where(ran[:, None], evidence.final, start)
-        run = simulate(model, after, periods=PERIODS, threads=self.threads)
-        shares = {name: run[f"validity_{name}"].values for name in _SLACK_AND_LIMIT.values()}
-        breakdown = run["validity_breakdown"].values
-        with np.errstate(over="ignore"):  # of a motion that leaves the domain
-            voltage, current = (np.sqrt(np.mean(run[n].values ** 2, axis=1)) for n in ("drive_voltage", "current"))
+        seen = self._look(model, after)
+        breakdown = seen["breakdown"]
 
         def where_ran(values: Any) -> Array:
             return np.where(ran, values, np.nan)
 
-        return {
-            "stroke": where_ran(np.ptp(run["displacement"].values, axis=1)),
-            "power": where_ran(run["dissipated_energy"].values[:, -1] / (PERIODS * model.drive_period)),
-            "apparent_power": where_ran(voltage * current),
-            "field": where_ran(run["true_field"].values.max(axis=1)),
-            "regime": evidence.regime.astype(float),
-            "outcome": evidence.outcome.astype(float),
-            "pull-in": pulled_in.astype(float),
-            "dielectric breakdown": np.where(np.isnan(breakdown), np.nan, left | (breakdown > 0.0)),
-            "chaos": np.isin(evidence.regime, (Regime.CHAOTIC, Regime.TRANSIENT_CHAOS)).astype(float),
-        } | {limit: (left | (shares[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
+        return (
+            {name: where_ran(seen[name]) for name in ("stroke", "power", "apparent_power", "field")}
+            | {
+                "regime": evidence.regime.astype(float),
+                "outcome": evidence.outcome.astype(float),
+                "pull-in": pulled_in.astype(float),
+                "dielectric breakdown": np.where(np.isnan(breakdown), np.nan, left | (breakdown > 0.0)),
+                "chaos": np.isin(evidence.regime, (Regime.CHAOTIC, Regime.TRANSIENT_CHAOS)).astype(float),
+            }
+            | {limit: (left | (seen[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
+        )
+
+    def _look(self, model: ConeModel, states: Array) -> dict[str, Array]:
+        """What motions from ``states`` do over `PERIODS` drive periods: that part of what `simulate` tells."""
+        members = model.members()
+        times = even_times(model, PERIODS * model.drive_period)
+        run = integrate(members, states, times, keep="work", threads=self.threads)
+        assert run.work is not None
+        x, u, n = run.states[..., 0], run.states[..., 1], members.numbers(trailing=1)
+        voltages = voltages_along(members, times, run.states)
+        voltage, film = voltages[0], members.system.film
+        with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
+            change = members.system.film_voltage_rate(times, list(np.moveaxis(run.states, -1, 0)), n)
+            current = film.current(times, x, u, voltage, np.broadcast_to(change, x.shape), n)
+            state = film.state(x, voltage, n)
+            fails = broken(members, x, voltages, (state, None))
+            apparent = [np.sqrt(np.mean(values * values, axis=1)) for values in (voltage, current)]
+        return shares(fails, ~np.isnan(x)) | {
+            "stroke": np.ptp(x, axis=1),
+            "power": run.work[:, -1, 1] / (PERIODS * model.drive_period),
+            "apparent_power": apparent[0] * apparent[1],
+            "field": state.true_field.max(axis=1),
+        }
 
 
 _SLACK_AND_LIMIT = {

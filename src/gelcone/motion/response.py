@@ -17,7 +17,7 @@ from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.settle import start_states
-from gelcone.motion.validity import ASSUMPTIONS, Fails, broken, shares, validity_variables
+from gelcone.motion.validity import ASSUMPTIONS, broken, shares, validity_variables, voltages_along
 from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -84,11 +84,11 @@ def simulate(
     _check_positive("periods", periods, "a positive number of drive periods")
     states0 = start_states(model, initial)
     if times is None:
-        sampled = _even_times(model, periods * model.drive_period)
+        sampled = even_times(model, periods * model.drive_period)
         kept = checked = np.arange(sampled.shape[1])
     else:
         wanted = _wanted_times(times)
-        even = _even_times(model, wanted[-1])[0]
+        even = even_times(model, wanted[-1])[0]
         sampled = np.union1d(even, wanted)[None]
         kept, checked = (np.searchsorted(sampled[0], some) for some in (wanted, even))
     sampled = np.broadcast_to(sampled, (model.size, sampled.shape[1]))
@@ -96,13 +96,15 @@ def simulate(
     run = integrate(model, states0, sampled, keep="work", tolerance=tolerance, threads=threads, progress=progress)
     members = model.members()
     with np.errstate(over="ignore", invalid="ignore"):
-        variables = _variables(members, run)
-        fails = _fails(members, variables)
+        variables, film_states = _variables(members, run)
+        fails = broken(members, variables["displacement"], voltages_along(members, run.times, run.states), film_states)
     ran = ~np.isnan(variables["displacement"][:, checked])
     outside = shares({name: where[:, checked] for name, where in fails.items()}, ran)
     resolved = np.where(ran.any(axis=1), 1.0 / len(checked), np.nan)
     found = np.stack([*outside.values(), resolved], axis=1)
     valid = validity_variables(found, run.outcome, of="time")
+    films = _films(members)
+    kinds = {name: own.kind for (name, film), own in zip(films.items(), film_states, strict=True) if film.kinds}
     shared_times = (sampled == sampled[0]).all()
     dim = "time" if shared_times else "sample"
     meanings = (
@@ -112,7 +114,10 @@ def simulate(
         model,
         {n: ((dim,), v[:, kept], *meanings[n]) for n, v in variables.items()}
         | {n: ((dim,), v[:, kept], f"is there {ASSUMPTIONS[n]}", "flag") for n, v in fails.items()}
-        | {n: ((dim,), v[:, kept], f"state of {of}", "flag") for n, (v, of) in _film_states(members, variables).items()}
+        | {
+            f"{n}film_state": ((dim,), v[:, kept], f"state of the {n.replace('_', ' ')}film", "flag")
+            for n, v in kinds.items()
+        }
         | valid
         | film_variables(members, run),
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
@@ -124,9 +129,8 @@ def simulate(
         },
         title="time response",
     )
-    for name, film in _films(members).items():
-        if film.kinds:
-            result[f"{name}film_state"].attrs |= dataset.flags_of(film.kinds)
+    for name in kinds:
+        result[f"{name}film_state"].attrs |= dataset.flags_of(films[name].kinds)
     return dataset.with_initial(result, model, states0)
 
 
@@ -147,7 +151,7 @@ def _check_memory(members: int, samples: int) -> None:
         )
 
 
-def _even_times(model: ConeModel, spans: npt.ArrayLike) -> Array:
+def even_times(model: ConeModel, spans: npt.ArrayLike) -> Array:
     """Even times from 0 to each of the spans, shape (spans, samples), equally many for all members."""
     members = model.members()
     span = np.broadcast_to(spans, model.shape).ravel() if np.ndim(spans) else np.full(1, spans)
@@ -217,8 +221,8 @@ _OF_SECOND_FILM = {
 }
 
 
-def _variables(members: Members, run: Trajectories) -> dict[str, Array]:
-    """All time series, each (members, samples)."""
+def _variables(members: Members, run: Trajectories) -> tuple[dict[str, Array], list[FilmState]]:
+    """All time series, each (members, samples), and the state of each film."""
     assert run.work is not None
     x, u = run.states[..., 0], run.states[..., 1]
     film_work, dissipated = run.work[..., 0], run.work[..., 1]
@@ -235,14 +239,15 @@ def _variables(members: Members, run: Trajectories) -> dict[str, Array]:
     current = system.film.current(run.times, x, u, v, change, n)
     power_in = v * current
     mechanical = 0.5 * u * u + bias
-    second: dict[str, Array] = {}
+    states, second = [state], dict[str, Array]()
     if system.second is not None:
-        second, more = _second_film(members, run)
+        second, more, other = _second_film(members, run)
+        states.append(other)
         film, field, power_in = film + more["film"], field + more["field"], power_in + more["power"]
     stored = film + field
     power = system.powers(run.times, z, n)[1]
     own = {s.name: run.states[..., i] for i, s in enumerate(system.states) if i > 1}
-    return (
+    series = (
         own
         | second
         | {
@@ -267,10 +272,11 @@ def _variables(members: Members, run: Trajectories) -> dict[str, Array]:
             "energy_residual": film_work - dissipated - (mechanical - mechanical[:, :1]),
         }
     )
+    return series, states
 
 
-def _second_film(members: Members, run: Trajectories) -> tuple[dict[str, Array], dict[str, Array]]:
-    """The time series of the second film, and what it adds to energies and power, each (members, samples)."""
+def _second_film(members: Members, run: Trajectories) -> tuple[dict[str, Array], dict[str, Array], FilmState]:
+    """The time series of the second film, and what it adds to energies and power, each (members, samples); state."""
     second, n = members.system.second, members.numbers(trailing=1)
     assert second is not None
     x, u, z = run.states[..., 0], run.states[..., 1], list(np.moveaxis(run.states, -1, 0))
@@ -283,36 +289,13 @@ def _second_film(members: Members, run: Trajectories) -> tuple[dict[str, Array],
     current = second.current(run.times, x, u, v, change, n)
     series = {"second_drive_voltage": v, "second_current": current}
     series |= {f"second_{name}": getattr(state, name) for name in _OF_EACH_FILM}
-    return series, {"film": film, "field": field, "power": v * current}
-
-
-def _fails(members: Members, series: dict[str, Array]) -> Fails:
-    """Which assumptions of the model fail, at each sample, of either film."""
-    films = 1 if members.system.second is None else 2
-    voltages = [series[f"{prefix}drive_voltage"] for prefix in ("", "second_")[:films]]
-    states = [
-        FilmState(*(series.get(f"{prefix}{name}", np.nan) for name in FilmState._fields))
-        for prefix in ("", "second_")[:films]
-    ]
-    return broken(members, series["displacement"], voltages, states)
+    return series, {"film": film, "field": field, "power": v * current}, state
 
 
 def _films(members: Members) -> dict[str, Film]:
     """The films by what stands before the names of their variables."""
     second = members.system.second
     return {"": members.system.film} | ({} if second is None else {PREFIX: second.film})
-
-
-def _film_states(members: Members, series: dict[str, Array]) -> dict[str, tuple[Array, str]]:
-    """The place of each wrinkling film's state among its kinds, (members, samples), -1 from where a run has ended."""
-    second, n, x = members.system.second, members.numbers(trailing=1), series["displacement"]
-    found: dict[str, tuple[Array, str]] = {}
-    if members.system.film.kinds:
-        found["film_state"] = members.system.film.kind(x, series["drive_voltage"] ** 2, n), "the film"
-    if second is not None and second.film.kinds:
-        kind = second.film.kind(second.place(x, n), series["second_drive_voltage"] ** 2, second.own(n))
-        found["second_film_state"] = kind, "the second film"
-    return found
 
 
 def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:

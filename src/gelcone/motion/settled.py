@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
 from gelcone.motion.cycle import periods_of
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
+from gelcone.motion.job import Trajectories
 from gelcone.motion.linear import linear_response
 from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.settle import default_transient, repeats_lasting, round_duration, settle, single, start_states
@@ -177,19 +178,39 @@ def swing(members: Members, states: Array, *, only_periodic: bool = False, **flo
 
     ``only_periodic``: the validity, which takes the film's own lengths at each sample, of motions with a period alone.
     """
+    run = _followed(members, states, **flow_options)
+    found, spread = _extent(run), slice(None, None, SPREAD)
+    at = found.period > 0 if only_periodic else np.ones(members.size, dtype=bool)
+    if at.any():
+        found.validity[at] = validity(members.take(at), run.times[at, spread], run.states[at, spread])
+    return replace(found, harmonics=_harmonics(members, run.states[..., 0]))
+
+
+def extent(members: Members, states: Array, **flow_options: Any) -> Swing:
+    """What `swing` finds but for harmonics and validity, which stay NaN."""
+    return _extent(_followed(members, states, **flow_options))
+
+
+def _followed(members: Members, states: Array, **flow_options: Any) -> Trajectories:
     ticks = np.arange(1, REPEATS * SAMPLES + 1) / SAMPLES
-    times = members.forcing_period[:, None] * ticks
-    run = integrate(members, states, times, **flow_options)
+    return integrate(members, states, members.forcing_period[:, None] * ticks, **flow_options)
+
+
+def _extent(run: Trajectories) -> Swing:
+    found = Swing.blank(len(run.states), states=run.states.shape[-1])
     x, points = run.states[..., 0], run.states[:, SAMPLES - 1 :: SAMPLES]
     period, _ = periods_of(points)
-    omega = np.broadcast_to(members.drive_frequency, members.shape)[:, None]
-    turning, against = np.exp(-1j * omega * times), x + 0j
-    waves = [2j * (against := against * turning).mean(axis=1) for _ in HARMONICS]
-    spread, valid = slice(None, None, SPREAD), unknown(members.size)
-    looked_at = period > 0 if only_periodic else np.ones(members.size, dtype=bool)
-    if looked_at.any():
-        valid[looked_at] = validity(members.take(looked_at), times[looked_at, spread], run.states[looked_at, spread])
-    return Swing(-highest(-x), highest(x), period, run.outcome, np.stack(waves, axis=1), points[:, -1], valid)
+    return replace(
+        found, lowest=-highest(-x), highest=highest(x), period=period, outcome=run.outcome, final=points[:, -1]
+    )
+
+
+def _harmonics(members: Members, x: Array) -> npt.NDArray[np.complex128]:
+    """The complex harmonics (members, harmonics) of displacements that `_followed` sampled."""
+    turn = np.broadcast_to(members.drive_frequency * members.forcing_period, members.shape)
+    turns, which = np.unique(turn, return_inverse=True)
+    waves = np.exp(-1j * turns[:, None] * (np.arange(1, x.shape[1] + 1) / SAMPLES))
+    return np.stack([2j * (x * (waves**k)[which]).mean(axis=1) for k in HARMONICS], axis=1)
 
 
 def highest(x: Array) -> Array:
@@ -201,11 +222,18 @@ def highest(x: Array) -> Array:
     return np.maximum(here + rise, x.max(axis=1))
 
 
-def settled_swing(members: Members, states: Array, *, progress: Progress = None, **flow_options: Any) -> Swing:
+def settled_swing(
+    members: Members,
+    states: Array,
+    *,
+    only_extent: bool = False,
+    progress: Progress = None,
+    **flow_options: Any,
+) -> Swing:
     """The swing after a transient, rest having period 1; a motion whose points do not return yet is given more time.
 
     At first 20 decay times (at least 200 and a forcing period), and then up to `ROUNDS` - 1 times as long as all
-    before.
+    before. ``only_extent`` leaves out harmonics and validity, see `extent`.
     """
     counted = Counted(progress)
     found = Swing.blank(members.size, states=states.shape[1])
@@ -221,8 +249,14 @@ def settled_swing(members: Members, states: Array, *, progress: Progress = None,
         found.outcome[left] = outcome
         left = left[ran]
         if left.size:
+            part, begun = part.take(ran), reached[ran]
             followed_on = trial < ROUNDS - 1
-            found.put(left, swing(part.take(ran), reached[ran], only_periodic=followed_on, **flow_options))
+            now = (
+                extent(part, begun, **flow_options)
+                if only_extent
+                else swing(part, begun, only_periodic=followed_on, **flow_options)
+            )
+            found.put(left, now)
             left = left[(found.period[left] == 0) & (found.outcome[left] == Outcome.OK)]
         if not left.size:
             break

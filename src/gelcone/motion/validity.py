@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.dataset import Variable
-from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.members import Members
 from gelcone.physics.second import SecondFilm
@@ -71,7 +70,7 @@ def broken(
         with np.errstate(over="ignore", invalid="ignore"):
             state = film.state(x, voltage, n) if state is None else state
             fails = {"near_limit": film.near_limit(x, voltage, n, NEAR_LIMIT)}
-            fails |= _slack(film, x, voltage, state, n)
+            fails |= _slack(film, state)
             if "dielectric_strength" in members.values:
                 fails["breakdown"] = np.asarray(state.true_field > members.values["dielectric_strength"][:, None])
         for name, where in fails.items():
@@ -79,15 +78,15 @@ def broken(
     return found
 
 
-def _slack(film: Film | SecondFilm, x: Array, voltage: Array, state: FilmState, n: Numbers) -> Fails:
+def _slack(film: Film | SecondFilm, state: FilmState) -> Fails:
     """Where hoops and meridians are slack: under compression, or wrinkled instead where the film wrinkles."""
     stresses = {"hoop_slack": state.hoop_stress, "meridional_slack": state.meridional_stress}
     known = {name: stress for name, stress in stresses.items() if not np.isnan(stress).all()}
-    if isinstance(film, SecondFilm) or not film.kinds:
+    kinds = film.film.kinds if isinstance(film, SecondFilm) else film.kinds
+    if not kinds:
         return {name: np.asarray(stress < 0.0) for name, stress in known.items()}
-    kind = film.kind(x, np.square(voltage), n)
     # The stresses of a slack direction are zero up to rounding, so that the state of the film tells.
-    return {name: np.isin(kind, [k for k, own in enumerate(film.kinds) if own in SLACK_IN[name]]) for name in known}
+    return {name: np.isin(state.kind, [k for k, kind in enumerate(kinds) if kind in SLACK_IN[name]]) for name in known}
 
 
 def voltages_along(members: Members, times: Array, states: Array) -> list[Array]:

@@ -21,8 +21,8 @@ SMALL = 1e-6
 
 
 class FilmState(NamedTuple):
-    """True stretches, true stresses over mu, true field over sqrt(mu/eps), and (I1 - 3) over the stretch limit; NaN
-    where a film does not know them."""
+    """True stretches, true stresses over mu, true field over sqrt(mu/eps), and (I1 - 3) over the stretch limit, NaN
+    where a film does not know them; and the place of its state among its ``kinds``, -1 where it has none."""
 
     meridional_stretch: Any
     hoop_stretch: Any
@@ -31,6 +31,7 @@ class FilmState(NamedTuple):
     hoop_stress: Any
     true_field: Any
     limit_share: Any
+    kind: Any = -1
 
 
 @dataclass(frozen=True)
@@ -80,10 +81,6 @@ class Film(Component):
     def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
         """The switches of its borders at the start of a motion, 1 or -1."""
         return {}
-
-    def kind(self, x: Any, squared: Any, n: Numbers) -> Any:
-        """The place in ``kinds`` of its state; -1 where it has none."""
-        return np.full(np.broadcast_shapes(np.shape(x), np.shape(squared)), -1)
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
         """How long it was in each of its ``kinds``, (members, kinds), from how long each combination of signs of the
@@ -168,7 +165,7 @@ class Film(Component):
     def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
         """What x and the voltage do to the film. Default: unknown."""
         unknown = np.full(np.broadcast_shapes(np.shape(x), np.shape(voltage)), np.nan)
-        return FilmState(*[unknown] * len(FilmState._fields))
+        return FilmState(*[unknown] * (len(FilmState._fields) - 1))
 
     def near_limit(self, x: Any, voltage: Any, n: Numbers, share: float) -> npt.NDArray[np.bool_]:
         """Whether the film is within the last part of its strain limit, beyond the ``share``."""

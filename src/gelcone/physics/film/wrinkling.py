@@ -237,13 +237,6 @@ class WrinklingCone(TautCone):
             "crumpled": np.where(squared > n["crumpling_squared"], 1.0, -1.0),
         }
 
-    def kind(self, x: Any, squared: Any, n: Numbers) -> Any:
-        m, width = self.lengths(x, squared, n)
-        with np.errstate(invalid="ignore"):
-            longer = m > (1.0 + np.square(x)) * (1.0 + ROUNDING)
-            place = 2 * longer + (width > 1.0 + ROUNDING)
-        return np.where(np.isnan(m), -1, place)
-
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
         place = np.arange(dwell.shape[1])
         negative = {name: (place >> k) & 1 == 1 for k, name in enumerate(switches)}
@@ -326,6 +319,7 @@ class WrinklingCone(TautCone):
             hoop_stress=stress(l2),
             true_field=np.abs(voltage) * np.sqrt(m * width),
             limit_share=strain / self.law.strain_limit(n),
+            kind=_place(x, m, width),
         )
 
     def describe(self) -> str:
@@ -388,6 +382,14 @@ class WrinklingCone(TautCone):
             t = np.maximum(n["A"] * (1.0 + xx), n["end_of_slack"])
             limit = np.where(n["end_of_slack"] >= NEVER, NEVER, self._crumpling(t, n) / n["G"])
             return squared > np.where(t == n["end_of_slack"], n["limit_squared"], limit)
+
+
+def _place(x: Any, m: Any, width: Any) -> Any:
+    """The place in `STATES` of a film of these lengths; -1 where it has pulled in."""
+    with np.errstate(invalid="ignore"):
+        longer = m > (1.0 + np.square(x)) * (1.0 + ROUNDING)
+        place = 2 * longer + (width > 1.0 + ROUNDING)
+    return np.where(np.isnan(m), -1, place)
 
 
 def _taken(n: Numbers, where: Any) -> dict[str, Any]:
