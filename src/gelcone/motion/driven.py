@@ -143,10 +143,12 @@ class Plane:
         assert run.work is not None
         x, u, n = run.states[..., 0], run.states[..., 1], members.numbers(trailing=1)
         voltages = voltages_along(members, times, run.states)
-        voltage, film = voltages[0], members.system.film
+        voltage, film, to_end = voltages[0], members.system.film, run.outcome == Outcome.OK
         with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
             change = members.system.film_voltage_rate(times, list(np.moveaxis(run.states, -1, 0)), n)
-            current = film.current(times, x, u, voltage, np.broadcast_to(change, x.shape), n)
+            change, current = np.broadcast_to(change, x.shape), np.full(x.shape, np.nan)
+            t, place, speed, v, rate = (values[to_end] for values in (times, x, u, voltage, change))
+            current[to_end] = film.current(t, place, speed, v, rate, members.take(to_end).numbers(trailing=1))
             state = film.state(x, voltage, n)
             fails = broken(members, x, voltages, (state, None))
             apparent = [np.sqrt(np.mean(values * values, axis=1)) for values in (voltage, current)]

@@ -141,7 +141,7 @@ def test_the_state_is_that_of_the_stretches(name, voltage):
     strain = l1**2 + l2**2 + l3**2 - 3.0
     response = film.law.response(strain, n)
     for found, expected in zip(
-        state,
+        state[:-1],
         (
             l1,
             l2,
