@@ -51,7 +51,8 @@ def test_the_defaults_are_an_odd_film_without_limit_or_states():
 
 def test_the_state_of_a_film_that_does_not_know_it_is_not_a_number():
     state = FILM.state(np.zeros((4, 3)), np.zeros(3), N)
-    assert all(np.isnan(value).all() and value.shape == (4, 3) for value in state)
+    assert all(np.isnan(value).all() and value.shape == (4, 3) for value in state[:-1])
+    assert state.kind == -1
 
 
 def test_a_film_without_a_force_cannot_be_made():
