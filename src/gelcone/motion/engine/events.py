@@ -39,6 +39,8 @@ class Event:
         on the side of its first step.
     smooth : the rates of change are continuous across the border, so that an error of the time at which it is crossed
         counts squared: g is then followed with the square root of the tolerance only.
+    seldom : the border is seldom near, and g made of what nothing else needs: far from it g is followed by a polynomial
+        of low order, less a bound of what that leaves out. Near it the steps end where the bound is zero, until it is.
 
     g should be of the order of 1: its errors count against 1. A border that contains its own switch as a factor,
     like s (d - x) falling with s = 1 while x < d, keeps the switch and the side of the border together, also where
@@ -55,6 +57,7 @@ class Event:
     switch: str | None = None
     inside: bool = False
     smooth: bool = False
+    seldom: bool = False
 
     def __post_init__(self) -> None:
         if self.inside and not self.direction:
@@ -80,6 +83,8 @@ def crossing_function(order: int, width: int) -> Function:
     # g < 0 at the start, and not by rounding, is a border that was crossed when a switch changed g: it is crossed now
     every = [f.load(f.place(polynomial, k)) for k in range(order + 1)]
     change = f.polynomial("%step", [f.real(0.0), *(f.absolute(value) for value in every[1:])])
+    with f.when(f.compare("ogt", every[0], f.multiply(f.real(1.0 + ON_BORDER), change))):
+        f.finish_here(f"double {f.real(math.inf)}")
     rounding = f.multiply(f.real(-ON_BORDER), f.larger(change, f.real(1.0)))
     with f.when(f.compare("olt", every[0], rounding)):
         f.finish_here(f"double {f.real(0.0)}")

@@ -27,6 +27,12 @@ SMALLEST_NORM = 1e-8
 """Errors are relative to the largest state; where all are below this, to this."""
 LONGEST_STEP_BITS = 40.0
 """Steps are at most 2^40: where all coefficients vanish nothing else bounds them."""
+SELDOM_ORDER = 4
+"""Order of the polynomials of borders that are seldom near."""
+SHORTEST = 2.0**-60
+"""A step of which it matters not what such a polynomial leaves out."""
+THERE = 2.0**-10
+"""Share of a step below which a polynomial of that order is exact."""
 ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, TERMINAL_EVENT = range(5)
 """How a member ended; terminal event k is told by TERMINAL_EVENT + k."""
 
@@ -59,13 +65,15 @@ class Job(IntEnum):
 @dataclass(frozen=True)
 class Border:
     """A traced event: its function, direction, the place of its switch (None: terminal), and whether it is ``sided``:
-    whether the function is known to be positive (direction -1) where a member is; ``smooth`` is that of the event."""
+    whether the function is known to be positive (direction -1) where a member is; ``smooth`` and ``seldom`` are those
+    of the event."""
 
     value: Node
     direction: int
     switch: int | None
     sided: bool
     smooth: bool
+    seldom: bool
 
 
 @dataclass(frozen=True)
@@ -201,7 +209,7 @@ def _advance(plan: Plan, layout: Layout) -> Function:
         held = {node.index: f.load(row(layout.table + k)) for k, node in enumerate(layout.held)}
         held |= {node.index: f.load(row(layout.switches + k)) for k, node in enumerate(plan.switches)}
         kept = [row(layout.roots + k) for k in range(len(plan.equations))]
-        borders = [border.value for border in plan.borders]
+        borders = [(border.value, SELDOM_ORDER if border.seldom else plan.order) for border in plan.borders]
         jet = Jet(f, plan.rates, borders, plan.order, states, time, held, plan.equations, kept)
         wanted = _step_size(f, jet, plan)
         left = f.subtract(f.subtract(f.load(row(layout.stop)), time), low)
@@ -220,6 +228,7 @@ def _advance(plan: Plan, layout: Layout) -> Function:
         steps = f.add(f.load(row(layout.steps)), f.real(1.0))
         sampled = f.compare("ole", f.subtract(f.subtract(f.load(row(layout.target)), time), low), step)
         spent = f.compare("oge", steps, f.load(row(layout.most_steps)))
+        _bound_seldom(f, jet, plan, layout, step)
         near = _near(f, jet, plan, layout, step)
         due = f.either(f.either(ends, sampled), f.either(small, spent))
         due = f.either(due, f.new(f"xor {f.truth_type} {finite}, splat (i1 true)"))
@@ -259,7 +268,11 @@ def _step_size(f: Function, jet: Jet, plan: Plan) -> Value:
     size = f.larger(largest(jet.states, 0), f.real(SMALLEST_NORM))
     shared = [(jet.roots, f.divide(size, f.larger(largest(jet.roots, 0), f.real(1.0))))] if jet.roots else []
     for smooth in (False, True):
-        rows = [row for row, border in zip(jet.borders, plan.borders, strict=True) if border.smooth == smooth]
+        rows = [
+            row
+            for row, border in zip(jet.borders, plan.borders, strict=True)
+            if border.smooth == smooth and not border.seldom
+        ]
         if rows:
             shared.append((rows, f.multiply(f.real(math.sqrt(plan.tolerance)), size) if smooth else size))
 
@@ -294,14 +307,29 @@ def _later(f: Function, time: Value, low: Value, step: Value) -> tuple[Value, Va
     return new_time, f.subtract(lost, f.subtract(new_time, total))
 
 
+def _side(f: Function, layout: Layout, border: Border, k: int) -> Value:
+    """The sign that makes a border function positive on the member's side."""
+    side = f.load(f.place("%lanes", (layout.sides + k) * f.width))
+    return f.negative(side) if border.direction > 0 else side
+
+
+def _bound_seldom(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value) -> None:
+    """Takes from the last coefficient of borders of low order m what the next ones may hold, on the member's side:
+    |g_m| h^m + |g_(m-1)| h^(m-1)/2. Coefficients times h^k fall to a seventh or so from order to order."""
+    for k, (border, g) in enumerate(zip(plan.borders, jet.borders, strict=True)):
+        if border.seldom:
+            before, last = (f.real(0.0) if value is None else value for value in g[-2:])
+            rest = f.fused(f.divide(f.real(0.5), f.larger(step, f.real(SHORTEST))), f.absolute(before), f.absolute(last))
+            g[-1] = f.subtract(last, f.multiply(_side(f, layout, border, k), rest))
+
+
 def _near(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value) -> Value:
     """Lanes that may cross a border in this step: with the sign that makes g positive on the member's side, those in
     which g_0 + min(g_1, 0) h - |g_2| h^2 - |g_3| h^3 - ... is not."""
     near = "zeroinitializer"
     for k, (border, coefficients) in enumerate(zip(plan.borders, jet.borders, strict=True)):
         g = [f.real(0.0) if value is None else value for value in coefficients]
-        side = f.load(f.place("%lanes", (layout.sides + k) * f.width))
-        sign = f.negative(side) if border.direction > 0 else side
+        sign = _side(f, layout, border, k)
         bend = f.multiply(step, f.polynomial(step, [f.absolute(value) for value in g[2:]]))
         slope = f.smaller(f.multiply(sign, g[1]), f.real(0.0))
         least = f.fused(f.subtract(slope, bend), step, f.multiply(sign, g[0]))
@@ -317,7 +345,7 @@ def _keep_step(f: Function, jet: Jet, plan: Plan, layout: Layout, time: Value, l
     rows += [
         (layout.borders + i * layout.terms + k, value)
         for i, row in enumerate(jet.borders)
-        for k, value in enumerate(row)
+        for k, value in enumerate([*row, *[None] * (terms - len(row))])
     ]
     if plan.borders:
         rows += [
@@ -550,7 +578,8 @@ def _pass_corner(f: Function, lane: _Lane, plan: Plan, layout: Layout, member: V
 
 
 def _find_event(f: Function, lane: _Lane, plan: Plan, layout: Layout, reach: Value, event: Value) -> None:
-    """Cuts the step short where the first border is crossed; ``event`` is told which one."""
+    """Cuts the step short where the first border is crossed; ``event`` is told which one. Where the bound of a border
+    of low order is crossed, the step ends without an event, unless it has come so near that no more is to be told."""
     for k, border in enumerate(plan.borders):
         row = (layout.borders + k * layout.terms) * plan.width
         coefficients = f.place("%scratch", row)
@@ -569,9 +598,13 @@ def _find_event(f: Function, lane: _Lane, plan: Plan, layout: Layout, reach: Val
         earlier = f.compare("olt", time, f.load(reach))
         first = f.new(f"icmp slt i64 {f.load_whole(event)}, 0")
         found = f.both(f.compare("ole", time, f.load(reach)), f.either(earlier, first))
+        told = str(k)
+        if border.seldom:
+            there = f.compare("olt", time, f.multiply(f.real(THERE), lane.step(layout.step)))
+            told = f.new(f"select i1 {there}, i64 {k}, i64 {len(plan.borders)}")
         with f.when(found):
             f.store(time, reach)
-            f.store_whole(str(k), event)
+            f.store_whole(told, event)
     with f.when(f.compare_whole("sge", f.load_whole(event), "0")):
         for k in range(layout.states):
             coefficients_of = [lane.step(k * layout.terms + j) for j in range(layout.terms)]

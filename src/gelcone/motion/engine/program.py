@@ -336,7 +336,7 @@ def _trace(system: System, keep: str, events: Sequence[Event], corner_switch: st
         if own and not event.direction:
             raise ValueError(f"direction = 0: a border that contains its switch {event.switch!r} takes -1 or 1")
         place = None if event.switch is None else switched.index(event.switch)
-        borders.append(loop.Border(value, event.direction, place, own or event.inside, event.smooth))
+        borders.append(loop.Border(value, event.direction, place, own or event.inside, event.smooth, event.seldom))
     return {
         "rates": tuple(rates),
         "borders": tuple(borders),
@@ -429,7 +429,7 @@ def _corner_rows(corners: npt.ArrayLike | None, start: Array) -> Array:
 
 def _content(plan: loop.Plan) -> str:
     """What tells the plan's code from other plans' code."""
-    borders = [(border.direction, border.switch, border.sided, border.smooth) for border in plan.borders]
+    borders = [(border.direction, border.switch, border.sided, border.smooth, border.seldom) for border in plan.borders]
     switches = [node.value for node in plan.switches]
     rest = (borders, switches, plan.numbers, plan.order, plan.tolerance.hex(), plan.restarts, plan.corner_switch)
     return repr((fingerprint(plan.roots), rest, plan.width))

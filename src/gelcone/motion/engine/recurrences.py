@@ -23,7 +23,7 @@ from gelcone.motion.engine.trace import Node, ordered, partner
 Coefficient = Value | None
 
 ENOUGH = 1e-9
-"""Newton's method squares its error: a correction by this share of the root leaves none that doubles hold."""
+"""Newton's method squares its error: a correction by this share of the root, or of 1, leaves none that doubles hold."""
 MOST_CORRECTIONS = 60
 """A root that follows its last value takes one; this many only without any value near it."""
 
@@ -115,8 +115,8 @@ class Jet:
     ----------
     f : the function that the code goes into.
     rates : rate of change of each state.
-    borders : further nodes that are wanted.
-    order : the highest coefficient.
+    borders : further nodes that are wanted, each with its highest coefficient.
+    order : the highest coefficient of states and roots.
     states, time : values at the start of the step.
     held : values of the nodes of `held_values` and of the switches, by index.
     equations : those of all roots among the nodes.
@@ -127,7 +127,7 @@ class Jet:
         self,
         f: Function,
         rates: Sequence[Node],
-        borders: Sequence[Node],
+        borders: Sequence[tuple[Node, int]],
         order: int,
         states: Sequence[Value],
         time: Value,
@@ -143,7 +143,8 @@ class Jet:
         self._rounds: dict[int, tuple[Value, Value]] = {}
         self._slopes_by_root: dict[int, list[Value]] = {}
         residuals = {equation.residual.index: equation for equation in equations}
-        wanted = [*rates, *borders, *(equation.residual for equation in equations)]
+        followed = [*((equation.residual, order) for equation in equations), *borders]
+        wanted = [*rates, *(node for node, _ in followed)]
         nodes = ordered(wanted)
         self._inlined = _single_products(nodes, {node.index for node in wanted})
         self.states: list[list[Coefficient]] = [[value] for value in states]
@@ -153,12 +154,14 @@ class Jet:
         moving = [node for node in moving if node.operation != "root"]
         for equation, address in zip(equations, kept, strict=True):
             self._correct_root(equation, address)
-        for_borders = {node.index for node in ordered([*borders, *(equation.residual for equation in equations)])}
+        last = dict.fromkeys((node.index for node in ordered(rates)), order - 1)
+        for node, highest in followed:
+            last |= {part.index: max(highest, last.get(part.index, 0)) for part in ordered([node])}
         for n in range(order + 1):
             for equation in equations if n else ():
                 self._coefficients[equation.root.index].append(None)
             for node in moving:
-                if n == order and node.index not in for_borders:
+                if n > last[node.index]:
                     continue
                 if len(self._coefficients[node.index]) == n:
                     self._coefficients[node.index].append(self._coefficient(node, n))
@@ -167,7 +170,7 @@ class Jet:
             for row, rate in zip(self.states, rates, strict=True) if n < order else ():
                 slope = self._coefficients[rate.index][n]
                 row.append(slope if slope is None or n == 0 else f.multiply(slope, f.real(1.0 / (n + 1))))
-        self.borders = [self._coefficients[border.index] for border in borders]
+        self.borders = [self._coefficients[border.index][: highest + 1] for border, highest in borders]
         self.roots = [self._coefficients[equation.root.index] for equation in equations]
 
     # --- roots ---------------------------------------------------------------------------------------------------
@@ -209,7 +212,8 @@ class Jet:
             moves = f.compare("ogt", f.load(going), f.real(0.0))
             corrected = f.choose(moves, f.subtract(value, step), value)
             f.store(corrected, address)
-            large = f.compare("ogt", f.absolute(step), f.multiply(f.real(ENOUGH), f.absolute(corrected)))
+            size = f.larger(f.absolute(corrected), f.real(1.0))
+            large = f.compare("ogt", f.absolute(step), f.multiply(f.real(ENOUGH), size))
             large = f.both(moves, large)
             f.store(f.choose(large, f.real(1.0), f.real(0.0)), going)
             corrections = f.new(f"add i64 {f.load_whole(count)}, 1")

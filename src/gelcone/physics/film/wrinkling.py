@@ -62,19 +62,19 @@ BISECTIONS = 60
 class Local(NamedTuple):
     """What a point of the film obeys, at m = q and n = 1 + y: see the module for the symbols.
 
-    ``hoop`` is B n - r, ``lead`` A q - B n, ``excess`` s2/(R q n): at n = 1 it is positive where the hoop is taut.
+    ``meridian`` is A q, ``hoop`` B n, ``excess`` s2/(R q n): at n = 1 it is positive where the hoop is taut. ``lead`` is
+    (A q - B n)/q, so that K s1/q = lead + n ``excess`` with the compliance K = 1/R.
     """
 
-    q: Any
     y: Any
+    flatness: Any
     r: Any
     compliance: Any
     strain: Any
+    meridian: Any
     hoop: Any
     lead: Any
-    field: Any
     excess: Any
-    tension: Any
 
 
 @dataclass(frozen=True)
@@ -136,19 +136,20 @@ class WrinklingCone(TautCone):
 
     def local(self, xx: Any, squared: Any, y: Any, n: Numbers, xp: Any = np) -> Local:
         """At x^2, V and y = n - 1; differences of nearly equal numbers are taken where they are exact."""
-        q = 1.0 + xx
-        widened = y * q
-        area = q + widened
-        inverse = 1.0 / area
-        r = n["G"] * inverse
-        strain = (n["A"] + n["B"] - 3.0) + n["A"] * xx + n["B"] * y + r
+        A, B, G = (n[name] for name in "ABG")
+        flatness = xx / (1.0 + xx)  # 1 - 1/q
+        larger = xx + (y + y * xx)  # q n - 1
+        thinning = larger / (1.0 + larger)  # 1 - 1/(q n)
+        strain = (A + B + G - 3.0) + A * xx + B * y - G * thinning
         compliance = self.law.compliance(strain, n, xp)
-        hoop = ((n["B"] - n["G"]) + n["B"] * (xx + widened + y * area)) * inverse
-        lead = (n["A"] - n["B"]) + n["A"] * xx - n["B"] * y
-        excess = hoop * inverse - squared * compliance
-        beyond = area * excess
-        tension = (lead + beyond) / (compliance * q)
-        return Local(q, y, r, compliance, strain, hoop, lead, hoop - beyond, excess, tension)
+        own = (B - G) - B * flatness + G * (2.0 * thinning - thinning * thinning)  # B/q - G/(q n)^2
+        lead = (A - B) + B * (flatness - y + y * flatness)
+        excess = own - squared * compliance
+        return Local(y, flatness, G - G * thinning, compliance, strain, A + A * xx, B + B * y, lead, excess)
+
+    def tension(self, own: Local) -> Any:
+        """s1/q."""
+        return (own.lead + (1.0 + own.y) * own.excess) / own.compliance
 
     def _switches(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Any, Any]:
         """1 and 0: whether the width is held, and whether the film pulls; the latter unknown (None) for numbers."""
@@ -156,33 +157,42 @@ class WrinklingCone(TautCone):
             return 0.5 + 0.5 * n["width_held"], 0.5 + 0.5 * n["pulls"]
         return np.where(self.local(plain(xx), plain(squared), 0.0, n).excess >= 0.0, 1.0, 0.0), None
 
-    def _at(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Local, Any, Any]:
-        """The film's own state, 1 where its width is held, and 1 where it pulls."""
+    def _at(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Local, Any, Any, Any]:
+        """The film's own state, K s1/q, 1 where its width is held, and 1 where it pulls.
+
+        In a program a film that does not pull takes the width at which A q = B n: there K s1/q becomes ``excess``, and
+        rises through zero where the film begins to pull.
+        """
         held, pulls = self._switches(xx, squared, n, xp)
+        even = 0.0 if pulls is None else (1.0 - held) * (1.0 - pulls)
 
         def residual(y: Any, xx: Any, squared: Any) -> Any:
-            return held * y + (1.0 - held) * self.local(xx, squared, y, n, xp).excess
+            slack = (1.0 - held - even) * self.local(xx, squared, y, n, xp).excess
+            return (held + even) * y + slack - even * ((n["A"] - n["B"]) / n["B"] + (n["A"] / n["B"]) * xx)
 
         name = f"natural width, {n['width_held'].value}" if traced(xp) else "natural width"
         own = self.local(xx, squared, root(xp, name, residual, (xx, squared)), n, xp)
+        pull = own.lead + (held + even) * own.excess  # n = 1 where the width is held; elsewhere the excess is zero
         if pulls is None:
-            pulls = np.where(plain(own.tension) > 0.0, 1.0, 0.0)
-        return own, held, pulls
+            pulls = np.where(plain(pull) > 0.0, 1.0, 0.0)
+        return own, pull, held, pulls
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """x s1/q and its slope; NaN where the energy has no minimum any more."""
         xx = x * x
-        own, held, pulls = self._at(xx, squared, n, xp)
+        own, pull, held, pulls = self._at(xx, squared, n, xp)
         if not traced(xp):
             pulls = np.where(self._gone(plain(xx), plain(squared), n), np.nan, pulls)
+        tension = pull / own.compliance
         stiffening = self.law.stiffening(own.strain, n, xp)
-        g = stiffening / own.compliance
-        meridian = own.hoop + own.lead
-        mixed = own.r + g * (meridian * own.hoop) - own.field
-        along = 2.0 * own.r + g * (meridian * meridian)
-        across = 2.0 * own.r + g * (own.hoop * own.hoop)
-        slope = (along - (1.0 - held) * (mixed * mixed / across)) / (own.compliance * (own.q * own.q))
-        return x * (pulls * own.tension), pulls * (own.tension + 2.0 * xx * slope)
+        a, b = own.meridian - own.r, own.hoop - own.r
+        firm = own.compliance * own.r
+        along = 2.0 * firm + stiffening * (a * a)
+        across = 2.0 * firm + stiffening * (b * b)
+        mixed = firm - own.compliance * b + stiffening * (a * b)  # with s2 = 0
+        unit = (1.0 - own.flatness) / own.compliance
+        slope = (along - (1.0 - held) * (mixed * mixed / across)) * (unit * unit)
+        return x * (pulls * tension), pulls * (tension + 2.0 * xx * slope)
 
     # --- borders -------------------------------------------------------------------------------------------------
 
@@ -194,22 +204,23 @@ class WrinklingCone(TautCone):
             Border(self._width_border, "width_held"),
             Border(self._force_border, "pulls"),
             Border(self._crumpling_border, "crumpled"),
-            Border(self._end_border),
+            Border(self._end_border, seldom=self.pull_in != "minimum"),
         )
 
     def _width_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        own, held, pulls = self._at(x * x, squared, n, xp)
-        with_force = held * own.excess - (1.0 - held) * own.y
-        return n["width_held"] * (pulls * with_force + (1.0 - pulls) * (n["edge"] - n["A"] * (x * x)))
+        own, _, held, pulls = self._at(x * x, squared, n, xp)
+        side = n["width_held"]
+        stretched, wider, slack = side * (pulls * held), side * (pulls * (1.0 - held)), side * (1.0 - pulls)
+        return stretched * own.excess - wider * own.y + slack * (n["edge"] - n["A"] * (x * x))
 
     def _force_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        return n["pulls"] * self._at(x * x, squared, n, xp)[0].tension
+        return n["pulls"] * self._at(x * x, squared, n, xp)[1]
 
     def _crumpling_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         return n["crumpled"] * (squared - n["crumpling_squared"])
 
     def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        own, held, pulls = self._at(x * x, squared, n, xp)
+        own, _, held, pulls = self._at(x * x, squared, n, xp)
         slack = n["limit_squared"] - squared
         if self.pull_in == "minimum":
             # the slack film's A q cannot pass the hump: where it does, tension was lost beyond the hump
@@ -220,16 +231,15 @@ class WrinklingCone(TautCone):
     def _ellipticity(self, own: Local, n: Numbers, xp: Any) -> Any:
         """Positive as long as the meridional force of the hoop-slack film grows with a ring's length: h + 2 q dh/dq."""
         stiffening = self.law.stiffening(own.strain, n, xp)
-        b, r, K = own.hoop, own.r, own.compliance
-        a = b + own.lead
-        bb = b * b
-        soft = r * (a + b + 3.0 * r) - bb
-        stiff = bb * (5.0 * a - b) + 4.0 * (r * (a * own.lead + bb))
-        return 2.0 * (K * soft) + stiffening * stiff
+        a, b, r = own.meridian, own.hoop, own.r
+        thin = b - r
+        soft = r * (a + 3.0 * b) - b * b
+        stiff = (thin * thin) * (5.0 * a - b) + 4.0 * (r * ((a - r) * (a - b)))
+        return 2.0 * (own.compliance * soft) + stiffening * stiff
 
     def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
         xx = np.square(x)
-        _, held, pulls = self._at(xx, squared, n, np)
+        _, _, held, pulls = self._at(xx, squared, n, np)
         slack_side = np.where(n["A"] * xx <= n["edge"], 1.0, 0.0)
         return {
             "width_held": np.where(np.where(pulls > 0.0, held, slack_side) > 0.0, 1.0, -1.0),
@@ -255,8 +265,8 @@ class WrinklingCone(TautCone):
         xx, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(squared, dtype=float))
         n = {name: np.broadcast_to(value, xx.shape) for name, value in n.items()}
         with np.errstate(all="ignore"):
-            own, _, pulls = self._at(xx, squared, n, np)
-            m, width = np.array(own.q), np.array(1.0 + own.y)
+            own, _, _, pulls = self._at(xx, squared, n, np)
+            m, width = np.array(1.0 + xx), np.array(1.0 + own.y)
             gone, slack = self._gone(xx, squared, n), pulls == 0.0
             crumpled = slack & ~gone & (squared > n["crumpling_squared"])
             if crumpled.any():
@@ -276,7 +286,7 @@ class WrinklingCone(TautCone):
     def _natural_meridian(self, xx: Any, squared: Any, n: Numbers) -> Any:
         """The m of a meridionally slack film, s1 = 0 at n = 1."""
         longest = np.maximum(n["B"] / n["A"] - 1.0, xx)
-        return 1.0 + rise(lambda at: self.local(at, squared, 0.0, n).tension, xx, longest)
+        return 1.0 + rise(lambda at: self.tension(self.local(at, squared, 0.0, n)), xx, longest)
 
     def area(self, x: Any, squared: Any, n: Numbers) -> Any:
         """m n."""
@@ -342,7 +352,7 @@ class WrinklingCone(TautCone):
 
             def weaker(y: Any) -> Any:
                 own = self.local(xx, 0.0, y, n)
-                return (own.lead <= wanted * (own.compliance * own.q)) & (own.compliance > 0.0)
+                return (own.lead <= wanted * own.compliance) & (own.compliance > 0.0)
 
             own = self.local(xx, 0.0, _bisected(weaker, np.zeros_like(widest), widest), n)
             held = self.local(xx, taut, 0.0, n).excess >= 0.0
