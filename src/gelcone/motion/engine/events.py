@@ -20,6 +20,8 @@ rounding needs more."""
 HORIZON = 4.0
 """A parabola lies below the polynomial up to this multiple of the last advance: where a border is close, the bound on
 the whole step is far too careful."""
+RESOLVED = 2.0**-53
+"""Share of a step to which crossings are found."""
 ON_BORDER = 2.0**-40
 """A member that starts this near to the border, as a share of what g changes in its first step, starts on it."""
 
@@ -115,13 +117,17 @@ def crossing_function(order: int, width: int) -> Function:
             f.finish_here(f"double {at}")
         left = f.subtract("%step", at)
         horizon = f.smaller(f.load(reach), left)
-        # |second derivative| <= bend up to the horizon: value + slope d - bend d^2/2 lies below, and so does its zero
-        bends = [f.multiply(f.real(float(k * (k - 1))), f.absolute(coefficients[k])) for k in range(2, order + 1)]
-        bend = f.polynomial(horizon, bends)
-        root = f.sqrt(f.fused(slope, slope, f.multiply(f.multiply(f.real(2.0), bend), value)))
+        # value + slope d - bend d^2 lies below up to the horizon, and so does its zero, if it has one
+        curve = coefficients[2]
+        rest = f.polynomial(horizon, [f.real(0.0), *(f.absolute(value) for value in coefficients[3:])])
+        bend = f.subtract(rest, curve)
+        within = f.fused(slope, slope, f.multiply(f.multiply(f.real(4.0), bend), value))
+        root = f.sqrt(f.larger(within, f.real(0.0)))
         falling = f.divide(f.multiply(f.real(2.0), value), f.subtract(root, slope))
-        rising = f.divide(f.add(root, slope), bend)
-        advance = f.smaller(f.choose(f.compare("olt", slope, f.real(0.0)), falling, rising), horizon)
+        rising = f.divide(f.add(root, slope), f.multiply(f.real(2.0), bend))
+        rising = f.choose(f.compare("ogt", bend, f.real(0.0)), rising, horizon)
+        zero = f.choose(f.compare("olt", slope, f.real(0.0)), falling, rising)
+        advance = f.smaller(f.choose(f.compare("olt", within, f.real(0.0)), horizon, zero), horizon)
         marches = f.whole("add", f.load_whole(count), "1")
         f.store_whole(marches, count)
         least = f.multiply(f.real(0.001), "%step")
@@ -130,6 +136,11 @@ def crossing_function(order: int, width: int) -> Function:
         after = f.add(at, advance)
         with f.when(f.compare("ole", after, at)):
             f.finish_here(f"double {at}")
+        # from below a falling zero advances square their error: what the next one would add is lost to rounding
+        missed = f.multiply(f.add(rest, f.absolute(curve)), f.multiply(advance, advance))
+        exact = f.compare("olt", missed, f.multiply(f.multiply(f.real(-RESOLVED), slope), "%step"))
+        with f.when(exact):
+            f.finish_here(f"double {after}")
         f.store(after, time)
         f.store(f.multiply(f.real(HORIZON), advance), reach)
         for k, coefficient in enumerate(_shifted(f, coefficients, advance)):

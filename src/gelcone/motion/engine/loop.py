@@ -232,7 +232,8 @@ def _advance(plan: Plan, layout: Layout) -> Function:
         near = _near(f, jet, plan, layout, step)
         due = f.either(f.either(ends, sampled), f.either(small, spent))
         due = f.either(due, f.new(f"xor {f.truth_type} {finite}, splat (i1 true)"))
-        due = f.either(due, near) if plan.borders else due
+        for mask in near:
+            due = f.either(due, mask)
         for k, value in enumerate(new_states):
             f.store(value, row(k))
         for address, coefficients in zip(kept, jet.roots, strict=True):
@@ -242,14 +243,14 @@ def _advance(plan: Plan, layout: Layout) -> Function:
         f.store(steps, row(layout.steps))
         f.store(f.smaller(wanted, f.load(row(layout.least))), row(layout.least))
         word = f"i{width}"
-        due_bits, finite_bits, small_bits, near_bits = (
+        due_bits, *bits = (
             f.new(f"zext {word} {f.new(f'bitcast {f.truth_type} {mask} to {word}')} to i64")
-            for mask in (due, finite, small, near)
+            for mask in (due, finite, small, *near)
         )
         flagged = f.new(f"and i64 {due_bits}, {f.load_whole('%active')}")
         with f.when(f.new(f"icmp ne i64 {flagged}, 0")):
             _keep_step(f, jet, plan, layout, time, low, step)
-            _serve_each(f, flagged, finite_bits, small_bits, near_bits)
+            _serve_each(f, flagged, *bits)
     f.finish(f"i64 {f.load_whole(count)}")
     return f
 
@@ -323,17 +324,21 @@ def _bound_seldom(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value
             g[-1] = f.subtract(last, f.multiply(_side(f, layout, border, k), rest))
 
 
-def _near(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value) -> Value:
-    """Lanes that may cross a border in this step: with the sign that makes g positive on the member's side, those in
-    which g_0 + min(g_1, 0) h - |g_2| h^2 - |g_3| h^3 - ... is not."""
-    near = "zeroinitializer"
+def _near(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value) -> list[Value]:
+    """Lanes that may cross each border in this step: with the sign that makes g positive on the member's side, those in
+    which g_0 + g_1 t - b t^2 is not at t = 0, at t = h or between, b = |g_3| h + |g_4| h^2 + ... - g_2."""
+    near = []
     for k, (border, coefficients) in enumerate(zip(plan.borders, jet.borders, strict=True)):
         g = [f.real(0.0) if value is None else value for value in coefficients]
         sign = _side(f, layout, border, k)
-        bend = f.multiply(step, f.polynomial(step, [f.absolute(value) for value in g[2:]]))
-        slope = f.smaller(f.multiply(sign, g[1]), f.real(0.0))
-        least = f.fused(f.subtract(slope, bend), step, f.multiply(sign, g[0]))
-        near = f.either(near, f.compare("ule", least, f.real(0.0)))
+        value, slope, curve = (f.multiply(sign, part) for part in g[:3])
+        rest = f.polynomial(step, [f.real(0.0), *(f.absolute(part) for part in g[3:])])
+        bend = f.subtract(rest, curve)
+        last = f.fused(f.fused(f.negative(bend), step, slope), step, value)
+        ends = f.compare("ule", f.smaller(value, last), f.real(0.0))
+        valley = f.both(f.compare("olt", slope, f.real(0.0)), f.compare("olt", bend, f.real(0.0)))
+        deep = f.compare("oge", f.multiply(slope, slope), f.multiply(f.multiply(f.real(-4.0), bend), value))
+        near.append(f.either(ends, f.both(valley, deep)))
     return near
 
 
@@ -472,13 +477,11 @@ def _refill(plan: Plan, layout: Layout) -> Function:
 
 
 def _serve(plan: Plan, layout: Layout) -> Function:
-    """``serve(lane, scratch, job, number, active, finite, small, near)``: what is due in one lane after a step."""
-    f = Function(
-        "serve",
-        ["ptr %lane", "ptr %scratch", "ptr %job", "i64 %number", "ptr %active", "i1 %finite", "i1 %small", "i1 %near"],
-        "void",
-        1,
-    )
+    """``serve(lane, scratch, job, number, active, finite, small, near0, ...)``: what is due in one lane after a step;
+    a flag for each border tells whether it may be near."""
+    near = [f"%near{k}" for k in range(len(plan.borders))]
+    arguments = ["ptr %lane", "ptr %scratch", "ptr %job", "i64 %number", "ptr %active", "i1 %finite", "i1 %small"]
+    f = Function("serve", [*arguments, *(f"i1 {flag}" for flag in near)], "void", 1)
     lane = _Lane(f, plan.width)
     member = lane.get_whole(layout.member)
     start, low = lane.step(layout.step_time), lane.step(layout.step_low)
@@ -500,9 +503,11 @@ def _serve(plan: Plan, layout: Layout) -> Function:
         lane.set(layout.time, start)
         lane.set(layout.time_low, low)
     with f.when(f.new(f"xor i1 {failed}, true")):
+        for k, flag in enumerate(near):
+            with f.when(flag):
+                _find_crossing(f, lane, plan, layout, k, reach, event)
         if plan.borders:
-            with f.when("%near"):
-                _find_event(f, lane, plan, layout, reach, event)
+            _cut_step(f, lane, plan, layout, reach, event)
         _take_samples(f, lane, plan, layout, member, reach, status)
         going = f.compare_whole("slt", f.load_whole(status), "0")
         with f.when(going):
@@ -577,34 +582,40 @@ def _pass_corner(f: Function, lane: _Lane, plan: Plan, layout: Layout, member: V
         lane.set_stop(plan, layout, member)
 
 
-def _find_event(f: Function, lane: _Lane, plan: Plan, layout: Layout, reach: Value, event: Value) -> None:
-    """Cuts the step short where the first border is crossed; ``event`` is told which one. Where the bound of a border
-    of low order is crossed, the step ends without an event, unless it has come so near that no more is to be told."""
-    for k, border in enumerate(plan.borders):
-        row = (layout.borders + k * layout.terms) * plan.width
-        coefficients = f.place("%scratch", row)
+def _find_crossing(
+    f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int, reach: Value, event: Value
+) -> None:
+    """Shortens ``reach`` to where border k is crossed, if it is; ``event`` is told so. Where the bound of a border of
+    low order is crossed, the step ends without an event, unless it has come so near that no more is to be told."""
+    border = plan.borders[k]
+    row = (layout.borders + k * layout.terms) * plan.width
+    coefficients = f.place("%scratch", row)
+    with f.when(f.compare("oeq", lane.get(layout.sides + k), f.real(0.0))):
+        # the first step: which side of the border the member is on, or where to it goes if it is on the border
         g = [f.load(f.place(coefficients, j * plan.width)) for j in range(layout.terms)]
-        with f.when(f.compare("oeq", lane.get(layout.sides + k), f.real(0.0))):
-            # the first step: which side of the border the member is on, or where to it goes if it is on the border
-            change = f.polynomial(f.load(reach), [f.real(0.0), *(f.absolute(value) for value in g[1:])])
-            toward = f.choose(f.compare("une", g[1], f.real(0.0)), g[1], g[2])
-            off = f.compare("ogt", f.absolute(g[0]), f.multiply(f.real(ON_BORDER), change))
-            value = f.choose(off, g[0], toward)
-            side = f.choose(f.compare("olt", value, f.real(0.0)), f.real(-1.0), f.real(1.0))
-            lane.set(layout.sides + k, f.negative(side) if border.direction > 0 else side)
-        side = lane.get(layout.sides + k)
-        sign = f.negative(side) if border.direction > 0 else side
-        time = f.new(f"call double @crossing(ptr {coefficients}, double {sign}, double {f.load(reach)})")
-        earlier = f.compare("olt", time, f.load(reach))
-        first = f.new(f"icmp slt i64 {f.load_whole(event)}, 0")
-        found = f.both(f.compare("ole", time, f.load(reach)), f.either(earlier, first))
-        told = str(k)
-        if border.seldom:
-            there = f.compare("olt", time, f.multiply(f.real(THERE), lane.step(layout.step)))
-            told = f.new(f"select i1 {there}, i64 {k}, i64 {len(plan.borders)}")
-        with f.when(found):
-            f.store(time, reach)
-            f.store_whole(told, event)
+        change = f.polynomial(f.load(reach), [f.real(0.0), *(f.absolute(value) for value in g[1:])])
+        toward = f.choose(f.compare("une", g[1], f.real(0.0)), g[1], g[2])
+        off = f.compare("ogt", f.absolute(g[0]), f.multiply(f.real(ON_BORDER), change))
+        value = f.choose(off, g[0], toward)
+        side = f.choose(f.compare("olt", value, f.real(0.0)), f.real(-1.0), f.real(1.0))
+        lane.set(layout.sides + k, f.negative(side) if border.direction > 0 else side)
+    side = lane.get(layout.sides + k)
+    sign = f.negative(side) if border.direction > 0 else side
+    time = f.new(f"call double @crossing(ptr {coefficients}, double {sign}, double {f.load(reach)})")
+    earlier = f.compare("olt", time, f.load(reach))
+    first = f.new(f"icmp slt i64 {f.load_whole(event)}, 0")
+    found = f.both(f.compare("ole", time, f.load(reach)), f.either(earlier, first))
+    told = str(k)
+    if border.seldom:
+        there = f.compare("olt", time, f.multiply(f.real(THERE), lane.step(layout.step)))
+        told = f.new(f"select i1 {there}, i64 {k}, i64 {len(plan.borders)}")
+    with f.when(found):
+        f.store(time, reach)
+        f.store_whole(told, event)
+
+
+def _cut_step(f: Function, lane: _Lane, plan: Plan, layout: Layout, reach: Value, event: Value) -> None:
+    """Goes back to where the first border is crossed."""
     with f.when(f.compare_whole("sge", f.load_whole(event), "0")):
         for k in range(layout.states):
             coefficients_of = [lane.step(k * layout.terms + j) for j in range(layout.terms)]
