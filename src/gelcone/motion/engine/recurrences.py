@@ -146,7 +146,7 @@ class Jet:
         followed = [*((equation.residual, order) for equation in equations), *borders]
         wanted = [*rates, *(node for node, _ in followed)]
         nodes = ordered(wanted)
-        self._inlined = _single_products(nodes, {node.index for node in wanted})
+        self._inlined = _single_parts(nodes, {node.index for node in wanted})
         self.states: list[list[Coefficient]] = [[value] for value in states]
         for node in nodes:
             self._coefficients[node.index] = self._leaf(node, order, time, held)
@@ -328,12 +328,17 @@ class Jet:
         """s_n = a_n + b_n or a_n - b_n; products that only this sum takes become links of its chain."""
         total: Coefficient = None
         parts = [(node.arguments[0], False), (node.arguments[1], node.operation == "subtract")]
-        for part, negative in sorted(parts, key=lambda pair: pair[0].index in self._inlined or pair[1]):
-            if part.index in self._inlined:
+        for part, negative in sorted(parts, key=lambda pair: self._is_link(pair[0]) or pair[1]):
+            if self._is_link(part):
                 total = self._product(part, n, total, negative)
+            elif part.index in self._inlined:
+                total = self._plus(total, self._sum(part, n), negative)
             else:
                 total = self._plus(total, self._coefficients[part.index][n], negative)
         return total
+
+    def _is_link(self, node: Node) -> bool:
+        return node.operation == "multiply" and node.index in self._inlined
 
     def _product(self, node: Node, n: int, start: Coefficient, negative: bool) -> Coefficient:
         """start +- p_n, p_n = sum_(j=0..n) a_j b_(n-j)."""
@@ -411,8 +416,8 @@ class Jet:
         return None if a is None else self._f.multiply(a, factor)
 
 
-def _single_products(nodes: Sequence[Node], wanted: set[int]) -> set[int]:
-    """Products that one sum alone takes."""
+def _single_parts(nodes: Sequence[Node], wanted: set[int]) -> set[int]:
+    """Products and sums that one sum alone takes."""
     uses: dict[int, int] = {}
     for node in nodes:
         for argument in node.arguments:
@@ -422,7 +427,7 @@ def _single_products(nodes: Sequence[Node], wanted: set[int]) -> set[int]:
         for node in nodes
         if not node.fixed and node.operation in ("add", "subtract")
         for a in node.arguments
-        if a.operation == "multiply" and not a.fixed and uses[a.index] == 1 and a.index not in wanted
+        if a.operation in ("multiply", "add", "subtract") and not a.fixed and uses[a.index] == 1 and a.index not in wanted
     }
 
 
