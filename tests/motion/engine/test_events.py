@@ -168,6 +168,29 @@ def test_the_first_of_several_borders_counts_and_others_are_told_apart():
     np.testing.assert_allclose(raw.end_time, [math.acos(0.99), math.pi / 6, math.pi / 6, 3.0], rtol=0.0, atol=1e-15)
 
 
+@pytest.mark.parametrize(("tolerance", "bound"), [(1e-6, 1e-5), (1e-15, 3e-14)])
+def test_a_border_that_is_seldom_near_is_found_as_exactly_as_another(tolerance, bound):
+    """g = x^4 + x u - level falls through its zero, or misses it by a little or by far."""
+
+    def quartic(time, state, n, xp):
+        return state[0] ** 4 + state[0] * state[1] - n["level"]
+
+    along = np.linspace(0.0, 1.5, 100_001)
+    valley = (np.cos(along) ** 4 - np.cos(along) * np.sin(along)).min()
+    levels = np.concatenate([np.linspace(-0.15, 0.9, 40), [valley - 1e-3, valley - 1e-6, -5.0]])
+    states0, times = np.tile([1.0, 0.0], (43, 1)), np.full((43, 1), 1.5)
+    raws = [
+        Program(Harmonic(), "states", tolerance, [Event(quartic, -1, inside=True, seldom=seldom)]).run(
+            {"level": levels, "gain": 0.0}, states0, 0.0, times
+        )
+        for seldom in (False, True)
+    ]
+    np.testing.assert_array_equal(raws[1].status, raws[0].status)
+    np.testing.assert_allclose(raws[1].end_time, raws[0].end_time, rtol=0.0, atol=bound)
+    assert raws[1].steps[-1] <= raws[0].steps[-1]
+    assert (raws[1].steps < raws[0].steps + 40).all()
+
+
 def test_an_event_at_the_last_sample_comes_too_late():
     program = Program(Harmonic(), "states", 1e-15, [Event(lambda t, s, n, xp: 1.0 - t, -1)])
     raw = program.run({"level": 0.0, "gain": 0.0}, [[1.0, 0.0]], 0.0, [[0.5, 1.0]])

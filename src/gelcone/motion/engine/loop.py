@@ -31,7 +31,7 @@ SELDOM_ORDER = 4
 """Order of the polynomials of borders that are seldom near."""
 SHORTEST = 2.0**-60
 """A step of which it matters not what such a polynomial leaves out."""
-THERE = 2.0**-10
+THERE = 2.0**-13
 """Share of a step below which a polynomial of that order is exact."""
 ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, TERMINAL_EVENT = range(5)
 """How a member ended; terminal event k is told by TERMINAL_EVENT + k."""
@@ -320,7 +320,9 @@ def _bound_seldom(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value
     for k, (border, g) in enumerate(zip(plan.borders, jet.borders, strict=True)):
         if border.seldom:
             before, last = (f.real(0.0) if value is None else value for value in g[-2:])
-            rest = f.fused(f.divide(f.real(0.5), f.larger(step, f.real(SHORTEST))), f.absolute(before), f.absolute(last))
+            rest = f.fused(
+                f.divide(f.real(0.5), f.larger(step, f.real(SHORTEST))), f.absolute(before), f.absolute(last)
+            )
             g[-1] = f.subtract(last, f.multiply(_side(f, layout, border, k), rest))
 
 
@@ -582,9 +584,7 @@ def _pass_corner(f: Function, lane: _Lane, plan: Plan, layout: Layout, member: V
         lane.set_stop(plan, layout, member)
 
 
-def _find_crossing(
-    f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int, reach: Value, event: Value
-) -> None:
+def _find_crossing(f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int, reach: Value, event: Value) -> None:
     """Shortens ``reach`` to where border k is crossed, if it is; ``event`` is told so. Where the bound of a border of
     low order is crossed, the step ends without an event, unless it has come so near that no more is to be told."""
     border = plan.borders[k]

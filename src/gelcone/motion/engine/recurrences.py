@@ -427,7 +427,10 @@ def _single_parts(nodes: Sequence[Node], wanted: set[int]) -> set[int]:
         for node in nodes
         if not node.fixed and node.operation in ("add", "subtract")
         for a in node.arguments
-        if a.operation in ("multiply", "add", "subtract") and not a.fixed and uses[a.index] == 1 and a.index not in wanted
+        if a.operation in ("multiply", "add", "subtract")
+        and not a.fixed
+        and uses[a.index] == 1
+        and a.index not in wanted
     }
 
 

@@ -62,8 +62,8 @@ BISECTIONS = 60
 class Local(NamedTuple):
     """What a point of the film obeys, at m = q and n = 1 + y: see the module for the symbols.
 
-    ``meridian`` is A q, ``hoop`` B n, ``excess`` s2/(R q n): at n = 1 it is positive where the hoop is taut. ``lead`` is
-    (A q - B n)/q, so that K s1/q = lead + n ``excess`` with the compliance K = 1/R.
+    ``meridian`` is A q, ``hoop`` B n, ``excess`` s2/(R q n): at n = 1 it is positive where the hoop is taut. ``lead``
+    is (A q - B n)/q, so that K s1/q = lead + n ``excess`` with the compliance K = 1/R.
     """
 
     y: Any
