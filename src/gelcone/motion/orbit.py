@@ -100,7 +100,13 @@ class Shooting:
         self.count = segments * kind.repeats
         self._members = members
         self._values = {name: float(value[0]) for name, value in members.values.items()}
+        self._numbers = self.system.numbers_of(self._values)
         self._moved = tuple(self._moved_by(name) for name in self.free)
+        # most parameters are a number of the formulas and move no other
+        self._plain = all(
+            moved == (name,) and self._numbers[name] == self._values[name]
+            for name, moved in zip(self.free, self._moved, strict=True)
+        )
         program = phase_program(self.system, self._moved, tolerance)
         # the drive is the same in every repeat, so that each begins at phase 0
         place = np.tile(np.arange(segments, dtype=float), kind.repeats)
@@ -108,6 +114,7 @@ class Shooting:
         self._rerun = program.again(start, end, corner_phases(self.system, phase))
         self._program, self._starts = program, start
         self._place = {name: k for k, name in enumerate(program.numbers)}
+        self._own = np.array([self._place[name] for name in self._numbers])
         self._row = np.zeros(len(self._place))
         self._states = np.zeros((self.count, self.size * (1 + self.size + len(self.free))))
         self._states[:, self.size : self.size * (1 + self.size)] = np.eye(self.size).ravel()
@@ -139,6 +146,8 @@ class Shooting:
 
     def numbers_at(self, values: Sequence[float]) -> dict[str, float]:
         """What the formulas take, by name."""
+        if self._plain:
+            return self._numbers | dict(zip(self.free, map(float, values), strict=True))
         return self.system.numbers_of(self._values | dict(zip(self.free, values, strict=True)))
 
     def members_at(self, values: Sequence[Any]) -> Members:
@@ -153,7 +162,7 @@ class Shooting:
 
     def _moved_by(self, name: str) -> tuple[str, ...]:
         """Numbers that depend on a parameter."""
-        before = self.system.numbers_of(self._values)
+        before = self._numbers
         after = self.system.numbers_of(self._values | {name: self._values[name] + DIFFERENCE})
         return tuple(number for number in self.system.numbers if after[number] != before[number])
 
@@ -164,12 +173,9 @@ class Shooting:
         """
         numbers = self.numbers_at(values)
         row, place = self._row, self._place
-        for number, amount in numbers.items():
-            row[place[number]] = amount
-        steps = []
-        for k, (name, value, moved) in enumerate(zip(self.free, values, self._moved, strict=True)):
-            step = max(0.1 * abs(value), 1e-3)
-            steps.append(step)
+        row[self._own] = [*numbers.values()]
+        steps = [max(0.1 * abs(value), 1e-3) for value in values]
+        for k, (name, value, moved, step) in enumerate(zip(self.free, values, self._moved, steps, strict=True)):
             if moved == (name,):
                 row[place[f"{name} by {k}"]] = step * (numbers[name] / value if value else 1.0)
                 continue
@@ -200,8 +206,9 @@ class Shooting:
     def log_determinant(self, tangents: Array, values: Sequence[float]) -> float:
         """Logarithm of the determinant of the map: with two states exactly -2 zeta times its length."""
         if self.size == 2:
-            damping = float(self.numbers_at(values)["damping_ratio"])
-            return -2.0 * damping * self.kind.repeats * self.repeat_time(values)
+            numbers = self.numbers_at(values)
+            time = self.phase / float(numbers["drive_frequency"])
+            return -2.0 * float(numbers["damping_ratio"]) * self.kind.repeats * time
         return float(np.linalg.slogdet(tangents)[1].sum())
 
     def multipliers(self, tangents: Array, values: Sequence[float]) -> npt.NDArray[np.complex128]:

@@ -19,6 +19,7 @@ from gelcone.atlas.branches.point import (
     at_value,
     between,
     correct,
+    cubic_weights,
 )
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.quantity import Array
@@ -190,7 +191,7 @@ def _follow(shooting: Shooting, start: Point, walk: Walk, resting: bool) -> _Fol
     points: list[Point] = [start]
     events: list[Event] = []
     step, longest = FIRST_STEP, LONGEST_STEP_AT_REST if resting else LONGEST_STEP
-    bend: Direction | None = None
+    before: Point | None = None
     left = False
     if not walk.low <= start.value + 1e-12 * walk.scale * np.sign(start.tangent.value) <= walk.high:
         return _Followed(points, events, Ending.LIMIT)
@@ -198,7 +199,7 @@ def _follow(shooting: Shooting, start: Point, walk: Walk, resting: bool) -> _Fol
         here = points[-1]
         metric = Metric.of(here.nodes, walk.scale)
         tangent = metric.unit(here.tangent)
-        guess = _ahead(here, tangent, bend, step)
+        guess = _ahead(before, here, tangent, metric, step)
         found = correct(shooting, guess, tangent, metric)
         point = found.point
         good = point is not None and found.step < FARTHEST * min(1.0, 20.0 * step)
@@ -233,19 +234,21 @@ def _follow(shooting: Shooting, start: Point, walk: Walk, resting: bool) -> _Fol
         walk.tick(point)
         if len(points) > 6 and _closes(points, metric, step):
             return _Followed([*points, start], events, Ending.CLOSED)
-        other = metric.unit(point.tangent)
-        bend = Direction((other.nodes - tangent.nodes) / step, (other.value - tangent.value) / step)
-        factor = float(np.clip(np.cbrt(AIM / max(found.step, 1e-12)), 0.5, 1.7))
+        before = here
+        factor = min(max((AIM / max(found.step, 1e-12)) ** 0.25, 0.5), 1.7)
         step = min(step * factor, longest)
     return _Followed(points, events, Ending.POINTS)
 
 
-def _ahead(here: Point, tangent: Direction, bend: Direction | None, step: float) -> Direction:
-    """The guess a step ahead, along the parabola that the last two tangents give."""
-    guess = along(here, tangent, step)
-    if bend is None:
-        return guess
-    return Direction(guess.nodes + 0.5 * step * step * bend.nodes, guess.value + 0.5 * step * step * bend.value)
+def _ahead(before: Point | None, here: Point, tangent: Direction, metric: Metric, step: float) -> Direction:
+    """The guess a step ahead: on the cubic through the last two points with the tangents there."""
+    if before is None:
+        return along(here, tangent, step)
+    apart = metric.length(Direction(here.nodes - before.nodes, here.value - before.value))
+    back = metric.unit(before.tangent)
+    a, b, c, d = cubic_weights(1.0 + step / apart) * np.array([1.0, 1.0, apart, apart])
+    nodes = a * before.nodes + b * here.nodes + c * back.nodes + d * tangent.nodes
+    return Direction(nodes, float(a * before.value + b * here.value + c * back.value + d * tangent.value))
 
 
 def _at_border(shooting: Shooting, here: Point, beyond: Point, walk: Walk, metric: Metric) -> Point | None:
@@ -348,9 +351,12 @@ def _events_between(
         crossed.append((FOLD, a.fold / (a.fold - b.fold)))
     if a.double * b.double < 0.0:
         crossed.append((DOUBLE, a.double / (a.double - b.double)))
+    torus = shooting.size > 2 and _pairs_outside(a) != _pairs_outside(b)
+    if not (crossed or torus):
+        return []
     found = [_event(shooting, a, b, at, share, after, walk, resting) for at, share in crossed]
     events = [event for event in found if event is not None]
-    if shooting.size > 2 and _pairs_outside(a) != _pairs_outside(b):
+    if torus:
         events.append(_torus(a, b, after, shooting.kind))
     metric = Metric.of(a.nodes, walk.scale)
 

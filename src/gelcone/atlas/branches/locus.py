@@ -19,7 +19,7 @@ from gelcone.atlas.branches.branch import Ending, EventKind, Walk, multipliers_o
 from gelcone.atlas.branches.check import brute_force, cover
 from gelcone.atlas.branches.continuation import CHECKS, check_interval, grown, shooting_over
 from gelcone.atlas.branches.event import FOLD, Singular, born, locate
-from gelcone.atlas.branches.point import SMALLEST
+from gelcone.atlas.branches.point import SMALLEST, cubic_weights
 from gelcone.atlas.branches.tree import distance
 from gelcone.codes import Outcome
 from gelcone.errors import InputError, unknown_name
@@ -41,6 +41,8 @@ FOLLOWED = {
 """Events that can be followed; rest's own curves are the tongues."""
 SHORT_NAMES = {"doubling": "period doubling", "breaking": "symmetry breaking"}
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.04, 1e-7
+AIM = 2e-3
+"""How far a guess should be off; the steps are made so long."""
 FARTHEST = 0.05
 SAME_WAY = 0.8
 SECANTS = 40
@@ -271,21 +273,32 @@ def _walk(
     points, step = [first], FIRST_STEP
     assert first.ahead is not None
     direction = way * first.ahead[0], way * first.ahead[1]
+    before: tuple[Singular, tuple[Array, Array]] | None = None
     size = float(np.abs(first.nodes).max())
     while len(points) < window.most:
         here = points[-1]
         by_states, by_values = _scaled(shooting, here, window)
-        length = np.sqrt(np.sum(by_states * direction[0] ** 2) + np.sum(by_values * direction[1] ** 2))
-        tangent = direction[0] / length, direction[1] / length
+
+        def length(nodes: Array, values: Array, weights: tuple[Array, Array] = (by_states, by_values)) -> float:
+            return float(np.sqrt(np.sum(weights[0] * nodes**2) + np.sum(weights[1] * values**2)))
+
+        whole = length(*direction)
+        tangent = direction[0] / whole, direction[1] / whole
         plane = by_states * tangent[0], by_values * tangent[1]
         guess = here.nodes + step * tangent[0], here.values + step * tangent[1]
+        if before is not None:
+            one, back = before
+            apart, scale = length(here.nodes - one.nodes, here.values - one.values), length(*back)
+            weights = cubic_weights(1.0 + step / apart) * np.array([1.0, 1.0, apart / scale, apart])
+            guess = (
+                weights[0] * one.nodes + weights[1] * here.nodes + weights[2] * back[0] + weights[3] * tangent[0],
+                weights[0] * one.values + weights[1] * here.values + weights[2] * back[1] + weights[3] * tangent[1],
+            )
         found = locate(shooting, guess[0], guess[1], here.at, 0.3, plane, here)
         good = found is not None and found.ahead is not None
         if good and found is not None and found.ahead is not None:
-            off = np.sqrt(
-                np.sum(by_states * (found.nodes - guess[0]) ** 2) + np.sum(by_values * (found.values - guess[1]) ** 2)
-            )
-            ahead = np.sqrt(np.sum(by_states * found.ahead[0] ** 2) + np.sum(by_values * found.ahead[1] ** 2))
+            off = length(found.nodes - guess[0], found.values - guess[1])
+            ahead = length(*found.ahead)
             turn = (np.sum(plane[0] * found.ahead[0]) + np.sum(plane[1] * found.ahead[1])) / ahead
             good = off < 0.3 * step and turn > SAME_WAY
         if not good or found is None or found.ahead is None:
@@ -301,14 +314,10 @@ def _walk(
         points.append(found)
         size = max(size, float(np.abs(found.nodes).max()))
         if len(points) > 6:
-            back = np.sqrt(
-                np.sum(by_states * (found.nodes - first.nodes) ** 2)
-                + np.sum(by_values * (found.values - first.values) ** 2)
-            )
-            if back < 0.7 * step:
+            if length(found.nodes - first.nodes, found.values - first.values) < 0.7 * step:
                 return [*points, first], Ending.CLOSED
-        direction = found.ahead
-        factor = float(np.clip(np.sqrt(0.005 / max(float(off), 1e-9)), 0.5, 1.6))
+        before, direction = (here, direction), found.ahead
+        factor = min(max((AIM / max(off, 1e-9)) ** 0.25, 0.5), 1.6)
         step = min(step * factor, LONGEST_STEP)
     return points, Ending.POINTS
 

@@ -6,7 +6,10 @@ the pseudo-arclength method of Keller (1977), with Newton's method on all shooti
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -37,24 +40,25 @@ class Direction:
 
 @dataclass(frozen=True)
 class Metric:
-    """How differences are measured: states by ``states`` (N,), the parameter by ``value``."""
+    """How differences are measured: ``states`` (N,) are the weights of the squares of the nodes' states, ``value`` the
+    scale of the parameter."""
 
     states: Array
     value: float
 
     @classmethod
     def of(cls, nodes: Array, value: float) -> Metric:
-        """That of an orbit; ``value`` is the scale of the parameter."""
-        return cls(np.maximum(np.abs(nodes).max(axis=0), SMALLEST), value)
+        """That of an orbit, whose states are measured by the largest; the mean over the nodes counts."""
+        states = np.maximum(np.abs(nodes).max(axis=0), SMALLEST)
+        return cls(1.0 / (len(nodes) * states * states), value)
 
     def inner(self, a: Direction, b: Direction) -> float:
         """Mean over the nodes of the product of the states, plus that of the values."""
-        scaled = a.nodes * b.nodes / np.square(self.states)
-        return float(scaled.sum() / scaled.shape[0] + a.value * b.value / self.value**2)
+        return float(np.vdot(a.nodes * self.states, b.nodes)) + a.value * b.value / self.value**2
 
     def length(self, a: Direction) -> float:
         """Length of a difference."""
-        return float(np.sqrt(self.inner(a, a)))
+        return math.sqrt(self.inner(a, a))
 
     def unit(self, a: Direction) -> Direction:
         """The direction of length 1."""
@@ -63,7 +67,7 @@ class Metric:
 
     def row(self, a: Direction) -> tuple[Array, Array]:
         """The condition that a step has no part along ``a``: row (1, n, N) and corner (1, 1)."""
-        return (a.nodes / (np.square(self.states) * len(a.nodes)))[None], np.array([[a.value / self.value**2]])
+        return (a.nodes * self.states)[None], np.array([[a.value / self.value**2]])
 
 
 @dataclass(frozen=True)
@@ -79,18 +83,18 @@ class Point:
     multipliers: npt.NDArray[np.complex128]
     tangent: Direction
 
-    @property
+    @cached_property
     def fold(self) -> float:
         """Passes 0 where a multiplier passes 1: the product of 1 - mu, over 1 + |mu| for scale."""
         return self._test(1.0)
 
-    @property
+    @cached_property
     def double(self) -> float:
         """Passes 0 where a multiplier passes -1."""
         return self._test(-1.0)
 
     def _test(self, at: float) -> float:
-        return float(np.prod((1.0 - at * self.multipliers) / (1.0 + np.abs(self.multipliers))).real)
+        return math.prod((1.0 - at * m) / (1.0 + abs(m)) for m in self.multipliers.tolist()).real
 
     @property
     def stable(self) -> bool:
@@ -180,9 +184,17 @@ def _cubic(a: Point, b: Point, s: Array) -> Array:
     """Weights (4, ...) of both points and their tangents, each as long as the way."""
     apart = Direction(b.nodes - a.nodes, b.value - a.value)
     metric = Metric.of(a.nodes, max(abs(apart.value), 1e-12))
-    whole, t = metric.length(apart), 1.0 - s
+    whole = metric.length(apart)
     lengths = [whole / max(metric.length(point.tangent), 1e-300) for point in (a, b)]
-    return np.array([t * t * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s), s * t * t * lengths[0], -s * s * t * lengths[1]])
+    scales = np.array([1.0, 1.0, *lengths])
+    return cubic_weights(s) * scales.reshape(4, *(1,) * np.ndim(s))
+
+
+def cubic_weights(s: Any) -> Array:
+    """Weights (4, ...) of two points and of the tangents there in the cubic through them, at shares of the way; beyond
+    1 it goes on ahead."""
+    t = 1.0 - s
+    return np.array([t * t * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s), s * t * t, -s * s * t])
 
 
 def _values(a: Point, b: Point, weights: Array) -> Array:

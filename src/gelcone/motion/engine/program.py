@@ -277,8 +277,10 @@ class Rerun:
         (members, switches) where events switch numbers, in the order of the events.
         """
         compiled, arrays = self._compiled, self._arrays
-        self._values[:] = numbers[:, None] if numbers.ndim == 1 else numbers[:, -1:]
-        if numbers.ndim > 1:
+        if numbers.ndim == 1:
+            self._values[:] = numbers[:, None]
+        else:
+            self._values[:] = numbers[:, -1:]
             self._values[:, : self._members] = numbers
         compiled.prepare(*self._table)
         arrays.states[:] = states0
