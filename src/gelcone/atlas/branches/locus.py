@@ -313,9 +313,8 @@ def _walk(
             return points, Ending.REST
         points.append(found)
         size = max(size, float(np.abs(found.nodes).max()))
-        if len(points) > 6:
-            if length(found.nodes - first.nodes, found.values - first.values) < 0.7 * step:
-                return [*points, first], Ending.CLOSED
+        if len(points) > 6 and length(found.nodes - first.nodes, found.values - first.values) < 0.7 * step:
+            return [*points, first], Ending.CLOSED
         before, direction = (here, direction), found.ahead
         factor = min(max((AIM / max(off, 1e-9)) ** 0.25, 0.5), 1.6)
         step = min(step * factor, LONGEST_STEP)
