@@ -300,7 +300,7 @@ def _walk(
             off = length(found.nodes - guess[0], found.values - guess[1])
             ahead = length(*found.ahead)
             turn = (np.sum(plane[0] * found.ahead[0]) + np.sum(plane[1] * found.ahead[1])) / ahead
-            good = off < 0.3 * step and turn > SAME_WAY
+            good = off < 0.3 * step and float(turn) > SAME_WAY
         if not good or found is None or found.ahead is None:
             step *= 0.4
             if step < SHORTEST_STEP:
