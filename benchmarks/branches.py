@@ -26,9 +26,9 @@ import numpy as np
 
 import gelcone
 from gelcone.atlas.branches.branch import EventKind, Walk, born_start, follow
-from gelcone.atlas.branches.continuation import shooting_over
-from gelcone.atlas.branches.locus import Window, follow_curve, shooting_on
+from gelcone.atlas.branches.locus import Window, follow_curve
 from gelcone.atlas.branches.point import Metric, at_value
+from gelcone.atlas.branches.varied import vary
 from gelcone.presets import find_preset
 
 REFERENCES = Path(__file__).parents[1] / "tests" / "reference" / "continuation.json"
@@ -36,11 +36,11 @@ REPETITIONS = 5
 COMPILE = """
 import time
 from gelcone.presets import find_preset
-from gelcone.atlas.branches.continuation import shooting_over
+from gelcone.atlas.branches.varied import vary
 import gelcone.motion.engine.phase
 model = find_preset("base").model
 begin = time.perf_counter()
-shooting_over(model, "voltage", 0.9, 2.0)
+vary(model, {"voltage": (0.9, 2.0)}).shooting()
 print(time.perf_counter() - begin)
 """
 
@@ -103,7 +103,7 @@ def times() -> None:
     """Processor time a point."""
     base = find_preset("base").model
     walk = Walk(0.9, 2.0)
-    shooting = shooting_over(base, "voltage", walk.low, walk.high)
+    shooting = vary(base, {"voltage": (walk.low, walk.high)}).shooting()
     nodes = np.zeros((shooting.count, 2))
     rest = at_value(shooting, nodes, 0.93, Metric.of(nodes, walk.scale)).point
     assert rest is not None
@@ -119,7 +119,7 @@ def times() -> None:
     )
     fold = next(event for event in branch.events if event.kind == EventKind.FOLD)
     over = {"voltage": (1.2, 1.5), "drive_frequency": (0.095, 0.125)}
-    plane = shooting_on(base, over, 1e-15).of_kind(fold.map)
+    plane = vary(base, over).shooting().of_kind(fold.map)
     guess = fold.orbit.nodes[:: max(len(fold.orbit.nodes) // plane.count, 1)]
     if len(guess) == plane.count:
         window = Window(np.array([1.2, 0.095]), np.array([1.5, 0.125]), 1000)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import heading
-from gelcone.analyses.subject import read_measures
+from gelcone.analyses.subject import read_over
 from gelcone.atlas.branches.beside import branches_beside
 from gelcone.errors import InputError
-from gelcone.words import branch_endings, event_label, flag_label, shortened
+from gelcone.words import branch_endings, event_label, flag_label, shortened, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,25 +23,11 @@ def continue_branch_arguments(subject: Subject, given: Mapping[str, Any]) -> dic
     """The arguments of `gelcone.continue_branch`."""
     name, low, high = (str(given[key]) for key in ("parameter", "low", "high"))
     _check_order(name, low, high)
-    parameter, ends = _followed(subject, name, low, high)
+    ((parameter, ends),) = subject.over([f"{name}={low}:{high}:2"]).items()
     arguments = {key: value for key, value in given.items() if key not in ("parameter", "low", "high")}
     if "start" in arguments:
         arguments["start"] = _start(str(arguments["start"]))
     return {"parameter": parameter, "low": float(ends[0]), "high": float(ends[-1]), **arguments}
-
-
-def _followed(subject: Subject, name: str, low: str, high: str) -> tuple[str, Any]:
-    """The model's parameter and its two ends; with a device of a field that is one parameter of the model."""
-    if subject.device is None:
-        ((parameter, ends),) = subject.over([f"{name}={low}:{high}:2"]).items()
-        return parameter, ends
-    from gelcone.devices.si import PARAMETERS
-
-    found = next((one for one, (_, field) in PARAMETERS.items() if field == name), None)
-    if found is None:
-        takes = ", ".join(field for _, field in PARAMETERS.values())
-        raise InputError(f"{name}: branches follow one of {takes}; for another field, use gelcone bifurcation")
-    return found, read_measures(name, f"{low}:{high}:2", PARAMETERS[found][0], subject.device)
 
 
 def _check_order(name: str, low: str, high: str) -> None:
@@ -101,12 +87,12 @@ def followed_json(diagram: xr.Dataset) -> dict[str, Any] | None:
     return branches_json(followed.assign_attrs(parameter=diagram.attrs["parameter"]))
 
 
-def followed_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
+def followed_lines(shown: xr.Dataset) -> list[str]:
     """The branches beside a bifurcation diagram in words."""
     followed = branches_beside(shown)
     if followed is None:
         return []
-    return branch_lines(followed.assign_attrs(parameter=shown.attrs["parameter"]), subject)
+    return branch_lines(followed.assign_attrs(parameter=shown.attrs["parameter"]))
 
 
 def _branch_json(result: xr.Dataset, k: int) -> dict[str, Any]:
@@ -169,42 +155,20 @@ def flags_json(result: xr.Dataset) -> list[dict[str, Any]]:
 def continue_branch_words(shown: xr.Dataset, subject: Subject) -> str:
     """Branches as text: each with its events, how it ends, and what brute force says."""
     name = shown.attrs["parameter"]
-    return "\n".join([*heading(subject, [name, _field(name, subject)]), *branch_lines(shown, subject)])
+    return "\n".join([*heading(subject, [name]), *branch_lines(shown)])
 
 
-def _field(parameter: str, subject: Subject) -> str:
-    """What the subject calls a parameter."""
-    if subject.device is None:
-        return parameter
-    from gelcone.devices.si import PARAMETERS
-
-    return PARAMETERS[parameter][1] if parameter in PARAMETERS else parameter
-
-
-def _scale(parameter: str, subject: Subject) -> tuple[float, str]:
-    """What one unit of a parameter is for the subject, and its unit behind a space."""
-    if subject.device is None:
-        return 1.0, ""
-    from gelcone.devices.si import PARAMETERS, READ_AS, factor
-
-    if parameter not in PARAMETERS:
-        return 1.0, ""
-    quantity = PARAMETERS[parameter][0]
-    return float(factor(subject.device.scales, quantity)), f" {READ_AS[quantity][0]}"
-
-
-def branch_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
+def branch_lines(shown: xr.Dataset) -> list[str]:
     """What the branches are, line by line."""
-    name = _field(shown.attrs["parameter"], subject)
-    scale, unit = _scale(shown.attrs["parameter"], subject)
+    name, unit = shown.attrs["parameter"], unit_of(shown["value"])
 
     def at(value: float, form: str = ".10g") -> str:
-        return f"{value * scale:{form}}{unit}"
+        return f"{value:{form}}{unit}"
 
     lines = []
     for k in range(shown.sizes["branch"]):
         own = shown.isel(branch=k)
-        values = scale * own["value"].values[np.isfinite(own["value"].values)]
+        values = own["value"].values[np.isfinite(own["value"].values)]
         kind = "rest" if bool(own["resting"]) else f"period {int(own['period'])}"
         kind += ", symmetric" * bool(own["symmetric"])
         share = float((own["stable"] == 1).sum()) / values.size
@@ -254,16 +218,21 @@ def locus_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any
         if len(parts) not in (2, 3) or not name:
             raise InputError(f"--over {text}: must be NAME=from:to, for example --over voltage=0.9:1.5")
         _check_order(name, parts[0], parts[1])
-        parameter, between = _followed(subject, name, parts[0], parts[1])
-        if parameter in over:
+        if name in over:
             raise InputError(f"--over {name}: is given twice; give it once")
-        over[parameter] = (float(between[0]), float(between[-1]))
+        ((_, between),) = read_over([f"{name}={parts[0]}:{parts[1]}:2"], subject.device, subject.model.system).items()
+        over[name] = (float(between[0]), float(between[-1]))
     if len(over) != 2:
         raise InputError(
-            f"--over: a locus takes two parameters, not {len(over)}; for example --over voltage=0.95:1.5 "
-            "--over drive_frequency=0.07:0.13"
+            f"--over: a locus takes two parameters, not {len(over)}; for example {_two_intervals(subject)}"
         )
     return {"over": over, **{key: value for key, value in given.items() if key != "over"}}
+
+
+def _two_intervals(subject: Subject) -> str:
+    if subject.device is None:
+        return "--over voltage=0.95:1.5 --over drive_frequency=0.07:0.13"
+    return '--over "voltage_amplitude=100 V:800 V" --over "frequency=5 Hz:20 Hz"'
 
 
 def locus_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
@@ -315,7 +284,9 @@ def locus_words(shown: xr.Dataset, subject: Subject) -> str:
     lines = heading(subject, names)
     for k in range(shown.sizes["curve"]):
         own = shown.isel(curve=k)
-        spans = [f"{name} {float(own[name].min()):.6g} to {float(own[name].max()):.6g}" for name in names]
+        spans = [
+            f"{name} {float(own[name].min()):.6g} to {float(own[name].max()):.6g}{unit_of(own[name])}" for name in names
+        ]
         kind = f"period {int(own['period'])}" + ", symmetric" * bool(own["symmetric"])
         count = int(np.isfinite(own[names[0]].values).sum())
         ends = ", ".join(branch_endings(own))
@@ -323,7 +294,7 @@ def locus_words(shown: xr.Dataset, subject: Subject) -> str:
         for e in np.flatnonzero(shown["event_curve"].values == k):
             event = shown.isel(event=e)
             at = ", ".join(
-                f"{name} {float(event[f'event_{place}']):.10g}"
+                f"{name} {float(event[f'event_{place}']):.10g}{unit_of(event[f'event_{place}'])}"
                 for place, name in zip(("first", "second"), names, strict=True)
             )
             lines.append(f"  {event_label(event['event_kind'])} at {at}")

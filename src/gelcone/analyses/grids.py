@@ -117,7 +117,7 @@ def bifurcation_words(shown: xr.Dataset, subject: Subject) -> str:
         own = shown.sel(branch=branch)
         lines.append(f"  {branch}: {counts_text(own)}")
         lines += [f"    {line}" for line in validity_in_words(own)]
-    told = [*doubt_lines(shown), *_threshold_lines(shown, subject), *followed_lines(shown, subject)]
+    told = [*doubt_lines(shown), *_threshold_lines(shown, subject), *followed_lines(shown)]
     return "\n".join([*lines, *told])
 
 

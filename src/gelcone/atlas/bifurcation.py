@@ -14,7 +14,7 @@ from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.atlas.plan import DEFAULT_INITIAL, STATES, Plan, about
 from gelcone.atlas.threshold import Threshold, changes, refine
 from gelcone.codes import Outcome, Regime
-from gelcone.devices.analysis import for_swept_devices
+from gelcone.devices.analysis import for_swept_devices, plain
 from gelcone.devices.device import Device
 from gelcone.devices.points import read_state
 from gelcone.devices.si import device_attributes
@@ -80,8 +80,8 @@ def bifurcation(
         `NUDGE`, so that hysteresis shows. Default both.
     bisections : the range of each change of regime is narrowed down to 2 to the power of minus this number, unless it
         stops changing before. Default 8.
-    branches : whether branches of periodic orbits, stable and unstable, are followed beside, see `continue_branch`;
-        not with a device. Default no.
+    branches : whether branches of periodic orbits, stable and unstable, are followed beside, see `continue_branch`.
+        Default no.
     transient, patience, budget, tolerance : as in `regime`.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -107,8 +107,6 @@ def bifurcation(
         raise InputError(f"bisections = {bisections}: must be at least 0")
     if parameter in STATES:
         raise InputError(f"{parameter}: belongs to the initial state; a bifurcation diagram sweeps a parameter")
-    if branches and isinstance(model, Device):
-        raise InputError("branches: are followed beside a dimensionless diagram; with a device use gelcone continue")
     check_budgets(transient=transient, patience=patience, budget=budget)
     options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     plans = {_name(state): Plan(model, {parameter: values}, state, options=options) for state in states}
@@ -126,9 +124,9 @@ def bifurcation(
     result = _label(first, runs)
     thresholds = _thresholds(plans, runs, bisections, threads, lambda share: counted((1.0 - BRANCHES_SHARE) * share))
     result = result.assign(thresholds)
-    if branches and not isinstance(model, Device):
+    if branches:
         ends = float(first.over[parameter][0]), float(first.over[parameter][-1])
-        followed = continue_branch(model, parameter, *ends, first.initial, start=result, threads=threads)
+        followed = plain(continue_branch)(model, parameter, *ends, first.initial, start=result, threads=threads)
         result = put_beside(result, followed)
     counted.finish()
     return result

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -101,6 +102,8 @@ def _points(result: xr.Dataset) -> dict[str, xr.DataArray]:
 def in_field_units(coordinate: xr.DataArray) -> xr.DataArray:
     """The values of a coordinate over a field in the field's SI unit."""
     units = coordinate.attrs["units"]
+    if coordinate.attrs.get("quantity") != "device field":
+        return coordinate
     powers = next((d.powers for d in DIMENSIONS.values() if units in d.powers), {units: 0})
     return coordinate * float(f"1e{powers[units]}")
 
@@ -140,11 +143,12 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
     if not isinstance(device, Device):
         raise InputError("to_si: the result does not say of which device it is; give the device too")
     result = _with_member_fields(result, device)
-    scales = Scales.of(_getter(result, device))
-    converted = result.copy()
+    converted, everywhere = result.copy(), Scales.of(_getter(result, device))
     for name, variable in result.variables.items():
+        own_fields = variable.attrs.get("along")
+        scales = Scales.of(_getter(result, device, str(own_fields))) if own_fields else everywhere
         quantity, units = str(variable.attrs.get("quantity")), str(variable.attrs.get("units"))
-        own = _converted(result, str(name), quantity, units, lambda quantity: factor(scales, quantity))
+        own = _converted(result, str(name), quantity, units, partial(factor, scales))
         if own is not None:
             converted = _put(converted, str(name), own)
     return converted.assign_attrs(device_attributes(device))
@@ -159,7 +163,8 @@ def _converted(
         unit = FIELDS_READ_AS[units]
         powers = DIMENSIONS[units].powers
         # fifteen digits: 0.0002 m is 0.2 mm, and not the next double
-        values = np.array([float(f"{value * 10.0 ** -powers[unit]:.15g}") for value in variable.values])
+        rounded = [float(f"{value * 10.0 ** -powers[unit]:.15g}") for value in variable.values.ravel()]
+        values = np.reshape(rounded, variable.shape)
         return variable.copy(data=values).assign_attrs(variable.attrs | {"units": unit})
     if units != "1":
         return None
@@ -245,9 +250,11 @@ def _with_member_fields(result: xr.Dataset, device: Device) -> xr.Dataset:
     )
 
 
-def _getter(result: xr.Dataset, device: Device) -> Callable[[str], Any]:
-    """The fields of the device behind every value of a result: numbers, or arrays over what is swept."""
-    points = {name: in_field_units(coordinate) for name, coordinate in _points(result).items()}
+def _getter(result: xr.Dataset, device: Device, along: str = "") -> Callable[[str], Any]:
+    """The fields of the device behind every value of a result: numbers, or arrays over what is swept; ``along`` names
+    the variables that hold fields in its stead, as ``field=variable,...``."""
+    found = {name: result[own] for name, _, own in (one.partition("=") for one in along.split(",") if one)}
+    points = {name: in_field_units(coordinate) for name, coordinate in (_points(result) | found).items()}
     points = {name: coordinate.reset_coords(drop=True) for name, coordinate in points.items()}
     if "material.young_modulus" in points:
         points["material.shear_modulus"] = points["material.young_modulus"] / 3.0

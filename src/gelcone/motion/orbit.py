@@ -9,7 +9,7 @@ Boundary Value Problems (1988), chapter 4; Seydel, Practical Bifurcation and Sta
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -30,6 +30,12 @@ FEWEST_SEGMENTS = 4
 DIFFERENCE = 1e-6
 """Relative step of the differences that say how the numbers of the formulas follow a parameter. Only Newton's matrix
 uses them, not what it converges to."""
+
+
+MOST_KNOWN = 64
+"""Values of what is free whose numbers are kept."""
+Settings = Callable[[Sequence[Any]], dict[str, Any]]
+"""Values of what is free -> parameters of the model."""
 
 
 class Kind(NamedTuple):
@@ -77,12 +83,14 @@ class Shooting:
     Parameters
     ----------
     members : the actuator, one member.
-    free : parameters that change; `run` takes their values.
+    free : what changes; `run` takes the values.
     kind : the map.
     segments : of one repeat.
     phase : of one repeat, pi or 2 pi.
-    scales : typical change of each free parameter. Default a tenth of its value.
     tolerance : relative error of one step of the integrator.
+    settings : the model's parameters, by name, that values (free,) of what is free make, each a number or an array.
+        Default: what is free are parameters themselves.
+    around : values of what is free that are in use. Default: the actuator's own.
     """
 
     def __init__(
@@ -93,20 +101,26 @@ class Shooting:
         segments: int,
         phase: float,
         tolerance: float = DEFAULT_TOLERANCE,
+        settings: Settings | None = None,
+        around: Sequence[float] | None = None,
     ) -> None:
         self.system, self.free, self.kind = members.system, tuple(free), kind
         self.segments, self.phase, self.tolerance = segments, phase, tolerance
         self.size = len(self.system.states)
         self.count = segments * kind.repeats
         self._members = members
-        self._values = {name: float(value[0]) for name, value in members.values.items()}
-        self._numbers = self.system.numbers_of(self._values)
-        self._moved = tuple(self._moved_by(name) for name in self.free)
+        self._values: dict[str, Any] = {name: float(value[0]) for name, value in members.values.items()}
+        self._told = settings is not None
+        self._settings = settings or (lambda values: dict(zip(self.free, values, strict=True)))
+        self._around = tuple(self._values[name] for name in self.free) if around is None else tuple(around)
+        self._numbers = self.system.numbers_of(self._values | self._settings(self._around))
+        self._moved = tuple(self._moved_by(k) for k in range(len(self.free)))
         # most parameters are a number of the formulas and move no other
-        self._plain = all(
+        self._plain = settings is None and all(
             moved == (name,) and self._numbers[name] == self._values[name]
             for name, moved in zip(self.free, self._moved, strict=True)
         )
+        self._known: dict[tuple[float, ...], tuple[dict[str, float], Array]] = {}
         program = phase_program(self.system, self._moved, tolerance)
         # the drive is the same in every repeat, so that each begins at phase 0
         place = np.tile(np.arange(segments, dtype=float), kind.repeats)
@@ -134,37 +148,57 @@ class Shooting:
     def of_kind(self, kind: Kind) -> Shooting:
         """The same for another map."""
         if kind not in self._kinds:
-            other = Shooting(self._members, self.free, kind, self.segments, self.phase, self.tolerance)
+            other = Shooting(
+                self._members,
+                self.free,
+                kind,
+                self.segments,
+                self.phase,
+                self.tolerance,
+                self._settings if self._told else None,
+                self._around,
+            )
             other._kinds = self._kinds
             self._kinds[kind] = other
         return self._kinds[kind]
-
-    def freeing(self, free: Sequence[str], values: Sequence[float]) -> Shooting:
-        """The same with other free parameters, those of now fixed at ``values``."""
-        members = self._members.replace(**dict(zip(self.free, values, strict=True)))
-        return Shooting(members, free, self.kind, self.segments, self.phase, self.tolerance)
 
     def numbers_at(self, values: Sequence[float]) -> dict[str, float]:
         """What the formulas take, by name."""
         if self._plain:
             return self._numbers | dict(zip(self.free, map(float, values), strict=True))
-        return self.system.numbers_of(self._values | dict(zip(self.free, values, strict=True)))
+        return self._with_slopes(values)[0]
 
     def members_at(self, values: Sequence[Any]) -> Members:
-        """The actuator at values of the free parameters, each a number or an array (members,)."""
-        changed = dict(zip(self.free, values, strict=True))
+        """The actuator at values of what is free, each a number or an array (members,)."""
         size = max((np.size(value) for value in values), default=1)
-        return Members(self.system, self._values | changed, size)
+        return Members(self.system, self._values | self._settings(values), size)
+
+    def _with_slopes(self, values: Sequence[float]) -> tuple[dict[str, float], Array]:
+        """What the formulas take, and how it changes with what is free over a step each, (numbers, free)."""
+        at = tuple(map(float, values))
+        if at not in self._known:
+            count, apart = len(at), DIFFERENCE * np.array(_steps(at))
+            near = np.tile(np.array(at)[:, None], 1 + 2 * count)
+            near[np.arange(count), 1 + 2 * np.arange(count)] += apart
+            near[np.arange(count), 2 + 2 * np.arange(count)] -= apart
+            found = self.system.numbers_of(self._values | self._settings([*near]))
+            table = np.stack([np.broadcast_to(np.asarray(v, dtype=float), near.shape[1:]) for v in found.values()])
+            slopes = (table[:, 1::2] - table[:, 2::2]) * (0.5 / DIFFERENCE)
+            if len(self._known) >= MOST_KNOWN:
+                self._known.clear()
+            self._known[at] = dict(zip(found, table[:, 0].tolist(), strict=True)), slopes
+        return self._known[at]
 
     def repeat_time(self, values: Sequence[float]) -> float:
         """Time of one repeat."""
         return self.phase / float(self.numbers_at(values)["drive_frequency"])
 
-    def _moved_by(self, name: str) -> tuple[str, ...]:
-        """Numbers that depend on a parameter."""
-        before = self._numbers
-        after = self.system.numbers_of(self._values | {name: self._values[name] + DIFFERENCE})
-        return tuple(number for number in self.system.numbers if after[number] != before[number])
+    def _moved_by(self, k: int) -> tuple[str, ...]:
+        """Numbers that depend on what is free."""
+        other = list(self._around)
+        other[k] += DIFFERENCE
+        after = self.system.numbers_of(self._values | self._settings(other))
+        return tuple(number for number in self.system.numbers if after[number] != self._numbers[number])
 
     def run(self, nodes: Array, values: Sequence[float]) -> Pass:
         """All segments from ``nodes`` (n, N) at ``values`` of the free parameters.
@@ -174,15 +208,15 @@ class Shooting:
         numbers = self.numbers_at(values)
         row, place = self._row, self._place
         row[self._own] = [*numbers.values()]
-        steps = [max(0.1 * abs(value), 1e-3) for value in values]
-        for k, (name, value, moved, step) in enumerate(zip(self.free, values, self._moved, steps, strict=True)):
-            if moved == (name,):
-                row[place[f"{name} by {k}"]] = step * (numbers[name] / value if value else 1.0)
-                continue
-            change = DIFFERENCE * step
-            ends = [self.numbers_at([*values[:k], value + sign * change, *values[k + 1 :]]) for sign in (1.0, -1.0)]
-            for number in moved:
-                row[place[f"{number} by {k}"]] = (ends[0][number] - ends[1][number]) * (0.5 * step / change)
+        steps = _steps(values)
+        if self._plain:
+            for k, name in enumerate(self.free):
+                row[place[f"{name} by {k}"]] = steps[k]
+        else:
+            slopes = dict(zip(numbers, self._with_slopes(values)[1], strict=True))
+            for k, moved in enumerate(self._moved):
+                for number in moved:
+                    row[place[f"{number} by {k}"]] = slopes[number][k]
         n, size = self.count, self.size
         self._states[:, :size] = nodes
         switches = None
@@ -221,6 +255,12 @@ class Shooting:
         n, film = self.numbers_at(values), self.system.film
         with np.errstate(all="ignore"):
             return bool((film.strain(nodes[:, 0], n) < film.strain_limit(n)).all())
+
+
+def _steps(values: Sequence[float]) -> list[float]:
+    """Typical changes of what is free: the derivatives are integrated along them, so that they are of the states'
+    size."""
+    return [max(0.1 * abs(value), 1e-3) for value in values]
 
 
 def corner_phases(system: Any, phase: float) -> Array | None:

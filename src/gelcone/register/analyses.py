@@ -145,8 +145,10 @@ _ALL = (
         reader="analyses.branches:continue_branch_arguments",
         called="continue",
         single=True,
+        planned=True,
         examples=(
             "voltage 0.9 1.4 --preset base --out results",
+            'film_thickness "0.15 mm" "0.25 mm" biased-pump --from settled --json',
             "drive_frequency 0.1 3 --preset spring --set damping_ratio=0.01 --from settled --switch 0",
         ),
     ),
@@ -155,9 +157,11 @@ _ALL = (
         "Folds, period doublings or symmetry breakings in two parameters.",
         function="atlas.branches.locus:locus",
         answers="analyses.branches",
-        over="One of the two parameters, NAME=from:to; the second interval holds the value that is set.",
+        over="One of the two parameters, or fields of a device, NAME=from:to; the second interval holds the value that "
+        "is set.",
         reader="analyses.branches:locus_arguments",
         single=True,
+        planned=True,
         examples=(
             "fold --preset base --over voltage=0.95:1.5 --over drive_frequency=0.07:0.13 --out results",
             "doubling --preset base --over voltage=0.9:1.8 --over hoop_prestretch=0.7:1.4 --set hoop_prestretch=1",

@@ -15,6 +15,9 @@ def put_beside(diagram: xr.Dataset, followed: xr.Dataset) -> xr.Dataset:
     """The diagram with the branches of `gelcone.continue_branch` beside it."""
     names = [*map(str, followed.variables), *map(str, followed.dims)]
     beside = followed.rename({name: PREFIX + name for name in names})
+    for variable in beside.variables.values():
+        if "along" in variable.attrs:
+            variable.attrs["along"] = variable.attrs["along"].replace("=", f"={PREFIX}")
     return diagram.merge(beside).assign_attrs(followed_mirror=followed.attrs["mirror"])
 
 
@@ -26,4 +29,7 @@ def branches_beside(diagram: xr.Dataset) -> xr.Dataset | None:
     taken = diagram[own]
     names = [*own, *(str(dim) for dim in taken.dims if str(dim).startswith(PREFIX))]
     followed = taken.rename({name: name.removeprefix(PREFIX) for name in names})
+    for variable in followed.variables.values():
+        if "along" in variable.attrs:
+            variable.attrs["along"] = variable.attrs["along"].replace(f"={PREFIX}", "=")
     return followed.assign_attrs(mirror=diagram.attrs["followed_mirror"])

@@ -12,12 +12,15 @@ from gelcone.atlas.branches.branch import Branch, Ending, EventKind, Walk, follo
 from gelcone.atlas.branches.check import FLAGS, Checked, Flag, Runs, brute_force, cover, polished, run_beside, shortest
 from gelcone.atlas.branches.point import Metric, at_value
 from gelcone.atlas.branches.tree import Tree, kind_of, whole_period
-from gelcone.atlas.plan import STATES
+from gelcone.atlas.branches.varied import Varied, vary
+from gelcone.atlas.plan import DEFAULT_INITIAL
 from gelcone.codes import Outcome, Regime
+from gelcone.devices.analysis import for_swept_devices
+from gelcone.devices.device import Device
+from gelcone.devices.si import in_field_units
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.orbit import Kind, Shooting, repeat_phase, segments_for
-from gelcone.motion.settle import start_states
+from gelcone.motion.orbit import Shooting
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array, check_count
@@ -33,14 +36,17 @@ MOST_NODES = 16
 MOST_SECTIONS = 64
 """Points of the section of a settled motion that are kept."""
 TITLE = "branches"
+PLACES = {"branch": "value", "event": "event_value", "run": "run_value"}
+"""First dim of variables -> the variable that holds the value of the parameter they belong to."""
 
 
+@for_swept_devices
 def continue_branch(
-    model: ConeModel,
+    model: ConeModel | Device,
     parameter: str,
-    low: float,
-    high: float,
-    initial: Any = (1.0, 0.0),
+    low: Any,
+    high: Any,
+    initial: Any = DEFAULT_INITIAL,
     *,
     start: Any = "rest",
     switch: int = 1,
@@ -58,10 +64,10 @@ def continue_branch(
 
     Parameters
     ----------
-    model : a single model; the parameter replaces its own.
-    parameter : the model's parameter that changes.
-    low, high : its interval; ``low`` is below ``high``.
-    initial : displacement and velocity from which brute force settles. Default (1, 0).
+    model : a single model, or a device; the parameter replaces its own.
+    parameter : the parameter of the model, or the field of the device, that changes.
+    low, high : its interval; ``low`` is below ``high``. Of a device in SI, or texts with units.
+    initial : displacement and velocity from which brute force settles. Default (1, 0), or the device's own.
     start : where branches begin: "rest", the flat film and what is born there (where it is no equilibrium: the response
         near equilibrium); "settled", the settled motion at either end of the interval; or a result of `bifurcation` or
         `continue_branch`, whose cycles it takes. Default "rest".
@@ -89,18 +95,19 @@ def continue_branch(
     InputError : for an unknown parameter, an interval that is empty or reversed, counts that are too small, or a start
         that is no orbit.
     """
-    check_interval(model, parameter, low, high)
+    varied = vary(model, {parameter: (low, high)}, initial)
     for name, count, least in (("switch", switch, 0), ("checks", checks, 2), ("points", points, 2)):
         check_count(name, count, least)
-    states = start_states(model, initial)
-    counted = Counted(progress)
     flow = {"tolerance": tolerance, "threads": threads}
-    walk = Walk(float(low), float(high), points)
-    shooting = shooting_over(model, parameter, low, high, tolerance)
-    tree = grown(shooting, walk, start, states, switch, flow)
+    (bottom,), (top,) = varied.ends
+    states = varied.starts([0.5 * (bottom + top)])
+    counted = Counted(progress)
+    walk = Walk(float(bottom), float(top), points)
+    shooting = varied.shooting(tolerance)
+    tree = grown(shooting, varied, walk, start, states, switch, flow)
     counted(0.4)
-    runs = _runs(start, shooting) or brute_force(
-        shooting, np.linspace(low, high, checks), np.concatenate([states, 0.05 * states]), **flow
+    runs = _runs(start, varied) or brute_force(
+        shooting, np.linspace(bottom, top, checks), np.concatenate([states, 0.05 * states]), **flow
     )
     counted(0.2)
     covered = cover(tree, shooting, runs, **flow)
@@ -108,64 +115,32 @@ def continue_branch(
     beside = run_beside(tree, **flow)
     if not tree.branches:
         raise InputError(
-            f"start = {start!r}: is no orbit: neither the motion at {parameter} = {low:g} nor any other is periodic; "
+            f"start = {start!r}: is no orbit: neither the motion at {varied.said(bottom)} nor any other is periodic; "
             "take another interval or start"
         )
     checked = Checked(covered.cycles, covered.seeded, beside.orbits, covered.flags + beside.flags)
     options = {
         "parameter": parameter,
-        "low": float(low),
-        "high": float(high),
-        "initial": states[0].tolist(),
+        "low": float(varied.low[0]),
+        "high": float(varied.high[0]),
+        "initial": varied.plan.initial,
         "start": start if isinstance(start, str) else "result",
         "switch": switch,
         "checks": checks,
         "points": points,
         "tolerance": tolerance,
     }
-    result = _label(model, parameter, tree, runs, checked, options)
+    result = _label(varied, tree, runs, checked, options)
     counted.finish()
     return result
 
 
-def check_interval(model: ConeModel, parameter: str, low: float, high: float) -> None:
-    """`InputError` for an unknown parameter, an empty or reversed interval, or a value out of bounds."""
-    if model.shape:
-        raise InputError(f"branches belong to one actuator, not to an ensemble of shape {model.shape}; take one member")
-    known = list(model.values)
-    if parameter in STATES:
-        raise InputError(f"{parameter}: belongs to the initial state; branches follow a parameter")
-    if parameter not in known:
-        raise unknown_name("parameter of the model", parameter, known)
-    for end in (low, high):
-        model.replace(**{parameter: end})
-    if not (np.isfinite([low, high]).all() and low < high):
-        raise InputError(
-            f"{parameter} from {low:g} to {high:g}: must be an interval, its lower end first; swap the ends"
-        )
-
-
-def shooting_over(
-    model: ConeModel, parameter: str, low: float, high: float, tolerance: float = DEFAULT_TOLERANCE
-) -> Shooting:
-    """Shooting for all orbits on an interval: as many segments as its stiffest and slowest end needs."""
-    ends = model.replace(**{parameter: np.linspace(low, high, 3)}).members()
-    phase = max(repeat_phase(ends.take(slice(k, k + 1))) for k in range(3))
-    time = phase / ends.number("drive_frequency")
-    return Shooting(
-        model.members(),
-        (parameter,),
-        Kind(1),
-        segments_for(float(ends.rate.max()), float(time.max())),
-        phase,
-        tolerance,
-    )
-
-
-def grown(shooting: Shooting, walk: Walk, start: Any, states: Array, switch: int, flow: dict[str, Any]) -> Tree:
+def grown(
+    shooting: Shooting, varied: Varied, walk: Walk, start: Any, states: Array, switch: int, flow: dict[str, Any]
+) -> Tree:
     """The branches that begin at ``start``, and those born from them."""
     tree = Tree(walk, switch)
-    for branch in _roots(shooting, walk, start, states, flow):
+    for branch in _roots(shooting, varied, walk, start, states, flow):
         tree.add(branch, 0)
     tree.grow()
     return tree
@@ -174,7 +149,9 @@ def grown(shooting: Shooting, walk: Walk, start: Any, states: Array, switch: int
 # --- where branches begin ---------------------------------------------------------------------------------------------
 
 
-def _roots(shooting: Shooting, walk: Walk, start: Any, states: Array, flow: dict[str, Any]) -> list[Branch]:
+def _roots(
+    shooting: Shooting, varied: Varied, walk: Walk, start: Any, states: Array, flow: dict[str, Any]
+) -> list[Branch]:
     """The branches that the others grow from."""
     if isinstance(start, str) and start not in STARTS:
         raise unknown_name("start of branches", start, STARTS)
@@ -183,7 +160,7 @@ def _roots(shooting: Shooting, walk: Walk, start: Any, states: Array, flow: dict
         nodes = _resting(shooting, walk.low)
         found = at_value(shooting, nodes, walk.low, Metric.of(nodes, walk.scale)).point
         if found is None:
-            raise InputError(f"start = rest: the flat film is no orbit at {shooting.free[0]} = {walk.low:g}")
+            raise InputError(f"start = rest: the flat film is no orbit at {varied.said(walk.low)}")
         return [follow(shooting, found, walk, both_ways=False, resting=True)]
     if not named:
         return []
@@ -205,8 +182,8 @@ def _roots(shooting: Shooting, walk: Walk, start: Any, states: Array, flow: dict
             roots.append(follow(own, point, walk))
     if not roots and start == "settled":
         raise InputError(
-            f"start = settled: is no orbit: the motion is periodic neither at {shooting.free[0]} = {walk.low:g} nor at "
-            f"{walk.high:g}; take another interval or start from rest"
+            f"start = settled: is no orbit: the motion is periodic neither at {varied.said(walk.low)} nor at "
+            f"{varied.said(walk.high)}; take another interval or start from rest"
         )
     return roots
 
@@ -221,58 +198,57 @@ def _resting(shooting: Shooting, value: float) -> Array:
     return np.asarray(integrate(members, states, times).states[0])
 
 
-def _runs(start: Any, shooting: Shooting) -> Runs | None:
+def _runs(start: Any, varied: Varied) -> Runs | None:
     """The settled motions of a bifurcation diagram, or the orbits of earlier branches; None for a start by name."""
     if isinstance(start, str):
         return None
-    name = shooting.free[0]
+    if isinstance(start, Runs):
+        return start
+    name = varied.names[0]
     if start.attrs.get("parameter") != name:
         raise InputError(f"start: is a result along {start.attrs.get('parameter')!r}; give one along {name!r}")
     if start.attrs["title"] == TITLE:
-        return _orbits_of(start, shooting)
+        return _orbits_of(start, varied)
     if not {"section", "period", "regime"} <= set(start.variables):
         raise InputError("start: holds no section of settled motions; give a result of bifurcation or continue")
     flat = start.transpose("branch", name, ...)
-    count = flat.sizes["branch"]
-    section = flat["section"].values
-    section = section.reshape(-1, *section.shape[2:])
+    values = np.tile(in_field_units(flat[name]).values, flat.sizes["branch"])
+    section = flat["section"].values.reshape(values.size, *flat["section"].shape[2:])
     cyclic = np.isin(flat["regime"].values.ravel(), (Regime.PERIODIC, Regime.REST))
     period = np.where(cyclic, np.maximum(flat["period"].values.ravel(), 1), 0).astype(np.int64)
     return Runs(
-        np.tile(flat[name].values, count),
-        section,
+        values / varied.scales[0],
+        varied.without_units(section, flat["section"].attrs["units"], values),
         period,
         flat["symmetric"].values.ravel().astype(bool) & (period % 2 == 0),
         cyclic,
     )
 
 
-def _orbits_of(start: xr.Dataset, shooting: Shooting) -> Runs:
+def _orbits_of(start: xr.Dataset, varied: Varied) -> Runs:
     """The middle orbits of earlier branches."""
     values, states, periods, symmetric = [], [], [], []
+    along, units = in_field_units(start["value"]).values, start["orbit"].attrs["units"]
     for k in range(start.sizes["branch"]):
-        own = start.isel(branch=k)
-        there = np.flatnonzero(np.isfinite(own["value"].values))
-        if not there.size or not np.abs(own["orbit"].values[there[there.size // 2], 0]).any():
+        there = np.flatnonzero(np.isfinite(along[k]))
+        if not there.size or not np.abs(start["orbit"].values[k, there[there.size // 2], 0, 0]).any():
             continue
         middle = there[there.size // 2]
-        values.append(float(own["value"][middle]))
-        states.append(own["orbit"].values[middle, 0])
-        periods.append(int(own["period"]))
-        symmetric.append(bool(own["symmetric"]))
-    section = np.stack(states)[:, None]
-    return Runs(
-        np.array(values), section, np.array(periods), np.array(symmetric), np.ones(len(values), dtype=bool), False
-    )
+        values.append(float(along[k, middle]))
+        states.append(start["orbit"].values[k, middle, :1])
+        periods.append(int(start["period"][k]))
+        symmetric.append(bool(start["symmetric"][k]))
+    at = np.array(values)
+    section = varied.without_units(np.stack(states), units, at)
+    cyclic = np.ones(at.size, dtype=bool)
+    return Runs(at / varied.scales[0], section, np.array(periods), np.array(symmetric), cyclic, False)
 
 
 # --- labels -----------------------------------------------------------------------------------------------------------
 
 
-def _label(
-    model: ConeModel, parameter: str, tree: Tree, runs: Runs, checked: Checked, options: dict[str, Any]
-) -> xr.Dataset:
-    branches = tree.branches
+def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: dict[str, Any]) -> xr.Dataset:
+    branches, scale = tree.branches, float(varied.scales[0])
     events = [event for branch in branches for event in branch.events]
     number = {id(event): k for k, event in enumerate(events)}
     size = branches[0].shooting.size
@@ -285,7 +261,7 @@ def _label(
     multiplier = np.full((*whole.shape, size), np.nan, dtype=complex)
     for k, branch in enumerate(branches):
         count, (stride, kept) = len(branch.points), _kept(branch.shooting)
-        value[k, :count] = branch.values
+        value[k, :count] = scale * branch.values
         found = np.array([multipliers_of_period(branch.map, p.multipliers) for p in branch.points])
         multiplier[k, :count] = found
         stable[k, :count] = np.abs(found[:, 0]) < 1.0
@@ -307,7 +283,7 @@ def _label(
     super_ = [-1 if event.supercritical is None else int(event.supercritical) for event in events]
     curvature = [np.nan if event.born is None else event.born.curvature for event in events]
     variables: dict[str, dataset.Variable] = {
-        "value": (each, value, model.system.parameters[parameter].meaning, "parameter value"),
+        "value": (each, value, "", ""),
         "orbit": ((*each, "node", "state"), orbit, "states over one period, from phase 0 on", "state"),
         "multiplier_real": ((*each, "multiplier"), multiplier.real, "real part of the multiplier", "multiplier"),
         "multiplier_imag": ((*each, "multiplier"), multiplier.imag, "imaginary part of the multiplier", "multiplier"),
@@ -328,59 +304,57 @@ def _label(
         "born": (of, np.array(born), "event at which the branch is born, -1 for none", "count"),
         "ended": ((*of, "end"), ended, "why the branch ends", "flag"),
         "event_kind": (at, np.array([e.kind for e in events], dtype=np.int8), "kind of event", "flag"),
-        "event_value": (
-            at,
-            np.array([e.value for e in events]),
-            model.system.parameters[parameter].meaning,
-            "parameter value",
-        ),
-        "event_error": (at, np.array([e.orbit.errors[0] for e in events]), "error of the value", "parameter value"),
+        "event_value": (at, scale * np.array([e.value for e in events]), "", ""),
+        "event_error": (at, scale * np.array([e.orbit.errors[0] for e in events]), "error of the value", ""),
         "event_branch": (at, np.array([e.branch for e in events], dtype=int), "branch of the event", "count"),
         "event_point": (at, np.array([e.after for e in events], dtype=int), "point of the branch before it", "count"),
         "event_born_branch": (at, np.array([e.born_branch for e in events], dtype=int), "branch born there", "count"),
         "event_supercritical": (at, np.array(super_, dtype=np.int8), "1 supercritical, 0 subcritical, -1 none", "flag"),
-        "event_curvature": (at, np.array(curvature), "curvature of the branch that is born", "parameter value"),
+        "event_curvature": (at, scale * np.array(curvature), "curvature of the branch that is born", ""),
         "event_resolved": (at, np.array([e.resolved for e in events], dtype=np.int8), "whether it converged", "flag"),
         "event_orbit": ((*at, "node", "state"), event_orbit, "states over one period at the event", "state"),
         "event_multiplier_real": ((*at, "multiplier"), event_multiplier.real, "real part", "multiplier"),
         "event_multiplier_imag": ((*at, "multiplier"), event_multiplier.imag, "imaginary part", "multiplier"),
-        **_run_variables(model, parameter, runs),
-        **_flag_variables(model, parameter, checked.flags),
+        **_run_variables(scale, runs),
+        **_flag_variables(scale, checked.flags),
         "checked_cycles": ((), np.array(checked.cycles), "settled cycles looked for on the branches", "count"),
         "checked_orbits": ((), np.array(checked.orbits), "stable orbits that were run beside", "count"),
         "seeded": ((), np.array(checked.seeded), "branches that a settled cycle started", "count"),
     }
-    result = dataset.label(model, variables, outcome=np.array(Outcome.OK), options=options, title=TITLE)
+    cone = varied.plan.cone
+    result = dataset.label(cone, variables, outcome=np.array(Outcome.OK), options=options, title=TITLE)
+    for name in ("value", "event_value", "event_error", "event_curvature", "run_value", "flag_value"):
+        told = result[name].attrs["long_name"]
+        result[name].attrs |= varied.attributes() | ({"long_name": told} if told else {})
+    for variable in result.variables.values():
+        place = PLACES.get(str(next(iter(variable.dims), "")))
+        if place:
+            variable.attrs |= varied.along(place)
     result["ended"].attrs |= dataset.flags(Ending)
     result["event_kind"].attrs |= dataset.flags(EventKind)
     result["flag_kind"].attrs |= {
         "flag_values": np.arange(len(FLAGS), dtype=np.int8),
         "flag_meanings": " ".join(flag.replace(" ", "_") for flag in FLAGS),
     }
-    return result.assign_attrs(parameter=parameter, mirror=int(branches[0].shooting.symmetric))
+    return result.assign_attrs(parameter=varied.names[0], mirror=int(branches[0].shooting.symmetric), **varied.about)
 
 
-def _run_variables(model: ConeModel, parameter: str, runs: Runs) -> dict[str, dataset.Variable]:
+def _run_variables(scale: float, runs: Runs) -> dict[str, dataset.Variable]:
     section = runs.section[:, -MOST_SECTIONS:]
     return {
-        "run_value": (("run",), runs.values, model.system.parameters[parameter].meaning, "parameter value"),
+        "run_value": (("run",), scale * runs.values, "", ""),
         "run_period": (("run",), runs.period, "period of the settled motion, 0 for none", "count"),
         "run_section": (("run", "repeat", "state"), section, "settled motion once every forcing period", "state"),
     }
 
 
-def _flag_variables(model: ConeModel, parameter: str, flags: Sequence[Flag]) -> dict[str, dataset.Variable]:
+def _flag_variables(scale: float, flags: Sequence[Flag]) -> dict[str, dataset.Variable]:
     kinds = np.array([FLAGS.index(flag.kind) for flag in flags], dtype=np.int8)
     return {
         "flag_kind": (("flag",), kinds, "contradiction between branches and brute force", "flag"),
         "flag_explanation": (("flag",), np.array([f.explanation for f in flags], dtype=str), "its explanation", "code"),
         "flag_branch": (("flag",), np.array([flag.branch for flag in flags], dtype=int), "its branch", "count"),
-        "flag_value": (
-            ("flag",),
-            np.array([flag.value for flag in flags]),
-            model.system.parameters[parameter].meaning,
-            "parameter value",
-        ),
+        "flag_value": (("flag",), scale * np.array([flag.value for flag in flags]), "", ""),
     }
 
 

@@ -17,15 +17,18 @@ import numpy as np
 from gelcone import dataset
 from gelcone.atlas.branches.branch import Ending, EventKind, Walk, multipliers_of_period
 from gelcone.atlas.branches.check import brute_force, cover
-from gelcone.atlas.branches.continuation import CHECKS, check_interval, grown, shooting_over
+from gelcone.atlas.branches.continuation import CHECKS, grown
 from gelcone.atlas.branches.event import FOLD, Singular, born, locate
 from gelcone.atlas.branches.point import SMALLEST, cubic_weights
 from gelcone.atlas.branches.tree import distance
+from gelcone.atlas.branches.varied import Varied, vary
+from gelcone.atlas.plan import DEFAULT_INITIAL
 from gelcone.codes import Outcome
+from gelcone.devices.analysis import for_swept_devices
+from gelcone.devices.device import Device
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.orbit import Kind, Shooting, repeat_phase, segments_for
-from gelcone.motion.settle import start_states
+from gelcone.motion.orbit import Shooting
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array, check_count
@@ -81,11 +84,12 @@ class Window:
         return bool((values >= self.low - slack).all() and (values <= self.high + slack).all())
 
 
+@for_swept_devices
 def locus(
-    model: ConeModel,
+    model: ConeModel | Device,
     event: str,
-    over: Mapping[str, tuple[float, float]],
-    initial: Any = (1.0, 0.0),
+    over: Mapping[str, tuple[Any, Any]],
+    initial: Any = DEFAULT_INITIAL,
     *,
     start: str = "rest",
     switch: int = 1,
@@ -102,10 +106,11 @@ def locus(
 
     Parameters
     ----------
-    model : a single model; the two parameters replace its own.
+    model : a single model, or a device; the two parameters replace its own.
     event : "fold", "period doubling" (or "doubling") or "symmetry breaking" (or "breaking").
-    over : the two parameters, each with the ends of its interval; the second interval holds the model's own value.
-    initial : displacement and velocity from which brute force settles. Default (1, 0).
+    over : the two parameters of the model, or fields of the device, each with the ends of its interval, of a device in
+        SI or texts with units; the second interval holds the model's own value.
+    initial : displacement and velocity from which brute force settles. Default (1, 0), or the device's own.
     start, switch, checks : as in `continue_branch`.
     points : most points of a curve, at least 2. Default 1000.
     tolerance : relative error of one step of the integrator. Default 1e-15.
@@ -130,53 +135,50 @@ def locus(
     names = list(over)
     if len(names) != 2:
         raise InputError(f"over: a locus takes two parameters, not {len(names)}; for one, use continue_branch")
-    for name in names:
-        check_interval(model, name, *over[name])
+    varied = vary(model, over, initial)
     for name, count, least in (("switch", switch, 0), ("checks", checks, 2), ("points", points, 2)):
         check_count(name, count, least)
-    (low, high), (bottom, top) = (map(float, over[name]) for name in names)
-    own = float(model.values[names[1]])
-    if not bottom <= own <= top:
-        raise InputError(
-            f"{names[1]} from {bottom:g} to {top:g}: must hold the model's own value {own:g}, at which the events are "
-            "looked for; set it, or move the interval"
-        )
-    states = start_states(model, initial)
+    own = _own_value(varied)
     counted, flow = Counted(progress), {"tolerance": tolerance, "threads": threads}
-    line = shooting_over(model, names[0], low, high, tolerance)
-    tree = grown(line, Walk(low, high), start, states, switch, flow)
+    across = vary(varied.target_at(names[1], own), {names[0]: over[names[0]]}, initial)
+    (low,), (high,) = across.ends
+    states = across.starts([0.5 * (low + high)])
+    line, walk = across.shooting(tolerance), Walk(float(low), float(high))
+    tree = grown(line, across, walk, start, states, switch, flow)
     runs = brute_force(line, np.linspace(low, high, checks), np.concatenate([states, 0.05 * states]), **flow)
     cover(tree, line, runs, **flow)
     counted(0.3)
     seeds = [e for branch in tree.branches for e in branch.events if e.kind == kind and e.resolved]
     if not seeds:
         raise InputError(
-            f"event = {event}: none lies on {names[0]} from {low:g} to {high:g} at {names[1]} = {own:g}; take a wider "
-            "interval, or see what there is with continue_branch"
+            f"event = {event}: none lies on {names[0]} from {across.said(low)} to {across.said(high)} at "
+            f"{names[1]} = {own:g}; take a wider interval, or see what there is with continue_branch"
         )
-    window = Window(np.array([low, bottom]), np.array([high, top]), points)
-    plane = shooting_on(model, over, tolerance)
+    own /= float(varied.scales[1])
+    stretched = float(across.scales[0] / varied.scales[0])
+    window = Window(*varied.ends, points)
+    plane = varied.shooting(tolerance)
     curves: list[Curve] = []
     for seed in seeds:
         shooting = plane.of_kind(seed.map)
-        if len(curves) >= CURVES or _known(curves, shooting, seed.orbit, own):
+        if len(curves) >= CURVES or _known(curves, shooting, seed.orbit, stretched * seed.value, own):
             continue
         nodes = _renoded(tree.branches[seed.branch].shooting, shooting, seed.orbit.nodes, seed.value)
-        curve = follow_curve(shooting, kind, nodes, np.array([seed.value, own]), seed.orbit.at, window)
+        curve = follow_curve(shooting, kind, nodes, np.array([stretched * seed.value, own]), seed.orbit.at, window)
         if curve is not None:
             curves.append(curve)
         counted(0.6 / len(seeds))
     options = {
         "event": kind.label,
-        "over": {name: [float(end) for end in over[name]] for name in names},
-        "initial": states[0].tolist(),
+        "over": {n: [float(a), float(b)] for n, a, b in zip(names, varied.low, varied.high, strict=True)},
+        "initial": varied.plan.initial,
         "start": start,
         "switch": switch,
         "checks": checks,
         "points": points,
         "tolerance": tolerance,
     }
-    result = _label(model, names, curves, options)
+    result = _label(varied, curves, options)
     counted.finish()
     return result
 
@@ -192,15 +194,18 @@ def find_kind(event: str) -> EventKind:
     return FOLLOWED[name]
 
 
-def shooting_on(model: ConeModel, over: Mapping[str, tuple[float, float]], tolerance: float) -> Shooting:
-    """Shooting for all orbits in the rectangle: as many segments as its stiffest and slowest corner needs."""
-    (one, ends), (other, heights) = over.items()
-    grid = np.meshgrid(ends, heights)
-    corners = model.replace(**{one: grid[0].ravel(), other: grid[1].ravel()}).members()
-    phase = max(repeat_phase(corners.take(slice(k, k + 1))) for k in range(4))
-    time = phase / corners.number("drive_frequency")
-    segments = segments_for(float(corners.rate.max()), float(time.max()))
-    return Shooting(model.members(), (one, other), Kind(1), segments, phase, tolerance)
+def _own_value(varied: Varied) -> float:
+    """The actuator's own value of the second parameter, at which the events are looked for."""
+    name, low, high = varied.names[1], float(varied.low[1]), float(varied.high[1])
+    target = varied.target
+    own = target.get(name) if isinstance(target, Device) else target.values[name]
+    if own is None or not low <= float(own) <= high:
+        what = "is not given" if own is None else f"is {float(own):g}"
+        raise InputError(
+            f"{name} from {low:g} to {high:g}: must hold the model's own value, which {what}, and at which the "
+            "events are looked for; set it, or move the interval"
+        )
+    return float(own)
 
 
 def _renoded(old: Shooting, new: Shooting, nodes: Array, value: float) -> Array:
@@ -219,7 +224,7 @@ def _renoded(old: Shooting, new: Shooting, nodes: Array, value: float) -> Array:
     return np.asarray(integrate(members, nodes, times, start=start).states.reshape(-1, nodes.shape[1]))
 
 
-def _known(curves: list[Curve], shooting: Shooting, orbit: Singular, second: float) -> bool:
+def _known(curves: list[Curve], shooting: Shooting, orbit: Singular, first: float, second: float) -> bool:
     """Whether an event lies on a curve that has been followed."""
     for curve in curves:
         if curve.shooting.kind != shooting.kind or curve.points[0].at != orbit.at:
@@ -233,7 +238,7 @@ def _known(curves: list[Curve], shooting: Shooting, orbit: Singular, second: flo
             nodes = a.nodes + share * (b.nodes - a.nodes)
             stride = max(len(nodes) // len(orbit.nodes), 1)
             same = nodes[::stride].shape == orbit.nodes.shape
-            if abs(value - orbit.values[0]) < 0.2 * width and same:
+            if abs(value - first) < 0.2 * width and same:
                 close = distance(curve.shooting, nodes, nodes) == 0.0 and np.abs(nodes[::stride] - orbit.nodes).max()
                 mirrored = np.abs(curve.shooting.system.mirror * nodes[::stride] - orbit.nodes).max()
                 if min(float(close), float(mirrored)) < 0.1 * np.abs(orbit.nodes).max():
@@ -427,7 +432,8 @@ def _zero(curve: Curve, k: int, window: Window) -> Singular | None:
 # --- labels -----------------------------------------------------------------------------------------------------------
 
 
-def _label(model: ConeModel, names: list[str], curves: list[Curve], options: dict[str, Any]) -> xr.Dataset:
+def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.Dataset:
+    names = varied.names
     special = [(number, point, after) for number, curve in enumerate(curves) for point, after in curve.special]
     longest = max(len(curve.points) for curve in curves)
     size = curves[0].shooting.size
@@ -438,7 +444,7 @@ def _label(model: ConeModel, names: list[str], curves: list[Curve], options: dic
     for k, curve in enumerate(curves):
         count = len(curve.points)
         for axis in range(2):
-            values[axis][k, :count] = [point.values[axis] for point in curve.points]
+            values[axis][k, :count] = [varied.scales[axis] * point.values[axis] for point in curve.points]
         coefficient[k, :count] = curve.tests
         orbit[k, :count] = [point.nodes[0] for point in curve.points]
         if curve.kind != EventKind.FOLD:
@@ -465,15 +471,22 @@ def _label(model: ConeModel, names: list[str], curves: list[Curve], options: dic
         "event_multiplier_imag": ((*at, "multiplier"), multipliers.imag, "imaginary part", "multiplier"),
     }
     for k, (place, name) in enumerate(zip(("first", "second"), names, strict=True)):
-        meaning, own = model.system.parameters[name].meaning, np.array([point.values[k] for _, point, _ in special])
-        variables[name] = (each, values[k], meaning, "parameter value")
-        variables[f"event_{place}"] = (at, own, meaning, "parameter value")
-        errors = ERROR * np.maximum(np.abs(own), 1.0)
-        variables[f"event_{place}_error"] = (at, errors, "error of the value", "parameter value")
-    result = dataset.label(model, variables, outcome=np.array(Outcome.OK), options=options, title="locus")
+        own = np.array([point.values[k] for _, point, _ in special])
+        variables[name] = (each, values[k], "", "")
+        variables[f"event_{place}"] = (at, varied.scales[k] * own, "", "")
+        errors = varied.scales[k] * ERROR * np.maximum(np.abs(own), 1.0)
+        variables[f"event_{place}_error"] = (at, errors, "error of the value", "")
+    cone = varied.plan.cone
+    result = dataset.label(cone, variables, outcome=np.array(Outcome.OK), options=options, title="locus")
+    for k, (place, name) in enumerate(zip(("first", "second"), names, strict=True)):
+        for own_name in (name, f"event_{place}", f"event_{place}_error"):
+            told = result[own_name].attrs["long_name"]
+            result[own_name].attrs |= varied.attributes(k) | ({"long_name": told} if told else {})
+    result["orbit"].attrs |= varied.along(*names)
+    result["event_orbit"].attrs |= varied.along("event_first", "event_second")
     result["ended"].attrs |= dataset.flags(Ending)
     result["event_kind"].attrs |= dataset.flags(EventKind)
-    return result.assign_attrs(parameters=",".join(names), event=curves[0].kind.label)
+    return result.assign_attrs(parameters=",".join(names), event=curves[0].kind.label, **varied.about)
 
 
 ERROR = 1e-10

@@ -1,0 +1,207 @@
+"""What varies along branches: parameters of a model, or fields of a device, over an interval each.
+
+A field that moves one parameter of the model in proportion is followed as that parameter. Any other one, such as the
+film's thickness, moves several at once: the device itself says which model its values make.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from gelcone.atlas.plan import STATES, Plan
+from gelcone.devices.device import Device
+from gelcone.devices.points import at, field_attributes, read_swept
+from gelcone.devices.si import PARAMETERS, STATE, device_attributes, factor
+from gelcone.errors import InputError, unknown_name
+from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.orbit import Kind, Settings, Shooting, repeat_phase, segments_for
+from gelcone.motion.settle import complete, start_states
+from gelcone.physics.model import ConeModel
+from gelcone.quantity import Array
+
+PROPORTIONAL = 1e-12
+
+
+@dataclass(frozen=True)
+class Varied:
+    """Names and intervals of what varies, of a model or a device. Use `vary`, which checks them.
+
+    Along branches each is followed over its ``scale``, so that values are of order 1 in any unit: a value of a branch
+    times the scale is one of the parameter, or of the field in SI. ``parameters`` are those of the model that stand for
+    the fields; empty where a field moves several.
+    """
+
+    target: ConeModel | Device
+    names: tuple[str, ...]
+    low: Array
+    high: Array
+    initial: Any
+    scales: Array
+    parameters: tuple[str, ...]
+
+    @property
+    def device(self) -> Device | None:
+        """The device; None where a model's parameters vary."""
+        return self.target if isinstance(self.target, Device) else None
+
+    @cached_property
+    def plan(self) -> Plan:
+        """The corners of the intervals as a sweep, which knows the model and the start at any values."""
+        ends = {name: [low, high] for name, low, high in zip(self.names, self.low, self.high, strict=True)}
+        return Plan(self.target, ends, self.initial)
+
+    def ensemble(self, values: Sequence[Any]) -> ConeModel:
+        """The models at values over the scales, each (members,)."""
+        named = _named(self, values)
+        return self.plan.at(named)[0] if self.device is None else at(self.device, named).to_model()
+
+    def starts(self, values: Sequence[float]) -> Array:
+        """States (1, N) from which brute force settles."""
+        if self.device is None:
+            return start_states(self.plan.cone, self.plan.initial)
+        model, states = self.plan.at(_named(self, [np.array([value]) for value in values]))
+        return complete(model.members(), states)
+
+    def target_at(self, name: str, value: float) -> ConeModel | Device:
+        """The model or device with one of its numbers set."""
+        return self.target.replace(**{name: value})
+
+    def without_units(self, states: Array, units: str, values: Array) -> Array:
+        """States (members, ..., N) of a result, dimensionless again, at ``values`` (members,) of the field in SI."""
+        if units == "1" or self.device is None:
+            return states
+        scales = at(self.device, {self.names[0]: values}).scales
+        factors = np.ones((len(states), states.shape[-1]))
+        for column, quantity in enumerate(STATE):
+            factors[:, column] = factor(scales, quantity)
+        return states / factors.reshape(len(states), *(1,) * (states.ndim - 2), -1)
+
+    @property
+    def settings(self) -> Settings | None:
+        """What `Shooting` takes; None where parameters of the model vary."""
+        if self.parameters:
+            return None
+
+        def made(values: Sequence[Any]) -> dict[str, Any]:
+            spread = np.broadcast_arrays(*(np.atleast_1d(value) for value in values))
+            found = self.ensemble(spread).values
+            single = not any(np.ndim(value) for value in values)
+            return {name: np.ravel(v)[0] if single else v for name, v in found.items()}
+
+        return made
+
+    def shooting(self, tolerance: float = DEFAULT_TOLERANCE) -> Shooting:
+        """Shooting for all orbits in the intervals: as many segments as the stiffest and slowest corner needs."""
+        spread = np.meshgrid(*(np.linspace(low, high, 3) for low, high in zip(*self.ends, strict=True)))
+        corners = self.ensemble([axis.ravel() for axis in spread]).members()
+        phase = max(repeat_phase(corners.take(slice(k, k + 1))) for k in range(corners.size))
+        time = phase / corners.number("drive_frequency")
+        segments = segments_for(float(corners.rate.max()), float(time.max()))
+        if self.device is None:
+            return Shooting(self.plan.cone.members(), self.names, Kind(1), segments, phase, tolerance)
+        middle = corners.take(slice(corners.size // 2, corners.size // 2 + 1))
+        around = tuple(0.5 * (low + high) for low, high in zip(*self.ends, strict=True))
+        if self.parameters:
+            return Shooting(middle, self.parameters, Kind(1), segments, phase, tolerance, None, around)
+        return Shooting(middle, self.names, Kind(1), segments, phase, tolerance, self.settings, around)
+
+    @property
+    def ends(self) -> tuple[Array, Array]:
+        """The ends of the intervals over the scales."""
+        return self.low / self.scales, self.high / self.scales
+
+    def attributes(self, k: int = 0) -> dict[str, str]:
+        """What a variable with values of the k-th says of them."""
+        name = self.names[k]
+        if self.device is not None:
+            return field_attributes(name)
+        quantity = PARAMETERS[name][0] if name in PARAMETERS else "parameter value"
+        return {"long_name": self.plan.cone.system.parameters[name].meaning, "units": "1", "quantity": quantity}
+
+    @property
+    def about(self) -> dict[str, str]:
+        """The attributes of a result: of which device it is."""
+        return {} if self.device is None else device_attributes(self.device)
+
+    def along(self, *variables: str) -> dict[str, str]:
+        """The attribute of variables whose units follow from fields that vary: which variables hold these."""
+        if self.device is None:
+            return {}
+        return {"along": ",".join(f"{n}={v}" for n, v in zip(self.names, variables, strict=True))}
+
+    def said(self, value: float, k: int = 0) -> str:
+        """A value over its scale in words."""
+        from gelcone.devices.units import format_si
+
+        size = value * float(self.scales[k])
+        if self.device is None:
+            return f"{self.names[k]} = {size:g}"
+        return f"{self.names[k]} = {format_si(size, self.attributes(k)['units'])}"
+
+
+def vary(target: ConeModel | Device, over: Mapping[str, tuple[Any, Any]], initial: Any = None) -> Varied:
+    """Checked intervals of parameters or fields.
+
+    Raises
+    ------
+    InputError : for an ensemble, an unknown name, or an interval that is empty, reversed or out of bounds.
+    """
+    shape = target.shape
+    if shape:
+        raise InputError(f"branches belong to one actuator, not to an ensemble of shape {shape}; take one member")
+    ends = np.array([_interval(target, name, low, high) for name, (low, high) in over.items()])
+    names, ones = tuple(over), np.ones(len(over))
+    varied = Varied(target, names, ends[:, 0], ends[:, 1], initial, ones, names)
+    if not isinstance(target, Device):
+        return varied
+    parameters, scales = _standing_for(varied)
+    return Varied(target, names, ends[:, 0], ends[:, 1], initial, scales, parameters)
+
+
+def _interval(target: ConeModel | Device, name: str, low: Any, high: Any) -> tuple[float, float]:
+    """The checked ends of an interval."""
+    if name in STATES:
+        raise InputError(f"{name}: belongs to the initial state; branches follow a parameter")
+    if isinstance(target, Device):
+        low, high = (float(end) for end in read_swept(target, name, [low, high]))
+    else:
+        if name not in target.values:
+            raise unknown_name("parameter of the model", name, list(target.values))
+        for end in (low, high):
+            target.replace(**{name: end})
+    if not (np.isfinite([low, high]).all() and low < high):
+        raise InputError(f"{name} from {low:g} to {high:g}: must be an interval, its lower end first; swap the ends")
+    return float(low), float(high)
+
+
+def _named(varied: Varied, values: Sequence[Any]) -> dict[str, Array]:
+    scaled = zip(varied.names, values, varied.scales, strict=True)
+    return {name: np.asarray(value) * scale for name, value, scale in scaled}
+
+
+def _standing_for(varied: Varied) -> tuple[tuple[str, ...], Array]:
+    """The parameters of the model that are proportional to the fields and all that moves with them, and the field of
+    one unit of each; without parameters the larger end of each field."""
+    spread = np.meshgrid(*(np.linspace(low, high, 3) for low, high in zip(varied.low, varied.high, strict=True)))
+    fields = [axis.ravel() for axis in spread]
+    model = varied.ensemble(fields)
+    moved = {name: v for name, v in model.values.items() if np.ptp(np.atleast_1d(v)) > 0.0}
+    found, scales = [], []
+    for field in fields:
+        top = np.abs(field).argmax()
+        own = [
+            name
+            for name, values in moved.items()
+            if np.allclose(values * field[top], field * values[top], rtol=PROPORTIONAL, atol=0.0)
+        ]
+        if len(own) == 1:
+            found.append(own[0])
+            scales.append(float(field[top] / moved[own[0]][top]))
+    if len(found) == len(fields) == len(moved):
+        return tuple(found), np.array(scales)
+    return (), np.maximum(np.abs(varied.low), np.abs(varied.high))

@@ -1,0 +1,87 @@
+"""What varies along branches: fields of a device become the model's parameters, or the device makes the model."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone import InputError
+from gelcone.atlas.branches.varied import vary
+from gelcone.presets import find_preset
+
+PUMP = gelcone.find_device("biased-pump").replace(film="taut")
+
+
+def test_a_field_that_moves_one_parameter_is_followed_as_that():
+    varied = vary(PUMP, {"frequency": (9.0, 11.0)})
+    assert varied.parameters == ("drive_frequency",)
+    model = PUMP.replace(frequency=9.0).to_model()
+    assert varied.ends[0][0] == pytest.approx(model.drive_frequency, rel=1e-14)
+
+
+def test_other_fields_are_asked_of_the_device():
+    varied = vary(PUMP, {"film_thickness": (1.5e-4, 2.5e-4)})
+    assert varied.parameters == ()
+    made = varied.settings([0.8])
+    model = PUMP.replace(film_thickness=2e-4).to_model()
+    assert made["voltage"] == pytest.approx(float(model.voltage), rel=1e-14)
+    assert made["damping_ratio"] == pytest.approx(float(model.damping_ratio), rel=1e-14)
+
+
+def test_two_fields_that_share_a_scale_are_asked_of_the_device():
+    assert vary(PUMP, {"film_thickness": (1.5e-4, 2.5e-4), "frequency": (9.0, 11.0)}).parameters == ()
+    together = vary(PUMP, {"voltage_amplitude": (100.0, 800.0), "frequency": (9.0, 11.0)})
+    assert together.parameters == ("voltage", "drive_frequency")
+
+
+def test_a_branch_over_a_field_is_that_of_each_device():
+    result = gelcone.continue_branch(PUMP, "film_thickness", "0.18 mm", "0.22 mm", start="settled", checks=2)
+    own = result.isel(branch=0)
+    assert result["value"].attrs["units"] == "mm"
+    assert [float(own["value"].min()), float(own["value"].max())] == pytest.approx([0.18, 0.22])
+    k = int(np.abs(own["value"] - 0.2).argmin())
+    device = PUMP.replace(film_thickness=f"{float(own['value'][k])} mm")
+    settled = gelcone.settled(device)
+    for name in ("lowest", "highest"):
+        assert own[name].attrs["units"] == settled[name].attrs["units"] == "mm"
+        assert float(own[name][k]) == pytest.approx(float(settled[name]), abs=1e-5)
+
+
+def test_a_result_of_a_device_can_be_gone_on_from():
+    first = gelcone.continue_branch(PUMP, "film_thickness", 1.9e-4, 2e-4, start="settled", checks=2)
+    result = gelcone.continue_branch(PUMP, "film_thickness", 1.9e-4, 2e-4, start=first)
+    assert int(result["checked_cycles"]) == first.sizes["branch"]
+    np.testing.assert_allclose(result["highest"][0, -1], first["highest"][0, -1], rtol=1e-9)
+
+
+def test_branches_beside_a_diagram_of_a_device_have_its_units():
+    diagram = gelcone.bifurcation(PUMP, "film_thickness", [1.9e-4, 2e-4], sweeps=(), bisections=0, branches=True)
+    assert diagram["followed_value"].attrs["units"] == diagram["film_thickness"].attrs["units"] == "mm"
+    assert diagram["followed_orbit"].attrs["units"] == diagram["section"].attrs["units"]
+    section, orbit = diagram["section"].isel(branch=0)[0, -1, 0], diagram["followed_orbit"][0, 0, 0, 0]
+    assert float(orbit) == pytest.approx(float(section), abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("film_thicknes", 1e-4, 2e-4), "did you mean 'film_thickness'"),
+        (("film_thickness", 2e-4, 1e-4), "swap the ends"),
+        (("displacement", 0.0, 1.0), "initial state"),
+        (("film_thickness", -1e-4, 1e-4), "film_thickness"),
+    ],
+)
+def test_bad_fields_are_refused(arguments, message):
+    with pytest.raises(InputError, match=message):
+        gelcone.continue_branch(PUMP, *arguments)
+
+
+def test_a_locus_over_fields():
+    device = gelcone.find_device("biased-pump").replace(film="taut", damping_coefficient=None, quality_factor=40.0)
+    with pytest.raises(InputError, match="none lies on voltage_amplitude from 10 V to 20 V"):
+        gelcone.locus(device, "fold", {"voltage_amplitude": (10.0, 20.0), "frequency": (9.0, 11.0)}, checks=2)
+
+
+def test_a_model_varies_in_its_own_parameters():
+    varied = vary(find_preset("base").model, {"voltage": (0.9, 1.1)})
+    assert varied.settings is None
+    assert varied.scales == [1.0]
