@@ -35,6 +35,8 @@ MOST_NODES = 16
 """Nodes of an orbit that are kept, at most; of longer ones every second, fourth and so on."""
 MOST_SECTIONS = 64
 """Points of the section of a settled motion that are kept."""
+SAMPLES = 128
+"""Samples of a forcing period, at least; turning points between them are found by parabolas."""
 TITLE = "branches"
 PLACES = {"branch": "value", "event": "event_value", "run": "run_value"}
 """First dim of variables -> the variable that holds the value of the parameter they belong to."""
@@ -115,7 +117,7 @@ def continue_branch(
     beside = run_beside(tree, **flow)
     if not tree.branches:
         raise InputError(
-            f"start = {start!r}: is no orbit: neither the motion at {varied.said(bottom)} nor any other is periodic; "
+            f"start = {start!r}: is no orbit: neither the motion at {parameter} = {varied.said(bottom)} nor any other is periodic; "
             "take another interval or start"
         )
     checked = Checked(covered.cycles, covered.seeded, beside.orbits, covered.flags + beside.flags)
@@ -160,7 +162,7 @@ def _roots(
         nodes = _resting(shooting, walk.low)
         found = at_value(shooting, nodes, walk.low, Metric.of(nodes, walk.scale)).point
         if found is None:
-            raise InputError(f"start = rest: the flat film is no orbit at {varied.said(walk.low)}")
+            raise InputError(f"start = rest: the flat film is no orbit at {varied.names[0]} = {varied.said(walk.low)}")
         return [follow(shooting, found, walk, both_ways=False, resting=True)]
     if not named:
         return []
@@ -182,7 +184,7 @@ def _roots(
             roots.append(follow(own, point, walk))
     if not roots and start == "settled":
         raise InputError(
-            f"start = settled: is no orbit: the motion is periodic neither at {varied.said(walk.low)} nor at "
+            f"start = settled: is no orbit: the motion is periodic neither at {varied.names[0]} = {varied.said(walk.low)} nor at "
             f"{varied.said(walk.high)}; take another interval or start from rest"
         )
     return roots
@@ -369,7 +371,7 @@ def _kept(shooting: Shooting) -> tuple[int, int]:
 def _extent(branch: Branch) -> tuple[Array, Array]:
     """Lowest and highest displacement of every orbit of a branch, each (points,)."""
     shooting = branch.shooting
-    n, samples = shooting.count, 8
+    n, samples = shooting.count, max(8, SAMPLES // shooting.segments)
     values = np.repeat([point.value for point in branch.points], n)
     nodes = np.concatenate([point.nodes for point in branch.points])
     members = shooting.members_at((values,))

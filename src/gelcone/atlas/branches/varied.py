@@ -139,9 +139,7 @@ class Varied:
         from gelcone.devices.units import format_si
 
         size = value * float(self.scales[k])
-        if self.device is None:
-            return f"{self.names[k]} = {size:g}"
-        return f"{self.names[k]} = {format_si(size, self.attributes(k)['units'])}"
+        return f"{size:g}" if self.device is None else format_si(size, self.attributes(k)["units"])
 
 
 def vary(target: ConeModel | Device, over: Mapping[str, tuple[Any, Any]], initial: Any = None) -> Varied:
