@@ -117,8 +117,8 @@ def continue_branch(
     beside = run_beside(tree, **flow)
     if not tree.branches:
         raise InputError(
-            f"start = {start!r}: is no orbit: neither the motion at {parameter} = {varied.said(bottom)} nor any other is periodic; "
-            "take another interval or start"
+            f"start = {start!r}: is no orbit: neither the motion at {parameter} = {varied.said(bottom)} nor any other "
+            "is periodic; take another interval or start"
         )
     checked = Checked(covered.cycles, covered.seeded, beside.orbits, covered.flags + beside.flags)
     options = {
@@ -184,8 +184,8 @@ def _roots(
             roots.append(follow(own, point, walk))
     if not roots and start == "settled":
         raise InputError(
-            f"start = settled: is no orbit: the motion is periodic neither at {varied.names[0]} = {varied.said(walk.low)} nor at "
-            f"{varied.said(walk.high)}; take another interval or start from rest"
+            f"start = settled: is no orbit: the motion is periodic neither at {varied.names[0]} = "
+            f"{varied.said(walk.low)} nor at {varied.said(walk.high)}; take another interval or start from rest"
         )
     return roots
 
