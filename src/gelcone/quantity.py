@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import reprlib
 from dataclasses import dataclass
@@ -33,6 +34,8 @@ class Quantity:
 
     def check(self, name: str, value: Any) -> float | Array:
         """``value`` as a float, or as a float array when it is one; `InputError` when out of bounds."""
+        if isinstance(value, float) and self._allows(value):  # most are; arrays of one number take ten times as long
+            return float(value)
         try:
             if isinstance(value, str | bytes | bool) or np.asarray(value).dtype.kind not in "iuf":
                 raise TypeError
@@ -60,6 +63,12 @@ class Quantity:
             raise InputError(f"{name} = {odd:g}: is beyond what the equations can be computed with; give a smaller one")
         array.setflags(write=False)
         return float(array) if array.ndim == 0 else array
+
+    def _allows(self, value: float) -> bool:
+        """Whether a single number is within all bounds."""
+        largest = math.inf if self.infinite else LARGEST
+        within = value > 0.0 if self.positive else value >= self.lower
+        return within and (abs(value) <= LARGEST or abs(value) == largest)
 
 
 def check_count(name: str, value: Any, least: int) -> None:

@@ -142,7 +142,7 @@ class Device(Record):
 
     kind: ClassVar[str] = "device"
 
-    # A field is one entry here, and its part of the model one line in `_undamped`.
+    # A field is one entry here, and its part of the model one line in `_cone`.
     name: Any = Field("name of the device", default="unnamed device", unset="the file's name", near=("title", "device"))
     disc_radius: Any = Field(
         "radius of the rigid disc", "m", typical=(1e-3, 0.05), above=0.0,
@@ -440,10 +440,13 @@ class Device(Record):
 
     def to_model(self) -> ConeModel:
         """The dimensionless model with its ``film``; arrays make an ensemble of their length."""
-        return self._damped(self._undamped_with_film())
+        return self._damped(self._with_film)
 
-    def _undamped_with_film(self) -> ConeModel:
-        model = self._undamped()
+    def _with_film(self, damping_ratio: Any = 0.0) -> ConeModel:
+        """The model with its film and a damping."""
+        if self.film in FILMS:
+            return self._cone(damping_ratio, str(self.film))
+        model = self._cone(damping_ratio)
         return model.replace(film=self.film_for(model))
 
     def film_for(self, model: ConeModel, *, starting: Callable[[], None] = lambda: None) -> ContinuumFilm | str:
@@ -462,15 +465,16 @@ class Device(Record):
 
     def cone_model(self) -> ConeModel:
         """`to_model` with the film as a homogeneous cone."""
-        return self._damped(self._undamped())
+        return self._damped(self._cone)
 
-    def _undamped(self) -> ConeModel:
-        """The homogeneous cone without damping."""
+    def _cone(self, damping_ratio: Any = 0.0, film: str = "taut") -> ConeModel:
+        """The homogeneous cone with a damping."""
         s = self.scales
         return ConeModel(
             **self._loads(),
             **self._second(),
-            damping_ratio=0.0,
+            film=film,
+            damping_ratio=damping_ratio,
             spring_stiffness=self.spring_rate * s.length / s.force,
             voltage=self.voltage_amplitude / s.voltage,
             voltage_bias=self.voltage_offset / s.voltage,
@@ -517,11 +521,12 @@ class Device(Record):
             **{name: value for name, value in stretches.items() if value is not None},
         }
 
-    def _damped(self, model: ConeModel) -> ConeModel:
-        """A model with the damping ratio c/(2 m Omega0) of the device."""
+    def _damped(self, build: Callable[..., ConeModel]) -> ConeModel:
+        """What ``build`` makes of the damping ratio c/(2 m Omega0) of the device."""
         if self.damping_coefficient is not None:
             ratio = self.damping_coefficient * self.scales.time / (2.0 * _carried_mass(self.get))
-            return model.replace(damping_ratio=np.broadcast_to(ratio, self.shape)[()])
+            return build(np.broadcast_to(ratio, self.shape)[()])
+        model = build()
         name = "damping_ratio" if self.quality_factor is None else "quality_factor"
         ratio = self.damping_ratio if self.quality_factor is None else 0.5 / self.quality_factor
         stiffness = np.asarray(switched_off(model).stiffness(rest_displacements(model)))
@@ -544,7 +549,7 @@ class Device(Record):
         if self.release_height is not None:
             x = self.release_height / s.length
         else:
-            x = rest_displacements(self._undamped_with_film())
+            x = rest_displacements(self._with_film())
             if np.isnan(x).all():
                 raise FieldError(
                     "initial_height",

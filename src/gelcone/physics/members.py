@@ -28,6 +28,10 @@ class Ensemble:
 
     def members(self) -> Members:
         """The ensemble flattened in C order."""
+        return self._members
+
+    @cached_property
+    def _members(self) -> Members:
         values = {name: np.broadcast_to(value, self.shape).ravel() for name, value in self.values.items()}
         return Members(self.system, values, self.size)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace as with_fields
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -89,14 +90,8 @@ class ConeModel(Ensemble):
         second_drive: str | None = None,
         **parameters: Any,
     ) -> None:
-        first = _film(film, law, prestretch_mode)
-        system = ConeSystem(
-            film=first,
-            bias=find_bias(bias),
-            waveform=find_component("waveform", waveform, WAVEFORMS, Waveform),  # type: ignore[type-abstract]
-            circuit=find_component("circuit", circuit, CIRCUITS, Circuit),  # type: ignore[type-abstract]
-            second=_second(second_film, second_drive, first),
-        )
+        parts = {"bias": bias, "waveform": waveform, "circuit": circuit}
+        system = _system(_film(film, law, prestretch_mode), second_film, second_drive, **parts)
         values = system.complete(_known(system, parameters))
         self.__dict__.update(system=system, values=values, shape=_shape(values))
 
@@ -139,7 +134,7 @@ class ConeModel(Ensemble):
         parts |= {name: changes[name] for name in ("second_film", "second_drive") if name in changes}
         if no_film(parts.get("second_film")) and "second_drive" not in changes:
             parts.pop("second_drive", None)
-        known = ConeModel(film=film, **parts).system.parameters
+        known = _system(film, **parts).parameters
         kept = {name: value for name, value in self.values.items() if name in known}
         if "law" in changes and self.law is not None and getattr(film, "law", None) != self.law:
             kept = {name: value for name, value in kept.items() if name.removeprefix(PREFIX) not in self.law.parameters}
@@ -228,6 +223,31 @@ def _second(given: Any, drive: str | None, first: Film) -> SecondFilm | None:
     if isinstance(film, GelFilm) and isinstance(first, GelFilm) and not isinstance(film, ContinuumFilm):
         film = with_fields(film, law=first.law, prestretch_mode=first.prestretch_mode)  # type: ignore[type-var]
     return SecondFilm(film, "same" if drive is None else drive)
+
+
+def _system(
+    film: Film,
+    second_film: Any = None,
+    second_drive: str | None = None,
+    *,
+    bias: Any = "spring",
+    waveform: Any = "sine",
+    circuit: Any = "ideal",
+) -> ConeSystem:
+    """The components put together; `InputError` for one that is not known."""
+    return _put_together(
+        film,
+        find_bias(bias),
+        find_component("waveform", waveform, WAVEFORMS, Waveform),  # type: ignore[type-abstract]
+        find_component("circuit", circuit, CIRCUITS, Circuit),  # type: ignore[type-abstract]
+        _second(second_film, second_drive, film),
+    )
+
+
+@lru_cache(maxsize=64)
+def _put_together(*parts: Any) -> ConeSystem:
+    """The system of equal components is the same one, which knows its names and numbers already."""
+    return ConeSystem(*parts)
 
 
 def _second_parts(system: ConeSystem) -> dict[str, Any]:

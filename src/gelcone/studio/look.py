@@ -5,7 +5,7 @@ Datasets with labels take several times as long as the integration itself; they 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -48,8 +48,6 @@ FILM_STATES = (
 )
 WRINKLED = ("taut", "wrinkled from rim to disc", "wrinkled around", "crumpled", *FILM_STATES[4:])
 """The states of a film that wrinkles where it would be slack."""
-SLACK = 1e-9
-"""Stress over the shear modulus up to which such a film carries nothing."""
 
 
 @dataclass(frozen=True)
@@ -92,16 +90,16 @@ def axes(subject: Subject) -> dict[str, str]:
 
 def response(subject: Subject, periods: float) -> Parts:
     """The motion from its start, the voltage, the film's state, and in words what it seems to be."""
-    members, model = subject.model.members(), subject.model
-    states0 = start_states(model, subject.initial)
-    span = periods * float(model.drive_period)
+    members = subject.model.members()
+    states0 = start_states(members, subject.initial)
+    span = periods * float(members.drive_period[0])
     oscillations = float(members.rate[0]) * span / (2.0 * np.pi)
     wanted = np.ceil(max(PER_PERIOD * periods, PER_OSCILLATION * oscillations))
     count = int(np.clip(wanted, PER_PERIOD, MOST_SAMPLES))
     run = integrate(members, states0, span * np.linspace(0.0, 1.0, count + 1), threads=1)
     x, u = run.states[0, :, 0], run.states[0, :, 1]
-    voltage = members.film_voltage(run.times, run.states)[0]
-    film = film_states(members, run.times, run.states)
+    voltages = voltages_along(members, run.times, run.states)
+    film = film_states(members, run.states, voltages)
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     outcome = Outcome(int(run.outcome[0]))
     seems = _ended(subject, run) if outcome else _seems(members, run.times[0], run.states[0])
@@ -111,28 +109,22 @@ def response(subject: Subject, periods: float) -> Parts:
             "t": run.times[0] * by["time"],
             "x": x * by["length"],
             "u": u * by["velocity"],
-            "v": voltage * by["voltage"],
+            "v": voltages[0][0] * by["voltage"],
             "film": film,
         },
         {
             "seems": seems,
             "ended": bool(outcome),
             "shares": _shares(film[ran]),
-            "period": float(model.drive_period) * by["time"],
+            "period": float(members.drive_period[0]) * by["time"],
         },
     )
 
 
-def film_states(members: Members, times: Array, states: Array) -> Any:
-    """The film's state (a place in `FILM_STATES`) along a single run, (samples,); of two films the worse."""
-    voltages, x = voltages_along(members, times, states), states[..., 0]
-    fails = dict(broken(members, x, voltages))
-    if members.system.film.kinds:
-        n = members.numbers(trailing=1)
-        with np.errstate(all="ignore"):
-            state = members.system.film.state(x, voltages[0], n)
-        fails["hoop_slack"] = np.asarray(state.hoop_stress <= SLACK)
-        fails["meridional_slack"] = np.asarray(state.meridional_stress <= SLACK)
+def film_states(members: Members, states: Array, voltages: Sequence[Array]) -> Any:
+    """The film's state (a place in `FILM_STATES`) along a single run under the voltage of each film, (samples,); of two
+    films the worse."""
+    fails = broken(members, states[..., 0], voltages)
     code = np.zeros(states.shape[1], dtype=np.uint8)
     for name, value in (("hoop_slack", HOOP_SLACK), ("meridional_slack", MERIDIONAL_SLACK)):
         if name in fails:
@@ -180,7 +172,7 @@ def _seems(members: Members, times: Array, states: Array) -> str:
 def kind(subject: Subject) -> Parts:
     """The regime of the motion with its evidence in the words of the command line, and its section."""
     analysis = ANALYSES["regime"]
-    states = start_states(subject.model, subject.initial)
+    states = start_states(subject.model.members(), subject.initial)
     found = analysis.compute(subject.model.members(), states, threads=1)
     member = single(found, subject)
     regime = Regime(int(member["regime"])) if not int(member["outcome"]) else Regime.LEFT_THE_DOMAIN
@@ -209,7 +201,7 @@ def single(found: Findings, subject: Subject) -> Any:
 
 def section(subject: Subject) -> Parts:
     """More section points, for a motion that does not repeat."""
-    states = start_states(subject.model, subject.initial)
+    states = start_states(subject.model.members(), subject.initial)
     found = section_cells(subject.model.members(), states, repeats=SECTION_POINTS, threads=1)
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     x, u = (np.asarray(found.variables[name][1])[0] for name in ("displacement", "velocity"))
@@ -221,7 +213,7 @@ def section(subject: Subject) -> Parts:
 
 def spectrum(subject: Subject) -> Parts:
     """The amplitude spectrum of the settled motion, in units of the drive's frequency."""
-    states = start_states(subject.model, subject.initial)
+    states = start_states(subject.model.members(), subject.initial)
     found = spectrum_cells(subject.model.members(), states, periods=SPECTRUM_PERIODS, threads=1).variables
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     amplitude = np.asarray(found["amplitude"][1])[0]

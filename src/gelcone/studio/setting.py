@@ -96,15 +96,11 @@ class Shelf:
         self.given = given
         self._folder = TemporaryDirectory(prefix="gelcone-studio-")
         self.folder = Path(self._folder.name)
+        self.devices: Mapping[str, Path] = shipped_devices() | ({} if given is None else {given.stem: given})
+        """Name -> file."""
 
     def close(self) -> None:
         self._folder.cleanup()
-
-    @property
-    def devices(self) -> dict[str, Path]:
-        """Name -> file."""
-        given = {} if self.given is None else {self.given.stem: self.given}
-        return shipped_devices() | given
 
     def path(self, setting: Setting) -> Path | None:
         """The device file of a setting; None for a preset. `InputError` for an unknown name or a bad text."""

@@ -171,7 +171,11 @@ class WrinklingCone(TautCone):
             return (held + even) * y + slack - even * ((n["A"] - n["B"]) / n["B"] + (n["A"] / n["B"]) * xx)
 
         name = f"natural width, {n['width_held'].value}" if traced(xp) else "natural width"
-        own = self.local(xx, squared, root(xp, name, residual, (xx, squared)), n, xp)
+        if xp is np and np.all(held):  # the root of all is 0
+            y = np.zeros(np.broadcast_shapes(np.shape(xx), np.shape(squared)))[()]
+        else:
+            y = root(xp, name, residual, (xx, squared))
+        own = self.local(xx, squared, y, n, xp)
         pull = own.lead + (held + even) * own.excess  # n = 1 where the width is held; elsewhere the excess is zero
         if pulls is None:
             pulls = np.where(plain(pull) > 0.0, 1.0, 0.0)
