@@ -3,12 +3,13 @@ import { icon } from "./controls.js";
 import { format } from "./controls.js";
 
 const PLAY = "M4 3v12l9-6z", PAUSE = "M5 3v12M11 3v12";
+const TOLD = 120; // ms between changes of slider and text while it plays: each lays out the page
 const SECONDS = [8, 4, 2, 1, 0.5];
 
 export class Clock {
   constructor({ play, scrub, output, speed }, looks) {
     Object.assign(this, { play, scrub, output, speed, looks });
-    this.at = 0; this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches; this.before = null;
+    this.at = 0; this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches; this.before = null; this.told = 0;
     play.onclick = () => { this.playing = !this.playing; this.button(); };
     scrub.oninput = () => { this.playing = false; this.button(); this.at = (scrub.value / 1000) * this.length(); this.moved = true; };
     this.button();
@@ -47,7 +48,8 @@ export class Clock {
     }
     this.before = now;
     if (this.at > length) this.at %= length || 1;
-    if (this.moved) {
+    if (this.moved && !(this.playing && now - this.told < TOLD)) {
+      this.told = now;
       this.scrub.value = (1000 * this.at) / (length || 1);
       this.scrub.style.setProperty("--fill", `${this.scrub.value / 10}%`);
       const text = look.about.si ? (length >= 2000 ? `${(this.at / 1000).toFixed(2)} s` : `${this.at.toFixed(0)} ms`) : `time ${format(this.at, 3)}`;

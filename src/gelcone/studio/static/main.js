@@ -14,6 +14,7 @@ import { Saver } from "./save.js";
 const $ = (id) => document.getElementById(id);
 const SUN = "M8 6a3 3 0 1 0 .01 0M8 1v2M8 15v2M1 9h2M13 9h2M3 4l1.5 1.5M11.5 12.5L13 14M3 14l1.5-1.5M11.5 5.5L13 4", MOON = "M13 11A6 6 0 1 1 7 3a5 5 0 0 0 6 8z";
 const ASKED_AGAIN = 500;
+const FRAME = 30; // ms between pictures of the cone: every second frame of most screens, so that answers are drawn at once
 
 // --- state ---------------------------------------------------------------------------------------------------------
 
@@ -301,7 +302,11 @@ function coneSides() {
   });
 }
 
+let drawn = 0;
 function frame(now) {
+  requestAnimationFrame(frame);
+  if (now - drawn < FRAME) return;
+  drawn = now;
   clock.tick(now);
   if ((clock.moved || cone.changed) && sides().some((side) => looks[side]?.t)) {
     cone.draw(coneSides());
@@ -309,6 +314,5 @@ function frame(now) {
     if (state.left === "portrait") plots.portrait.redrawOver(); else plots.statics.redrawOver();
     clock.moved = cone.changed = false;
   }
-  requestAnimationFrame(frame);
 }
 requestAnimationFrame(frame);
