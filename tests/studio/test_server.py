@@ -107,6 +107,13 @@ def test_the_page_fetches_nothing_from_elsewhere():
         assert "innerHTML" not in text, path
 
 
+def test_the_page_names_all_its_modules_so_that_they_load_at_once():
+    static = Path(__file__).parents[2] / "src" / "gelcone" / "studio" / "static"
+    text = (static / "index.html").read_text(encoding="utf-8")
+    for path in static.glob("*.js"):
+        assert f'"/static/{path.name}"' in text, path
+
+
 def test_another_host_is_refused(server):
     assert server.get(f"/?token={server.studio.token}", Host="evil.example")[0] == 421
 

@@ -32,6 +32,10 @@ DEATHS = 2
 _serving = False
 
 
+class ProcessesEnded(InputError):
+    """A task has ended the processes that were to do it."""
+
+
 def usual_workers(cells: int, count: int | None = None) -> Workers:
     """Who computes so many cells when nobody says: one process a core where that is worth it, else threads.
 
@@ -59,8 +63,8 @@ def processes(count: int | None = None) -> Workers:
     @contextmanager
     def start() -> Iterator[Team]:
         size, stop = count or available_threads(), threading.Event()
-        pool, helpers = ThreadPoolExecutor(size), [_Process() for _ in range(size)]
-        idle: queue.SimpleQueue[_Process] = queue.SimpleQueue()
+        pool, helpers = ThreadPoolExecutor(size), [Process() for _ in range(size)]
+        idle: queue.SimpleQueue[Process] = queue.SimpleQueue()
         for helper in helpers:
             idle.put(helper)
 
@@ -99,7 +103,7 @@ def _portable(function: Callable[[Any], Any]) -> bytes | None:
     return None if b"__main__" in content else content
 
 
-class _Process:
+class Process:
     """A process that does one task at a time, and another in its place where it ends by itself."""
 
     def __init__(self) -> None:
@@ -119,7 +123,7 @@ class _Process:
             if error is not None:
                 raise error
             return answer
-        raise InputError(
+        raise ProcessesEnded(
             f"a task ended {DEATHS} processes, one after the other: they may run out of memory; start fewer with "
             "--workers. What the store holds is safe: continue with --resume"
         )

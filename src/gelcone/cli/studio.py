@@ -54,7 +54,7 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
     from gelcone.devices.device import find_device, shipped_devices
     from gelcone.errors import DoubtfulInput
     from gelcone.studio.server import LOCAL, Studio, run
-    from gelcone.studio.setting import Shelf
+    from gelcone.studio.setting import Setting, Shelf
 
     warnings.simplefilter("ignore", DoubtfulInput)  # the page shows them
     name = device if device is not None or preset is not None else "biased-pump"
@@ -75,4 +75,4 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
     click.echo(f"gelcone studio: {address}\nCtrl-C ends it.")
     sys.stdout.flush()
     browse = threading.Thread(target=webbrowser.open, args=(address,), daemon=True)
-    run(studio, listening, (lambda: None) if no_browser else browse.start)
+    run(studio, listening, Setting(**shown), (lambda: None) if no_browser else browse.start)

@@ -28,7 +28,7 @@ from gelcone.physics.members import Members
 from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
 from gelcone.studio.controls import Control
-from gelcone.studio.pool import reporter
+from gelcone.studio.pool import report
 from gelcone.studio.setting import DRIVE, start_of
 
 TASK = 32
@@ -198,12 +198,12 @@ def thresholds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:
     return lines
 
 
-def find_envelope(source: Source, lane: int) -> dict[str, Any]:
-    """What the page draws of a device's operating envelope, in volts and hertz; ``lane`` shows how far it is."""
+def find_envelope(source: Source) -> dict[str, Any]:
+    """What the page draws of a device's operating envelope, in volts and hertz; the lane shows how far it is."""
     subject = source.subject()
     analysis = ANALYSES["envelope"]
     options = arguments_of(analysis, subject, {}) | {"threads": 1}
-    shown = in_si(analysis.call(subject.model, progress=reporter(lane), **options), subject)
+    shown = in_si(analysis.call(subject.model, progress=report, **options), subject)
     arrays = {
         "frequency": shown["drive_frequency"].values,
         "window": shown["recommended_peak"].values,

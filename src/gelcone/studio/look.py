@@ -31,6 +31,8 @@ from gelcone.words import evidence_in_words
 
 PER_PERIOD, PER_OSCILLATION, MOST_SAMPLES = 100, 20, 8000
 """Samples of a run on the screen: each period of the voltage, each oscillation at the fastest rate, and in all."""
+PERIODS = 20
+"""Periods of the voltage that a run lasts where nothing else is asked for."""
 SECTION_POINTS = 600
 """Section points of a motion that does not repeat."""
 SPECTRUM_PERIODS = 64
@@ -184,18 +186,27 @@ def kind(subject: Subject) -> Parts:
     return Parts(arrays, {**words, "extent": extent if np.isfinite(extent).all() else None})
 
 
+class Reading(np.ndarray):
+    """A variable as `gelcone.words` reads it. The library of labelled arrays takes a second to load."""
+
+    attrs: dict[str, str]
+
+    @property
+    def values(self) -> Array:
+        return np.asarray(self)
+
+
 def single(found: Findings, subject: Subject) -> Any:
     """What was found of a single actuator, by name, with units: as a Dataset to those who only read it, in a tenth of
     its time."""
-    import xarray as xr
-
-    member: dict[str, Any] = {"outcome": xr.Variable((), int(found.outcome[0]))}
-    for name, (dims, values, _, quantity) in found.variables.items():
+    member: dict[str, Any] = {"outcome": found.outcome[0]}
+    for name, (_, values, _, quantity) in found.variables.items():
         scale, unit = 1.0, "1"
         if subject.device is not None and quantity in READ_AS:
             scale, unit = factor(subject.device.scales, quantity), READ_AS[quantity][0]
         value = np.asarray(values)[0]
-        member[name] = xr.Variable(dims, value * scale if unit != "1" else value, {"units": unit})
+        member[name] = np.asarray(value * scale if unit != "1" else value).view(Reading)
+        member[name].attrs = {"units": unit}
     return member
 
 

@@ -12,7 +12,6 @@ import logging
 import time
 from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -22,6 +21,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from gelcone._version import __version__
 from gelcone.analyses.subject import Subject
+from gelcone.atlas.processes import ProcessesEnded
 from gelcone.atlas.refinement import refine
 from gelcone.codes import Regime
 from gelcone.errors import InputError, MissingDependency
@@ -178,7 +178,7 @@ class Page:
 
     async def _take_look(self, request: dict[str, Any]) -> None:
         request["setting"] = Setting.read(request.get("setting"))
-        periods = request.get("periods", 20)
+        periods = request.get("periods", look.PERIODS)
         if not (isinstance(periods, int | float) and PERIODS[0] <= periods <= PERIODS[1]):
             raise InputError(f"periods: must be from {PERIODS[0]} to {PERIODS[1]}")
         if _text(request, "side") not in ("a", "b"):
@@ -200,7 +200,7 @@ class Page:
                 more["controls"] = as_json(self.controls(setting))
             subject = self.shelf.subject(setting)
             more["about"] = look.about(subject)
-            return subject, look.response(subject, request.get("periods", 20)), more
+            return subject, look.response(subject, request.get("periods", look.PERIODS)), more
 
         found = await self._computed(self.first, request, compute)
         if found is None:
@@ -208,7 +208,6 @@ class Page:
         subject, parts, more = found
         self.second.give(side, (request, subject))
         await self._show("response", request, parts, more)
-        self.pool.warm(load)
 
     async def _examine(self, side: str, job: tuple[dict[str, Any], Subject]) -> None:
         """The kind of motion with its evidence, more section points if it does not repeat, and the open panels."""
@@ -219,6 +218,7 @@ class Page:
             if parts is None:
                 return
             await self._show(name, request, parts)
+            self.pool.warm(load)
             if name == "kind" and parts.words["regime"] in (Regime.CHAOTIC, Regime.QUASI_PERIODIC, Regime.TRANSIENT):
                 wanted.append("section")
 
@@ -307,9 +307,9 @@ class Page:
     async def _find_envelope(self, request: dict[str, Any], source: Source) -> None:
         lane = self._lanes["envelope"]
         run = self.pool.begin(lane)
-        work = asyncio.ensure_future(self.pool.do(lane, run, find_envelope, source, lane))
+        work = asyncio.ensure_future(self.pool.do(lane, run, find_envelope, source))
         while not (await asyncio.wait([work], timeout=PROGRESS_SECONDS))[0]:
-            share = self.pool.progress[lane]
+            share = self.pool.progress(lane)
             await self.send({"kind": "progress", "grid": "envelope", "id": request["id"], "share": share})
         found = work.result()
         if found is not None:
@@ -398,10 +398,10 @@ class Page:
 
     async def fail(self, number: Any, error: Exception, side: str | None = None) -> None:
         """Tells the page what is wrong, and with which control; a fault of gelcone goes to the terminal, too."""
-        if isinstance(error, InputError | MissingDependency):
-            message = " ".join(str(error).split())
-        elif isinstance(error, BrokenProcessPool):
+        if isinstance(error, ProcessesEnded):
             message = "a worker process ended, perhaps for lack of memory; change a setting to try again"
+        elif isinstance(error, InputError | MissingDependency):
+            message = " ".join(str(error).split())
         else:
             _log.error("the studio failed", exc_info=error)
             message = "the studio failed at this; the terminal says how"

@@ -1,24 +1,29 @@
 """Long work in processes of its own, so that sliders stay fast, and its end: cancelled work stops within moments.
 
 A lane is a number under which a page's work of one kind runs; each new run of a lane ends the one before. Workers read
-the lanes' counters in shared memory. They end when they are told to, and when the process that started them is gone.
+the lanes' counters in a file that they and the studio map into memory. They end with the pool, and when the process
+that started them is gone.
 """
 
 from __future__ import annotations
 
 import asyncio
-import multiprocessing
 import os
-import signal
+import pickle
+import queue
 import threading
 import warnings
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from multiprocessing.connection import wait
-from typing import Any
+from functools import cache, lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from gelcone.atlas.processes import Process
 from gelcone.motion.flow import available_threads
 from gelcone.progress import Stopped, Watch, watching
 
@@ -26,9 +31,6 @@ LANES = 256
 NICENESS = 10
 LOOK_SECONDS = 0.02
 """A worker looks this often whether its task is out of date."""
-
-_counters: Any = None
-_progress: Any = None
 
 
 class Busy(RuntimeError):
@@ -40,12 +42,14 @@ class Pool:
 
     def __init__(self, size: int | None = None) -> None:
         self.size = size or available_threads()
-        self._context = multiprocessing.get_context("spawn")
-        self._counters = self._context.Array("Q", LANES, lock=False)
-        self.progress = self._context.Array("d", LANES, lock=False)
+        self._folder = TemporaryDirectory(prefix="gelcone-studio-", ignore_cleanup_errors=True)
+        self._path = str(Path(self._folder.name) / "lanes")
+        np.zeros((2, LANES)).tofile(self._path)
+        self._board = _board(self._path)
         self._free = list(range(LANES))
-        self._end, self._listen = self._context.Pipe()
-        self._executor: ProcessPoolExecutor | None = None
+        self._threads = ThreadPoolExecutor(self.size)
+        self._workers: list[Process] = []
+        self._idle: queue.SimpleQueue[Process] = queue.SimpleQueue()
 
     def lane(self) -> int:
         """A free lane; `Busy` when there is none."""
@@ -60,93 +64,114 @@ class Pool:
 
     def begin(self, lane: int) -> int:
         """Cancels what runs in a lane; the number of its next run."""
-        self._counters[lane] += 1
-        self.progress[lane] = 0.0
-        return int(self._counters[lane])
+        self._board.run[lane] += 1
+        self._board.share[lane] = 0.0
+        return int(self._board.run[lane])
 
-    def is_current(self, lane: int, run: int) -> bool:
-        return bool(self._counters[lane] == run)
+    def progress(self, lane: int) -> float:
+        """The share of a lane's work that `report` was told is done."""
+        return float(self._board.share[lane])
 
     async def do(self, lane: int, run: int, function: Callable[..., Any], *arguments: Any) -> Any:
-        """``function(*arguments)`` in a worker; None if the run is out of date. Raises what it raises."""
-        try:
-            task = asyncio.wrap_future(self._submit(_work, lane, run, function, arguments))
-            task.add_done_callback(lambda done: done.cancelled() or done.exception())
-            return await asyncio.shield(task)  # who waits may be cancelled; the task finds out by its lane
-        except BrokenProcessPool:
-            self._executor = None
-            raise
+        """``function(*arguments)`` in a worker; None if the run is out of date. Raises what it raises, and
+        `ProcessesEnded`."""
+        self._start()
+        task = asyncio.wrap_future(self._threads.submit(self._do, _Task(self._path, lane, run, function, arguments)))
+        task.add_done_callback(lambda done: done.cancelled() or done.exception())
+        return await asyncio.shield(task)  # who waits may be cancelled; the task finds out by its lane
 
     def warm(self, function: Callable[[], None]) -> None:
         """Starts the workers, unless they run, and lets them load the module of a function."""
-        if self._executor is None:
+        if not self._workers:
+            self._start()
             for _ in range(self.size):
-                self._submit(function)
+                self._threads.submit(self._do, _Task(self._path, 0, int(self._board.run[0]), function, ()))
 
-    def _submit(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        if self._executor is None:
-            self._executor = ProcessPoolExecutor(
-                self.size,
-                mp_context=self._context,
-                initializer=_start,
-                initargs=(self._counters, self.progress, self._listen),
-            )
-        return self._executor.submit(function, *arguments)
+    def _start(self) -> None:
+        if not self._workers:
+            self._workers = [Process() for _ in range(self.size)]
+            for worker in self._workers:
+                self._idle.put(worker)
+
+    def _do(self, task: _Task) -> Any:
+        worker = self._idle.get()
+        try:
+            return worker.do(pickle.dumps(work), task)[0]
+        except Stopped:  # the pool is closed
+            return None
+        finally:
+            self._idle.put(worker)
 
     def close(self) -> None:
         """Ends the workers, in the middle of their work too."""
-        for lane in range(LANES):
-            self._counters[lane] += 1
-        with suppress(OSError):
-            self._end.close()
-            self._listen.close()
-        if self._executor is not None:
-            self._executor.shutdown(wait=False)
-            self._executor = None
+        self._board.run[:] += 1
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        for worker in self._workers:
+            worker.end()
+        self._folder.cleanup()
 
 
-def _start(counters: Any, progress: Any, listen: Any) -> None:
-    global _counters, _progress
-    _counters, _progress = counters, progress
+class _Board(NamedTuple):
+    """What the studio and its workers share: the number of each lane's run, and how far that is."""
+
+    run: Any
+    share: Any
+
+
+@lru_cache(maxsize=4)
+def _board(path: str) -> _Board:
+    values = np.memmap(path, dtype=float, mode="r+", shape=(2, LANES))
+    return _Board(*values)
+
+
+# --- in the workers --------------------------------------------------------------------------------------------------
+
+
+class _Task(NamedTuple):
+    path: str
+    lane: int
+    run: int
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+
+
+_current: _Task | None = None
+
+
+def report(share: float) -> None:
+    """Adds to the progress of the lane of the task that this worker does."""
+    assert _current is not None
+    _board(_current.path).share[_current.lane] += share
+
+
+@cache
+def _step_back() -> None:
+    """Leaves the processor to the studio and the browser; once in each worker."""
     warnings.simplefilter("ignore")  # what is doubtful is told by the studio itself
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the studio itself hears Ctrl-C and ends its workers
     with suppress(OSError, AttributeError):
         os.nice(NICENESS)
-    threading.Thread(target=_end_with, args=(listen,), daemon=True).start()
 
 
-def _end_with(listen: Any) -> None:
-    """Ends this process once the studio has closed its end, or is gone."""
-    parent = multiprocessing.parent_process()
-    wait([listen, *([] if parent is None else [parent.sentinel])])
-    os._exit(0)
-
-
-def reporter(lane: int) -> Callable[[float], None]:
-    """A progress that a lane's ``progress`` shows; for the functions that workers run."""
-
-    def report(share: float) -> None:
-        _progress[lane] += share
-
-    return report
-
-
-def _work(lane: int, run: int, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    """A task under a watch that stops it once its run is out of date."""
-    if _counters[lane] != run:
+def work(task: _Task) -> Any:
+    """Does a task under a watch that stops it once its run is out of date."""
+    global _current
+    _step_back()
+    run = _board(task.path).run
+    if run[task.lane] != task.run:
         return None
+    _current = task
     watch, done = Watch(), threading.Event()
 
     def look() -> None:
         while not done.wait(LOOK_SECONDS):
-            if _counters[lane] != run:
+            if run[task.lane] != task.run:
                 watch.stop.set()
                 return
 
     threading.Thread(target=look, daemon=True).start()
     try:
         with watching(watch):
-            return function(*arguments)
+            return task.function(*task.arguments)
     except Stopped:
         return None
     finally:

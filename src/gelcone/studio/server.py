@@ -6,9 +6,11 @@ import asyncio
 import secrets
 import signal
 import socket
+import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.resources import files
 
 import uvicorn
@@ -21,9 +23,10 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
 from gelcone.errors import InputError
+from gelcone.studio import look
 from gelcone.studio.page import Page
 from gelcone.studio.pool import Pool
-from gelcone.studio.setting import Shelf
+from gelcone.studio.setting import Setting, Shelf
 
 LOCAL = "127.0.0.1"
 LARGEST_MESSAGE = 65_536
@@ -103,6 +106,11 @@ class Studio:
             self.stop()
             self.shelf.close()
 
+    def load(self, setting: Setting) -> None:
+        """Loads what a first picture needs, while a browser comes; what is wrong with the setting the page will say."""
+        with suppress(InputError):
+            look.response(self.shelf.subject(setting), look.PERIODS)
+
     def stop(self) -> None:
         """Ends all work at once, and the server with it. From another thread: by the loop's `call_soon_threadsafe`."""
         for page in list(self.pages):
@@ -174,12 +182,17 @@ _HEADERS = [
 ]
 
 
+@cache
+def _files() -> dict[str, bytes]:
+    """The page's files, by name."""
+    return {path.name: path.read_bytes() for path in files("gelcone.studio").joinpath("static").iterdir()}
+
+
 def _file(name: str) -> Response:
     """One of the page's files."""
-    known = {path.name: path for path in files("gelcone.studio").joinpath("static").iterdir()}
-    if name not in known:
+    if name not in _files():
         return PlainTextResponse("There is no such file.", 404)
-    return Response(known[name].read_bytes(), media_type=KINDS[name[name.rindex(".") :]])
+    return Response(_files()[name], media_type=KINDS[name[name.rindex(".") :]])
 
 
 class _Server(uvicorn.Server):
@@ -190,8 +203,8 @@ class _Server(uvicorn.Server):
         yield
 
 
-def run(studio: Studio, listening: socket.socket, ready: Callable[[], None]) -> None:
-    """Serves until Ctrl-C; ``ready`` is called once the server runs."""
+def run(studio: Studio, listening: socket.socket, first: Setting, ready: Callable[[], None]) -> None:
+    """Serves until Ctrl-C, at ``first`` the setting that is shown first; ``ready`` is called once the server runs."""
 
     async def main() -> None:
         loop = asyncio.get_running_loop()
@@ -200,6 +213,7 @@ def run(studio: Studio, listening: socket.socket, ready: Callable[[], None]) -> 
             loop.call_soon_threadsafe(studio.stop)
 
         before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+        threading.Thread(target=studio.load, args=(first,), daemon=True).start()
         loop.call_soon(ready)
         try:
             await studio.serve(listening)
