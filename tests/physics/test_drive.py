@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from gelcone.physics.drive import VOLTAGE, WAVEFORMS, Sine, Waveform
+from gelcone.physics.drive import VOLTAGE, WAVEFORMS, Sine, Triangle, Waveform
 from gelcone.quantity import Quantity
 
 SINE = Sine()
@@ -47,7 +47,15 @@ class OddHarmonics(Waveform):
         return xp.cos(phase) - 3.0 * n["third"] * xp.sin(3.0 * phase)
 
 
-CASES = [(SINE, {}), (ThreeHarmonics(), {"second": 0.5, "third": 0.2}), (OddHarmonics(), {"third": 0.3})]
+CASES = [
+    (SINE, {}),
+    (Triangle(), {}),
+    (ThreeHarmonics(), {"second": 0.5, "third": 0.2}),
+    (OddHarmonics(), {"third": 0.3}),
+]
+smooth_waveform = pytest.mark.parametrize(
+    ("waveform", "own"), [case for case in CASES if not case[0].corners], ids=lambda value: getattr(value, "name", "")
+)
 every_waveform = pytest.mark.parametrize(("waveform", "own"), CASES, ids=[case[0].name for case in CASES])
 
 
@@ -61,7 +69,7 @@ def test_the_waveform_is_a_biased_sine():
     assert SINE.voltage(np.pi / 10.0, numbers(2.0, 0.3, 5.0)) == pytest.approx(2.3)
 
 
-@every_waveform
+@smooth_waveform
 def test_the_rate_is_the_derivative_of_the_voltage(waveform, own):
     tau, a, b, w = sympy.symbols("tau a b omega", real=True)
     n = numbers(a, b, w, **{name: sympy.Symbol(name) for name in own})
@@ -121,7 +129,7 @@ def test_only_an_antiperiodic_waveform_without_bias_forces_twice_a_period():
     assert np.abs(half).max() > 0.5
 
 
-@every_waveform
+@smooth_waveform
 def test_a_waveform_is_antiperiodic_exactly_where_it_says_so(waveform, own):
     phase = np.linspace(0.0, 2.0 * np.pi, 37)
     changes_sign = np.allclose(waveform.shape(phase + np.pi, own), -waveform.shape(phase, own), atol=1e-14)
@@ -164,3 +172,39 @@ def test_the_table_of_waveforms():
         assert waveform.name == name
         assert waveform.parameters.keys() >= VOLTAGE.keys()
     assert isinstance(WAVEFORMS["sine"], Sine)
+
+
+# --- corners ----------------------------------------------------------------------------------------------------------
+
+
+@given(start=st.floats(-50.0, 50.0), length=st.floats(0.0, 40.0), frequency=st.floats(0.05, 5.0))
+@settings(max_examples=50, deadline=None)
+def test_the_corners_between_two_times_are_all_there_is(start, length, frequency):
+    waveform, n = Triangle(), Triangle().numbers(numbers(frequency=frequency))
+    found = waveform.corners_between(np.array([start]), np.array([start + length]), n)
+    inner = found.later[0][np.isfinite(found.later[0])]
+    every = np.array([found.passed[0], *inner])
+    assert found.passed[0] <= start < (found.passed[0] + np.pi / frequency) * (1 + 1e-12) + 1e-12
+    np.testing.assert_allclose(np.diff(every), np.pi / frequency, rtol=1e-9)
+    assert (every[-1] + np.pi / frequency) * (1 + 1e-12) + 1e-12 > start + length
+    # behind each corner the voltage goes the other way
+    slopes = waveform.voltage_rate(every + 0.4 * np.pi / frequency, n)
+    np.testing.assert_array_equal(np.sign(slopes), -found.side[0] * (-1.0) ** np.arange(every.size))
+    np.testing.assert_allclose(np.abs(waveform.voltage(every, n)), 1.0, rtol=0.0, atol=1e-12 * (1 + 100.0 * frequency))
+
+
+def test_the_triangle_is_what_a_generator_gives():
+    n = Triangle().numbers(numbers(0.7, 0.2, 2.0))
+    tau = np.linspace(0.0, 20.0, 301)
+    expected = 0.2 + 0.7 * (2.0 / np.pi) * np.arcsin(np.sin(2.0 * tau))
+    np.testing.assert_allclose(Triangle().voltage(tau, n), expected, rtol=0.0, atol=1e-7)
+    np.testing.assert_allclose(Triangle().voltage_rate(tau, n), 0.7 * 2.0 * (2.0 / np.pi) * np.sign(np.cos(2.0 * tau)))
+
+
+def test_a_waveform_with_corners_takes_them_as_a_program_does():
+    waveform = Triangle()
+    n = waveform.numbers(numbers(0.7, 0.2, 2.0))
+    tau = np.linspace(0.0, 20.0, 301)
+    passed = waveform.corners_between(tau, tau, {**n, "drive_frequency": np.full(301, 2.0)})
+    told = {**n, "side": passed.side, "since": 2.0 * (tau - passed.passed)}
+    np.testing.assert_allclose(0.2 + 0.7 * waveform.shape(2.0 * tau, told), waveform.voltage(tau, n), atol=1e-13)

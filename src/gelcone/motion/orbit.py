@@ -125,7 +125,7 @@ class Shooting:
         # the drive is the same in every repeat, so that each begins at phase 0
         place = np.tile(np.arange(segments, dtype=float), kind.repeats)
         start, end = place * (phase / segments), (place + 1.0) * (phase / segments)
-        self._rerun = program.again(start, end, corner_phases(self.system, phase))
+        self._rerun = program.again(start, end)
         self._program, self._starts = program, start
         self._place = {name: k for k, name in enumerate(program.numbers)}
         self._own = np.array([self._place[name] for name in self._numbers])
@@ -263,12 +263,6 @@ def _steps(values: Sequence[float]) -> list[float]:
     return [max(0.1 * abs(value), 1e-3) for value in values]
 
 
-def corner_phases(system: Any, phase: float) -> Array | None:
-    """Phases of a repeat at which the drive is not smooth, (1, corners); None where it is smooth throughout."""
-    corners = np.asarray(system.waveform.corners, dtype=float)
-    return np.unique(np.mod(corners, phase))[None, :] if corners.size else None
-
-
 def multipliers_of(product: Array, log_scale: float, log_determinant: float) -> npt.NDArray[np.complex128]:
     """Eigenvalues (N,) of a scaled map, the largest modulus first.
 
@@ -381,7 +375,6 @@ class _Ensemble:
             start.ravel(),
             end.ravel(),
             smallest_step=np.repeat(smallest, n),
-            corners=corner_phases(members.system, 2.0 * np.pi),
             threads=self.threads,
             stopped=None if watch is None else watch.stop.is_set,
         )

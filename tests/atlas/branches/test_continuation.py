@@ -228,3 +228,15 @@ def test_a_device_is_followed_in_its_units_until_it_pulls_in(command_line):
     code, _, err = command_line("continue", "frequency", "11 Hz", "9 Hz", "biased-pump")
     assert code == 2
     assert err.count("\n") == 1
+
+
+def test_a_drive_with_corners_is_followed_and_agrees_with_brute_force():
+    model = gelcone.ConeModel(
+        damping_ratio=0.05, drive_frequency=0.8, voltage=0.3, rest_height=0.2, waveform="triangle"
+    )
+    found = gelcone.continue_branch(model, "voltage", 0.3, 0.32, checks=4)
+    at = np.abs(found["value"].values[0] - 0.3).argmin()
+    motion = gelcone.regime(model, found["orbit"].values[0, at, 0])
+    np.testing.assert_allclose(motion["section"].values[-1], found["orbit"].values[0, at, 0], rtol=0.0, atol=1e-10)
+    assert motion["period"] == 1
+    assert found.sizes["flag"] == 0

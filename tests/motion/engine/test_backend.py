@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gelcone.codes import Outcome
+from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion.engine import backend
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import KEEPS
+from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
 from tests.physics.test_system import ViscousFilm
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
@@ -191,3 +192,41 @@ def test_a_start_with_an_infinite_extra_state_is_not_finite():
     run = integrate(MODELS["filter"], (0.1, 0.0, np.inf), [1.0])
     assert run.outcome[0] == Outcome.NOT_FINITE
     assert np.isnan(run.states).all()
+
+
+# --- drives with corners ----------------------------------------------------------------------------------------------
+
+
+def test_a_triangular_drive_is_followed_piece_by_piece():
+    """Each piece between corners by SciPy, under the straight line that the voltage is there."""
+    model = ConeModel(damping_ratio=0.02, drive_frequency=0.37, voltage=0.8, voltage_bias=0.1, waveform="triangle")
+    waveform, n = model.system.waveform, model.members().numbers()
+    times, state, at, expected = np.linspace(3.0, 40.0, 12), np.array([0.5, 0.1]), 2.0, []
+    corners = waveform.corners_between(np.array([at]), times[-1:], n).later[0]
+    for end in np.unique([*times, *corners]):
+        middle = 0.5 * (at + end)
+        voltage, rate = (float(f(np.array([middle]), n)[0]) for f in (waveform.voltage, waveform.voltage_rate))
+
+        def flow(tau, z, voltage=voltage, rate=rate, middle=middle):
+            rates = model.system.rates_under(voltage + rate * (tau - middle), [np.array([x]) for x in z], n)
+            return [float(np.ravel(each)[0]) for each in rates]
+
+        state, at = solve_ivp(flow, (at, end), state, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1], end
+        if end in times:
+            expected.append(state)
+    run = integrate(model, (0.5, 0.1), times, start=2.0, keep="tangents")
+    np.testing.assert_allclose(run.states[0], expected, rtol=0.0, atol=1e-9)
+    areas = np.linalg.det(run.tangents[0])
+    np.testing.assert_allclose(areas, np.exp(-0.04 * np.diff(times, prepend=2.0)), rtol=1e-12)
+
+
+def test_an_orbit_under_a_triangular_drive_is_that_of_the_motion():
+    model = ConeModel(damping_ratio=0.05, drive_frequency=0.8, voltage=0.3, rest_height=0.2, waveform="triangle")
+    settled = regime(model)
+    assert settled["regime"] == Regime.PERIODIC
+    start = settled["section"].values[-1]
+    period = float(model.members().forcing_period[0])
+    turn = integrate(model, start, [period], keep="tangents")
+    np.testing.assert_allclose(turn.states[0, 0], start, rtol=0.0, atol=1e-12)
+    rates = np.sort(np.log(np.abs(np.linalg.eigvals(turn.tangents[0, 0]))) / period)
+    np.testing.assert_allclose(np.sort(settled["lyapunov"].values), rates, rtol=1e-9)

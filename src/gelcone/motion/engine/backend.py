@@ -15,6 +15,7 @@ from gelcone.motion.engine.events import Event
 from gelcone.motion.engine.program import ARRIVED, NOT_FINITE, TERMINAL_EVENT, TOO_MANY_STEPS, Program, Raw
 from gelcone.motion.job import Job, Keep, Trajectories
 from gelcone.physics.component import Numbers
+from gelcone.physics.drive import CORNER, SIDE
 from gelcone.physics.film.film import Border
 from gelcone.physics.members import Members
 from gelcone.physics.system import ConeSystem
@@ -50,6 +51,7 @@ class EngineBackend:
             most_steps=STEPS_PER_CALL * np.ceil(np.maximum(job.gaps[run].sum(axis=1) * members.rate / CALL_SPAN, 1.0)),
             threads=threads,
             report=progress,
+            corners=_corners(members, job.start[run], job.times[run, -1]),
             stopped=None if watch is None else watch.stop.is_set,
         )
         if watch is not None and watch.stop.is_set():
@@ -62,7 +64,14 @@ def _program(system: ConeSystem, keep: Keep, tolerance: float) -> Program:
     events = [_event(border, system.film_voltage, system.split) for border in system.film.borders]
     if system.second is not None:
         events += [_event(border, system.second_voltage, system.split_second) for border in system.second.borders]
-    return Program(system, keep, tolerance, events)
+    corners = {"corner_switch": SIDE, "corner_time": CORNER} if system.waveform.corners else {}
+    return Program(system, keep, tolerance, events, **corners)
+
+
+def _corners(members: Members, start: Array, end: Array) -> Array | None:
+    """The times between at which the drive is not smooth, (members, corners); None where it is smooth throughout."""
+    waveform = members.system.waveform
+    return waveform.corners_between(start, end, members.numbers()).later if waveform.corners else None
 
 
 def _event(border: Border, voltage_of: Callable[..., Any], split: Callable[..., Any]) -> Event:
@@ -84,6 +93,9 @@ def _numbers(members: Members, states: Array, start: Array) -> dict[str, Array]:
         own |= system.film.switches(states[:, 0], np.square(members.film_voltage(*at)[:, 0]), numbers)
     if system.second is not None and system.second.borders:
         own |= system.second.switches(states[:, 0], np.square(members.second_voltage(*at)[:, 0]), numbers)
+    if system.waveform.corners:
+        there = system.waveform.corners_between(start, start, numbers)
+        own |= {SIDE: there.side, CORNER: there.passed}
     return numbers | own
 
 

@@ -81,7 +81,8 @@ class Plan:
     """All that the code of a program depends on.
 
     ``restarts``: what the states are set to after each sample (None leaves them); steps then end at the samples, else
-    samples are read from the Taylor polynomial. ``corner_switch``: place of the switch that flips at corners.
+    samples are read from the Taylor polynomial. ``corner_switch``: place of the switch that flips at corners, the last
+    of those whose signs are counted; ``corner_time``: behind it, that of the number that takes the corner's time.
     """
 
     rates: tuple[Node, ...]
@@ -93,7 +94,13 @@ class Plan:
     tolerance: float
     restarts: tuple[float | None, ...]
     corner_switch: int | None
+    corner_time: int | None
     width: int
+
+    @property
+    def signs(self) -> int:
+        """How many switches have a sign that counts."""
+        return len(self.switches) - (self.corner_time is not None)
 
     @property
     def roots(self) -> list[Node]:
@@ -127,7 +134,7 @@ class Layout:
         self.sides = self.switches + len(plan.switches)
         self.roots = self.sides + len(plan.borders)
         self.dwell = self.roots + len(plan.equations)
-        self.combinations = 2 ** len(plan.switches) if plan.switches else 0
+        self.combinations = 2**plan.signs if plan.signs else 0
         self.since = self.dwell + self.combinations
         self.rows = self.since + 1
         self.terms = plan.order + 1
@@ -572,7 +579,8 @@ def _take_samples(
 
 def _pass_corner(f: Function, lane: _Lane, plan: Plan, layout: Layout, member: Value) -> None:
     """Goes on to the next corner when the step ended at one."""
-    with f.when(f.compare("oge", lane.get(layout.time), lane.get(layout.corner))):
+    passed = lane.get(layout.corner)
+    with f.when(f.compare("oge", lane.get(layout.time), passed)):
         number = f.whole("add", lane.get_whole(layout.corner_number), "1")
         lane.set_whole(layout.corner_number, number)
         first = lane.times(member, lane.size(Job.CORNER_COUNT))
@@ -581,6 +589,8 @@ def _pass_corner(f: Function, lane: _Lane, plan: Plan, layout: Layout, member: V
             _count_dwell(lane, plan, layout)
             row = layout.switches + plan.corner_switch
             lane.set(row, f.negative(lane.get(row)))
+        if plan.corner_time is not None:
+            lane.set(layout.switches + plan.corner_time, passed)
         lane.set_stop(plan, layout, member)
 
 
@@ -648,10 +658,10 @@ def _count_dwell(lane: _Lane, plan: Plan, layout: Layout) -> None:
     """Adds the time since the last switch to that spent at the present signs of the switches: bit k of the place is set
     where switch k is negative."""
     f = lane.f
-    if not plan.switches:
+    if not plan.signs:
         return
     place = "0"
-    for k in range(len(plan.switches)):
+    for k in range(plan.signs):
         sign = f.whole("lshr", f.bits(lane.get(layout.switches + k)), "63")
         place = f.whole("or", place, f.whole("shl", sign, str(k)))
     row = f.whole("mul", f.whole("add", place, str(layout.dwell)), str(lane.width))

@@ -17,12 +17,14 @@ import numpy.typing as npt
 
 from gelcone.motion.engine.differentiate import Sensitivities
 from gelcone.motion.engine.program import ARRIVED, Event, Program, Rerun
+from gelcone.physics.drive import CORNER, SIDE
 from gelcone.physics.film.film import Border
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 MOST_STEPS = 50_000.0
 """A segment that takes more steps of the integrator does not end."""
+_BY_PHASE = {"drive_frequency": 1.0}
 MOST_PROGRAMS = 64
 """Programs kept in memory; one that is dropped comes back from the cache on disk."""
 
@@ -89,24 +91,35 @@ class PhaseProgram:
         if system.second is not None:
             second = system.second_voltage, system.split_second
             events += [_event(border, phase, *second) for border in system.second.borders]
-        self._program = Program(carried, "states", tolerance, events)
+        corners = {"corner_switch": SIDE, "corner_time": CORNER} if system.waveform.corners else {}
+        self._program = Program(carried, "states", tolerance, events, **corners)
         self._system = system
         self.numbers = phase.numbers
-        self.switches = tuple(dict.fromkeys(event.switch for event in events if event.switch is not None))
+        switches = [event.switch for event in events if event.switch is not None]
+        self.switches = tuple(dict.fromkeys([*switches, *corners.values()]))
 
     def switches_at(self, phases: Array, states: Array, numbers: Mapping[str, Any]) -> dict[str, Array]:
-        """The switches of the films at ``phases`` (members,) and ``states`` (members, N): 1 or -1, by name."""
+        """The switches of the films at ``phases`` (members,) and ``states`` (members, N), 1 or -1, by name; and what a
+        waveform with corners has there."""
         system, z, own = self._system, list(states.T), dict(numbers) | {"drive_frequency": 1.0}
         found: dict[str, Any] = {}
         if system.film.borders:
             found |= system.film.switches(states[:, 0], np.square(system.film_voltage(phases, z, own)), numbers)
         if system.second is not None and system.second.borders:
             found |= system.second.switches(states[:, 0], np.square(system.second_voltage(phases, z, own)), numbers)
+        if system.waveform.corners:
+            there = system.waveform.corners_between(phases, phases, _BY_PHASE)
+            found |= {SIDE: there.side, CORNER: there.passed}
         return {name: np.broadcast_to(np.asarray(found[name], dtype=float), phases.shape) for name in self.switches}
 
-    def again(self, start: Array, end: Array, corners: Array | None) -> Rerun:
+    def _corners(self, start: Array, end: Array) -> Array | None:
+        """The phases between at which the drive is not smooth, (members, corners)."""
+        waveform = self._system.waveform
+        return waveform.corners_between(start, end, _BY_PHASE).later if waveform.corners else None
+
+    def again(self, start: Array, end: Array) -> Rerun:
         """The same run, from phases ``start`` to ``end`` (members,), to be repeated with other numbers and states."""
-        return Rerun(self._program, start, end, MOST_STEPS, corners)
+        return Rerun(self._program, start, end, MOST_STEPS, self._corners(start, end))
 
     def run(
         self,
@@ -116,7 +129,6 @@ class PhaseProgram:
         end: Array,
         *,
         smallest_step: npt.ArrayLike,
-        corners: Array | None,
         threads: int,
         stopped: Callable[[], bool] | None,
     ) -> tuple[Array, npt.NDArray[np.bool_], int]:
@@ -129,7 +141,7 @@ class PhaseProgram:
             smallest_step=smallest_step,
             most_steps=MOST_STEPS,
             threads=threads,
-            corners=corners,
+            corners=self._corners(start, end),
             stopped=stopped,
         )
         return raw.states[:, 0], raw.status == ARRIVED, int(raw.steps.sum())

@@ -117,6 +117,7 @@ class Program:
     tolerance : relative error of one step, between 0 and 1; see `order_and_label`.
     events : borders at which a member ends or a number changes its sign.
     corner_switch : name of a number whose sign changes at every corner that `run` is given.
+    corner_time : name of a number that takes the time of each of them.
     width : lanes; default by the number of members. It does not change a bit of the result.
     machine : what to compile for; default this process's machine. It does not either.
 
@@ -133,6 +134,7 @@ class Program:
         events: Sequence[Event] = (),
         *,
         corner_switch: str | None = None,
+        corner_time: str | None = None,
         width: int | None = None,
         machine: compiler.Machine | None = None,
     ) -> None:
@@ -148,7 +150,7 @@ class Program:
         self._width = width
         self._lock = threading.Lock()
         self._compiled: dict[int, _Compiled] = {}
-        self._traced = _trace(system, keep, events, corner_switch)
+        self._traced = _trace(system, keep, events, corner_switch, corner_time)
 
     def _plan(self, width: int) -> loop.Plan:
         return loop.Plan(**self._traced, order=self.order, tolerance=self.label, width=width)
@@ -274,7 +276,7 @@ class Rerun:
         """The states at the end, (members, states), valid until the next run, and which members arrived.
 
         ``numbers`` (names,) or (names, members) in the order of `numbers`; ``states0`` (members, states); ``switches``
-        (members, switches) where events switch numbers, in the order of the events.
+        (members, switches) where events or corners switch numbers, in the order of the events, those of corners last.
         """
         compiled, arrays = self._compiled, self._arrays
         if numbers.ndim == 1:
@@ -300,12 +302,14 @@ class Rerun:
         return bool((self._arrays.status >= TERMINAL_EVENT).any())
 
 
-def _trace(system: System, keep: str, events: Sequence[Event], corner_switch: str | None) -> dict[str, Any]:
+def _trace(
+    system: System, keep: str, events: Sequence[Event], corner_switch: str | None, corner_time: str | None
+) -> dict[str, Any]:
     """The system's formulas as fields of a `loop.Plan`."""
     graph = Graph()
     count = len(system.states)
     state = [graph.state(i) for i in range(count)]
-    names = [event.switch for event in events] + [corner_switch]
+    names = [event.switch for event in events] + [corner_switch, corner_time]
     switched = tuple(dict.fromkeys(name for name in names if name is not None))
     for name in switched:
         if name not in system.numbers:
@@ -347,6 +351,7 @@ def _trace(system: System, keep: str, events: Sequence[Event], corner_switch: st
         "numbers": tuple(system.numbers),
         "restarts": tuple(restarts),
         "corner_switch": None if corner_switch is None else switched.index(corner_switch),
+        "corner_time": None if corner_time is None else switched.index(corner_time),
     }
 
 
@@ -433,7 +438,8 @@ def _content(plan: loop.Plan) -> str:
     """What tells the plan's code from other plans' code."""
     borders = [(border.direction, border.switch, border.sided, border.smooth, border.seldom) for border in plan.borders]
     switches = [node.value for node in plan.switches]
-    rest = (borders, switches, plan.numbers, plan.order, plan.tolerance.hex(), plan.restarts, plan.corner_switch)
+    corners = (plan.corner_switch, plan.corner_time)
+    rest = (borders, switches, plan.numbers, plan.order, plan.tolerance.hex(), plan.restarts, *corners)
     return repr((fingerprint(plan.roots), rest, plan.width))
 
 
