@@ -23,6 +23,7 @@ from gelcone.devices.record import Field, Record, unknown_field
 from gelcone.devices.template import device_text
 from gelcone.devices.units import FieldError, format_si
 from gelcone.errors import DoubtfulInput, InputError, unknown_name
+from gelcone.physics.drive import WAVEFORMS
 from gelcone.physics.film.continuum import ContinuumFilm
 from gelcone.physics.film.taut import PRESTRETCH_MODES
 from gelcone.physics.model import ConeModel
@@ -124,6 +125,7 @@ class Device(Record):
     voltage_amplitude : amplitude of the drive offset + amplitude sin(2 pi f t), V, at least 0.
     voltage_offset : its constant part, V. Default 0.
     frequency : f, Hz, positive.
+    waveform : ``"sine"`` (default), or ``"triangle"``, up and down at a constant rate in phase with the sine.
     release_height : the disc is held there and let go at t = 0, m. Default: it starts from rest, see `initial_state`.
     release_velocity : its velocity at t = 0, m/s. Default 0.
     second_film : ``"taut"`` or ``"wrinkling"``, on the other side of the disc: a double cone. Of the first film's
@@ -245,6 +247,7 @@ class Device(Record):
         "frequency of the drive", "Hz", typical=(0.1, 1000.0), above=0.0,
         near=("drive_frequency", "omega", "f", "driving_frequency", "voltage_frequency"),
     )  # fmt: skip
+    waveform: Any = Field("shape of the alternating part: sine or triangle", default="sine", near=("shape", "drive"))
     release_height: Any = Field(
         "height at which the disc is held and let go at t = 0", "m", default=None,
         unset="its rest without voltage", typical=(1e-4, 0.1),
@@ -483,6 +486,7 @@ class Device(Record):
             dielectric_strength=self.breakdown_field(),
             prestretch=self.prestretch,
             prestretch_mode=self.prestretch_mode,
+            waveform=self.waveform,
             meridional_prestretch=self.meridional_prestretch,
             hoop_prestretch=self.hoop_prestretch,
             law=self.material.law,
@@ -630,6 +634,7 @@ _DOT = "material."
 _SECOND_PRESTRETCHES = tuple(f"second_{name}" for name in ("prestretch", *DIRECT_PRESTRETCHES))
 _CHOICES: tuple[tuple[str, str, Collection[str]], ...] = (
     ("prestretch_mode", "pre-stretch mode", PRESTRETCH_MODES),
+    ("waveform", "waveform", WAVEFORMS),
     ("second_film", "second film", FILMS),
     ("second_drive", "drive of a second film", DRIVES),
 )

@@ -89,7 +89,7 @@ class Waveform(Component):
             return {**n, "since": n["drive_frequency"] * (tau - n[CORNER])}
         return {**n, **self._place(np.asarray(phase, dtype=float))}
 
-    def _place(self, phase: Array) -> dict[str, Array]:
+    def _place(self, phase: Array) -> dict[str, Any]:
         """``side`` and ``since`` at phases."""
         offsets = np.asarray(self.corners) - self.corners[0]
         along = np.mod(phase - self.corners[0], 2.0 * np.pi)

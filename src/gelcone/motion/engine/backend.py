@@ -64,7 +64,7 @@ def _program(system: ConeSystem, keep: Keep, tolerance: float) -> Program:
     events = [_event(border, system.film_voltage, system.split) for border in system.film.borders]
     if system.second is not None:
         events += [_event(border, system.second_voltage, system.split_second) for border in system.second.borders]
-    corners = {"corner_switch": SIDE, "corner_time": CORNER} if system.waveform.corners else {}
+    corners: dict[str, Any] = {"corner_switch": SIDE, "corner_time": CORNER} if system.waveform.corners else {}
     return Program(system, keep, tolerance, events, **corners)
 
 

@@ -91,7 +91,7 @@ class PhaseProgram:
         if system.second is not None:
             second = system.second_voltage, system.split_second
             events += [_event(border, phase, *second) for border in system.second.borders]
-        corners = {"corner_switch": SIDE, "corner_time": CORNER} if system.waveform.corners else {}
+        corners: dict[str, Any] = {"corner_switch": SIDE, "corner_time": CORNER} if system.waveform.corners else {}
         self._program = Program(carried, "states", tolerance, events, **corners)
         self._system = system
         self.numbers = phase.numbers
