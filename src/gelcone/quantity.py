@@ -71,6 +71,10 @@ class Quantity:
         return within and (abs(value) <= LARGEST or abs(value) == largest)
 
 
+MOST = 10**12
+"""No run could end that counts further."""
+
+
 def check_count(name: str, value: Any, least: int) -> None:
     """`InputError` unless ``value`` is a whole number of at least ``least``."""
     try:
@@ -79,3 +83,5 @@ def check_count(name: str, value: Any, least: int) -> None:
         raise InputError(f"{name} = {value!r}: must be a whole number") from None
     if isinstance(value, bool) or number < least:
         raise InputError(f"{name} = {value!r}: must be at least {least}")
+    if number > MOST:
+        raise InputError(f"{name} = {value!r}: must be at most {MOST}")

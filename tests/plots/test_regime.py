@@ -178,7 +178,7 @@ def test_dots_shrink_with_the_cells(columns, size):
 def test_the_legend_names_what_occurs():
     codes = np.array([int(Regime.REST), int(Regime.CHAOTIC), int(Regime.LEFT_THE_DOMAIN)])
     failed, flagged = np.array([False, False, True]), np.array([False, True, False])
-    handles = cell_legend(codes, failed, flagged)
+    handles = cell_legend(codes, failed, flagged, 2 * failed)
     labels = [handle.get_label() for handle in handles]
     assert labels == [Regime.REST.label, Regime.CHAOTIC.label, "run failed", "evidence disagrees"]
     assert handles[2].get_hatch() == "////"
@@ -189,7 +189,7 @@ def test_the_legend_names_what_occurs():
     assert to_rgb(handles[3].get_color()) == to_rgb(BLACK)
     assert all(isinstance(handle, Patch) for handle in handles[:3])
     nothing = np.zeros(3, dtype=bool)
-    assert [handle.get_label() for handle in cell_legend(codes[:1], nothing[:1], nothing[:1])] == [Regime.REST.label]
+    assert [handle.get_label() for handle in cell_legend(codes[:1], nothing[:1], nothing[:1], 0)] == [Regime.REST.label]
 
 
 def test_regimes_of_an_ensemble_with_a_failed_member(tmp_path):

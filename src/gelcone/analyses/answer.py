@@ -237,7 +237,11 @@ def ending_lines(result: xr.Dataset) -> list[str]:
 
 def counts_text(result: xr.Dataset) -> str:
     """How many cells move in each way that occurs, in one line."""
-    return ", ".join(f"{name} {count}" for name, count in regime_counts(result).items())
+    counts = regime_counts(result)
+    pulled_in, left = int((result["outcome"].values == Outcome.PULLED_IN).sum()), Regime.LEFT_THE_DOMAIN.label
+    if pulled_in:
+        counts |= {left: counts[left] - pulled_in, Outcome.PULLED_IN.label: pulled_in}
+    return ", ".join(f"{name} {count}" for name, count in counts.items() if count)
 
 
 def doubt_lines(result: xr.Dataset) -> list[str]:

@@ -11,8 +11,8 @@ import numpy as np
 
 from gelcone.analyses.answer import heading, periods_json
 from gelcone.analyses.subject import Axis
-from gelcone.codes import Regime
-from gelcone.words import FAILINGS, motion_in_words, shortened, unit_of
+from gelcone.codes import Outcome, Regime
+from gelcone.words import FAILINGS, motion_in_words, outcome_in_words, shortened, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,6 +70,7 @@ def _coexisting_json(one: xr.Dataset) -> dict[str, Any]:
         "motions": [
             {
                 "kind": Regime(int(motion["motion_regime"])).label,
+                "outcome": Outcome(int(motion["motion_outcome"])).label,
                 "period": periods_json(motion["motion_period"].fillna(0)),
                 **{name: motion[f"motion_{name}"] for name in names},
                 "kick": {end: motion[f"motion_kick_{end}"] for end in ("low", "high")},
@@ -124,6 +125,8 @@ def _limits_table(shown: xr.Dataset) -> Iterator[str]:
 
 def _static_reading(shown: xr.Dataset, name: str, voltage: float) -> str:
     if np.isinf(voltage) and name not in ("pitchfork", "pull-in"):
+        if shown["static_displacement"][-1].isnull():
+            return "none to pull-in"
         return f"above {_plain(shown['peak_voltage'].max())}{unit_of(shown['peak_voltage'])}"
     value = _reading(name, voltage)
     return value if isinstance(value, str) else f"{_plain(value)}{unit_of(shown['peak_voltage'])}"
@@ -136,6 +139,9 @@ def _lowest_driven(shown: xr.Dataset, row: int) -> str:
     k = int(np.argmin(low))
     frequency = shown["drive_frequency"]
     if np.isinf(low[k]):
+        pull_in = shown["limit_low"].values[_names(shown, "driven_limit").index("pull-in")]
+        if np.isfinite(pull_in).all():
+            return "none to pull-in"
         return f"above {_plain(shown['driven_peak'].max())}{unit_of(shown['driven_peak'])}"
     return f"{_interval(shown, row, k)} at {_plain(frequency[k])}{unit_of(frequency)}"
 
@@ -195,37 +201,57 @@ def _coexisting_lines(shown: xr.Dataset) -> Iterator[str]:
     if np.isnan(tried).all():
         return
     largest, unit = f"{_plain(np.nanmax(tried))}", unit_of(shown["kick_low"])
-    others = _with_others(shown)
     kick = "kick, a sudden change of the disc's velocity"
-    if not others:
+    if not _with_others(shown):
         yield f"no other motion was found within the window: no {kick}, up to {largest}{unit} leads away"
         return
     yield f"where a {kick}, can lead from the recommended drive (tried up to {largest}{unit}):"
-    lines = [line for k in others for line in _motion_lines(shown.isel(drive_frequency=k))]
+    known = range(shown.sizes["drive_frequency"])
+    lines: list[str] = []
+    for goals, group in itertools.groupby(known, key=lambda k: _goals(shown.isel(drive_frequency=k))):
+        lines += _kick_lines(shown.isel(drive_frequency=list(group)), goals) if goals else []
     yield from shortened(lines)
 
 
-def _motion_lines(one: xr.Dataset) -> Iterator[str]:
-    """The motions that coexist with the window's at one drive frequency."""
-    at = f"{_plain(one['drive_frequency'])}{unit_of(one['drive_frequency'])}"
-    unit = unit_of(one["kick_low"])
-    away = (
-        f"the smallest that leads away lies between {_plain(one['kick_low'])} and {_plain(one['kick_high'])}{unit}"
-        if np.isfinite(one["kick_high"])
-        else "no kick leads away, but another motion exists"
-    )
-    yield f"  {at}: {away}"
-    for n in range(int(one["coexisting"])):
-        motion = one.isel(motion=n)
-        kind = motion_in_words(int(motion["motion_regime"]), int(np.nan_to_num(motion["motion_period"])))
-        stroke = motion["motion_stroke"]
-        moves = f", stroke {_plain(stroke)}{unit_of(stroke)}" if np.isfinite(stroke) else ""
-        fails = [
-            f"{words} {100.0 * float(motion[f'motion_validity_{name}']):.3g} %"
-            for name, words in FAILINGS.items()
-            if float(motion[f"motion_validity_{name}"]) > 0.0
-        ]
-        yield f"    to: {kind}{moves}" + (f"; the model does not hold: {', '.join(fails)}" if fails else "")
+def _goals(one: xr.Dataset) -> tuple[str, ...]:
+    """The motions that coexist with the window's at one drive frequency, by rising kick."""
+    return tuple(_goal(one.isel(motion=n)) for n in range(int(np.nan_to_num(one["coexisting"]))))
+
+
+def _goal(motion: xr.Dataset) -> str:
+    regime, outcome = int(motion["motion_regime"]), int(motion["motion_outcome"])
+    if outcome == Outcome.PULLED_IN:
+        return "pull-in"
+    if regime == Regime.LEFT_THE_DOMAIN:
+        return f"{Regime(regime).label}, {outcome_in_words(outcome)}"
+    return motion_in_words(regime, int(np.nan_to_num(motion["motion_period"])))
+
+
+def _kick_lines(part: xr.Dataset, goals: tuple[str, ...]) -> Iterator[str]:
+    """How large a kick it takes at neighbouring drive frequencies from which the same motions can be reached."""
+    frequency, high = part["drive_frequency"], part["kick_high"].values
+    least = int(np.argmin(high))
+    span = _range(frequency)
+    if np.isfinite(high[least]):
+        at = f", at {_plain(frequency[least])}{unit_of(frequency)}" if high.size > 1 else ""
+        between = f"{_plain(part['kick_low'][least])} and {_plain(high[least])}{unit_of(part['kick_low'])}"
+        yield f"  {span}: the smallest that leads away lies between {between}{at}"
+    else:
+        yield f"  {span}: no kick leads away, but another motion exists"
+    for n, goal in enumerate(goals):
+        motion = part.isel(motion=n)
+        moves = f", stroke {_range(motion['motion_stroke'])}" if motion["motion_stroke"].notnull().any() else ""
+        shares = {words: float(motion[f"motion_validity_{name}"].max()) for name, words in FAILINGS.items()}
+        up_to = "up to " if high.size > 1 else ""
+        fails = [f"{words} {up_to}{100.0 * share:.3g} %" for words, share in shares.items() if share > 0.0]
+        told = f"; the model does not hold: {', '.join(fails)}" if fails and goal != "pull-in" else ""
+        yield f"    to: {goal}{moves}{told}"
+
+
+def _range(values: xr.DataArray) -> str:
+    """The least and the largest of some values, with their unit."""
+    low, high = _plain(values.min()), _plain(values.max())
+    return f"{low if low == high else f'{low} to {high}'}{unit_of(values)}"
 
 
 def _window_row(shown: xr.Dataset, k: int) -> str:

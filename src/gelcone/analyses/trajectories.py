@@ -121,6 +121,8 @@ def extrema_words(shown: xr.Dataset, subject: Subject) -> str:
         of_kind = shown["displacement"].where(shown["maximum"] == kind)
         if of_kind.notnull().any():
             lines.append(f"  {int(of_kind.notnull().sum())} {word}: {_span(of_kind)}")
+    if not shown["count"].any():
+        lines.append("no turning points: the disc is at rest by then")
     return "\n".join(lines)
 
 

@@ -107,11 +107,12 @@ def bifurcation(
         raise InputError(f"bisections = {bisections}: must be at least 0")
     if parameter in STATES:
         raise InputError(f"{parameter}: belongs to the initial state; a bifurcation diagram sweeps a parameter")
-    check_budgets(transient=transient, patience=patience, budget=budget)
     options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     plans = {_name(state): Plan(model, {parameter: values}, state, options=options) for state in states}
     if len(plans) < len(states):
         raise InputError(f"initial = {states}: holds a state twice; remove duplicates")
+    first = next(iter(plans.values()))
+    check_budgets(**{name: first.options.get(name) for name in ("transient", "patience", "budget")})
     counted, once = Counted(progress), tuple(dict.fromkeys(sweeps))
     part = BRANCHES_SHARE / (len(once) + len(plans))
     runs: dict[str, Evidence] = {}
@@ -119,7 +120,6 @@ def bifurcation(
         start_states(*plan.at(plan.grid))
         members, starts = _fixed(plan, plan.grid)
         runs[name] = _classify(plan, members, starts, threads, weighted(counted, part))
-    first = next(iter(plans.values()))
     runs = _sweep(first, once, threads, lambda share: counted(share * part)) | runs
     result = _label(first, runs)
     thresholds = _thresholds(plans, runs, bisections, threads, lambda share: counted((1.0 - BRANCHES_SHARE) * share))

@@ -203,7 +203,8 @@ def run(
 ) -> int:
     """Runs a sweep and delivers its result."""
     subject, plan, analysis, coarsest, keep = wanted
-    check_sweepable(find_analysis(analysis), plan, coarsest, keep)
+    with device_words(subject.device):
+        check_sweepable(find_analysis(analysis), plan, coarsest, keep)
     check_folder(output["out"], command.command, output["force"])
     with tally_shown(command.command) as watch, device_words(subject.device):
         result = plain(sweep)(

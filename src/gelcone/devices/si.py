@@ -213,13 +213,19 @@ def in_device_words(message: str, device: Device) -> str:
     def place(found: re.Match[str]) -> str:
         return f"{found[1]}{format_si(float(found[2]) * float(np.ravel(scales.length)[0]), 'm')}"
 
-    return _PLACE.sub(place, _NAMED.sub(said, message))
+    def time(found: re.Match[str]) -> str:
+        return f"{found[1]}{format_si(float(found[2]) * float(np.ravel(scales.time)[0]), 's')}"
+
+    return _TIME.sub(time, _PLACE.sub(place, _NAMED.sub(said, message)))
 
 
 _NUMBER = r"(?P<number>[-+]?\d[\d.]*(?:e[-+]?\d+)?)"
 _NAMED = re.compile(
     rf"(?<![\w.'-])(?P<name>voltage(?= = )|voltage_bias|drive_frequency|rest_height|spring_stiffness|damping_ratio|"
     rf"stretch_limit|yeoh_c2|yeoh_c3)(?![\w'])(?: = {_NUMBER})?"
+)
+_TIME = re.compile(
+    r"((?:transient|patience|budget|window) = |times: |comes after |time of at most )([-+]?\d[\d.]*(?:e[-+]?\d+)?)"
 )
 _PLACE = re.compile(r"(initial displacement )([-+]?\d[\d.]*(?:e[-+]?\d+)?)")
 

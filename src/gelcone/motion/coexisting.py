@@ -83,8 +83,9 @@ def coexisting(
     Over (members,): ``motions``, how many others were found; ``kick_low`` and ``kick_high``, the interval of the
     smallest kick that leads away from the own motion (both infinite: none up to ``kick_tried`` does). Over (members,
     motions), NaN-padded, by rising kick: ``stroke``, ``lowest``, ``highest``, ``period``, ``regime`` (of `Regime`; one
-    that leaves the domain has no stroke), ``motion_kick_low`` and ``motion_kick_high`` (NaN where only the motion at a
-    neighbouring frequency led there), and the shares of `gelcone.motion.validity` in ``validity`` (..., 5).
+    that leaves the domain has no stroke), ``outcome``, how it leaves it (of `Outcome`), ``motion_kick_low`` and
+    ``motion_kick_high`` (NaN where only the motion at a neighbouring frequency led there), and the shares of
+    `gelcone.motion.validity` in ``validity`` (..., 5).
     """
     counted, flow = Counted(progress), dict[str, Any](threads=threads)
     if not members.size:
@@ -295,13 +296,14 @@ def _arrays(members: Members, found: list[Motions], largest: Array, flow: dict[s
         sorted(range(1, len(own.kinds)), key=lambda n: np.nan_to_num(own.kick[n][1], nan=np.inf)) for own in found
     ]
     shape = (len(found), max((len(order) for order in others), default=0))
-    named = ("stroke", "lowest", "highest", "period", "regime", "motion_kick_low", "motion_kick_high")
+    named = ("stroke", "lowest", "highest", "period", "regime", "outcome", "motion_kick_low", "motion_kick_high")
     result = {name: np.full(shape, np.nan) for name in named} | {"validity": np.full((*shape, len(SHARES) + 1), np.nan)}
     places = [(row, column, n) for row, order in enumerate(others) for column, n in enumerate(order)]
     for row, column, n in places:
         motion = found[row].kinds[n]
         result["motion_kick_low"][row, column], result["motion_kick_high"][row, column] = found[row].kick[n]
         result["regime"][row, column] = Regime.LEFT_THE_DOMAIN
+        result["outcome"][row, column] = motion.outcome[0]
         if motion.outcome[0] == Outcome.OK:
             result["stroke"][row, column] = 2.0 * motion.amplitude[0]
             for name in ("lowest", "highest", "period"):

@@ -148,7 +148,8 @@ class Plane:
             change = members.system.film_voltage_rate(times, list(np.moveaxis(run.states, -1, 0)), n)
             change, current = np.broadcast_to(change, x.shape), np.full(x.shape, np.nan)
             t, place, speed, v, rate = (values[to_end] for values in (times, x, u, voltage, change))
-            current[to_end] = film.current(t, place, speed, v, rate, members.take(to_end).numbers(trailing=1))
+            if to_end.any():
+                current[to_end] = film.current(t, place, speed, v, rate, members.take(to_end).numbers(trailing=1))
             state = film.state(x, voltage, n)
             fails = broken(members, x, voltages, (state, None))
             apparent = [np.sqrt(np.mean(values * values, axis=1)) for values in (voltage, current)]

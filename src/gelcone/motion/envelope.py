@@ -81,9 +81,9 @@ def envelope(
     beside the window's were found; ``kick_low`` and ``kick_high``, the interval of the smallest sudden change of the
     disc's velocity that leads away from the window's motion (both infinite: none up to ``kick_tried`` does); and over
     ``motion`` too, NaN-padded, each of the others: ``motion_stroke``, ``motion_lowest``, ``motion_highest``,
-    ``motion_period``, ``motion_regime``, ``motion_kick_low`` and ``motion_kick_high`` (NaN where only a motion at a
-    neighbouring frequency or a held start led to it), and its shares outside the model's validity,
-    ``motion_validity_*``.
+    ``motion_period``, ``motion_regime``, ``motion_outcome``, ``motion_kick_low`` and ``motion_kick_high`` (NaN
+    where only a motion at a neighbouring frequency or a held start led to it), and its shares outside the model's
+    validity, ``motion_validity_*``.
 
     The power is the mean of 2 zeta x'^2 over 12 drive periods: what the damper takes up - friction, or the work on a
     load that acts as one - and in a settled motion just what the voltage source gives, since an ideal capacitor takes
@@ -283,6 +283,7 @@ _MOTIONS = {
     "highest": ("highest displacement of it", "length"),
     "period": ("its period in forcing periods, 0 if none", "count"),
     "regime": ("its kind of motion", "code"),
+    "outcome": ("how its run ended", "code"),
     "kick_low": ("the smallest kick to it lies above this velocity", "velocity"),
     "kick_high": ("and at or below this one", "velocity"),
 }

@@ -16,7 +16,7 @@ from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
-from gelcone.motion.settle import start_states
+from gelcone.motion.settle import LONGEST_TIME, start_states
 from gelcone.motion.validity import ASSUMPTIONS, broken, shares, validity_variables, voltages_along
 from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.members import Members
@@ -84,6 +84,9 @@ def simulate(
     _check_positive("periods", periods, "a positive number of drive periods")
     states0 = start_states(model, initial)
     if times is None:
+        longest = float(np.max(periods * model.drive_period))
+        if longest > LONGEST_TIME:
+            raise InputError(f"periods = {periods:g}: last too long; a run takes a time of at most {LONGEST_TIME:g}")
         sampled = even_times(model, periods * model.drive_period)
         kept = checked = np.arange(sampled.shape[1])
     else:
@@ -181,6 +184,8 @@ def _wanted_times(times: npt.ArrayLike) -> Array:
         raise InputError(
             f"times: {wanted[falls[0] + 1]:g} comes after {wanted[falls[0]]:g}; they must increase, sort them"
         )
+    if wanted[-1] > LONGEST_TIME:
+        raise InputError(f"times: {wanted[-1]:g} is among them; a run takes a time of at most {LONGEST_TIME:g}")
     if wanted[-1] == 0.0:
         raise InputError("times = 0: the run has no length; give at least one later time")
     return wanted

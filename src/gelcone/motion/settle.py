@@ -41,6 +41,8 @@ BLOCK = 64.0
 DECAY_TIMES = 20.0
 LONGEST_DECAY = 5000.0
 FEWEST_REPEATS = 30
+LONGEST_TIME = 1e12
+"""No run could end that is longer."""
 SHORTEST_TRANSIENT = 200.0
 
 
@@ -156,10 +158,10 @@ def round_duration(duration: Array, trial: int) -> Array:
 
 
 def check_budgets(**budgets: float | None) -> None:
-    """`InputError` for a time that is not positive and finite."""
+    """`InputError` for a time that is not positive or longer than `LONGEST_TIME`."""
     for name, value in budgets.items():
-        if value is not None and not (np.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} = {value:g}: must be a positive dimensionless time")
+        if value is not None and not 0.0 < value <= LONGEST_TIME:
+            raise InputError(f"{name} = {value:g}: must be a positive time of at most {LONGEST_TIME:g}")
 
 
 def repeats_lasting(members: Members, duration: Array | float) -> npt.NDArray[np.int64]:

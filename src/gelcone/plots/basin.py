@@ -103,5 +103,5 @@ def legend(cells: xr.Dataset) -> list[Artist]:
         handles.append(Patch(facecolor=OTHERS, edgecolor="black", lw=0.5, label=label))
     regime, failed, flagged = marks(cells)
     unsettled = np.where(regime == Regime.TRANSIENT, regime, -1)
-    handles += cell_legend(unsettled, failed, flagged & (regime != Regime.TRANSIENT))
+    handles += cell_legend(unsettled, failed, flagged & (regime != Regime.TRANSIENT), cells["outcome"])
     return handles + invalid_legend(invalid_cells(cells, "displacement", "velocity"))

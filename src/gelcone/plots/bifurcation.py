@@ -58,7 +58,7 @@ def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"
         coordinate_axis(panels[0], diagram, name, "top")
         told = None if followed is None else branch_legend(followed)
         panels[0].legend(handles=told, loc="upper left", bbox_to_anchor=(1.02, 1.0))
-        handles = cell_legend(*marks(diagram))
+        handles = cell_legend(*marks(diagram), diagram["outcome"])
         panels[1].legend(
             handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.0), title="regime", alignment="left"
         )

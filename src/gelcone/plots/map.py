@@ -48,7 +48,9 @@ def map_figure(cells: xr.Dataset, lines: Lines | None = None) -> Figure:
         right.set_ylabel("")
         for axes in (left, right):
             overlay(lines or {}, axes)
-        handles = cell_legend(*marks(cells)) + invalid_legend(invalid_cells(cells, *axes_names(cells)))
+        handles = cell_legend(*marks(cells), cells["outcome"]) + invalid_legend(
+            invalid_cells(cells, *axes_names(cells))
+        )
         handles += right.get_legend_handles_labels()[0]
         legend_x = 1.25 if coordinate_axis(right, cells, axes_names(cells)[1], "right") else 1.0
         right.legend(handles=handles, loc="upper left", bbox_to_anchor=(legend_x, 1.0))

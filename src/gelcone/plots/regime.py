@@ -10,7 +10,7 @@ from gelcone.codes import Regime
 from gelcone.plots.response import members, picked
 from gelcone.plots.style import BLACK, BLUE, CRIMSON, GREEN, GREY, SKY, VERMILION, YELLOW, styled
 from gelcone.quantity import Array
-from gelcone.words import evidence_in_words
+from gelcone.words import evidence_in_words, failed_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -156,8 +156,8 @@ def invalid_legend(where: Any) -> list[Artist]:
     return [Patch(facecolor=INVALID, alpha=VEIL, label="model does not hold")] if np.any(where) else []
 
 
-def cell_legend(regime: Any, failed: Any, flagged: Any) -> list[Artist]:
-    """Legend handles for the regimes and marks that occur."""
+def cell_legend(regime: Any, failed: Any, flagged: Any, outcome: Any) -> list[Artist]:
+    """Legend handles for the regimes and marks that occur; the outcomes say how runs failed."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -167,7 +167,7 @@ def cell_legend(regime: Any, failed: Any, flagged: Any) -> list[Artist]:
         if np.any((np.asarray(regime) == kind) & ~np.asarray(failed))
     ]
     if np.any(failed):
-        handles.append(Patch(facecolor=GREY, edgecolor=BLACK, lw=0.0, hatch="////", label="run failed"))
+        handles.append(Patch(facecolor=GREY, edgecolor=BLACK, lw=0.0, hatch="////", label=failed_in_words(outcome)))
     if np.any(flagged):
         handles.append(Line2D([], [], color=BLACK, marker=".", ms=4.0, ls="", label="evidence disagrees"))
     return handles

@@ -134,7 +134,8 @@ def _slices(result: xr.Dataset, values: xr.DataArray) -> Figure:
         if "regime" in result:
             shown = result.isel({third: picks}).stack(flat=(y, third)).transpose("flat", x, ...)
             failed = shown["outcome"].values > 0
-            handles = cell_legend(shown["regime"].values, failed, (shown["doubtful"].values > 0) & ~failed)
+            doubtful = (shown["doubtful"].values > 0) & ~failed
+            handles = cell_legend(shown["regime"].values, failed, doubtful, shown["outcome"])
             handles += invalid_legend(invalid_cells(result, x, y, third))
             figure.legend(handles=handles, loc="outside right upper")
         if picks.size < result.sizes[third]:
