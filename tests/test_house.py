@@ -4,6 +4,7 @@ All imports count, those inside functions and those for types too.
 """
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -65,7 +66,10 @@ def imported(source, known=MODULES):
     return found
 
 
-IMPORTS = {name: imported(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
+@cache
+def imports():
+    """The modules that every module imports."""
+    return {name: imported(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
 
 
 def place(module):
@@ -75,7 +79,7 @@ def place(module):
 def wrong_way():
     return {
         (module, other)
-        for module, others in IMPORTS.items()
+        for module, others in imports().items()
         for other in others
         if FLOOR[place(other)] > FLOOR[place(module)]
         or (FLOOR[place(other)] == FLOOR[place(module)] and place(other) != place(module) and FLOOR[place(module)] > 0)
@@ -85,12 +89,12 @@ def wrong_way():
 def circles():
     """Modules from which imports lead back to themselves, each with the shortest way."""
     found = {}
-    for start in IMPORTS:
-        ways = {other: [start, other] for other in IMPORTS[start]}
+    for start in imports():
+        ways = {other: [start, other] for other in imports()[start]}
         queue = list(ways)
         while queue and start not in ways:
             here = queue.pop(0)
-            for other in IMPORTS[here]:
+            for other in imports()[here]:
                 if other not in ways:
                     ways[other] = [*ways[here], other]
                     queue.append(other)

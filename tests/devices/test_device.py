@@ -589,26 +589,28 @@ def test_every_number_makes_an_ensemble_of_single_devices(device, name):
     law = {"material.law": "yeoh"} if "yeoh" in name else {}
     owner = {"beam_rate": "-20 N/m"} if name.startswith("beam_") else {}
     owner |= {"second_film": "taut", "second_drive": "constant"} if name.startswith("second_") else {}
-    start = device.replace({"initial_height": "8 mm", "dielectric_strength": "20 kV/mm", **law, **owner})
+    # The rest of a wrinkling film takes longer to find than that of a taut one: two fields of the film have it.
+    film = {"film": "wrinkling" if name in ("hoop_prestretch", "material.shear_modulus") else "taut"}
+    start = device.replace({"initial_height": "8 mm", "dielectric_strength": "20 kV/mm", **film, **law, **owner})
     own = start.get(name)
     usual = {"material.young_modulus": 5e4, "material.dielectric_strength": 2e7, "voltage_offset": 100.0}
     usual |= {"beam_cubic_rate": 1e4, "beam_height": 0.01, "second_flat_height": 0.01, "second_voltage": 500.0}
-    values = np.array([1.0, 1.1, 1.3]) * (own or usual.get(name, 0.03 if name.startswith("release") else 1.01))
+    values = np.array([1.0, 1.3]) * (own or usual.get(name, 0.03 if name.startswith("release") else 1.01))
     if name == "material.dielectric_strength":
         start = start.replace(dielectric_strength=None)
     ensemble = start.replace({name: values})
-    assert ensemble.shape == ensemble.to_model().shape == (3,)
-    states = np.broadcast_to(ensemble.initial_state(), (3, 2))
+    assert ensemble.shape == ensemble.to_model().shape == (2,)
+    states = np.broadcast_to(ensemble.initial_state(), (2, 2))
     for i, value in enumerate(values):
         alone = start.replace({name: value})
-        assert {k: np.broadcast_to(v, 3)[i] for k, v in ensemble.to_model().values.items()} == pytest.approx(
+        assert {k: np.broadcast_to(v, 2)[i] for k, v in ensemble.to_model().values.items()} == pytest.approx(
             alone.to_model().values, rel=1e-14
         )
-        assert [np.broadcast_to(s, 3)[i] for s in dataclasses.astuple(ensemble.scales)] == pytest.approx(
+        assert [np.broadcast_to(s, 2)[i] for s in dataclasses.astuple(ensemble.scales)] == pytest.approx(
             dataclasses.astuple(alone.scales), rel=1e-14
         )
         assert tuple(states[i]) == pytest.approx(alone.initial_state(), rel=1e-12)
-        assert np.broadcast_to(ensemble.breakdown_field(), 3)[i] == pytest.approx(alone.breakdown_field(), rel=1e-14)
+        assert np.broadcast_to(ensemble.breakdown_field(), 2)[i] == pytest.approx(alone.breakdown_field(), rel=1e-14)
     assert Device(**json.loads(json.dumps(ensemble.parameters()))) == ensemble
 
 
