@@ -24,3 +24,11 @@ def command_line(monkeypatch, capsys, tmp_path):
         return left.value.code, printed.out, printed.err
 
     return run
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Figures are made and not drawn, which takes longest: for tests of files whose figures the tests of plots draw."""
+    from gelcone.plots import style
+
+    monkeypatch.setattr(style, "draw_file", lambda figure, path: path.write_bytes(f"{len(figure.axes)} axes".encode()))

@@ -14,7 +14,7 @@ from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import continuum, practical, resonance, spectra, statics, triples
 from gelcone.presets import find_preset
 
-TINY = replace(QUICK, name="tiny", section_points=40, frequencies=24, spectrum_periods=16, window=100.0)
+TINY = replace(QUICK, section_points=40, frequencies=16, spectrum_periods=16, window=100.0)
 STUDIES = (
     *(study for module in (statics, triples, spectra, practical, resonance) for study in module.STUDIES),
     next(study for study in continuum.STUDIES if study.name == "continuum"),
@@ -23,15 +23,21 @@ TRIPLES = tuple(triples.TRIPLES)
 MOTIONS = (*TRIPLES, "frequency-responses")
 
 
+class TinyStudies(dict):
+    """All studies by name, each computed when it is first asked for."""
+
+    def __missing__(self, name):
+        shares: list[float] = []
+        (study,) = (study for study in STUDIES if study.name == name)
+        self[name] = study.compute(TINY, shares.append)
+        assert sum(shares) == pytest.approx(1.0, abs=1e-6), name
+        return self[name]
+
+
 @cache
 def tiny_studies():
-    """All studies by name, computed once for the tests of the figures as well."""
-    found = {}
-    for study in STUDIES:
-        shares: list[float] = []
-        found[study.name] = study.compute(TINY, shares.append)
-        assert sum(shares) == pytest.approx(1.0, abs=1e-6), study.name
-    return found
+    """Once for the tests of the figures as well."""
+    return TinyStudies()
 
 
 @pytest.fixture
@@ -45,8 +51,9 @@ def test_every_study_says_what_it_is_and_comes_back_from_netcdf_as_it_was(studie
     assert {"title", "model", "options", "gelcone_version", "preset"} <= set(study.attrs)
     for variable in study.variables.values():
         assert variable.attrs.get("long_name") or variable.dims in (("sweep",), ("set",))
-    gelcone.save(study, tmp_path / "study.nc")
-    assert gelcone.load(tmp_path / "study.nc").identical(study)
+    if name not in MOTIONS[1:]:  # all of which hold the same variables
+        gelcone.save(study, tmp_path / "study.nc")
+        assert gelcone.load(tmp_path / "study.nc").identical(study)
 
 
 @pytest.mark.parametrize("name", MOTIONS)

@@ -9,7 +9,6 @@ import select
 import shutil
 import subprocess
 import sys
-from contextlib import contextmanager
 from datetime import date
 from html import unescape
 from html.parser import HTMLParser
@@ -58,17 +57,17 @@ def finding(**found):
     )
 
 
-@pytest.fixture
-def page(tmp_path):
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
     """A report of two figures and eight claims: every verdict, and one claim whose figure is not drawn."""
-    figures = []
+    folder, figures = tmp_path_factory.mktemp("page"), []
     for number, presets in ((3, ("table1",)), (8, ("base", "fast"))):
         figure = PaperFigure(number, f"Title {NASTY}", presets, f"values {NASTY}", f"message {NASTY}", ("swing",), None)
         picture = styled(4.0, 2.0, lambda sheet: sheet.add_subplot().plot([0.0, 1.0, 0.5]))
-        png, svg = (tmp_path / f"{figure.name}.{suffix}" for suffix in ("png", "svg"))
+        png, svg = (folder / f"{figure.name}.{suffix}" for suffix in ("png", "svg"))
         save_figure(picture, png)
         save_figure(picture, svg)
-        figures.append(DrawnFigure(figure, png, svg, (tmp_path / "data" / "swing.nc",)))
+        figures.append(DrawnFigure(figure, png, svg, (folder / "data" / "swing.nc",)))
     claims = []
     for place, (verdict, found) in enumerate([*FINDINGS.items(), (Verdict.REPRODUCED, {"holds": True})]):
         shown = (3, 8, 8, 3, 3, 8, 8, 12)[place]
@@ -182,10 +181,13 @@ def test_every_badge_has_its_own_colour_and_readable_words(page):
 
 
 class Browser:
-    """A page in headless Chromium, driven over the DevTools protocol on two pipes: NUL-ended JSON messages."""
+    """Headless Chromium, driven over the DevTools protocol on two pipes: NUL-ended JSON messages."""
 
     def __init__(self, receive, send):
-        self.receive, self.send, self.count, self.rest, self.events = receive, send, 0, b"", []
+        self.receive, self.send, self.count, self.rest, self.events, self.session = receive, send, 0, b"", [], {}
+
+    def turn_to_a_new_page(self):
+        self.session, self.events = {}, []
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         self.session = {"sessionId": self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]}
         for domain in ("Page", "Network", "Runtime", "Log"):
@@ -193,7 +195,7 @@ class Browser:
 
     def call(self, method, **params):
         self.count += 1
-        message = {"id": self.count, "method": method, "params": params, **getattr(self, "session", {})}
+        message = {"id": self.count, "method": method, "params": params, **self.session}
         os.write(self.send, json.dumps(message).encode() + b"\0")
         while (answer := self.message()).get("id") != self.count:
             self.events.append(answer)
@@ -224,8 +226,8 @@ class Browser:
         return [event["params"] for event in self.events if event["method"] == method]
 
 
-@contextmanager
-def chromium(profile):
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
     """A started browser; skips the test where there is none."""
     if CHROMIUM is None:
         pytest.skip("no Chromium on this machine: install it (Debian: apt-get install chromium) to run this test")
@@ -237,7 +239,7 @@ def chromium(profile):
     # Chromium reads commands from descriptor 3 and answers on 4.
     start = f"import os, sys; os.dup2({commands}, 3); os.dup2({answers}, 4); os.execvp(sys.argv[1], sys.argv[1:])"
     process = subprocess.Popen(
-        [sys.executable, "-c", start, CHROMIUM, *FLAGS, f"--user-data-dir={profile}"],
+        [sys.executable, "-c", start, CHROMIUM, *FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"],
         pass_fds=(commands, answers),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
@@ -258,31 +260,31 @@ def chromium(profile):
             process.wait()
 
 
-def look(path, profile):
+def look(path, browser):
     """What a browser sees: widths of the pictures, requests beyond the page itself, complaints, and more."""
-    with chromium(profile) as browser:
-        address = path.resolve().as_uri()
-        browser.open(address)
-        ready = "Promise.allSettled([...document.images].map(i => i.decode()))"
-        widths = browser.evaluate(f"{ready}.then(() => [...document.images].map(i => i.naturalWidth))")
-        requests = [event["request"]["url"] for event in browser.seen("Network.requestWillBeSent")]
-        kinds = ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded", "Network.loadingFailed")
-        return {
-            "widths": widths,
-            "requests": [url for url in requests if url != address and not url.startswith("data:")],
-            "complaints": [event for kind in kinds for event in browser.seen(kind)],
-            "too wide": browser.evaluate("document.documentElement.scrollWidth > window.innerWidth"),
-            "dead links": browser.evaluate("[...document.links].filter(a => !document.querySelector(a.hash)).length"),
-        }
+    address = path.resolve().as_uri()
+    browser.turn_to_a_new_page()
+    browser.open(address)
+    ready = "Promise.allSettled([...document.images].map(i => i.decode()))"
+    widths = browser.evaluate(f"{ready}.then(() => [...document.images].map(i => i.naturalWidth))")
+    requests = [event["request"]["url"] for event in browser.seen("Network.requestWillBeSent")]
+    kinds = ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded", "Network.loadingFailed")
+    return {
+        "widths": widths,
+        "requests": [url for url in requests if url != address and not url.startswith("data:")],
+        "complaints": [event for kind in kinds for event in browser.seen(kind)],
+        "too wide": browser.evaluate("document.documentElement.scrollWidth > window.innerWidth"),
+        "dead links": browser.evaluate("[...document.links].filter(a => !document.querySelector(a.hash)).length"),
+    }
 
 
 CLEAN = {"requests": [], "complaints": [], "too wide": False, "dead links": 0}
 
 
-def test_a_browser_opens_the_report_without_complaint(page, tmp_path):
+def test_a_browser_opens_the_report_without_complaint(page, tmp_path, browser):
     path = tmp_path / "report.html"
     path.write_text(page, encoding="utf-8")
-    seen = look(path, tmp_path / "profile")
+    seen = look(path, browser)
     widths = seen.pop("widths")
     assert len(widths) == 2
     assert min(widths) > 0
@@ -300,18 +302,18 @@ def test_a_browser_opens_the_report_without_complaint(page, tmp_path):
         ("<a href='#nowhere'>there</a>", "dead links"),
     ],
 )
-def test_the_browser_finds_faults(tmp_path, fault, found):
+def test_the_browser_finds_faults(tmp_path, browser, fault, found):
     path = tmp_path / "report.html"
     path.write_text(f"<!DOCTYPE html><html><body>{fault}</body></html>", encoding="utf-8")
-    seen = look(path, tmp_path / "profile")
+    seen = look(path, browser)
     assert seen[found] != CLEAN.get(found, [])
     assert 0 in seen["widths"] or "img" not in fault
 
 
-def test_the_page_forbids_requests(page, tmp_path):
+def test_the_page_forbids_requests(page, tmp_path, browser):
     path = tmp_path / "report.html"
     path.write_text(page.replace("</body>", "<img src='http://127.0.0.1:9/picture.png'></body>"), encoding="utf-8")
-    seen = look(path, tmp_path / "profile")
+    seen = look(path, browser)
     assert "Content Security Policy" in str(seen["complaints"])
 
 
@@ -331,7 +333,7 @@ def test_a_small_report_from_end_to_end(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_quick_report_from_end_to_end(tmp_path):
+def test_the_quick_report_from_end_to_end(tmp_path, request):
     """Every study, figure and claim: one test, because the run takes about a minute on two cores."""
     quick = run(quick=True, out=tmp_path / "paper")
     assert len(quick.claims) == 21
@@ -342,7 +344,7 @@ def test_the_quick_report_from_end_to_end(tmp_path):
     verdicts = {judged.claim.name: judged.verdict for judged in quick.claims}
     assert verdicts["static-bistable"] is verdicts["practical-voltage"] is Verdict.REPRODUCED
     if CHROMIUM is not None:
-        seen = look(quick.report, tmp_path / "profile")
+        seen = look(quick.report, request.getfixturevalue("browser"))
         widths = seen.pop("widths")
         assert len(widths) == 12
         assert min(widths) > 0
