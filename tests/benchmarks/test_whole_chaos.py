@@ -48,9 +48,9 @@ def test_found_is_what_is_whole_and_lasts():
 
 def test_a_search_goes_on_and_ends_alike(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(whole_chaos, "FAMILIES", {"beam": whole_chaos.FAMILIES["beam"]})
-    main(16, tmp_path)
+    main(4, tmp_path)
     first, table = capsys.readouterr().out, (tmp_path / "whole-chaos.csv").read_text()
-    assert "beam, random: 16 draws" in first
+    assert "beam, random: 4 draws" in first
     monkeypatch.setattr("gelcone.atlas.sweep.compute", None)  # what lies there is not computed again
-    main(16, tmp_path)
+    main(4, tmp_path)
     assert (capsys.readouterr().out, (tmp_path / "whole-chaos.csv").read_text()) == (first, table)

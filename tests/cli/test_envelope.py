@@ -38,7 +38,7 @@ def test_the_object_holds_limits_window_stroke_and_power_in_si(gelcone):
     assert content["recommended_constant"] == pytest.approx(0.8 * content["static_limits"]["hoop slack"]["voltage"])
 
 
-def test_the_text_says_what_comes_first_what_the_window_yields_and_where_the_device_is(gelcone, tmp_path):
+def test_the_text_says_what_comes_first_what_the_window_yields_and_where_the_device_is(gelcone, undrawn, tmp_path):
     code, out, err = gelcone(*PUMP, "--out", "there")
     assert (code, err) == (0, "")
     lines = out.splitlines()
@@ -51,7 +51,7 @@ def test_the_text_says_what_comes_first_what_the_window_yields_and_where_the_dev
     assert {"mean power (mW)", "natural freq. (Hz)", "blocked force (N)"} <= {a.get_ylabel() for a in figure.axes}
 
 
-def test_without_a_dielectric_strength_text_object_and_figure_say_unknown(gelcone, tmp_path):
+def test_without_a_dielectric_strength_text_object_and_figure_say_unknown(gelcone, undrawn, tmp_path):
     code, out, _ = gelcone(*FLAT, "--out", ".")
     assert code == 0
     assert "the dielectric strength is not given: the window takes no account of breakdown" in out

@@ -38,7 +38,7 @@ def test_the_object_holds_both_sweeps_their_peaks_and_the_jump(gelcone):
     assert content["parameters"]["spring_stiffness"] == 0.1
 
 
-def test_a_device_answers_in_hertz_and_millimetres(gelcone, tmp_path):
+def test_a_device_answers_in_hertz_and_millimetres(gelcone, undrawn, tmp_path):
     code, out, err = gelcone(*HERTZ, "--out", "there")
     assert (code, err) == (0, "")
     assert "drive frequency 9 to 13 Hz, 5 values" in out

@@ -157,7 +157,7 @@ def test_regime_of_a_device_also_in_millimetres(found):
     assert content["si"]["highest"]["values"] == pytest.approx(length * content["regime"]["evidence"]["highest"])
 
 
-def test_thresholds_of_a_device_also_in_volts(found, tmp_path):
+def test_thresholds_of_a_device_also_in_volts(found, undrawn, tmp_path):
     over = ["--over", "voltage_amplitude=0 V:3200 V:3", "--sweeps", "none", "--bisections", "1"]
     content = found("bifurcation", "soft-film", *over, "--set", "damping_coefficient=0.02", "--out", tmp_path)
     np.testing.assert_allclose(content["si"]["voltage_amplitude"]["values"], [0.0, 1600.0, 3200.0], atol=1e-9)
@@ -187,7 +187,7 @@ def test_a_map_over_two_fields_of_a_device(found):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_text_and_files(gelcone, tmp_path, command):
+def test_text_and_files(gelcone, undrawn, tmp_path, command):
     out = tmp_path / "results"
     arguments = [command, *MODEL, *COMMANDS[command], *QUICK, "--out", out]
     code, text, err = gelcone(*arguments)

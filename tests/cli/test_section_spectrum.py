@@ -114,7 +114,7 @@ def test_a_device_gets_hertz_and_millimetres(gelcone, device):
 
 
 @pytest.mark.parametrize("name", ["section", "extrema"])
-def test_section_writes_data_and_figure_and_overwrites_only_if_forced(gelcone, device, tmp_path, name):
+def test_section_writes_data_and_figure_and_overwrites_only_if_forced(gelcone, undrawn, device, tmp_path, name):
     arguments = (name, device, "--repeats", 3, "--out", tmp_path / "out")
     code, out, _ = gelcone(*arguments)
     assert code == 0

@@ -113,7 +113,7 @@ def test_tongues_say_when_nothing_is_found_in_what_was_searched(as_json, gelcone
     assert "rest stays stable in the searched interval (searched up to 0.3)" in out
 
 
-def test_tongues_of_a_device_are_also_in_volts_and_hertz(as_json, tmp_path):
+def test_tongues_of_a_device_are_also_in_volts_and_hertz(as_json, undrawn, tmp_path):
     over = ["--over", "frequency=4 Hz:12 Hz:3", "--over", "voltage_amplitude=0 kV:16 kV:5"]
     content = as_json("tongues", "paper-table1", *over, "--out", tmp_path)
     si = content["si"]

@@ -3,6 +3,7 @@
 import json
 import shutil
 import tarfile
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,12 @@ def written(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module")
+def kept(written):
+    """A result by the name of its file, read once."""
+    return cache(lambda name: gelcone.load(written / f"{name}.nc"))
+
+
 def test_no_result_in_the_archive_is_left_out(written):
     assert {path.stem for path in written.glob("*.nc")} == set(NUMBERS)
     assert {path.name for path in written.iterdir() if path.suffix != ".nc"} == {
@@ -46,8 +53,8 @@ def test_no_result_in_the_archive_is_left_out(written):
 
 
 @pytest.mark.parametrize("name", NUMBERS)
-def test_a_result_reads_and_knows_its_model(written, name):
-    result = gelcone.load(written / f"{name}.nc")
+def test_a_result_reads_and_knows_its_model(kept, name):
+    result = kept(name)
     assert result.attrs["gelcone_version"] == "0.1.0"
     parameters = gelcone.model_of(result).parameters()
     for parameter, number in NUMBERS[name].items():
@@ -55,18 +62,18 @@ def test_a_result_reads_and_knows_its_model(written, name):
 
 
 @pytest.mark.parametrize("name", ["simulate", "simulate-ensemble", "simulate-device", "simulate-yeoh", "simulate-film"])
-def test_the_model_of_a_result_moves_as_it_did(written, name):
+def test_the_model_of_a_result_moves_as_it_did(kept, name):
     """The numbers of 0.1 again: the law, the fitted film and the parameters came through whole."""
-    before = gelcone.load(written / f"{name}.nc")
+    before = kept(name)
     length = 1e3 * gelcone.find_device("biased-pump").scales.length if name == "simulate-device" else 1.0
     now = gelcone.simulate(gelcone.model_of(before), before["initial"].values, times=np.linspace(0.0, 4.0, 5))
     np.testing.assert_allclose(length * now["displacement"], before["displacement"], rtol=1e-9, atol=1e-10)
 
 
 @pytest.mark.parametrize("name", NUMBERS)
-def test_a_result_is_drawn_or_refused_in_one_line(written, name):
+def test_a_result_is_drawn_or_refused_in_one_line(kept, name):
     try:
-        assert gelcone.plot(gelcone.load(written / f"{name}.nc")).axes
+        assert gelcone.plot(kept(name)).axes
     except gelcone.InputError as error:
         message = str(error)
         assert "of gelcone 0.1.0 lacks what its figure draws" in message
@@ -74,21 +81,21 @@ def test_a_result_is_drawn_or_refused_in_one_line(written, name):
         assert "\n" not in message
 
 
-def test_a_result_in_si_units_keeps_them(written):
-    result = gelcone.load(written / "simulate-device.nc")
+def test_a_result_in_si_units_keeps_them(kept):
+    result = kept("simulate-device")
     assert result["displacement"].attrs["units"] == "mm"
     assert result["drive_voltage"].attrs["units"] == "V"
 
 
-def test_an_exponent_keeps_its_number(written):
-    exponents = gelcone.load(written / "lyapunov.nc")
+def test_an_exponent_keeps_its_number(kept):
+    exponents = kept("lyapunov")
     assert float(exponents["finite"][0] + exponents["finite"][1]) == pytest.approx(-0.1, abs=1e-9)
 
 
-def test_a_fitted_film_reads_as_the_force_it_was(written):
+def test_a_fitted_film_reads_as_the_force_it_was(kept, written):
     film = gelcone.read_film(written / "film.json")
     assert film.radius_ratio == 0.2
-    before = gelcone.load(written / "simulate-film.nc")
+    before = kept("simulate-film")
     model = gelcone.ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3, voltage=0.5, film=film)
     now = gelcone.simulate(model, (1.0, 0.0), times=np.linspace(0.0, 4.0, 5))
     np.testing.assert_allclose(now["displacement"], before["displacement"], rtol=1e-9, atol=1e-10)

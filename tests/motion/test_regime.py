@@ -388,7 +388,7 @@ def test_certain_cases_are_named_right_or_flagged(classification, monkeypatch, c
     monkeypatch.setattr(classification, "AVERAGE", 5_000.0)
     monkeypatch.setattr(classification, "FEWEST_BLOCKS", 60)
     monkeypatch.setattr(classification, "OPINION", 400)
-    code = classification.main(20)
+    code = classification.main(12)
     printed = capsys.readouterr().out
     assert code == 0, printed
     assert "wrong without a flag: 0" in printed

@@ -281,7 +281,7 @@ def scale(m, x):
     return (size * response * (1.0 + size) * near_wall + float(m.spring_stiffness) + 9.0) * (1.0 + abs(x))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(members(), st.floats(0.0, 3.0))
 def test_the_force_is_the_slope_of_the_energy_and_the_stiffness_the_slope_of_the_force(member, volts):
     m, x = member
