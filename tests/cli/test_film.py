@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import gelcone
+from gelcone.motion.engine.compile import cache_folder
 from tests.answers import result
 from tests.physics.film.test_continuum import film_like_the_cone
 
@@ -25,6 +26,7 @@ COMMANDS = {
 @pytest.fixture
 def run(monkeypatch, command_line, tmp_path):
     """Runs a command in an empty folder that holds ``film.json``."""
+    monkeypatch.setenv("GELCONE_CACHE", str(cache_folder() or ""))  # the code of programs stays where it is kept
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     gelcone.write_film(film_like_the_cone(errors=(("taut", 0.0123),)), tmp_path / "film.json")
     return command_line

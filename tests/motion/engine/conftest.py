@@ -1,10 +1,15 @@
-"""The tests keep their object code in a folder of their own."""
+"""The tests of the engine keep their object code in a folder of their own; all others in the usual one, as users do."""
 
 import pytest
 
 
-@pytest.fixture(scope="session", autouse=True)
-def _own_cache(tmp_path_factory):
+@pytest.fixture(scope="session")
+def _code(tmp_path_factory):
+    return tmp_path_factory.mktemp("code")
+
+
+@pytest.fixture(scope="package", autouse=True)
+def _own_cache(_code):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("GELCONE_CACHE", str(tmp_path_factory.mktemp("code")))
+        patch.setenv("GELCONE_CACHE", str(_code))
         yield
