@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from gelcone.atlas.branches.continuation import continue_branch as continue_branch
     from gelcone.atlas.branches.locus import locus as locus
     from gelcone.atlas.cluster import cluster as cluster
+    from gelcone.atlas.frequency import frequency as frequency
     from gelcone.atlas.maps import basin as basin
     from gelcone.atlas.maps import map as map
     from gelcone.atlas.plan import Plan as Plan
@@ -84,7 +85,6 @@ if TYPE_CHECKING:
     from gelcone.motion.floquet import onset_voltage as onset_voltage
     from gelcone.motion.floquet import tongues as tongues
     from gelcone.motion.flow import integrate as integrate
-    from gelcone.motion.frequency import frequency as frequency
     from gelcone.motion.limits import limits as limits
     from gelcone.motion.linear import small_signal_response as small_signal_response
     from gelcone.motion.linear import state_space as state_space

@@ -15,6 +15,7 @@ import xarray as xr
 
 from gelcone.atlas import cluster, record, store, workers
 from gelcone.atlas import sweep as module
+from gelcone.atlas.frequency import frequency
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import Tally, show, stored_sweep
 from gelcone.atlas.store import Status
@@ -22,7 +23,6 @@ from gelcone.atlas.sweep import sweep
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion.envelope import envelope
-from gelcone.motion.frequency import frequency
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
 from gelcone.register.analyses import SWEEPABLE

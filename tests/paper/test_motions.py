@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 
 import gelcone
+from gelcone.atlas.frequency import BRANCHES
 from gelcone.codes import Outcome, Regime
-from gelcone.motion.frequency import BRANCHES
 from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import continuum, practical, resonance, spectra, statics, triples
 from gelcone.presets import find_preset

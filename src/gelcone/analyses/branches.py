@@ -11,7 +11,7 @@ from gelcone.analyses.answer import heading
 from gelcone.analyses.subject import read_over
 from gelcone.atlas.branches.beside import branches_beside
 from gelcone.errors import InputError
-from gelcone.words import branch_endings, event_label, flag_label, shortened, unit_of
+from gelcone.words import branch_endings, event_label, flag_label, shortened, unit_of, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,15 +84,15 @@ def followed_json(diagram: xr.Dataset) -> dict[str, Any] | None:
     followed = branches_beside(diagram)
     if followed is None:
         return None
-    return branches_json(followed.assign_attrs(parameter=diagram.attrs["parameter"]))
+    return branches_json(followed)
 
 
-def followed_lines(shown: xr.Dataset) -> list[str]:
-    """The branches beside a bifurcation diagram in words."""
+def followed_lines(shown: xr.Dataset, name: str = "") -> list[str]:
+    """The branches beside a diagram in words; ``name`` is what the parameter is called there."""
     followed = branches_beside(shown)
     if followed is None:
         return []
-    return branch_lines(followed.assign_attrs(parameter=shown.attrs["parameter"]))
+    return branch_lines(followed, name)
 
 
 def _branch_json(result: xr.Dataset, k: int) -> dict[str, Any]:
@@ -158,9 +158,9 @@ def continue_branch_words(shown: xr.Dataset, subject: Subject) -> str:
     return "\n".join([*heading(subject, [name]), *branch_lines(shown)])
 
 
-def branch_lines(shown: xr.Dataset) -> list[str]:
+def branch_lines(shown: xr.Dataset, name: str = "") -> list[str]:
     """What the branches are, line by line."""
-    name, unit = shown.attrs["parameter"], unit_of(shown["value"])
+    name, unit = name or shown.attrs["parameter"], unit_of(shown["value"])
 
     def at(value: float, form: str = ".10g") -> str:
         return f"{value:{form}}{unit}"
@@ -176,6 +176,7 @@ def branch_lines(shown: xr.Dataset) -> list[str]:
             f"branch {k}: {kind}, {name} {values.min():.6g} to {values.max():.6g}{unit}, {values.size} points, "
             f"{100 * share:.3g} % of them stable; ends: {', '.join(branch_endings(own))}"
         )
+        lines += [f"  {line}" for line in validity_in_words(own)]
         lines += [_event_line(shown.isel(event=e), at) for e in np.flatnonzero(shown["event_branch"].values == k)]
     return [*shortened(lines), *_check_lines(shown, name, at)]
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines, periods_json
+from gelcone.analyses.branches import followed_json, followed_lines
 from gelcone.analyses.subject import Axis
-from gelcone.words import kinds_of_motion, shortened, unit_of, validity_in_words
+from gelcone.words import event_label, kinds_of_motion, shortened, unit_of, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,6 +35,7 @@ def frequency_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> d
         "harmonic": result["harmonic"],
         "branches": {str(branch): _branch_json(result.sel(branch=branch)) for branch in result["branch"].values},
         "jumps": [_jump_json(result.isel(jump=i)) for i in range(result.sizes["jump"])],
+        "followed": followed_json(result),
         "linear": {name: result[f"linear_{name}"] for name in ("stroke", "amplitude", "phase")},
     }
 
@@ -51,8 +53,11 @@ def _branch_json(own: xr.Dataset) -> dict[str, Any]:
 
 
 def _jump_json(jump: xr.Dataset) -> dict[str, Any]:
-    numbers = {name.removeprefix("jump_"): jump[name] for name in _JUMP[:2]}
+    numbers: dict[str, Any] = {name.removeprefix("jump_"): jump[name] for name in _JUMP[:2]}
     numbers |= {name.replace("jump", "stroke"): jump[name] for name in _JUMP[2:]}
+    if "jump_event" in jump:
+        kind = None if int(jump["jump_event_kind"]) < 0 else event_label(jump["jump_event_kind"])
+        numbers |= {"event": jump["jump_event"], "event_kind": kind}
     return {"branch": str(jump["jump_branch"].values), **numbers}
 
 
@@ -75,7 +80,8 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
         lines.append(f"linear theory: largest stroke {linear[k]:.4g}{length} at {frequency[k]:.5g}{hertz}")
     else:
         lines.append("no linear theory: no stable equilibrium under the drive's mean square")
-    return "\n".join([*lines, *shortened(_jump_lines(shown, hertz, length))])
+    told = [*lines, *shortened(_jump_lines(shown, hertz, length)), *followed_lines(shown, "drive frequency")]
+    return "\n".join(told)
 
 
 def _branch_lines(branch: str, own: xr.Dataset, hertz: str, length: str) -> list[str]:
@@ -101,6 +107,15 @@ def _jump_lines(shown: xr.Dataset, hertz: str, length: str) -> list[str]:
         low, high, before, after = (float(jump[name]) for name in _JUMP)
         lines.append(
             f"  swept {jump['jump_branch'].values!s:5s} at {low:.5g} to {high:.5g}{hertz}: "
-            f"stroke {before:.4g} -> {after:.4g}{length}"
+            f"stroke {before:.4g} -> {after:.4g}{length}" + _behind(jump, hertz)
         )
     return lines
+
+
+def _behind(jump: xr.Dataset, hertz: str) -> str:
+    """The bifurcation at which a sweep jumps."""
+    if "jump_event" not in jump:
+        return ""
+    if int(jump["jump_event_kind"]) < 0:
+        return ", no bifurcation found there"
+    return f", {event_label(jump['jump_event_kind'])} at {float(jump['jump_event']):.10g}{hertz}"

@@ -144,8 +144,9 @@ def exponents(result: xr.Dataset, axes: Axes) -> None:
             axes.plot(value, np.where(which, growth, np.nan), color=colour_of(own), ls=style, lw=width, alpha=alpha)
     growth = result["lyapunov"].values
     low, high = np.nanquantile(growth, [0.01, 0.99])
+    low, high = min(low, 0.0), max(high, 0.0)
     room = 0.08 * max(high - low, 1e-9)
-    axes.set_ylim(min(low, 0.0) - room, max(high, 0.0) + room)
+    axes.set_ylim(low - room, high + room)
     axes.set_ylabel(f"largest exponent\n({rate_unit(result['lyapunov'])})")
 
 

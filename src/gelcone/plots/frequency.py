@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.atlas.branches.beside import branches_beside
 from gelcone.motion.validity import invalid
+from gelcone.plots.branches import (
+    BRUTE_FORCE,
+    DASHED,
+    colour_of,
+    ends_stability,
+    event_marks,
+    flags,
+    stability_parts,
+)
 from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, axis_label, log_ticks, styled
-from gelcone.words import kinds_of_motion
+from gelcone.words import event_label, kinds_of_motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +30,16 @@ LOOKS: dict[str, dict[str, Any]] = {
     "up": {"color": BLUE, "lw": 1.4, "marker": "^", "ms": 3.0},
     "down": {"color": VERMILION, "lw": 0.9, "marker": "v", "ms": 3.0},
 }
+GREYS: dict[str, dict[str, Any]] = {
+    "up": {"color": BRUTE_FORCE, "lw": 1.6, "label": "phase, swept up"},
+    "down": {"color": BLACK, "lw": 0.7, "ls": ":", "label": "phase, swept down"},
+}
+"""Phases of the sweeps below branches, whose colours mean periods."""
 LINEAR: dict[str, Any] = {"color": GREY, "lw": 1.1, "ls": "--", "zorder": 1.5}
+ORBITS: dict[str, dict[str, Any]] = {
+    "stable": {"ls": "-", "lw": 1.5, "zorder": 2.5},
+    "unstable": {"ls": DASHED, "lw": 1.0, "zorder": 2.2},
+}
 FEW = 60
 """Up to this many points are marked individually."""
 FAINT = 0.3
@@ -29,18 +49,26 @@ WIDE = 5.0
 
 
 def frequency_figure(response: xr.Dataset) -> Figure:
-    """Stroke over drive frequency above the phase of the driven harmonic, for a single actuator."""
+    """Stroke over drive frequency above the phase of the driven harmonic, for a single actuator; with branches beside,
+    the sweeps grey below them."""
+    followed = branches_beside(response)
 
     def draw(figure: Figure) -> None:
-        stroke, phase = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1.0])
-        strokes(response, stroke)
-        phases(response, phase)
+        stroke, phase = figure.subplots(2, 1, sharex=True, height_ratios=[2.2 if followed is None else 3.0, 1.0])
+        if followed is None:
+            strokes(response, stroke)
+        else:
+            branch_strokes(response, followed, stroke)
+        phases(response, phase, LOOKS if followed is None else GREYS)
         frequency = response["drive_frequency"]
         if float(frequency[-1] / frequency[0]) > WIDE:
             log_ticks(phase)
         phase.set_xlim(float(frequency[0]), float(frequency[-1]))
         phase.set_xlabel(axis_label(frequency, "drive frequency"))
-        figure.legend(*stroke.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        told = [
+            one + other for one, other in zip(*(a.get_legend_handles_labels() for a in (stroke, phase)), strict=True)
+        ]
+        figure.legend(*told, loc="outside lower center", ncols=3)
         figure.suptitle(response.attrs.get("device", ""), fontsize=9.0)
 
     return styled(6.4, 5.0, draw)
@@ -76,6 +104,54 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
     axes.set_ylabel(axis_label(response["stroke"], "stroke, peak to peak"))
 
 
+def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> None:
+    """Branches by their stroke, solid where stable, dashed where not, faint where the model does not hold; brute force
+    grey below, and a marker for every event at an end of a stable part."""
+    frequency = response["drive_frequency"].values
+    grey: dict[str, Any] = {"ls": "", "marker": ".", "color": BRUTE_FORCE, "ms": 5.0, "mec": "none", "zorder": 1.0}
+    brute = [*response["stroke"].values, *response["fixed_stroke"].values]
+    for k, values in enumerate(brute):
+        axes.plot(frequency, values, **grey, label=None if k else "brute force")
+    told: set[str] = set()
+    for k in range(followed.sizes["branch"]):
+        own = followed.isel(branch=k)
+        value, height = own["value"].values, (own["highest"] - own["lowest"]).values
+        fails = invalid(own)
+        held = np.ones(value.size, dtype=bool) if fails is None else ~fails.values
+        period = int(own["period"])
+        what = "rest" if bool(own["resting"]) else f"period {period}"
+        for which, style in zip(stability_parts(own["stable"].values), ("stable", "unstable"), strict=True):
+            look = {"color": colour_of(own), **ORBITS[style]}
+            name = f"{what}, {style}"
+            axes.plot(value, np.where(which & held, height, np.nan), **look, label=None if name in told else name)
+            # faint lines reach the points that hold beside them
+            reach = ~held | (held & (np.roll(~held, 1) | np.roll(~held, -1)))
+            axes.plot(value, np.where(which & reach, height, np.nan), **look | {"alpha": FAINT})
+            if which.any():
+                told.add(name)
+        if not held[np.isfinite(value)].all() and UNHELD not in told:
+            axes.plot([], [], color=BLACK, alpha=FAINT, lw=1.4, label=UNHELD)
+            told.add(UNHELD)
+    for k in range(followed.sizes["event"]):
+        event = followed.isel(event=k)
+        branch = followed.isel(branch=int(event["event_branch"]))
+        if not ends_stability(branch, event):
+            continue
+        kind, at = event_label(event["event_kind"]), int(event["event_point"])
+        beside = (branch["highest"] - branch["lowest"]).values[at : at + 2]
+        marks = event_marks(kind, colour_of(branch), int(event["event_supercritical"]) != 0)
+        label = None if kind in told else kind
+        axes.plot([float(event["event_value"])], [beside.mean()], **marks, label=label)
+        told.add(kind)
+    axes.plot(frequency, response["linear_stroke"], **LINEAR, label="linear theory")
+    flags(followed, axes)
+    top = np.nanmax(
+        [np.nanmax(response["stroke"].values), np.nanmax((followed["highest"] - followed["lowest"]).values)]
+    )
+    axes.set_ylim(0.0, 1.1 * float(top) if top > 0.0 else None)
+    axes.set_ylabel(axis_label(response["stroke"], "stroke, peak to peak"))
+
+
 def curve(own: xr.Dataset, axes: Axes, look: dict[str, Any]) -> None:
     """The strokes of one sweep through its refined peak, strong where the model holds and faint where it does not."""
     frequency, stroke = own["drive_frequency"].values, own["stroke"].values
@@ -107,14 +183,14 @@ def arrows(response: xr.Dataset, axes: Axes) -> None:
         axes.annotate("", (at, after), (at, before), arrowprops=style)
 
 
-def phases(response: xr.Dataset, axes: Axes) -> None:
+def phases(response: xr.Dataset, axes: Axes, looks: Mapping[str, dict[str, Any]] = LOOKS) -> None:
     """Phase of the harmonic that the drive excites most by linear theory."""
     harmonic = int(response["linear_amplitude"].max("drive_frequency").fillna(0.0).argmax("harmonic"))
     own = response.isel(harmonic=harmonic)
     frequency = response["drive_frequency"].values
-    for branch, look in LOOKS.items():
+    for branch, look in looks.items():
         values = _without_turns(own["harmonic_phase"].sel(branch=branch).values)
-        axes.plot(frequency, values, color=look["color"], lw=look["lw"])
+        axes.plot(frequency, values, **{name: look[name] for name in ("color", "lw", "ls", "label") if name in look})
     axes.plot(frequency, _without_turns(own["linear_phase"].values), **LINEAR)
     multiple = int(own["harmonic"])
     name = "phase" if multiple == 1 else f"phase at {multiple} x\nthe drive frequency"

@@ -219,7 +219,7 @@ _ALL = (
     Analysis(
         "frequency",
         "Stroke over drive frequency, swept up and down: resonances and jumps.",
-        function="motion.frequency:frequency",
+        function="atlas.frequency:frequency",
         answers="analyses.frequency",
         over="The drive frequencies, drive_frequency=from:to:count or =f1,f2,... (device: 'frequency=4 Hz:9 Hz:80').",
         from_over=("frequencies",),

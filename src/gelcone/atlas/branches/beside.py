@@ -9,6 +9,8 @@ if TYPE_CHECKING:
 
 PREFIX = "followed_"
 """Put before the names of all variables and dims of the branches."""
+KEPT = ("mirror", "parameter")
+"""Attributes that go along."""
 
 
 def put_beside(diagram: xr.Dataset, followed: xr.Dataset) -> xr.Dataset:
@@ -18,7 +20,7 @@ def put_beside(diagram: xr.Dataset, followed: xr.Dataset) -> xr.Dataset:
     for variable in beside.variables.values():
         if "along" in variable.attrs:
             variable.attrs["along"] = variable.attrs["along"].replace("=", f"={PREFIX}")
-    return diagram.merge(beside).assign_attrs(followed_mirror=followed.attrs["mirror"])
+    return diagram.merge(beside).assign_attrs({PREFIX + name: followed.attrs[name] for name in KEPT})
 
 
 def branches_beside(diagram: xr.Dataset) -> xr.Dataset | None:
@@ -32,4 +34,6 @@ def branches_beside(diagram: xr.Dataset) -> xr.Dataset | None:
     for variable in followed.variables.values():
         if "along" in variable.attrs:
             variable.attrs["along"] = variable.attrs["along"].replace(f"={PREFIX}", "=")
-    return followed.assign_attrs(mirror=diagram.attrs["followed_mirror"])
+    # files of earlier versions do not say along which parameter: it is the diagram's
+    kept = {name: diagram.attrs.get(PREFIX + name, diagram.attrs.get(name)) for name in KEPT}
+    return followed.assign_attrs(kept)

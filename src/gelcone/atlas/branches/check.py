@@ -109,7 +109,7 @@ def brute_force(shooting: Shooting, values: Array, starts: Array, **flow: Any) -
         period, _ = periods_of(points, NEARLY)
         arrived, _ = periods_of(points, NEAR_RETURN)
         period[outcome != Outcome.OK] = 0
-        section = path[:, :, -1]
+        section = np.where((outcome == Outcome.OK)[:, None, None], path[:, :, -1], np.nan)
         return Runs(grid, section, period, mirrored(section, period, shooting), arrived > 0)
 
 

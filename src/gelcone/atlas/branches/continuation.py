@@ -21,6 +21,7 @@ from gelcone.devices.si import in_field_units
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.orbit import Shooting
+from gelcone.motion.validity import unknown, validity, validity_variables
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array, check_count
@@ -85,7 +86,8 @@ def continue_branch(
     Dataset over ``branch``, ``point``, ``node``, ``state``, ``multiplier`` and ``event``, padded with NaN (counts with
     0, other whole numbers with -1): ``value`` of the parameter and ``orbit`` at each point, its nodes over one period
     from phase 0 on (``nodes_per_repeat`` of them to a forcing period); ``multiplier_real`` and ``multiplier_imag`` over
-    the period, ``stable``, ``lyapunov`` (the largest exponent), ``lowest`` and ``highest`` displacement; of each branch
+    the period, ``stable``, ``lyapunov`` (the largest exponent), ``lowest`` and ``highest`` displacement, and
+    ``validity_*`` as in `regime`; of each branch
     ``period`` in forcing periods, ``symmetric``, ``ended`` at either ``end`` (codes of `Ending`), ``level`` and the
     event at which it is ``born``. Of each event ``event_kind``, ``event_value`` with ``event_error``, ``event_branch``,
     ``event_born_branch``, ``event_supercritical`` (-1: none is born), ``event_curvature`` and its orbit and
@@ -258,7 +260,7 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
     nodes = max(_kept(branch.shooting)[1] for branch in branches)
     whole = np.full((len(branches), longest), np.nan)
     value, lowest, highest, growth = (whole.copy() for _ in range(4))
-    stable = np.full(whole.shape, -1, dtype=np.int8)
+    stable, holds = np.full(whole.shape, -1, dtype=np.int8), unknown(*whole.shape)
     orbit = np.full((*whole.shape, nodes, size), np.nan)
     multiplier = np.full((*whole.shape, size), np.nan, dtype=complex)
     for k, branch in enumerate(branches):
@@ -271,7 +273,7 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
         growth[k, :count] = np.log(np.maximum(np.abs(found[:, 0]), 1e-300)) / periods
         all_nodes = np.stack([whole_period(branch.shooting, p.nodes) for p in branch.points])
         orbit[k, :count, :kept] = all_nodes[:, ::stride]
-        lowest[k, :count], highest[k, :count] = _extent(branch)
+        lowest[k, :count], highest[k, :count], holds[k, :count] = _extent(branch)
     each, at, of = ("branch", "point"), ("event",), ("branch",)
     event_orbit = np.full((len(events), nodes, size), np.nan)
     event_multiplier = np.full((len(events), size), np.nan, dtype=complex)
@@ -317,6 +319,7 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
         "event_orbit": ((*at, "node", "state"), event_orbit, "states over one period at the event", "state"),
         "event_multiplier_real": ((*at, "multiplier"), event_multiplier.real, "real part", "multiplier"),
         "event_multiplier_imag": ((*at, "multiplier"), event_multiplier.imag, "imaginary part", "multiplier"),
+        **validity_variables(holds, np.zeros(whole.shape, dtype=np.int8), each, "orbit"),
         **_run_variables(scale, runs),
         **_flag_variables(scale, checked.flags),
         "checked_cycles": ((), np.array(checked.cycles), "settled cycles looked for on the branches", "count"),
@@ -368,14 +371,14 @@ def _kept(shooting: Shooting) -> tuple[int, int]:
     return stride, count // stride
 
 
-def _extent(branch: Branch) -> tuple[Array, Array]:
-    """Lowest and highest displacement of every orbit of a branch, each (points,)."""
-    shooting = branch.shooting
+def _extent(branch: Branch) -> tuple[Array, Array, Array]:
+    """Lowest and highest displacement of every orbit of a branch, each (points,), and `validity` (points, 5)."""
+    shooting, points = branch.shooting, len(branch.points)
     n, samples = shooting.count, max(8, SAMPLES // shooting.segments)
     values = np.repeat([point.value for point in branch.points], n)
     nodes = np.concatenate([point.nodes for point in branch.points])
     members = shooting.members_at((values,))
-    start = np.tile(np.arange(n) % shooting.segments, len(branch.points)) / shooting.segments
+    start = np.tile(np.arange(n) % shooting.segments, points) / shooting.segments
     length = shooting.phase / members.number("drive_frequency")
     times = (start[:, None] + np.arange(1, samples + 1) / (samples * shooting.segments)) * length[:, None]
     run = integrate(members, nodes, times, start=start * length, tolerance=1e-9)
@@ -384,9 +387,15 @@ def _extent(branch: Branch) -> tuple[Array, Array]:
     step = length[:, None] / (samples * shooting.segments)
     with np.errstate(divide="ignore", invalid="ignore"):
         near = np.abs(u) < np.abs(a) * step
-        peak = np.where(near, x - 0.5 * u * u / a, x).reshape(len(branch.points), -1)
+        peak = np.where(near, x - 0.5 * u * u / a, x).reshape(points, -1)
     low, high = np.nanmin(peak, axis=1), np.nanmax(peak, axis=1)
     if shooting.kind.reflected:
         high = np.maximum(high, -low)
         low = -high
-    return low, high
+    holds = validity(
+        shooting.members_at((branch.values,)),
+        times.reshape(points, -1),
+        run.states.reshape(points, n * samples, -1),
+        turn=True,
+    )
+    return low, high, holds

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone import dataset
+from gelcone.atlas.frequency import frequency as frequency_response
 from gelcone.motion.equilibrium import static as static_curves
-from gelcone.motion.frequency import frequency as frequency_response
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about
 from gelcone.paper.studies.triples import motions

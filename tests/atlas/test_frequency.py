@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 import gelcone
+from gelcone.analyses.frequency import frequency_json, frequency_words
+from gelcone.analyses.subject import Subject
+from gelcone.atlas.branches.beside import branches_beside
+from gelcone.atlas.branches.branch import EventKind
+from gelcone.atlas.frequency import frequency
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.motion.frequency import frequency
 from gelcone.motion.linear import equilibrium_under_bias, small_signal_response
 from gelcone.motion.settled import HARMONICS, highest, settled_swing
 from gelcone.physics.model import ConeModel
@@ -127,18 +131,77 @@ def test_films_at_rest_do_not_jump_and_follow_the_drive():
     assert found.sizes["jump"] == 0
 
 
-def test_a_softening_cone_jumps_up_and_down_at_different_frequencies():
+BENT = ConeModel(
+    damping_ratio=0.01, voltage=0.06, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, law="neo-hookean"
+)
+
+
+@pytest.fixture(scope="module")
+def bent():
+    return frequency(BENT, np.linspace(1.4, 1.43, 7), (0.8, 0.0), branches=True)
+
+
+def test_a_softening_cone_jumps_up_and_down_at_different_frequencies(bent):
     """The resonance bends to lower frequencies: swept down, the motion stays large for longer than swept up."""
-    bent = ConeModel(
-        damping_ratio=0.01, voltage=0.06, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, law="neo-hookean"
-    )
-    found = frequency(bent, np.linspace(1.39, 1.45, 13), (0.8, 0.0))
+    found = bent
     assert found["jump_branch"].values.tolist() == ["down", "up"]
     assert float(found["jump_high"][0]) < float(found["jump_low"][1])
     falls, rises = (found["jump_to"] / found["jump_from"]).values
     assert falls < 0.5
     assert rises > 2.0
     assert (found["period"] == 1).all()
+
+
+# --- branches beside --------------------------------------------------------------------------------------------------
+
+
+def test_hysteresis_ends_at_the_folds_of_the_branch(bent):
+    """The folds are exact, the jumps are brackets of the sweeps: each holds one."""
+    folds = bent["followed_event_value"].values[bent["followed_event_kind"].values == EventKind.FOLD]
+    assert folds.size == 2
+    assert (bent["jump_event_kind"] == EventKind.FOLD).all()
+    np.testing.assert_array_equal(np.sort(folds), bent["jump_event"])
+    assert (bent["jump_low"] <= bent["jump_event"]).all()
+    assert (bent["jump_event"] <= bent["jump_high"]).all()
+    np.testing.assert_allclose(bent["jump_event"], [1.413667972, 1.422222434], atol=2e-9)
+
+
+def test_the_part_between_the_folds_is_unstable_and_brute_force_lies_on_the_rest(bent):
+    own = branches_beside(bent).isel(branch=0)
+    between = own["stable"].values == 0
+    middle = own["value"].values[between]
+    assert between.any()
+    assert bent["jump_event"].values.min() <= middle.min() <= middle.max() <= bent["jump_event"].values.max()
+    assert int(bent["followed_seeded"]) == 1
+    assert bent.sizes["followed_flag"] == 0
+
+
+def test_text_json_and_figure_tell_the_folds(bent):
+    subject = Subject(BENT)
+    assert frequency_words(bent, subject).count("fold at 1.4136679") == 2
+    told = frequency_json(bent, bent, subject)
+    assert [jump["event_kind"] for jump in told["jumps"]] == ["fold", "fold"]
+    assert [event["value"] for event in told["followed"]["events"]] == list(bent["followed_event_value"].values)
+    axes = gelcone.plot(bent).axes[0]
+    labels = axes.get_legend_handles_labels()[1]
+    assert {"brute force", "period 1, stable", "period 1, unstable", "fold"} <= set(labels)
+    (dashed,) = [line for line in axes.lines if line.get_label() == "period 1, unstable"]
+    assert np.isfinite(dashed.get_ydata()).any()
+
+
+def test_a_well_that_no_sweep_enters_has_its_branch():
+    """Above the pitchfork a cone has two wells; the sweeps stay in the upper one."""
+    wells = ConeModel(damping_ratio=0.1, voltage=0.05, voltage_bias=1.4, rest_height=0.05, stretch_limit=1e6)
+    found = frequency(wells, [0.5, 0.6], (1.0, 0.0), branches=True)
+    assert float(found["lowest"].min()) > 0.0
+    followed = branches_beside(found)
+    assert sorted(np.sign(followed["highest"].max("point").values)) == [-1.0, 1.0]
+    assert followed.sizes["flag"] == 0
+
+
+def test_branches_of_an_ensemble_are_refused():
+    with pytest.raises(InputError, match="belong to one actuator"):
+        frequency(BENT.replace(voltage=[0.05, 0.06]), [1.0, 1.1], branches=True)
 
 
 # --- swings -----------------------------------------------------------------------------------------------------------

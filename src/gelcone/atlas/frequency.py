@@ -1,6 +1,7 @@
 """Frequency response at full drive, by sweeps up and down: resonances, jumps and what is not periodic.
 
-The linear response to the same drive is given along with it: all there is as long as the drive is small.
+The linear response to the same drive is given along with it: all there is as long as the drive is small. Branches of
+periodic orbits show what no sweep does: the unstable part between two jumps, and motions that lie apart from both.
 """
 
 from __future__ import annotations
@@ -12,6 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.atlas.branches.beside import put_beside
+from gelcone.atlas.branches.check import Runs
+from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
@@ -44,6 +48,10 @@ NARROWINGS = 3
 NARROWED_AT = 7
 """Frequencies inside a peak's bracket that each narrowing tries; the bracket shrinks to a quarter."""
 BISECTIONS = 6
+STARTS = (1.0, 0.05, -1.0)
+"""Multiples of the initial state from which motions settle that may start branches: those that no sweep meets."""
+SWEEPS_SHARE = 0.6
+"""Share of the progress that goes to the sweeps where branches follow."""
 
 
 @for_devices
@@ -52,6 +60,7 @@ def frequency(
     frequencies: npt.ArrayLike | None = None,
     initial: npt.ArrayLike = (1.0, 0.0),
     *,
+    branches: bool = False,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,
@@ -67,6 +76,8 @@ def frequency(
         frequencies) for members with frequencies of their own. Default for one actuator: 81, evenly on a log scale,
         from a tenth to three times its natural frequency under the bias.
     initial : displacement and velocity from which each sweep starts, shape (2,) or (members, 2). Default (1, 0).
+    branches : whether branches of periodic orbits, stable and unstable, are followed beside, see `continue_branch`; of
+        one actuator. Default no.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -86,14 +97,23 @@ def frequency(
     * over ``jump``, each end of a range in which the sweeps differ: ``jump_branch``, the sweep that jumps there,
       between the frequencies ``jump_low`` and ``jump_high``, from the stroke ``jump_from`` to ``jump_to``;
       for an ensemble also ``jump_member``, its index;
+    * with branches: what `continue_branch` gives, with ``followed_`` before each name; over ``start`` and the frequency
+      ``fixed_stroke``, that of settled motions from ``initial``, a twentieth of it and its mirror image, which are
+      seeds of branches like the sweeps; and over ``jump`` the bifurcation behind each, ``jump_event`` (its frequency)
+      and ``jump_event_kind`` (NaN and -1 where there is none);
     * the linear response to the same drive: ``linear_stroke``, ``linear_amplitude`` and ``linear_phase`` over
       ``harmonic``, see `gelcone.motion.linear.linear_response`; NaN where there is no equilibrium.
 
     Raises
     ------
     InputError : for frequencies that do not increase or do not fit, a model without damping, an ensemble of more than
-        one dimension or over the drive frequency, or no member inside its stretch limit.
+        one dimension or over the drive frequency, branches of an ensemble, or no member inside its stretch limit.
     """
+    if branches and model.shape:
+        raise InputError(
+            f"branches: belong to one actuator, not to an ensemble of shape {model.shape}; take one member"
+        )
+    counted = weighted(progress, SWEEPS_SHARE if branches else 1.0)
     if frequencies is None:
         frequencies = _around_resonance(model)
     grid = _grid(model, frequencies)
@@ -102,13 +122,16 @@ def frequency(
     states = start_states(model, initial)[members]
     both, grids = flat.take(members), grid[members]
     flow = {"tolerance": tolerance, "threads": threads}
-    swept, trail = _sweep(both, grids, states, weighted(progress, 0.75), flow)
-    peaks = _peaks(both, trail, weighted(progress, 0.15), flow)
-    jumps = _jumps(flat, grid, _by_branch(swept), weighted(progress, 0.1), flow)
+    swept, trail = _sweep(both, grids, states, weighted(counted, 0.75), flow)
+    peaks = _peaks(both, trail, weighted(counted, 0.15), flow)
+    jumps = _jumps(flat, grid, _by_branch(swept), weighted(counted, 0.1), flow)
     options = {"initial": np.asarray(initial, dtype=float).tolist(), "tolerance": tolerance, "nudge": NUDGE}
     shared = np.ndim(frequencies) < 2
     result = _label(model, grid, shared, _by_branch(swept), peaks, options)
-    return result.assign(_jump_variables(jumps, bool(model.shape)))
+    result = result.assign(_jump_variables(jumps, bool(model.shape)))
+    if not branches:
+        return result
+    return _with_branches(model, result, _by_branch(swept), states[:1], weighted(progress, 1.0 - SWEEPS_SHARE), flow)
 
 
 def _around_resonance(model: ConeModel) -> Array:
@@ -293,6 +316,57 @@ def _jumps(model: Members, grid: Array, swept: Swing, progress: Progress, flow: 
     if progress is not None:
         progress(1.0)
     return _Jumps(member, branch, np.minimum(inner, outer), np.maximum(inner, outer), before, after)
+
+
+# --- branches ---------------------------------------------------------------------------------------------------------
+
+
+def _with_branches(
+    model: ConeModel, result: xr.Dataset, swept: Swing, initial: Array, progress: Progress, flow: dict[str, Any]
+) -> xr.Dataset:
+    """The result with branches beside it, seeded by both sweeps and by settled motions from fixed states."""
+    grid = result["drive_frequency"].values
+    starts = initial * np.array(STARTS)[:, None]
+    members = model.members().take(np.zeros(grid.size * len(starts), dtype=int))
+    members = members.replace(drive_frequency=np.tile(grid, len(starts)))
+    fixed = settled_swing(members, np.repeat(starts, grid.size, axis=0), **flow)
+    values = np.tile(grid, len(BRANCHES) + len(starts))
+    final = np.concatenate([swept.final[0].reshape(-1, initial.shape[1]), fixed.final])
+    period = np.concatenate([swept.period[0].ravel(), fixed.period])
+    period[~np.isfinite(final).all(axis=1)] = 0
+    runs = Runs(values, final[:, None], period, np.zeros(values.size, dtype=bool), period > 0)
+    followed = continue_branch(
+        model, "drive_frequency", grid[0], grid[-1], tuple(initial[0]), start=runs, progress=progress, **flow
+    )
+    result = put_beside(result, followed)
+    result["fixed_stroke"] = (
+        ("start", "drive_frequency"),
+        2.0 * fixed.amplitude.reshape(len(starts), -1),
+        {"long_name": "stroke of the settled motion from a fixed state", "units": "1", "quantity": "length"},
+    )
+    return result.assign(_jump_events(result, followed))
+
+
+def _jump_events(result: xr.Dataset, followed: xr.Dataset) -> dict[str, Any]:
+    """The bifurcation at which each sweep jumps: the one in its bracket, or as close beside as that is wide."""
+    low, high = result["jump_low"].values, result["jump_high"].values
+    at, kinds = followed["event_value"].values, followed["event_kind"].values
+    events, codes = np.full(low.size, np.nan), np.full(low.size, -1, dtype=np.int8)
+    for k, (below, above) in enumerate(zip(low, high, strict=True)):
+        off = np.maximum(np.maximum(below - at, at - above), 0.0)
+        near = np.flatnonzero(off <= above - below)
+        if near.size:
+            best = near[np.lexsort((kinds[near], off[near]))[0]]
+            events[k], codes[k] = at[best], kinds[best]
+    about = followed["event_kind"].attrs
+    return {
+        "jump_event": (
+            "jump",
+            events,
+            {"long_name": "drive frequency of the bifurcation behind the jump", "units": "1", "quantity": "frequency"},
+        ),
+        "jump_event_kind": ("jump", codes, about | {"long_name": "its kind, -1 for none"}),
+    }
 
 
 # --- labels -----------------------------------------------------------------------------------------------------------
