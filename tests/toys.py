@@ -63,6 +63,31 @@ class CubicBias(Bias):
         return k1 * x + k3 * x * x * x, k1 + 3.0 * k3 * x * x
 
 
+class TurningBias(Bias):
+    """A spring, and beside it a wheel of its own that turns by w and grows by g up to a circle: its rest loses its
+    stability at g = 0, whatever the disc does."""
+
+    name = "turning"
+    states = (State("wheel_along", "wheel, first part"), State("wheel_across", "wheel, second part"))
+    parameters = {
+        "bias_stiffness": Quantity("k1", "stiffness", 1.2, lower=0.0),
+        "bias_height": Quantity("x0", "height at which it does not pull", 0.4),
+        "wheel_growth": Quantity("g", "growth rate of the wheel", -0.1),
+        "wheel_turning": Quantity("w", "turning rate of the wheel", 0.618),
+    }
+
+    def force(self, x: Any, y: list[Any], n: Any, xp: Any = np) -> tuple[Any, Any]:
+        return n["bias_stiffness"] * (x - n["bias_height"]), n["bias_stiffness"]
+
+    def rates(self, x: Any, velocity: Any, y: list[Any], n: Any, xp: Any = np) -> list[Any]:
+        a, b = y
+        growth = n["wheel_growth"] - a * a - b * b
+        return [growth * a - n["wheel_turning"] * b, growth * b + n["wheel_turning"] * a]
+
+    def free_height(self, n: Any) -> Any:
+        return n["bias_height"]
+
+
 class FilteredVoltage(Circuit):
     """The film's voltage y follows the commanded one: y' = (v - y)/t."""
 

@@ -191,7 +191,7 @@ def test_text_json_and_figure_tell_the_folds(bent):
 
 def test_a_well_that_no_sweep_enters_has_its_branch():
     """Above the pitchfork a cone has two wells; the sweeps stay in the upper one."""
-    wells = ConeModel(damping_ratio=0.1, voltage=0.05, voltage_bias=1.4, rest_height=0.05, stretch_limit=1e6)
+    wells = ConeModel(damping_ratio=0.1, voltage=0.02, voltage_bias=1.5, rest_height=0.01, stretch_limit=1e6)
     found = frequency(wells, [0.5, 0.6], (1.0, 0.0), branches=True)
     assert float(found["lowest"].min()) > 0.0
     followed = branches_beside(found)

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from gelcone.cli.command import help_of, run
-from gelcone.cli.options import option_parameters, output_parameters, over_parameter, subject_parameters
+from gelcone.cli.options import PLACE, option_parameters, output_parameters, over_parameter, subject_parameters
+from gelcone.errors import InputError
+from gelcone.plots import plot
 from gelcone.register.analyses import ANALYSES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CONTINUE, LOCUS = ANALYSES["continue_branch"], ANALYSES["locus"]
 
@@ -33,9 +39,9 @@ def continue_command() -> click.Command:
     return click.Command(CONTINUE.command, params=params, callback=run_continue, help=help_of(CONTINUE))
 
 
-def run_continue(*, out: Path | None, force: bool, as_json: bool, **typed: Any) -> None:
+def run_continue(*, out: Path | None, force: bool, as_json: bool, **typed: Any) -> int:
     """Reads what was typed, follows the branches and delivers them."""
-    run(CONTINUE, out=out, force=force, as_json=as_json, **typed)
+    return run(CONTINUE, out=out, force=force, as_json=as_json, **typed)
 
 
 def locus_command() -> click.Command:
@@ -45,11 +51,33 @@ def locus_command() -> click.Command:
         *subject_parameters(),
         *over_parameter(LOCUS),
         *option_parameters(LOCUS.options.values()),
+        click.Option(
+            ["--on"],
+            type=PLACE,
+            metavar="FILE|STORE",
+            help="Draw the curves on a map or on tongues over the same two parameters: the file that --out wrote, or "
+            "the store of a map.",
+        ),
         *output_parameters(),
     ]
     return click.Command(LOCUS.command, params=params, callback=run_locus, help=help_of(LOCUS))
 
 
-def run_locus(*, out: Path | None, force: bool, as_json: bool, **typed: Any) -> None:
+def run_locus(*, on: Path | None, out: Path | None, force: bool, as_json: bool, **typed: Any) -> int:
     """Reads what was typed, follows the curves and delivers them."""
-    run(LOCUS, out=out, force=force, as_json=as_json, **typed)
+    if on is None:
+        return run(LOCUS, out=out, force=force, as_json=as_json, **typed)
+    if out is None:
+        raise InputError(f"--on {on}: says what the curves are drawn on; give --out for the figure too")
+    below = _below(on)
+    return run(LOCUS, out=out, force=force, as_json=as_json, draw=partial(plot, on=below), **typed)
+
+
+def _below(path: Path) -> xr.Dataset:
+    """The map or the tongues of a file or a store, in SI units for a device."""
+    from gelcone.atlas.record import show
+    from gelcone.dataset import load
+    from gelcone.devices.si import device_of, to_si
+
+    found = show(path) if path.is_dir() else load(path)
+    return found if device_of(found) is None else to_si(found)

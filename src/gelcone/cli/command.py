@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -20,7 +21,11 @@ from gelcone.cli.options import (
 )
 from gelcone.cli.output import deliver, progress_bar
 from gelcone.devices.analysis import device_words, plain
+from gelcone.plots import plot
 from gelcone.register.analysis import Analysis
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def command_of(analysis: Analysis) -> click.Command:
@@ -38,8 +43,16 @@ def help_of(analysis: Analysis, text: str | None = None) -> str:
     return f"{text}\n\n\b\n{examples}" if examples else text
 
 
-def run(analysis: Analysis, *, out: Path | None, force: bool, as_json: bool, **typed: Any) -> int:
-    """Reads what was typed, runs the analysis and delivers its result."""
+def run(
+    analysis: Analysis,
+    *,
+    out: Path | None,
+    force: bool,
+    as_json: bool,
+    draw: Callable[..., Figure] = plot,
+    **typed: Any,
+) -> int:
+    """Reads what was typed, runs the analysis and delivers its result, drawn by ``draw``."""
     subject = subject_of(typed)
     given = {name: value for name, value in typed.items() if value is not None}
     arguments = arguments_of(analysis, subject, given)
@@ -49,4 +62,4 @@ def run(analysis: Analysis, *, out: Path | None, force: bool, as_json: bool, **t
             arguments["progress"] = progress
         with device_words(subject.device):
             result = plain(analysis.call)(subject.target if analysis.planned else subject.model, **arguments)
-    return deliver(answers_of(analysis), result, subject, out, force, as_json)
+    return deliver(answers_of(analysis), result, subject, out, force, as_json, draw)

@@ -19,6 +19,7 @@ from gelcone.plots import plot
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from gelcone.analyses.subject import Subject
     from gelcone.atlas.record import Tally
@@ -28,7 +29,13 @@ LOG_SECONDS = 20.0
 
 
 def deliver(
-    answers: Answers, result: xr.Dataset, subject: Subject, out: Path | None, force: bool, as_json: bool
+    answers: Answers,
+    result: xr.Dataset,
+    subject: Subject,
+    out: Path | None,
+    force: bool,
+    as_json: bool,
+    draw: Callable[..., Figure] = plot,
 ) -> int:
     """What every command does with its result: SI units for a device, NAME.nc and NAME.png for --out, JSON or text.
 
@@ -36,7 +43,7 @@ def deliver(
     """
     code = int("outcome" in result and bool((result["outcome"].values != Outcome.OK).all()))
     shown = in_si(result, subject)
-    paths = () if out is None else write_results(out, answers.command, shown, plot(shown), force)
+    paths = () if out is None else write_results(out, answers.command, shown, draw(shown), force)
     if as_json:
         content = answers.json(result, shown, subject)
         print_json(answer_json(answers.command, content, result, shown, subject))

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.devices.si import PARAMETERS
+from gelcone.errors import InputError
 from gelcone.plots.branches import COLOURS, DASHED, MARKERS
 from gelcone.plots.style import BLACK, GREY, axis_label, styled
 from gelcone.words import event_label
@@ -16,8 +18,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def locus_figure(result: xr.Dataset) -> Figure:
-    """The curves over the first parameter, the second upwards."""
+BELOW = "branch born below\nthe first parameter"
+TONGUES = "instability tongues of rest"
+
+
+def locus_figure(result: xr.Dataset, on: xr.Dataset | None = None) -> Figure:
+    """The curves over the first parameter, the second upwards; or over the map or the tongues ``on`` which they lie."""
+    if on is not None:
+        return _over(result, on)
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
@@ -29,6 +37,47 @@ def locus_figure(result: xr.Dataset) -> Figure:
         figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
 
     return styled(7.2, 4.2, draw)
+
+
+def _over(result: xr.Dataset, on: xr.Dataset) -> Figure:
+    """The figure of a map or of tongues, with the curves on its panels."""
+    from gelcone.plots import figure_of
+
+    across, _ = _axes_of(result, on)
+    figure = figure_of(on)(on)
+    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+    for axes in panels:
+        limits = axes.get_xlim(), axes.get_ylim()
+        curves(result, axes, across)
+        axes.set(xlim=limits[0], ylim=limits[1])
+    told = dict(zip(*panels[0].get_legend_handles_labels()[::-1], strict=True))
+    own = {label: handle for label, handle in told.items() if label in _labels(result)}
+    figure.set_figheight(figure.get_figheight() + 0.3)
+    figure.legend(own.values(), own.keys(), loc="outside lower center", ncols=3, fontsize=8.0, frameon=False)
+    return figure
+
+
+def _labels(result: xr.Dataset) -> set[str]:
+    """What `curves` says."""
+    periods = {f"{result.attrs['event']}, period {int(period)}" for period in result["period"].values}
+    kinds = {event_label(result["event_kind"][e]) for e in range(result.sizes["event"])}
+    return periods | kinds | {BELOW}
+
+
+def _axes_of(result: xr.Dataset, on: xr.Dataset) -> tuple[str, str]:
+    """The parameter of the curves along x of a map or of tongues, and the one along y."""
+    title = str(on.attrs.get("title", "")).partition(":")[0]
+    names = ["drive_frequency", "voltage"] if title == TONGUES else [str(dim) for dim in on.get("regime", on).dims]
+    same = {field: parameter for parameter, (_, field) in PARAMETERS.items()} if title == TONGUES else {}
+    own = {same.get(name, name): name for name in names_of(result)}
+    if title not in (TONGUES, "parameter map", "sweep") or set(names) != set(own):
+        raise InputError(
+            f"on: is {title or 'no result'!r} over {', '.join(names)}; curves over {' and '.join(own)} are drawn on a "
+            "map or tongues over these two"
+        )
+    if [on[name].attrs.get("units") for name in names] != [result[own[name]].attrs.get("units") for name in names]:
+        raise InputError("on: is in other units than the curves; give both of the same device")
+    return own[names[0]], own[names[1]]
 
 
 def names_of(result: xr.Dataset) -> tuple[str, str]:
@@ -64,4 +113,4 @@ def curves(result: xr.Dataset, axes: Axes, across: str | None = None) -> None:
         axes.plot([place[x]], [place[y]], MARKERS[kind], ms=6.0, color=BLACK, mec="white", mew=0.4, label=label)
         told.add(kind)
     if (result["curvature"].values < 0.0).any():
-        axes.plot([], [], color=GREY, lw=0.9, ls=DASHED, label="branch born below\nthe first parameter")
+        axes.plot([], [], color=GREY, lw=0.9, ls=DASHED, label=BELOW)

@@ -164,6 +164,7 @@ _ALL = (
         planned=True,
         examples=(
             "fold --preset base --over voltage=0.95:1.5 --over drive_frequency=0.07:0.13 --out results",
+            "fold --preset base --over voltage=0.95:1.5 --over drive_frequency=0.07:0.13 --on map.nc --out results",
             "doubling --preset base --over voltage=0.9:1.8 --over hoop_prestretch=0.7:1.4 --set hoop_prestretch=1",
         ),
     ),

@@ -37,6 +37,9 @@ SAME_WAY = 0.8
 SECTIONS = 30
 """How often the interval of an event is cut before it counts as unresolved."""
 LONGEST_STEP_AT_REST = 0.005
+TORUS_WIDTH = 1e-11
+"""The interval of a torus bifurcation is cut down to this share of the parameter's."""
+ROUNDING_AT_TORUS = 1e-12
 
 
 class Ending(IntEnum):
@@ -357,7 +360,7 @@ def _events_between(
     found = [_event(shooting, a, b, at, share, after, walk, resting) for at, share in crossed]
     events = [event for event in found if event is not None]
     if torus:
-        events.append(_torus(a, b, after, shooting.kind))
+        events.append(_torus(shooting, a, b, after, walk))
     metric = Metric.of(a.nodes, walk.scale)
 
     def place(event: Event) -> float:
@@ -473,24 +476,48 @@ def _at_rest(shooting: Shooting, a: Point, b: Point, at: float) -> Singular | No
 
 def _pairs_outside(point: Point) -> int:
     """Complex multipliers outside the unit circle."""
-    return int(((np.abs(point.multipliers) > 1.0) & (np.abs(point.multipliers.imag) > 1e-9)).sum())
+    return int(((np.abs(point.multipliers) > 1.0) & _complex(point)).sum())
 
 
-def _torus(a: Point, b: Point, after: int, kind: Kind) -> Event:
-    """A pair of multipliers that leaves the unit circle between two points; it is not located any closer."""
-    outside = a if _pairs_outside(a) else b
-    inside = b if outside is a else a
-    zeros = np.zeros_like(a.nodes)
-    orbit = Singular(
-        a.nodes,
-        np.array([0.5 * (a.value + b.value)]),
-        np.array([0.5 * abs(b.value - a.value)]),
-        zeros,
-        zeros,
-        outside.multipliers,
-        FOLD,
-    )
-    return Event(EventKind.TORUS, orbit, None, float(np.sign(outside.value - inside.value)), after, kind)
+def _complex(point: Point) -> npt.NDArray[np.bool_]:
+    return np.asarray(np.abs(point.multipliers.imag) > 1e-9)
+
+
+def _torus(shooting: Shooting, a: Point, b: Point, after: int, walk: Walk) -> Event:
+    """A pair of multipliers that leaves the unit circle between two points (Neimark-Sacker bifurcation): the interval
+    is cut until the value is known to `TORUS_WIDTH`. What is born there is no periodic orbit, and not followed."""
+    outside = a if _pairs_outside(a) > _pairs_outside(b) else b
+    side = float(np.sign(outside.value - (b if outside is a else a).value))
+    pairs, low, high = _pairs_outside(a), a, b
+    while abs(high.value - low.value) > TORUS_WIDTH * walk.scale:
+        metric = Metric.of(low.nodes, walk.scale)
+        chord = metric.unit(Direction(high.nodes - low.nodes, high.value - low.value))
+        share = _crossing(low, high)
+        middle = correct(shooting, between(low, high, share), chord, metric).point
+        if middle is None:
+            break
+        if metric.inner(middle.tangent, low.tangent) < 0.0:
+            middle = Point(middle.nodes, middle.value, middle.multipliers, -middle.tangent)
+        low, high = (middle, high) if _pairs_outside(middle) == pairs else (low, middle)
+    zeros = np.zeros_like(low.nodes)
+    error = np.array([abs(high.value - low.value) + ROUNDING_AT_TORUS * walk.scale])
+    value = np.array([0.5 * (low.value + high.value)])
+    multipliers = (low if _complex(low).any() else high).multipliers
+    orbit = Singular(low.nodes, value, error, zeros, zeros, multipliers, FOLD)
+    return Event(EventKind.TORUS, orbit, None, side, after, shooting.kind)
+
+
+def _crossing(a: Point, b: Point) -> float:
+    """Where between two points a pair passes the unit circle, by the modulus of the pair that is nearest to it, a
+    little beyond so that the intervals shrink from both ends; the middle where no pair is known on both sides."""
+    if not (_complex(a).any() and _complex(b).any()):
+        return 0.5
+    one, other = (min(np.log(np.abs(p.multipliers[_complex(p)])), key=abs) for p in (a, b))
+    if one * other >= 0.0:
+        return 0.5
+    share = float(one / (one - other))
+    share += np.copysign(min(0.1 * min(share, 1.0 - share), 0.05), 0.5 - share)
+    return min(max(share, 1e-3), 1.0 - 1e-3)
 
 
 # --- the branch that is born ------------------------------------------------------------------------------------------
