@@ -26,6 +26,7 @@ def fixed_parameters(result: xr.Dataset) -> str:
     if "model" not in attrs:
         return ""
     swept = {*map(str, result.coords), *map(str, result.dims), attrs.get("parameter", "")}
+    swept |= set(str(attrs.get("parameters", "")).split(","))
     if (device := device_of(result)) is not None:
         return "fixed: " + ", ".join(told_fields(device, swept))
     usual = {"prestretch_mode": "radial", "law": "gent", "film": "taut", "bias": "spring"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -48,7 +48,7 @@ def _over(result: xr.Dataset, on: xr.Dataset) -> Figure:
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     for axes in panels:
         limits = axes.get_xlim(), axes.get_ylim()
-        curves(result, axes, across)
+        curves(result, axes, across, outlined=True)
         axes.set(xlim=limits[0], ylim=limits[1])
     told = dict(zip(*panels[0].get_legend_handles_labels()[::-1], strict=True))
     own = {label: handle for label, handle in told.items() if label in _labels(result)}
@@ -86,10 +86,13 @@ def names_of(result: xr.Dataset) -> tuple[str, str]:
     return one, other
 
 
-def curves(result: xr.Dataset, axes: Axes, across: str | None = None) -> None:
+def curves(result: xr.Dataset, axes: Axes, across: str | None = None, *, outlined: bool = False) -> None:
     """The curves on any axes, such as those of a map or of tongues, with ``across`` along x (default the first
     parameter): by period, solid where the branch that is born lies above the first parameter's value, else dashed;
-    folds are solid. Markers are the points of codimension two."""
+    folds are solid. Markers are the points of codimension two. ``outlined`` in white, for a coloured ground."""
+    from matplotlib.patheffects import withStroke
+
+    effects = [withStroke(linewidth=2.6, foreground="white")] if outlined else []
     names = names_of(result)
     x, y = names if across in (None, names[0]) else names[::-1]
     told: set[str] = set()
@@ -100,10 +103,11 @@ def curves(result: xr.Dataset, axes: Axes, across: str | None = None) -> None:
         below = own["curvature"].values < 0.0
         colour = COLOURS[int(np.log2(period)) % len(COLOURS)]
         at, up = own[x].values, own[y].values
-        axes.plot(at, np.where(below, np.nan, up), color=colour, lw=1.2, label="" if label in told else label)
+        look: dict[str, Any] = {"color": colour, "path_effects": effects}
+        axes.plot(at, np.where(below, np.nan, up), lw=1.2, label="" if label in told else label, **look)
         if below.any():
             reach = below | np.roll(below, 1) | np.roll(below, -1)
-            axes.plot(at, np.where(reach, up, np.nan), color=colour, lw=0.9, ls=DASHED)
+            axes.plot(at, np.where(reach, up, np.nan), lw=0.9, ls=DASHED, **look)
         told.add(label)
     for e in range(result.sizes["event"]):
         own = result.isel(event=e)

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 import gelcone
 from gelcone import InputError
 from gelcone.analyses.branches import branches_json, events_json
+from gelcone.atlas.branches import branch
 from gelcone.atlas.branches.branch import Ending
 from gelcone.atlas.branches.check import FLAGS
 from gelcone.presets import find_preset
@@ -240,3 +241,29 @@ def test_a_drive_with_corners_is_followed_and_agrees_with_brute_force():
     np.testing.assert_allclose(motion["section"].values[-1], found["orbit"].values[0, at, 0], rtol=0.0, atol=1e-10)
     assert motion["period"] == 1
     assert found.sizes["flag"] == 0
+
+
+def test_progress_goes_on_while_branches_are_followed():
+    told = []
+    gelcone.continue_branch(BASE, "voltage", 0.935, 1.0, switch=0, checks=2, progress=told.append)
+    assert sum(told) == pytest.approx(1.0)
+    assert len(told) > 20
+    assert max(told) < 0.5
+
+
+def test_an_interrupt_ends_it_in_one_line(command_line, monkeypatch):
+    """Whatever is under way: here the tenth point of a branch."""
+    points = []
+
+    def correct(*arguments, **options):
+        points.append(arguments)
+        if len(points) == 10:
+            raise KeyboardInterrupt
+        return original(*arguments, **options)
+
+    original = branch.correct
+    monkeypatch.setattr(branch, "correct", correct)
+    code, out, err = command_line("continue", "voltage", "0.935", "1.0", "--preset", "base")
+    assert (code, out) == (130, "")
+    assert err.strip().count("\n") == 0
+    assert "interrupted" in err.lower()

@@ -148,7 +148,7 @@ class Branch:
 class Walk:
     """What following a branch takes: the interval of the parameter, the most points, and what to do now and then.
 
-    ``tick`` is called after every point with the share of the interval; it may raise to interrupt.
+    ``tick`` is called with every point; it may raise to interrupt.
     """
 
     low: float

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone.atlas.branches.branch import Branch, Ending, EventKind, Walk, follow, multipliers_of_period
 from gelcone.atlas.branches.check import FLAGS, Checked, Flag, Runs, brute_force, cover, polished, run_beside, shortest
-from gelcone.atlas.branches.point import Metric, at_value
+from gelcone.atlas.branches.point import Metric, Point, at_value
 from gelcone.atlas.branches.tree import Tree, kind_of, whole_period
 from gelcone.atlas.branches.varied import Varied, vary
 from gelcone.atlas.plan import DEFAULT_INITIAL
@@ -34,6 +34,8 @@ CHECKS = 24
 """Values of the parameter at which brute force settles."""
 MOST_NODES = 16
 """Nodes of an orbit that are kept, at most; of longer ones every second, fourth and so on."""
+FOLLOWING = 0.4
+"""Share of the progress that goes to following branches from their start."""
 MOST_SECTIONS = 64
 """Points of the section of a settled motion that are kept."""
 SAMPLES = 128
@@ -106,10 +108,9 @@ def continue_branch(
     (bottom,), (top,) = varied.ends
     states = varied.starts([0.5 * (bottom + top)])
     counted = Counted(progress)
-    walk = Walk(float(bottom), float(top), points)
+    walk = Walk(float(bottom), float(top), points, point_by_point(counted, FOLLOWING))
     shooting = varied.shooting(tolerance)
     tree = grown(shooting, varied, walk, start, states, switch, flow)
-    counted(0.4)
     runs = _runs(start, varied) or brute_force(
         shooting, np.linspace(bottom, top, checks), np.concatenate([states, 0.05 * states]), **flow
     )
@@ -137,6 +138,19 @@ def continue_branch(
     result = _label(varied, tree, runs, checked, options)
     counted.finish()
     return result
+
+
+def point_by_point(counted: Counted, share: float) -> Callable[[Point], None]:
+    """Takes points as they are found, whose number nobody knows: each is a five-hundredth of what is left of a share of
+    the work."""
+    left = share
+
+    def tick(point: Point) -> None:
+        nonlocal left
+        counted(0.002 * left)
+        left *= 0.998
+
+    return tick
 
 
 def grown(

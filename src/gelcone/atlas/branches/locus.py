@@ -17,7 +17,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone.atlas.branches.branch import Ending, EventKind, Walk, multipliers_of_period
 from gelcone.atlas.branches.check import brute_force, cover
-from gelcone.atlas.branches.continuation import CHECKS, grown
+from gelcone.atlas.branches.continuation import CHECKS, FOLLOWING, grown, point_by_point
 from gelcone.atlas.branches.event import FOLD, Singular, born, locate
 from gelcone.atlas.branches.point import SMALLEST, cubic_weights
 from gelcone.atlas.branches.tree import distance
@@ -143,11 +143,11 @@ def locus(
     across = vary(varied.target_at(names[1], own), {names[0]: over[names[0]]}, initial)
     (low,), (high,) = across.ends
     states = across.starts([0.5 * (low + high)])
-    line, walk = across.shooting(tolerance), Walk(float(low), float(high))
+    line = across.shooting(tolerance)
+    walk = Walk(float(low), float(high), tick=point_by_point(counted, FOLLOWING))
     tree = grown(line, across, walk, start, states, switch, flow)
     runs = brute_force(line, np.linspace(low, high, checks), np.concatenate([states, 0.05 * states]), **flow)
     cover(tree, line, runs, **flow)
-    counted(0.3)
     seeds = [e for branch in tree.branches for e in branch.events if e.kind == kind and e.resolved]
     if not seeds:
         raise InputError(
@@ -167,7 +167,7 @@ def locus(
         curve = follow_curve(shooting, kind, nodes, np.array([stretched * seed.value, own]), seed.orbit.at, window)
         if curve is not None:
             curves.append(curve)
-        counted(0.6 / len(seeds))
+        counted((1.0 - FOLLOWING) / len(seeds))
     options = {
         "event": kind.label,
         "over": {n: [float(a), float(b)] for n, a, b in zip(names, varied.low, varied.high, strict=True)},
