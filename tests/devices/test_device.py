@@ -595,7 +595,7 @@ def test_every_number_makes_an_ensemble_of_single_devices(device, name):
     own = start.get(name)
     usual = {"material.young_modulus": 5e4, "material.dielectric_strength": 2e7, "voltage_offset": 100.0}
     usual |= {"beam_cubic_rate": 1e4, "beam_height": 0.01, "second_flat_height": 0.01, "second_voltage": 500.0}
-    values = np.array([1.0, 1.3]) * (own or usual.get(name, 0.03 if name.startswith("release") else 1.01))
+    values = np.array([1.3, 1.0]) * (own or usual.get(name, 0.03 if name.startswith("release") else 1.01))
     if name == "material.dielectric_strength":
         start = start.replace(dielectric_strength=None)
     ensemble = start.replace({name: values})
