@@ -409,24 +409,22 @@ COMMAND = [
 ]
 
 
-def interrupt_when_cells_come(path, told):
-    """Ctrl-C for the main thread as soon as a run has put some cells into its store."""
-    for _ in range(600):
-        if (path / "status" / "c").exists():
-            told.append(time.monotonic())
-            signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
-            return
-        time.sleep(0.05)
-
-
 @pytest.mark.parametrize("who", [["--threads", "2"], ["--workers", "1"]], ids=["threads", "processes"])
 def test_ctrl_c_ends_soon_and_leaves_a_store_to_resume(tmp_path, monkeypatch, command_line, who):
     monkeypatch.setattr(module, "FLUSH_SECONDS", 0.0)
-    path, told = tmp_path / "s", []
-    watch = threading.Thread(target=interrupt_when_cells_come, args=(path, told))
+    path, told, left = tmp_path / "s", [], threading.Event()
+
+    def interrupt_when_cells_come():
+        while not left.wait(0.05):
+            if (path / "status" / "c").exists():
+                told.append(time.monotonic())
+                return signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+
+    watch = threading.Thread(target=interrupt_when_cells_come)
     watch.start()
     code, _, error = command_line(*COMMAND, *who, "--store", path)
     ended = time.monotonic()
+    left.set()
     watch.join()
     assert ended - told[0] < 4.0  # two seconds on a machine that does nothing else
     assert (code, error.strip().splitlines()[-1]) == (130, "interrupted")
@@ -443,19 +441,23 @@ def test_a_cluster_gives_the_same_bits_also_when_a_worker_dies(whole, monkeypatc
         n_workers=1, threads_per_worker=1, processes=False, protocol="tcp://", dashboard_address=None
     ) as local:
         address, killed = local.scheduler_address, []
-        with subprocess.Popen([*start, address], stderr=subprocess.DEVNULL) as mortal:
+        mortal = subprocess.Popen([*start, address], stderr=subprocess.DEVNULL)
+
+        def kill(tally):
+            if not killed:
+                killed.append(mortal.kill())
+
+        try:
             with distributed.Client(address) as client:
                 client.wait_for_workers(2, timeout=60)
             with monkeypatch.context() as patch:
                 patch.setattr(cluster, "__version__", "9.9")
                 with pytest.raises(InputError, match=r"its workers have .*, here is 9\.9; install the same"):
                     sweep(PLAN, workers=cluster.cluster(scheduler=address))
-
-            def kill(tally):
-                if not killed:
-                    killed.append(mortal.kill())
-
             result = sweep(PLAN, coarsest=COARSE, workers=cluster.cluster(scheduler=address), watch=kill)
+        finally:
+            mortal.kill()
+            mortal.wait()
     assert killed
     same(result, whole)
 
