@@ -53,6 +53,8 @@ SMALL = {
     "sweep": (VOLTAGE,),
 }
 """Values of --over for commands that take a grid, with a device and without."""
+SHORT = {"lyapunov": (("--window", "--budget"), ("1 s", "100")), "regime": (("--budget",), ("1 s", "100"))}
+"""Options of commands that average for long, with their values with a device and without."""
 NUMBERS = (
     "0",
     "1",
@@ -211,11 +213,13 @@ def command_line(rng: random.Random) -> list[str]:
 
 
 def small_grid(arguments: list[str]) -> list[str]:
-    """Few points for a command that takes a grid and was given none."""
-    if "--over" in arguments:
-        return []
+    """Few points for a command that takes a grid and was given none, and a short average."""
     without_device = len(arguments) < 2 or arguments[1].startswith("-")
-    return [word for axis in SMALL.get(arguments[0], ()) for word in ("--over", axis[without_device])]
+    names, values = SHORT.get(arguments[0], ((), ("", "")))
+    short = [word for name in names if name not in arguments for word in (name, values[without_device])]
+    if "--over" in arguments:
+        return short
+    return short + [word for axis in SMALL.get(arguments[0], ()) for word in ("--over", axis[without_device])]
 
 
 def in_process(arguments: list[str], compute: bool) -> tuple[int, str, str]:

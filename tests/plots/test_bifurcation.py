@@ -190,16 +190,6 @@ def test_the_panels_share_their_parameter(middle):
     assert heights == sorted(heights, reverse=True)
 
 
-def test_a_second_axis_stands_for_si_values():
-    data = diagram().assign_coords(voltage_si=("voltage", 800.0 * V, {"units": "V"}))
-    figure = bifurcation_figure(data)
-    figure.draw_without_rendering()
-    (second,) = figure.axes[0].child_axes
-    assert second.get_xlabel() == "voltage (V)"
-    assert second.get_xlim() == pytest.approx((400.0, 4000.0))
-    assert "voltage (V)" not in texts(bifurcation_figure(diagram()))
-
-
 def test_a_computed_diagram_is_drawn_and_its_strips_change_at_its_thresholds(tmp_path):
     model = ConeModel(damping_ratio=0.3, stretch_limit=5.0)
     found = bifurcation(model, "voltage", [1.0, 1.5, 2.0], bisections=2, transient=60.0, budget=100.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gelcone import Regime
+from gelcone import Outcome, Regime
 from gelcone.plots.envelope import (
     broken_at_jumps,
     driven_limits,
@@ -46,6 +46,8 @@ def envelope(**changed):
         "window_stroke": ("drive_frequency", [0.1, 0.2, 0.3]),
         "window_power": ("drive_frequency", [1.0, 2.0, 3.0]),
         "coexisting": ("drive_frequency", [0, 1, np.nan]),
+        "motion_regime": (("drive_frequency", "motion"), [[np.nan], [1.0], [np.nan]]),
+        "motion_outcome": (("drive_frequency", "motion"), [[np.nan], [0.0], [np.nan]]),
         "kick_high": ("drive_frequency", [np.inf, 0.7, np.nan]),
         "window_regime": ("drive_frequency", [int(Regime.PERIODIC)] * 3),
     }
@@ -74,11 +76,14 @@ def test_a_line_parts_where_a_limit_jumps():
 def test_where_another_motion_coexists_a_ring_says_how_small_a_kick_leads_there():
     axes = blank()
     driven_limits(envelope(), axes)
-    ring = line(axes, "another motion coexists: a kick\nfrom 0.7 on leads there")
+    ring = line(axes, "a kick from 0.7 on\nleads to another motion")
     np.testing.assert_array_equal(data_of(ring), [[2.0], [0.8]])
     alone = blank()
+    pulled_in = blank()
+    driven_limits(envelope(motion_outcome=[[np.nan], [float(Outcome.PULLED_IN)], [np.nan]]), pulled_in)
+    line(pulled_in, "a kick from 0.7 on\nleads to pull-in")
     driven_limits(envelope(coexisting=[0, 0, np.nan]), alone)
-    assert not [one for one in alone.lines if "coexists" in one.get_label()]
+    assert not [one for one in alone.lines if "kick" in str(one.get_label())]
 
 
 def test_a_limit_that_is_never_met_is_not_drawn():

@@ -129,6 +129,10 @@ def test_the_arrow_goes_from_where_the_ramp_jumps_to_where_it_lands():
     still = blank()
     equilibrium_branches(statics(pull_in_to=0.9), still)
     assert not still.texts
+    gone = blank()
+    equilibrium_branches(statics(pull_in_to=np.inf), gone)
+    assert not gone.texts
+    assert line(gone, "pull-in at 1.2 (fold)").get_marker() == "X"
 
 
 def test_a_failed_member_says_so_instead_of_an_empty_picture():
@@ -143,7 +147,7 @@ def test_up_to_three_members_have_a_row_each(members, rows):
     figure = static_figure(statics(members=members))
     assert len(figure.axes) == 2 * rows
     titles = [figure.axes[2 * k].get_title(loc="left") for k in range(rows)]
-    assert titles == [f"spring_stiffness {k}" for k in ([1, 2] if members == 2 else [1, 3, 5])]
+    assert titles == [f"spring stiffness {k}" for k in ([1, 2] if members == 2 else [1, 3, 5])]
     for axes in figure.axes[:2]:
         assert axes.get_legend() is not None
     assert all(axes.get_legend() is None for axes in figure.axes[2:])

@@ -137,21 +137,6 @@ def test_lines_are_drawn_over_both_panels_in_their_own_style():
     assert figure.axes[1].get_ylabel() == ""
 
 
-def test_a_second_axis_stands_for_si_values():
-    data = cells().assign_coords(
-        prestretch_si=("prestretch", 3.0 * Y, {"units": "mm"}), voltage_si=("voltage", 100.0 * X, {"units": "V"})
-    )
-    figure = map_figure(data)
-    seconds = [axis for axes in figure.axes for axis in axes.child_axes]
-    labels = {axis.get_xlabel() or axis.get_ylabel() for axis in seconds}
-    assert labels == {"voltage (V)", "prestretch (mm)"}
-    figure.draw_without_rendering()
-    up = next(axis for axis in seconds if axis.get_ylabel() == "prestretch (mm)")
-    assert up.get_ylim() == pytest.approx((0.75, 3.75))
-    across = next(axis for axis in seconds if axis.get_xlabel() == "voltage (V)")
-    assert across.get_xlim() == pytest.approx((50.0, 500.0))
-
-
 @pytest.mark.parametrize("dims", [1, 3])
 def test_a_map_of_other_than_two_parameters_is_refused(dims):
     data = cells().isel(voltage=0) if dims == 1 else cells().expand_dims(zeta=2)

@@ -89,7 +89,7 @@ def test_the_strip_says_where_the_model_fails():
 def test_members_are_named_by_what_differs_between_them():
     assert [name for name, _ in members(RESPONSES["ensemble"]())] == ["voltage 0.5", "voltage 1", "voltage 1.3"]
     names = [name for name, _ in members(RESPONSES["grid"]())]
-    assert names[1] == "voltage 0.2, drive_frequency 0.5"
+    assert names[1] == "voltage 0.2, drive frequency 0.5"
     assert len(members(RESPONSES["large ensemble"]())) == MOST_LINES
     assert [name for name, _ in members(RESPONSES["single"]())] == [""]
 

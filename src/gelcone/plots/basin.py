@@ -104,4 +104,4 @@ def legend(cells: xr.Dataset) -> list[Artist]:
     regime, failed, flagged = marks(cells)
     unsettled = np.where(regime == Regime.TRANSIENT, regime, -1)
     handles += cell_legend(unsettled, failed, flagged & (regime != Regime.TRANSIENT), cells["outcome"])
-    return handles + invalid_legend(invalid_cells(cells, "displacement", "velocity"))
+    return handles + invalid_legend(invalid_cells(cells, "velocity", "displacement"), failed)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.codes import Regime
+from gelcone.codes import Outcome, Regime
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREEN, GREY, VERMILION, axis_label, log_ticks, styled
 from gelcone.words import unit_of
 
@@ -83,7 +83,10 @@ def coexisting_motions(envelope: xr.Dataset, axes: Axes) -> None:
     at, peak = (envelope[name].values[others] for name in ("drive_frequency", "recommended_peak"))
     kicks = envelope["kick_high"]
     least = float(kicks.where(np.isfinite(kicks)).min())
-    words = f"another motion coexists: a kick\nfrom {least:.2g}{unit_of(kicks)} on leads there"
+    motions = envelope.isel(drive_frequency=others)
+    ends = motions["motion_outcome"].values[motions["motion_regime"].notnull().values]
+    where = "to pull-in" if (ends == Outcome.PULLED_IN).all() else "to another motion"
+    words = f"a kick from {least:.2g}{unit_of(kicks)} on\nleads {where}"
     words = words if np.isfinite(least) else "another motion coexists"
     axes.plot(at, peak, "o", ms=7.0, mfc="none", mec=VERMILION, mew=1.2, ls="", label=words, zorder=4)
 

@@ -93,7 +93,8 @@ def equilibrium_branches(member: xr.Dataset, axes: Axes) -> None:
     axes.plot([], [], color=VERMILION, ls="--", label="unstable")
     pitchfork = float(member["pitchfork_voltage"])
     if np.isfinite(pitchfork):
-        axes.plot(pitchfork, 0.0, "s", ms=5.0, color=BLACK, mfc="white", zorder=4, label=f"pitchfork {pitchfork:.4g}")
+        told = f"pitchfork {pitchfork:.4g}{unit_of(voltage)}"
+        axes.plot(pitchfork, 0.0, "s", ms=5.0, color=BLACK, mfc="white", zorder=4, label=told)
     folds = np.isfinite(member["fold_voltage"])
     if folds.any():
         axes.plot(member["fold_voltage"], member["fold_displacement"], "D", ms=4.0, color=BLACK, zorder=4, label="fold")
@@ -122,14 +123,18 @@ def mark_unheld(member: xr.Dataset, axes: Axes) -> None:
 
 
 def mark_jump(member: xr.Dataset, axes: Axes) -> None:
-    """An arrow where a slow voltage ramp jumps from one equilibrium to another."""
+    """An arrow where a slow voltage ramp jumps from one equilibrium to another, a cross where there is no other."""
     voltage, begin, end = (float(member[f"pull_in_{part}"]) for part in ("voltage", "from", "to"))
-    if not np.isfinite([voltage, begin, end]).all() or begin == end:
+    if not np.isfinite([voltage, begin]).all() or np.isnan(end) or begin == end:
         return
-    kind = PullIn(int(member["pull_in_kind"])).name.lower()
+    kind = PullIn(int(member["pull_in_kind"])).name.lower().replace("_", " ")
+    told = f"pull-in at {voltage:.4g}{unit_of(member['branch_voltage'])} ({kind})"
+    if not np.isfinite(end):
+        axes.plot(voltage, begin, "X", ms=5.0, color=BLACK, ls="none", zorder=4, clip_on=False, label=told)
+        return
     style = {"arrowstyle": "->", "color": BLACK, "shrinkA": 3.0, "shrinkB": 0.0}
     axes.annotate("", (voltage, end), (voltage, begin), arrowprops=style)
-    axes.plot([], [], color=BLACK, marker=r"$\uparrow$", ls="none", label=f"pull-in at {voltage:.4g} ({kind})")
+    axes.plot([], [], color=BLACK, marker=r"$\uparrow$", ls="none", label=told)
 
 
 def split_by_stability(x: Any, y: Any, slope: Any, axes: Axes, *, colour: str, both: str) -> None:

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 LETTERS_AN_INCH = 19
 """Letters of the footnote, so many to an inch of the figure's width."""
+LONGEST_NAME = 20
+"""Letters of a component's name; what is longer is a description."""
+TIED = "\N{NO-BREAK SPACE}"
 LINE = 0.115
 """Height of its lines, inches."""
 
@@ -28,7 +31,8 @@ def fixed_parameters(result: xr.Dataset) -> str:
     swept = {*map(str, result.coords), *map(str, result.dims), attrs.get("parameter", "")}
     swept |= set(str(attrs.get("parameters", "")).split(","))
     if (device := device_of(result)) is not None:
-        return "fixed: " + ", ".join(told_fields(device, swept))
+        film = [f"film {device.film}"] if "film" not in swept and len(str(device.film)) < LONGEST_NAME else []
+        return "fixed: " + ", ".join([*told_fields(device, swept), *film])
     usual = {"prestretch_mode": "radial", "law": "gent", "film": "taut", "bias": "spring"}
     usual |= {"waveform": "sine", "circuit": "ideal"}
     parts = []
@@ -37,7 +41,7 @@ def fixed_parameters(result: xr.Dataset) -> str:
             continue
         if isinstance(value, int | float):
             parts.append(f"{name.replace('_', ' ')} {value:.4g}")
-        elif isinstance(value, str) and len(value) < 20:
+        elif isinstance(value, str) and len(value) < LONGEST_NAME:
             parts.append(f"{name.replace('_', ' ')} {value}")
     return "fixed (dimensionless): " + ", ".join(parts) if parts else ""
 
@@ -47,7 +51,8 @@ def add_footnote(figure: Figure, text: str) -> None:
     if not text:
         return
     width, height = figure.get_size_inches()
-    lines = textwrap.wrap(text, int(LETTERS_AN_INCH * width))
+    held = text.replace(" ", TIED).replace(f",{TIED}", ", ")  # no line parts a name from its value and unit
+    lines = [line.replace(TIED, " ") for line in textwrap.wrap(held, int(LETTERS_AN_INCH * width))]
     room = LINE * len(lines) + 0.06
     figure.set_size_inches(width, height + room)
     share = room / (height + room)

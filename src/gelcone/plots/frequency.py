@@ -19,7 +19,7 @@ from gelcone.plots.branches import (
     stability_parts,
 )
 from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, axis_label, log_ticks, styled
-from gelcone.words import event_label, kinds_of_motion
+from gelcone.words import event_label, failed_in_words, kinds_of_motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,6 +81,11 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
         own = response.sel(branch=branch)
         shown = look if frequency.size <= FEW else look | {"marker": ""}
         curve(own, axes, shown | {"label": f"swept {branch}"})
+        failed = own["outcome"].values > 0
+        at, told = frequency[failed], f"{failed_in_words(own['outcome'])}, {branch}"
+        if at.size:
+            mark = {"color": look["color"], "marker": "x", "ms": 4.5, "ls": "", "clip_on": False}
+            axes.plot(at, np.zeros(at.size), **mark, label=told)
         for (label, which), fill in zip(kinds_of_motion(own).items(), ("white", BLACK), strict=True):
             axes.plot(
                 frequency,

@@ -48,12 +48,11 @@ def map_figure(cells: xr.Dataset, lines: Lines | None = None) -> Figure:
         right.set_ylabel("")
         for axes in (left, right):
             overlay(lines or {}, axes)
-        handles = cell_legend(*marks(cells), cells["outcome"]) + invalid_legend(
-            invalid_cells(cells, *axes_names(cells))
-        )
+        regime, failed, flagged = marks(cells)
+        handles = cell_legend(regime, failed, flagged, cells["outcome"])
+        handles += invalid_legend(invalid_cells(cells, *reversed(axes_names(cells))), failed)
         handles += right.get_legend_handles_labels()[0]
-        legend_x = 1.25 if coordinate_axis(right, cells, axes_names(cells)[1], "right") else 1.0
-        right.legend(handles=handles, loc="upper left", bbox_to_anchor=(legend_x, 1.0))
+        right.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
         figure.suptitle(cells.attrs.get("device", ""), fontsize=9.0)
 
     return styled(7.2, 2.9, draw)
@@ -155,4 +154,3 @@ def label_axes(axes: Axes, cells: xr.Dataset) -> None:
     axes.set_ylim(*edges(cells[y])[[0, -1]])
     coordinate_axis(axes, cells, x, "bottom")
     coordinate_axis(axes, cells, y, "left")
-    coordinate_axis(axes, cells, x, "top")

@@ -147,13 +147,14 @@ def mark_invalid(axes: Axes, x: Array, y: Array, where: Any) -> None:
         axes.pcolormesh(x, y, np.ma.masked_equal(where, False), cmap=veil, alpha=VEIL, rasterized=True, lw=0.0)
 
 
-def invalid_legend(where: Any) -> list[Artist]:
-    """The legend handle of cells in which the model does not hold, or the statement that it holds in none."""
+def invalid_legend(where: Any, failed: Any) -> list[Artist]:
+    """The legend handle of cells in which the model does not hold, or the statement that it holds in none; those that
+    failed have a mark of their own."""
     from matplotlib.patches import Patch
 
     if np.all(where) and np.size(where):
         return [Patch(facecolor="none", edgecolor="none", label="the model holds\nnowhere here")]
-    return [Patch(facecolor=INVALID, alpha=VEIL, label="model does not hold")] if np.any(where) else []
+    return [Patch(facecolor=INVALID, alpha=VEIL, label="model does not hold")] if np.any(where & ~failed) else []
 
 
 def cell_legend(regime: Any, failed: Any, flagged: Any, outcome: Any) -> list[Artist]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.plots.style import BLUE, CYCLE, GREY, VERMILION, axis_label, styled
-from gelcone.words import outcome_in_words
+from gelcone.words import measured, outcome_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -100,9 +100,9 @@ def members(response: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
         return [("", response)]
     stacked = response.stack(flat=dims)
     picks = np.unique(np.linspace(0, stacked.sizes["flat"] - 1, MOST_LINES).astype(int))
-    names = [str(n) for n, c in response.coords.items() if c.attrs.get("quantity") == "parameter"]
+    names = [n for n, c in response.coords.items() if c.attrs.get("quantity") in ("parameter", "device field")]
     chosen = [stacked.isel(flat=i) for i in picks]
-    return [(", ".join(f"{n} {float(m[n]):.4g}" for n in names), m) for m in chosen]
+    return [(", ".join(f"{str(n).replace('_', ' ')} {measured(m[n])}" for n in names), m) for m in chosen]
 
 
 def failings(response: xr.Dataset) -> dict[str, np.ndarray]:

@@ -7,8 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
-import numpy as np
-
 from gelcone.files import write_whole
 
 if TYPE_CHECKING:
@@ -100,25 +98,8 @@ def log_ticks(axes: Axes) -> None:
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-def coordinate_axis(axes: Axes, result: xr.Dataset, name: str, side: Literal["bottom", "left", "top", "right"]) -> bool:
-    """Labels an axis with a swept coordinate; returns whether there is one.
-
-    ``"top"`` and ``"right"`` add a second axis with the SI values ``NAME_si``, a multiple of the dimensionless
-    ``NAME``; most Datasets hold none.
-    """
-    second = side in ("top", "right")
-    shown = f"{name}_si" if second else name
-    if shown not in result.coords:
-        return False
-    label = axis_label(result[shown], name.replace("_", " "))
-    if not second:
+def coordinate_axis(axes: Axes, result: xr.Dataset, name: str, side: Literal["bottom", "left"]) -> None:
+    """Labels an axis with a swept coordinate, where there is one."""
+    if name in result.coords:
+        label = axis_label(result[name], name.replace("_", " "))
         (axes.set_xlabel if side == "bottom" else axes.set_ylabel)(label)
-        return True
-    values, in_si = result[name].values, result[shown].values
-    scale = (in_si[-1] - in_si[0]) / (values[-1] - values[0])
-    functions = (lambda v: np.multiply(v, scale), lambda v: np.divide(v, scale))
-    if side == "top":
-        axes.secondary_xaxis("top", functions=functions).set_xlabel(label)
-    else:
-        axes.secondary_yaxis("right", functions=functions).set_ylabel(label)
-    return True

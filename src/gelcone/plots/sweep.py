@@ -136,10 +136,11 @@ def _slices(result: xr.Dataset, values: xr.DataArray) -> Figure:
             failed = shown["outcome"].values > 0
             doubtful = (shown["doubtful"].values > 0) & ~failed
             handles = cell_legend(shown["regime"].values, failed, doubtful, shown["outcome"])
-            handles += invalid_legend(invalid_cells(result, x, y, third))
+            handles += invalid_legend(invalid_cells(shown, "flat", x), failed)
             figure.legend(handles=handles, loc="outside right upper")
-        if picks.size < result.sizes[third]:
-            figure.suptitle(f"{picks.size} of {result.sizes[third]} values of {third.replace('_', ' ')}", fontsize=8.0)
+        some = f"{picks.size} of {result.sizes[third]} values of {third.replace('_', ' ')}"
+        told = [result.attrs.get("device", ""), some if picks.size < result.sizes[third] else ""]
+        figure.suptitle(", ".join(filter(None, told)), fontsize=9.0)
 
     return styled(7.2, 0.5 + 2.2 * rows, draw)
 
