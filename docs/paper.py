@@ -2,11 +2,13 @@
 
 python docs/paper.py FOLDER      (a folder that `gelcone paper --quick --out FOLDER` has filled)
 
-Writes docs/figure-07.png and docs/figure-14.png, and the table between the marks in README.md.
+Writes docs/figure-07.png and docs/figure-14.png, and the table between the marks in README.md. Its last column is how
+often a verdict came out the same from other starts, by docs/verdicts.csv of `python benchmarks/intervals.py verdicts`.
 """
 
 from __future__ import annotations
 
+import csv
 import json
 import sys
 from datetime import UTC, datetime
@@ -17,7 +19,7 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parent.parent
 FIGURES = ("figure-07", "figure-14")
 WIDTH = 760
-HEAD = "| claim | verdict | if the film wrinkles | key number |"
+HEAD = "| claim | verdict | if the film wrinkles | key number | same verdict |"
 BEGIN, END = "<!-- claims: written by docs/paper.py -->", "<!-- end of claims -->"
 
 
@@ -31,12 +33,22 @@ def number(entry: dict[str, object]) -> str:
 
 def table(run: dict[str, object]) -> str:
     """The claim table in Markdown, with the date and version that produced it."""
+    same = agreeing(run)
     rows = [
-        f"| {c['id']} | {c['verdict']} | {c['with_film']['text'] if c['with_film'] else ''} | {number(c)} |"
+        f"| {c['id']} | {c['verdict']} | {c['with_film']['text'] if c['with_film'] else ''} | {number(c)} "
+        f"| {same[c['id']]} |"
         for c in run["claims"]  # type: ignore[attr-defined]
     ]
     made = f"Made on {datetime.now(UTC):%Y-%m-%d} by gelcone {run['version']}, {run['effort']} run."
-    return "\n".join([BEGIN, "", made, "", HEAD, "|---|---|---|---|", *rows, "", END])
+    return "\n".join([BEGIN, "", made, "", HEAD, "|---|---|---|---|---|", *rows, "", END])
+
+
+def agreeing(run: dict[str, object]) -> dict[str, str]:
+    """Of how many judgements from starts 1e-12 to 1e-9 apart so many gave the verdict of this run, by claim."""
+    with (ROOT / "docs" / "verdicts.csv").open(encoding="utf-8", newline="") as file:
+        seen = list(csv.DictReader(file))
+    claims: list[dict[str, str]] = run["claims"]  # type: ignore[assignment]
+    return {c["id"]: f"{sum(one[c['id']] == c['verdict'] for one in seen)} of {len(seen)}" for c in claims}
 
 
 def main(folder: Path) -> None:
