@@ -24,7 +24,7 @@ from gelcone.motion.linear import equilibrium_under_bias, linear_response
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.settle import start_states
-from gelcone.motion.settled import HARMONICS, Swing, settled_swing
+from gelcone.motion.settled import HARMONICS, Swing, settled_swing, swing
 from gelcone.motion.stepping import NUDGE, Trail, step_to
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
@@ -48,6 +48,8 @@ NARROWINGS = 3
 NARROWED_AT = 7
 """Frequencies inside a peak's bracket that each narrowing tries; the bracket shrinks to a quarter."""
 BISECTIONS = 6
+AT_ONCE = 512
+"""Motions whose samples are kept at a time."""
 STARTS = (1.0, 0.05, -1.0)
 """Multiples of the initial state from which motions settle that may start branches: those that no sweep meets."""
 SWEEPS_SHARE = 0.6
@@ -188,14 +190,25 @@ def _sweep(
             trail.take_over(ran, model.size, trail_of)
             now.put(ran, part)
         if fresh.size:
-            begun = settled_swing(model.take(fresh).replace(drive_frequency=there[fresh]), initial[fresh], **flow)
+            part = model.take(fresh).replace(drive_frequency=there[fresh])
+            begun = settled_swing(part, initial[fresh], only_extent=True, **flow)
             trail.add(fresh, model.size, there[fresh], begun)
             now.put(fresh, begun)
         swept.put((members, step), now)
         here, largest = there, np.fmax(largest, now.amplitude)
         if progress is not None:
             progress(1.0 / count)
+    _look_at_all(model, grids, swept, flow)
     return swept, trail
+
+
+def _look_at_all(model: Members, grids: Array, swept: Swing, flow: dict[str, Any]) -> None:
+    """Harmonics and validity of what was swept: once, and not at each try on the way."""
+    member, step = np.nonzero(swept.outcome == Outcome.OK)
+    for first in range(0, member.size, AT_ONCE):
+        at = member[first : first + AT_ONCE], step[first : first + AT_ONCE]
+        seen = swing(model.take(at[0]).replace(drive_frequency=grids[at]), swept.final[at], **flow)
+        swept.harmonics[at], swept.validity[at] = seen.harmonics, seen.validity
 
 
 def _by_branch(swept: Swing) -> Swing:
@@ -229,7 +242,7 @@ def _peaks(model: Members, trail: Trail, progress: Progress, flow: dict[str, Any
     for _ in range(NARROWINGS):
         tried = low[:, None] + (high - low)[:, None] * shares
         ensemble = model.take(np.repeat(members, NARROWED_AT)).replace(drive_frequency=tried.ravel())
-        now = settled_swing(ensemble, np.repeat(state, NARROWED_AT, axis=0), **flow)
+        now = settled_swing(ensemble, np.repeat(state, NARROWED_AT, axis=0), only_extent=True, **flow)
         # What was highest before is compared too, or a narrow peak could be lost between the new frequencies.
         heights = np.column_stack([now.amplitude.reshape(tried.shape), height])
         places, ends = np.column_stack([tried, at]), now.final.reshape(*tried.shape, -1)
@@ -307,7 +320,7 @@ def _jumps(model: Members, grid: Array, swept: Swing, progress: Progress, flow: 
     for _ in range(BISECTIONS if member.size else 0):
         middle = 0.5 * (inner + outer)
         both = model.take(np.repeat(member, len(BRANCHES))).replace(drive_frequency=np.repeat(middle, len(BRANCHES)))
-        now = _by_branch(settled_swing(both, states.reshape(-1, states.shape[-1]), **flow))
+        now = _by_branch(settled_swing(both, states.reshape(-1, states.shape[-1]), only_extent=True, **flow))
         apart = differing(Swing(**{name: values[:, :, None] for name, values in vars(now).items()}))[:, 0]
         inner, outer = np.where(apart, middle, inner), np.where(apart, outer, middle)
         states = np.where(apart[:, None, None], now.final, states)
@@ -329,7 +342,7 @@ def _with_branches(
     starts = initial * np.array(STARTS)[:, None]
     members = model.members().take(np.zeros(grid.size * len(starts), dtype=int))
     members = members.replace(drive_frequency=np.tile(grid, len(starts)))
-    fixed = settled_swing(members, np.repeat(starts, grid.size, axis=0), **flow)
+    fixed = settled_swing(members, np.repeat(starts, grid.size, axis=0), only_extent=True, **flow)
     values = np.tile(grid, len(BRANCHES) + len(starts))
     final = np.concatenate([swept.final[0].reshape(-1, initial.shape[1]), fixed.final])
     period = np.concatenate([swept.period[0].ravel(), fixed.period])

@@ -73,7 +73,8 @@ class Trail:
 def step_to(
     model: Members, here: Array, there: Array, met: Swing, largest: Array, trail: Trail, flow: dict[str, Any]
 ) -> Swing:
-    """The settled motions at the frequencies ``there`` (members,), reached from those ``met`` at ``here``.
+    """The settled motions at the frequencies ``there`` (members,), reached from those ``met`` at ``here``; their extent
+    alone (`gelcone.motion.settled.extent`).
 
     ``largest`` amplitudes so far (members,) tell what change is negligible; all that is met goes to the ``trail``.
     """
@@ -86,7 +87,8 @@ def step_to(
         next_step = np.where(np.abs(step[going]) < np.abs(rest), step[going], rest)
         target = np.where(next_step == rest, there[going], at[going] + next_step)
         before = now.take(going)
-        tried = settled_swing(model.take(going).replace(drive_frequency=target), nudge(before.final, NUDGE), **flow)
+        nudged = nudge(before.final, NUDGE)
+        tried = settled_swing(model.take(going).replace(drive_frequency=target), nudged, only_extent=True, **flow)
         trail.add(going, count, target, tried)
         far = jumped(before, tried, largest[going]) & (np.abs(next_step) > least[going])
         step[going] = np.where(far, 0.5 * next_step, step[going])
@@ -99,9 +101,8 @@ def step_to(
         going = going[(at[going] != there[going]) & (now.outcome[going] == Outcome.OK)]
         if not going.size:
             return now
-    last = settled_swing(
-        model.take(going).replace(drive_frequency=there[going]), nudge(now.final[going], NUDGE), **flow
-    )
+    nudged = nudge(now.final[going], NUDGE)
+    last = settled_swing(model.take(going).replace(drive_frequency=there[going]), nudged, only_extent=True, **flow)
     now.put(going, last)
     return now
 
