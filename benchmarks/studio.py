@@ -23,6 +23,7 @@ from pathlib import Path
 from browser import Browser, Tab, wait_for
 
 MOVES = 500
+FILLED = "/^(following.*)?$/.test(document.getElementById('grid-share').textContent)"
 TABS = ("map", "strip", "spectrum", "statics", "time", "portrait")
 TICK = os.sysconf("SC_CLK_TCK")
 MEASURE = """
@@ -147,7 +148,9 @@ class Started:
     def __init__(self) -> None:
         self.began = time.perf_counter()
         command = [sys.executable, "-m", "gelcone", "studio", "--no-browser", "biased-pump"]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        # an installed package has its byte code
+        own = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=own)
         assert self.process.stdout is not None
         self.address = self.process.stdout.readline().partition(": ")[2].strip().partition("#")[0]
 
@@ -185,7 +188,7 @@ def one_page(moves: int) -> None:
             tab.wait("window.studio && studio.painted > 0", 60)
             said["found"] = f"{time.perf_counter() - started.began:.2f} s"
         tab.wait("studio.looks.a.lines && true", 60)
-        tab.wait("document.getElementById('grid-share').textContent === ''", 300)
+        tab.wait(FILLED, 300)
         both = ["response", "kind"]
         measure(tab, "voltage_amplitude", (200, 600), 40, both)
         with measured("pump: response, portrait; with section, badge", server) as said:
@@ -204,7 +207,7 @@ def one_page(moves: int) -> None:
                 "found": f"{told([a for a, _ in times])}; {told([b for _, b in times])} (map at {still or 'its end'})",
             }
         show(tab, "preset=base&voltage=1.7&right=strip")
-        tab.wait("document.getElementById('grid-share').textContent === ''", 300)
+        tab.wait(FILLED, 300)
         with measured("base set in chaos: first picture; evidence", server) as said:
             times = measure(tab, "voltage", (820, 920), moves // 10, both)
             said |= {
@@ -221,7 +224,8 @@ def map_times(tab: Tab) -> str:
         "const share = document.getElementById('grid-share');"
         "new MutationObserver(() => { const legend = document.querySelector('#map .legend li');"
         "if (legend && studio.map.length === 1) studio.map.push(performance.now());"
-        "if (share.textContent === '' && studio.map.length === 2) studio.map.push(performance.now()); })"
+        "if (/^(following.*)?$/.test(share.textContent) && studio.map.length === 2) studio.map.push(performance.now());"
+        "})"
         ".observe(document.body, {subtree: true, childList: true, characterData: true});"
         "location.hash = 'device=biased-pump&right=map' })()"
     )

@@ -63,7 +63,18 @@ def broken(
     nothing is known of is left out: the breakdown without a dielectric strength, slack of a film that does not know its
     stresses.
     """
-    n, found = members.numbers(trailing=1), dict[str, npt.NDArray[np.bool_]]()
+    found: dict[str, npt.NDArray[np.bool_]] = {}
+    for fails in broken_by_film(members, x, voltages, states):
+        for name, where in fails.items():
+            found[name] = np.broadcast_to(found.get(name, False) | where, x.shape)
+    return found
+
+
+def broken_by_film(
+    members: Members, x: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
+) -> list[Fails]:
+    """What `broken` tells of each film alone."""
+    n, found = members.numbers(trailing=1), list[Fails]()
     films = (members.system.film, members.system.second)
     for film, voltage, state in zip(films, voltages, states, strict=False):
         assert film is not None
@@ -73,8 +84,7 @@ def broken(
             fails |= _slack(film, state)
             if "dielectric_strength" in members.values:
                 fails["breakdown"] = np.asarray(state.true_field > members.values["dielectric_strength"][:, None])
-        for name, where in fails.items():
-            found[name] = np.broadcast_to(found.get(name, False) | where, x.shape)
+        found.append({name: np.broadcast_to(where, x.shape) for name, where in fails.items()})
     return found
 
 

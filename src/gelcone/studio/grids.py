@@ -31,8 +31,9 @@ from gelcone.studio.controls import Control
 from gelcone.studio.pool import report
 from gelcone.studio.setting import DRIVE, start_of
 
-TASK = 32
-"""Cells of a task: enough to fill the lanes of vectors, few enough for a picture that grows."""
+FIRST_TASK, TASK = 32, 64
+"""Cells of a task, of the coarsest picture and of later ones: enough to fill the lanes of vectors, few enough for a
+picture that grows."""
 COARSEST = 9
 """Cells along each axis of the coarsest picture."""
 IMPOSSIBLE = 99

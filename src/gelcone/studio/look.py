@@ -21,7 +21,7 @@ from gelcone.motion.job import Trajectories
 from gelcone.motion.section import section_cells
 from gelcone.motion.settle import start_states
 from gelcone.motion.spectrum import spectrum_cells
-from gelcone.motion.validity import broken, voltages_along
+from gelcone.motion.validity import broken_by_film, voltages_along
 from gelcone.physics.members import Members
 from gelcone.physics.records import bias_record
 from gelcone.plots.regime import REGIME_COLOURS
@@ -101,7 +101,7 @@ def response(subject: Subject, periods: float) -> Parts:
     run = integrate(members, states0, span * np.linspace(0.0, 1.0, count + 1), threads=1)
     x, u = run.states[0, :, 0], run.states[0, :, 1]
     voltages = voltages_along(members, run.times, run.states)
-    film = film_states(members, run.states, voltages)
+    films = film_states(members, run.states, voltages)
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     outcome = Outcome(int(run.outcome[0]))
     seems = _ended(subject, run) if outcome else _seems(members, run.times[0], run.states[0])
@@ -112,22 +112,33 @@ def response(subject: Subject, periods: float) -> Parts:
             "x": x * by["length"],
             "u": u * by["velocity"],
             "v": voltages[0][0] * by["voltage"],
-            "film": film,
+            "film": films[-1],
+            **{f"film{k}": film for k, film in enumerate(films[:-1], start=1)},
         },
         {
             "seems": seems,
             "ended": bool(outcome),
-            "shares": _shares(film[ran]),
+            "shares": _shares(films[-1][ran]),
             "period": float(members.drive_period[0]) * by["time"],
         },
     )
 
 
-def film_states(members: Members, states: Array, voltages: Sequence[Array]) -> Any:
-    """The film's state (a place in `FILM_STATES`) along a single run under the voltage of each film, (samples,); of two
-    films the worse."""
-    fails = broken(members, states[..., 0], voltages)
-    code = np.zeros(states.shape[1], dtype=np.uint8)
+def film_states(members: Members, states: Array, voltages: Sequence[Array]) -> list[Any]:
+    """The state of each film (a place in `FILM_STATES`) along a single run under their voltages, (samples,); of two
+    films behind them what happens in either."""
+    each = broken_by_film(members, states[..., 0], voltages)
+    found = [_coded(fails, states.shape[1]) for fails in each]
+    if len(each) > 1:
+        names = each[0].keys() | each[1].keys()
+        found.append(
+            _coded({name: each[0].get(name, False) | each[1].get(name, False) for name in names}, len(found[0]))
+        )
+    return found
+
+
+def _coded(fails: Mapping[str, Any], samples: int) -> Any:
+    code = np.zeros(samples, dtype=np.uint8)
     for name, value in (("hoop_slack", HOOP_SLACK), ("meridional_slack", MERIDIONAL_SLACK)):
         if name in fails:
             code[fails[name][0]] += np.uint8(value)

@@ -28,10 +28,12 @@ from gelcone.errors import InputError, MissingDependency
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, Watch, watching
 from gelcone.studio import exports, look
+from gelcone.studio.branches import EVENTS, follow_branches, follow_loci
 from gelcone.studio.controls import Control, as_json, before_changes, controls_of
 from gelcone.studio.frames import pack
 from gelcone.studio.grids import (
     COARSEST,
+    FIRST_TASK,
     FREQUENCIES,
     TASK,
     VOLTAGES,
@@ -248,7 +250,8 @@ class Page:
     # --- long work ---------------------------------------------------------------------------------------------------
 
     async def _map(self, request: dict[str, Any]) -> None:
-        """A map over two parameters: cells from coarse to fine, then the thresholds over it, then all other cells."""
+        """A map over two parameters: cells from coarse to fine, then the thresholds over it, all other cells, and
+        the curves of bifurcations."""
         setting = Setting.read(request.get("setting"))
         controls = self.controls(setting)
         x, y = (axis(controls, request.get(name), count) for name, count in (("x", MAP_CELLS[0]), ("y", MAP_CELLS[1])))
@@ -273,6 +276,11 @@ class Page:
                 break
         await work.compute(np.flatnonzero(work.kinds < 0))
         await self.send({"kind": "done", "grid": "map", "id": request["id"]})
+        for event in EVENTS:
+            with suppress(InputError):  # there is none
+                found = await work.do(follow_loci, source, x, y, event)
+                await self.send({"kind": "loci", "id": request["id"], "name": event}, found)
+        await self.send({"kind": "followed", "id": request["id"]})
 
     async def _thresholds(self, work: Filling, x: Axis, y: Axis) -> None:
         """The lines of thresholds over a map of which one axis is the voltage."""
@@ -285,7 +293,7 @@ class Page:
         await self.send(head, {"at": other.values} | {name: values * scale for name, values in lines.items()})
 
     async def _strip(self, request: dict[str, Any]) -> None:
-        """A sweep of one parameter: the section at each value, from coarse to fine."""
+        """A sweep of one parameter: the section at each value, from coarse to fine, then the branches over it."""
         setting = Setting.read(request.get("setting"))
         over = axis(self.controls(setting), request.get("over"), STRIP_VALUES)
         await self._begin("strip", request, partial(self._fill_strip, request, self.source(setting), over))
@@ -297,6 +305,14 @@ class Page:
         for step in (8, 4, 2, 1):
             await work.compute(places[(places % step == 0) & (work.kinds < 0)])
         await self.send({"kind": "done", "grid": "strip", "id": request["id"]})
+        head = {"kind": "branches", "id": request["id"]}
+        try:
+            found = await work.do(follow_branches, source, over)
+        except InputError as error:
+            await self.send({**head, "kinds": [], "none": " ".join(str(error).split())})
+            return
+        arrays = found.pop("arrays")
+        await self.send({**head, **found}, arrays)
 
     async def _envelope(self, request: dict[str, Any]) -> None:
         setting = Setting.read(request.get("setting"))
@@ -435,7 +451,8 @@ class Filling:
     async def compute(self, cells: Any) -> Any:
         """The kinds of some cells, which the page is sent task by task; `Outdated` once the run is."""
         alike = cells[np.lexsort(self._groups(cells))]
-        await asyncio.gather(*(self._task(alike[k : k + TASK]) for k in range(0, len(cells), TASK)))
+        size = FIRST_TASK if self.kinds.max() < 0 else TASK
+        await asyncio.gather(*(self._task(alike[k : k + size]) for k in range(0, len(cells), size)))
         return self.kinds[cells]
 
     def _groups(self, cells: Any) -> list[Any]:

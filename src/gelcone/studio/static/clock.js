@@ -62,11 +62,11 @@ export class Clock {
 
   // The state of a look's run at this time, between its samples; null where the run has ended.
   state(look) {
-    const { t, x, u, v, film } = look;
+    const { t, x, u, v, film, film1 = film, film2 = film } = look;
     if (!t) return null;
     const n = t.length - 1, place = Math.min((this.at / t[n]) * n, n), k = Math.min(Math.floor(place), n - 1), f = place - k;
     const between = (values) => values[k] + (values[k + 1] - values[k]) * f;
-    const state = { x: between(x), u: between(u), v: between(v), film: film[f < 0.5 ? k : k + 1] };
+    const state = { x: between(x), u: between(u), v: between(v), films: [film1, film2].map((own) => own[f < 0.5 ? k : k + 1]) };
     return Number.isFinite(state.x) ? state : null;
   }
 }

@@ -3,6 +3,7 @@ import { colours, mix } from "./colours.js";
 
 const SECTORS = 64, RINGS = 5, TILT = 0.4;
 const GAUGE = 46;
+const SEEN_THROUGH = 0.7; // of the upper of two films
 const AROUND = 1, MERIDIAN = 2, BOTH = 3;
 
 export class Cone {
@@ -19,7 +20,7 @@ export class Cone {
     this.canvas.width = Math.round(w * d); this.canvas.height = Math.round(h * d);
   }
 
-  // sides: for each setting {about, height, voltage, film, low, high, volts}; heights in the unit of about.rim.
+  // sides: for each setting {about, height, voltage, films, low, high, volts}; heights in the unit of about.rim.
   draw(sides) {
     const g = this.context, { w, h } = this;
     if (!w || !h) return;
@@ -37,19 +38,22 @@ export class Cone {
     if (!two) this.gauge(sides[0], half + GAUGE / 2 - 4, h);
   }
 
+  // The heights that are seen: those of the disc and of the planes of the films.
+  reach(side) { return [Math.max(side.high, side.about.second ?? 0, 0.15 * side.about.rim), Math.min(side.low, side.about.second ?? 0, 0)]; }
+
   scale(side) {
-    const most = Math.max(side.high, 0.15 * side.about.rim), least = Math.min(side.low, 0);
+    const [most, least] = this.reach(side);
     const wide = (0.5 * (this.w - GAUGE)) / (2.28 * side.about.rim), tall = (this.h - 54) / (most - least + 0.75 * side.about.rim);
     return Math.min(wide, tall);
   }
 
   ground(side, h, scale) {
-    const most = Math.max(side.high, 0.15 * side.about.rim), least = Math.min(side.low, 0);
+    const [most, least] = this.reach(side);
     return h / 2 + ((most + least) / 2) * scale + 8;
   }
 
   section(side, w, h, scale) {
-    const g = this.context, c = colours(), { about, height, film } = side;
+    const g = this.context, c = colours(), { about, height, films: [film] } = side;
     const a = about.disc * scale, b = about.rim * scale, cx = w / 2, y0 = this.ground(side, h, scale), y = y0 - height * scale;
     g.strokeStyle = c.line; g.lineWidth = 1; g.setLineDash([3, 4]);
     g.beginPath(); g.moveTo(cx - b - 16, y0); g.lineTo(cx + b + 16, y0); g.stroke(); g.setLineDash([]);
@@ -71,7 +75,7 @@ export class Cone {
     g.strokeStyle = g.fillStyle = c.edge; g.lineWidth = 1.6;
     if (side.about.second !== null) { // the second film, flat where the disc is at that height
       const flat = y0 - side.about.second * scale;
-      for (const sign of [-1, 1]) { this.filmLine(cx + sign * b, flat, cx + sign * a, y, 0); this.block(cx + sign * b - 6, flat - 7, 12, 14); }
+      for (const sign of [-1, 1]) { this.filmLine(cx + sign * b, flat, cx + sign * a, y, side.films[1]); this.block(cx + sign * b - 6, flat - 7, 12, 14); }
       g.strokeStyle = g.fillStyle = c.edge; g.lineWidth = 1.6;
     }
     if (/weight/.test(kinds)) { g.beginPath(); g.moveTo(cx, y); g.lineTo(cx, y + 16); g.stroke(); this.block(cx - 0.5 * a, y + 16, a, 14); }
@@ -116,7 +120,7 @@ export class Cone {
   }
 
   perspective(side, w, h, scale, name) {
-    const g = this.context, c = colours(), { about, height, film } = side;
+    const g = this.context, c = colours(), { about, height, films } = side;
     const up = Math.sqrt(1 - TILT * TILT), cx = w / 2, a = about.disc, b = about.rim, y0 = this.ground(side, h, scale);
     const at = (r, f, z) => [cx + r * scale * Math.cos(f), y0 + r * scale * Math.sin(f) * TILT - z * scale * up];
     const ring = (r, z, from = 0, to = 2 * Math.PI) => {
@@ -124,15 +128,15 @@ export class Cone {
     };
     g.fillStyle = c.dark ? "rgba(0,0,0,0.35)" : "rgba(20,30,45,0.08)";
     g.beginPath(); g.ellipse(cx, y0 + 9, b * scale * 1.06, b * scale * TILT * 1.06, 0, 0, 7); g.fill();
-    g.lineWidth = 7; g.strokeStyle = c.steel; ring(b * 1.02, 0, Math.PI, 2 * Math.PI); g.stroke();
-    const rings = film >= MERIDIAN && film <= BOTH ? RINGS : 1;
-    const slope = Math.atan2(height, b - a);
-    const quads = (front) => {
+    const rim = (z, from, to) => { g.lineWidth = 7; g.strokeStyle = c.steel; ring(b * 1.02, z, from, to); g.stroke(); };
+    // half of a film between its rim at the height ``flat`` and the disc
+    const quads = (film, flat, front) => {
+      const rings = film >= MERIDIAN && film <= BOTH ? RINGS : 1, rise = height - flat, slope = Math.atan2(rise, b - a);
       for (let i = 0; i < SECTORS; i++) {
         const f = (2 * Math.PI * i) / SECTORS, f2 = (2 * Math.PI * (i + 1.02)) / SECTORS, middle = (f + f2) / 2;
         if (Math.sin(middle) > 0 !== front) continue;
         for (let k = 0; k < rings; k++) {
-          const r = b + ((a - b) * k) / rings, r2 = b + ((a - b) * (k + 1)) / rings, z = (height * k) / rings, z2 = (height * (k + 1)) / rings;
+          const r = b + ((a - b) * k) / rings, r2 = b + ((a - b) * (k + 1)) / rings, z = flat + (rise * k) / rings, z2 = flat + (rise * (k + 1)) / rings;
           g.beginPath(); g.moveTo(...at(r, f, z)); g.lineTo(...at(r, f2, z)); g.lineTo(...at(r2, f2, z2)); g.lineTo(...at(r2, f, z2)); g.closePath();
           g.fillStyle = this.shade(film, middle, slope, i, k, front);
           g.fill();
@@ -145,11 +149,21 @@ export class Cone {
       ring(a, height - 0.03 * b); g.fill();
       g.fillStyle = c.steel; ring(a, height); g.fill();
     };
-    quads(false);
-    if (height < 0) disc();
-    quads(true);
-    if (height >= 0) disc();
-    g.lineWidth = 7; g.strokeStyle = c.steel; ring(b * 1.02, 0, 0, Math.PI); g.stroke();
+    const whole = (film, flat) => {
+      rim(flat, Math.PI, 2 * Math.PI);
+      quads(film, flat, false);
+      if (height < flat) disc();
+      quads(film, flat, true);
+      if (height >= flat) disc();
+      rim(flat, 0, Math.PI);
+    };
+    const planes = about.second === null ? [[films[0], 0]] : [[films[0], 0], [films[1], about.second]];
+    planes.sort((one, other) => one[1] - other[1]);
+    planes.forEach(([film, flat], k) => {
+      g.globalAlpha = k ? SEEN_THROUGH : 1;
+      whole(film, flat);
+    });
+    g.globalAlpha = 1;
     if (name) {
       g.fillStyle = name === "A" ? c.a : c.b; g.font = "700 13px system-ui, sans-serif"; g.textAlign = "center"; g.textBaseline = "bottom";
       g.fillText(name, cx, h - 18);

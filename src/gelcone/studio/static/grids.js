@@ -59,7 +59,7 @@ export class GridPanels {
 
   message(head, arrays) {
     const panel = Object.values(this.panels).find((p) => p.id !== null && p.id === head.id);
-    if (!panel) return ["grid", "cells", "done", "thresholds", "progress", "envelope"].includes(head.kind);
+    if (!panel) return ["grid", "cells", "done", "thresholds", "loci", "followed", "branches", "progress", "envelope"].includes(head.kind);
     panel[`on_${head.kind}`]?.(head, arrays);
     return true;
   }
@@ -76,7 +76,7 @@ export class GridPanels {
 
 // What the three have in common: they are asked for once they are looked at and out of date, and cancelled otherwise.
 class Panel {
-  constructor(grids, kind) { Object.assign(this, { grids, kind, id: null, stale: "now", running: false, problem: "" }); }
+  constructor(grids, kind) { Object.assign(this, { grids, kind, id: null, stale: "now", running: false, filled: false, problem: "" }); }
   get page() { return this.grids.page; }
   control(name) { return this.page.controls().list.find((c) => c.name === name); }
   value(name) { return this.page.controls().value(name, this.page.setting().values); }
@@ -93,7 +93,7 @@ class Panel {
     const content = this.request();
     if (!content) return;
     this.problem = "";
-    this.stale = null;
+    this.stale = null; this.filled = false;
     this.id = this.page.ask(this.kind, { setting: this.page.setting(), ...content });
     this.running = this.id !== null;
     if (!this.running) this.stale = "now";
@@ -114,13 +114,15 @@ class Panel {
 
   pause() {
     clearTimeout(this.timer);
-    if (this.running) { this.page.ask("cancel", { grid: this.kind }); this.running = false; this.stale = "now"; this.id = null; }
+    if (!this.running) return;
+    this.page.ask("cancel", { grid: this.kind });
+    Object.assign(this, { running: false, id: null, stale: this.filled ? this.stale : "now" }); // without what was followed
   }
 
   progress(share) { this.grids.say(share < 1 ? `${Math.round(100 * share)} %` : ""); }
   redrawOver() { if (this.grids.open === this) this.plot.redrawOver(); }
-  nothing(p, text) { p.label(this.problem || text, p.w / 2, p.h / 2, { align: "center" }); }
-  on_done() { this.running = false; this.progress(1); }
+  nothing(p, text) { p.paragraph(this.problem || text, p.w / 2, p.h / 2, 0.7 * p.w); }
+  on_done() { this.running = false; this.filled = true; this.progress(1); }
 }
 
 class MapPanel extends Panel {
@@ -193,9 +195,15 @@ class MapPanel extends Panel {
   }
 
   on_thresholds(head, arrays) {
-    this.lines = head.names.map((name) => ({ name, upright: head.upright, at: arrays.at, value: arrays[name] }));
+    this.lines = head.names.map((name) => ({ name, x: head.upright ? arrays[name] : arrays.at, y: head.upright ? arrays.at : arrays[name] }));
     this.later();
   }
+
+  on_done() { super.on_done(); this.running = true; this.grids.say("following thresholds …"); }
+
+  on_loci(head, { x, y }) { this.lines.push({ name: head.name, x, y }); this.later(); }
+
+  on_followed() { this.running = false; this.grids.say(""); }
 
   later() { this.waiting ??= requestAnimationFrame(() => { this.waiting = null; if (this.grids.open === this) this.plot.redraw(); }); }
 
@@ -269,8 +277,7 @@ class MapPanel extends Panel {
 
   thresholds(p) {
     const c = colours();
-    for (const { upright, at, value, name } of this.lines) {
-      const [xs, ys] = upright ? [value, at] : [at, value];
+    for (const { name, x: xs, y: ys } of this.lines) {
       p.line(xs, ys, { colour: c.panel, width: 4 });
       p.line(xs, ys, { colour: c.ink, width: 1.6, dash: [6, 4] });
       const inside = [...xs.keys()].filter((i) => xs[i] > p.x[0] && xs[i] < p.x[1] && ys[i] > p.y[0] && ys[i] < p.y[1]);
@@ -367,12 +374,22 @@ function marker(g, px, py) {
   }
 }
 
+const MARKS = ["□", "◇", "△", "○", "▽"];
+
+// A sign for an event, of the shape that the legend shows.
+function mark(g, shape, x, y) {
+  const r = 3.6, points = { "□": [[-1, -1], [1, -1], [1, 1], [-1, 1]], "◇": [[0, -1.3], [1.3, 0], [0, 1.3], [-1.3, 0]], "△": [[0, -1.2], [1.1, 0.8], [-1.1, 0.8]], "▽": [[0, 1.2], [1.1, -0.8], [-1.1, -0.8]] }[shape];
+  g.beginPath();
+  if (points) points.forEach(([dx, dy], k) => g[k ? "lineTo" : "moveTo"](x + r * dx, y + r * dy)); else g.arc(x, y, r, 0, 7);
+  g.closePath(); g.fill(); g.stroke();
+}
+
 class StripPanel extends Panel {
   constructor(host, grids) {
     super(grids, "strip");
     this.over = picker("Parameter of the sweep", () => { const c = this.control(this.over.value); this.page.state().over = [c.name, c.low, c.high]; this.page.keep(true); this.blank(); this.stale = "now"; this.grids.opened(); });
     this.names = make("ul", { className: "legend" });
-    host.append(make("div", { className: "bar" }, this.over, make("span", { textContent: "each value from the same start", className: "right" })));
+    host.append(make("div", { className: "bar" }, this.over, this.said = make("span", { textContent: "each value from the same start", className: "right" })));
     this.plot = new Plot(host, { draw: (p) => this.draw(p), over: (p) => this.drawOver(p) });
     host.append(this.names);
     this.range = new Range();
@@ -391,7 +408,32 @@ class StripPanel extends Panel {
     this.blank();
   }
 
-  blank() { this.cells = new Map(); }
+  blank() { this.cells = new Map(); this.branches = null; }
+
+  // Branches of periodic orbits are followed once brute force has been everywhere.
+  on_done() { super.on_done(); this.running = true; this.grids.say("following branches …"); }
+
+  on_branches(head, arrays) {
+    this.running = false;
+    this.branches = { ...head, ...arrays };
+    this.grids.say("");
+    this.said.textContent = head.none ? "no branches here" : "each value from the same start";
+    this.said.title = head.none ?? "";
+    this.names.dataset.key = "";
+    this.plot.redraw();
+  }
+
+  drawBranches(p) {
+    const { value, section, stable, event_value: at, event_section: where, event_kind: kind } = this.branches, ink = colours().ink;
+    for (const own of [0, 1]) {
+      const line = Float32Array.from(section, (v, i) => (stable[i] === own ? v : NaN));
+      p.line(value, line, { colour: ink, width: own ? 1.5 : 1, dash: own ? [] : [4, 3], alpha: this.stale ? 0.3 : own ? 0.95 : 0.7 });
+    }
+    p.inside((g) => {
+      g.strokeStyle = ink; g.fillStyle = colours().panel; g.lineWidth = 1.4;
+      for (let i = 0; i < at.length; i++) mark(g, MARKS[kind[i] % MARKS.length], p.X(at[i]), p.Y(where[i]));
+    });
+  }
 
   prepare() {
     const state = this.page.state(), { list } = this.page.controls();
@@ -431,10 +473,12 @@ class StripPanel extends Panel {
         for (let i = 0; i < points.length; i++) g.fillRect(px, p.Y(points[i]) - 0.9, wide, 1.8);
       }
     });
+    if (this.branches?.value) this.drawBranches(p);
     const key = [...used].sort().join();
     if (this.names.dataset.key === key) return;
     this.names.dataset.key = key;
-    this.names.replaceChildren(...[...used].sort((a, b) => a - b).filter((code) => code !== IMPOSSIBLE).map((code) => { const i = make("i"); i.style.background = regimeColour(legend, code); return make("li", {}, i, legend.regimes[code].name); }));
+    const lines = !this.branches?.value ? [] : ["— stable orbits", "┄ unstable", ...this.branches.kinds.map((name, k) => `${MARKS[k % MARKS.length]} ${name}`)];
+    this.names.replaceChildren(...lines.map((text) => make("li", {}, text)), ...[...used].sort((a, b) => a - b).filter((code) => code !== IMPOSSIBLE).map((code) => { const i = make("i"); i.style.background = regimeColour(legend, code); return make("li", {}, i, legend.regimes[code].name); }));
   }
 
   drawOver(p) {

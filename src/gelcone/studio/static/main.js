@@ -21,6 +21,7 @@ const FRAME = 30; // ms between pictures of the cone: every second frame of most
 const looks = { active: "a" };
 let hello = null, state = null;
 const asked = { a: null, b: null };
+let wrong = null; // an error that came before there were controls to show it beside
 const studio = (window.studio = { looks, painted: 0, waiting: new Map() });
 
 const setting = (side = state.side) => state[side];
@@ -221,12 +222,18 @@ function message(head, arrays) {
 const ANSWERS = {
   response(head, arrays) {
     const before = looks[head.side] ?? {};
-    const look = { ...before, ...arrays, words: head.words, about: head.about, id: head.id };
+    const look = { ...before, film1: undefined, film2: undefined, ...arrays, words: head.words, about: head.about, id: head.id };
     delete look.lines;
     looks[head.side] = look;
     if (head.side === state.side) {
       controls.settle();
-      if (head.controls) { controls.show(head.controls, setting().values); grids.controlsChanged(); subjectShown(); }
+      if (head.controls) {
+        controls.show(head.controls, setting().values);
+        grids.controlsChanged();
+        subjectShown();
+        if (wrong) controls.fail(wrong.control, wrong.message);
+        wrong = null;
+      }
       $("subject-note").textContent = $("subject-note").title = head.about.doubts.join("; ");
       clock.speeds(head.words.period, head.about.si);
       envelopeTab(head.about.si);
@@ -252,7 +259,10 @@ function begin(head) {
 function failed(head) {
   if (saver.failed(head) || grids.failed(head)) return;
   if (!head.side || head.side === state.side) controls.fail(head.control, head.message);
-  if (!controls.list.length) look(state.side, true);
+  if (!controls.list.length && Object.keys(setting().values).length && !wrong) { // an address with a value that cannot be
+    wrong = head;
+    asked[state.side] = link.ask("look", { side: state.side, setting: { ...setting(), values: {} }, periods: Number(state.periods), controls: true, panels: [] });
+  }
 }
 
 // --- painting ------------------------------------------------------------------------------------------------------
@@ -294,10 +304,10 @@ function repaint() {
 
 function coneSides() {
   return sides().filter((side) => looks[side]?.t).map((side) => {
-    const look = looks[side], now = clock.state(look) ?? { x: NaN, v: 0, film: 0 }, unit = look.about.si ? " mm" : "";
+    const look = looks[side], now = clock.state(look) ?? { x: NaN, v: 0, films: [0, 0] }, unit = look.about.si ? " mm" : "";
     if (look.spanOf !== look.x) { look.spanOf = look.x; look.span = extent(look.x); look.volts = extent(look.v, [0]); }
     const [low, high] = look.span, height = Number.isFinite(now.x) ? now.x : high;
-    return { about: look.about, height, film: now.film, low, high, volts: look.volts, voltage: now.v, heightText: `${format(height, 3)}${unit}`,
+    return { about: look.about, height, films: now.films, low, high, volts: look.volts, voltage: now.v, heightText: `${format(height, 3)}${unit}`,
       voltageText: look.about.si ? (Math.abs(now.v) >= 1000 ? `${(now.v / 1000).toFixed(2)} kV` : `${now.v.toFixed(0)} V`) : now.v.toFixed(2) };
   });
 }

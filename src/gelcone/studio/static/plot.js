@@ -160,6 +160,17 @@ export class Plot {
     });
   }
 
+  // A text in lines of at most so many pixels, centred.
+  paragraph(text, px, py, most) {
+    const g = this.context, lines = [""];
+    g.font = FONT;
+    for (const word of text.split(" ")) {
+      const longer = `${lines.at(-1)} ${word}`.trim();
+      if (g.measureText(longer).width > most) lines.push(word); else lines[lines.length - 1] = longer;
+    }
+    lines.forEach((line, k) => this.label(line, px, py + 15 * (k - (lines.length - 1) / 2), { align: "center" }));
+  }
+
   label(text, px, py, { colour = colours().soft, align = "left", base = "middle", bold = false } = {}) {
     const g = this.context;
     g.font = bold ? `600 ${FONT}` : FONT; g.fillStyle = colour; g.textAlign = align; g.textBaseline = base;

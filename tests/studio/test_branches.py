@@ -1,0 +1,56 @@
+"""Branches over the strip and curves over the map are those of the command line, in the units of the page."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gelcone
+from gelcone.devices.device import shipped_devices
+from gelcone.studio.branches import _scale, follow_branches, follow_loci
+from gelcone.studio.grids import Axis, Source
+
+PUMP = Source(str(shipped_devices()["biased-pump"]), {"settings": []})
+FAST = Source(None, {"preset": "fast", "settings": []})
+
+
+@pytest.mark.slow
+def test_branches_of_a_preset_have_their_events():
+    found = follow_branches(FAST, Axis("voltage", "", np.linspace(0.5, 0.54, 5)))
+    arrays = found["arrays"]
+    kinds = [found["kinds"][k] for k in arrays["event_kind"]]
+    folds = [value for value, kind in zip(arrays["event_value"], kinds, strict=True) if kind == "fold"]
+    assert folds == pytest.approx([0.516574] * len(folds), abs=1e-5)
+    assert folds
+    assert set(arrays["stable"].tolist()) == {False, True}
+    np.testing.assert_array_equal(np.isnan(arrays["value"]), np.isnan(arrays["section"]))
+
+
+def test_branches_of_a_device_pass_through_its_motion():
+    found = follow_branches(PUMP, Axis("frequency", "Hz", np.linspace(9.0, 10.0, 3)))["arrays"]
+    device = gelcone.find_device("biased-pump")
+    one = gelcone.to_si(gelcone.regime(device.to_model(), device.initial_state()), device)
+    at = np.nanargmax(found["value"])
+    assert found["value"][at] == 10.0
+    assert found["section"][at] == pytest.approx(float(one["section"][0, 0]), rel=1e-6)
+    assert found["stable"][at]
+
+
+def test_values_come_in_the_unit_of_their_axis():
+    values = xr.DataArray([0.2], attrs={"units": "mm"})
+    assert _scale(Axis("film_thickness", "um", np.zeros(2)), values) == pytest.approx(1e3)
+    assert _scale(Axis("voltage", "", np.zeros(2)), xr.DataArray([1.0], attrs={"units": "1"})) == 1.0
+
+
+def test_what_has_no_bifurcation_says_so():
+    x, y = Axis("frequency", "Hz", np.linspace(9.0, 11.0, 3)), Axis("voltage_amplitude", "V", np.linspace(700, 900, 3))
+    with pytest.raises(gelcone.InputError, match="none lies on"):
+        follow_loci(PUMP, x, y, "fold")
+
+
+@pytest.mark.slow
+def test_a_curve_of_folds_passes_through_the_fold():
+    x, y = Axis("voltage", "", np.linspace(0.5, 0.54, 3)), Axis("damping_ratio", "", np.linspace(0.008, 0.012, 3))
+    found = follow_loci(FAST, x, y, "fold")
+    own = FAST.subject().model.damping_ratio
+    away = np.hypot((found["x"] - 0.516574) / 0.04, (found["y"] - own) / 0.004)
+    assert np.nanmin(away) < 0.05
