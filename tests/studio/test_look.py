@@ -63,3 +63,18 @@ def test_statics_are_those_of_static(shelf):
     found = look.statics(subject)
     assert found.words["marks"]["pitchfork"] == pytest.approx(np.sqrt(0.9))
     assert set(found.arrays["stable"].tolist()) == {0, 1}
+
+
+def test_a_run_that_ends_is_shown_up_to_its_end(shelf):
+    subject = shelf.subject(Setting(preset="base", values={"film": "wrinkling", "voltage": "1.2"}))
+    found = look.response(subject, 20)
+    run = gelcone.integrate(subject.model, subject.initial, 20.0 * float(subject.model.drive_period))
+    assert found.words["ended"]
+    assert found.arrays["t"][-1] == pytest.approx(float(run.end_times[0]), rel=1e-6)
+    assert np.isfinite(found.arrays["x"]).all()
+
+
+def test_each_film_of_two_has_its_own_state(shelf):
+    found = look.response(shelf.subject(Setting(device="double-cone")), 2)
+    assert found.arrays["film1"].shape == found.arrays["film2"].shape == found.arrays["film"].shape
+    assert "film1" not in look.response(shelf.subject(Setting(device="biased-pump")), 2).arrays

@@ -33,6 +33,7 @@ PER_PERIOD, PER_OSCILLATION, MOST_SAMPLES = 100, 20, 8000
 """Samples of a run on the screen: each period of the voltage, each oscillation at the fastest rate, and in all."""
 PERIODS = 20
 """Periods of the voltage that a run lasts where nothing else is asked for."""
+JUST_BEFORE = 1.0 - 1e-9
 SECTION_POINTS = 600
 """Section points of a motion that does not repeat."""
 SPECTRUM_PERIODS = 64
@@ -98,13 +99,16 @@ def response(subject: Subject, periods: float) -> Parts:
     oscillations = float(members.rate[0]) * span / (2.0 * np.pi)
     wanted = np.ceil(max(PER_PERIOD * periods, PER_OSCILLATION * oscillations))
     count = int(np.clip(wanted, PER_PERIOD, MOST_SAMPLES))
-    run = integrate(members, states0, span * np.linspace(0.0, 1.0, count + 1), threads=1)
+    shares = np.linspace(0.0, 1.0, count + 1)
+    whole = run = integrate(members, states0, span * shares, threads=1)
+    if whole.outcome[0] and whole.end_times[0] > 0.0:  # what there is of it, up to its end, in as many samples
+        run = integrate(members, states0, JUST_BEFORE * whole.end_times[0] * shares, threads=1)
     x, u = run.states[0, :, 0], run.states[0, :, 1]
     voltages = voltages_along(members, run.times, run.states)
     films = film_states(members, run.states, voltages)
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
-    outcome = Outcome(int(run.outcome[0]))
-    seems = _ended(subject, run) if outcome else _seems(members, run.times[0], run.states[0])
+    outcome = Outcome(int(whole.outcome[0]))
+    seems = _ended(subject, whole) if outcome else _seems(members, run.times[0], run.states[0])
     ran = np.isfinite(x)
     return Parts(
         {
