@@ -56,6 +56,7 @@ RATE, BURST = 200.0, 400
 LONGEST_ID = 2**53
 PERIODS = (1, 500)
 LANES = ("map", "strip", "envelope", "export")
+"""Long work, each in a lane of its own."""
 MAP_CELLS = (65, 49)
 STRIP_VALUES = 241
 PROGRESS_SECONDS = 0.25
@@ -104,12 +105,12 @@ class Slot:
 class Page:
     """A page and its connection."""
 
-    def __init__(self, socket: WebSocket, shelf: Shelf, pool: Pool) -> None:
-        self.socket, self.shelf, self.pool = socket, shelf, pool
+    def __init__(self, socket: WebSocket, shelf: Shelf, pool: Pool, saving: Pool) -> None:
+        self.socket, self.shelf, self.pool, self.saving = socket, shelf, pool, saving
         self.first, self.second = Slot(self._look), Slot(self._examine)
         self._threads = ThreadPoolExecutor(2)
         self._sending = asyncio.Lock()
-        self._lanes = {name: pool.lane() for name in LANES}
+        self._lanes = {name: self._pool(name).lane() for name in LANES}
         self._tasks: set[asyncio.Task[None]] = set()
         self._ended = asyncio.Event()
 
@@ -137,10 +138,14 @@ class Page:
         self.second.end()
         for task in self._tasks:
             task.cancel()
-        for lane in self._lanes.values():
-            self.pool.leave(lane)
+        for name, lane in self._lanes.items():
+            self._pool(name).leave(lane)
         self._lanes = {}
         self._threads.shutdown(wait=False, cancel_futures=True)
+
+    def _pool(self, lane: str) -> Pool:
+        """Who works in a lane: a file that one waits for does not queue behind a map."""
+        return self.saving if lane == "export" else self.pool
 
     async def _read(self) -> None:
         tokens, before = float(BURST), time.monotonic()
@@ -357,7 +362,7 @@ class Page:
 
     async def _make(self, request: dict[str, Any], source: Source, wanted: exports.Wanted, form: str) -> None:
         lane = self._lanes["export"]
-        data = await self.pool.do(lane, self.pool.begin(lane), exports.make, source, wanted, form)
+        data = await self.saving.do(lane, self.saving.begin(lane), exports.make, source, wanted, form)
         if data is not None:
             head = {"kind": "file", "id": request["id"], "name": f"{wanted.analysis.command}.{form}"}
             await self.send(head, {"data": np.frombuffer(data, dtype=np.uint8)})
@@ -382,7 +387,7 @@ class Page:
             except Exception as error:
                 await self.fail(request["id"], error)
 
-        self.pool.begin(self._lanes[name])
+        self._pool(name).begin(self._lanes[name])
         for task in self._tasks:
             if task.get_name() == name:
                 task.cancel()
@@ -395,7 +400,7 @@ class Page:
         name = _text(request, "grid")
         if name not in self._lanes:
             raise InputError(f"grid: must be one of {', '.join(self._lanes)}")
-        self.pool.begin(self._lanes[name])
+        self._pool(name).begin(self._lanes[name])
         for task in self._tasks:
             if task.get_name() == name:
                 task.cancel()

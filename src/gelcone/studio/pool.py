@@ -38,10 +38,11 @@ class Busy(RuntimeError):
 
 
 class Pool:
-    """Worker processes, started when they are first needed."""
+    """Worker processes, started when they are first needed. Those in the ``background`` leave the processor to the
+    studio and the browser."""
 
-    def __init__(self, size: int | None = None) -> None:
-        self.size = size or available_threads()
+    def __init__(self, size: int | None = None, *, background: bool = True) -> None:
+        self.size, self.background = size or available_threads(), background
         self._folder = TemporaryDirectory(prefix="gelcone-studio-", ignore_cleanup_errors=True)
         self._path = str(Path(self._folder.name) / "lanes")
         np.zeros((2, LANES)).tofile(self._path)
@@ -76,7 +77,7 @@ class Pool:
         """``function(*arguments)`` in a worker; None if the run is out of date. Raises what it raises, and
         `ProcessesEnded`."""
         self._start()
-        task = asyncio.wrap_future(self._threads.submit(self._do, _Task(self._path, lane, run, function, arguments)))
+        task = asyncio.wrap_future(self._threads.submit(self._do, self._task(lane, run, function, arguments)))
         task.add_done_callback(lambda done: done.cancelled() or done.exception())
         return await asyncio.shield(task)  # who waits may be cancelled; the task finds out by its lane
 
@@ -85,7 +86,10 @@ class Pool:
         if not self._workers:
             self._start()
             for _ in range(self.size):
-                self._threads.submit(self._do, _Task(self._path, 0, int(self._board.run[0]), function, ()))
+                self._threads.submit(self._do, self._task(0, int(self._board.run[0]), function, ()))
+
+    def _task(self, lane: int, run: int, function: Callable[..., Any], arguments: tuple[Any, ...]) -> _Task:
+        return _Task(self._path, self.background, lane, run, function, arguments)
 
     def _start(self) -> None:
         if not self._workers:
@@ -129,6 +133,7 @@ def _board(path: str) -> _Board:
 
 class _Task(NamedTuple):
     path: str
+    background: bool
     lane: int
     run: int
     function: Callable[..., Any]
@@ -145,17 +150,17 @@ def report(share: float) -> None:
 
 
 @cache
-def _step_back() -> None:
-    """Leaves the processor to the studio and the browser; once in each worker."""
+def _begin(background: bool) -> None:
+    """Once in each worker."""
     warnings.simplefilter("ignore")  # what is doubtful is told by the studio itself
     with suppress(OSError, AttributeError):
-        os.nice(NICENESS)
+        os.nice(NICENESS if background else 0)
 
 
 def work(task: _Task) -> Any:
     """Does a task under a watch that stops it once its run is out of date."""
     global _current
-    _step_back()
+    _begin(task.background)
     run = _board(task.path).run
     if run[task.lane] != task.run:
         return None

@@ -47,6 +47,7 @@ class Studio:
     host: str = LOCAL
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
     pool: Pool = field(default_factory=Pool)
+    saving: Pool = field(default_factory=lambda: Pool(1, background=False))
     pages: set[Page] = field(default_factory=set)
     port: int = 0
     _server: _Server | None = None
@@ -116,6 +117,7 @@ class Studio:
         for page in list(self.pages):
             page.end()
         self.pool.close()
+        self.saving.close()
         if self._server is not None:
             self._server.should_exit = True
 
@@ -141,7 +143,7 @@ class Studio:
         if len(self.pages) >= MOST_PAGES:
             await socket.close(1013, "too many pages")
             return
-        page = Page(socket, self.shelf, self.pool)
+        page = Page(socket, self.shelf, self.pool, self.saving)
         self.pages.add(page)
         try:
             await page.run()
