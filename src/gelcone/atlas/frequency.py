@@ -190,8 +190,8 @@ def _sweep(
             trail.take_over(ran, model.size, trail_of)
             now.put(ran, part)
         if fresh.size:
-            part = model.take(fresh).replace(drive_frequency=there[fresh])
-            begun = settled_swing(part, initial[fresh], only_extent=True, **flow)
+            beginning = model.take(fresh).replace(drive_frequency=there[fresh])
+            begun = settled_swing(beginning, initial[fresh], only_extent=True, **flow)
             trail.add(fresh, model.size, there[fresh], begun)
             now.put(fresh, begun)
         swept.put((members, step), now)
