@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import warnings
@@ -76,3 +77,6 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
     sys.stdout.flush()
     browse = threading.Thread(target=webbrowser.open, args=(address,), daemon=True)
     run(studio, listening, Setting(**shown), (lambda: None) if no_browser else browse.start)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)  # all is closed; a thread in the middle of a formula, which would be waited for, is not

@@ -157,6 +157,8 @@ class Page:
             tokens, before = min(tokens + RATE * (now - before), BURST) - 1.0, now
             if tokens < 0.0:
                 await asyncio.sleep(-tokens / RATE)
+            if self._ended.is_set():
+                return
             await self._answer(message.get("text"))
 
     async def _answer(self, text: str | None) -> None:
@@ -235,6 +237,8 @@ class Page:
 
     async def _computed(self, slot: Slot, request: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
         """What ``compute`` gives, in a thread under the slot's watch; None after an error, which the page is told."""
+        if self._ended.is_set():
+            raise Stopped
         watch = slot.watch
 
         def watched() -> Any:

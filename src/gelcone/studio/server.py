@@ -99,6 +99,7 @@ class Studio:
             ws="websockets-sansio",
             ws_max_size=LARGEST_MESSAGE,
             ws_per_message_deflate=False,
+            timeout_graceful_shutdown=1,
         )
         self._server = _Server(config)
         try:
