@@ -62,6 +62,8 @@ def voltage_threshold(studies: Studies) -> Finding:
                 else (Number("smallest voltage with chaos, set fast", second.value, low=second.low, high=second.high),)
             ),
             Number("static pitchfork voltage, where rest loses its stability at constant voltage", pitchfork),
+            *_cascade(studies["diagram-base-voltage"], "base"),
+            *_cascade(studies["diagram-fast-voltage"], "fast"),
         ),
         why="Chaos sets in near the stated voltage, above the loss of stability of rest, but windows of periodic "
         f"motion interrupt it all the way up. Needed: no positive exponent below, and positive ones above at "
@@ -70,6 +72,16 @@ def voltage_threshold(studies: Studies) -> Finding:
         unseen="The periodic windows: over a short window their transients look chaotic. Instability of rest comes "
         "first and is not chaos.",
     )
+
+
+def _cascade(study: xr.Dataset, name: str) -> tuple[Number, ...]:
+    """Where the doublings end that lead to chaos, and which branch they lie on."""
+    if "cascade_end" not in study:
+        return ()
+    born = study["cascade_born"]
+    branch = f"the branch from the {born.attrs['born']} at v = {float(born):.4f}"
+    end, error = float(study["cascade_end"]), float(study["cascade_end_error"])
+    return (Number(f"end of the period doublings of {branch}, set {name}", end, error=error),)
 
 
 @claim(

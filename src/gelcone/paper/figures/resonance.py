@@ -11,7 +11,7 @@ from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.figures.marks import fixed_parameters, symbol
 from gelcone.paper.figures.triptych import from_the_start, in_the_long_run
 from gelcone.paper.studies.resonance import RESPONSE_STIFFNESS, STIFFNESSES
-from gelcone.plots.style import BLACK, GREY, styled
+from gelcone.plots.style import BLACK, GREY, VERMILION, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 SHOWN = 100.0
 """Time of the responses that is shown."""
 DOWN = (0, (2.0, 1.2))
+UNSTABLE = (0, (1.0, 0.8))
 
 
 def draw(studies: Mapping[str, xr.Dataset]) -> Figure:
@@ -69,6 +70,10 @@ def amplitude_over_frequency(study: xr.Dataset, axes: Axes) -> None:
         name = f"{symbol('spring_stiffness')} = {stiffness:g}"
         left_of: Any = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": 7.5}
         axes.annotate(name, (omega[0], up[0]), (-3.0, 0.0), color=colour, **left_of)
+        if "branch_amplitude" in study:
+            _branches(own, axes)
+    if "branch_amplitude" in study:
+        axes.plot([], [], color=VERMILION, lw=0.9, ls=UNSTABLE, label="unstable orbits, up to period 2")
     axes.plot([], [], color=GREY, lw=1.6, label="swept up")
     axes.plot([], [], color=BLACK, lw=0.8, ls=DOWN, label="swept down")
     axes.plot([], [], "o", ms=4.5, color=GREY, mec=BLACK, mew=0.6, label="highest point")
@@ -77,6 +82,14 @@ def amplitude_over_frequency(study: xr.Dataset, axes: Axes) -> None:
     axes.set_xlabel(r"drive frequency $\omega$")
     axes.set_ylabel("amplitude")
     axes.legend(loc="upper right", fontsize=7.5)
+
+
+def _branches(own: xr.Dataset, axes: Axes) -> None:
+    """What no sweep shows: the unstable orbits between the jumps."""
+    unstable = own["branch_stable"].values == 0.0
+    reach = unstable | np.roll(unstable, 1) | np.roll(unstable, -1)
+    amplitude = np.where(reach, own["branch_amplitude"].values, np.nan)
+    axes.plot(own["branch_frequency"], amplitude, color=VERMILION, lw=0.9, ls=UNSTABLE, zorder=3.0)
 
 
 def peaks(study: xr.Dataset, frequency: Axes, height: Axes) -> None:

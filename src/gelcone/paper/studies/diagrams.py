@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.atlas.bifurcation import bifurcation
+from gelcone.atlas.branches.beside import branches_beside
 from gelcone.atlas.plan import Plan
 from gelcone.motion.floquet import floquet_multipliers
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.paper.effort import Effort
+from gelcone.paper.studies.cascade import cascade
 from gelcone.paper.studies.study import Progress, Study
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
@@ -52,7 +54,8 @@ def diagram_name(preset: str, parameter: str) -> str:
 def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress) -> xr.Dataset:
     """The diagram of one panel, with ``finite`` (parameter, exponent): the exponents over the window from the start.
 
-    Over the voltage branches of periodic orbits stand beside it, see `gelcone.atlas.branches.beside`.
+    Over the voltage branches of periodic orbits stand beside it, see `gelcone.atlas.branches.beside`, and the doublings
+    that lead to chaos, see `gelcone.paper.studies.cascade`.
     """
     preset = effort.preset(preset_name)
     model = preset.model.replace(voltage=PANELS[preset_name, parameter])
@@ -75,6 +78,9 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
         finite,
         {"long_name": "Lyapunov exponents over the window from the start", "units": "1", "quantity": "rate"},
     )
+    followed = branches_beside(result)
+    if followed is not None:
+        result = result.assign(cascade(model, followed))
     return result.assign(rest_stability(ensemble, (parameter,))).assign_attrs(preset=preset_name, window=effort.window)
 
 

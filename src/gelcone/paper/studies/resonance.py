@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gelcone import dataset
+from gelcone.atlas.branches.branch import EventKind
+from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.atlas.frequency import frequency as frequency_response
 from gelcone.motion.equilibrium import static as static_curves
 from gelcone.paper.effort import Effort
-from gelcone.paper.studies.study import Progress, Study, about
+from gelcone.paper.studies.study import Progress, Study, about, meaning
 from gelcone.paper.studies.triples import motions
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
@@ -18,6 +20,9 @@ from gelcone.quantity import Array
 if TYPE_CHECKING:
     import xarray as xr
 
+CHECKS = 12
+LONGEST_PERIOD = 2
+"""Branches of at most this period are kept."""
 STIFFNESSES = (0.1, 0.5, 1.0, 5.0, 10.0, 20.0)
 BAND = (0.05, 6.0)
 """Drive frequencies swept: from far below half the lowest natural frequency to above the highest one."""
@@ -38,9 +43,46 @@ def frequency(effort: Effort, progress: Progress) -> xr.Dataset:
         "natural_frequency": ((), natural, "frequency of small swings at the mean-square voltage", "frequency"),
     }
     result = result.assign(dataset.label(single, own, options={}, title="").data_vars)
+    if effort.film == "taut":
+        result = result.assign(_branches(preset.model, preset.initial, grid))
     result = result.swap_dims(member="spring_stiffness").rename(branch="sweep")
     options = {"initial": list(preset.initial)}
     return about(result, result, preset.name, "drive_frequency", effort, options, "amplitude over drive frequency")
+
+
+def _branches(model: ConeModel, initial: tuple[float, float], grid: Array) -> dict[str, Any]:
+    """Branches of orbits of each stiffness over the frequency, one behind the other with NaN between: half of what each
+    orbit covers, and whether it is stable; and the folds."""
+    columns: dict[str, list[Array]] = {"frequency": [], "amplitude": [], "stable": [], "fold": []}
+    for stiffness, own in zip(STIFFNESSES, grid, strict=True):
+        one, ends = model.replace(spring_stiffness=stiffness), (float(own[0]), float(own[-1]))
+        found = continue_branch(one, "drive_frequency", *ends, initial, start="settled", checks=CHECKS)
+        short = found.isel(branch=np.flatnonzero(found["period"].values <= LONGEST_PERIOD))
+        there = np.pad(np.isfinite(short["value"].values), ((0, 0), (0, 1)), constant_values=False)
+        there[:, 1:] |= there[:, :-1]  # one more of each branch, which is NaN: a gap
+        for name, values in (
+            ("frequency", short["value"].values),
+            ("amplitude", 0.5 * (short["highest"] - short["lowest"]).values),
+            ("stable", np.where(short["stable"] < 0, np.nan, short["stable"])),
+        ):
+            columns[name].append(np.pad(values, ((0, 0), (0, 1)), constant_values=np.nan)[there])
+        folds = found["event_value"].values[found["event_kind"].values == EventKind.FOLD]
+        columns["fold"].append(folds)
+    meanings = {
+        "frequency": meaning("drive frequency along branches", "frequency"),
+        "amplitude": meaning("half of what the orbit covers", "length"),
+        "stable": meaning("whether the orbit is stable", "flag"),
+        "fold": meaning("drive frequency of a fold", "frequency"),
+    }
+    return {
+        f"branch_{name}": (("member", "fold" if name == "fold" else "orbit"), _padded(rows), meanings[name])
+        for name, rows in columns.items()
+    }
+
+
+def _padded(rows: list[Array]) -> Array:
+    longest = max(row.size for row in rows)
+    return np.stack([np.pad(row, (0, longest - row.size), constant_values=np.nan) for row in rows])
 
 
 def natural_frequencies(model: ConeModel) -> Array:

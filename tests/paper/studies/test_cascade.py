@@ -1,0 +1,27 @@
+"""The cascade that leads to chaos in the base set: where it ends, and on which branch."""
+
+import pytest
+
+import gelcone
+from gelcone.paper.studies.cascade import cascade
+from gelcone.presets import find_preset
+
+
+@pytest.mark.slow
+def test_the_doublings_of_the_base_set_end_at_the_threshold_of_chaos():
+    model = find_preset("base").model
+    followed = gelcone.continue_branch(model, "voltage", 0.93, 1.003, switch=0, checks=2)
+    found = cascade(model, followed)
+    doublings = found["doubling"][1]
+    assert doublings[:3] == pytest.approx([1.0012791592, 1.0249821545, 1.0276379323], abs=1e-9)
+    end, error = found["cascade_end"][1], found["cascade_end_error"][1]
+    assert abs(end - 1.02830633) < 2.0 * error < 1e-5
+    _, value, about = found["cascade_born"]
+    assert value == pytest.approx(0.9392035806, abs=1e-9)
+    assert about["born"] == "loss of rest"
+
+
+def test_without_doublings_there_is_no_cascade():
+    model = find_preset("base").model
+    followed = gelcone.continue_branch(model, "voltage", 0.945, 0.955, switch=0, checks=2)
+    assert cascade(model, followed) == {}
