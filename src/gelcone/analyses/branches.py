@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,11 +24,22 @@ def continue_branch_arguments(subject: Subject, given: Mapping[str, Any]) -> dic
     """The arguments of `gelcone.continue_branch`."""
     name, low, high = (str(given[key]) for key in ("parameter", "low", "high"))
     _check_order(name, low, high)
-    ((parameter, ends),) = subject.over([f"{name}={low}:{high}:2"]).items()
+    with _in_words(name, low, high):
+        ((parameter, ends),) = subject.over([f"{name}={low}:{high}:2"]).items()
     arguments = {key: value for key, value in given.items() if key not in ("parameter", "low", "high")}
     if "start" in arguments:
         arguments["start"] = _start(str(arguments["start"]))
     return {"parameter": parameter, "low": float(ends[0]), "high": float(ends[-1]), **arguments}
+
+
+@contextmanager
+def _in_words(name: str, low: str, high: str) -> Iterator[None]:
+    """What is told of ``--over NAME=from:to:2``, in the words of a command that takes NAME FROM TO."""
+    try:
+        yield
+    except InputError as error:
+        told = str(error).replace(f"--over {name} '{low}:{high}:2'", f"{name} from {low} to {high}")
+        raise InputError(told.replace(f"{low}:{high}:2", f"{low} {high}").replace("--over ", "")) from None
 
 
 def _check_order(name: str, low: str, high: str) -> None:
@@ -193,11 +205,16 @@ def _event_line(event: xr.Dataset, at: Any) -> str:
 def _check_lines(shown: xr.Dataset, name: str, at: Any) -> list[str]:
     """What brute force says."""
     cycles, orbits, seeded = (int(shown[key]) for key in ("checked_cycles", "checked_orbits", "seeded"))
+    ran = (
+        f"{orbits} stable orbits run from 1e-5 beside"
+        if orbits
+        else "no stable orbit decays fast enough to be run beside"
+    )
     flags = flags_json(shown)
     explained = sum(flag["explanation"] is not None for flag in flags)
     lines = [
-        f"brute force: {cycles} settled cycles, all on these branches ({seeded} started one); {orbits} stable orbits "
-        f"run from 1e-5 beside; {len(flags)} contradiction(s)" + f", {explained} explained" * bool(explained)
+        f"brute force: {cycles} settled cycles, all on these branches ({seeded} started one); {ran}; "
+        f"{len(flags)} contradiction(s)" + f", {explained} explained" * bool(explained)
     ]
     told = [
         f"  {flag['kind']}, branch {flag['branch']}, {name} {at(flag['value'], '.6g')}"

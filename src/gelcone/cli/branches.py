@@ -50,7 +50,13 @@ def locus_command() -> click.Command:
         click.Argument(["event"]),
         *subject_parameters(),
         *over_parameter(LOCUS),
-        *option_parameters(LOCUS.options.values()),
+        click.Option(
+            ["--from", "start"],
+            metavar="rest|settled",
+            help="Where the branches begin that hold the events: rest and what is born there, or the settled motions at "
+            "the ends of the first interval.  [default: rest]",
+        ),
+        *option_parameters(option for name, option in LOCUS.options.items() if name != "start"),
         click.Option(
             ["--on"],
             type=PLACE,

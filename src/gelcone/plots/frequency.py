@@ -128,7 +128,12 @@ def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> No
         for which, style in zip(stability_parts(own["stable"].values), ("stable", "unstable"), strict=True):
             look = {"color": colour_of(own), **ORBITS[style]}
             name = f"{what}, {style}"
-            axes.plot(value, np.where(which & held, height, np.nan), **look, label=None if name in told else name)
+            axes.plot(
+                value,
+                np.where(which & held, height, np.nan),
+                **look,
+                label=name if which.any() and name not in told else None,
+            )
             # faint lines reach the points that hold beside them
             reach = ~held | (held & (np.roll(~held, 1) | np.roll(~held, -1)))
             axes.plot(value, np.where(which & reach, height, np.nan), **look | {"alpha": FAINT})
