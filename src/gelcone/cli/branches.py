@@ -53,8 +53,8 @@ def locus_command() -> click.Command:
         click.Option(
             ["--from", "start"],
             metavar="rest|settled",
-            help="Where the branches begin that hold the events: rest and what is born there, or the settled motions at "
-            "the ends of the first interval.  [default: rest]",
+            help="Where the branches begin that hold the events: rest and what is born there, or the settled motions "
+            "at the ends of the first interval.  [default: rest]",
         ),
         *option_parameters(option for name, option in LOCUS.options.items() if name != "start"),
         click.Option(
