@@ -180,17 +180,41 @@ UNKNOWN_STRENGTH = "breakdown unknown: the dielectric strength is not given"
 
 
 def validity_in_words(result: xr.Dataset) -> list[str]:
-    """Where the model does not hold: for which share of the motion, or in how many of the motions; empty if unknown."""
+    """Where the model does not hold: for which share of the motion, or in how many of the motions; empty if unknown.
+
+    A film that wrinkles may be slack: of it the shares of its states are told first.
+    """
+    states = film_state_in_words(result)
     shares = {
-        words: result[f"validity_{name}"].values for name, words in FAILINGS.items() if f"validity_{name}" in result
+        words: result[f"validity_{name}"].values
+        for name, words in FAILINGS.items()
+        if f"validity_{name}" in result and not (states and name in ("hoop_slack", "meridional_slack"))
     }
     known = {words: share[np.isfinite(share)] for words, share in shares.items()}
     count = max((share.size for share in known.values()), default=0)
     if not count:
         return []
     failing = {words: share[share > 0.0] for words, share in known.items() if (share > 0.0).any()}
-    lines = [_how_often(failing, count) if failing else "the model holds: film taut, away from its limits"]
+    holds = (
+        "the model holds: film away from its limits" if states else "the model holds: film taut, away from its limits"
+    )
+    lines = [*states, _how_often(failing, count) if failing else holds]
     return lines if known[FAILINGS["breakdown"]].size else [*lines, UNKNOWN_STRENGTH]
+
+
+def film_state_in_words(result: xr.Dataset) -> list[str]:
+    """For which share of the time films that wrinkle were in each state, the mean of all motions; empty for others."""
+    lines = []
+    for prefix, film in (("", "film"), ("second_", "second film")):
+        start = f"{prefix}film_state_"
+        shares = {str(n).removeprefix(start): v.values for n, v in result.items() if str(n).startswith(start)}
+        known = {name: share[np.isfinite(share)] for name, share in shares.items()}
+        if not known or not all(share.size for share in known.values()):
+            continue
+        over = "share of the time" if max(share.size for share in known.values()) == 1 else "mean share of the time"
+        told = ", ".join(f"{name.replace('_', ' ')} {100.0 * share.mean():.1f} %" for name, share in known.items())
+        lines.append(f"{film} ({over}): {told}")
+    return lines
 
 
 def _how_often(failing: dict[str, Any], count: int) -> str:

@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gelcone import lyapunov, regime, simulate
+from gelcone import frequency, lyapunov, regime, simulate
 from gelcone.codes import FilmPullIn, Outcome, Regime
 from gelcone.devices.device import find_device
+from gelcone.errors import InputError
 from gelcone.motion.engine import backend
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine.program import Program
 from gelcone.motion.flow import integrate
 from gelcone.motion.validity import ASSUMPTIONS
-from gelcone.physics.film.wrinkling import WrinklingCone
+from gelcone.physics.film.wrinkling import PULL_IN, STATES, WrinklingCone
 from gelcone.physics.model import ConeModel
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "wrinkling.json").read_text())
@@ -121,6 +122,77 @@ def test_a_run_says_in_which_states_the_film_was_and_where_it_pulled_in():
     assert np.isnan(run["pull_in_time"][0])
     assert float(abs(run["energy_residual"]).max()) < 1e-12
     assert float(run["meridional_stress"].min()) >= 0.0
+
+
+def test_a_film_that_goes_on_after_pull_in_says_for_how_long_it_has_failed():
+    """Near the flat film without pre-stretch it fails at the first fold of the reference; memoryless it is back there,
+    snapping at the second."""
+    folds = REFERENCE["folds_of_Vb"]["50.0"]
+    begin, end = (np.arcsin(np.sqrt(folds[name]) / 1.04) for name in ("VG_c", "VG_f"))
+    exact = {"memoryless": 1.0 - 2.0 * begin / np.pi, "snap": 1.0 - (begin + end) / np.pi}
+    for pull_in, share in exact.items():
+        model = ConeModel(film="wrinkling", pull_in=pull_in, voltage=1.04, damping_ratio=0.05, prestretch=1.0)
+        run = simulate(model, (0.01, 0.0), periods=3)
+        assert int(run["outcome"]) == Outcome.OK
+        assert float(run["film_state_pulled_in"]) == pytest.approx(share, abs=1e-9)
+        assert float(run["validity_pulled_in"]) == float(run["film_state_pulled_in"])
+        assert "failed" in model.film.describe()
+
+
+def test_a_film_that_has_failed_does_not_pull_until_it_snaps_back():
+    """Its acceleration is that of spring and damping alone while it has failed, which is where a minimum is there again
+    too."""
+    model = ConeModel(
+        film="wrinkling", pull_in="snap", voltage=1.3, voltage_bias=0.3, hoop_prestretch=1.5, meridional_prestretch=1.2,
+        spring_stiffness=0.9, damping_ratio=0.05, drive_frequency=0.7, stretch_limit=50.0,
+    )  # fmt: skip
+    members, times = model.members(), np.linspace(0.0, 60.0, 30_001)
+    run = integrate(model, (1.0, 0.0), times)
+    x, u = run.states[0].T
+    free = np.abs(np.gradient(u, times) + 0.1 * u + 0.9 * x) < 1e-4
+    assert free.mean() == pytest.approx(run.film_times[0, 4] / 60.0 + run.film_times[0, 2:4].sum() / 60.0, abs=0.01)
+    squared, n = (0.3 + 1.3 * np.sin(0.7 * times)) ** 2, members.numbers_at(0)
+    pulls = model.film.force(x, squared, [], {name: np.asarray(v) for name, v in n.items()})[0] / x > 0.01
+    assert (free & pulls).mean() > 0.01
+    assert (squared[free & pulls] > n["valley_squared"] * 0.99).all()
+
+
+def test_studies_of_pull_in_change_nothing_for_a_film_that_is_whole():
+    model, initial = random_films(8, seed=3)
+    model = model.replace(voltage=0.3, voltage_bias=0.1)
+    ends = [integrate(model.replace(pull_in=name), initial, [20.0]).states for name in PULL_IN]
+    for other in ends[1:]:
+        np.testing.assert_allclose(other, ends[0], rtol=0.0, atol=1e-11)
+
+
+def test_the_way_to_pull_in_is_part_of_models_and_devices():
+    model = ConeModel(film="wrinkling", pull_in="snap", second_film="wrinkling", second_flat_height=0.5)
+    assert model.system.second.film.pull_in == "snap"
+    assert ConeModel.from_parameters(model.parameters()).film == model.film
+    assert model.replace(voltage=0.2).film.pull_in == "snap"
+    assert find_device("biased-pump").replace(pull_in="minimum").to_model().film.pull_in == "minimum"
+    with pytest.raises(InputError, match="did you mean 'snap'"):
+        find_device("biased-pump").replace(pull_in="snp")
+    with pytest.raises(InputError, match="give film = 'wrinkling'"):
+        ConeModel(pull_in="snap")
+
+
+@pytest.mark.parametrize("of", ["regime", "frequency"])
+def test_settled_motions_say_in_which_states_the_film_is(of):
+    model = ConeModel(
+        film="wrinkling", spring_stiffness=0.9, damping_ratio=0.1, voltage=0.5, rest_height=0.4, prestretch=1.0
+    )
+    found = regime(model, (0.5, 0.0)) if of == "regime" else frequency(model, [0.9, 1.0])
+    shares = [found[f"film_state_{kind}"].values for kind in STATES]
+    np.testing.assert_allclose(sum(shares), 1.0, atol=1e-12)
+    assert (shares[0] > 0.1).all()
+    assert (shares[0] < 0.9).all()
+    if of == "regime":
+        late = integrate(model, (0.5, 0.0), [400.0 * np.pi, 420.0 * np.pi])
+        early = integrate(model, (0.5, 0.0), [400.0 * np.pi])
+        exact = (late.film_times - early.film_times)[0] / (20.0 * np.pi)
+        np.testing.assert_allclose(shares, exact, atol=3.0 * float(found["validity_error"]))
+    assert "film_state_taut" not in regime(model.replace(film="taut"), (0.5, 0.0), budget=1.0)
 
 
 def random_films(count, seed=7):

@@ -63,13 +63,14 @@ def answer_json(
         "options": json.loads(result.attrs["options"]),
         "outcome": outcome_names(result) if "outcome" in result else None,
         "validity": validity_json(result),
+        "film_state": film_state_json(result),
         "si": None if device is None else si_json(shown, content),
     }
 
 
 def bare_answer(command: str, content: Mapping[str, Any]) -> dict[str, Any]:
     """The same for a command that runs nothing on a model."""
-    nothing = ("subject", "parameters", "options", "outcome", "validity")
+    nothing = ("subject", "parameters", "options", "outcome", "validity", "film_state")
     return {"version": __version__, "command": command, **dict.fromkeys(nothing), "result": content, "si": None}
 
 
@@ -80,6 +81,12 @@ def validity_json(result: xr.Dataset) -> dict[str, Any] | None:
     """
     names = [name for name in (*ASSUMPTIONS, "error") if f"validity_{name}" in result]
     return {name: result[f"validity_{name}"] for name in names} or None
+
+
+def film_state_json(result: xr.Dataset) -> dict[str, Any] | None:
+    """The share of the time that a film was in each of its states; null for a film without states."""
+    start = "film_state_"
+    return {str(n).removeprefix(start): v for n, v in result.items() if str(n).startswith(start)} or None
 
 
 _SAMPLED = {"time", "sample"}

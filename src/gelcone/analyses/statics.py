@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.physics.balance import PullIn
-from gelcone.words import FAILINGS, UNKNOWN_STRENGTH, measured, members_of, shortened, unit_of
+from gelcone.words import FAILINGS, UNKNOWN_STRENGTH, meaning_at, measured, members_of, shortened, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,8 +71,14 @@ def _equilibria(member: xr.Dataset, level: int) -> list[dict[str, Any]]:
     return [
         {key: one[name][k] for key, name in names.items()}
         | {"stable": bool(one["stable"][k]), "validity": {name: one[f"validity_{name}"][k] for name in FAILINGS}}
+        | {name: _state(one[name][k]) for name in ("film_state", "second_film_state") if name in one}
         for k in range(int(one["equilibria"]))
     ]
+
+
+def _state(code: xr.DataArray) -> str | None:
+    """The name of the film's state; None where it has none."""
+    return None if int(code) < 0 else meaning_at(code, int(code))
 
 
 def static_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -104,9 +110,15 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
 
 
 def _about(equilibrium: dict[str, Any]) -> list[str]:
-    """Whether an equilibrium is stable, and which assumptions of the model fail there."""
-    fails = [words for name, words in FAILINGS.items() if float(equilibrium["validity"][name]) > 0.0]
-    return ["stable" if equilibrium["stable"] else "unstable", *fails]
+    """Whether an equilibrium is stable, the states of films that wrinkle, and which assumptions of the model fail."""
+    states = [
+        f"{film} {str(equilibrium[name]).replace('_', ' ')}"
+        for name, film in (("film_state", "film"), ("second_film_state", "second film"))
+        if equilibrium.get(name) not in (None, "taut")
+    ]
+    told = ("hoop_slack", "meridional_slack") if "film_state" in equilibrium else ()
+    failing = [name for name in FAILINGS if float(equilibrium["validity"][name]) > 0.0 and name not in told]
+    return ["stable" if equilibrium["stable"] else "unstable", *states, *(FAILINGS[name] for name in failing)]
 
 
 def _event_lines(member: xr.Dataset) -> list[str]:

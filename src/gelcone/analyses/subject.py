@@ -155,6 +155,7 @@ def read_subject(
         return _of_device(device, given, film, initial, fitting)
     values = {name: read_value(text) for name, text in given.items()}
     ratio = values.pop(RADIUS_RATIO, None) if film == "continuum" else None
+    of_film = {} if film is None else {name: values.pop(name) for name in ("pull_in",) if name in values}
     _only_of_model(values)
     if preset is None:
         model, start = ConeModel.from_parameters(values), DEFAULT_INITIAL
@@ -167,7 +168,7 @@ def read_subject(
         from gelcone.continuum.fit import find_film
 
         ratio = DEFAULT_RADIUS_RATIO if ratio is None else ratio
-        model = model.replace(film=find_film(film, model, ratio, starting=fitting))
+        model = model.replace(film=find_film(film, model, ratio, starting=fitting), **of_film)
     stated = None if initial is None else read_initial(initial, None)
     return Subject(model, None, stated or start, None, initial is not None, frozenset(given))
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import ending_lines, heading
+from gelcone.analyses.answer import ending_lines, film_state_json, heading
 from gelcone.codes import FilmPullIn, Outcome
-from gelcone.words import measured, unit_of
+from gelcone.words import film_state_in_words, measured, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +38,7 @@ def simulate_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> di
 
 def film_json(result: xr.Dataset) -> dict[str, Any]:
     """Shares of the time in each state of a wrinkling film, and where it pulls in; empty for another film."""
-    shares = {str(n).removeprefix("film_state_"): v for n, v in result.items() if str(n).startswith("film_state_")}
+    shares = film_state_json(result)
     if not shares:
         return {}
     content: dict[str, Any] = {"film_state": shares}
@@ -78,10 +78,7 @@ def _film_lines(shown: xr.Dataset) -> list[str]:
     content = film_json(shown)
     if not content:
         return []
-    shares = ", ".join(
-        f"{name.replace('_', ' ')} {100 * float(s.mean()):.1f} %" for name, s in content["film_state"].items()
-    )
-    lines = [f"film (share of the time): {shares}"]
+    lines = film_state_in_words(shown)
     end = content.get("pull_in")
     if end is not None and shown["pull_in_kind"].ndim == 0:
         place, voltage = (measured(end[name], 5) for name in ("displacement", "voltage"))

@@ -426,7 +426,7 @@ def _label(
             "length",
         ),
     }
-    variables |= validity_variables(swept.validity, swept.outcome, each)
+    variables |= validity_variables(swept.validity, swept.outcome, model.system, each)
     over = grid[0] if shared else grid
     coords: dict[str, dataset.Variable] = {
         "drive_frequency" if shared else "swept_frequency": ((step,), over, "drive frequency", "frequency"),

@@ -50,8 +50,9 @@ def subject_parameters() -> list[click.Parameter]:
         click.Option(
             ["--film"],
             metavar="taut|wrinkling|continuum|FILE",
-            help="The film as a homogeneous cone, taut (default) or wrinkling where it is compressed; as a continuum, "
-            "fitted on first use and kept (for the device's a/b, or --set radius_ratio=..., default 0.2); or one that "
+            help="The film as a homogeneous cone: taut bears compression (the paper's; default without a device), "
+            "wrinkling wrinkles instead (default of devices); as a continuum, fitted on first use and kept (for the "
+            "device's a/b, or --set radius_ratio=..., default 0.2); or one that "
             "gelcone validate --fit wrote.",
         ),
     ]

@@ -26,6 +26,7 @@ from gelcone.errors import DoubtfulInput, InputError, unknown_name
 from gelcone.physics.drive import WAVEFORMS
 from gelcone.physics.film.continuum import ContinuumFilm
 from gelcone.physics.film.taut import PRESTRETCH_MODES
+from gelcone.physics.film.wrinkling import PULL_IN
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import FILMS
 from gelcone.physics.second import DRIVES
@@ -107,6 +108,8 @@ class Device(Record):
     film_thickness : thickness H of the film as mounted (flat, after pre-stretch), m, positive.
     material : name of a library material, a `Material`, or a mapping of its fields.
     prestretch, prestretch_mode, meridional_prestretch, hoop_prestretch : as in `ConeModel`.
+    pull_in : where a wrinkling film pulls in: ``"first"`` (default) ends the run; for study ``"minimum"``,
+        ``"memoryless"`` and ``"snap"``, see `gelcone.physics.film.wrinkling.WrinklingCone`.
     film : ``"wrinkling"`` (default), a homogeneous cone without compression; ``"taut"``, one that bears it;
         ``"continuum"``, the continuum film, fitted on first use and kept (see `gelcone.continuum.fit.find_film`); or a
         file that ``gelcone validate --fit`` wrote, in a device file relative to it.
@@ -182,6 +185,10 @@ class Device(Record):
         "wrinkling or taut (homogeneous cones), continuum, or a file that gelcone validate --fit wrote",
         default="wrinkling",
         near=("film_model", "membrane"),
+    )  # fmt: skip
+    pull_in: Any = Field(
+        "where a wrinkling film pulls in, a run ends (first); for study: minimum, memoryless or snap", default=None,
+        unset="first", near=("after_pull_in", "on_pull_in"),
     )  # fmt: skip
     spring_rate: Any = Field(
         "stiffness of the spring", "N/m", typical=(1.0, 2000.0), least=0.0,
@@ -448,9 +455,10 @@ class Device(Record):
     def _with_film(self, damping_ratio: Any = 0.0) -> ConeModel:
         """The model with its film and a damping."""
         if self.film in FILMS:
-            return self._cone(damping_ratio, str(self.film))
+            model = self._cone(damping_ratio, str(self.film))
+            return model if self.pull_in is None else model.replace(pull_in=self.pull_in)
         model = self._cone(damping_ratio)
-        return model.replace(film=self.film_for(model))
+        return model.replace(film=self.film_for(model), pull_in=self.pull_in)
 
     def film_for(self, model: ConeModel, *, starting: Callable[[], None] = lambda: None) -> ContinuumFilm | str:
         """The film that ``film`` names, a cone by its name; ``starting`` is called before one is fitted."""
@@ -635,6 +643,7 @@ _SECOND_PRESTRETCHES = tuple(f"second_{name}" for name in ("prestretch", *DIRECT
 _CHOICES: tuple[tuple[str, str, Collection[str]], ...] = (
     ("prestretch_mode", "pre-stretch mode", PRESTRETCH_MODES),
     ("waveform", "waveform", WAVEFORMS),
+    ("pull_in", "way to treat pull-in", PULL_IN),
     ("second_film", "second film", FILMS),
     ("second_drive", "drive of a second film", DRIVES),
 )

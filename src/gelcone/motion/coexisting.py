@@ -18,7 +18,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.regime import classify
 from gelcone.motion.settle import default_transient, repeats_lasting, settle, single
 from gelcone.motion.settled import Swing, settled_swing, swing
-from gelcone.motion.validity import SHARES
+from gelcone.motion.validity import unknown
 from gelcone.physics.members import Members
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array
@@ -85,7 +85,7 @@ def coexisting(
     motions), NaN-padded, by rising kick: ``stroke``, ``lowest``, ``highest``, ``period``, ``regime`` (of `Regime`; one
     that leaves the domain has no stroke), ``outcome``, how it leaves it (of `Outcome`), ``motion_kick_low`` and
     ``motion_kick_high`` (NaN where only the motion at a neighbouring frequency led there), and the shares of
-    `gelcone.motion.validity` in ``validity`` (..., 5).
+    `gelcone.motion.validity` in ``validity``.
     """
     counted, flow = Counted(progress), dict[str, Any](threads=threads)
     if not members.size:
@@ -297,7 +297,7 @@ def _arrays(members: Members, found: list[Motions], largest: Array, flow: dict[s
     ]
     shape = (len(found), max((len(order) for order in others), default=0))
     named = ("stroke", "lowest", "highest", "period", "regime", "outcome", "motion_kick_low", "motion_kick_high")
-    result = {name: np.full(shape, np.nan) for name in named} | {"validity": np.full((*shape, len(SHARES) + 1), np.nan)}
+    result = {name: np.full(shape, np.nan) for name in named} | {"validity": unknown(*shape)}
     places = [(row, column, n) for row, order in enumerate(others) for column, n in enumerate(order)]
     for row, column, n in places:
         motion = found[row].kinds[n]

@@ -307,7 +307,8 @@ def _coexisting(plane: Plane, omegas: Array, peaks: Array, progress: Progress) -
         "kick_high": "and at or below this one",
         "kick_tried": "largest kick that was tried",
     }
-    shares = validity_variables(found["validity"], np.zeros(1, dtype=np.int8), of_motion, "coexisting motion")
+    told = np.zeros(1, dtype=np.int8), members.system
+    shares = validity_variables(found["validity"], *told, of_motion, "coexisting motion")
     variables: dict[str, dataset.Variable] = {}
     variables |= (
         {"coexisting": (of_frequency, all_frequencies(found["motions"]), "motions beside the window's", "count")}

@@ -14,6 +14,7 @@ from gelcone.dataset import Findings, Variable
 from gelcone.motion.cycle import RETURNS
 from gelcone.motion.validity import unknown, validity_variables
 from gelcone.physics.members import Ensemble
+from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 from gelcone.statistics import wilson
 
@@ -33,7 +34,7 @@ class Evidence:
     ``averaged_time`` behind them and the ``sign`` of the largest (0: uncertain), ``zero_one`` with the sample
     ``test_phase`` of a forcing period at which it is taken, ``coexisting`` (nearby starts end on a cycle or rest that
     others never reach), ``under_way`` (the motion still leaves an unstable cycle, or has returned at last), ``lowest``
-    and ``highest`` displacement, ``section`` (members, points, N), ``settled_time``, ``validity`` (members, 5),
+    and ``highest`` displacement, ``section`` (members, points, N), ``settled_time``, ``validity``,
     see `gelcone.motion.validity.validity`, ``outcome``, ``final`` states (members, N), and ``doubtful`` (the evidence
     does not agree).
 
@@ -124,11 +125,11 @@ class Evidence:
         """The evidence of several groups of members, one after the other."""
         return cls(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)})
 
-    def findings(self) -> Findings:
+    def findings(self, system: ConeSystem) -> Findings:
         """The evidence as labelled variables and outcomes."""
-        return Findings(self._variables(), self.outcome)
+        return Findings(self._variables(system), self.outcome)
 
-    def _variables(self) -> dict[str, Variable]:
+    def _variables(self, system: ConeSystem) -> dict[str, Variable]:
         def code(values: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
             return values.astype(np.int8)
 
@@ -155,7 +156,7 @@ class Evidence:
             "highest": ((), self.highest, "highest displacement", "length"),
             "section": (("point", "state"), self.section, "states once every forcing period", "state"),
             "settled_time": ((), self.settled_time, "time before the motion was examined", "time"),
-            **validity_variables(self.validity, self.outcome),
+            **validity_variables(self.validity, self.outcome, system),
             "seen_until": ((), self.seen_until, "time to which the motion was seen to be chaotic", "time"),
             "share_chaotic": ((), self.share_chaotic, "share of the nearby starts that are still chaotic", "share"),
             "lifetime": ((), self.lifetime, "mean lifetime of chaos, infinite if no end was seen", "time"),
@@ -172,7 +173,7 @@ class Evidence:
 
 def label_evidence(model: Ensemble, evidence: Evidence, options: dict[str, Any], title: str) -> xr.Dataset:
     """Evidence of all members as a Dataset over the ensemble's dims."""
-    return label_regimes(model, evidence.findings(), options, title)
+    return label_regimes(model, evidence.findings(model.system), options, title)
 
 
 def label_regimes(model: Ensemble, found: Findings, options: dict[str, Any], title: str) -> xr.Dataset:

@@ -154,7 +154,8 @@ def onset_voltage(
     ----------
     model : one actuator or an ensemble, with ``rest_height`` 0 (or no spring); its own ``voltage`` plays no part.
     highest : amplitudes from 0 to this one are searched; a number or one a member. Default three times the static
-        pitchfork voltage of each member (3 where it has none), but not up to where its flat film pulls in.
+        pitchfork voltage of each member (3 where it has none), but not up to where its flat film pulls in,
+        the bias included.
     steps : of the scan, at least 2. Default 12 for each half oscillation of the free disc in a repeat, from 256 to 4096
         and a power of 2.
     tolerance : relative error of one step of the integrator. Default 1e-15.
@@ -485,8 +486,10 @@ def _search_ends(model: Ensemble, highest: npt.ArrayLike | None) -> Array:
     if highest is None:
         pitchfork = pitchfork_voltage(model).ravel()
         members = model.members()
-        film = np.sqrt(members.system.film.highest_squared(np.zeros(members.size), members.numbers()))
-        return np.minimum(np.where(pitchfork > 0.0, 3.0 * pitchfork, 3.0), BEFORE_PULL_IN * film)
+        film = BEFORE_PULL_IN * np.sqrt(members.system.film.highest_squared(np.zeros(members.size), members.numbers()))
+        bias = np.abs(members.number("voltage_bias"))
+        free = np.where(film > bias, film - bias, film)  # a film that the bias alone pulls in says so
+        return np.minimum(np.where(pitchfork > 0.0, 3.0 * pitchfork, 3.0), free)
     ends = np.asarray(VOLTAGE["voltage"].check("highest", highest))
     if not (ends > 0.0).all():
         raise InputError("highest = 0: must be greater than 0, or there is no interval to search")

@@ -608,4 +608,4 @@ def regime_cells(
         threads=threads,
         progress=progress,
     )
-    return evidence.findings()
+    return evidence.findings(members.system)

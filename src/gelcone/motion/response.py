@@ -17,8 +17,9 @@ from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.settle import LONGEST_TIME, start_states
-from gelcone.motion.validity import ASSUMPTIONS, broken, shares, validity_variables, voltages_along
+from gelcone.motion.validity import ASSUMPTIONS, broken, shares, unknown, validity_variables, voltages_along
 from gelcone.physics.film.film import Film, FilmState
+from gelcone.physics.film.wrinkling import FAILED
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.second import PREFIX
@@ -104,8 +105,12 @@ def simulate(
     ran = ~np.isnan(variables["displacement"][:, checked])
     outside = shares({name: where[:, checked] for name, where in fails.items()}, ran)
     resolved = np.where(ran.any(axis=1), 1.0 / len(checked), np.nan)
-    found = np.stack([*outside.values(), resolved], axis=1)
-    valid = validity_variables(found, run.outcome, of="time")
+    found = unknown(len(ran))
+    found[:, : len(outside) + 1] = np.stack([*outside.values(), resolved], axis=1)
+    states = film_variables(members, run)
+    if FAILED in members.system.film.kinds:  # the exact share of the time for which it has failed
+        found[:, len(outside) + 1 + members.system.film.kinds.index(FAILED)] = states[f"film_state_{FAILED}"][1]
+    valid = validity_variables(found, run.outcome, members.system, of="time")
     films = _films(members)
     kinds = {name: own.kind for (name, film), own in zip(films.items(), film_states, strict=True) if film.kinds}
     shared_times = (sampled == sampled[0]).all()
@@ -122,7 +127,7 @@ def simulate(
             for n, v in kinds.items()
         }
         | valid
-        | film_variables(members, run),
+        | states,
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
         # times that were asked for stand in the result as its coordinate

@@ -43,7 +43,7 @@ ROUNDS = 6
 class Swing:
     """Settled motions, arrays over the same dims: ``lowest`` and ``highest`` displacement, the ``period`` in forcing
     periods (0: none found), the ``outcome``, (..., harmonics) the complex ``harmonics`` - displacement is the sum of
-    the imaginary parts of harmonic times exp(i k omega t) -, (..., N) the ``final`` states at phase 0, and (..., 5) the
+    the imaginary parts of harmonic times exp(i k omega t) -, (..., N) the ``final`` states at phase 0, and the
     ``validity`` (`gelcone.motion.validity.validity`).
     """
 
@@ -167,7 +167,7 @@ def settled_cells(
             "harmonic_amplitude": (("harmonic",), np.abs(found.harmonics), "amplitudes of harmonics 1 to 4", "length"),
             "harmonic_phase": (("harmonic",), phase, "their phases, degrees ahead of the voltage's", "angle"),
             "linear_stroke": ((), linear, "stroke by linear theory", "length"),
-            **validity_variables(found.validity, found.outcome),
+            **validity_variables(found.validity, found.outcome, members.system),
         },
         found.outcome,
     )

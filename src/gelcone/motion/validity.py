@@ -15,16 +15,18 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.dataset import Variable
 from gelcone.physics.film.film import Film, FilmState
+from gelcone.physics.film.wrinkling import FAILED
 from gelcone.physics.members import Members
-from gelcone.physics.second import SecondFilm
+from gelcone.physics.second import PREFIX, SecondFilm
+from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
 ASSUMPTIONS = {
-    "hoop_slack": "a compressive hoop stress (slack film)",
-    "meridional_slack": "a compressive meridional stress (slack film)",
+    "hoop_slack": "slack hoops (compressed, or wrinkled instead)",
+    "meridional_slack": "slack meridians (compressed, or wrinkled instead)",
     "breakdown": "a true field above the dielectric strength",
     "near_limit": "a strain within 1 % of the stretch limit",
     "pulled_in": "a film that has pulled in",
@@ -32,6 +34,8 @@ ASSUMPTIONS = {
 """How the model stops being true."""
 SLACK_IN = {"hoop_slack": ("hoop_slack", "crumpled"), "meridional_slack": ("meridional_slack", "crumpled")}
 """States of a film that wrinkles in which each direction is slack."""
+MOST_KINDS = 5
+"""States that each of two films may have (`gelcone.physics.film.film.Film.kinds`)."""
 SHARES = tuple(name for name in ASSUMPTIONS if name != "pulled_in")
 """Those of which a motion has a share."""
 NEAR_LIMIT = 0.99
@@ -92,7 +96,7 @@ def _slack(film: Film | SecondFilm, state: FilmState) -> Fails:
     """Where hoops and meridians are slack: under compression, or wrinkled instead where the film wrinkles."""
     stresses = {"hoop_slack": state.hoop_stress, "meridional_slack": state.meridional_stress}
     known = {name: stress for name, stress in stresses.items() if not np.isnan(stress).all()}
-    kinds = film.film.kinds if isinstance(film, SecondFilm) else film.kinds
+    kinds = kinds_of(film)
     if not kinds:
         return {name: np.asarray(stress < 0.0) for name, stress in known.items()}
     # The stresses of a slack direction are zero up to rounding, so that the state of the film tells.
@@ -113,47 +117,84 @@ def shares(fails: Fails, ran: npt.NDArray[np.bool_]) -> dict[str, Array]:
 
 
 def validity(members: Members, times: Array, states: Array, *, turn: bool = False) -> Array:
-    """Share of each of `SHARES` over samples of motions, and their largest standard error, (members, 5).
+    """Shares over samples of motions, (members, 5 + 2 `MOST_KINDS`): of each of `SHARES`; the largest standard error of
+    all shares; and of each state of the first film and of the second.
 
     The error is the standard error of the shares of `BLOCKS` parts of the motion, and at least one sample. Of one whole
     ``turn`` of a cycle it is half a sample for each time that an assumption begins or ceases to hold.
     """
-    ran = ~np.isnan(states[..., 0])
-    fails = broken(members, states[..., 0], voltages_along(members, times, states))
+    x, n = states[..., 0], members.numbers(trailing=1)
+    ran, voltages = ~np.isnan(x), voltages_along(members, times, states)
+    films = [film for film in (members.system.film, members.system.second) if film is not None]
+    with np.errstate(over="ignore", invalid="ignore"):
+        of_films = [film.state(x, voltage, n) for film, voltage in zip(films, voltages, strict=True)]
+    fails = broken(members, x, voltages, of_films)
+    kinds = np.full((len(x), 2, MOST_KINDS), np.nan)
+    spent = {}
+    for place, (film, state) in enumerate(zip(films, of_films, strict=True)):
+        for k in range(len(kinds_of(film))):
+            spent[place, k] = np.broadcast_to(state.kind == k, x.shape)
+            with np.errstate(invalid="ignore", divide="ignore"):
+                kinds[:, place, k] = (spent[place, k] & ran).sum(axis=1) / ran.sum(axis=1)
     error = np.where(ran.any(axis=1), 1.0 / states.shape[1], np.nan)
     length = states.shape[1] // BLOCKS
-    for where in fails.values():
+    for where in (*fails.values(), *spent.values()):
         if turn:
             error = np.maximum(error, 0.5 * (where != np.roll(where, 1, axis=1)).mean(axis=1))
             continue
         parts = where[:, : length * BLOCKS].reshape(len(where), BLOCKS, length).mean(axis=2)
         error = np.maximum(error, parts.std(axis=1, ddof=1) / np.sqrt(BLOCKS))
-    return np.stack([*shares(fails, ran).values(), error], axis=1)
+    return np.hstack([np.stack([*shares(fails, ran).values(), error], axis=1), kinds.reshape(len(x), -1)])
+
+
+def kinds_of(film: Film | SecondFilm) -> tuple[str, ...]:
+    """Names of the film's states; none of a film without borders."""
+    return (film.film if isinstance(film, SecondFilm) else film).kinds
 
 
 def unknown(*shape: int) -> Array:
-    """What `validity` is of motions of which nothing is known yet, (..., 5)."""
-    return np.full((*shape, len(SHARES) + 1), np.nan)
+    """What `validity` is of motions of which nothing is known yet."""
+    return np.full((*shape, len(SHARES) + 1 + 2 * MOST_KINDS), np.nan)
 
 
 def validity_variables(
-    found: Array, outcome: npt.NDArray[np.int8], dims: tuple[str, ...] = (), of: str = "settled motion"
+    found: Array,
+    outcome: npt.NDArray[np.int8],
+    system: ConeSystem,
+    dims: tuple[str, ...] = (),
+    of: str = "settled motion",
 ) -> dict[str, Variable]:
-    """The columns of `validity` (..., 5) as variables ``validity_NAME`` with these dims behind the members'.
+    """The columns of `validity` as variables ``validity_NAME`` with these dims behind the members'; and of films that
+    have states ``film_state_NAME``, of a second one ``second_film_state_NAME``.
 
-    A run that ended because the film pulled in counts as one that has pulled in all the time.
+    A run that ended because the film pulled in counts as one that has pulled in all the time; one that went on, with
+    the share of the time for which it has.
     """
-    columns = dict(zip((*SHARES, "error"), np.moveaxis(found, -1, 0), strict=True))
+    every = np.moveaxis(found, -1, 0)
+    columns = dict(zip((*SHARES, "error"), every, strict=False))
     ran_on = np.where(np.isnan(columns["error"]), np.nan, 0.0)
+    own = every[len(SHARES) + 1 :].reshape(2, MOST_KINDS, *found.shape[:-1])
+    for film, rows in zip((system.film, system.second), own, strict=True):
+        if film is not None and FAILED in kinds_of(film):
+            ran_on = np.fmax(ran_on, rows[kinds_of(film).index(FAILED)])
     columns["pulled_in"] = np.where(np.asarray(outcome) == Outcome.PULLED_IN, 1.0, ran_on)
     names = {name: f"share of the {of} with {meaning}" for name, meaning in ASSUMPTIONS.items()}
     names["error"] = "largest standard error of these shares"
-    return {f"validity_{name}": (dims, columns[name], meaning, "share") for name, meaning in names.items()}
+    told = {f"validity_{name}": (dims, columns[name], meaning, "share") for name, meaning in names.items()}
+    for film, prefix, rows in zip((system.film, system.second), ("", PREFIX), own, strict=True):
+        for kind, row in zip(() if film is None else kinds_of(film), rows, strict=False):
+            meaning = f"share of the {of} with {'the second' if prefix else 'the'} film {kind.replace('_', ' ')}"
+            told[f"{prefix}film_state_{kind}"] = (dims, row, meaning, "share")
+    return told
 
 
 def invalid(result: xr.Dataset, prefix: str = "") -> xr.DataArray | None:
-    """Where in a result any assumption fails for more than a sample; None for a result without validity."""
-    names = [f"{prefix}validity_{name}" for name in ASSUMPTIONS]
+    """Where in a result any assumption fails for more than a sample; None for a result without validity.
+
+    A film that wrinkles may be slack.
+    """
+    wrinkles = any(str(name).startswith(f"{prefix}film_state_") for name in result)
+    names = [f"{prefix}validity_{name}" for name in ASSUMPTIONS if not (wrinkles and name in SLACK_IN)]
     known = [result[name] for name in names if name in result]
     if not known:
         return None

@@ -94,7 +94,8 @@ class BuckledBeam(Bias):
     """F = k1 d + k3 d^3, d = x - xb: a beam clamped at both ends and pressed along its axis, held at its middle.
 
     A beam beyond buckling has a negative k1: it pushes away from its straight shape at xb, up to d = sqrt(-k1/k3) on
-    either side, where it is free. Holmes, Phil. Trans. R. Soc. A 292 (1979) 419: the first mode of a buckled beam.
+    either side, where it is free. The first mode of a buckled beam: Holmes,
+    Phil. Trans. R. Soc. A 292 (1979) 419, doi 10.1098/rsta.1979.0068.
     """
 
     name = "beam"

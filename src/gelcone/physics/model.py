@@ -22,6 +22,7 @@ from gelcone.physics.drive import WAVEFORMS, Waveform
 from gelcone.physics.film.continuum import ContinuumFilm, film_from_json
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, TautCone, check_prestretch_mode
+from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.members import Ensemble
 from gelcone.physics.records import FILMS, bias_record, find_bias
@@ -29,7 +30,7 @@ from gelcone.physics.second import DRIVES, PREFIX, SecondFilm
 from gelcone.physics.system import DAMPING, STRENGTH, ConeSystem
 from gelcone.quantity import Quantity
 
-KINDS = ("law", "prestretch_mode", "film", "bias", "waveform", "circuit", "second_film", "second_drive")
+KINDS = ("law", "prestretch_mode", "film", "pull_in", "bias", "waveform", "circuit", "second_film", "second_drive")
 """What a model takes besides numbers: the names of its components, and what one pre-stretch means."""
 
 LEFT_OUT = (*(first := ("stretch_limit", *PRESTRETCHES)), *(PREFIX + name for name in first), *STRENGTH)
@@ -60,6 +61,8 @@ class ConeModel(Ensemble):
         ``yeoh_c3``) are parameters of the model.
     film : a `Film`: ``"taut"`` (default), the homogeneous cone, or a `ContinuumFilm` fitted for this law and
         pre-stretch, or its JSON text.
+    pull_in : where a wrinkling film pulls in: ``"first"`` (default) ends the run; for study ``"minimum"``,
+        ``"memoryless"`` and ``"snap"``, see `gelcone.physics.film.wrinkling.WrinklingCone`.
     bias : a `Bias`: what acts on the disc besides the film. ``"spring"`` (default), the linear spring; ``"beam"``,
         a buckled beam; ``"weight"``; ``"force"``, a constant force; or several, as in ``"spring+weight"``.
     waveform : a `Waveform`. Default ``"sine"``.
@@ -83,6 +86,7 @@ class ConeModel(Ensemble):
         law: Any = None,
         prestretch_mode: str | None = None,
         film: Any = "taut",
+        pull_in: str | None = None,
         bias: Any = "spring",
         waveform: Any = "sine",
         circuit: Any = "ideal",
@@ -91,7 +95,7 @@ class ConeModel(Ensemble):
         **parameters: Any,
     ) -> None:
         parts = {"bias": bias, "waveform": waveform, "circuit": circuit}
-        system = _system(_film(film, law, prestretch_mode), second_film, second_drive, **parts)
+        system = _system(_film(film, law, prestretch_mode, pull_in), second_film, second_drive, **parts)
         values = system.complete(_known(system, parameters))
         self.__dict__.update(system=system, values=values, shape=_shape(values))
 
@@ -126,7 +130,7 @@ class ConeModel(Ensemble):
         given = changes.get("film", self.system.film)
         # a film by its name takes over the law; one that is given has its own
         law = self.law if isinstance(given, str) and given in FILMS else None
-        film = _film(given, changes.get("law", law), changes.get("prestretch_mode"))
+        film = _film(given, changes.get("law", law), changes.get("prestretch_mode"), changes.get("pull_in"))
         if isinstance(film, GelFilm) and self.prestretch_mode and "prestretch_mode" not in changes:
             film = _film(film, None, self.prestretch_mode)
         parts = {name: changes.get(name, getattr(self.system, name)) for name in ("bias", "waveform", "circuit")}
@@ -184,8 +188,8 @@ class ConeModel(Ensemble):
         return self.replace(**flat)
 
 
-def _film(film: Any, law: Any, mode: str | None) -> Film:
-    """The film, with the law and the pre-stretch mode that were given beside it."""
+def _film(film: Any, law: Any, mode: str | None, pull_in: str | None = None) -> Film:
+    """The film, with the law, the pre-stretch mode and the way to pull in that were given beside it."""
     if law is not None:
         law = find_component("strain-energy law", law, LAWS, StrainEnergyLaw)  # type: ignore[type-abstract]
     if mode is not None:
@@ -193,6 +197,12 @@ def _film(film: Any, law: Any, mode: str | None) -> Film:
     if isinstance(film, str) and film.lstrip().startswith("{"):
         film = film_from_json(film)
     found = find_component("film", film, FILMS, Film)  # type: ignore[type-abstract]
+    if pull_in is not None:
+        if not isinstance(found, WrinklingCone):
+            raise InputError(
+                f"pull_in: the film {found.name!r} does not take it; give film = 'wrinkling', or leave it out"
+            )
+        found = with_fields(found, pull_in=pull_in)
     if not isinstance(found, GelFilm):
         if law is not None or mode is not None:
             raise InputError(f"law, prestretch_mode: the film {found.name!r} takes neither; leave them out")
@@ -222,6 +232,8 @@ def _second(given: Any, drive: str | None, first: Film) -> SecondFilm | None:
     film = given if isinstance(given, Film) else _film(given, None, None)
     if isinstance(film, GelFilm) and isinstance(first, GelFilm) and not isinstance(film, ContinuumFilm):
         film = with_fields(film, law=first.law, prestretch_mode=first.prestretch_mode)  # type: ignore[type-var]
+    if isinstance(film, WrinklingCone) and isinstance(first, WrinklingCone):
+        film = with_fields(film, pull_in=first.pull_in)
     return SecondFilm(film, "same" if drive is None else drive)
 
 

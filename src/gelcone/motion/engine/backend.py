@@ -81,7 +81,7 @@ def _event(border: Border, voltage_of: Callable[..., Any], split: Callable[..., 
         voltage = voltage_of(time, state, n, xp)
         return border.value(state[0], voltage * voltage, split(state)[0], n, xp)
 
-    return Event(value, direction=-1, switch=border.switch, inside=True, smooth=True, seldom=border.seldom)
+    return Event(value, direction=-1, switch=border.switch, inside=True, smooth=not border.jumps, seldom=border.seldom)
 
 
 def _numbers(members: Members, states: Array, start: Array) -> dict[str, Array]:

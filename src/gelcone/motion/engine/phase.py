@@ -155,7 +155,7 @@ def _event(border: Border, system: PhaseSystem, voltage_of: Callable[..., Any], 
         voltage = voltage_of(phase, state, own, xp)
         return border.value(state[0], voltage * voltage, split(state)[0], own, xp)
 
-    return Event(value, direction=-1, switch=border.switch, inside=True, smooth=True, seldom=border.seldom)
+    return Event(value, direction=-1, switch=border.switch, inside=True, smooth=not border.jumps, seldom=border.seldom)
 
 
 @lru_cache(maxsize=MOST_PROGRAMS)

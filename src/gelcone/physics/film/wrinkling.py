@@ -46,7 +46,9 @@ from gelcone.quantity import Array
 
 STATES = ("taut", "hoop_slack", "meridional_slack", "crumpled")
 """The states of the film, in which order results carry their shares of time."""
-PULL_IN = ("first", "minimum")
+PULL_IN = ("first", "minimum", "memoryless", "snap")
+FAILED = "pulled_in"
+"""The state of a film that goes on after it has pulled in."""
 STEEP = 1e10
 """How fast the V that would make a film push grows with the push: no voltage does."""
 ROUNDING = 1e-12
@@ -57,6 +59,14 @@ MOST_STRETCHED = 1e4
 """Largest squared stretch at which the hump of a law without stretch limit is looked for."""
 GRID = 2000
 BISECTIONS = 60
+
+
+_STUDIES = {
+    "first": "",
+    "minimum": "; its localisation is left out (study)",
+    "memoryless": "; after pull-in it has failed; the run goes on without its force until there is a minimum (study)",
+    "snap": "; after pull-in it has failed; the run goes on without its force until it snaps back (study)",
+}
 
 
 class Local(NamedTuple):
@@ -84,8 +94,12 @@ class WrinklingCone(TautCone):
     Parameters
     ----------
     law, prestretch_mode : as for the taut cone.
-    pull_in : what ends a run: ``"first"`` (default), localisation or the end of the energy's minimum, whichever comes
-        first; ``"minimum"``, for study, the end of the minimum alone.
+    pull_in : what happens where the film pulls in. ``"first"`` (default): the run ends, by localisation or by the end
+        of the energy's minimum, whichever comes first. The others are for study. ``"minimum"``: the run ends by the end
+        of the minimum alone. After that end the film has failed, but the run goes on without its force:
+        ``"memoryless"``, as long as the energy has no minimum; ``"snap"``, the film stays thin until V falls below
+        the valley of Vb behind the hump, or until the disc stretches it beyond. At a snap back the force jumps, so
+        that tangent maps and exponents across it lack the jump.
     """
 
     law: StrainEnergyLaw = LAWS["gent"]
@@ -113,15 +127,36 @@ class WrinklingCone(TautCone):
             limit = np.where(np.isinf(hump), NEVER, self._crumpling(turning, law) / G)
             crumpling = self._crumpling(B, law) / G
         one = np.ones(np.broadcast_shapes(A.shape, hump.shape))
-        return own | {
-            "limit_squared": limit,
-            "crumpling_squared": np.where(B > 1.0, crumpling, -1.0) * one,
-            "end_of_slack": np.minimum(turning, NEVER),
-            "hump": np.minimum(hump, NEVER) * one,
-            "edge": np.where(B > A, B - A, -1.0),
-            "width_held": one,
-            "pulls": one,
-            "crumpled": one,
+        return (
+            own
+            | {
+                "limit_squared": limit,
+                "crumpling_squared": np.where(B > 1.0, crumpling, -1.0) * one,
+                "end_of_slack": np.minimum(turning, NEVER),
+                "hump": np.minimum(hump, NEVER) * one,
+                "edge": np.where(B > A, B - A, -1.0),
+                "width_held": one,
+                "pulls": one,
+                "crumpled": one,
+            }
+            | (self._numbers_after(B, G, hump, law, one) if self.goes_on else {})
+        )
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether a run goes on after the film has pulled in."""
+        return self.pull_in in ("memoryless", "snap")
+
+    def _numbers_after(self, B: Any, G: Any, hump: Any, law: Numbers, one: Any) -> dict[str, Any]:
+        """``valley``, the t of the minimum of Vb behind the hump, ``valley_squared`` the V there; and two switches."""
+        valley = _valley(self.law, law, hump)
+        with np.errstate(all="ignore"):
+            squared = np.where(np.isinf(valley), 0.0, _crumpling(self.law, valley, law) / G)
+        return {
+            "valley": np.minimum(valley, NEVER) * one,
+            "valley_squared": squared * one,
+            "below_hump": one,
+            "whole": one,
         }
 
     def _crumpling(self, t: Any, n: Numbers) -> Any:
@@ -130,7 +165,9 @@ class WrinklingCone(TautCone):
         beyond = 2.0 * t + np.square(1.0 / t) - 3.0 >= self.law.strain_limit(n)
         return np.where(beyond, np.inf, _crumpling(self.law, t, n))
 
-    kinds = STATES
+    @property
+    def kinds(self) -> tuple[str, ...]:  # type: ignore[override]
+        return (*STATES, FAILED) if self.goes_on else STATES
 
     # --- force ---------------------------------------------------------------------------------------------------
 
@@ -185,7 +222,9 @@ class WrinklingCone(TautCone):
         """x s1/q and its slope; NaN where the energy has no minimum any more."""
         xx = x * x
         own, pull, held, pulls = self._at(xx, squared, n, xp)
-        if not traced(xp):
+        if traced(xp):
+            pulls = pulls * self._whole(n)
+        elif not self.goes_on:
             pulls = np.where(self._gone(plain(xx), plain(squared), n), np.nan, pulls)
         tension = pull / own.compliance
         stiffening = self.law.stiffening(own.strain, n, xp)
@@ -203,12 +242,18 @@ class WrinklingCone(TautCone):
     @property
     def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
         """``width_held`` tells taut from hoop-slack, and without force A q < B from A q > B; ``pulls`` tells with from
-        without force; ``crumpled`` tells meridional slack from crumpled. The last border ends the film."""
+        without force; ``crumpled`` tells meridional slack from crumpled. The last border ends the film; where a run
+        goes on, ``whole`` tells whether it has failed instead, and ``below_hump`` a slack film before the hump from one
+        beyond it."""
         return (
             Border(self._width_border, "width_held"),
             Border(self._force_border, "pulls"),
             Border(self._crumpling_border, "crumpled"),
-            Border(self._end_border, seldom=self.pull_in != "minimum"),
+            *(
+                [Border(self._hump_border, "below_hump"), Border(self._failure_border, "whole", jumps=True)]
+                if self.goes_on
+                else [Border(self._end_border, seldom=self.pull_in != "minimum")]
+            ),
         )
 
     def _width_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
@@ -232,6 +277,25 @@ class WrinklingCone(TautCone):
         with_force = held + (1.0 - held) * self._ellipticity(own, n, xp)
         return pulls * with_force + (1.0 - pulls) * slack
 
+    def _whole(self, n: Numbers) -> Any:
+        """1, or 0 once the film has failed and does not pull."""
+        return 0.5 + 0.5 * n["whole"] if self.pull_in == "snap" else 1.0
+
+    def _hump_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        return n["below_hump"] * (n["end_of_slack"] - n["A"] * (1.0 + x * x))
+
+    def _failure_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        _, _, _, pulls = self._at(x * x, squared, n, xp)
+        whole, below = 0.5 + 0.5 * n["whole"], 0.5 + 0.5 * n["below_hump"]
+        above = squared - n["limit_squared"]
+        fails = pulls + (1.0 - pulls) * (-below * above - (1.0 - below))
+        if self.pull_in == "memoryless":
+            returns = (1.0 - pulls) * (below * above + (1.0 - below)) - pulls
+        else:
+            held = pulls * (n["valley"] - n["A"] * (1.0 + x * x))
+            returns = (squared - n["valley_squared"]) * (1.0 - pulls + held)
+        return whole * fails + (1.0 - whole) * returns
+
     def _ellipticity(self, own: Local, n: Numbers, xp: Any) -> Any:
         """Positive as long as the meridional force of the hoop-slack film grows with a ring's length: h + 2 q dh/dq."""
         stiffening = self.law.stiffening(own.strain, n, xp)
@@ -249,13 +313,21 @@ class WrinklingCone(TautCone):
             "width_held": np.where(np.where(pulls > 0.0, held, slack_side) > 0.0, 1.0, -1.0),
             "pulls": np.where(pulls > 0.0, 1.0, -1.0),
             "crumpled": np.where(squared > n["crumpling_squared"], 1.0, -1.0),
+        } | (self._switches_after(xx, squared, n) if self.goes_on else {})
+
+    def _switches_after(self, xx: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+        return {
+            "below_hump": np.where(n["A"] * (1.0 + xx) < n["end_of_slack"], 1.0, -1.0),
+            "whole": np.where(self._gone(xx, squared, n), -1.0, 1.0),
         }
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
         place = np.arange(dwell.shape[1])
         negative = {name: (place >> k) & 1 == 1 for k, name in enumerate(switches)}
         held, pulls, crumpled = (~negative[name] for name in ("width_held", "pulls", "crumpled"))
-        places = (pulls & held, pulls & ~held, ~pulls & ~crumpled, ~pulls & crumpled)
+        places = [pulls & held, pulls & ~held, ~pulls & ~crumpled, ~pulls & crumpled]
+        if self.goes_on:
+            places = [where & ~negative["whole"] for where in places] + [negative["whole"]]
         return np.stack([dwell[:, which].sum(axis=1) for which in places], axis=1)
 
     def pull_in_kind(self, switches: Numbers) -> Any:
@@ -333,11 +405,11 @@ class WrinklingCone(TautCone):
             hoop_stress=stress(l2),
             true_field=np.abs(voltage) * np.sqrt(m * width),
             limit_share=strain / self.law.strain_limit(n),
-            kind=_place(x, m, width),
+            kind=np.where(np.isnan(m), len(STATES) if self.goes_on else -1, _place(x, m, width)),
         )
 
     def describe(self) -> str:
-        ends = "" if self.pull_in == "first" else "; its localisation is left out (study)"
+        ends = _STUDIES[self.pull_in]
         return f"wrinkling film: a homogeneous cone without compression; pull-in voltages are upper bounds{ends}"
 
     # --- statics -----------------------------------------------------------------------------------------------------
@@ -404,6 +476,17 @@ def _place(x: Any, m: Any, width: Any) -> Any:
         longer = m > (1.0 + np.square(x)) * (1.0 + ROUNDING)
         place = 2 * longer + (width > 1.0 + ROUNDING)
     return np.where(np.isnan(m), -1, place)
+
+
+def _valley(law: StrainEnergyLaw, n: Numbers, hump: Any) -> Any:
+    """The t of the minimum of Vb behind the hump; infinity if there is none."""
+    with np.errstate(all="ignore"):
+        limit = np.broadcast_to(law.strain_limit(n), np.shape(hump))
+        most = np.minimum(0.5 * (limit + 3.0), MOST_STRETCHED)
+        low, high = np.where(np.isinf(hump), most, hump) * (1.0 + ROUNDING), np.array(most, dtype=float)
+        # Vb falls from the hump to the valley and rises from there to the stretch limit
+        found = _bisected(lambda t: _crumpling_slope(law, t, n) > 0.0, low, high)
+    return np.where(np.isinf(hump) | (found >= most * (1.0 - ROUNDING)), np.inf, found)
 
 
 def _taken(n: Numbers, where: Any) -> dict[str, Any]:
