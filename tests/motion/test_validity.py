@@ -6,7 +6,7 @@ import pytest
 import gelcone
 from gelcone import ConeModel, Outcome
 from gelcone.motion.cycle import LONGEST_PERIOD, RETURNS
-from gelcone.motion.validity import BLOCKS, SAMPLES, SHARES, spread_over, validity, validity_variables
+from gelcone.motion.validity import BLOCKS, SAMPLES, SHARES, spread_over, unknown, validity, validity_variables
 from gelcone.presets import find_preset
 
 STILL = ConeModel(damping_ratio=0.5, spring_stiffness=2.0, voltage=1.0, drive_frequency=1.0, dielectric_strength=0.5)
@@ -85,14 +85,14 @@ def test_the_error_is_that_of_the_parts():
     assert np.isnan(validity(members, times, np.full_like(states, np.nan))[0]).all()
     assert validity(members, times, states)[0, SHARES.index("breakdown")] == 1.0
     expected = np.std(np.repeat([0.0, 1.0], BLOCKS // 2), ddof=1) / np.sqrt(BLOCKS)
-    assert validity(members, times, states)[0, -1] == pytest.approx(expected)
+    assert validity(members, times, states)[0, len(SHARES)] == pytest.approx(expected)
 
 
 def test_a_run_that_ends_by_pull_in_has_pulled_in():
-    found = np.zeros((3, len(SHARES) + 1))
-    found[2] = np.nan
+    found = unknown(3)
+    found[:2, : len(SHARES) + 1] = 0.0
     outcome = np.array([Outcome.OK, Outcome.PULLED_IN, Outcome.STRETCH_LIMIT])
-    share = validity_variables(found, outcome)["validity_pulled_in"][1]
+    share = validity_variables(found, outcome, ConeModel().system)["validity_pulled_in"][1]
     np.testing.assert_array_equal(share, [0.0, 1.0, np.nan])
 
 
