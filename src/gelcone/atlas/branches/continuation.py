@@ -333,7 +333,7 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
         "event_orbit": ((*at, "node", "state"), event_orbit, "states over one period at the event", "state"),
         "event_multiplier_real": ((*at, "multiplier"), event_multiplier.real, "real part", "multiplier"),
         "event_multiplier_imag": ((*at, "multiplier"), event_multiplier.imag, "imaginary part", "multiplier"),
-        **validity_variables(holds, np.zeros(whole.shape, dtype=np.int8), each, "orbit"),
+        **validity_variables(holds, np.zeros(whole.shape, dtype=np.int8), varied.plan.cone.system, each, "orbit"),
         **_run_variables(scale, runs),
         **_flag_variables(scale, checked.flags),
         "checked_cycles": ((), np.array(checked.cycles), "settled cycles looked for on the branches", "count"),
@@ -386,7 +386,7 @@ def _kept(shooting: Shooting) -> tuple[int, int]:
 
 
 def _extent(branch: Branch) -> tuple[Array, Array, Array]:
-    """Lowest and highest displacement of every orbit of a branch, each (points,), and `validity` (points, 5)."""
+    """Lowest and highest displacement of every orbit of a branch, each (points,), and `validity` (points, ...)."""
     shooting, points = branch.shooting, len(branch.points)
     n, samples = shooting.count, max(8, SAMPLES // shooting.segments)
     values = np.repeat([point.value for point in branch.points], n)
