@@ -7,9 +7,9 @@ spelling and size. Each runs in this process; one of a hundred in a process of i
 ``simulate`` and ``static``; the other commands stop where their work would begin, but for one of twenty, which is made
 small (`SMALL`). Files are the device files, results, films and stores of gelcone with bytes changed, cut and doubled.
 
-An input fails that raises anything but an error of the input, takes longer than 10 s of processor time or a minute in
-all, ends with another exit code than 0, 1 or 2, prints more than a line for each error, or calls a run ok that holds no
-number.
+An input fails that raises anything but an error of the input, takes longer than 10 s of processor time or two minutes
+in all, ends with another exit code than 0, 1 or 2, prints more than a line for each error, or calls a run ok that holds
+no number.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from unittest import mock
 
 LONGEST = 10.0
 """Processor time, in seconds."""
-PATIENCE = 60.0
+PATIENCE = 120.0
 IN_PROCESSES = 0.01
 COMPUTED = 0.05
 ALWAYS_COMPUTED = ("simulate", "static", "devices", "materials", "help", "init", "show")
@@ -152,6 +152,10 @@ class Failure:
 
     told: str
     arguments: tuple[str, ...]
+
+
+class TooLong(BaseException):
+    """An input has taken its time; no error of gelcone's own, which would be told in a line."""
 
 
 class Begun(Exception):
@@ -300,7 +304,7 @@ def try_line(arguments: list[str], *, own_process: bool = False, compute: bool =
     try:
         with _alarm():
             code, out, err = in_a_process(arguments) if own_process else in_process(arguments, compute)
-    except TimeoutError:
+    except TooLong:
         return "took too long"
     except BaseException as error:
         if isinstance(error, KeyboardInterrupt):
@@ -313,18 +317,21 @@ def try_line(arguments: list[str], *, own_process: bool = False, compute: bool =
 
 @contextlib.contextmanager
 def _alarm() -> Iterator[None]:
-    """`TimeoutError` after the longest time."""
+    """`TooLong` after the longest processor time, or after `PATIENCE`."""
 
     def ring(*_: object) -> None:
-        raise TimeoutError
+        raise TooLong
 
-    before = signal.signal(signal.SIGALRM, ring)
+    before = {number: signal.signal(number, ring) for number in (signal.SIGALRM, signal.SIGPROF)}
+    signal.setitimer(signal.ITIMER_PROF, LONGEST)
     signal.setitimer(signal.ITIMER_REAL, PATIENCE)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        for timer in (signal.ITIMER_PROF, signal.ITIMER_REAL):
+            signal.setitimer(timer, 0.0)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 # --- files ------------------------------------------------------------------------------------------------------------
@@ -380,7 +387,7 @@ def try_file(whole: Path, rng: random.Random) -> str:
             read(copy)
     except gelcone.InputError:
         return ""
-    except TimeoutError:
+    except TooLong:
         return "took too long"
     except Exception as error:
         return f"{type(error).__name__}: {error}\n{traceback.format_exc(limit=-4)}"

@@ -2,10 +2,12 @@
 
 import json
 import re
+import time
 
 import pytest
 
 import gelcone
+from tests.answers import answer
 
 COMMANDS = {
     "simulate": ["--periods", "10"],
@@ -46,6 +48,19 @@ def test_a_first_device_answers_in_its_own_words(command, command_line, device_f
 @pytest.mark.slow
 def test_the_window_of_a_first_device(command_line, device_file, tmp_path):
     check("envelope", command_line, tmp_path)
+
+
+@pytest.mark.slow
+def test_all_of_it_takes_less_than_a_minute_on_two_cores(command_line, device_file, tmp_path):
+    begun = time.process_time()
+    for command in COMMANDS:
+        check(command, command_line, tmp_path)
+    assert time.process_time() - begun < 120.0
+
+
+@pytest.mark.parametrize("command", ["devices", "materials"])
+def test_lists_are_answers_too(command, command_line):
+    assert answer(command_line(command, "--json")[1])["command"] == command
 
 
 def check(command, command_line, folder):
