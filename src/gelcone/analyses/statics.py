@@ -100,10 +100,11 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
     for i in range(member.sizes["constant_voltage"]):
         one = member.isel(constant_voltage=i)
         places = [f"{float(e['displacement']):.4g}{length} ({', '.join(_about(e))})" for e in _equilibria(member, i)]
+        yields = {"stroke": measured(one["stroke"]), "blocked force": measured(one["blocked_force"])}
+        told = [f"{name} {value}" for name, value in yields.items() if not value.startswith("nan")]
         lines.append(
             f"  {measured(one['constant_voltage'])}: rests at {', '.join(places) or 'nothing'}; "
-            f"stroke {float(one['stroke']):.4g}{length}, "
-            f"blocked force {float(one['blocked_force']):.4g}{unit_of(member['force'])}"
+            f"{', '.join(told) or 'beyond pull-in'}"
         )
     known = np.isfinite(member["validity_breakdown"]).any()
     return ["constant voltage:", *shortened(lines), *([] if known else [UNKNOWN_STRENGTH])]

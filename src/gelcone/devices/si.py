@@ -216,7 +216,11 @@ def in_device_words(message: str, device: Device) -> str:
     def time(found: re.Match[str]) -> str:
         return f"{found[1]}{format_si(float(found[2]) * float(np.ravel(scales.time)[0]), 's')}"
 
-    return _TIME.sub(time, _PLACE.sub(place, _NAMED.sub(said, message)))
+    def voltage(found: re.Match[str]) -> str:
+        return f"voltages = {format_si(float(found[1]) * float(np.ravel(scales.voltage)[0]), 'V')}"
+
+    said_so_far = _TIME.sub(time, _PLACE.sub(place, _NAMED.sub(said, message)))
+    return _DEFAULT.sub("", _VOLTAGES.sub(voltage, said_so_far))
 
 
 _NUMBER = r"(?P<number>[-+]?\d[\d.]*(?:e[-+]?\d+)?)"
@@ -227,6 +231,9 @@ _NAMED = re.compile(
 _TIME = re.compile(
     r"((?:transient|patience|budget|window) = |times: |comes after |time of at most )([-+]?\d[\d.]*(?:e[-+]?\d+)?)"
 )
+_VOLTAGES = re.compile(r"(?<![\w])voltages = ([-+]?\d[\d.]*(?:e[-+]?\d+)?)")
+_DEFAULT = re.compile(r"; its default is \S+$")
+"""The default of a parameter is dimensionless, and none of the device's."""
 _PLACE = re.compile(r"(initial displacement )([-+]?\d[\d.]*(?:e[-+]?\d+)?)")
 
 

@@ -82,7 +82,7 @@ def broken_by_film(
     films = (members.system.film, members.system.second)
     for film, voltage, state in zip(films, voltages, states, strict=False):
         assert film is not None
-        with np.errstate(over="ignore", invalid="ignore"):
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # at a stretch limit
             state = film.state(x, voltage, n) if state is None else state
             fails = {"near_limit": film.near_limit(x, voltage, n, NEAR_LIMIT)}
             fails |= _slack(film, state)

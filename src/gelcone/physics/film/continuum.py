@@ -318,7 +318,8 @@ def read_film(path: str | Path) -> ContinuumFilm:
     except (OSError, UnicodeDecodeError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(
-            f"{path}: cannot be read ({reason}); give a film that gelcone validate --fit wrote, taut or continuum"
+            f"{path}: cannot be read ({reason}); give a film that gelcone validate --fit wrote, taut, "
+            "wrinkling or continuum"
         ) from None
     return film_from_json(text, str(path))
 
