@@ -153,7 +153,7 @@ def test_a_subject_needs_no_command_line():
     assert device.initial[0] * device.device.scales.length == pytest.approx(5e-3)
     assert (device.starts, device.start, device.target) == (True, (0.005, 0.0), device.device)
     assert read_subject("soft-film").beginning is None
-    for setting in ("voltage=0.3", "waveform=sine", "material=x"):
+    for setting in ("voltage=0.3", "circuit=ideal", "material=x"):
         with pytest.raises(InputError, match=f"{setting.partition('=')[0]}"):
             read_subject("soft-film", settings=[setting])
     preset = read_subject(preset="base", settings=["damping_ratio=0.2"])
