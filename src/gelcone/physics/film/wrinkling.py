@@ -179,7 +179,7 @@ class WrinklingCone(TautCone):
         thinning = larger / (1.0 + larger)  # 1 - 1/(q n)
         strain = (A + B + G - 3.0) + A * xx + B * y - G * thinning
         compliance = self.law.compliance(strain, n, xp)
-        own = (B - G) - B * flatness + G * (2.0 * thinning - thinning * thinning)  # B/q - G/(q n)^2
+        own = ((B - G) + B * y + G * thinning) * (1.0 - thinning)  # (B n - r)/(q n)
         lead = (A - B) + B * (flatness - y + y * flatness)
         excess = own - squared * compliance
         return Local(y, flatness, G - G * thinning, compliance, strain, A + A * xx, B + B * y, lead, excess)
@@ -195,17 +195,11 @@ class WrinklingCone(TautCone):
         return np.where(self.local(plain(xx), plain(squared), 0.0, n).excess >= 0.0, 1.0, 0.0), None
 
     def _at(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Local, Any, Any, Any]:
-        """The film's own state, K s1/q, 1 where its width is held, and 1 where it pulls.
-
-        In a program a film that does not pull takes the width at which A q = B n: there K s1/q becomes ``excess``, and
-        rises through zero where the film begins to pull.
-        """
+        """The film's own state, K s1/q, 1 where its width is held, and 1 where it pulls."""
         held, pulls = self._switches(xx, squared, n, xp)
-        even = 0.0 if pulls is None else (1.0 - held) * (1.0 - pulls)
 
         def residual(y: Any, xx: Any, squared: Any) -> Any:
-            slack = (1.0 - held - even) * self.local(xx, squared, y, n, xp).excess
-            return (held + even) * y + slack - even * ((n["A"] - n["B"]) / n["B"] + (n["A"] / n["B"]) * xx)
+            return held * y + (1.0 - held) * self.local(xx, squared, y, n, xp).excess
 
         name = f"natural width, {n['width_held'].value}" if traced(xp) else "natural width"
         if xp is np and np.all(held):  # the root of all is 0
@@ -213,7 +207,7 @@ class WrinklingCone(TautCone):
         else:
             y = root(xp, name, residual, (xx, squared))
         own = self.local(xx, squared, y, n, xp)
-        pull = own.lead + (held + even) * own.excess  # n = 1 where the width is held; elsewhere the excess is zero
+        pull = own.lead + held * own.excess  # n = 1 where the width is held; elsewhere the excess is zero
         if pulls is None:
             pulls = np.where(plain(pull) > 0.0, 1.0, 0.0)
         return own, pull, held, pulls
