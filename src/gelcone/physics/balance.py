@@ -242,7 +242,9 @@ def equilibria_of(balance: StaticBalance, squared: float) -> list[Equilibrium]:
         found |= {fold: False for _, fold in segments[:-1] if same_squared(float(balance.squared(fold)), squared)}
     if balance.flat and squared < balance.highest_squared:
         at_pitchfork = same_squared(float(balance.squared(0.0)), squared)
-        found[0.0] = _rises(balance, balance.segments[1][0]) if at_pitchfork else bool(balance.squared(0.0) > squared)
+        beside = 0.5 * float(sum(balance.segments[1][0]))
+        # the force and not the slope of w: a film that w makes slack has none
+        found[0.0] = bool((balance.force(beside, squared) if at_pitchfork else balance.squared(0.0) - squared) > 0.0)
     return [Equilibrium(x, float(balance.slope(x, squared)), found[x]) for x in sorted(found)]
 
 
