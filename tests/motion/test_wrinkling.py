@@ -13,6 +13,7 @@ from gelcone.devices.device import find_device
 from gelcone.errors import InputError
 from gelcone.motion.engine import backend
 from gelcone.motion.engine import compile as compiler
+from gelcone.motion.engine.interruptions import border_events, switches_at
 from gelcone.motion.engine.program import Program
 from gelcone.motion.flow import integrate
 from gelcone.motion.validity import ASSUMPTIONS
@@ -233,8 +234,10 @@ def test_numbers_have_the_same_bits_on_every_width_and_processor():
     model, initial = random_films(24)
     members, times = model.members(), np.linspace(0.0, 20.0, 5)
     program = backend._program(members.system, "states", 1e-10)
-    numbers = backend._numbers(members, initial, np.zeros(24))
-    events = [backend._event(b, members.system.film_voltage, members.system.split) for b in members.system.film.borders]
+    start = np.zeros(24)
+    numbers = {name: members.number(name) for name in members.system.numbers}
+    numbers |= switches_at(members.system, start, initial, numbers)
+    events = border_events(members.system)
     haswell = compiler.Machine(compiler.host().triple, "haswell", "")
     raw = program.run(numbers, initial, 0.0, np.tile(times, (24, 1)))
     assert 1 < (raw.status > 0).sum() < 20

@@ -1,56 +1,65 @@
-"""Where a function of one number changes sign, to rounding. (SciPy's solvers take half a second to import.)"""
+"""Where functions change sign, to rounding: Chandrupatla's method (Adv. Eng. Softw. 28 (1997) 145), inverse quadratic
+interpolation where that is safe, else bisection. (SciPy's solvers take half a second to import, and solve one by one.)
+"""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import SupportsFloat
+from typing import Any, SupportsFloat
 
+import numpy as np
+
+RESOLVED = 2.0 * sys.float_info.epsilon
+"""Share of a root within which its bracket ends."""
 MOST_STEPS = 2000
 """More than bisection takes from the largest double to the smallest."""
 
 
+def rise(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
+    """Where ``function`` of an array rises through zero between ``low`` and ``high`` (arrays of one shape); the end
+    where it does not. It may jump and be infinite. Each element goes its own way."""
+    a, b = np.array(low, dtype=float), np.array(high, dtype=float)  # a bracket, a its newer end
+    with np.errstate(all="ignore"):
+        of_a, of_b = function(a), function(b)
+        found = np.where(of_a >= 0.0, a, b)
+        open_ = np.logical_and(of_a < 0.0, of_b > 0.0)
+        share = np.full(a.shape, 0.5)
+        for _ in range(MOST_STEPS):
+            if not open_.any():
+                break
+            x = a + share * (b - a)
+            of_x = function(x)
+            same = np.sign(of_x) == np.sign(of_a)
+            c, of_c = np.where(same, a, b), np.where(same, of_a, of_b)
+            b, of_b = np.where(same, b, a), np.where(same, of_b, of_a)
+            a, of_a = x, of_x
+            best = np.where(np.abs(of_a) < np.abs(of_b), a, b)
+            found = np.where(open_, best, found)
+            least = (RESOLVED * np.abs(best) + sys.float_info.min) / np.abs(b - a)
+            open_ = open_ & (least <= 0.5) & (of_x != 0.0)
+            # the inverse quadratic through the three points where it is monotone, else the middle
+            place, height = (a - b) / (c - b), (of_a - of_b) / (of_c - of_b)
+            monotone = (height * height < place) & ((1.0 - height) ** 2 < 1.0 - place)
+            quadratic = of_a / (of_b - of_a) * of_c / (of_b - of_c)
+            quadratic = quadratic + (c - a) / (b - a) * of_a / (of_c - of_a) * of_b / (of_c - of_b)
+            taken = monotone & np.isfinite(quadratic)
+            share = np.where(taken, np.clip(quadratic, least, 1.0 - least), 0.5)
+    return found[()]
+
+
 def sign_change(function: Callable[[float], SupportsFloat], a: float, b: float) -> float:
-    """A point between ``a`` and ``b``, at which ``function`` has different signs, where it changes sign.
+    """A point between ``a`` and ``b``, at which ``function`` of one number has different signs, where it changes sign.
 
-    Inverse quadratic interpolation where that is safe, else bisection (Chandrupatla 1997, Advances in Engineering
-    Software 28, 145), until the point is known to a few units in the last place; a jump or an infinite value does not
-    matter. Raises `ArithmeticError` for a value that is no number, and where the signs at the ends are equal.
+    Raises `ArithmeticError` for a value that is no number, and where the signs at the ends are equal.
     """
-    near, near_value = a, _number(function, a)
-    across, across_value = b, _number(function, b)
-    if near_value == 0.0 or across_value == 0.0:
-        return near if near_value == 0.0 else across
-    if (near_value > 0.0) == (across_value > 0.0):
+    of_a, of_b = _number(function, a), _number(function, b)
+    if of_a == 0.0 or of_b == 0.0:
+        return a if of_a == 0.0 else b
+    if (of_a > 0.0) == (of_b > 0.0):
         raise ArithmeticError(f"the function has one sign at {a!r} and {b!r}")
-    share = 0.5
-    for _ in range(MOST_STEPS):
-        at = near + share * (across - near)
-        value = _number(function, at)
-        if (value > 0.0) == (near_value > 0.0):
-            old, old_value = near, near_value
-        else:
-            old, old_value = across, across_value
-            across, across_value = near, near_value
-        near, near_value = at, value
-        best = near if abs(near_value) < abs(across_value) else across
-        width = abs(across - near)
-        error = 2.0 * sys.float_info.epsilon * abs(best) + sys.float_info.min
-        if near_value == 0.0 or error > 0.5 * width:
-            return near if near_value == 0.0 else best
-        share = _next_share(near, across, old, near_value, across_value, old_value)
-        share = min(max(share, error / width), 1.0 - error / width)
-    return best
-
-
-def _next_share(a: float, b: float, c: float, fa: float, fb: float, fc: float) -> float:
-    """The share of the way from ``a`` to ``b`` where inverse quadratic interpolation puts the root, if that is safe,
-    else a half."""
-    xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
-    if not (phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi):
-        return 0.5
-    share = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-    return share if 0.0 < share < 1.0 else 0.5
+    sign = -1.0 if of_a > 0.0 else 1.0
+    return float(rise(lambda x: sign * _number(function, float(x)), a, b))
 
 
 def _number(function: Callable[[float], SupportsFloat], at: float) -> float:

@@ -1,4 +1,4 @@
-"""Numbers that an equation gives: roots for which there is no formula, for arrays and for their exact derivatives.
+"""Numbers that an equation gives: roots for which there is no formula, with their exact derivatives.
 
 A compiled program solves the equation inside of each step; arrays are solved here.
 """
@@ -15,8 +15,6 @@ from gelcone.physics.dual import Dual, Functions, derivative, plain
 ENOUGH = 1e-9
 """Newton's method squares its error: a correction by this share of the root leaves none that doubles hold."""
 MOST_STEPS = 60
-RESOLVED = 2.0**-51
-"""Share of a root within which its bracket ends."""
 
 Residual = Callable[..., Any]
 """The residual as a function of the root and of what else it depends on."""
@@ -69,36 +67,3 @@ def _with_derivatives(xp: Any, name: str, residual: Residual, at: Sequence[Any])
         return y
     slope = derivative(lambda own, _: residual(own, *values), y)
     return Dual(y, [0.0 if isinstance(part, float) and part == 0.0 else -part / slope for part in change.parts])
-
-
-def rise(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
-    """Where ``function`` of an array rises through zero between ``low`` and ``high`` (arrays of one shape); the end
-    where it does not. It may be infinite. Chandrupatla, Adv. Eng. Softw. 28 (1997) 145; each element goes its own way.
-    """
-    a, b = np.array(low, dtype=float), np.array(high, dtype=float)  # a bracket, b its newer end
-    with np.errstate(all="ignore"):
-        of_a, of_b = function(a), function(b)
-        found = np.where(of_a >= 0.0, a, b)
-        open_ = (of_a < 0.0) & (of_b > 0.0)
-        share = np.full(a.shape, 0.5)
-        for _ in range(MOST_STEPS):
-            if not open_.any():
-                break
-            x = a + share * (b - a)
-            of_x = function(x)
-            same = np.sign(of_x) == np.sign(of_a)
-            c, of_c = np.where(same, a, b), np.where(same, of_a, of_b)
-            b, of_b = np.where(same, b, a), np.where(same, of_b, of_a)
-            a, of_a = x, of_x
-            best = np.where(np.abs(of_a) < np.abs(of_b), a, b)
-            found = np.where(open_, best, found)
-            least = RESOLVED * np.abs(best) / np.abs(b - a)
-            open_ = open_ & (least <= 0.5) & (of_x != 0.0)
-            # the inverse quadratic through the three points where it is monotone, else the middle
-            place, height = (a - b) / (c - b), (of_a - of_b) / (of_c - of_b)
-            monotone = (height * height < place) & ((1.0 - height) ** 2 < 1.0 - place)
-            quadratic = of_a / (of_b - of_a) * of_c / (of_b - of_c)
-            quadratic = quadratic + (c - a) / (b - a) * of_a / (of_c - of_a) * of_b / (of_c - of_b)
-            taken = monotone & np.isfinite(quadratic)
-            share = np.where(taken, np.clip(quadratic, least, 1.0 - least), 0.5)
-    return found[()]

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, FilmPullIn, Outcome
-from gelcone.motion.engine.events import Event
+from gelcone.motion.engine.interruptions import border_events, corner_numbers, corner_times, switches_at
 from gelcone.motion.engine.program import ARRIVED, NOT_FINITE, TERMINAL_EVENT, TOO_MANY_STEPS, Program, Raw
 from gelcone.motion.job import Job, Keep, Trajectories
-from gelcone.physics.component import Numbers
-from gelcone.physics.drive import CORNER, SIDE
-from gelcone.physics.film.film import Border
 from gelcone.physics.members import Members
 from gelcone.physics.system import ConeSystem
 from gelcone.progress import Progress, Stopped, Watch
@@ -42,16 +37,18 @@ class EngineBackend:
         smallest = smallest_step(members)
         with _compiling:
             program = _program(members.system, job.keep, job.tolerance)
+        system, states, start, times = members.system, job.states0[run], job.start[run], job.times[run]
+        numbers = {name: members.number(name) for name in system.numbers}
         raw = program.run(
-            _numbers(members, job.states0[run], job.start[run]),
-            job.states0[run],
-            job.start[run],
-            job.times[run],
+            numbers | switches_at(system, start, states, numbers),
+            states,
+            start,
+            times,
             smallest_step=smallest,
             most_steps=STEPS_PER_CALL * np.ceil(np.maximum(job.gaps[run].sum(axis=1) * members.rate / CALL_SPAN, 1.0)),
             threads=threads,
             report=progress,
-            corners=_corners(members, job.start[run], job.times[run, -1]),
+            corners=corner_times(system, start, times[:, -1], numbers),
             stopped=None if watch is None else watch.stop.is_set,
         )
         if watch is not None and watch.stop.is_set():
@@ -61,42 +58,7 @@ class EngineBackend:
 
 @lru_cache(maxsize=MOST_PROGRAMS)
 def _program(system: ConeSystem, keep: Keep, tolerance: float) -> Program:
-    events = [_event(border, system.film_voltage, system.split) for border in system.film.borders]
-    if system.second is not None:
-        events += [_event(border, system.second_voltage, system.split_second) for border in system.second.borders]
-    corners: dict[str, Any] = {"corner_switch": SIDE, "corner_time": CORNER} if system.waveform.corners else {}
-    return Program(system, keep, tolerance, events, **corners)
-
-
-def _corners(members: Members, start: Array, end: Array) -> Array | None:
-    """The times between at which the drive is not smooth, (members, corners); None where it is smooth throughout."""
-    waveform = members.system.waveform
-    return waveform.corners_between(start, end, members.numbers()).later if waveform.corners else None
-
-
-def _event(border: Border, voltage_of: Callable[..., Any], split: Callable[..., Any]) -> Event:
-    """A border of a film as an event of the program."""
-
-    def value(time: Any, state: Sequence[Any], n: Numbers, xp: Any) -> Any:
-        voltage = voltage_of(time, state, n, xp)
-        return border.value(state[0], voltage * voltage, split(state)[0], n, xp)
-
-    return Event(value, direction=-1, switch=border.switch, inside=True, smooth=not border.jumps, seldom=border.seldom)
-
-
-def _numbers(members: Members, states: Array, start: Array) -> dict[str, Array]:
-    """The numbers of the members, with the switches that their states at ``start`` give."""
-    system, at = members.system, (start[:, None], states[:, None])
-    numbers = {name: members.number(name) for name in system.numbers}
-    own: dict[str, Array] = {}
-    if system.film.borders:
-        own |= system.film.switches(states[:, 0], np.square(members.film_voltage(*at)[:, 0]), numbers)
-    if system.second is not None and system.second.borders:
-        own |= system.second.switches(states[:, 0], np.square(members.second_voltage(*at)[:, 0]), numbers)
-    if system.waveform.corners:
-        there = system.waveform.corners_between(start, start, numbers)
-        own |= {SIDE: there.side, CORNER: there.passed}
-    return numbers | own
+    return Program(system, keep, tolerance, border_events(system), **corner_numbers(system))
 
 
 def _longest_first(job: Job) -> npt.NDArray[np.intp]:

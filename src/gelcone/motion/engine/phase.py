@@ -16,9 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.motion.engine.differentiate import Sensitivities
-from gelcone.motion.engine.program import ARRIVED, Event, Program, Rerun
-from gelcone.physics.drive import CORNER, SIDE
-from gelcone.physics.film.film import Border
+from gelcone.motion.engine.interruptions import border_events, corner_numbers, corner_times, switches_at
+from gelcone.motion.engine.program import ARRIVED, Program, Rerun
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
@@ -87,11 +86,8 @@ class PhaseProgram:
     def __init__(self, system: ConeSystem, moved: tuple[tuple[str, ...], ...], tolerance: float) -> None:
         phase = PhaseSystem(system, moved)
         carried: Any = Sensitivities(phase, (*phase.initial, *phase.shares))
-        events = [_event(border, phase, system.film_voltage, system.split) for border in system.film.borders]
-        if system.second is not None:
-            second = system.second_voltage, system.split_second
-            events += [_event(border, phase, *second) for border in system.second.borders]
-        corners: dict[str, Any] = {"corner_switch": SIDE, "corner_time": CORNER} if system.waveform.corners else {}
+        events = border_events(system, lambda numbers: phase.own(numbers) | _BY_PHASE)
+        corners = corner_numbers(system)
         self._program = Program(carried, "states", tolerance, events, **corners)
         self._system = system
         self.numbers = phase.numbers
@@ -101,21 +97,11 @@ class PhaseProgram:
     def switches_at(self, phases: Array, states: Array, numbers: Mapping[str, Any]) -> dict[str, Array]:
         """The switches of the films at ``phases`` (members,) and ``states`` (members, N), 1 or -1, by name; and what a
         waveform with corners has there."""
-        system, z, own = self._system, list(states.T), dict(numbers) | {"drive_frequency": 1.0}
-        found: dict[str, Any] = {}
-        if system.film.borders:
-            found |= system.film.switches(states[:, 0], np.square(system.film_voltage(phases, z, own)), numbers)
-        if system.second is not None and system.second.borders:
-            found |= system.second.switches(states[:, 0], np.square(system.second_voltage(phases, z, own)), numbers)
-        if system.waveform.corners:
-            there = system.waveform.corners_between(phases, phases, _BY_PHASE)
-            found |= {SIDE: there.side, CORNER: there.passed}
-        return {name: np.broadcast_to(np.asarray(found[name], dtype=float), phases.shape) for name in self.switches}
+        found = switches_at(self._system, phases, states, dict(numbers) | _BY_PHASE)
+        return {name: found[name] for name in self.switches}
 
     def _corners(self, start: Array, end: Array) -> Array | None:
-        """The phases between at which the drive is not smooth, (members, corners)."""
-        waveform = self._system.waveform
-        return waveform.corners_between(start, end, _BY_PHASE).later if waveform.corners else None
+        return corner_times(self._system, start, end, _BY_PHASE)
 
     def again(self, start: Array, end: Array) -> Rerun:
         """The same run, from phases ``start`` to ``end`` (members,), to be repeated with other numbers and states."""
@@ -145,17 +131,6 @@ class PhaseProgram:
             stopped=stopped,
         )
         return raw.states[:, 0], raw.status == ARRIVED, int(raw.steps.sum())
-
-
-def _event(border: Border, system: PhaseSystem, voltage_of: Callable[..., Any], split: Callable[..., Any]) -> Event:
-    """A border of a film as an event over the phase. The rates are continuous there, so that tangent maps go on."""
-
-    def value(phase: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> Any:
-        own = system.own(n) | {"drive_frequency": 1.0}
-        voltage = voltage_of(phase, state, own, xp)
-        return border.value(state[0], voltage * voltage, split(state)[0], own, xp)
-
-    return Event(value, direction=-1, switch=border.switch, inside=True, smooth=not border.jumps, seldom=border.seldom)
 
 
 @lru_cache(maxsize=MOST_PROGRAMS)

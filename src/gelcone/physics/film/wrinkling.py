@@ -27,7 +27,7 @@ is zero.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -36,11 +36,12 @@ import numpy as np
 
 from gelcone.codes import FilmPullIn
 from gelcone.errors import unknown_name
+from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.dual import plain
 from gelcone.physics.film.film import Border, Film, FilmState
 from gelcone.physics.film.taut import TautCone, check_prestretch_mode
-from gelcone.physics.implicit import rise, root, traced
+from gelcone.physics.implicit import root, traced
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.quantity import Array
 
@@ -58,7 +59,6 @@ NEVER = 1e30
 MOST_STRETCHED = 1e4
 """Largest squared stretch at which the hump of a law without stretch limit is looked for."""
 GRID = 2000
-BISECTIONS = 60
 
 
 _STUDIES = {
@@ -420,11 +420,11 @@ class WrinklingCone(TautCone):
             taut = super().balancing(x, wanted, n)
             widest = np.maximum(n["A"] * (1.0 + xx) / n["B"] - 1.0, 0.0)
 
-            def weaker(y: Any) -> Any:
+            def weakness(y: Any) -> Any:
                 own = self.local(xx, 0.0, y, n)
-                return (own.lead <= wanted * own.compliance) & (own.compliance > 0.0)
+                return np.where(own.compliance > 0.0, wanted * own.compliance - own.lead, -1.0)
 
-            own = self.local(xx, 0.0, _bisected(weaker, np.zeros_like(widest), widest), n)
+            own = self.local(xx, 0.0, rise(weakness, np.zeros_like(widest), widest), n)
             held = self.local(xx, taut, 0.0, n).excess >= 0.0
         return (np.where(held, taut, own.excess / own.compliance) - STEEP * np.minimum(pull, 0.0))[()]
 
@@ -445,12 +445,12 @@ class WrinklingCone(TautCone):
         def at(y: Any) -> Local:
             return self.local(xx, 0.0, y, n)
 
-        def localised(y: Any) -> Any:
+        def localisation(y: Any) -> Any:
             own = at(y)
-            return (self._ellipticity(own, n, np) < 0.0) | (own.compliance <= 0.0)
+            return np.where(own.compliance > 0.0, -self._ellipticity(own, n, np), np.inf)
 
-        last = localised(widest)
-        own = at(_bisected(localised, np.zeros_like(widest), widest))
+        last = localisation(widest) > 0.0
+        own = at(rise(localisation, np.zeros_like(widest), widest))
         found = (widest > 0.0) & last & (own.compliance > 0.0)
         return np.where(found, own.excess / own.compliance, np.inf)  # the V that makes the hoop stress 0
 
@@ -479,23 +479,12 @@ def _valley(law: StrainEnergyLaw, n: Numbers, hump: Any) -> Any:
         most = np.minimum(0.5 * (limit + 3.0), MOST_STRETCHED)
         low, high = np.where(np.isinf(hump), most, hump) * (1.0 + ROUNDING), np.array(most, dtype=float)
         # Vb falls from the hump to the valley and rises from there to the stretch limit
-        found = _bisected(lambda t: _crumpling_slope(law, t, n) > 0.0, low, high)
+        found = rise(lambda t: _crumpling_slope(law, t, n), low, high)
     return np.where(np.isinf(hump) | (found >= most * (1.0 - ROUNDING)), np.inf, found)
 
 
 def _taken(n: Numbers, where: Any) -> dict[str, Any]:
     return {name: value[where] for name, value in n.items()}
-
-
-def _bisected(beyond: Callable[[Any], Any], low: Any, high: Any) -> Any:
-    """Where ``beyond`` begins to hold between ``low`` and ``high``; ``high`` if nowhere."""
-    if not np.any(low < high):
-        return high
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        past = beyond(middle)
-        low, high = np.where(past, low, middle), np.where(past, middle, high)
-    return high
 
 
 def _crumpling(law: StrainEnergyLaw, t: Any, n: Numbers) -> Any:
@@ -535,10 +524,7 @@ def _humps(law: StrainEnergyLaw, names: tuple[str, ...], rows: bytes, count: int
         first = np.argmax(falls, axis=1)
         low = np.where(first > 0, np.take_along_axis(t, np.maximum(first - 1, 0)[:, None], 1)[:, 0], 1.0)
         high = np.take_along_axis(t, first[:, None], 1)[:, 0]
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            falling = _crumpling_slope(law, middle[:, None], numbers)[:, 0] < 0.0
-            low, high = np.where(falling, low, middle), np.where(falling, middle, high)
-    found = np.where(falls.any(axis=1), high, np.inf)
+        turning = rise(lambda t: -_crumpling_slope(law, t[:, None], numbers)[:, 0], low, high)
+    found = np.where(falls.any(axis=1), turning, np.inf)
     found.flags.writeable = False
     return found
