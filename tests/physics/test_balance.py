@@ -50,7 +50,7 @@ def one(model):
 
 
 def displacements(balance, squared):
-    return [e.displacement for e in equilibria_of(balance, squared)]
+    return [e.displacement for e in equilibria_of(balance, np.array([squared]))[0]]
 
 
 # --- the closed forms of the cone with a spring -----------------------------------------------------------------------
@@ -94,12 +94,12 @@ def test_the_wells_of_a_neo_hookean_cone_by_hand():
     """kappa + 1 - 1/q^2 = V: x = +-sqrt(1/sqrt(1 + kappa - V) - 1) for kappa < V < kappa + 1, and the flat film."""
     balance = one(ConeModel(law="neo-hookean", spring_stiffness=0.7))
     for squared in (0.0, 0.5, 0.7 * (1.0 - 1e-9)):
-        (flat,) = equilibria_of(balance, squared)
+        (flat,) = equilibria_of(balance, np.array([squared]))[0]
         assert flat.displacement == 0.0
         assert flat.stable
         assert flat.slope == pytest.approx(0.7 - squared, abs=1e-15)
     for squared in (0.71, 1.2, 1.69):
-        lower, flat, upper = equilibria_of(balance, squared)
+        lower, flat, upper = equilibria_of(balance, np.array([squared]))[0]
         well = math.sqrt(1.0 / math.sqrt(1.7 - squared) - 1.0)
         assert (lower.displacement, upper.displacement) == pytest.approx((-well, well), rel=1e-12)
         assert (lower.stable, flat.stable, upper.stable) == (True, False, True)
@@ -128,7 +128,7 @@ def test_an_ensemble_has_a_balance_for_each_member_in_its_order():
 def test_members_that_reach_nothing_are_refused_only_together():
     model = ConeModel(prestretch=[1.0, 2.0], stretch_limit=0.5)
     assert [b.reachable for b in balances_of(model)] == [True, False]
-    assert equilibria_of(balances_of(model)[1], 0.1) == []
+    assert equilibria_of(balances_of(model)[1], np.array([0.1]))[0] == []
     with pytest.raises(InputError, match="must exceed the smallest I1 - 3"):
         balances_of(model.take([1]))
     assert not every_balance(model.take([1]))[0].reachable
@@ -144,7 +144,7 @@ def wells(k1=-0.8, k3=0.5):
 @pytest.mark.parametrize("squared", [0.0, 0.3, 2.5])
 def test_the_wells_of_a_cubic_bias_by_hand(squared):
     """x (k1 - V + k3 x^2) = 0, on a film that resists nothing: 0 and +-sqrt((V - k1)/k3)."""
-    lower, flat, upper = equilibria_of(one(wells()), squared)
+    lower, flat, upper = equilibria_of(one(wells()), np.array([squared]))[0]
     well = math.sqrt((squared + 0.8) / 0.5)
     assert (lower.displacement, flat.displacement, upper.displacement) == pytest.approx((-well, 0.0, well), rel=1e-12)
     assert (lower.stable, flat.stable, upper.stable) == (True, False, True)
@@ -156,7 +156,7 @@ def test_the_wells_of_a_cubic_bias_by_hand(squared):
 
 def test_an_equilibrium_on_its_pitchfork_counts_once():
     balance = one(wells(k1=0.6))
-    (flat,) = equilibria_of(balance, 0.6)
+    (flat,) = equilibria_of(balance, np.array([0.6]))[0]
     assert flat.displacement == 0.0
     assert flat.stable  # the cubic stiffness holds it
     assert displacements(balance, 0.6 + 1e-6) == pytest.approx([-math.sqrt(2e-6), 0.0, math.sqrt(2e-6)], rel=1e-6)
@@ -179,7 +179,7 @@ def test_a_fold_by_hand():
     assert voltage == pytest.approx(math.sqrt(0.5), rel=1e-12)
     assert before == pytest.approx(math.sqrt(2.0), rel=1e-7)
     assert beyond == math.inf
-    inner = [e for e in equilibria_of(balance, 0.25) if e.displacement > 0.0]
+    inner = [e for e in equilibria_of(balance, np.array([0.25]))[0] if e.displacement > 0.0]
     assert [e.displacement**2 for e in inner] == pytest.approx([1.0, 3.0], rel=1e-12)  # -0.5 + s - s^2/4 = 0.25
     assert [e.stable for e in inner] == [True, False]
     (left,) = {abs(x) for x in displacements(balance, 0.5) if x != 0.0}
@@ -256,7 +256,7 @@ def test_a_film_that_pushes_the_disc_by_itself_is_not_flat_at_any_voltage():
     assert not balance.flat
     assert balance.lifted
     for squared, x, stable in ((0.0, 0.2, True), (0.1, 0.25, True), (0.7, -0.5, False)):
-        (found,) = equilibria_of(balance, squared)
+        (found,) = equilibria_of(balance, np.array([squared]))[0]
         assert found.displacement == pytest.approx(x, rel=1e-12)
         assert found.stable == stable
     assert rest_of(balance, None) == pytest.approx(0.2, rel=1e-12)

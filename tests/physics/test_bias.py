@@ -205,7 +205,7 @@ def test_a_weight_lowers_a_sprung_disc_by_m_g_over_k():
 def test_a_buckled_beam_alone_has_two_wells():
     model = without_film("beam", beam_stiffness=-0.8, beam_cubic=0.5, beam_height=0.3)
     (balance,) = balances_of(model)
-    found = equilibria_of(balance, 0.0)
+    found = equilibria_of(balance, np.array([0.0]))[0]
     well = np.sqrt(0.8 / 0.5)
     np.testing.assert_allclose([e.displacement for e in found], [0.3 - well, 0.3, 0.3 + well], rtol=1e-13)
     np.testing.assert_allclose([e.slope for e in found], [1.6, -0.8, 1.6], rtol=1e-12)

@@ -260,7 +260,7 @@ def test_no_equilibrium_is_missed():
         )
         (balance,) = balances_of(model)
         for voltage in rng.uniform(0.0, 2.0, 3):
-            found = balance.equilibria(voltage**2)
+            found = balance.equilibria(np.array([voltage**2]))[0]
             expected = brute_force(model, voltage)
             np.testing.assert_allclose([e.displacement for e in found], expected, atol=2e-4)
             assert all(abs(model.force(e.displacement, voltage)) < 1e-11 for e in found)
@@ -334,11 +334,11 @@ def test_a_pair_of_wrinkling_films_that_both_go_slack_is_held_by_nothing_in_betw
     """Where both are slack no force acts: one equilibrium stands for the whole stretch, and it is not stable."""
     model = double(film="wrinkling", second_film="wrinkling")
     (balance,) = balances_of(model)
-    (found,) = balance.equilibria(0.8**2)
+    (found,) = balance.equilibria(np.array([0.8**2]))[0]
     assert float(model.force(found.displacement, 0.8)) == 0.0
     assert found.displacement == pytest.approx(0.5, abs=0.01)
     assert not found.stable
-    (tight,) = balance.equilibria(0.3**2)
+    (tight,) = balance.equilibria(np.array([0.3**2]))[0]
     assert tight.displacement == pytest.approx(0.5, abs=1e-12)
     assert tight.stable
 
@@ -347,7 +347,7 @@ def test_a_ramp_passes_the_voltage_at_which_a_film_begins_to_wrinkle():
     """There the stiffness jumps; the ramp ends where the film loses its tension or pulls in, far beyond."""
     model = double("opposite", film="wrinkling", second_film="wrinkling", voltage_bias=0.4)
     (balance,) = balances_of(model)
-    (rest,) = balance.equilibria(0.0)
+    (rest,) = balance.equilibria(np.zeros(1))[0]
     place, losses = balance.along_ramp(rest.displacement, np.array([0.01, 0.09, 0.25]))
     np.testing.assert_array_equal(losses, 0)
     np.testing.assert_allclose(model.force(place, np.array([0.1, 0.3, 0.5])), 0.0, atol=1e-12)

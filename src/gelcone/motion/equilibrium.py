@@ -33,7 +33,7 @@ from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.pair import PairBalance
 from gelcone.physics.second import PREFIX
 from gelcone.physics.statics import balances_of, every_balance
-from gelcone.progress import Counted, Progress, weighted
+from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -80,7 +80,10 @@ def static(
     levels = np.unique(model.voltage) if voltages is None else _voltages(voltages)
     balances = balances_of(model)
     counted = Counted(progress)
-    found = [_equilibria(balance, levels, weighted(counted, 0.7 / len(balances))) for balance in balances]
+    found = []
+    for balance in balances:
+        found.append(balance.equilibria(levels**2))
+        counted(0.7 / len(balances))
     x = _force_range(balances, found) if displacements is None else _wanted(displacements, balances)
     squared = levels[:, None] ** 2
     force = np.stack([np.where(balance.inside(x), balance.force(x, squared), np.nan) for balance in balances])
@@ -116,16 +119,6 @@ def static(
     counted.finish()
     options = json.loads(result.attrs["options"]) | {"voltages": None if voltages is None else levels.tolist()}
     return _with_flags(result.assign_attrs(options=json.dumps(options)))
-
-
-def _equilibria(balance: StaticBalance | PairBalance, levels: Array, progress: Progress) -> list[list[Equilibrium]]:
-    """The equilibria of one actuator at each voltage."""
-    found = []
-    for v in levels:
-        found.append(balance.equilibria(v * v))
-        if progress is not None:
-            progress(1.0 / levels.size)
-    return found
 
 
 def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: Array) -> xr.Dataset:

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.physics.bracket import sign_change
+from gelcone.physics.bracket import sign_change, sign_changes
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
@@ -121,12 +121,12 @@ class StaticBalance:
         """F(x, V)."""
         with np.errstate(all="ignore"):
             # an array even of one number: the root of a negative float would be complex
-            return self.system.static_force(np.asarray(x, dtype=float), np.float64(squared), self.n)[0]
+            return self.system.static_force(np.asarray(x, dtype=float), np.asarray(squared, dtype=float), self.n)[0]
 
     def slope(self, x: Any, squared: Any) -> Any:
         """dF/dx."""
         with np.errstate(all="ignore"):
-            return self.system.static_force(np.asarray(x, dtype=float), np.float64(squared), self.n)[1]
+            return self.system.static_force(np.asarray(x, dtype=float), np.asarray(squared, dtype=float), self.n)[1]
 
     def voltage_force(self, x: Any, squared: Any) -> Any:
         """What the voltage takes from the force."""
@@ -150,8 +150,8 @@ class StaticBalance:
                 squared = np.clip(self.squared(x), 0.0, NEAR_PULL_IN * highest)
             return self.system.film.turning(x, squared, self.n) + self.system.bias.turning(x, self.n)
 
-    def equilibria(self, squared: float) -> list[Equilibrium]:
-        """All equilibria at v^2, in the order of x."""
+    def equilibria(self, squared: Array) -> list[list[Equilibrium]]:
+        """All equilibria at each v^2, (levels,), in the order of x."""
         return equilibria_of(self, squared)
 
     def first_loss(self, rest: float) -> tuple[float, PullIn, float, float]:
@@ -204,24 +204,30 @@ def _rises(balance: StaticBalance, segment: tuple[float, float]) -> bool:
     return bool(middle * balance.turning(middle) > 0.0)
 
 
-def root_on_segment(balance: StaticBalance, squared: float, segment: tuple[float, float]) -> float | None:
-    """The x of a segment with w(x) = v^2, None if there is none inside it."""
+def roots_on_segment(balance: StaticBalance, squared: Array, segment: tuple[float, float]) -> Array:
+    """The x of a segment with w(x) = v^2 for each v^2, (levels,); NaN where there is none inside it."""
 
-    def excess(x: float) -> Any:
+    def excess(x: Array) -> Array:
+        above = np.asarray(balance.squared(x) - squared)
         if not balance.lifted:
-            return balance.squared(x) - squared
+            return above
         force = balance.force(x, squared)
         # a film that has pulled in has no force: the sign that it would have, so that no root before that is missed
-        return math.copysign(1.0, segment[1]) * np.sign(balance.squared(x) - squared) if np.isnan(force) else force
+        return np.where(np.isnan(force), math.copysign(1.0, segment[1]) * np.sign(above), force)
 
-    inner, outer = (float(excess(x)) for x in segment)
-    if not inner * outer < 0.0 or any(same_squared(float(balance.squared(x)), squared) for x in segment):
-        return None
-    return sign_change(excess, *segment)
+    ends = [np.full(squared.shape, x) for x in segment]
+    at_end = [same_squared(float(balance.squared(x)), squared) for x in segment]
+    return np.where(at_end[0] | at_end[1], np.nan, sign_changes(excess, *ends))
 
 
-def same_squared(a: float, b: float) -> bool:
-    return abs(a - b) <= ROUNDING * (1.0 + abs(b))
+def root_on_segment(balance: StaticBalance, squared: float, segment: tuple[float, float]) -> float | None:
+    """That for one v^2; None if there is none."""
+    x = float(roots_on_segment(balance, np.array([squared]), segment)[0])
+    return None if math.isnan(x) else x
+
+
+def same_squared(a: Any, b: Any) -> Any:
+    return np.abs(a - b) <= ROUNDING * (1.0 + np.abs(b))
 
 
 class Equilibrium(NamedTuple):
@@ -230,22 +236,35 @@ class Equilibrium(NamedTuple):
     stable: bool
 
 
-def equilibria_of(balance: StaticBalance, squared: float) -> list[Equilibrium]:
-    """All equilibria at v^2, in the order of x. One that lies on a fold counts once, and as unstable."""
-    found: dict[float, bool] = {}
+def equilibria_of(balance: StaticBalance, squared: Array) -> list[list[Equilibrium]]:
+    """All equilibria at each v^2, (levels,), in the order of x. One on a fold counts once, and as unstable."""
+    found: list[dict[float, bool]] = [{} for _ in squared]
     for side in (-1, 1):
         segments = balance.segments[side]
         for segment in segments:
-            x = root_on_segment(balance, squared, segment)
-            if x is not None and squared < balance.system.film.highest_squared(x, balance.n):
-                found[x] = _rises(balance, segment)
-        found |= {fold: False for _, fold in segments[:-1] if same_squared(float(balance.squared(fold)), squared)}
-    if balance.flat and squared < balance.highest_squared:
-        at_pitchfork = same_squared(float(balance.squared(0.0)), squared)
-        beside = 0.5 * float(sum(balance.segments[1][0]))
+            x = roots_on_segment(balance, squared, segment)
+            at = np.flatnonzero(~np.isnan(x))
+            stable = at.size > 0 and _rises(balance, segment)
+            whole = squared[at] < balance.system.film.highest_squared(x[at], balance.n)
+            for i in at[whole]:
+                found[i][float(x[i])] = stable
+        for _, fold in segments[:-1]:
+            for i in np.flatnonzero(same_squared(float(balance.squared(fold)), squared)):
+                found[i][fold] = False
+    if balance.flat:
+        pitchfork, beside = float(balance.squared(0.0)), 0.5 * float(sum(balance.segments[1][0]))
         # the force and not the slope of w: a film that w makes slack has none
-        found[0.0] = bool((balance.force(beside, squared) if at_pitchfork else balance.squared(0.0) - squared) > 0.0)
-    return [Equilibrium(x, float(balance.slope(x, squared)), found[x]) for x in sorted(found)]
+        pull = balance.force(np.full(squared.shape, beside), squared)
+        held = np.where(same_squared(pitchfork, squared), pull, pitchfork - squared) > 0.0
+        for i in np.flatnonzero(squared < balance.highest_squared):
+            found[i][0.0] = bool(held[i])
+    return [_with_slopes(balance, level, at) for level, at in zip(squared, found, strict=True)]
+
+
+def _with_slopes(balance: StaticBalance, squared: float, found: Mapping[float, bool]) -> list[Equilibrium]:
+    places = sorted(found)
+    slopes = balance.slope(np.array(places), squared) if places else ()
+    return [Equilibrium(x, float(slope), found[x]) for x, slope in zip(places, slopes, strict=True)]
 
 
 # --- a slow voltage ramp ------------------------------------------------------------------------------------------
@@ -263,7 +282,7 @@ class _Leg(NamedTuple):
 
 def rest_of(balance: StaticBalance, near: float | None) -> float:
     """The stable equilibrium at v = 0 nearest to ``near``; NaN if there is none."""
-    stable = [e.displacement for e in balance.equilibria(0.0) if e.stable]
+    stable = [e.displacement for e in balance.equilibria(np.zeros(1))[0] if e.stable]
     target = balance.free_height if near is None else near
     return min(stable, key=lambda x: (abs(x - target), -x), default=math.nan)
 
@@ -332,13 +351,14 @@ def first_loss(balance: StaticBalance, rest: float) -> tuple[float, PullIn, floa
 def along_ramp(balance: StaticBalance, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
     """Displacement and losses of stability passed at each v^2."""
     legs = _ramp(balance, rest)
-    passed = [[leg.high < value and not same_squared(leg.high, float(value)) for leg in legs] for value in squared]
-    losses = np.array([sum(row) for row in passed], dtype=np.int64)
+    highs = np.array([leg.high for leg in legs])
+    level = np.asarray(squared)[:, None]
+    losses = ((highs < level) & ~same_squared(highs, level)).sum(axis=1)
     place = np.full(squared.shape, np.nan)
-    for i, (value, lost) in enumerate(zip(squared, losses, strict=True)):
-        if lost < len(legs):
-            leg = legs[lost]
-            x = 0.0 if leg.segment == (0.0, 0.0) else root_on_segment(balance, float(value), leg.segment)
-            nearest = leg.segment[1] if same_squared(leg.high, float(value)) else leg.begin
-            place[i] = nearest if x is None else x
+    for k, leg in enumerate(legs):
+        here = losses == k
+        flat = leg.segment == (0.0, 0.0)
+        x = np.zeros(here.sum()) if flat else roots_on_segment(balance, squared[here], leg.segment)
+        nearest = np.where(same_squared(leg.high, squared[here]), leg.segment[1], leg.begin)
+        place[here] = np.where(np.isnan(x), nearest, x)
     return place, losses

@@ -18,7 +18,10 @@ MOST_STEPS = 2000
 
 def rise(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
     """Where ``function`` of an array rises through zero between ``low`` and ``high`` (arrays of one shape); the end
-    where it does not. It may jump and be infinite. Each element goes its own way."""
+    where it does not. It may jump and be infinite. Each element goes its own way.
+
+    Raises `ArithmeticError` for a value that is no number inside a bracket.
+    """
     a, b = np.array(low, dtype=float), np.array(high, dtype=float)  # a bracket, a its newer end
     with np.errstate(all="ignore"):
         of_a, of_b = function(a), function(b)
@@ -30,6 +33,9 @@ def rise(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
                 break
             x = a + share * (b - a)
             of_x = function(x)
+            lost = open_ & np.isnan(of_x)
+            if lost.any():
+                raise ArithmeticError(f"the function has no value at {float(x[lost][0])!r}")
             same = np.sign(of_x) == np.sign(of_a)
             c, of_c = np.where(same, a, b), np.where(same, of_a, of_b)
             b, of_b = np.where(same, b, a), np.where(same, of_b, of_a)
@@ -48,22 +54,26 @@ def rise(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
     return found[()]
 
 
+def sign_changes(function: Callable[[Any], Any], a: Any, b: Any) -> Any:
+    """Points between ``a`` and ``b`` (arrays of one shape) where ``function`` of an array changes sign; NaN where it
+    has one sign at both.
+
+    Raises `ArithmeticError` for a value that is no number inside a bracket.
+    """
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    with np.errstate(all="ignore"):
+        sign, across = np.sign(function(b)), np.sign(function(a))
+        found = rise(lambda x: sign * function(x), a, b)
+        apart = np.where(sign * across < 0.0, found, np.nan)
+    return np.where(across == 0.0, a, np.where(sign == 0.0, b, apart))[()]
+
+
 def sign_change(function: Callable[[float], SupportsFloat], a: float, b: float) -> float:
     """A point between ``a`` and ``b``, at which ``function`` of one number has different signs, where it changes sign.
 
     Raises `ArithmeticError` for a value that is no number, and where the signs at the ends are equal.
     """
-    of_a, of_b = _number(function, a), _number(function, b)
-    if of_a == 0.0 or of_b == 0.0:
-        return a if of_a == 0.0 else b
-    if (of_a > 0.0) == (of_b > 0.0):
+    found = float(sign_changes(lambda x: np.float64(function(float(x))), a, b))
+    if found != found:
         raise ArithmeticError(f"the function has one sign at {a!r} and {b!r}")
-    sign = -1.0 if of_a > 0.0 else 1.0
-    return float(rise(lambda x: sign * _number(function, float(x)), a, b))
-
-
-def _number(function: Callable[[float], SupportsFloat], at: float) -> float:
-    value = float(function(at))
-    if value != value:
-        raise ArithmeticError(f"the function has no value at {at!r}")
-    return value
+    return found

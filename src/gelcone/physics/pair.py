@@ -27,7 +27,7 @@ from gelcone.physics.balance import (
     StaticBalance,
     same_squared,
 )
-from gelcone.physics.bracket import sign_change
+from gelcone.physics.bracket import sign_change, sign_changes
 from gelcone.quantity import Array
 
 GRID = 1601
@@ -112,14 +112,14 @@ class PairBalance(StaticBalance):
             gain = gain + second.voltage_gain(place, other, n) * system.second_squared_rate(voltage, n)
         return float(force), float(slope), -float(gain)
 
-    def _pulled_in(self, x: float, squared: float) -> bool:
-        """Whether a film has no state there, at the squared voltage on the first."""
+    def _pulled_in(self, x: Any, squared: float) -> Any:
+        """Whether a film has no state at x (a number or an array), at the squared voltage on the first."""
         second = self.system.second
         assert second is not None
-        at, own = np.float64(x), second.own(self.n)
-        first_fails = squared >= float(self.system.film.highest_squared(at, self.n))
-        other = float(self.system.second_squared(np.float64(squared), self.n))
-        return first_fails or other >= float(second.film.highest_squared(second.place(at, self.n), own))
+        at, own = np.asarray(x, dtype=float), second.own(self.n)
+        first_fails = squared >= self.system.film.highest_squared(at, self.n)
+        other = self.system.second_squared(np.float64(squared), self.n)
+        return (first_fails | (other >= second.film.highest_squared(second.place(at, self.n), own))) & (at == at)
 
     # --- equilibria at one voltage -----------------------------------------------------------------------------------
 
@@ -136,22 +136,25 @@ class PairBalance(StaticBalance):
         x = np.unique(np.concatenate([even, *ends]))
         return np.asarray(x[self.inside(x)])
 
-    def equilibria(self, squared: float) -> list[Equilibrium]:
-        """All equilibria at v^2, in the order of x. One at which the slope vanishes counts as unstable."""
+    def equilibria(self, squared: Array) -> list[list[Equilibrium]]:
+        """All equilibria at each v^2, (levels,), in the order of x. One without a slope counts as unstable."""
+        return [self._equilibria(float(level)) for level in squared]
+
+    def _equilibria(self, squared: float) -> list[Equilibrium]:
         force, slope = (np.broadcast_to(part(self.grid, squared), self.grid.shape) for part in (self.force, self.slope))
         nodes, values = self.grid, force
         turns = np.flatnonzero((slope[:-1] * slope[1:] < 0.0) & (force[:-1] * force[1:] >= 0.0))
         if turns.size:
             # an extremum may reach beyond 0 between two points of the grid
-            tops = np.array([sign_change(lambda x: self.slope(x, squared), *self.grid[i : i + 2]) for i in turns])
+            tops = sign_changes(lambda x: self.slope(x, squared), self.grid[turns], self.grid[turns + 1])
             order = np.argsort(nodes := np.concatenate([nodes, tops]))
             nodes, values = nodes[order], np.concatenate([values, self.force(tops, squared)])[order]
-        found = _isolated(nodes, values == 0.0)
-        for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
-            found.append(sign_change(lambda x: self.force(x, squared), nodes[i], nodes[i + 1]))
-        found = [x for x in found if not self._pulled_in(float(x), squared)]
-        slopes = [float(self.slope(x, squared)) for x in sorted(found)]
-        return [Equilibrium(float(x), k, k > ROUNDING) for x, k in zip(sorted(found), slopes, strict=True)]
+        at = np.flatnonzero(values[:-1] * values[1:] < 0.0)
+        roots = sign_changes(lambda x: self.force(x, squared), nodes[at], nodes[at + 1])
+        places = np.sort(np.concatenate([_isolated(nodes, values == 0.0), roots]))
+        places = places[~self._pulled_in(places, squared)]
+        slopes = np.broadcast_to(self.slope(places, squared), places.shape)
+        return [Equilibrium(float(x), float(k), bool(k > ROUNDING)) for x, k in zip(places, slopes, strict=True)]
 
     # --- curves of equilibria ----------------------------------------------------------------------------------------
 
@@ -269,7 +272,7 @@ class PairBalance(StaticBalance):
     def _followed(self, highest: float) -> list[tuple[Array, Array]]:
         known: list[tuple[Array, Array]] = []
         for level in highest * SEEDS:
-            for e in self.equilibria(level * level):
+            for e in self._equilibria(float(level * level)):
                 if not any(_on(e.displacement, level, *curve) for curve in known):
                     known.append(self._whole(e.displacement, float(level), highest))
         return known
@@ -301,7 +304,7 @@ class PairBalance(StaticBalance):
         if not self.flat or not float(self.slope(0.0, 0.0)) > 0.0:
             return math.nan
         levels = np.concatenate([np.linspace(0.0, 4.0, 401), np.geomspace(4.0, HIGHEST_VOLTAGE, 101)[1:]])
-        slopes = np.array([float(self.slope(0.0, v * v)) for v in levels])
+        slopes = self.slope(np.zeros(levels.size), levels * levels)
         lost = np.flatnonzero(slopes < 0.0)
         if not lost.size:
             return math.nan
@@ -327,7 +330,7 @@ class PairBalance(StaticBalance):
     def _beyond(self, x: float, voltage: float) -> tuple[float, float]:
         """The stable equilibrium to which the force leads past a loss of stability; of two equally near the higher."""
         level = voltage + BEYOND * (1.0 + voltage)
-        stable = [e.displacement for e in self.equilibria(level * level) if e.stable]
+        stable = [e.displacement for e in self._equilibria(level * level) if e.stable]
         push = -float(self.force(x, level * level))
         if abs(push) > ROUNDING:
             stable = [place for place in stable if (place - x) * push > 0.0]
