@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import odeint
 
@@ -161,9 +161,12 @@ def test_the_exponents_add_up_to_minus_twice_the_damping(damping, kappa, voltage
         stretch_limit=limit,
         hoop_prestretch=hoop,
     )
-    values, _ = finite_exponents(model.members(), np.array([[x, 0.0]]), 100.0, {})
-    assume(np.isfinite(values).all())  # a run that loses its digits at the stretch limit has no exponents
-    assert values.sum() == pytest.approx(-2.0 * damping, abs=1e-6)
+    initial = np.array([[x, 0.0]])
+    values, _ = finite_exponents(model.members(), initial, 100.0, {})
+    if np.isnan(values).any():  # only a run that loses its digits at the stretch limit has no exponents
+        assert integrate(model, initial, [110.0]).outcome[0] == Outcome.STRETCH_LIMIT
+    else:
+        assert values.sum() == pytest.approx(-2.0 * damping, abs=1e-6)
 
 
 def test_the_sum_holds_asymptotically_too():

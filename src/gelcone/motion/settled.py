@@ -35,7 +35,7 @@ SAMPLES = 128
 SPREAD = 7
 """Every so many of them are looked at for the validity: over whole periods of every motion they lie at all phases."""
 HARMONICS = (1, 2, 3, 4)
-"""Multiples of the drive frequency of which amplitude and phase are reported: each from 1 on."""
+"""Multiples of the drive frequency of which amplitude and phase are reported."""
 ROUNDS = 6
 
 
