@@ -25,7 +25,7 @@ from gelcone.motion.natural import natural_frequency
 from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.settle import start_states
 from gelcone.motion.settled import HARMONICS, Swing, settled_swing, swing
-from gelcone.motion.stepping import NUDGE, Trail, step_to
+from gelcone.motion.stepping import NUDGE, Trail, walk
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -173,31 +173,10 @@ def _sweep(
     model: Members, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]
 ) -> tuple[Swing, Trail]:
     """Swings (members, steps) at the frequencies ``grids``, odd members swept down; and all that is met on the way."""
-    count = grids.shape[1]
     down = np.arange(model.size) % len(BRANCHES) == 1
-    swept, trail = Swing.blank(*grids.shape, states=initial.shape[1]), Trail()
-    members, here, now = np.arange(model.size), np.empty(model.size), Swing.blank(model.size, states=initial.shape[1])
-    largest = np.zeros(model.size)
-    for k in range(count):
-        step = np.where(down, count - 1 - k, k)
-        there = grids[members, step]
-        fresh = members if k == 0 else members[now.outcome != Outcome.OK]
-        ran = np.setdiff1d(members, fresh)
-        if ran.size:
-            part = step_to(
-                model.take(ran), here[ran], there[ran], now.take(ran), largest[ran], trail_of := Trail(), flow
-            )
-            trail.take_over(ran, model.size, trail_of)
-            now.put(ran, part)
-        if fresh.size:
-            beginning = model.take(fresh).replace(drive_frequency=there[fresh])
-            begun = settled_swing(beginning, initial[fresh], only_extent=True, **flow)
-            trail.add(fresh, model.size, there[fresh], begun)
-            now.put(fresh, begun)
-        swept.put((members, step), now)
-        here, largest = there, np.fmax(largest, now.amplitude)
-        if progress is not None:
-            progress(1.0 / count)
+    order = np.where(down[:, None], np.arange(grids.shape[1])[::-1], np.arange(grids.shape[1]))
+    walked, trail = walk(model, np.take_along_axis(grids, order, axis=1), initial, progress, flow)
+    swept = walked.take((np.arange(model.size)[:, None], order))
     _look_at_all(model, grids, swept, flow)
     return swept, trail
 

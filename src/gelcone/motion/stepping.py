@@ -17,6 +17,7 @@ from gelcone.codes import Outcome
 from gelcone.motion.settle import nudge
 from gelcone.motion.settled import Swing, settled_swing
 from gelcone.physics.members import Members
+from gelcone.progress import Progress
 from gelcone.quantity import Array
 
 NUDGE = 1e-4
@@ -48,16 +49,6 @@ class Trail:
             column[rows] = values
             kept.append(column)
 
-    def take_over(self, rows: npt.NDArray[np.intp], count: int, other: Trail) -> None:
-        """What another trail holds of ``rows`` of so many members."""
-        for kept, columns in ((self.frequency, other.frequency), (self.amplitude, other.amplitude)):
-            for values in columns:
-                kept.append(np.full(count, np.nan))
-                kept[-1][rows] = values
-        for final in other.final:
-            self.final.append(np.full((count, final.shape[1]), np.nan))
-            self.final[-1][rows] = final
-
     def sorted(self) -> tuple[Array, Array, Array]:
         """The same as arrays (members, steps, ...), each member by rising frequency, NaN at the end."""
         frequency = np.stack(self.frequency, axis=1)
@@ -70,41 +61,52 @@ class Trail:
         )
 
 
-def step_to(
-    model: Members, here: Array, there: Array, met: Swing, largest: Array, trail: Trail, flow: dict[str, Any]
-) -> Swing:
-    """The settled motions at the frequencies ``there`` (members,), reached from those ``met`` at ``here``; their extent
-    alone (`gelcone.motion.settled.extent`).
+def walk(model: Members, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]) -> tuple[Swing, Trail]:
+    """The settled motions at frequencies ``grids`` (members, steps), each reached from the one before; their extent
+    alone (`gelcone.motion.settled.extent`). And all that was met on the way.
 
-    ``largest`` amplitudes so far (members,) tell what change is negligible; all that is met goes to the ``trail``.
+    A member begins from ``initial`` (members, N), and again where the motion before failed. Members go at their own
+    pace and are settled together, which changes no bit of any.
     """
-    count = model.size
-    now, at = met.take(np.arange(count)), here.copy()
-    step, least = there - here, FINEST * np.abs(there - here)
-    going = np.arange(count)
-    for _ in range(MOST_STEPS):
-        rest = there[going] - at[going]
-        next_step = np.where(np.abs(step[going]) < np.abs(rest), step[going], rest)
-        target = np.where(next_step == rest, there[going], at[going] + next_step)
+    count, steps = grids.shape
+    found, trail = Swing.blank(*grids.shape, states=initial.shape[1]), Trail()
+    now = Swing.blank(count, states=initial.shape[1])
+    place, tries, fresh = np.zeros(count, dtype=int), np.zeros(count, dtype=int), np.ones(count, dtype=bool)
+    at, step, distance, largest = (np.zeros(count) for _ in range(4))
+    while (going := np.flatnonzero(place < steps)).size:
+        there = grids[going, place[going]]
+        rest = there - at[going]
+        pace = np.where(np.abs(step[going]) < np.abs(rest), step[going], rest)
+        free = fresh[going] | (tries[going] == MOST_STEPS)
+        last = free | (pace == rest)
+        target = np.where(last, there, at[going] + pace)
         before = now.take(going)
-        nudged = nudge(before.final, NUDGE)
-        tried = settled_swing(model.take(going).replace(drive_frequency=target), nudged, only_extent=True, **flow)
+        begin = np.where(fresh[going, None], initial[going], nudge(before.final, NUDGE))
+        tried = settled_swing(model.take(going).replace(drive_frequency=target), begin, only_extent=True, **flow)
         trail.add(going, count, target, tried)
-        far = jumped(before, tried, largest[going]) & (np.abs(next_step) > least[going])
-        step[going] = np.where(far, 0.5 * next_step, step[going])
+        tries[going] += 1
+        finest = np.abs(pace) <= FINEST * distance[going]
+        far = ~free & ~finest & jumped(before, tried, largest[going])
+        step[going[far]] = 0.5 * pace[far]
         gone = going[~far]
         now.put(gone, tried.take(~far))
         at[gone] = target[~far]
         # A fallen motion is a new one, along which the steps are as long as at first.
-        fell = going[~far & (np.abs(next_step) <= least[going])]
-        step[fell] = there[fell] - at[fell]
-        going = going[(at[going] != there[going]) & (now.outcome[going] == Outcome.OK)]
-        if not going.size:
-            return now
-    nudged = nudge(now.final[going], NUDGE)
-    last = settled_swing(model.take(going).replace(drive_frequency=there[going]), nudged, only_extent=True, **flow)
-    now.put(going, last)
-    return now
+        fell = going[~far & finest]
+        step[fell] = there[~far & finest] - at[fell]
+        done = going[~far & (last | (now.outcome[going] != Outcome.OK))]
+        found.put((done, place[done]), now.take(done))
+        largest[done] = np.fmax(largest[done], now.amplitude[done])
+        at[done] = grids[done, place[done]]
+        fresh[done] = now.outcome[done] != Outcome.OK
+        place[done] += 1
+        tries[done] = 0
+        more = done[place[done] < steps]
+        step[more] = grids[more, place[more]] - at[more]
+        distance[more] = np.abs(step[more])
+        if progress is not None and done.size:
+            progress(done.size / grids.size)
+    return found, trail
 
 
 def jumped(one: Swing, other: Swing, largest: Array) -> npt.NDArray[np.bool_]:
