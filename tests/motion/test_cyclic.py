@@ -27,13 +27,6 @@ def test_solution_satisfies_the_equations(n, growth):
     np.testing.assert_allclose(np.einsum("qki,kic->qc", rows, x) + corner @ unknowns, top, atol=1e-11 * scale)
 
 
-def test_members_do_not_depend_on_their_neighbours():
-    one, other = ring(16, 0.5, 1), ring(16, 50.0, 2)
-    both = [np.stack([a, b]) if a.shape != (N,) else a for a, b in zip(one, other, strict=True)]
-    x, _ = solve_ring(*both, np.inf)
-    np.testing.assert_array_equal(x[0], solve_ring(*(a[None] if a.shape != (N,) else a for a in one), np.inf)[0][0])
-
-
 @pytest.mark.parametrize("n", [4, 32])
 def test_weights_annihilate_the_equations(n):
     tangents, signs, _, columns, rows, corner, _ = ring(n, 0.4)
@@ -44,10 +37,15 @@ def test_weights_annihilate_the_equations(n):
     assert -np.sum(weights * columns[..., 0]) + last * corner[0, 0] == pytest.approx(1.0, abs=1e-10)
 
 
-def test_product_of_any_number_of_maps_keeps_its_scale():
-    tangents = np.random.default_rng(3).normal(size=(7, N, N)) * 1e60
-    product, scale = scaled_product(tangents)
-    expected = np.eye(N)
-    for k in range(7):
-        expected = tangents[k] / 1e60 @ expected
-    np.testing.assert_allclose(product * np.exp(scale - 7 * np.log(1e60)), expected, rtol=1e-12)
+@pytest.mark.parametrize("size", [2, N])
+def test_product_of_any_number_of_maps_keeps_its_scale(size):
+    tangents = np.random.default_rng(3).normal(size=(4, 7, size, size)) * 1e30
+    whole, scales = scaled_product(tangents)
+    for maps, product, scale in zip(tangents, whole, scales, strict=True):
+        expected = np.eye(size)
+        for k in range(7):
+            expected = maps[k] / 1e30 @ expected
+        alone, own = scaled_product(maps)
+        for found, lost in ((product, scale), (alone, own)):
+            np.testing.assert_allclose(found * np.exp(lost - 7 * np.log(1e30)), expected, rtol=1e-12)
+            assert np.abs(found).max() == pytest.approx(1.0)

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gelcone.motion.cycle import find_cycles
 from gelcone.motion.flow import integrate
-from gelcone.motion.orbit import Kind, Shooting, find_orbits, multipliers_of, repeat_phase, segments_for
+from gelcone.motion.orbit import Kind, Shooting, multipliers_of, newton, repeat_phase, segments_for
 from gelcone.physics.model import ConeModel
 
 REFERENCES = json.loads((Path(__file__).parents[1] / "reference" / "continuation.json").read_text())["references"]
@@ -23,41 +24,45 @@ def shooting_of(members, kind, free=("voltage",)):
 @pytest.mark.parametrize("reference", REGULAR, ids=[r["key"] for r in REGULAR])
 def test_certified_orbit_and_multipliers(reference):
     members = ConeModel(**reference["parameters"]).members()
-    kind = Kind(reference["period_in_drive_repeats"])
+    repeats = reference["period_in_drive_repeats"]
     state = np.array(reference["orbit_state_at_phase_0"])
-    beside = 1e-4 / max(abs(reference["multipliers_of_that_map"][0][0]), 1.0)
-    found = find_orbits(members, state[None] * (1.0 + beside), kind)
-    assert found.found.all()
-    np.testing.assert_allclose(found.nodes[0, 0, 0], state, atol=1e-11)
-    shooting = shooting_of(members, kind)
-    multipliers = shooting.multipliers(
-        shooting.run(found.nodes[0].reshape(-1, 2), [members.voltage[0]]).tangents, [members.voltage[0]]
-    )
-    np.testing.assert_allclose(multipliers.real, [m[0] for m in reference["multipliers_of_that_map"]], rtol=1e-9)
+    wanted = np.array(reference["multipliers_of_that_map"])[:, 0]
+    beside = 1e-4 / max(abs(wanted[0]), 1.0)
+    segments = segments_for(float(members.rate[0]), float(members.forcing_period[0]))
+    *_, last = newton(members, state[None] * (1.0 + beside), repeats, segments, [1e-15] * 5)
+    point = last.point + last.step
+    np.testing.assert_allclose(point[0], state, atol=1e-11)
+    np.testing.assert_allclose(np.exp(last.log_multipliers[0]), np.abs(wanted), rtol=1e-8)
+    shooting = shooting_of(members, Kind(repeats))
+    nodes = np.concatenate([point, last.path[0, :-1]])
+    multipliers = shooting.multipliers(shooting.run(nodes, [members.voltage[0]]).tangents, [members.voltage[0]])
+    np.testing.assert_allclose(multipliers.real, wanted, rtol=1e-9)
 
 
 def test_orbit_does_not_depend_on_its_neighbours():
     volts = np.array([1.0012791591929, 1.25, 1.1])
     states = np.array([[0.1266, 0.0056], [0.3004, -0.0338], [0.2, 0.0]])
-    base = REGULAR[0]["parameters"]
-    whole = find_orbits(ConeModel(**base | {"voltage": volts}).members(), states, Kind(1), threads=2)
+    base, once = REGULAR[0]["parameters"], np.ones(3, dtype=int)
+    whole = find_cycles(ConeModel(**base | {"voltage": volts}).members(), states, once, threads=2)
     for k in range(3):
-        alone = find_orbits(ConeModel(**base | {"voltage": volts[k : k + 1]}).members(), states[k : k + 1], Kind(1))
-        width = alone.nodes.shape[2]
-        np.testing.assert_array_equal(alone.nodes[0], whole.nodes[k, :, :width])
+        own = slice(k, k + 1)
+        alone = find_cycles(ConeModel(**base | {"voltage": volts[own]}).members(), states[own], once[own])
+        for name in ("point", "exponents", "distance"):
+            np.testing.assert_array_equal(getattr(alone, name)[0], getattr(whole, name)[k])
 
 
 def test_symmetric_orbit_closes_at_its_mirror_image():
     model = ConeModel(spring_stiffness=0.9, damping_ratio=0.01, voltage=0.6, drive_frequency=0.9)
     members = model.members()
     settled = integrate(members, [1.0, 0.0], [400.0 * members.forcing_period[0]]).states[:, -1]
-    found = find_orbits(members, settled, Kind(1, True))
+    found = find_cycles(members, settled, np.array([2]))
     assert found.found.all()
-    assert found.size[0] > 0.1
+    assert found.symmetric.all()
+    assert found.extent[0] > 0.1
     period = members.forcing_period[0]
-    run = integrate(members, found.nodes[0, 0, 0], [period, 2.0 * period])
-    np.testing.assert_allclose(run.states[0, 0], -found.nodes[0, 0, 0], atol=1e-11)
-    np.testing.assert_allclose(run.states[0, 1], found.nodes[0, 0, 0], atol=1e-11)
+    run = integrate(members, found.point[0], [period, 2.0 * period])
+    np.testing.assert_allclose(run.states[0, 0], -found.point[0], atol=1e-11)
+    np.testing.assert_allclose(run.states[0, 1], found.point[0], atol=1e-11)
 
 
 @pytest.mark.parametrize("name", ["voltage", "drive_frequency", "prestretch", "stretch_limit", "damping_ratio"])
@@ -95,7 +100,7 @@ def test_multipliers_of_a_map_that_grows_beyond_doubles():
 def test_what_is_no_orbit_is_not_found():
     # undamped and far from resonance from a point that never returns within reach
     members = ConeModel(voltage=1.3, drive_frequency=0.1, damping_ratio=0.01, spring_stiffness=0.9, stretch_limit=5.0)
-    found = find_orbits(members.members(), np.array([[2.6, 5.0]]), Kind(1))
+    found = find_cycles(members.members(), np.array([[2.6, 5.0]]), np.array([1]))
     assert not found.found.any()
 
 
@@ -106,12 +111,14 @@ def test_orbit_of_a_wrinkling_film_crosses_its_borders():
     members = model.members()
     period = members.forcing_period[0]
     settled = integrate(members, [0.3, 0.0], [200.0 * period]).states[:, -1]
-    found = find_orbits(members, settled, Kind(1))
+    found = find_cycles(members, settled, np.array([1]))
     assert found.found.all()
-    run = integrate(members, found.nodes[0, 0, 0], [period], keep="tangents")
-    np.testing.assert_allclose(run.states[0, 0], found.nodes[0, 0, 0], atol=1e-12)
+    run = integrate(members, found.point, [period], keep="tangents")
+    np.testing.assert_allclose(run.states[0, 0], found.point[0], atol=1e-12)
     shooting = shooting_of(members, Kind(1))
+    times = period * np.arange(1, shooting.count) / shooting.count
+    nodes = np.concatenate([found.point, integrate(members, found.point, times).states[0]])
     product = np.eye(2)
-    for tangent in shooting.run(found.nodes[0].reshape(-1, 2), [0.5]).tangents:
+    for tangent in shooting.run(nodes, [0.5]).tangents:
         product = tangent @ product
     np.testing.assert_allclose(product, run.tangents[0, 0], atol=1e-11)

@@ -14,6 +14,7 @@ from gelcone.errors import InputError
 from gelcone.motion import cycle, tangents
 from gelcone.motion import regime as module
 from gelcone.motion.cycle import periods_of
+from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.evidence import Evidence
 from gelcone.motion.flow import integrate
 from gelcone.motion.regime import classify, regime
@@ -162,7 +163,7 @@ def test_no_cycle_is_found_in_the_middle_of_a_decay():
 def test_log_multipliers_equal_eigenvalues_and_stay_exact_where_they_vanish():
     rng = np.random.default_rng(6)
     maps = rng.normal(size=(50, 5, 2, 2))
-    product, log_scale = tangents.chained(maps)
+    product, log_scale = scaled_product(maps)
     whole = maps[:, 0]
     for k in range(1, 5):
         whole = maps[:, k] @ whole
@@ -172,7 +173,7 @@ def test_log_multipliers_equal_eigenvalues_and_stay_exact_where_they_vanish():
     expected = np.sort(np.log(np.abs(np.linalg.eigvals(whole[positive]))), axis=1)[:, ::-1]
     np.testing.assert_allclose(found, expected, atol=1e-9)
     tiny = np.tile(np.diag([1e-3, 1e-9]), (1, 200, 1, 1))
-    product, log_scale = tangents.chained(tiny)
+    product, log_scale = scaled_product(tiny)
     logs = tangents.log_multipliers(product, log_scale, np.array([200 * np.log(1e-12)]))
     np.testing.assert_allclose(logs[0], [200 * np.log(1e-3), 200 * np.log(1e-9)], rtol=1e-12)
 

@@ -7,11 +7,12 @@ import pytest
 from scipy.linalg import expm
 
 from gelcone.codes import Regime
-from gelcone.motion import cycle, tangents
+from gelcone.motion import cycle, orbit, tangents
+from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.lyapunov import lyapunov
 from gelcone.motion.regime import regime
 from gelcone.motion.settle import Clock
-from gelcone.motion.tangents import TangentRun, advance, chained, log_multipliers, qr_growth, solved, unit_frames
+from gelcone.motion.tangents import TangentRun, advance, log_multipliers, qr_growth, solved, unit_frames
 from gelcone.physics.model import ConeModel
 from tests.toys import FilteredVoltage
 
@@ -47,7 +48,7 @@ def test_growth_of_two_states_is_the_same_by_both_formulas(monkeypatch):
 
 def test_multipliers_of_two_states_are_the_same_by_both_formulas(monkeypatch):
     maps = np.random.default_rng(2).normal(size=(60, 4, 2, 2))
-    product, log_scale = chained(maps)
+    product, log_scale = scaled_product(maps)
     determinant = np.log(np.abs(np.linalg.det(product))) + 2.0 * log_scale
     positive = np.linalg.det(product) > 0.0
     fast, slow = both_ways(monkeypatch, lambda: log_multipliers(product, log_scale, determinant)[positive])
@@ -96,7 +97,7 @@ def test_growth_goes_on_where_it_stopped_and_a_lost_member_leaves_the_others():
 def test_multipliers_of_three_states():
     """A complex pair of modulus 0.9 and a real one so small that only the determinant knows it."""
     step = conjugated(TURN @ np.diag([0.9, 0.9, 1e-30]))
-    product, log_scale = chained(np.tile(step, (1, 7, 1, 1)))
+    product, log_scale = scaled_product(np.tile(step, (1, 7, 1, 1)))
     determinant = 7 * np.log(0.9**2 * 1e-30)
     found = log_multipliers(product, log_scale, np.array([determinant]))[0]
     np.testing.assert_allclose(found, 7 * np.log([0.9, 0.9, 1e-30]), rtol=1e-10)
@@ -105,7 +106,7 @@ def test_multipliers_of_three_states():
 def test_multipliers_of_a_lost_member_are_nan_and_leave_the_others():
     maps = np.tile(conjugated(np.diag([3.0, 1.0, 0.2])), (2, 2, 1, 1))
     maps[0, 1] = np.nan
-    product, log_scale = chained(maps)
+    product, log_scale = scaled_product(maps)
     found = log_multipliers(product, log_scale, np.full(2, 2 * np.log(0.6)))
     assert np.isnan(found[0]).all()
     np.testing.assert_allclose(found[1], 2.0 * np.log([3.0, 1.0, 0.2]), atol=1e-12)
@@ -145,12 +146,13 @@ def linear_flow(members, initial, times, *, start=0.0, keep="states", **options)
 def three_states(monkeypatch):
     """What so many members of `linear_flow` say of themselves."""
     monkeypatch.setattr(tangents, "integrate", linear_flow)
-    monkeypatch.setattr(cycle, "integrate", linear_flow)
+    monkeypatch.setattr(orbit, "integrate", linear_flow)
     system = SimpleNamespace(mirror=np.array([-1.0, -1.0, 1.0]), planar=False)
 
     def members(count):
-        rates = {"divergence": np.full(count, np.trace(RATES)), "rate": np.full(count, 3.0)}
-        return SimpleNamespace(system=system, size=count, shape=(count,), **rates)
+        own = {"divergence": np.trace(RATES), "rate": 3.0, "forcing_period": 2.0}
+        own = {name: np.full(count, value) for name, value in own.items()}
+        return SimpleNamespace(system=system, size=count, shape=(count,), take=lambda rows: members(len(rows)), **own)
 
     return members
 
@@ -167,11 +169,11 @@ def test_advance_gives_three_exponents_also_over_long_stretches(three_states):
 
 
 def test_newton_steps_to_the_fixed_point_of_three_states(three_states):
-    clock = Clock(4, 4, np.array([2.0]), np.ones(1))
-    step, exponents, path = cycle._newton_step(three_states(1), np.zeros((1, 3)), clock, 3, {})
-    np.testing.assert_allclose(step[0], CENTRE, atol=1e-12)
-    np.testing.assert_allclose(exponents[0], [-0.02, -0.02, -3.0], atol=1e-9)
-    assert path.shape == (1, 3, 4, 3)
+    first, second = orbit.newton(three_states(1), np.zeros((1, 3)), 3, 4, (1e-15, 1e-15))
+    np.testing.assert_allclose(first.step[0], CENTRE, atol=1e-12)
+    np.testing.assert_allclose(second.path[0], np.tile(CENTRE, (12, 1)), atol=1e-12)
+    for turn in (first, second):
+        np.testing.assert_allclose(turn.log_multipliers[0] / 6.0, [-0.02, -0.02, -3.0], atol=1e-9)
 
 
 def test_a_path_with_a_third_state_is_its_own_mirror_image():

@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.codes import Outcome
-from gelcone.motion.flow import integrate
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
+from gelcone.motion.orbit import newton
 from gelcone.motion.settle import Clock, clocks
-from gelcone.motion.tangents import CERTAIN, FLOOR, chained, log_multipliers, qr_growth, solved, unit_frames
+from gelcone.motion.tangents import CERTAIN, FLOOR
 from gelcone.motion.validity import spread_over
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
@@ -153,14 +153,16 @@ def _find(
     cycles: Cycles,
     flow_options: dict[str, Any],
 ) -> None:
+    options = dict(flow_options)
+    exact = options.pop("tolerance", DEFAULT_TOLERANCE)
     with np.errstate(all="ignore"):  # a motion that is on no cycle gives steps of any size, or none
-        rough = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), FIRST_TOLERANCE)}
-        begun, _, _ = _newton_step(members, states, clock, repeats, rough)
-        step, first, _ = _newton_step(members, states + begun, clock, repeats, flow_options)
-        point = states + begun + step
-        rest, exponents, path = _newton_step(members, point, clock, repeats, flow_options)
+        tolerances = max(exact, FIRST_TOLERANCE), exact, exact
+        _, before, last = newton(members, states, repeats, clock.per_repeat, tolerances, **options)
+        path = last.path.reshape(len(states), repeats, clock.per_repeat, -1)
         size = np.maximum(np.abs(path).max(axis=(1, 2, 3)), SMALLEST_SIZE)
-        distance, left = np.abs(begun + step).max(axis=1) / size, np.abs(rest).max(axis=1) / size
+        distance, left = np.abs(last.point - states).max(axis=1) / size, np.abs(last.step).max(axis=1) / size
+        time = repeats * clock.repeat
+        exponents, first = (turn.log_multipliers / time[:, None] for turn in (last, before))
         found = (distance < NEAR) & ((left < CONVERGENCE * distance) | (left < NEGLIGIBLE))
     period = _smallest_period(path, size)
     cycles.found[rows], cycles.period[rows], cycles.distance[rows] = found, period, distance
@@ -168,27 +170,8 @@ def _find(
     cycles.symmetric[rows] = _is_symmetric(path, period, size, members.system.mirror)
     # The exponents of the cycle against those found before the last step, which was far larger than what is left.
     cycles.exponents[rows], cycles.error[rows] = exponents, np.maximum(np.abs(exponents - first), FLOOR / 10)
-    cycles.time[rows] = repeats * clock.repeat
-    cycles.point[rows] = point + rest
-
-
-def _newton_step(
-    members: Members, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any]
-) -> tuple[Array, Array, Array]:
-    """The step (members, N) to the fixed point of the map over some forcing periods; the exponents (members, N); and
-    the path (members, periods, stretches, N)."""
-    stretches = repeats * clock.per_repeat
-    times = clock.repeat[:, None] * (np.arange(1, stretches + 1) / clock.per_repeat)
-    flow = integrate(members, states, times, keep="tangents", **flow_options)
-    assert flow.tangents is not None
-    product, log_scale = chained(flow.tangents)
-    growth, _ = qr_growth(flow.tangents, unit_frames(states))
-    end = flow.states[:, -1]
-    log_moduli = log_multipliers(product, log_scale, growth.sum(axis=(1, 2)))
-    step = solved(np.eye(states.shape[1]) - product * np.exp(log_scale)[:, None, None], end - states)
-    step = np.where((flow.outcome == Outcome.OK)[:, None], step, np.nan)
-    path = flow.states.reshape(len(states), repeats, clock.per_repeat, -1)
-    return step, log_moduli / times[:, -1:], path
+    cycles.time[rows] = time
+    cycles.point[rows] = last.point + last.step
 
 
 def _smallest_period(path: Array, size: Array) -> npt.NDArray[np.int64]:

@@ -6,7 +6,7 @@
 with diagonal signs S. Neighbouring segments are merged in pairs, which eliminates every second node, as long as their
 product does not grow so much that digits are lost; what remains is solved as one dense system. Merging all is the
 "condensing" of Bock and Plitt, IFAC Proceedings 17 (1984) 1603, which for strongly unstable orbits fails like single
-shooting. Leading axes of all arrays stand for members.
+shooting.
 """
 
 from __future__ import annotations
@@ -23,52 +23,35 @@ DENSE = 36
 """Largest number of node unknowns that are solved without merging segments."""
 GROWTH = 1e5
 """Segments are merged as long as no product has larger entries."""
-UNSCALED = 1e100
-"""Products with smaller entries are multiplied on without scaling."""
 SCALED_AFTER = 8
 """Planar products are scaled after so many maps."""
 
 
 def solve_ring(
-    tangents: Array,
-    signs: Array,
-    right: Array,
-    columns: Array,
-    rows: Array,
-    corner: Array,
-    top: Array,
-    growth: float = GROWTH,
+    tangents: Array, signs: Array, right: Array, columns: Array, rows: Array, corner: Array, top: Array
 ) -> tuple[Array, Array]:
-    """Solutions X (..., n, N, K) and L (..., Q, K) for K right-hand sides.
+    """Solutions X (n, N, K) and L (Q, K) for K right-hand sides.
 
-    ``tangents`` (..., n, N, N), ``signs`` (N,), ``right`` (..., n, N, K), ``columns`` (..., n, N, Q), ``rows``
-    (..., Q, n, N), ``corner`` (..., Q, Q), ``top`` (..., Q, K). Segments are merged while no product grows beyond
-    ``growth``; with infinity the solution of a member does not depend on its neighbours. Raises
-    `numpy.linalg.LinAlgError` for a singular one.
+    ``tangents`` (n, N, N), ``signs`` (N,), ``right`` (n, N, K), ``columns`` (n, N, Q), ``rows`` (Q, n, N), ``corner``
+    (Q, Q), ``top`` (Q, K). Raises `numpy.linalg.LinAlgError` where there is none.
     """
     n, size = tangents.shape[-3:-1]
-    merged = _merged(tangents, growth) if n * size > DENSE and n % 2 == 0 else None
+    merged = _merged(tangents) if n * size > DENSE and n % 2 == 0 else None
     if merged is None:
         return _dense(tangents, signs, right, columns, rows, corner, top)
-    even, odd = slice(0, None, 2), slice(1, None, 2)
-    first, second = tangents[..., even, :, :], tangents[..., odd, :, :]
-    skipped = rows[..., odd, :]
-    short_rows = rows[..., even, :] + (skipped[..., None, :] @ first[..., None, :, :, :])[..., 0, :]
-    short_corner = corner + np.einsum("...qki,...kip->...qp", skipped, columns[..., even, :, :])
-    short_top = top - np.einsum("...qki,...kic->...qc", skipped, right[..., even, :, :])
+    first, second, skipped = tangents[0::2], tangents[1::2], rows[:, 1::2]
     x, unknowns = solve_ring(
         merged,
         signs,
-        second @ right[..., even, :, :] + right[..., odd, :, :],
-        second @ columns[..., even, :, :] + columns[..., odd, :, :],
-        short_rows,
-        short_corner,
-        short_top,
-        growth,
+        second @ right[0::2] + right[1::2],
+        second @ columns[0::2] + columns[1::2],
+        rows[:, 0::2] + (skipped[..., None, :] @ first)[..., 0, :],
+        corner + np.einsum("qki,kip->qp", skipped, columns[0::2]),
+        top - np.einsum("qki,kic->qc", skipped, right[0::2]),
     )
-    whole = np.empty((*x.shape[:-3], n, *x.shape[-2:]))
-    whole[..., even, :, :] = x
-    whole[..., odd, :, :] = first @ x + right[..., even, :, :] + columns[..., even, :, :] @ unknowns[..., None, :, :]
+    whole = np.empty((n, *x.shape[1:]))
+    whole[0::2] = x
+    whole[1::2] = first @ x + right[0::2] + columns[0::2] @ unknowns
     return whole, unknowns
 
 
@@ -97,48 +80,42 @@ def left_weights(tangents: Array, signs: Array, columns: Array, rows: Array, cor
     return weights, weight
 
 
-def _merged(tangents: Array, growth: float = GROWTH) -> Array | None:
+def _merged(tangents: Array) -> Array | None:
     """Products of neighbouring pairs; None where they grow too much."""
-    products = tangents[..., 1::2, :, :] @ tangents[..., 0::2, :, :]
-    return products if growth == np.inf or np.abs(products).max(initial=0.0) < growth else None
+    products = tangents[1::2] @ tangents[0::2]
+    return products if np.abs(products).max() < GROWTH else None
 
 
 def _dense(
     tangents: Array, signs: Array, right: Array, columns: Array, rows: Array, corner: Array, top: Array
 ) -> tuple[Array, Array]:
-    n, size = tangents.shape[-3:-1]
-    lead, count, extra = right.shape[:-3], right.shape[-1], columns.shape[-1]
-    matrix = _matrix(tangents, signs, columns, rows, corner)
-    whole = np.concatenate([right.reshape(*lead, n * size, count), top], axis=-2)
-    solution = np.linalg.solve(matrix, whole) if lead else _solved(matrix, whole)
-    return solution[..., : n * size, :].reshape(*lead, n, size, count), solution[..., n * size : n * size + extra, :]
-
-
-def _solved(matrix: Array, right: Array) -> Array:
-    """What `numpy.linalg.solve` gives for one small system, in half its time."""
     from scipy.linalg.lapack import dgesv  # takes long to import, and regimes need none of it
 
-    _, _, solution, singular = dgesv(matrix, right, overwrite_a=1)
+    n, size, count = right.shape
+    nodes = n * size
+    whole = np.empty((count, nodes + len(top))).T
+    whole[:nodes], whole[nodes:] = right.reshape(nodes, count), top
+    matrix = _matrix(tangents, signs, columns, rows, corner)
+    # `numpy.linalg.solve` takes twice as long for one small system
+    _, _, solution, singular = dgesv(matrix, whole, overwrite_a=1, overwrite_b=1)
     if singular:
         raise np.linalg.LinAlgError("Singular matrix")
-    return np.asarray(solution)
+    return solution[:nodes].reshape(n, size, count), solution[nodes:]
 
 
 def _matrix(tangents: Array, signs: Array, columns: Array, rows: Array, corner: Array) -> Array:
-    """The dense matrix of a ring with its border, (..., n N + Q, n N + Q), stored column by column."""
-    n, size = tangents.shape[-3:-1]
-    lead, extra, nodes = tangents.shape[:-3], columns.shape[-1], n * size
-    whole = nodes + extra
+    """The dense matrix of a ring with its border, (n N + Q, n N + Q), stored column by column."""
+    n, size, extra = columns.shape
+    nodes = n * size
     blank, at = _layout(n, size, extra, tuple(signs.tolist()))
-    stored = np.empty((*lead, whole * whole))
-    stored[...] = blank
+    stored = blank.copy()
     # of a ring of one segment the map and the next node share their places
-    stored[..., at] = blank[at] - tangents.reshape(*lead, -1)
-    matrix = stored.reshape(*lead, whole, whole).swapaxes(-1, -2)
+    stored[at] -= tangents.ravel()
+    matrix = stored.reshape(nodes + extra, nodes + extra).T
     if extra:
-        np.negative(columns.reshape(*lead, nodes, extra), out=matrix[..., :nodes, nodes:])
-        matrix[..., nodes:, :nodes] = rows.reshape(*lead, extra, nodes)
-        matrix[..., nodes:, nodes:] = corner
+        np.negative(columns.reshape(nodes, extra), out=matrix[:nodes, nodes:])
+        matrix[nodes:, :nodes] = rows.reshape(extra, nodes)
+        matrix[nodes:, nodes:] = corner
     return matrix
 
 
@@ -156,23 +133,34 @@ def _layout(n: int, size: int, extra: int, signs: tuple[float, ...]) -> tuple[Ar
 
 def scaled_product(tangents: Array) -> tuple[Array, Array]:
     """Product (..., N, N) of tangent maps (..., n, N, N), the first applied first, with entries of at most 1, and the
-    logarithm (...,) of the scale that it lost."""
-    if tangents.ndim == 3 and tangents.shape[-1] == 2:
+    logarithm (...,) of the scale that it lost. Leading axes stand for members, each of which depends on itself alone.
+    """
+    planar = tangents.shape[-1] == 2
+    if planar and tangents.ndim == 3:
         return _planar_product(tangents)
-    product, scale = tangents, np.zeros(tangents.shape[:-3])
-    while True:
-        largest = np.abs(product).max(axis=(-2, -1))
-        # one product more would stay far from overflow: scaling each time would take longer than the products
-        if product.shape[-3] == 1 or not largest.max() < UNSCALED:
-            scale = scale + np.log(largest).sum(axis=-1)
-            product = product / largest[..., None, None]
-        if product.shape[-3] == 1:
-            return product[..., 0, :, :], scale
-        last = product[..., -1:, :, :] if product.shape[-3] % 2 else None
+    multiplied = _multiplied_in_the_plane if planar else np.matmul
+    product, log_scale = _scaled(tangents)
+    while product.shape[-3] > 1:  # neighbours at once: as many products as halvings, not as many as maps
         even = product.shape[-3] // 2 * 2
-        product = product[..., 1:even:2, :, :] @ product[..., 0:even:2, :, :]
-        if last is not None:
-            product = np.concatenate([product, last], axis=-3)
+        both, scale = _scaled(multiplied(product[..., 1:even:2, :, :], product[..., :even:2, :, :]))
+        scale += log_scale[..., 1:even:2] + log_scale[..., :even:2]
+        product = np.concatenate([both, product[..., even:, :, :]], axis=-3)
+        log_scale = np.concatenate([scale, log_scale[..., even:]], axis=-1)
+    return product[..., 0, :, :], log_scale[..., 0]
+
+
+def _scaled(maps: Array) -> tuple[Array, Array]:
+    """Maps (..., N, N) divided by their largest entries, and the logarithms of these."""
+    largest = np.abs(maps).max(axis=(-2, -1))
+    return maps / largest[..., None, None], np.log(largest)
+
+
+def _multiplied_in_the_plane(left: Array, right: Array) -> Array:
+    product = np.empty(left.shape)
+    for i in range(2):
+        for j in range(2):
+            product[..., i, j] = left[..., i, 0] * right[..., 0, j] + left[..., i, 1] * right[..., 1, j]
+    return product
 
 
 def _planar_product(tangents: Array) -> tuple[Array, Array]:

@@ -21,10 +21,10 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
+from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.equilibrium import pitchfork_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.settle import start_states
-from gelcone.motion.tangents import chained
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
@@ -379,7 +379,7 @@ def _maps(members: Members, options: _Options, progress: Progress | None = None)
 
 def _trace_and_area(tangents: Array) -> tuple[Array, Array, Array]:
     """Trace over a scale, the scale's logarithm, and the logarithm of the determinant, of the product of all pieces."""
-    product, log_scale = chained(tangents)
+    product, log_scale = scaled_product(tangents)
     with np.errstate(invalid="ignore"):
         areas = np.log(tangents[..., 0, 0] * tangents[..., 1, 1] - tangents[..., 0, 1] * tangents[..., 1, 0])
     return np.trace(product, axis1=1, axis2=2), log_scale, areas.sum(axis=1)

@@ -9,8 +9,7 @@ Boundary Value Problems (1988), chapter 4; Seydel, Practical Bifurcation and Sta
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -18,10 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
-from gelcone.motion.cyclic import scaled_product, solve_ring
-from gelcone.motion.flow import DEFAULT_TOLERANCE, available_threads, integrate, phase_program, smallest_step
+from gelcone.motion.cyclic import scaled_product
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate, phase_program, smallest_step
+from gelcone.motion.job import Trajectories
+from gelcone.motion.tangents import log_multipliers, solved
 from gelcone.physics.members import Members
-from gelcone.progress import Stopped, current_watch
 from gelcone.quantity import Array
 
 SEGMENT = 8.0
@@ -288,147 +288,80 @@ def multipliers_of(product: Array, log_scale: float, log_determinant: float) -> 
 
 # --- the orbits near the motions of an ensemble -----------------------------------------------------------------------
 
-NEWTON_STEPS = 8
-CLOSED = 1e-9
-"""An orbit is found when Newton's step is smaller than this share of its size: the next one would be rounding."""
-LARGEST_GROWTH = 1e3
-"""The search ends where a step leads this many times further out than the motion's size."""
 
+class Turn(NamedTuple):
+    """One turn of members on their way to an orbit.
 
-@dataclass(frozen=True)
-class Orbits:
-    """Orbits near the states of members, arrays (members, ...).
-
-    ``found``; ``nodes`` (members, repeats, segments, N), the first at phase 0; ``tangents`` (members, n, N, N) of the
-    segments; ``times`` of a whole map; ``size``, the largest state.
+    ``point`` (members, N), where it begins at phase 0; ``path`` (members, n, N), where the segments end, the last one
+    at the end of the turn; ``log_multipliers`` (members, N), logarithms of the moduli of the multipliers, the largest
+    first; Newton's ``step`` (members, N) at the point. NaN where a run ended before.
     """
 
-    found: npt.NDArray[np.bool_]
-    nodes: Array
-    tangents: Array
-    times: Array
-    size: Array
+    point: Array
+    path: Array
+    log_multipliers: Array
+    step: Array
 
 
-def find_orbits(
-    members: Members,
-    states: Array,
-    kind: Kind,
-    *,
-    steps: int = NEWTON_STEPS,
-    tolerance: float = DEFAULT_TOLERANCE,
-    threads: int | None = None,
-) -> Orbits:
-    """The orbits of one kind to which Newton's method leads from ``states`` (members, N) at phase 0.
+def newton(
+    members: Members, states: Array, repeats: int, segments: int, tolerances: Sequence[float], **flow: Any
+) -> Iterator[Turn]:
+    """Newton's steps towards the orbits over ``repeats`` of the drive near ``states`` (members, N) at phase 0.
 
-    It begins with the motion from there as nodes. Members with an unlike number of segments do not mix: the numbers of
-    a member depend on itself alone.
+    Each turn is made with the next of the ``tolerances`` of the integrator; the first one is the motion itself. The
+    segments, so many to a repeat, are runs of their own, so that few members fill the lanes of the integrator too.
+    ``flow`` goes to `integrate`. The numbers of a member depend on itself alone.
     """
-    repeat = members.forcing_period
-    segments = np.array([segments_for(rate, time) for rate, time in zip(members.rate, repeat, strict=True)], dtype=int)
-    size, width = states.shape[1], int(segments.max(initial=FEWEST_SEGMENTS))
-    found = np.zeros(members.size, dtype=bool)
-    nodes = np.full((members.size, kind.repeats, width, size), np.nan)
-    tangents = np.full((members.size, kind.repeats * width, size, size), np.nan)
-    for count in np.unique(segments):
-        rows = np.flatnonzero(segments == count)
-        ensemble = _Ensemble(members.take(rows), kind, int(count), tolerance, threads)
-        own, maps, good = ensemble.newton(states[rows], steps)
-        found[rows] = good
-        nodes[rows, :, :count] = own.reshape(rows.size, kind.repeats, count, size)
-        tangents[rows, : own.shape[1]] = maps
-        tangents[rows, own.shape[1] :] = np.eye(size)
-    with np.errstate(invalid="ignore"):
-        extent = np.nanmax(np.abs(nodes), axis=(1, 2, 3), initial=0.0)
-    return Orbits(found, nodes, tangents, kind.repeats * repeat, extent)
-
-
-class _Ensemble:
-    """Multiple shooting for members with the same number of segments, all lanes of the engine at once."""
-
-    def __init__(self, members: Members, kind: Kind, segments: int, tolerance: float, threads: int | None) -> None:
-        self.members, self.kind, self.segments = members, kind, segments
-        self.signs = members.system.mirror if kind.reflected else np.ones(len(members.system.states))
-        self.program = phase_program(members.system, (), tolerance)
-        self.threads = threads or available_threads()
-        self.phase = members.forcing_period * members.number("drive_frequency")
-
-    def pass_over(self, which: npt.NDArray[np.intp], nodes: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-        """Ends (members, n, N) and tangent maps of the segments that begin at ``nodes`` (members, n, N), and of which
-        members all arrived."""
-        members, (count, n, size) = self.members.take(which), nodes.shape
-        per = self.segments
-        place = np.tile(np.arange(n) % per, (count, 1))
-        start = place * (self.phase[which, None] / per)
-        end = (place + 1) * (self.phase[which, None] / per)
-        states = np.zeros((count * n, size * (1 + size)))
-        states[:, :size] = nodes.reshape(-1, size)
-        states[:, size:] = np.eye(size).ravel()
-        numbers = {name: np.repeat(members.number(name), n) for name in members.system.numbers}
-        numbers |= self.program.switches_at(start.ravel(), nodes.reshape(-1, size), numbers)
-        numbers |= {name: np.zeros(count * n) for name in self.program.numbers if name not in numbers}
-        watch = current_watch()
-        smallest = smallest_step(members) * members.number("drive_frequency")
-        run, arrived, steps = self.program.run(
-            numbers,
-            states,
-            start.ravel(),
-            end.ravel(),
-            smallest_step=np.repeat(smallest, n),
-            threads=self.threads,
-            stopped=None if watch is None else watch.stop.is_set,
+    count, size = states.shape
+    n = repeats * segments
+    times = members.forcing_period[:, None] * (np.arange(n + 1) / segments)
+    run = integrate(members, states, times[:, 1:], keep="tangents", tolerance=tolerances[0], **flow)
+    nodes = np.concatenate([states[:, None], run.states[:, :-1]], axis=1)
+    yield (turn := _turn(members, nodes, run, times[:, -1]))[0]
+    own = members.take(np.repeat(np.arange(count), n))
+    for tolerance in tolerances[1:]:
+        nodes = nodes + turn[1]
+        run = integrate(
+            own,
+            nodes.reshape(-1, size),
+            times[:, 1:].reshape(-1, 1),
+            start=times[:, :-1].ravel(),
+            keep="tangents",
+            tolerance=tolerance,
+            **flow,
         )
-        if watch is not None:
-            watch.steps += steps
-            if watch.stop.is_set():
-                raise Stopped
-        whole = run.reshape(count, n, -1)
-        maps = whole[..., size:].reshape(count, n, size, size).swapaxes(-1, -2)
-        good = arrived.reshape(count, n) & np.isfinite(whole).all(axis=2)
-        return whole[..., :size], maps, np.asarray(good.all(axis=1))
-
-    def newton(self, states: Array, steps: int) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-        """Nodes (members, n, N), tangent maps, and which members closed."""
-        count, size = states.shape
-        n = self.segments * self.kind.repeats
-        nodes, alive = self._unrolled(states, n)
-        maps = np.full((count, n, size, size), np.nan)
-        found = np.zeros(count, dtype=bool)
-        scale = np.maximum(np.abs(nodes).max(axis=(1, 2)), 1e-3)
-        rows = np.flatnonzero(alive)
-        for _ in range(steps + 1):
-            if not rows.size:
-                break
-            ends, tangents, arrived = self.pass_over(rows, nodes[rows])
-            maps[rows] = tangents
-            gaps = ends - np.concatenate([nodes[rows, 1:], self.signs * nodes[rows, :1]], axis=1)
-            step = _ring_steps(tangents, self.signs, gaps)
-            length = np.abs(step).max(axis=(1, 2)) / scale[rows]
-            with np.errstate(invalid="ignore"):
-                good = arrived & (length < LARGEST_GROWTH)
-            nodes[rows[good]] += step[good]
-            closed = good & (length < CLOSED)
-            found[rows[closed]] = True
-            rows = rows[good & ~closed]
-        return nodes, maps, found
-
-    def _unrolled(self, states: Array, n: int) -> tuple[Array, npt.NDArray[np.bool_]]:
-        """The motion from ``states`` at the beginnings of n segments, and whose motion got there."""
-        times = self.members.forcing_period[:, None] * (np.arange(n) / self.segments)
-        run = integrate(self.members, states, times, tolerance=1e-12, threads=self.threads)
-        return run.states, np.asarray(np.isfinite(run.states).all(axis=(1, 2)))
+        yield (turn := _turn(members, nodes, run, times[:, -1]))[0]
 
 
-def _ring_steps(tangents: Array, signs: Array, gaps: Array) -> Array:
-    """Newton's steps (members, n, N); NaN where the equations are singular."""
-    count, n, size = gaps.shape
-    none = np.zeros((count, n, size, 0))
-    rows, corner, top = np.zeros((count, 0, n, size)), np.zeros((count, 0, 0)), np.zeros((count, 0, 1))
-    try:
-        return solve_ring(tangents, signs, gaps[..., None], none, rows, corner, top, np.inf)[0][..., 0]
-    except np.linalg.LinAlgError:
-        steps = [
-            np.full((1, n, size), np.nan) if count == 1 else _ring_steps(t[None], signs, g[None])
-            for t, g in zip(tangents, gaps, strict=True)
-        ]
-        return np.concatenate(steps)
+def _turn(members: Members, nodes: Array, run: Trajectories, time: Array) -> tuple[Turn, Array]:
+    """The turn whose segments begin at ``nodes`` (members, n, N) and last ``time`` (members,) together, and Newton's
+    steps at all nodes."""
+    assert run.tangents is not None
+    size = nodes.shape[-1]
+    path, tangents = run.states.reshape(nodes.shape), run.tangents.reshape(*nodes.shape, size)
+    product, log_scale = scaled_product(tangents)
+    log_determinant = members.divergence * time if size == 2 else np.linalg.slogdet(tangents)[1].sum(axis=1)
+    step = _condensed(tangents, product, log_scale, path - np.roll(nodes, -1, axis=1))
+    return Turn(nodes[:, 0], path, log_multipliers(product, log_scale, log_determinant), step[:, 0]), step
+
+
+def _condensed(tangents: Array, product: Array, log_scale: Array, gaps: Array) -> Array:
+    """Newton's steps (members, n, N) where the segments end ``gaps`` off the next nodes, which depends on nothing but
+    the member itself.
+
+    All equations are condensed into those of the first node (Bock and Plitt, IFAC Proceedings 17 (1984) 1603): what
+    that loses on an orbit of strong growth costs steps, not digits, because the gaps are those of the segments.
+    """
+    n, size = gaps.shape[1:]
+    end = gaps[:, 0]
+    for k in range(1, n):
+        end = _mapped(tangents[:, k], end) + gaps[:, k]
+    steps = np.empty(gaps.shape)
+    steps[:, 0] = solved(np.eye(size) - product * np.exp(log_scale)[:, None, None], end)
+    for k in range(1, n):
+        steps[:, k] = _mapped(tangents[:, k - 1], steps[:, k - 1]) + gaps[:, k - 1]
+    return steps
+
+
+def _mapped(matrices: Array, vectors: Array) -> Array:
+    return np.asarray((matrices * vectors[:, None, :]).sum(axis=2))

@@ -72,25 +72,6 @@ def advance(members: Members, run: TangentRun, clock: Clock, stretches: int, **f
     return growth
 
 
-def chained(tangents: Array) -> tuple[Array, Array]:
-    """Product of tangent maps (members, stretches, N, N), scaled to entries of at most 1, and log of the scale."""
-    multiplied = _multiplied_in_the_plane if _two_states(tangents) else np.matmul
-    product, log_scale = _scaled(tangents)
-    while product.shape[1] > 1:  # neighbours at once: as many products as halvings, not as many as stretches
-        pairs = product.shape[1] // 2
-        both, scale = _scaled(multiplied(product[:, 1 : 2 * pairs : 2], product[:, : 2 * pairs : 2]))
-        scale += log_scale[:, 1 : 2 * pairs : 2] + log_scale[:, : 2 * pairs : 2]
-        product = np.concatenate([both, product[:, 2 * pairs :]], axis=1)
-        log_scale = np.concatenate([scale, log_scale[:, 2 * pairs :]], axis=1)
-    return product[:, 0], log_scale[:, 0]
-
-
-def _scaled(maps: Array) -> tuple[Array, Array]:
-    """Maps (..., N, N) divided by their largest entries, and the logarithms of these."""
-    largest = np.abs(maps).max(axis=(-2, -1))
-    return maps / largest[..., None, None], np.log(largest)
-
-
 def qr_growth(tangents: Array, frames: Array) -> tuple[Array, Array]:
     """Logarithmic growth along the orthonormal frames that tangent maps (members, stretches, N, N) carry along.
 
@@ -144,14 +125,6 @@ def _growth_in_the_plane(tangents: Array, frames: Array) -> tuple[Array, Array]:
     growth[:, :, 0], growth[:, :, 1] = np.log(lengths.T), np.log(np.abs(height.T))
     x, y = leads[-1]
     return growth, np.stack([np.stack([x, y], axis=1), np.stack([-y, x], axis=1)], axis=2)
-
-
-def _multiplied_in_the_plane(left: Array, right: Array) -> Array:
-    product = np.empty(left.shape)
-    for i in range(2):
-        for j in range(2):
-            product[..., i, j] = left[..., i, 0] * right[..., 0, j] + left[..., i, 1] * right[..., 1, j]
-    return product
 
 
 def _larger_in_the_plane(product: Array, log_scale: Array, log_determinant: Array) -> Array:

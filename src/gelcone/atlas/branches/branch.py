@@ -124,13 +124,16 @@ class Event:
 
 @dataclass(eq=False)
 class Branch:
-    """A branch: its map, its points in order, its events, what ended it at either end, and where it comes from."""
+    """A branch: its map, its points in order, its events, what ended it at either end, and where it comes from.
+
+    ``merges``: the orbits of half its period at which it ends, and their maps.
+    """
 
     shooting: Shooting
     points: list[Point]
     events: list[Event] = field(default_factory=list)
     ended: tuple[Ending, Ending] = (Ending.LIMIT, Ending.LIMIT)
-    merges: list[Singular] = field(default_factory=list)
+    merges: list[tuple[Kind, Singular]] = field(default_factory=list)
     parent: Event | None = None
     resting: bool = False
     level: int = 0
@@ -167,7 +170,7 @@ class _Followed:
     points: list[Point]
     events: list[Event]
     ended: Ending
-    merge: Singular | None = None
+    merge: tuple[Kind, Singular] | None = None
 
 
 def follow(shooting: Shooting, start: Point, walk: Walk, *, both_ways: bool = True, resting: bool = False) -> Branch:
@@ -231,7 +234,7 @@ def _follow(shooting: Shooting, start: Point, walk: Walk, resting: bool) -> _Fol
                 return _Followed(points, events, Ending.REST)
             merge = _merge(shooting, here, point)
             if merge is not None:
-                return _Followed([*points, _merged(shooting, merge, point)], events, Ending.MERGED, merge)
+                return _Followed([*points, _merged(shooting, *merge, point)], events, Ending.MERGED, merge)
         events += _events_between(shooting, here, point, len(points) - 1, walk, resting)
         points.append(point)
         walk.tick(point)
@@ -298,8 +301,8 @@ def halves_apart(shooting: Shooting, nodes: Array) -> list[tuple[Kind, Array]]:
     return [(k, nodes[half:] - shooting.of_kind(k).signs * nodes[:half]) for k in kinds]
 
 
-def _merge(shooting: Shooting, here: Point, point: Point) -> Singular | None:
-    """Where the branch merges with one of half its period, if it does between two points."""
+def _merge(shooting: Shooting, here: Point, point: Point) -> tuple[Kind, Singular] | None:
+    """Where the branch merges with one of half its period, and that one's map, if it does between two points."""
     for (kind, before), (_, after) in zip(
         halves_apart(shooting, here.nodes), halves_apart(shooting, point.nodes), strict=True
     ):
@@ -312,19 +315,13 @@ def _merge(shooting: Shooting, here: Point, point: Point) -> Singular | None:
         nodes = 0.5 * (guess.nodes[:half] + parent.signs * guess.nodes[half:])
         found = locate(parent, nodes, np.array([guess.value]), DOUBLE, 0.5)
         if found is not None:
-            return found
+            return kind, found
     return None
 
 
-def _merged(shooting: Shooting, merge: Singular, beyond: Point) -> Point:
+def _merged(shooting: Shooting, kind: Kind, merge: Singular, beyond: Point) -> Point:
     """The last point of a branch that merges: the orbit of half the period, gone through twice."""
-    half = len(merge.nodes)
-    kinds = [k for k, _ in halves_apart(shooting, beyond.nodes)]
-    signs = min(
-        (shooting.of_kind(kind).signs for kind in kinds),
-        key=lambda own: float(np.abs(beyond.nodes[half:] - own * beyond.nodes[:half]).max()),
-    )
-    nodes = np.concatenate([merge.nodes, signs * merge.nodes])
+    nodes = np.concatenate([merge.nodes, shooting.of_kind(kind).signs * merge.nodes])
     return Point(nodes, float(merge.values[0]), beyond.multipliers, beyond.tangent)
 
 

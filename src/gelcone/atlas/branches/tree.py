@@ -49,12 +49,22 @@ class Tree:
         for event in branch.events:
             if event.kind == EventKind.LOSS_OF_REST or (event.born is not None and event.kind != EventKind.FOLD):
                 self.waiting.append((event, level))
-        for merge in branch.merges:
-            met = self._met(merge, branch)
+        for kind, merge in branch.merges:
+            met = self._met(merge, branch) or self._parent(branch, kind, merge)
             if met is not None and met.born_branch < 0:
                 met.born_branch = number
+                branch.parent = branch.parent or met
         self._ends_at_rest(branch, number)
         return number
+
+    def _parent(self, branch: Branch, kind: Kind, merge: Singular) -> Event | None:
+        """The event at which a branch ends on one that nothing else led to: that one is followed from there."""
+        shooting = branch.shooting.of_kind(kind)
+        start = at_value(shooting, merge.nodes, float(merge.values[0]), Metric.of(merge.nodes, self.walk.scale)).point
+        if start is None or len(self.branches) >= MOST_BRANCHES or self.holds(shooting, start):
+            return None
+        self.add(follow(shooting, start, self.walk), branch.level)
+        return self._met(merge, branch)
 
     def grow(self) -> None:
         """Switches at what waits."""

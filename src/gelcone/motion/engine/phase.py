@@ -7,17 +7,14 @@ parameters, all by the same Taylor series (variational equations).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from gelcone.motion.engine.differentiate import Sensitivities
 from gelcone.motion.engine.interruptions import border_events, corner_numbers, corner_times, switches_at
-from gelcone.motion.engine.program import ARRIVED, Program, Rerun
+from gelcone.motion.engine.program import Program, Rerun
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
@@ -106,31 +103,6 @@ class PhaseProgram:
     def again(self, start: Array, end: Array) -> Rerun:
         """The same run, from phases ``start`` to ``end`` (members,), to be repeated with other numbers and states."""
         return Rerun(self._program, start, end, MOST_STEPS, self._corners(start, end))
-
-    def run(
-        self,
-        numbers: Mapping[str, Array],
-        states: Array,
-        start: Array,
-        end: Array,
-        *,
-        smallest_step: npt.ArrayLike,
-        threads: int,
-        stopped: Callable[[], bool] | None,
-    ) -> tuple[Array, npt.NDArray[np.bool_], int]:
-        """States at the phases ``end`` (members, ...), which members arrived, and how many steps were made."""
-        raw = self._program.run(
-            numbers,
-            states,
-            start,
-            end[:, None],
-            smallest_step=smallest_step,
-            most_steps=MOST_STEPS,
-            threads=threads,
-            corners=self._corners(start, end),
-            stopped=stopped,
-        )
-        return raw.states[:, 0], raw.status == ARRIVED, int(raw.steps.sum())
 
 
 @lru_cache(maxsize=MOST_PROGRAMS)
