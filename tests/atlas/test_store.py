@@ -159,7 +159,7 @@ def test_a_store_is_for_one_run_at_a_time_and_for_one_plan(tmp_path):
         assert not (path / "c.partial").exists()
     other = STORED | {"analysis": "lyapunov"}
     with (
-        pytest.raises(InputError, match="holds another sweep: analysis is regime there and lyapunov here"),
+        pytest.raises(InputError, match="holds another run: analysis is regime there and lyapunov here"),
         open_store(path, other, DIMS, SHAPE, resume=True),
     ):
         pass

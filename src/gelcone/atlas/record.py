@@ -95,6 +95,8 @@ def stored_sweep(path: str | Path) -> StoredSweep:
     import xarray as xr
 
     names = ("analysis", "model", "device", "over", "draws", "initial", "options", "coarsest", "keep")
+    if record.get("analysis") == "continue_branch":
+        raise InputError(f"{path}: holds branches, no sweep; go on with the same `gelcone continue` command")
     if missing := [name for name in names if name not in record]:
         raise InputError(
             f"{path}: its plan lacks {missing[0]}; it was made by another version ({record.get('gelcone_version')}): "

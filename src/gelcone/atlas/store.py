@@ -230,7 +230,7 @@ def _another(path: Path, found: Mapping[str, Any], plan: Mapping[str, Any]) -> I
             f"{path}: {VERSION} is {theirs} there and {ours} here, so that its cells would not match; resume it with "
             f"gelcone {theirs}, or choose another store"
         )
-    return InputError(f"{path}: holds another sweep: {difference(found, plan)}; choose another store")
+    return InputError(f"{path}: holds another run: {difference(found, plan)}; choose another store")
 
 
 @contextmanager

@@ -34,6 +34,12 @@ def continue_command() -> click.Command:
             "or the cycles of a result of bifurcation or continue.  [default: rest]",
         ),
         *option_parameters(option for name, option in CONTINUE.options.items() if name != "start"),
+        click.Option(
+            ["--store", "--resume", "store"],
+            type=PLACE,
+            metavar="STORE",
+            help="Folder that keeps what is found while it comes; after an interruption the same command goes on.",
+        ),
         *output_parameters(),
     ]
     return click.Command(CONTINUE.command, params=params, callback=run_continue, help=help_of(CONTINUE))

@@ -21,7 +21,9 @@ from gelcone.errors import InputError, unknown_name
 if TYPE_CHECKING:
     import xarray as xr
 
-NOT_OPTIONS = ("model", "plan", "path", "over", "parameter", "values", "low", "high", "event", "initial", "progress")
+NOT_OPTIONS = (
+    *("model", "plan", "path", "store", "over", "parameter", "values", "low", "high", "event", "initial", "progress"),
+)
 """Parameters of public functions that say what is computed, or that make no difference to it."""
 QUANTITIES: Mapping[str, str] = {
     **dict.fromkeys(("transient", "patience", "budget", "window", "times"), "time"),

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 import gelcone
 from gelcone import InputError
 from gelcone.analyses.branches import branches_json, events_json
-from gelcone.atlas.branches import branch
+from gelcone.atlas.branches import follow
 from gelcone.atlas.branches.branch import Ending
 from gelcone.atlas.branches.check import FLAGS
 from gelcone.presets import find_preset
@@ -261,8 +261,8 @@ def test_an_interrupt_ends_it_in_one_line(command_line, monkeypatch):
             raise KeyboardInterrupt
         return original(*arguments, **options)
 
-    original = branch.correct
-    monkeypatch.setattr(branch, "correct", correct)
+    original = follow.correct
+    monkeypatch.setattr(follow, "correct", correct)
     code, out, err = command_line("continue", "voltage", "0.935", "1.0", "--preset", "base")
     assert (code, out) == (130, "")
     assert err.strip().count("\n") == 0

@@ -7,13 +7,15 @@ where Newton's method finds no orbit at it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.atlas.branches.branch import Branch, Event, EventKind, follow
+from gelcone.atlas.branches.branch import Branch, Event, EventKind, Walk
+from gelcone.atlas.branches.follow import follow
+from gelcone.atlas.branches.journal import Journal
 from gelcone.atlas.branches.point import Metric, Point, at_value
 from gelcone.atlas.branches.tree import Tree, kind_of
 from gelcone.codes import Outcome
@@ -92,8 +94,12 @@ class Checked:
     flags: list[Flag]
 
 
-def brute_force(shooting: Shooting, values: Array, starts: Array, **flow: Any) -> Runs:
+def brute_force(walk: Walk, shooting: Shooting, values: Array, starts: Array, **flow: Any) -> Runs:
     """Motions from each of the ``starts`` (starts, N) at each value, after the default transient."""
+    return Runs(**walk.journal.entry(lambda: vars(_settled(shooting, values, starts, **flow))))
+
+
+def _settled(shooting: Shooting, values: Array, starts: Array, **flow: Any) -> Runs:
     grid = np.repeat(values, len(starts))
     members = shooting.members_at((grid,))
     states = np.tile(starts, (values.size, 1))
@@ -210,11 +216,11 @@ def run_beside(tree: Tree, **flow: Any) -> Checked:
     which a branch loses stability, which have to leave."""
     stable = [b for number, branch in enumerate(tree.branches) for b in _stable(number, branch)]
     lost = [b for number, branch in enumerate(tree.branches) for b in _lost(number, branch)]
-    flags = []
-    left = _apart(stable, BESIDE, **flow) >= RETURNED
+    flags, journal = [], tree.walk.journal
+    left = _apart(journal, stable, BESIDE, **flow) >= RETURNED
     away = [beside for beside, leaves in zip(stable, left, strict=True) if leaves]
     nearer = np.array(
-        [_apart(away, start, **flow) * start < np.maximum(RETURNED * start, ROUNDING) for start in CLOSER]
+        [_apart(journal, away, start, **flow) * start < np.maximum(RETURNED * start, ROUNDING) for start in CLOSER]
     )
     for beside, returns in zip(away, nearer.T, strict=True):
         told = _narrow(CLOSER[int(returns.argmax())]) if returns.any() else ""
@@ -222,10 +228,9 @@ def run_beside(tree: Tree, **flow: Any) -> Checked:
     for beside, leaves in zip(stable, left, strict=True):
         if not leaves and _repeats_sooner(beside):
             flags.append(Flag(OTHER_PERIOD, beside.number, beside.point.value))
-    for beside, apart in zip(lost, _apart(lost, BESIDE, **flow), strict=True):
-        if apart < 1.0 / RETURNED:
-            assert beside.event is not None
-            flags.append(Flag(NOT_BRACKETED, beside.number, beside.event.value))
+    for beside in _staying(journal, lost, **flow):
+        assert beside.event is not None
+        flags.append(Flag(NOT_BRACKETED, beside.number, beside.event.value))
     return Checked(0, 0, len(stable), flags)
 
 
@@ -274,10 +279,14 @@ def _periods(branch: Branch, point: Point) -> int:
     return max(periods, 2)
 
 
-def _apart(runs: list[_Beside], beside: float, **flow: Any) -> Array:
+def _apart(journal: Journal, runs: list[_Beside], beside: float, **flow: Any) -> Array:
     """How far each run ends from its orbit, over how far it began from it, ``beside`` times the orbit's size."""
     if not runs:
         return np.zeros(0)
+    return np.asarray(journal.entry(lambda: {"apart": _ran(runs, beside, **flow)})["apart"])
+
+
+def _ran(runs: list[_Beside], beside: float, **flow: Any) -> Array:
     shooting = runs[0].branch.shooting
     members = shooting.members_at((np.array([run.point.value for run in runs]),))
     orbits = np.stack([run.point.nodes[0] for run in runs])
@@ -288,6 +297,16 @@ def _apart(runs: list[_Beside], beside: float, **flow: Any) -> Array:
     ends, outcome = settle(members, orbits + (beside * size)[:, None] * side, repeats, **flow)
     apart = np.abs(ends - orbits).max(axis=1) / (beside * size)
     return np.where((outcome == Outcome.OK) & np.isfinite(apart), apart, np.inf)
+
+
+def _staying(journal: Journal, runs: list[_Beside], **flow: Any) -> list[_Beside]:
+    """The runs that do not leave their unstable orbits. Chaos next to one comes back now and then: what is near it has
+    to be so half as many periods later, too."""
+    for longer in (1.0, 1.5):
+        runs = [replace(run, periods=int(longer * run.periods)) for run in runs]
+        apart = _apart(journal, runs, BESIDE, **flow)
+        runs = [run for run, by in zip(runs, apart, strict=True) if by < 1.0 / RETURNED]
+    return runs
 
 
 def _narrow(returns_from: float) -> str:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
+from hashlib import sha256
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gelcone import dataset
-from gelcone.atlas.branches.branch import Branch, Ending, EventKind, Walk, follow, multipliers_of_period
+from gelcone._version import __version__
+from gelcone.atlas.branches.branch import Branch, Ending, EventKind, Walk, multipliers_of_period
 from gelcone.atlas.branches.check import FLAGS, Checked, Flag, Runs, brute_force, cover, polished, run_beside, shortest
+from gelcone.atlas.branches.follow import follow
+from gelcone.atlas.branches.journal import journal_in
 from gelcone.atlas.branches.point import Metric, Point, at_value
 from gelcone.atlas.branches.tree import Tree, kind_of, whole_period
 from gelcone.atlas.branches.varied import Varied, vary
@@ -58,6 +64,7 @@ def continue_branch(
     checks: int = CHECKS,
     points: int = 2000,
     tolerance: float = DEFAULT_TOLERANCE,
+    store: str | Path | None = None,
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -80,6 +87,8 @@ def continue_branch(
     checks : values of the parameter at which brute force settles, at least 2. Default 24.
     points : most points of a branch, at least 2. Default 2000.
     tolerance : relative error of one step of the integrator. Default 1e-15.
+    store : folder that keeps what is found while it comes. A run that was stopped goes on from there when it is called
+        again with the same arguments, and gives the same bits. Default none.
     threads : worker threads of brute force; default one a core.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -98,32 +107,12 @@ def continue_branch(
 
     Raises
     ------
-    InputError : for an unknown parameter, an interval that is empty or reversed, counts that are too small, or a start
-        that is no orbit.
+    InputError : for an unknown parameter, an interval that is empty or reversed, counts that are too small, a start
+        that is no orbit, or a store of another run.
     """
     varied = vary(model, {parameter: (low, high)}, initial)
     for name, count, least in (("switch", switch, 0), ("checks", checks, 2), ("points", points, 2)):
         check_count(name, count, least)
-    flow = {"tolerance": tolerance, "threads": threads}
-    (bottom,), (top,) = varied.ends
-    states = varied.starts([0.5 * (bottom + top)])
-    counted = Counted(progress)
-    walk = Walk(float(bottom), float(top), points, point_by_point(counted, FOLLOWING))
-    shooting = varied.shooting(tolerance)
-    tree = grown(shooting, varied, walk, start, states, switch, flow)
-    runs = _runs(start, varied) or brute_force(
-        shooting, np.linspace(bottom, top, checks), np.concatenate([states, 0.05 * states]), **flow
-    )
-    counted(0.2)
-    covered = cover(tree, shooting, runs, **flow)
-    counted(0.2)
-    beside = run_beside(tree, **flow)
-    if not tree.branches:
-        raise InputError(
-            f"start = {start!r}: is no orbit: neither the motion at {parameter} = {varied.said(bottom)} nor any other "
-            "is periodic; take another interval or start"
-        )
-    checked = Checked(covered.cycles, covered.seeded, beside.orbits, covered.flags + beside.flags)
     options = {
         "parameter": parameter,
         "low": float(varied.low[0]),
@@ -135,9 +124,52 @@ def continue_branch(
         "points": points,
         "tolerance": tolerance,
     }
+    flow = {"tolerance": tolerance, "threads": threads}
+    (bottom,), (top,) = varied.ends
+    states = varied.starts([0.5 * (bottom + top)])
+    counted = Counted(progress)
+    with journal_in(store, _plan(varied, options, start)) as journal:
+        walk = Walk(float(bottom), float(top), points, point_by_point(counted, FOLLOWING), journal)
+        shooting = varied.shooting(tolerance)
+        tree = grown(shooting, varied, walk, start, states, switch, flow)
+        runs = _runs(start, varied) or brute_force(
+            walk, shooting, np.linspace(bottom, top, checks), np.concatenate([states, 0.05 * states]), **flow
+        )
+        counted(0.2)
+        covered = cover(tree, shooting, runs, **flow)
+        counted(0.2)
+        beside = run_beside(tree, **flow)
+    if not tree.branches:
+        raise InputError(
+            f"start = {start!r}: is no orbit: neither the motion at {parameter} = {varied.said(bottom)} nor any other "
+            "is periodic; take another interval or start"
+        )
+    checked = Checked(covered.cycles, covered.seeded, beside.orbits, covered.flags + beside.flags)
     result = _label(varied, tree, runs, checked, options)
     counted.finish()
     return result
+
+
+def _plan(varied: Varied, options: Mapping[str, Any], start: Any) -> dict[str, Any]:
+    """All that decides the numbers, as plain data; a start that is a result stands there by its digest."""
+    begin = {} if isinstance(start, str) else {"start": f"result {_digest(start)}"}
+    return {
+        "gelcone_version": __version__,
+        "analysis": "continue_branch",
+        "model": json.loads(dataset.label(varied.plan.cone, {}, options={}, title="").attrs["model"]),
+        "device": None if varied.device is None else varied.device.parameters(),
+        "options": {**options, **begin},
+    }
+
+
+def _digest(start: Any) -> str:
+    """Stands for the orbits or motions that a run begins with."""
+    values = vars(start) if isinstance(start, Runs) else {str(name): start[name].values for name in start.variables}
+    whole = sha256()
+    for name in sorted(values):
+        column = np.asarray(values[name])
+        whole.update(name.encode() + (column.astype(str) if column.dtype.hasobject else column).tobytes())
+    return whole.hexdigest()[:16]
 
 
 def point_by_point(counted: Counted, share: float) -> Callable[[Point], None]:
@@ -186,7 +218,7 @@ def _roots(
         n = shooting.numbers_at((walk.low,))
         states = states.copy()
         states[:, 0], states[:, 1] = shooting.system.bias.free_height(n), 0.0
-    runs = brute_force(shooting, np.array([walk.low, walk.high]), states, **flow)
+    runs = brute_force(walk, shooting, np.array([walk.low, walk.high]), states, **flow)
     roots: list[Branch] = []
     for k in np.flatnonzero(runs.period > 0):
         kind = kind_of(int(runs.period[k]), bool(runs.symmetric[k]))

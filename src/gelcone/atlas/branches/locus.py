@@ -146,7 +146,7 @@ def locus(
     line = across.shooting(tolerance)
     walk = Walk(float(low), float(high), tick=point_by_point(counted, FOLLOWING))
     tree = grown(line, across, walk, start, states, switch, flow)
-    runs = brute_force(line, np.linspace(low, high, checks), np.concatenate([states, 0.05 * states]), **flow)
+    runs = brute_force(walk, line, np.linspace(low, high, checks), np.concatenate([states, 0.05 * states]), **flow)
     cover(tree, line, runs, **flow)
     seeds = [e for branch in tree.branches for e in branch.events if e.kind == kind and e.resolved]
     if not seeds:

@@ -8,17 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gelcone.atlas.branches.branch import (
-    Branch,
-    Ending,
-    Event,
-    EventKind,
-    Walk,
-    born_map,
-    born_start,
-    follow,
-)
+from gelcone.atlas.branches.birth import born_start
+from gelcone.atlas.branches.branch import Branch, Ending, Event, EventKind, Walk, born_map
 from gelcone.atlas.branches.event import Singular
+from gelcone.atlas.branches.follow import follow
 from gelcone.atlas.branches.point import SMALLEST, Metric, Point, at_value, between, shares_at
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.quantity import Array

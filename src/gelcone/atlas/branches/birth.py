@@ -1,0 +1,51 @@
+"""How the branch begins that is born at an event."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gelcone.atlas.branches.branch import Event, EventKind, Walk, born_map
+from gelcone.atlas.branches.point import Corrected, Direction, Metric, Point, correct
+from gelcone.motion.orbit import Shooting
+
+SMALLEST_AMPLITUDE = 1e-5
+LARGEST_AMPLITUDE = 0.05
+"""Amplitude of the first point of a branch that is born, as a share of the orbit's size."""
+LARGEST_SHIFT = 0.01
+"""And how far the parameter may move to it, as a share of its interval."""
+
+
+def born_start(shooting: Shooting, event: Event, walk: Walk) -> tuple[Shooting, Point, Point] | None:
+    """The first two points of the branch that is born at an event: the event, and an orbit beside it.
+
+    The amplitude is taken smaller until the orbit lies before its own doubling; None where none is found.
+    """
+    if event.born is None:
+        return None
+    orbit, kind = event.orbit, born_map(event)
+    child = shooting.of_kind(kind)
+    turns = child.count // shooting.count
+    nodes, null, bend = orbit.nodes, orbit.null, event.born.bend
+    if turns == 2:
+        nodes = np.concatenate([nodes, shooting.signs * nodes])
+        null = np.concatenate([null, orbit.at * shooting.signs * null])
+        bend = np.concatenate([bend, shooting.signs * bend])
+    curvature, value = event.born.curvature, event.value
+    metric = Metric.of(nodes + (null if event.kind == EventKind.LOSS_OF_REST else 0.0), walk.scale)
+    tangent = metric.unit(Direction(null, 0.0))
+    size = float(np.abs(nodes).max()) or 1.0
+    amplitude = LARGEST_AMPLITUDE * size
+    if curvature:
+        amplitude = min(amplitude, np.sqrt(LARGEST_SHIFT * walk.scale / abs(curvature)))
+    while amplitude > SMALLEST_AMPLITUDE * size:
+        shift = amplitude * amplitude
+        guess = Direction(nodes + amplitude * null + shift * bend, value + shift * curvature)
+        found: Corrected = correct(child, guess, tangent, metric)
+        if found.point is not None and found.step < 0.3 * amplitude and found.point.double > 0.0:
+            start = Point(nodes, value, found.point.multipliers, tangent)
+            point = found.point
+            if metric.inner(point.tangent, tangent) < 0.0:
+                point = Point(point.nodes, point.value, point.multipliers, -point.tangent)
+            return child, start, point
+        amplitude *= 0.4
+    return None

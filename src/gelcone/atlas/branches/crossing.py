@@ -1,0 +1,190 @@
+"""Events between two neighbouring points of a branch: found by the signs of test functions, located, and named."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.atlas.branches.branch import Event, EventKind, Walk
+from gelcone.atlas.branches.event import DOUBLE, FOLD, Singular, bordered, born, locate
+from gelcone.atlas.branches.point import Direction, Metric, Point, at_value, between, correct
+from gelcone.motion.orbit import Shooting
+
+SECTIONS = 30
+"""How often the interval of an event is cut before it counts as unresolved."""
+TORUS_WIDTH = 1e-11
+"""The interval of a torus bifurcation is cut down to this share of the parameter's."""
+ROUNDING_AT_TORUS = 1e-12
+
+
+def events_between(
+    shooting: Shooting, a: Point, b: Point, after: int, walk: Walk, resting: bool, depth: int = 0
+) -> list[Event]:
+    """The events between two neighbouring points, in the order in which the branch meets them."""
+    crossed = []
+    if a.fold * b.fold < 0.0:
+        crossed.append((FOLD, a.fold / (a.fold - b.fold)))
+    if a.double * b.double < 0.0:
+        crossed.append((DOUBLE, a.double / (a.double - b.double)))
+    torus = shooting.size > 2 and _pairs_outside(a) != _pairs_outside(b)
+    if not (crossed or torus):
+        return []
+    found = [_event(shooting, a, b, at, share, after, walk, resting) for at, share in crossed]
+    events = [event for event in found if event is not None]
+    if torus:
+        events.append(_torus(shooting, a, b, after, walk))
+    metric = Metric.of(a.nodes, walk.scale)
+
+    def place(event: Event) -> float:
+        return metric.inner(Direction(event.orbit.nodes - a.nodes, event.value - a.value), a.tangent)
+
+    return sorted(events, key=place)
+
+
+def _event(
+    shooting: Shooting, a: Point, b: Point, at: float, share: float, after: int, walk: Walk, resting: bool
+) -> Event | None:
+    """One event between two points: Newton's method from the interpolated guess, or from ever narrower brackets."""
+    side = _unstable_side(a, b, at)
+    metric = Metric.of(a.nodes, walk.scale)
+    width = metric.length(Direction(b.nodes - a.nodes, b.value - a.value))
+    for _ in range(SECTIONS):
+        guess = between(a, b, share)
+        if resting:
+            orbit = _at_rest(shooting, a, b, at)
+        else:
+            orbit = locate(shooting, guess.nodes, np.array([guess.value]), at, 0.5)
+        if orbit is not None:
+            off = Direction(orbit.nodes - a.nodes, float(orbit.values[0]) - a.value)
+            chord = Direction(b.nodes - a.nodes, b.value - a.value)
+            place = metric.inner(off, chord) / metric.inner(chord, chord)
+            if resting or (-1e-6 <= place <= 1.0 + 1e-6 and metric.length(off) < 2.0 * width):
+                return _named(shooting, orbit, side, after, resting, True)
+        chord = metric.unit(Direction(b.nodes - a.nodes, b.value - a.value))
+        middle = correct(shooting, guess, chord, metric).point
+        if middle is None:
+            guess = between(a, b, 0.5)
+            middle = correct(shooting, guess, chord, metric).point
+        if middle is None:
+            return None
+        if metric.inner(middle.tangent, a.tangent) < 0.0:
+            middle = Point(middle.nodes, middle.value, middle.multipliers, -middle.tangent)
+        one, other, here = (p.fold if at == FOLD else p.double for p in (a, b, middle))
+        if one * here <= 0.0:
+            b, other = middle, here
+        else:
+            a, one = middle, here
+        width = metric.length(Direction(b.nodes - a.nodes, b.value - a.value))
+        share = min(max(one / (one - other), 0.1), 0.9)
+        if width < 1e-10:
+            break
+    orbit = Singular(
+        a.nodes,
+        np.array([0.5 * (a.value + b.value)]),
+        np.array([abs(b.value - a.value) + 1e-12]),
+        np.zeros_like(a.nodes),
+        np.zeros_like(a.nodes),
+        a.multipliers,
+        at,
+    )
+    return _named(shooting, orbit, side, after, resting, False)
+
+
+def _named(shooting: Shooting, orbit: Singular, side: float, after: int, resting: bool, resolved: bool) -> Event:
+    """The event at a singular orbit, with the branch that is born there."""
+    kind = (
+        EventKind.LOSS_OF_REST
+        if resting
+        else EventKind.FOLD
+        if orbit.at == FOLD
+        else EventKind.SYMMETRY_BREAKING
+        if shooting.kind.reflected
+        else EventKind.PERIOD_DOUBLING
+    )
+    leaves = None
+    if resolved:
+        try:
+            leaves = born(shooting, orbit)
+        except np.linalg.LinAlgError:
+            resolved = False
+    return Event(kind, orbit, leaves, 0.0 if kind == EventKind.FOLD else side, after, shooting.kind, resolved)
+
+
+def _unstable_side(a: Point, b: Point, at: float) -> float:
+    """On which side of the event, in the parameter, a multiplier is beyond ``at``: 1 above, -1 below."""
+    one = a.fold if at == FOLD else a.double
+    inner, outer = (a, b) if one > 0.0 else (b, a)
+    return float(np.sign(outer.value - inner.value))
+
+
+def _at_rest(shooting: Shooting, a: Point, b: Point, at: float) -> Singular | None:
+    """Where rest loses stability between two values: bisection and secants on the test function."""
+    from scipy.optimize import brentq
+
+    def resting(value: float) -> Point:
+        nodes = a.nodes + (b.nodes - a.nodes) * ((value - a.value) / (b.value - a.value))
+        if shooting.size == 2:
+            multipliers = shooting.multipliers(shooting.run(nodes, (value,)).tangents, (value,))
+            return Point(nodes, value, multipliers, a.tangent)
+        return at_value(shooting, nodes, value, Metric.of(a.nodes, 1.0)).point or a
+
+    def test(value: float) -> float:
+        point = resting(value)
+        return point.fold if at == FOLD else point.double
+
+    low, high = sorted((a.value, b.value))
+    value = float(brentq(test, low, high, xtol=1e-15, rtol=1e-15))
+    point = resting(value)
+    system = bordered(shooting, point.nodes, np.array([value]), at, None, None)
+    if system is None:
+        return None
+    rounding = 1e-14 * (1.0 + np.abs(system.here.tangents).sum() / np.abs(system.by_values[0]))
+    return Singular(
+        point.nodes, np.array([value]), np.array([rounding]), system.null, system.left, point.multipliers, at
+    )
+
+
+def _pairs_outside(point: Point) -> int:
+    """Complex multipliers outside the unit circle."""
+    return int(((np.abs(point.multipliers) > 1.0) & _complex(point)).sum())
+
+
+def _complex(point: Point) -> npt.NDArray[np.bool_]:
+    return np.asarray(np.abs(point.multipliers.imag) > 1e-9)
+
+
+def _torus(shooting: Shooting, a: Point, b: Point, after: int, walk: Walk) -> Event:
+    """A pair of multipliers that leaves the unit circle between two points (Neimark-Sacker bifurcation): the interval
+    is cut until the value is known to `TORUS_WIDTH`. What is born there is no periodic orbit, and not followed."""
+    outside = a if _pairs_outside(a) > _pairs_outside(b) else b
+    side = float(np.sign(outside.value - (b if outside is a else a).value))
+    pairs, low, high = _pairs_outside(a), a, b
+    while abs(high.value - low.value) > TORUS_WIDTH * walk.scale:
+        metric = Metric.of(low.nodes, walk.scale)
+        chord = metric.unit(Direction(high.nodes - low.nodes, high.value - low.value))
+        share = _crossing(low, high)
+        middle = correct(shooting, between(low, high, share), chord, metric).point
+        if middle is None:
+            break
+        if metric.inner(middle.tangent, low.tangent) < 0.0:
+            middle = Point(middle.nodes, middle.value, middle.multipliers, -middle.tangent)
+        low, high = (middle, high) if _pairs_outside(middle) == pairs else (low, middle)
+    zeros = np.zeros_like(low.nodes)
+    error = np.array([abs(high.value - low.value) + ROUNDING_AT_TORUS * walk.scale])
+    value = np.array([0.5 * (low.value + high.value)])
+    multipliers = (low if _complex(low).any() else high).multipliers
+    orbit = Singular(low.nodes, value, error, zeros, zeros, multipliers, FOLD)
+    return Event(EventKind.TORUS, orbit, None, side, after, shooting.kind)
+
+
+def _crossing(a: Point, b: Point) -> float:
+    """Where between two points a pair passes the unit circle, by the modulus of the pair that is nearest to it, a
+    little beyond so that the intervals shrink from both ends; the middle where no pair is known on both sides."""
+    if not (_complex(a).any() and _complex(b).any()):
+        return 0.5
+    one, other = (min(np.log(np.abs(p.multipliers[_complex(p)])), key=abs) for p in (a, b))
+    if one * other >= 0.0:
+        return 0.5
+    share = float(one / (one - other))
+    share += np.copysign(min(0.1 * min(share, 1.0 - share), 0.05), 0.5 - share)
+    return min(max(share, 1e-3), 1.0 - 1e-3)

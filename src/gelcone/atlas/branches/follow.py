@@ -1,0 +1,225 @@
+"""One branch: orbits followed in a parameter from a start until something ends it, with the events on the way."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gelcone.atlas.branches.branch import Branch, Ending, Walk
+from gelcone.atlas.branches.crossing import events_between
+from gelcone.atlas.branches.event import DOUBLE, Singular, locate
+from gelcone.atlas.branches.followed import Followed
+from gelcone.atlas.branches.point import (
+    Corrected,
+    Direction,
+    Metric,
+    Point,
+    along,
+    at_value,
+    between,
+    correct,
+    cubic_weights,
+)
+from gelcone.motion.orbit import Kind, Shooting
+from gelcone.quantity import Array
+
+FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.005, 0.04, 1e-9
+"""Steps along a branch, in units of the orbit's size and of the parameter's interval."""
+AIM = 2e-3
+"""How far a guess should be off; the steps are made so long."""
+FARTHEST = 0.05
+"""A guess that is off by more than this is not trusted: it may have led to another branch."""
+COLLAPSED = 1e-6
+"""An orbit, or the difference between its halves, that is this much smaller than before has collapsed."""
+SAME_WAY = 0.8
+"""Cosine of the largest turn from one point to the next."""
+LONGEST_STEP_AT_REST = 0.005
+
+
+def follow(shooting: Shooting, start: Point, walk: Walk, *, both_ways: bool = True, resting: bool = False) -> Branch:
+    """The branch through ``start``, whose tangent says which way is forward."""
+    forward = _follow(shooting, start, walk, resting)
+    assert forward.ended is not None
+    if forward.ended == Ending.CLOSED or not both_ways:
+        branch = Branch(shooting, forward.points, forward.events, (forward.ended, forward.ended), resting=resting)
+        branch.merges = [forward.merge] if forward.merge else []
+        return branch
+    backward = _follow(shooting, Point(start.nodes, start.value, start.multipliers, -start.tangent), walk, resting)
+    assert backward.ended is not None
+    turned = [Point(p.nodes, p.value, p.multipliers, -p.tangent) for p in backward.points[:0:-1]]
+    count = len(turned)
+    for event in forward.events:
+        event.after += count
+    for event in backward.events:
+        event.after = count - 1 - event.after
+    events = [*reversed(backward.events), *forward.events]
+    merges = [merge for merge in (backward.merge, forward.merge) if merge is not None]
+    return Branch(shooting, turned + forward.points, events, (backward.ended, forward.ended), merges, resting=resting)
+
+
+def _follow(shooting: Shooting, start: Point, walk: Walk, resting: bool) -> Followed:
+    """The branch from ``start`` onwards; what the journal holds of it is taken from there."""
+    entry, whole = walk.journal.begin()
+    way = Followed.of(entry, shooting.kind) if entry else Followed([start], FIRST_STEP)
+    if whole:
+        return way
+    if not walk.low <= start.value + 1e-12 * walk.scale * np.sign(start.tangent.value) <= walk.high:
+        way.finish(Ending.LIMIT)
+    while way.ended is None:
+        _go_on(shooting, way, walk, resting)
+        walk.journal.note(way.arrays)
+    walk.journal.end(way.arrays)
+    return way
+
+
+def _go_on(shooting: Shooting, way: Followed, walk: Walk, resting: bool) -> None:
+    """Takes a step: to the next point, to the end, or none but a shorter one next time."""
+    points, here = way.points, way.points[-1]
+    metric = Metric.of(here.nodes, walk.scale)
+    tangent = metric.unit(here.tangent)
+    guess = _ahead(points[-2] if len(points) > 1 else None, here, tangent, metric, way.step)
+    found = correct(shooting, guess, tangent, metric)
+    point = found.point
+    if point is None or not _trusted(shooting, here, found, tangent, metric, way.step, resting):
+        way.step *= 0.4
+        if way.step < SHORTEST_STEP:
+            at_wall = Ending.PULLED_IN if shooting.pulled_in else Ending.WALL
+            way.finish(at_wall if found.left else Ending.STEP)
+        return
+    if not walk.low <= point.value <= walk.high:
+        last = _at_border(shooting, here, point, walk, metric)
+        if last is not None:
+            way.events += events_between(shooting, here, last, len(points) - 1, walk, resting)
+            way.finish(Ending.LIMIT, last)
+            return
+        way.step *= 0.5
+        if way.step < SHORTEST_STEP:
+            way.finish(Ending.LIMIT)
+        return
+    if not resting and len(points) > 1:
+        if _passes_rest(shooting, here, point):
+            way.finish(Ending.REST)
+            return
+        way.merge = _merge(shooting, here, point)
+        if way.merge is not None:
+            way.finish(Ending.MERGED, _merged(shooting, *way.merge, point))
+            return
+    way.events += events_between(shooting, here, point, len(points) - 1, walk, resting)
+    points.append(point)
+    walk.tick(point)
+    if len(points) > 6 and _closes(points, metric, way.step):
+        way.finish(Ending.CLOSED, points[0])
+    elif len(points) >= walk.most:
+        way.finish(Ending.POINTS)
+    factor = min(max((AIM / max(found.step, 1e-12)) ** 0.25, 0.5), 1.7)
+    way.step = min(way.step * factor, LONGEST_STEP_AT_REST if resting else LONGEST_STEP)
+
+
+def _trusted(
+    shooting: Shooting,
+    here: Point,
+    found: Corrected,
+    tangent: Direction,
+    metric: Metric,
+    step: float,
+    resting: bool,
+) -> bool:
+    """Whether the next point lies on the same branch."""
+    point = found.point
+    if point is None or not found.step < FARTHEST * min(1.0, 20.0 * step):
+        return False
+    if not metric.inner(tangent, metric.unit(point.tangent)) > SAME_WAY:
+        return False
+    return resting or not _collapsed(shooting, here, point)
+
+
+def _ahead(before: Point | None, here: Point, tangent: Direction, metric: Metric, step: float) -> Direction:
+    """The guess a step ahead: on the cubic through the last two points with the tangents there."""
+    if before is None:
+        return along(here, tangent, step)
+    apart = metric.length(Direction(here.nodes - before.nodes, here.value - before.value))
+    back = metric.unit(before.tangent)
+    a, b, c, d = cubic_weights(1.0 + step / apart) * np.array([1.0, 1.0, apart, apart])
+    nodes = a * before.nodes + b * here.nodes + c * back.nodes + d * tangent.nodes
+    return Direction(nodes, float(a * before.value + b * here.value + c * back.value + d * tangent.value))
+
+
+def _at_border(shooting: Shooting, here: Point, beyond: Point, walk: Walk, metric: Metric) -> Point | None:
+    """The point at the end of the interval that a step passed."""
+    border = walk.high if beyond.value > walk.high else walk.low
+    if abs(here.value - border) < 1e-12 * walk.scale:
+        return here
+    share = (border - here.value) / (beyond.value - here.value)
+    guess = between(here, beyond, share)
+    found = at_value(shooting, guess.nodes, border, metric)
+    if found.point is None or found.step > FARTHEST:
+        return None
+    tangent = found.point.tangent
+    if metric.inner(tangent, beyond.tangent) < 0.0:
+        tangent = -tangent
+    return Point(found.point.nodes, border, found.point.multipliers, tangent)
+
+
+# --- ends within the interval -----------------------------------------------------------------------------------------
+
+
+def _passes_rest(shooting: Shooting, here: Point, point: Point) -> bool:
+    """Whether the branch passes rest between two points, where it would go on as its own mirror image."""
+    if not shooting.symmetric:
+        return False
+    return bool((here.nodes[:, :2] * point.nodes[:, :2]).sum() < 0.0)
+
+
+def _collapsed(shooting: Shooting, here: Point, point: Point) -> bool:
+    """Whether a step fell from a branch onto one that it comes from: rest, or half its period."""
+    size = float(np.abs(here.nodes).max())
+    if shooting.symmetric and size > COLLAPSED and np.abs(point.nodes[:, :2]).max() < COLLAPSED * size:
+        return True
+    pairs = zip(halves_apart(shooting, here.nodes), halves_apart(shooting, point.nodes), strict=True)
+    return any(np.abs(after).max() < COLLAPSED * size < np.abs(before).max() for (_, before), (_, after) in pairs)
+
+
+def halves_apart(shooting: Shooting, nodes: Array) -> list[tuple[Kind, Array]]:
+    """For each map of half the repeats that the orbit may become a fixed point of, how far its halves are apart."""
+    kind, half = shooting.kind, len(nodes) // 2
+    if kind.repeats % 2 or kind.reflected:
+        return []
+    kinds = [Kind(kind.repeats // 2)] + [Kind(kind.repeats // 2, True)] * shooting.symmetric
+    return [(k, nodes[half:] - shooting.of_kind(k).signs * nodes[:half]) for k in kinds]
+
+
+def _merge(shooting: Shooting, here: Point, point: Point) -> tuple[Kind, Singular] | None:
+    """Where the branch merges with one of half its period, and that one's map, if it does between two points."""
+    for (kind, before), (_, after) in zip(
+        halves_apart(shooting, here.nodes), halves_apart(shooting, point.nodes), strict=True
+    ):
+        if (before * after).sum() >= 0.0:
+            continue
+        one, other = np.abs(before).max(), np.abs(after).max()
+        guess = between(here, point, one / (one + other))
+        parent = shooting.of_kind(kind)
+        half = len(guess.nodes) // 2
+        nodes = 0.5 * (guess.nodes[:half] + parent.signs * guess.nodes[half:])
+        found = locate(parent, nodes, np.array([guess.value]), DOUBLE, 0.5)
+        if found is not None:
+            return kind, found
+    return None
+
+
+def _merged(shooting: Shooting, kind: Kind, merge: Singular, beyond: Point) -> Point:
+    """The last point of a branch that merges: the orbit of half the period, gone through twice."""
+    nodes = np.concatenate([merge.nodes, shooting.of_kind(kind).signs * merge.nodes])
+    return Point(nodes, float(merge.values[0]), beyond.multipliers, beyond.tangent)
+
+
+def _closes(points: list[Point], metric: Metric, step: float) -> bool:
+    """Whether the last step passed the start, going the same way."""
+    start, here, before = points[0], points[-1], points[-2]
+    if min(abs(here.value - start.value), abs(before.value - start.value)) > 2.0 * step * metric.value:
+        return False
+    apart = Direction(here.nodes - start.nodes, here.value - start.value)
+    earlier = Direction(before.nodes - start.nodes, before.value - start.value)
+    if metric.length(apart) > 2.0 * step or metric.length(earlier) > 2.0 * step:
+        return False
+    tangent = metric.unit(start.tangent)
+    passed = metric.inner(apart, tangent) >= 0.0 >= metric.inner(earlier, tangent)
+    return passed and metric.inner(here.tangent, tangent) > 0.0

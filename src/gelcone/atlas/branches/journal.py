@@ -1,0 +1,102 @@
+"""What a run along branches has found so far, kept in a folder, so that the same run goes on where it was stopped.
+
+Following branches is one chain of steps, each of which depends on nothing but the model and the steps before. A run
+that starts again therefore asks for the same entries in the same order: those that are there are taken, bit for bit,
+and the one that was under way goes on from its last state.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+import zipfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gelcone.atlas.store import open_store
+from gelcone.errors import InputError
+from gelcone.files import write_whole
+
+EVERY = 1.0
+"""Seconds between two times at which the state of an entry under way is written."""
+Entry = Mapping[str, Any]
+"""Arrays and numbers by name."""
+
+
+class Journal:
+    """The entries of one run, in the order in which they are asked for; without a folder none is kept."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self._folder, self._number, self._written = folder, 0, time.monotonic()
+
+    def entry(self, compute: Callable[[], Entry]) -> Entry:
+        """The next entry: as it was found before, or computed now."""
+        found, whole = self.begin()
+        if not whole:
+            found = compute()
+            self.end(lambda: found)
+        return found
+
+    def begin(self) -> tuple[Entry, bool]:
+        """What is there of the next entry, and whether that is all."""
+        if self._folder is None:
+            return {}, False
+        for name, whole in ((self._name, True), (self._partial, False)):
+            if (self._folder / name).exists():
+                self._number += whole
+                return _read(self._folder / name), whole
+        return {}, False
+
+    def note(self, state: Callable[[], Entry]) -> None:
+        """Writes the state of the entry under way, now and then."""
+        if self._folder is not None and time.monotonic() > self._written + EVERY:
+            self._write(self._partial, state())
+
+    def end(self, entry: Callable[[], Entry]) -> None:
+        """Writes the entry under way, which is found whole next time."""
+        if self._folder is not None:
+            self._write(self._name, entry())
+            (self._folder / self._partial).unlink(missing_ok=True)
+        self._number += 1
+
+    @property
+    def _name(self) -> str:
+        return f"{self._number:05d}.npz"
+
+    @property
+    def _partial(self) -> str:
+        return f"{self._number:05d}-under-way.npz"
+
+    def _write(self, name: str, entry: Entry) -> None:
+        assert self._folder is not None
+        write_whole(self._folder / name, lambda path: np.savez(path, **entry), force=True)
+        self._written = time.monotonic()
+
+
+def _read(path: Path) -> Entry:
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as found:
+            return dict(found)
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        told = " ".join(str(error).split())
+        raise InputError(f"{path}: is damaged ({told}); remove it, and what follows is computed again") from None
+
+
+@contextmanager
+def journal_in(folder: str | Path | None, plan: Mapping[str, Any]) -> Iterator[Journal]:
+    """The journal of a run in a folder, for this run alone: a new one, or that of an earlier run of the same plan.
+
+    Raises `InputError` for what `gelcone.atlas.store.open_store` refuses.
+    """
+    if folder is None:
+        yield Journal()
+        return
+    place = Path(folder)
+    with open_store(place, json.loads(json.dumps(plan)), ("entry",), (1,), resume=(place / "zarr.json").is_file()):
+        for unfinished in place.glob(".*.npz"):  # left by a run that was killed while it wrote
+            unfinished.unlink()
+        yield Journal(place)

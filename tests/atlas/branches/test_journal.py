@@ -1,0 +1,76 @@
+"""A run along branches that is stopped anywhere goes on there, and gives the bits of one that was not."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gelcone
+from gelcone import InputError
+from gelcone.atlas.branches import check, follow, journal
+from gelcone.presets import find_preset
+
+BASE = find_preset("base").model
+
+
+def followed(store=None, **options):
+    """A branch, the one born at its doubling, brute force and runs beside."""
+    given = {"switch": 1, "checks": 2, "start": "settled"} | options
+    return gelcone.continue_branch(BASE, "voltage", 0.99, 1.01, store=store, **given)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return followed()
+
+
+def stopped_at(monkeypatch, module, name, calls):
+    """Replaces a function by one that is interrupted at so many calls, and tells of all calls."""
+    original, made = getattr(module, name), []
+
+    def counted(*arguments, **options):
+        made.append(name)
+        if len(made) == calls:
+            raise KeyboardInterrupt
+        return original(*arguments, **options)
+
+    monkeypatch.setattr(module, name, counted)
+    return made
+
+
+def test_a_run_stopped_again_and_again_gives_the_same_bits(whole, tmp_path, monkeypatch):
+    monkeypatch.setattr(journal, "EVERY", 0.0)
+    for module, name, calls in ((follow, "correct", 12), (follow, "correct", 20), (check, "settle", 2)):
+        with monkeypatch.context() as patch:
+            stopped_at(patch, module, name, calls)
+            with pytest.raises(KeyboardInterrupt):
+                followed(tmp_path / "store")
+    again = stopped_at(monkeypatch, follow, "correct", 0)
+    xr.testing.assert_identical(followed(tmp_path / "store"), whole)
+    assert not again
+
+
+def test_a_run_that_is_done_is_not_computed_again(whole, tmp_path, monkeypatch):
+    followed(tmp_path)
+    for module, name in ((follow, "correct"), (check, "settle")):
+        monkeypatch.setattr(module, name, None)
+    result = followed(tmp_path)
+    np.testing.assert_array_equal(result["orbit"], whole["orbit"])
+    xr.testing.assert_identical(result, whole)
+
+
+def test_a_store_of_another_run_is_refused(tmp_path):
+    first = gelcone.continue_branch(BASE, "voltage", 0.93, 0.95, checks=2, store=tmp_path)
+    with pytest.raises(InputError, match=r"holds another run: high is 0.95 there and 0.96 here"):
+        gelcone.continue_branch(BASE, "voltage", 0.93, 0.96, checks=2, store=tmp_path)
+    with pytest.raises(InputError, match="start is rest there and result"):
+        gelcone.continue_branch(BASE, "voltage", 0.93, 0.95, checks=2, start=first, store=tmp_path)
+    with pytest.raises(InputError, match="holds branches, no sweep"):
+        gelcone.show(tmp_path)
+
+
+def test_a_damaged_entry_is_told(tmp_path):
+    gelcone.continue_branch(BASE, "voltage", 0.93, 0.95, checks=2, store=tmp_path)
+    entry = tmp_path / "00000.npz"
+    entry.write_bytes(entry.read_bytes()[:100])
+    with pytest.raises(InputError, match=r"00000.npz: is damaged .* remove it"):
+        gelcone.continue_branch(BASE, "voltage", 0.93, 0.95, checks=2, store=tmp_path)
