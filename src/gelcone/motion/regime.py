@@ -410,12 +410,10 @@ def _draw(
         same = np.flatnonzero(cycles.period == repeats)
         part, count = members.take(same), repeats * CYCLE_SAMPLES
         even, spread = np.arange(1, count + 1) / CYCLE_SAMPLES, spread_over(repeats)
-        turn, between = (
-            integrate(part, cycles.point[same], part.forcing_period[:, None] * ticks, **options)
-            for ticks in (even, spread)
-        )
-        path = turn.states
-        evidence.validity[rows[same]] = validity(part, between.times, between.states, turn=True)
+        ticks = np.union1d(even, spread)
+        turn = integrate(part, cycles.point[same], part.forcing_period[:, None] * ticks, **options)
+        path, between = turn.states[:, np.searchsorted(ticks, even)], np.searchsorted(ticks, spread)
+        evidence.validity[rows[same]] = validity(part, turn.times[:, between], turn.states[:, between], turn=True)
         section, at = path[:, CYCLE_SAMPLES - 1 :: CYCLE_SAMPLES], rows[same]
         evidence.lowest[at], evidence.highest[at] = path[..., 0].min(axis=1), path[..., 0].max(axis=1)
         evidence.section[at] = section[:, np.arange(RETURNS) % repeats]

@@ -19,6 +19,12 @@ from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 
+def _spread(value: Any, shape: tuple[int, ...]) -> Array:
+    """`np.broadcast_to`, only where it is needed: for the many numbers of a single actuator it takes long."""
+    array = np.asarray(value)
+    return array if array.shape == shape else np.broadcast_to(array, shape)
+
+
 class Ensemble:
     """Actuators of one ``system`` with the parameters ``values``, by name, which broadcast to ``shape``."""
 
@@ -32,7 +38,7 @@ class Ensemble:
 
     @cached_property
     def _members(self) -> Members:
-        values = {name: np.broadcast_to(value, self.shape).ravel() for name, value in self.values.items()}
+        values = {name: _spread(value, self.shape).ravel() for name, value in self.values.items()}
         return Members(self.system, values, self.size)
 
     def parameters(self) -> dict[str, Any]:
@@ -155,12 +161,12 @@ class Members(Ensemble):
     def __init__(self, system: ConeSystem, values: Mapping[str, Any], size: int):
         self.system, self.shape = system, (size,)
         arrays = {name: np.asarray(value, dtype=float).ravel() for name, value in values.items()}
-        self.values = {name: np.broadcast_to(array, self.shape) for name, array in arrays.items()}
+        self.values = {name: _spread(array, self.shape) for name, array in arrays.items()}
 
     @cached_property
     def own_numbers(self) -> dict[str, Any]:
         """What the formulas take, by name, each (members,)."""
-        return {name: np.broadcast_to(value, self.shape) for name, value in self.system.numbers_of(self.values).items()}
+        return {name: _spread(value, self.shape) for name, value in self.system.numbers_of(self.values).items()}
 
     def numbers(self, trailing: int = 0) -> dict[str, Any]:
         """The same with ``trailing`` axes of length 1 appended for samples."""

@@ -1,6 +1,6 @@
 // The kind of motion in words, its evidence, and how far the model held.
 import { colours, onto } from "./colours.js";
-import { make } from "./controls.js";
+import { make, say } from "./controls.js";
 
 const BREAKDOWN = 4;
 const percent = (share) => (share >= 0.9995 ? "all" : share < 0.01 ? "under 1 %" : `${Math.round(100 * share)} %`);
@@ -20,7 +20,7 @@ export class Badge {
   keep(sides) {
     for (const [side, { box }] of this.rows) if (!sides.includes(side)) { box.remove(); this.rows.delete(side); }
     for (const [side, row] of this.rows) {
-      row.side.textContent = sides.length > 1 ? side.toUpperCase() : "";
+      say(row.side, sides.length > 1 ? side.toUpperCase() : "");
       row.side.style.color = colours()[side];
       row.side.hidden = sides.length < 2;
     }
@@ -30,12 +30,12 @@ export class Badge {
     const row = this.row(side), sure = look.lines && !look.words.ended;
     const kind = sure ? look.lines[0] : look.words.ended ? "stopped" : look.words.seems;
     const colour = sure ? legend.regimes[look.regime].colour : null;
-    row.kind.textContent = kind[0].toUpperCase() + kind.slice(1) + (sure || look.words.ended ? "" : " …");
+    say(row.kind, kind[0].toUpperCase() + kind.slice(1) + (sure || look.words.ended ? "" : " …"));
     row.kind.style.background = colour ?? ""; row.kind.style.color = colour ? onto(colour) : "";
     const evidence = look.words.ended ? look.words.seems : sure ? look.lines.slice(1).join(" · ") : "first impression; the evidence is under way";
-    row.evidence.textContent = evidence; row.evidence.title = evidence;
+    say(row.evidence, evidence, true);
     const [text, holds] = validity(look);
-    row.valid.textContent = row.valid.title = text;
+    say(row.valid, text, true);
     row.valid.classList.toggle("no", !holds); row.valid.classList.toggle("yes", holds);
   }
 }

@@ -1,6 +1,5 @@
 // The player: where in the run the picture is, and how fast it goes.
-import { icon } from "./controls.js";
-import { format } from "./controls.js";
+import { format, icon, say } from "./controls.js";
 
 const PLAY = "M4 3v12l9-6z", PAUSE = "M5 3v12M11 3v12";
 const TOLD = 120; // ms between changes of slider and text while it plays: each lays out the page
@@ -8,10 +7,10 @@ const SECONDS = [8, 4, 2, 1, 0.5];
 
 export class Clock {
   constructor({ play, scrub, output, speed }, looks) {
-    Object.assign(this, { play, scrub, output, speed, looks });
+    Object.assign(this, { play, scrub, output, speed, looks, wakes: () => {} }); // wakes(): there is something to draw
     this.at = 0; this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches; this.before = null; this.told = 0;
-    play.onclick = () => { this.playing = !this.playing; this.button(); };
-    scrub.oninput = () => { this.playing = false; this.button(); this.at = (scrub.value / 1000) * this.length(); this.moved = true; };
+    play.onclick = () => { this.playing = !this.playing; this.button(); this.wakes(); };
+    scrub.oninput = () => { this.playing = false; this.button(); this.at = (scrub.value / 1000) * this.length(); this.moved = true; this.wakes(); };
     this.button();
   }
 
@@ -48,14 +47,18 @@ export class Clock {
     }
     this.before = now;
     if (this.at > length) this.at %= length || 1;
-    if (this.moved && !(this.playing && now - this.told < TOLD)) {
-      this.told = now;
-      this.scrub.value = (1000 * this.at) / (length || 1);
-      this.scrub.style.setProperty("--fill", `${this.scrub.value / 10}%`);
-      const text = look.about.si ? (length >= 2000 ? `${(this.at / 1000).toFixed(2)} s` : `${this.at.toFixed(0)} ms`) : `time ${format(this.at, 3)}`;
-      this.output.textContent = text;
-      this.scrub.setAttribute("aria-valuetext", text);
-    }
+  }
+
+  // Slider and text.
+  tell(now) {
+    const length = this.length();
+    if (this.playing && now - this.told < TOLD) return;
+    this.told = now;
+    this.scrub.value = (1000 * this.at) / (length || 1);
+    this.scrub.style.setProperty("--fill", `${this.scrub.value / 10}%`);
+    const text = this.look().about.si ? (length >= 2000 ? `${(this.at / 1000).toFixed(2)} s` : `${this.at.toFixed(0)} ms`) : `time ${format(this.at, 3)}`;
+    say(this.output, text);
+    this.scrub.setAttribute("aria-valuetext", text);
   }
 
   time() { return this.look()?.t ? this.at : null; }

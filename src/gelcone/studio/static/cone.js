@@ -8,9 +8,9 @@ const AROUND = 1, MERIDIAN = 2, BOTH = 3;
 
 export class Cone {
   constructor(canvas) {
-    this.canvas = canvas;
-    this.context = canvas.getContext("2d");
-    new ResizeObserver(() => { this.fit(); this.changed = true; }).observe(canvas);
+    this.canvas = canvas; this.wakes = () => {};
+    this.context = canvas.getContext("2d", { alpha: false });
+    new ResizeObserver(() => { this.fit(); this.changed = true; this.wakes(); }).observe(canvas);
     this.fit();
   }
 
@@ -25,7 +25,8 @@ export class Cone {
     const g = this.context, { w, h } = this;
     if (!w || !h) return;
     g.setTransform(this.d, 0, 0, this.d, 0, 0);
-    g.clearRect(0, 0, w, h);
+    g.fillStyle = colours().panel;
+    g.fillRect(0, 0, w, h);
     const halves = sides.length > 1 ? sides.map((side) => ["perspective", side]) : [["section", sides[0]], ["perspective", sides[0]]];
     const scale = Math.min(...halves.map(([, side]) => this.scale(side)));
     const two = sides.length > 1, half = two ? w / 2 : (w - GAUGE) / 2;

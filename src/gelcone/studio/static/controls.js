@@ -24,6 +24,13 @@ export function make(tag, properties = {}, ...children) {
   return element;
 }
 
+// Writes a text, and as a title too, unless it stands there: the page is laid out again for each.
+export function say(element, text, titled = false) {
+  if (element.textContent === text) return;
+  element.textContent = text;
+  if (titled) element.title = text;
+}
+
 // A number to so many digits, without trailing zeros and without an exponent where one can do without.
 export function format(value, digits = 4) {
   if (!Number.isFinite(value)) return "";
@@ -35,14 +42,24 @@ export class Controls {
   // changed(name, text or null for the default, settled): a value was set; settled once the user let go.
   constructor({ drive, groups, group, general, changed }) {
     Object.assign(this, { drive, groups, group, general, changed });
-    this.list = []; this.rows = new Map(); this.locked = new Set(); this.open = null;
+    this.list = []; this.rows = new Map(); this.shown = new Map(); this.locked = new Set(); this.open = null;
   }
 
   // Shows a list of controls with the values set so far; rows are kept where nothing about them is new.
   show(list, values) {
     const key = JSON.stringify(list);
-    if (key !== this.key) { this.key = key; this.list = list; this.build(values); }
-    for (const control of this.list) this.set(control, values[control.name]);
+    if (key !== this.key) { this.key = key; this.list = list; this.build(); }
+    this.shown = new Map();
+    this.values(values);
+  }
+
+  // Shows the values set so far; what is shown already costs nothing.
+  values(values) {
+    for (const control of this.list) {
+      const text = values[control.name];
+      if (this.shown.has(control.name) && this.shown.get(control.name) === text) continue;
+      this.set(control, text);
+    }
   }
 
   build() {
@@ -128,6 +145,7 @@ export class Controls {
   }
 
   set(control, text) {
+    this.shown.set(control.name, text);
     const { row, number, slider } = this.rows.get(control.name), usual = control.value;
     row.classList.toggle("changed", text !== undefined);
     if (control.kind === "choice") { number.value = text ?? usual ?? ""; return; }

@@ -1,6 +1,6 @@
 // What is computed over parameters while one works: a map, a sweep of one parameter, a device's envelope.
 import { colours, mix } from "./colours.js";
-import { format, make } from "./controls.js";
+import { format, make, say } from "./controls.js";
 import { Plot, Range, extent } from "./plot.js";
 
 const CELLS = [65, 49], IMPOSSIBLE = 99, PAUSE = 500, NEAR = 6;
@@ -38,7 +38,7 @@ export class GridPanels {
   // The server has said which controls there are: only now is it known what there is to sweep.
   controlsChanged() { for (const panel of Object.values(this.panels)) panel.prepare(); this.opened(); }
 
-  changed(names, settled) {
+  changed(names) {
     for (const panel of Object.values(this.panels)) {
       panel.redrawOver();
       if (panel.dependsOn(names)) panel.outdated();
@@ -55,7 +55,7 @@ export class GridPanels {
   moved() { for (const panel of Object.values(this.panels)) panel.redrawOver(); }
   redraw() { for (const panel of Object.values(this.panels)) panel.plot.redraw(); }
   lost() { for (const panel of Object.values(this.panels)) { panel.running = false; panel.stale = "now"; } }
-  say(text) { this.share.textContent = text; }
+  say(text) { say(this.share, text); }
 
   message(head, arrays) {
     const panel = Object.values(this.panels).find((p) => p.id !== null && p.id === head.id);
@@ -103,11 +103,12 @@ class Panel {
   // Something that it rests on has changed: what is drawn is faded, and computed again once the hand rests.
   outdated() {
     if (this.running) { this.page.ask("cancel", { grid: this.kind }); this.running = false; this.id = null; }
+    const before = this.stale;
     this.stale = "later";
     clearTimeout(this.timer);
     if (this.grids.open === this) {
       this.grids.say("settings changed");
-      this.plot.redraw();
+      if (!before) this.plot.redraw();
       this.timer = setTimeout(() => this.start(), PAUSE);
     }
   }
@@ -307,17 +308,13 @@ class MapPanel extends Panel {
   }
 
   drawOver(p) {
-    const { x, y } = this.page.state() ?? {}, g = p.above, c = colours();
+    const { x, y } = this.page.state() ?? {};
     if (!x || !y) return;
-    if (this.from && this.to) {
-      g.strokeStyle = c.ink; g.lineWidth = 1.5; g.fillStyle = "rgba(127,127,127,0.25)";
-      const [x0, y0] = this.from, [x1, y1] = this.to;
-      g.fillRect(x0, y0, x1 - x0, y1 - y0); g.strokeRect(x0, y0, x1 - x0, y1 - y0);
-    }
+    const [x0, y0] = this.from ?? [0, 0], [x1, y1] = this.to ?? [0, 0];
+    const { style } = p.mark("box", this.from && this.to ? [Math.min(x0, x1), Math.min(y0, y1)] : null);
+    style.width = `${Math.abs(x1 - x0)}px`; style.height = `${Math.abs(y1 - y0)}px`;
     const vx = this.value(x[0]), vy = this.value(y[0]);
-    if (vx === null || vy === null) return;
-    const px = Math.min(Math.max(p.X(vx), p.left), p.right), py = Math.min(Math.max(p.Y(vy), p.top), p.bottom);
-    marker(g, px, py);
+    p.mark("ring", vx === null || vy === null ? null : [Math.min(Math.max(p.X(vx), p.left), p.right), Math.min(Math.max(p.Y(vy), p.top), p.bottom)]);
   }
 
   place(event) { const r = this.plot.canvas.getBoundingClientRect(); return [event.clientX - r.left, event.clientY - r.top]; }
@@ -363,14 +360,6 @@ class MapPanel extends Panel {
       this.zoomed();
     } else return;
     event.preventDefault();
-  }
-}
-
-// Where one is: a ring that shows on any colour.
-function marker(g, px, py) {
-  for (const [width, colour] of [[5, "#ffffff"], [2.4, "#10151b"]]) {
-    g.lineWidth = width; g.strokeStyle = colour;
-    g.beginPath(); g.arc(px, py, 7, 0, 7); g.stroke();
   }
 }
 
@@ -482,10 +471,8 @@ class StripPanel extends Panel {
   }
 
   drawOver(p) {
-    const { over } = this.page.state() ?? {}, v = over ? this.value(over[0]) : null, g = p.above;
-    if (v === null) return;
-    g.strokeStyle = colours().ink; g.lineWidth = 1.4; g.globalAlpha = 0.8;
-    g.beginPath(); g.moveTo(p.X(v), p.top); g.lineTo(p.X(v), p.bottom); g.stroke(); g.globalAlpha = 1;
+    const { over } = this.page.state() ?? {}, v = over ? this.value(over[0]) : null;
+    p.upright(v !== null && v >= over[1] && v <= over[2] ? p.X(v) : null);
   }
 
   goTo(event, settled) {
@@ -573,8 +560,8 @@ class EnvelopePanel extends Panel {
   drawOver(p) {
     if (!this.found) return;
     const [f, v] = this.own();
-    marker(p.above, Math.min(p.X(f), p.right), Math.max(p.Y(v), p.top));
-    this.words.textContent = this.verdict(f, v);
+    p.mark("ring", [Math.min(p.X(f), p.right), Math.max(p.Y(v), p.top)]);
+    say(this.words, this.verdict(f, v));
   }
 
   verdict(f, v) {

@@ -4,7 +4,7 @@ import { Badge } from "./badge.js";
 import { Clock } from "./clock.js";
 import { colours, setTheme } from "./colours.js";
 import { Cone } from "./cone.js";
-import { Controls, format, icon, make } from "./controls.js";
+import { Controls, format, icon, make, say } from "./controls.js";
 import { GridPanels } from "./grids.js";
 import { Link } from "./link.js";
 import { portraitPanel, spectrumPanel, staticsPanel, timePanel } from "./panels.js";
@@ -14,7 +14,9 @@ import { Saver } from "./save.js";
 const $ = (id) => document.getElementById(id);
 const SUN = "M8 6a3 3 0 1 0 .01 0M8 1v2M8 15v2M1 9h2M13 9h2M3 4l1.5 1.5M11.5 12.5L13 14M3 14l1.5-1.5M11.5 5.5L13 4", MOON = "M13 11A6 6 0 1 1 7 3a5 5 0 0 0 6 8z";
 const ASKED_AGAIN = 500;
-const FRAME = 30; // ms between pictures of the cone: every second frame of most screens, so that answers are drawn at once
+const FRAME = 22; // ms from a picture of the cone until the next is asked for: every second frame of most screens
+const HELD = 150; // ms for which the cone moves with answers alone, at most, while one is on its way
+const RESTED = 300; // ms after the last move of a slider at which the address follows
 
 // --- state ---------------------------------------------------------------------------------------------------------
 
@@ -22,6 +24,7 @@ const looks = { active: "a" };
 let hello = null, state = null;
 const asked = { a: null, b: null };
 let wrong = null; // an error that came before there were controls to show it beside
+let held = 0; // until when an answer is waited for
 const studio = (window.studio = { looks, painted: 0, waiting: new Map() });
 
 const setting = (side = state.side) => state[side];
@@ -88,14 +91,20 @@ function change(values, settled = true) {
     if (text === null) delete own.values[name]; else own.values[name] = text;
   }
   const structure = Object.keys(values).some((name) => controls.list.find((c) => c.name === name)?.kind === "choice");
-  controls.show(controls.list, own.values);
-  keep(settled);
   look(state.side, structure);
-  grids.changed(Object.keys(values), settled);
+  controls.values(own.values);
+  keep(settled);
+  grids.changed(Object.keys(values));
 }
 
-// Writes the state into the address: a new step of the history where it is worth one.
+// Writes the state into the address: a new step of the history where it is worth one, else once the hand rests, as it
+// costs the browser more than a picture.
 function keep(step) {
+  clearTimeout(keep.timer);
+  if (step) written(true); else keep.timer = setTimeout(written, RESTED, false);
+}
+
+function written(step) {
   const text = `#${address.write(state)}`;
   if (!step || text === keep.last) history.replaceState(null, "", text);
   else history.pushState(null, "", text);
@@ -107,7 +116,7 @@ function panelsWanted() {
 }
 
 function look(side, withControls = false) {
-  studio.began = performance.now();
+  held = performance.now() + HELD;
   asked[side] = link.ask("look", { side, setting: state[side], periods: Number(state.periods), controls: withControls, panels: panelsWanted() });
 }
 
@@ -206,7 +215,7 @@ for (const panel of document.querySelectorAll(".panel[data-place]")) {
     };
   }
 }
-addEventListener("popstate", () => { keep.last = location.hash; apply(address.read(location.hash, hello.devices[0])); });
+addEventListener("popstate", () => { clearTimeout(keep.timer); keep.last = location.hash; apply(address.read(location.hash, hello.devices[0])); });
 
 // --- answers -------------------------------------------------------------------------------------------------------
 
@@ -215,8 +224,8 @@ function message(head, arrays) {
   if (head.kind === "error") return failed(head);
   if (grids.message(head, arrays) || saver.message(head, arrays)) return;
   if (head.id < (asked[head.side] ?? 0) - ASKED_AGAIN || !state[head.side]) return;
-  ANSWERS[head.kind]?.(head, arrays);
-  show(head.side);
+  ANSWERS[head.kind](head, arrays);
+  show(head.side, head.kind);
 }
 
 const ANSWERS = {
@@ -234,7 +243,7 @@ const ANSWERS = {
         if (wrong) controls.fail(wrong.control, wrong.message);
         wrong = null;
       }
-      $("subject-note").textContent = $("subject-note").title = head.about.doubts.join("; ");
+      say($("subject-note"), head.about.doubts.join("; "), true);
       clock.speeds(head.words.period, head.about.si);
       envelopeTab(head.about.si);
     }
@@ -242,6 +251,7 @@ const ANSWERS = {
   kind(head, arrays) {
     const look = looks[head.side], wanders = ![0, 1].includes(head.words.regime);
     Object.assign(look, arrays, { lines: head.words.lines, regime: head.words.regime, extent: head.words.extent, wanders });
+    if (head.id >= asked[head.side]) held = 0;
     if (head.side === state.side) grids.moved();
   },
   section(head, arrays) { Object.assign(looks[head.side], arrays); },
@@ -267,16 +277,15 @@ function failed(head) {
 
 // --- painting ------------------------------------------------------------------------------------------------------
 
+const DRAWN = { response: ["time", "portrait", "spectrum", "statics"], kind: ["portrait", "statics"], section: ["portrait"], spectrum: ["spectrum"], statics: ["statics"] };
+
 // Draws what an answer changes, at once: the picture is on the screen with the next frame.
-function show(side) {
-  plots.time.redraw();
-  plots.portrait.redraw();
-  if (state.top === "spectrum") plots.spectrum.redraw();
-  if (state.left === "statics") plots.statics.redraw();
+function show(side, kind) {
+  const open = [state.top, state.left];
+  for (const name of DRAWN[kind]) if (open.includes(name)) plots[name].redraw();
   badge.keep(sides());
   badge.show(side, looks[side], hello);
-  clock.moved = true;
-  filmLegend();
+  if (kind === "response") { filmLegend(); moved(); }
   studio.painted++;
 }
 
@@ -297,9 +306,10 @@ function filmLegend() {
 function repaint() {
   filmLegend.key = null;
   for (const plot of Object.values(plots)) plot.redraw();
-  for (const side of sides()) if (looks[side]?.words) show(side);
+  for (const side of sides()) if (looks[side]?.words) badge.show(side, looks[side], hello);
+  filmLegend();
   grids.redraw();
-  clock.moved = true;
+  moved();
 }
 
 function coneSides() {
@@ -312,17 +322,24 @@ function coneSides() {
   });
 }
 
-let drawn = 0;
+// Pictures of the cone, only while something moves; until an answer that is on its way has come, none between.
+let asking = null, waiting = null;
+
+function moved() { clock.moved = true; next(); }
+function next() { clearTimeout(waiting); asking ??= requestAnimationFrame(frame); }
+
 function frame(now) {
-  requestAnimationFrame(frame);
-  if (now - drawn < FRAME) return;
-  drawn = now;
+  asking = null;
   clock.tick(now);
   if ((clock.moved || cone.changed) && sides().some((side) => looks[side]?.t)) {
     cone.draw(coneSides());
-    plots.time.redrawOver();
-    if (state.left === "portrait") plots.portrait.redrawOver(); else plots.statics.redrawOver();
+    if (state.top === "time") plots.time.redrawOver();
+    plots[state.left].redrawOver();
+    clock.tell(now);
     clock.moved = cone.changed = false;
   }
+  if (clock.playing) later();
 }
-requestAnimationFrame(frame);
+
+function later() { waiting = setTimeout(() => (held > performance.now() ? later() : next()), FRAME); }
+clock.wakes = cone.wakes = next;

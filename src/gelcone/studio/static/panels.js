@@ -27,11 +27,8 @@ export function timePanel(host, looks, clock) {
       states(p, shown[0][0]);
     },
     over(p) {
-      const g = p.above, t = clock.time();
-      if (t === null) return;
-      g.strokeStyle = colours().ink; g.globalAlpha = 0.7; g.lineWidth = 1;
-      g.beginPath(); g.moveTo(p.X(t), p.margin.top); g.lineTo(p.X(t), p.h - p.margin.bottom); g.stroke();
-      g.globalAlpha = 1;
+      const t = clock.time();
+      p.upright(t === null ? null : p.X(t), p.margin.top, p.h - p.margin.bottom);
     },
   });
   return plot;
@@ -69,15 +66,18 @@ export function portraitPanel(host, looks, clock) {
       }
     },
     over(p) {
-      for (const [look, colour] of sidesOf(looks)) {
-        const state = clock.state(look);
-        if (!state) continue;
-        const g = p.above;
-        g.fillStyle = colours().ink; g.strokeStyle = colours().panel; g.lineWidth = 1.5;
-        g.beginPath(); g.arc(p.X(state.x), p.Y(state.u), 4.5, 0, 7); g.fill(); g.stroke();
-      }
+      dots(p, looks, clock, (state) => [p.X(state.x), p.Y(state.u)]);
     },
   });
+}
+
+// A dot where each of the shown looks is now.
+function dots(p, looks, clock, place) {
+  const shown = sidesOf(looks);
+  for (const side of ["a", "b"]) {
+    const [look] = shown.find(([, , name]) => name === side) ?? [null], state = look && clock.state(look);
+    p.mark("dot", state ? place(state, look) : null, side);
+  }
 }
 
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
@@ -141,13 +141,7 @@ export function staticsPanel(host, looks, clock) {
       }
     },
     over(p) {
-      for (const [look] of sidesOf(looks)) {
-        const state = clock.state(look);
-        if (!state || !look.statics) continue;
-        const g = p.above;
-        g.fillStyle = colours().ink; g.strokeStyle = colours().panel; g.lineWidth = 1.5;
-        g.beginPath(); g.arc(p.X(Math.abs(state.v)), p.Y(state.x), 4.5, 0, 7); g.fill(); g.stroke();
-      }
+      dots(p, looks, clock, (state, look) => (look.statics ? [p.X(Math.abs(state.v)), p.Y(state.x)] : null));
     },
   });
 }

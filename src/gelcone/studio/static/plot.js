@@ -39,19 +39,14 @@ export class Range {
 }
 
 export class Plot {
-  // host: an element; draw(plot): called when there is something new to draw; over(plot): the same for the layer above.
+  // host: an element; draw(plot): called when there is something new to draw; over(plot): when a mark above it moves.
   constructor(host, { draw = () => {}, over = null, left = 52, bottom = 34, top = 8, right = 20 } = {}) {
     this.box = Object.assign(document.createElement("div"), { className: "plot" });
     this.canvas = document.createElement("canvas");
     this.context = this.canvas.getContext("2d", { alpha: false });
     this.box.append(this.canvas);
-    if (over) {
-      this.layer = Object.assign(document.createElement("canvas"), { className: "over" });
-      this.above = this.layer.getContext("2d");
-      this.box.append(this.layer);
-    }
     host.append(this.box);
-    Object.assign(this, { draw, over, margin: { left, bottom, top, right }, w: 0, h: 0, seen: false });
+    Object.assign(this, { draw, over, margin: { left, bottom, top, right }, w: 0, h: 0, marks: new Map() });
     new ResizeObserver(() => { this.fit(); this.redraw(); }).observe(this.box);
     this.fit();
   }
@@ -59,7 +54,7 @@ export class Plot {
   fit() {
     const d = devicePixelRatio, w = this.box.clientWidth, h = this.box.clientHeight;
     Object.assign(this, { w, h, d });
-    for (const canvas of [this.canvas, this.layer]) if (canvas) { canvas.width = Math.round(w * d); canvas.height = Math.round(h * d); }
+    this.canvas.width = Math.round(w * d); this.canvas.height = Math.round(h * d);
   }
 
   redraw() {
@@ -72,10 +67,26 @@ export class Plot {
   }
 
   redrawOver() {
-    if (!this.over || !this.w) return;
-    this.above.setTransform(this.d, 0, 0, this.d, 0, 0);
-    this.above.clearRect(0, 0, this.w, this.h);
-    if (this.x) this.over(this);
+    if (this.over && this.w && this.x) this.over(this);
+  }
+
+  // A small element above the plot, which moves without anything being drawn again: a line from top to bottom, or a
+  // dot, ring or box, at a place in pixels; without one it is not shown.
+  mark(kind, at, name = kind) {
+    let own = this.marks.get(name);
+    if (!own) {
+      own = Object.assign(document.createElement("i"), { className: `mark ${kind}` });
+      this.marks.set(name, own);
+      this.box.append(own);
+    }
+    own.hidden = !at;
+    if (at) own.style.transform = `translate(${at[0].toFixed(1)}px, ${at[1].toFixed(1)}px)`;
+    return own;
+  }
+
+  // The same as a line at a place along the plot, from its top to its bottom.
+  upright(px, top = this.top, bottom = this.bottom) {
+    this.mark("line", px === null ? null : [px, top]).style.height = `${bottom - top}px`;
   }
 
   // Axes for the ranges x and y, in the part of the height from ``from`` to ``to`` (shares); sets the scales X and Y.
