@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from gelcone.codes import Outcome, Regime
-from gelcone.words import motion_in_words, outcome_in_words, rate_unit, unit_of, with_error
+from gelcone.words import lasting, lasting_in_words, motion_in_words, outcome_in_words, rate_unit, unit_of, with_error
 
 
 @pytest.mark.parametrize(
@@ -57,3 +57,29 @@ def test_units_in_words():
         "per second",
         "per unit time",
     )
+
+
+@pytest.mark.parametrize(
+    ("value", "units", "text"),
+    [
+        (1.539e6, "ms", "25.65 min"),
+        (1999.0, "ms", "1999 ms"),
+        (2000.0, "ms", "2 s"),
+        (7.2e6, "ms", "2 h"),
+        (1e12, "ms", "1.157e+04 days"),
+        (600.0, "s", "10 min"),
+        (1e5, "1", "1e+05 time units"),
+        (np.inf, "ms", "infinite"),
+    ],
+)
+def test_a_time_is_written_in_a_unit_that_one_can_imagine(value, units, text):
+    assert lasting(value, xr.DataArray(value, attrs={"units": units}), 4) == text
+
+
+def test_chaos_that_ends_has_its_lifetime_in_one_unit():
+    times = {"lifetime": 3e6, "lifetime_low": 9e5, "lifetime_high": 9e6}
+    member = xr.Dataset({name: ((), value, {"units": "ms"}) for name, value in times.items()})
+    member = member.assign(starts=16, share_chaotic=0.25, fate_regime=("fate", [-1]), fate_period=("fate", [0]))
+    member = member.assign({f"fate_share{end}": ("fate", [0.0]) for end in ("", "_low", "_high")})
+    expected = "chaos lasts 50 [15, 1.5e+02] min in the mean; 4 of 16 nearby starts are still chaotic"
+    assert lasting_in_words(member) == [expected]

@@ -50,6 +50,30 @@ def measured(variable: xr.DataArray, digits: int = 4) -> str:
     return f"{float(variable):.{digits}g}{unit_of(variable)}"
 
 
+TIMES = (("ms", 1.0), ("s", 1e3), ("min", 6e4), ("h", 3.6e6), ("days", 8.64e7))
+"""Units of a time and how many milliseconds each is."""
+FEWEST = 2.0
+"""A unit is used from so many of it on."""
+
+
+def time_unit(value: float, variable: xr.DataArray) -> tuple[float, str]:
+    """The unit in which a time reads well, with a space before it, and how many of the variable's units it is."""
+    units = variable.attrs.get("units", "1")
+    if units not in dict(TIMES):
+        return 1.0, " time units" if units == "1" else f" {units}"
+    own = dict(TIMES)[units]
+    name, size = next((t for t in reversed(TIMES) if value * own >= FEWEST * t[1]), TIMES[0])
+    return size / own, f" {name}"
+
+
+def lasting(value: float, variable: xr.DataArray, digits: int = 2) -> str:
+    """A time of the kind of a variable."""
+    if math.isinf(value):
+        return "infinite"
+    size, unit = time_unit(value, variable)
+    return f"{value / size:.{digits}g}{unit}"
+
+
 def rate_unit(variable: xr.DataArray) -> str:
     """The time that an exponent refers to."""
     return "per unit time" if variable.attrs.get("units", "1") == "1" else "per second"
@@ -118,12 +142,13 @@ def lasting_in_words(member: xr.Dataset) -> list[str]:
     if "lifetime" not in member or np.isnan(member["lifetime"]):
         return []
     low, mean, high = (float(member[name]) for name in ("lifetime_low", "lifetime", "lifetime_high"))
-    unit, starts = unit_of(member["lifetime"]) or " time units", int(member["starts"])
+    starts, of = int(member["starts"]), member["lifetime"]
     left = round(float(member["share_chaotic"]) * starts)
     if left == starts:
-        seen = f"seen to last {float(member['seen_until']):.4g}{unit}"
-        return [f"{seen}; mean lifetime above {low:.2g}" if starts > 1 else seen]
-    times = f"chaos lasts {mean:.2g} [{low:.2g}, {high:.2g}]{unit} in the mean"
+        seen = f"seen to last {lasting(float(member['seen_until']), of, 4)}"
+        return [f"{seen}; mean lifetime above {lasting(low, of)}" if starts > 1 else seen]
+    size, unit = time_unit(mean, of)
+    times = f"chaos lasts {mean / size:.2g} [{low / size:.2g}, {high / size:.2g}]{unit} in the mean"
     return [f"{times}; {left} of {starts} nearby starts are still chaotic", *_fates_in_words(member)]
 
 

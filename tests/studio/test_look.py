@@ -65,6 +65,19 @@ def test_statics_are_those_of_static(shelf):
     assert set(found.arrays["stable"].tolist()) == {0, 1}
 
 
+def test_statics_lead_to_pull_in_and_are_found_once_for_all_drives(shelf):
+    body = {"film": "wrinkling", "rest_height": "1"}
+    one, other, stiffer = (
+        look.statics(shelf.subject(Setting(preset="base", values=body | own)))
+        for own in ({"voltage": "0.3", "drive_frequency": "0.5"}, {"voltage": "0.4"}, {"spring_stiffness": "1"})
+    )
+    reached, pull_in = np.nanmax(one.arrays["voltage"]), one.words["marks"]["pull_in"]
+    assert 0.99 * pull_in < reached <= pull_in
+    np.testing.assert_array_equal(one.arrays["voltage"], other.arrays["voltage"])
+    assert one.words["swing"] == [-0.3, 0.3]
+    assert stiffer.words["marks"]["pull_in"] != pull_in
+
+
 def test_a_run_that_ends_is_shown_up_to_its_end(shelf):
     subject = shelf.subject(Setting(preset="base", values={"film": "wrinkling", "voltage": "1.2"}))
     found = look.response(subject, 20)

@@ -20,6 +20,7 @@ from gelcone.words import (
     SIGNS,
     evidence_in_words,
     exponent_in_words,
+    lasting,
     outcome_in_words,
     rate_unit,
     unit_of,
@@ -84,7 +85,7 @@ def _exponents(member: xr.Dataset) -> list[str]:
     finite = " and ".join(f"{float(value):+.4g}" for value in member["finite"])
     window, averaged = float(member["finite_time"].max()), float(member["averaged_time"])
     unit, period = _time(member["averaged_time"]), int(member["cycle"])
-    source = f"averaged over {averaged:.4g}{unit} after the transient"
+    source = f"averaged over {lasting(averaged, member['averaged_time'], 4)} after the transient"
     if period:
         cycle = "rest or a cycle of 1 forcing period" if period == 1 else f"a cycle of {period} forcing periods"
         source = f"from the multipliers of what it settles on, {cycle}"
@@ -146,11 +147,11 @@ def _evidence(member: xr.Dataset) -> list[str]:
     lines = evidence_in_words(member)
     if int(member["outcome"]):
         return lines
-    unit, time = unit_of(member["lowest"]), _time(member["averaged_time"])
+    unit, time = unit_of(member["lowest"]), member["averaged_time"]
     lines.insert(2, f"displacement {float(member['lowest']):.4g} to {float(member['highest']):.4g}{unit}")
     settled, averaged = float(member["settled_time"]), float(member["averaged_time"])
     if np.isfinite(settled):
         of_cycle = np.isfinite(member["cycle_distance"])
-        source = "of the cycle" if of_cycle else f"averaged over {averaged:.4g}{time}"
-        lines.append(f"settled for {settled:.4g}{time}, exponents {source}")
+        source = "of the cycle" if of_cycle else f"averaged over {lasting(averaged, time, 4)}"
+        lines.append(f"settled for {lasting(settled, time, 4)}, exponents {source}")
     return lines

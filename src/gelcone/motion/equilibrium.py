@@ -89,6 +89,9 @@ def static(
     force = np.stack([np.where(balance.inside(x), balance.force(x, squared), np.nan) for balance in balances])
     stiffness = np.stack([np.where(balance.inside(x), balance.slope(x, squared), np.nan) for balance in balances])
     count = np.array([[len(at) for at in row] for row in found])
+    folds = [_real_folds(balance) for balance in balances]
+    rests = [rest_of(balance, None) for balance in balances]
+    pull_in, delivered = _pull_in_variables(balances, rests), _ramp_variables(balances, rests, levels)
     each = [np.array(at, dtype=float).reshape(-1, 3) for row in found for at in row]
     place, slope, stable = (_padded([at[:, k] for at in each]).reshape(*count.shape, -1) for k in range(3))
     dims = ("constant_voltage", "equilibrium")
@@ -103,18 +106,17 @@ def static(
             "slope": (dims, slope, "slope of the static force at the equilibrium", "stiffness"),
             "stable": (dims, stable == 1.0, "whether the equilibrium is stable", "flag"),
         }
-        | _branches(balances, _branch_limit(balances, levels))
-        | _pitchfork_variable(model)
-        | _fold_variables(balances)
-        | _pull_in_variables(balances, [None] * len(balances)),
+        | _branches(balances, _branch_limit(balances, levels, folds, pull_in["pull_in_voltage"][1]))
+        | _pitchfork_variable(balances)
+        | _fold_variables(folds)
+        | pull_in
+        | {name: delivered[name] for name in ("stroke", "blocked_force")},
         coords={
             "constant_voltage": (("constant_voltage",), levels, "constant voltage", "voltage"),
             "displacement": (("displacement",), x, "displacement x = h/(b-a)", "length"),
         },
         title="statics",
     )
-    delivered = stroke_and_blocked_force(model, levels)
-    result = result.assign({name: delivered[name] for name in ("stroke", "blocked_force")})
     result = _with_validity(result, model.members(), levels, place)
     counted.finish()
     options = json.loads(result.attrs["options"]) | {"voltages": None if voltages is None else levels.tolist()}
@@ -160,12 +162,15 @@ def pitchfork_voltage(model: Ensemble) -> Array:
     where x = 0 is no equilibrium (``rest_height`` with a spring), cannot be reached or is unstable without voltage
     already, or where a continuum film pulls in before.
     """
-    balances = every_balance(model)
+    return _pitchfork_voltages(every_balance(model)).reshape(model.shape)
+
+
+def _pitchfork_voltages(balances: list[StaticBalance]) -> Array:
     squared = np.array([_pitchfork(balance) for balance in balances])
     highest = np.array([balance.highest_squared for balance in balances])
     with np.errstate(invalid="ignore"):
         exists = (squared >= -ROUNDING) & (squared < highest)
-        return np.where(exists, np.sqrt(np.maximum(squared, 0.0)), np.nan).reshape(model.shape)
+        return np.where(exists, np.sqrt(np.maximum(squared, 0.0)), np.nan)
 
 
 def _pitchfork(balance: StaticBalance) -> float:
@@ -183,7 +188,8 @@ def fold_voltages(model: Ensemble) -> xr.Dataset:
     voltage, NaN-padded. Displacements up to the stretch limit are searched, at most 1000.
     """
     balances = balances_of(model)
-    return _label(model, balances, _fold_variables(balances), title="folds of the equilibria")
+    folds = [_real_folds(balance) for balance in balances]
+    return _label(model, balances, _fold_variables(folds), title="folds of the equilibria")
 
 
 @for_devices
@@ -204,7 +210,7 @@ def pull_in_voltage(model: Ensemble, start: npt.ArrayLike | None = None) -> xr.D
     a pitchfork continues smoothly, NaN if never. ``rest_displacement`` is where the ramp starts.
     """
     balances = balances_of(model)
-    variables = _pull_in_variables(balances, _starts(model, start))
+    variables = _pull_in_variables(balances, _rests(model, balances, start))
     return _with_flags(_label(model, balances, variables, start=start, title="pull-in"))
 
 
@@ -230,27 +236,30 @@ def stroke_and_blocked_force(
     """
     levels = _voltages(voltages)
     balances = balances_of(model)
-    rests = [rest_of(balance, near) for balance, near in zip(balances, _starts(model, start), strict=True)]
-    reached = [balance.along_ramp(rest, levels**2) for balance, rest in zip(balances, rests, strict=True)]
-    place, losses = (np.stack([row[k] for row in reached]) for k in range(2))
-    rest = np.array(rests)
-    with np.errstate(all="ignore"):
-        blocked = np.stack([balance.voltage_force(x, levels**2) for x, balance in zip(rests, balances, strict=True)])
-    dims = ("constant_voltage",)
+    variables = _ramp_variables(balances, _rests(model, balances, start), levels)
     return _label(
         model,
         balances,
-        {
-            "displacement": (dims, place, "displacement on a slow voltage ramp", "length"),
-            "stroke": (dims, place - rest[:, None], "displacement from the rest without voltage", "length"),
-            "blocked_force": (dims, blocked + 0.0, "force on a stop at the rest position", "force"),
-            "losses": (dims, losses, "losses of stability passed on the ramp", "count"),
-            "rest_displacement": ((), rest, "stable equilibrium without voltage", "length"),
-        },
-        coords={"constant_voltage": (dims, levels, "constant voltage", "voltage")},
+        variables,
+        coords={"constant_voltage": (("constant_voltage",), levels, "constant voltage", "voltage")},
         start=start,
         title="stroke and blocked force",
     )
+
+
+def _ramp_variables(balances: list[StaticBalance], rests: list[float], levels: Array) -> dict[str, dataset.Variable]:
+    reached = [balance.along_ramp(rest, levels**2) for balance, rest in zip(balances, rests, strict=True)]
+    place, losses = (np.stack([row[k] for row in reached]) for k in range(2))
+    rest, dims = np.array(rests), ("constant_voltage",)
+    with np.errstate(all="ignore"):
+        blocked = np.stack([balance.voltage_force(x, levels**2) for x, balance in zip(rests, balances, strict=True)])
+    return {
+        "displacement": (dims, place, "displacement on a slow voltage ramp", "length"),
+        "stroke": (dims, place - rest[:, None], "displacement from the rest without voltage", "length"),
+        "blocked_force": (dims, blocked + 0.0, "force on a stop at the rest position", "force"),
+        "losses": (dims, losses, "losses of stability passed on the ramp", "count"),
+        "rest_displacement": ((), rest, "stable equilibrium without voltage", "length"),
+    }
 
 
 def _label(
@@ -282,6 +291,11 @@ def _wanted(displacements: npt.ArrayLike, balances: list[StaticBalance]) -> Arra
         highest = max(balance.highest for balance in balances if balance.reachable)
         raise InputError(f"displacements from {x[0]:g} to {x[-1]:g}: none is reached; give |x| below {highest:.6g}")
     return x
+
+
+def _rests(model: Ensemble, balances: list[StaticBalance], start: npt.ArrayLike | None) -> list[float]:
+    """Where the slow ramp of each starts: the rest nearest to ``start``."""
+    return [rest_of(balance, near) for balance, near in zip(balances, _starts(model, start), strict=True)]
 
 
 def _starts(model: Ensemble, start: npt.ArrayLike | None) -> list[float | None]:
@@ -319,22 +333,21 @@ def _real_folds(balance: StaticBalance) -> list[tuple[float, float]]:
     return sorted((math.sqrt(w), x) for x in folds if (w := float(balance.squared(x))) >= 0.0)
 
 
-def _fold_variables(balances: list[StaticBalance]) -> dict[str, dataset.Variable]:
-    folds = [np.array(_real_folds(balance)).reshape(-1, 2) for balance in balances]
-    voltage, place = (_padded([f[:, k] for f in folds]) for k in range(2))
+def _fold_variables(folds: list[list[tuple[float, float]]]) -> dict[str, dataset.Variable]:
+    rows = [np.array(own).reshape(-1, 2) for own in folds]
+    voltage, place = (_padded([row[:, k] for row in rows]) for k in range(2))
     return {
         "fold_voltage": (("fold",), voltage, "voltage at which two equilibria meet in a fold", "voltage"),
         "fold_displacement": (("fold",), place, "displacement of the fold", "length"),
     }
 
 
-def _pitchfork_variable(model: Ensemble) -> dict[str, dataset.Variable]:
-    voltage = pitchfork_voltage(model).reshape(model.size)
+def _pitchfork_variable(balances: list[StaticBalance]) -> dict[str, dataset.Variable]:
+    voltage = _pitchfork_voltages(balances)
     return {"pitchfork_voltage": ((), voltage, "voltage at which the flat film loses stability", "voltage")}
 
 
-def _pull_in_variables(balances: list[StaticBalance], starts: list[float | None]) -> dict[str, dataset.Variable]:
-    rests = [rest_of(balance, near) for balance, near in zip(balances, starts, strict=True)]
+def _pull_in_variables(balances: list[StaticBalance], rests: list[float]) -> dict[str, dataset.Variable]:
     lost = [balance.first_loss(rest) for balance, rest in zip(balances, rests, strict=True)]
     voltage, kind, before, after = (np.array([row[k] for row in lost]) for k in range(4))
     return {
@@ -351,9 +364,11 @@ def _with_flags(result: xr.Dataset) -> xr.Dataset:
     return result
 
 
-def _branch_limit(balances: list[StaticBalance], levels: Array) -> float:
+def _branch_limit(
+    balances: list[StaticBalance], levels: Array, folds: list[list[tuple[float, float]]], pull_in: Array
+) -> float:
     """Highest voltage to which the branches are traced: past all that happens and all that was asked for."""
-    events = [v for balance in balances for v, _ in _real_folds(balance)]
+    events = [float(v) for v in pull_in if np.isfinite(v)] + [v for own in folds for v, _ in own]
     events += [math.sqrt(w) for balance in balances if balance.flat and (w := _pitchfork(balance)) > 0.0]
     return max(1.2 * float(levels.max()), 1.5 * max(events, default=0.0), 1e-3)
 

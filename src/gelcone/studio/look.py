@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,11 +23,15 @@ from gelcone.motion.settle import start_states
 from gelcone.motion.spectrum import spectrum_cells
 from gelcone.motion.validity import broken_by_film, voltages_along
 from gelcone.physics.members import Members
+from gelcone.physics.model import ConeModel
 from gelcone.physics.records import bias_record
 from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
 from gelcone.words import evidence_in_words
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PER_PERIOD, PER_OSCILLATION, MOST_SAMPLES = 100, 20, 8000
 """Samples of a run on the screen: each period of the voltage, each oscillation at the fastest rate, and in all."""
@@ -259,10 +263,28 @@ def spectrum(subject: Subject) -> Parts:
     )
 
 
+DRIVEN = ("voltage", "drive_frequency", "damping_ratio", "waveform", "circuit")
+"""Parameters on which equilibria under a constant voltage do not depend."""
+MOST_STATICS = 32
+_statics: dict[str, xr.Dataset] = {}
+
+
+def _static(model: ConeModel) -> xr.Dataset:
+    """`gelcone.static` past the peak voltage, which takes seconds for films that wrinkle; kept while only the drive
+    changes."""
+    highest = 2.0 ** np.ceil(np.log2(max(float(model.peak_voltage), 1e-3)))
+    own = sorted((name, value) for name, value in model.parameters().items() if name not in DRIVEN)
+    key = repr((highest, own))
+    if key not in _statics:
+        if len(_statics) >= MOST_STATICS:
+            _statics.clear()
+        _statics[key] = static(model, np.linspace(0.0, highest, STATIC_LEVELS))
+    return _statics[key]
+
+
 def statics(subject: Subject) -> Parts:
     """The equilibria over a constant voltage, stable where the slope is positive, and the voltages that matter."""
-    highest = float(subject.model.peak_voltage)
-    result = static(subject.model, np.linspace(0.0, max(highest, 1e-3), STATIC_LEVELS))
+    result = _static(subject.model)
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     voltage, place, slope = (result[f"branch_{name}"].values for name in ("voltage", "displacement", "slope"))
     marks = {
