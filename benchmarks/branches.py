@@ -27,8 +27,8 @@ import numpy as np
 import gelcone
 from gelcone.atlas.branches.birth import born_start
 from gelcone.atlas.branches.branch import EventKind, Walk
+from gelcone.atlas.branches.curve import Window, follow_curve
 from gelcone.atlas.branches.follow import follow
-from gelcone.atlas.branches.locus import Window, follow_curve
 from gelcone.atlas.branches.point import Metric, at_value
 from gelcone.atlas.branches.varied import vary
 from gelcone.presets import find_preset

@@ -26,6 +26,13 @@ def folds():
 
 
 @pytest.fixture(scope="module")
+def breakings():
+    """On one curve of symmetry breakings the branches that are born turn subcritical between two frequencies."""
+    model = BASE.replace(drive_frequency=0.11)
+    return gelcone.locus(model, "breaking", {"voltage": (1.01, 1.04), "drive_frequency": (0.107, 0.112)}, **OPTIONS)
+
+
+@pytest.fixture(scope="module")
 def doublings():
     return gelcone.locus(BASE, "doubling", {"voltage": (0.93, 1.2), "drive_frequency": (0.079, 0.121)}, **OPTIONS)
 
@@ -41,12 +48,22 @@ def nearest(found, values):
     )
 
 
+def check_values(event, reference, largest_error):
+    for place, value in zip(("first", "second"), reference["values"], strict=True):
+        error = float(event[f"event_{place}_error"])
+        # the reference itself has so many digits
+        assert abs(float(event[f"event_{place}"]) - value) <= 3.0 * error + 10.0 ** -reference["digits_trusted"]
+        assert 0.0 < error < largest_error
+
+
 @pytest.mark.slow
 def test_certified_cusp(folds):
     reference = REFERENCES["codim2/base_v_omega/cusp_1"]
     event = nearest(special(folds, EventKind.CUSP), reference["values"])
-    np.testing.assert_allclose([event["event_first"], event["event_second"]], reference["values"], atol=1e-9)
-    np.testing.assert_allclose(event["event_orbit"], reference["orbit_state_at_phase_0"], atol=1e-7)
+    check_values(event, reference, 1e-11)
+    side = np.sign(float(event["event_orbit"][0]))
+    # the values of a cusp do not tell its states: they move with the square of what these are off
+    np.testing.assert_allclose(side * event["event_orbit"], reference["orbit_state_at_phase_0"], rtol=0.0, atol=5e-9)
     assert float(event["event_multiplier_real"][0]) == pytest.approx(1.0, abs=1e-9)
 
 
@@ -57,9 +74,33 @@ def test_certified_generalised_doubling():
         model, "period doubling", {"voltage": (1.0, 1.1), "hoop_prestretch": (1.02, 1.04)}, **OPTIONS
     )
     event = nearest(special(result, EventKind.GENERALISED_DOUBLING), reference["values"])
-    np.testing.assert_allclose([event["event_first"], event["event_second"]], reference["values"], atol=1e-9)
+    check_values(event, reference, 1e-10)
     side = np.sign(float(event["event_orbit"][0]))
-    np.testing.assert_allclose(side * event["event_orbit"], reference["orbit_state_at_phase_0"], atol=1e-8)
+    np.testing.assert_allclose(side * event["event_orbit"], reference["orbit_state_at_phase_0"], rtol=0.0, atol=1e-9)
+
+
+def test_the_criticality_changes_at_a_degenerate_symmetry_breaking(breakings):
+    """Beside it, the branch that is born lies above the value of its event on one side and below on the other."""
+    (event,) = special(breakings, EventKind.DEGENERATE_SYMMETRY_BREAKING)
+    for place in ("first", "second"):
+        assert 0.0 < float(event[f"event_{place}_error"]) < 1e-10
+    assert float(event["event_multiplier_real"][0]) == pytest.approx(1.0, abs=1e-9)
+    voltage, frequency = float(event["event_first"]), float(event["event_second"])
+    sides = []
+    for beside in (-1e-4, 1e-4):
+        model = BASE.replace(drive_frequency=frequency + beside)
+        line = gelcone.continue_branch(model, "voltage", 0.95, voltage + 0.005, switch=1, checks=2)
+        at = np.flatnonzero(line["event_kind"].values == EventKind.SYMMETRY_BREAKING)
+        at = at[np.abs(line["event_value"].values[at] - voltage).argmin()]
+        assert abs(float(line["event_value"][at]) - voltage) < 2e-3
+        # not by the coefficient, but where the orbits lie that are followed from there
+        born = line.isel(branch=int(line["event_born_branch"][at]))
+        ends = born["value"].values[np.isfinite(born["value"].values)]
+        near = (
+            ends[:3] if abs(ends[0] - line["event_value"][at]) < abs(ends[-1] - line["event_value"][at]) else ends[-3:]
+        )
+        sides.append(np.sign(np.mean(near - float(line["event_value"][at]))))
+    assert sorted(sides) == [-1.0, 1.0]
 
 
 @pytest.mark.slow

@@ -23,7 +23,7 @@ FOLD, DOUBLE = 1.0, -1.0
 """The multiplier at which an event happens."""
 SIDE = 1e-5
 """How far to either side the tangent maps are compared, as a share of the orbit's size."""
-FAR_SIDE = 3e-3
+FAR_SIDE = 5e-4
 """The same for the third derivatives."""
 LOCATING = 12
 LOCATED = 1e-10
@@ -196,25 +196,31 @@ def _errors(shooting: Shooting, system: Bordered, nodes: Array, rows: Array, cor
 @dataclass(frozen=True)
 class Born:
     """How the branch leaves that is born at an event: at the amplitude a of the null vector it is at
-    value + ``curvature`` a^2, its nodes ``bend`` a^2 (n, N) off. For a fold the branch itself. ``cubic`` is the
-    coefficient whose zero is where super- and subcritical meet."""
+    value + ``curvature`` a^2, its nodes ``bend`` a^2 (n, N) off. For a fold the branch itself. ``coefficient``
+    is the one whose zero is a point of codimension two: quadratic for a fold (a cusp), else cubic (where super- and
+    subcritical meet)."""
 
     curvature: float
     bend: Array
-    cubic: float = np.nan
+    coefficient: float = np.nan
 
 
-def born(shooting: Shooting, event: Singular) -> Born:
-    """Curvature of the branch that is born (or, at a fold, of the branch itself)."""
+def born(shooting: Shooting, event: Singular, side: float = FAR_SIDE) -> Born:
+    """Curvature of the branch that is born (or, at a fold, of the branch itself).
+
+    ``side``: how far to either side the tangent maps are compared, as a share of the orbit's size. Default 5e-4.
+    """
     nodes, null, left, values = event.nodes, event.null, event.left, tuple(event.values)
-    by = FAR_SIDE * max(float(np.abs(nodes).max()), float(np.abs(null).max()))
+    by = side * max(float(np.abs(nodes).max()), float(np.abs(null).max()))
     here = copied(shooting.run(nodes, values))
     sides = [copied(shooting.run(nodes + share * by * null, values)) for share in (1.0, -1.0, 2.0, -2.0)]
     bend = _first([side.tangents for side in sides], by)
     slope = _first([side.slopes for side in sides], by)[..., 0]
     second = np.einsum("kij,kj->ki", bend, null)
     if event.at == FOLD and not _at_rest(nodes):
-        return Born(-float(np.sum(left * second) / (2.0 * np.sum(left * here.slopes[..., 0]))), np.zeros_like(nodes))
+        quadratic = float(np.sum(left * second))
+        curvature = -quadratic / (2.0 * float(np.sum(left * here.slopes[..., 0])))
+        return Born(curvature, np.zeros_like(nodes), quadratic)
     third = np.einsum("kij,kj->ki", _second([here.tangents, *(side.tangents for side in sides)], by), null)
     moved = np.zeros((2, *nodes.shape))
     if not _at_rest(nodes):

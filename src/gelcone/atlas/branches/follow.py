@@ -127,7 +127,7 @@ def _trusted(
     point = found.point
     if point is None or not found.step < FARTHEST * min(1.0, 20.0 * step):
         return False
-    if not metric.inner(tangent, metric.unit(point.tangent)) > SAME_WAY:
+    if not metric.inner(tangent, point.tangent) > SAME_WAY:
         return False
     return resting or not _collapsed(shooting, here, point)
 

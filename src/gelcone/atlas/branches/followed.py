@@ -56,7 +56,7 @@ class Followed:
                 "event has born": np.array([one is not None for one in born]),
                 **{
                     f"event born {name}": np.array([getattr(one or blank, name) for one in born])
-                    for name in ("curvature", "bend", "cubic")
+                    for name in ("curvature", "bend", "coefficient")
                 },
             }
         if self.merge is not None:
@@ -77,13 +77,13 @@ class Followed:
         if entry["ended"] >= 0:
             followed.ended = Ending(int(entry["ended"]))
         for k in range(len(entry.get("event kind", ()))):
-            names = ("curvature", "bend", "cubic")
-            curvature, bend, cubic = (entry[f"event born {name}"][k] for name in names)
+            names = ("curvature", "bend", "coefficient")
+            curvature, bend, coefficient = (entry[f"event born {name}"][k] for name in names)
             followed.events.append(
                 Event(
                     EventKind(int(entry["event kind"][k])),
                     _restored("event ", entry, k),
-                    Born(float(curvature), bend, float(cubic)) if entry["event has born"][k] else None,
+                    Born(float(curvature), bend, float(coefficient)) if entry["event has born"][k] else None,
                     float(entry["event unstable"][k]),
                     int(entry["event after"][k]),
                     kind,

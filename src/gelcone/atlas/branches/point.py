@@ -62,8 +62,8 @@ class Metric:
 
     def unit(self, a: Direction) -> Direction:
         """The direction of length 1."""
-        length = self.length(a)
-        return Direction(a.nodes / length, a.value / length)
+        by = 1.0 / self.length(a)
+        return Direction(by * a.nodes, by * a.value)
 
     def row(self, a: Direction) -> tuple[Array, Array]:
         """The condition that a step has no part along ``a``: row (1, n, N) and corner (1, 1)."""

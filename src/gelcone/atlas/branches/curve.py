@@ -1,0 +1,254 @@
+"""One curve of singular orbits in two parameters, followed both ways, and the points of codimension two on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gelcone.atlas.branches.branch import Ending, EventKind
+from gelcone.atlas.branches.event import FAR_SIDE, FOLD, Singular, born, locate
+from gelcone.atlas.branches.point import SMALLEST, cubic_weights
+from gelcone.motion.orbit import Shooting
+from gelcone.quantity import Array
+
+FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.04, 1e-7
+AIM = 2e-3
+"""How far a guess should be off; the steps are made so long."""
+FARTHEST = 0.05
+SAME_WAY = 0.8
+SECANTS = 40
+AT_REST = 1e-4
+"""Orbits smaller than this, as a share of the largest on their curve, are rest."""
+OTHER_SIDE = 0.5 * FAR_SIDE
+"""For the error of a point of codimension two its coefficient is taken over this distance, too."""
+WIDTH = 1e-14
+"""Points of codimension two are located to this share of the rectangle."""
+
+
+@dataclass
+class Curve:
+    """A curve of singular orbits: the ``points`` in order, the points of codimension two, what ended it."""
+
+    shooting: Shooting
+    kind: EventKind
+    points: list[Singular]
+    tests: list[float]
+    special: list[tuple[Singular, int]] = field(default_factory=list)
+    ended: tuple[Ending, Ending] = (Ending.LIMIT, Ending.LIMIT)
+
+
+@dataclass(frozen=True)
+class Window:
+    """The rectangle of the two parameters, and the most points of a curve."""
+
+    low: Array
+    high: Array
+    most: int
+
+    @property
+    def scale(self) -> Array:
+        return self.high - self.low
+
+    def holds(self, values: Array) -> bool:
+        slack = 1e-9 * self.scale
+        return bool((values >= self.low - slack).all() and (values <= self.high + slack).all())
+
+
+def follow_curve(
+    shooting: Shooting, kind: EventKind, nodes: Array, values: Array, at: float, window: Window
+) -> Curve | None:
+    """The curve of singular orbits through a guess, both ways; None where there is none."""
+    across = (np.zeros_like(nodes), np.array([0.0, 1.0 / window.scale[1] ** 2]))
+    first = locate(shooting, nodes, values, at, 0.5, across)
+    if first is None or first.ahead is None:
+        return None
+    forward, ended = _walk(shooting, kind, first, window, 1.0)
+    backward, began = [first], ended
+    if ended != Ending.CLOSED:
+        backward, began = _walk(shooting, kind, first, window, -1.0)
+    points = [*backward[:0:-1], *forward]
+    curve = Curve(shooting, kind, points, [], [], (began, ended))
+    curve.tests = _tests(shooting, points)
+    _find_special(curve, window)
+    return curve
+
+
+def _scaled(shooting: Shooting, point: Singular, window: Window) -> tuple[Array, Array]:
+    """Weights of nodes and values in the length of a step."""
+    states = np.maximum(np.abs(point.nodes).max(axis=0), SMALLEST)
+    return 1.0 / (np.square(states) * len(point.nodes)), 1.0 / np.square(window.scale)
+
+
+def _walk(
+    shooting: Shooting, kind: EventKind, first: Singular, window: Window, way: float
+) -> tuple[list[Singular], Ending]:
+    """The curve from its first point one way."""
+    points, step = [first], FIRST_STEP
+    assert first.ahead is not None
+    direction = way * first.ahead[0], way * first.ahead[1]
+    before: tuple[Singular, tuple[Array, Array]] | None = None
+    size = float(np.abs(first.nodes).max())
+    while len(points) < window.most:
+        here = points[-1]
+        by_states, by_values = _scaled(shooting, here, window)
+
+        def length(nodes: Array, values: Array, weights: tuple[Array, Array] = (by_states, by_values)) -> float:
+            return float(np.sqrt(np.sum(weights[0] * nodes**2) + np.sum(weights[1] * values**2)))
+
+        whole = length(*direction)
+        tangent = direction[0] / whole, direction[1] / whole
+        plane = by_states * tangent[0], by_values * tangent[1]
+        guess = here.nodes + step * tangent[0], here.values + step * tangent[1]
+        if before is not None:
+            one, back = before
+            apart, scale = length(here.nodes - one.nodes, here.values - one.values), length(*back)
+            weights = cubic_weights(1.0 + step / apart) * np.array([1.0, 1.0, apart / scale, apart])
+            guess = (
+                weights[0] * one.nodes + weights[1] * here.nodes + weights[2] * back[0] + weights[3] * tangent[0],
+                weights[0] * one.values + weights[1] * here.values + weights[2] * back[1] + weights[3] * tangent[1],
+            )
+        found = locate(shooting, guess[0], guess[1], here.at, 0.3, plane, here)
+        good = found is not None and found.ahead is not None
+        if good and found is not None and found.ahead is not None:
+            off = length(found.nodes - guess[0], found.values - guess[1])
+            ahead = length(*found.ahead)
+            turn = (np.sum(plane[0] * found.ahead[0]) + np.sum(plane[1] * found.ahead[1])) / ahead
+            good = off < 0.3 * step and float(turn) > SAME_WAY
+        if not good or found is None or found.ahead is None:
+            step *= 0.4
+            if step < SHORTEST_STEP:
+                return points, Ending.STEP
+            continue
+        if not window.holds(found.values):
+            last = _at_border(shooting, here, found, window)
+            return [*points, last] if last is not None else points, Ending.LIMIT
+        if np.abs(found.nodes).max() < AT_REST * size:
+            return points, Ending.REST
+        points.append(found)
+        size = max(size, float(np.abs(found.nodes).max()))
+        if len(points) > 6 and length(found.nodes - first.nodes, found.values - first.values) < 0.7 * step:
+            return [*points, first], Ending.CLOSED
+        before, direction = (here, direction), found.ahead
+        factor = min(max((AIM / max(off, 1e-9)) ** 0.25, 0.5), 1.6)
+        step = min(step * factor, LONGEST_STEP)
+    return points, Ending.POINTS
+
+
+def _at_border(shooting: Shooting, here: Singular, beyond: Singular, window: Window) -> Singular | None:
+    """The point where the curve leaves the rectangle."""
+    shares = []
+    for k in range(2):
+        for border in (window.low[k], window.high[k]):
+            change = beyond.values[k] - here.values[k]
+            if change and 0.0 <= (border - here.values[k]) / change <= 1.0:
+                shares.append(((border - here.values[k]) / change, k, border))
+    if not shares:
+        return None
+    share, k, border = min(shares)
+    nodes = here.nodes + share * (beyond.nodes - here.nodes)
+    values = here.values + share * (beyond.values - here.values)
+    values[k] = border
+    corner = np.zeros(2)
+    corner[k] = 1.0 / window.scale[k] ** 2
+    return locate(shooting, nodes, values, here.at, 0.3, (np.zeros_like(nodes), corner), here)
+
+
+# --- points of codimension two ----------------------------------------------------------------------------------------
+
+
+def _tests(shooting: Shooting, points: list[Singular]) -> list[float]:
+    """The coefficient that passes 0 at a point of codimension two, with one orientation along the curve."""
+    tests, sign = [], 1.0
+    for k, point in enumerate(points):
+        if k:
+            sign *= _turned(points[k - 1], point)
+        tests.append(sign * _coefficient(shooting, point))
+    return tests
+
+
+def _turned(one: Singular, other: Singular) -> float:
+    """Sign by which the coefficient changes because null vector or weights turned round: the fold's is even in the null
+    vector, the others' odd."""
+    left = np.sign(np.sum(one.left * other.left))
+    null = np.sign(np.sum(one.null * other.null))
+    return float(left if one.at == FOLD else left * null)
+
+
+def _coefficient(shooting: Shooting, point: Singular, over: float | None = None) -> float:
+    """The quadratic coefficient of a fold, the cubic one of the others, by differences over a distance. Without one, it
+    is what the point was located with."""
+    scale = float(np.linalg.norm(point.left)) or 1.0
+    if point.at == FOLD and over is None:
+        return point.quadratic / scale
+    try:
+        return born(shooting, point, over or FAR_SIDE).coefficient / scale
+    except np.linalg.LinAlgError:
+        return np.nan
+
+
+SPECIAL = {
+    EventKind.FOLD: EventKind.CUSP,
+    EventKind.PERIOD_DOUBLING: EventKind.GENERALISED_DOUBLING,
+    EventKind.SYMMETRY_BREAKING: EventKind.DEGENERATE_SYMMETRY_BREAKING,
+}
+
+
+def _find_special(curve: Curve, window: Window) -> None:
+    """Locates the zeros of the coefficient along the curve."""
+    tests = np.array(curve.tests)
+    for k in np.flatnonzero(tests[1:] * tests[:-1] < 0.0):
+        if curve.kind == EventKind.FOLD and not _reverses(curve, int(k), window):
+            continue
+        found = _zero(curve, int(k), window, FAR_SIDE)
+        if found is not None:
+            curve.special.append((replace(found, errors=_errors(curve, int(k), window, found)), int(k)))
+
+
+def _errors(curve: Curve, k: int, window: Window, found: Singular) -> Array:
+    """Errors of the values at a zero of the coefficient: how far it moves when the differences are taken over another
+    distance, and rounding. Where that has no zero it is somewhere between the two points."""
+    other = _zero(curve, k, window, OTHER_SIDE)
+    if other is None:
+        return np.abs(curve.points[k + 1].values - curve.points[k].values)
+    return np.asarray(np.abs(other.values - found.values) + found.errors + WIDTH * window.scale)
+
+
+def _reverses(curve: Curve, k: int, window: Window) -> bool:
+    """Whether the curve turns back between two points, as it does at a cusp."""
+    values = np.array([point.values for point in curve.points[max(k - 1, 0) : k + 3]]) / window.scale
+    steps = np.diff(values, axis=0)
+    return bool(np.sum(steps[0] * steps[-1]) < 0.0)
+
+
+def _zero(curve: Curve, k: int, window: Window, over: float) -> Singular | None:
+    """The zero of the coefficient between two points: regula falsi with the Illinois rule along their chord.
+
+    ``over``: as in `_coefficient`.
+    """
+    shooting, a, b = curve.shooting, curve.points[k], curve.points[k + 1]
+    by_states, by_values = _scaled(shooting, a, window)
+    chord = by_states * (b.nodes - a.nodes), by_values * (b.values - a.values)
+    low, high, below = 0.0, 1.0, _coefficient(shooting, a, over)
+    above = _turned(a, b) * _coefficient(shooting, b, over)
+    if not below * above < 0.0:
+        return None
+    point, side, width = a, 0, np.inf
+    for _ in range(SECANTS):
+        share = (low * above - high * below) / (above - below)
+        share = min(max(share, low + 1e-3 * (high - low)), high - 1e-3 * (high - low))
+        nodes, values = a.nodes + share * (b.nodes - a.nodes), a.values + share * (b.values - a.values)
+        found = locate(shooting, nodes, values, a.at, 0.5, chord, a)
+        if found is None:
+            return None
+        width = float(np.abs((found.values - point.values) / window.scale).max())
+        point, test = found, _turned(a, found) * _coefficient(shooting, found, over)
+        if width < WIDTH or high - low < 1e-13 or test == 0.0:
+            break
+        if test * below > 0.0:
+            low, below, above, side = share, test, above * (0.5 if side == -1 else 1.0), -1
+        else:
+            high, above, below, side = share, test, below * (0.5 if side == 1 else 1.0), 1
+    # at a pole, or where a vector turned round, the coefficient changes its sign without getting small
+    least = min(abs(curve.tests[k]), abs(curve.tests[k + 1]))
+    return point if abs(_coefficient(shooting, point, over)) < 1e-3 * least else None
