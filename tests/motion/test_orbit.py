@@ -69,7 +69,7 @@ def test_symmetric_orbit_closes_at_its_mirror_image():
 def test_slopes_are_those_of_differences(name):
     model = ConeModel(damping_ratio=0.02, voltage=1.1, voltage_bias=0.2, drive_frequency=0.4, rest_height=0.1)
     members = model.members()
-    shooting, value, change = shooting_of(members, Kind(1), (name,)), float(members.values[name][0]), 1e-4
+    shooting, value, change = shooting_of(members, Kind(1), (name,)), float(members.values[name][0]), 1e-5
     nodes = np.tile([0.4, -0.2], (shooting.count, 1))
     ends = [shooting.run(nodes, [value + sign * change]).ends.copy() for sign in (1.0, -1.0)]
     slopes = shooting.run(nodes, [value]).slopes[..., 0]
