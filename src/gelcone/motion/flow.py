@@ -77,7 +77,9 @@ def integrate(
     MissingDependency : when the integrator is not installed.
     """
     members = model.members()
-    _check_options(keep, tolerance, threads)
+    if keep not in KEEPS:
+        raise unknown_name("thing to keep", str(keep), KEEPS)
+    check_flow(tolerance, threads)
     states0 = _states("initial", initial, members)
     t0 = _fit("start", start, (members.size,))
     samples = np.size(times) if np.ndim(times) < 2 else np.shape(times)[-1]
@@ -102,9 +104,8 @@ def integrate(
     return result
 
 
-def _check_options(keep: str, tolerance: float, threads: int | None) -> None:
-    if keep not in KEEPS:
-        raise unknown_name("thing to keep", str(keep), KEEPS)
+def check_flow(tolerance: float, threads: int | None) -> None:
+    """`InputError` for what the integrator cannot use."""
     if not (isinstance(tolerance, float | int) and 0.0 < tolerance < 1.0):
         raise InputError(f"tolerance = {tolerance!r}: must be between 0 and 1, for example {DEFAULT_TOLERANCE:g}")
     if threads is not None and not (isinstance(threads, int) and threads >= 1):

@@ -68,6 +68,12 @@ def test_a_store_of_another_run_is_refused(tmp_path):
         gelcone.show(tmp_path)
 
 
+def test_a_folder_with_something_else_is_refused(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match="is not empty, and holds no run"):
+        gelcone.continue_branch(BASE, "voltage", 0.93, 0.95, checks=2, store=tmp_path)
+
+
 def test_a_damaged_entry_is_told(tmp_path):
     gelcone.continue_branch(BASE, "voltage", 0.93, 0.95, checks=2, store=tmp_path)
     entry = tmp_path / "00000.npz"

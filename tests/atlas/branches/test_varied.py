@@ -11,6 +11,17 @@ from gelcone.presets import find_preset
 PUMP = gelcone.find_device("biased-pump").replace(film="taut")
 
 
+def test_brute_force_does_not_begin_at_rest_in_the_flat_film():
+    """From there no voltage moves the disc, and nothing would be checked."""
+    flat = gelcone.find_device("paper-table1").replace(release_height=None, release_velocity=None)
+    varied = vary(flat, {"voltage_amplitude": (100.0, 200.0)})
+    assert flat.initial_state()[0] == 0.0
+    assert varied.starts([0.5])[0, 0] > 0.1
+    assert vary(PUMP, {"frequency": (9.0, 11.0)}).starts([0.5])[0, 0] == PUMP.initial_state()[0]
+    still = vary(find_preset("base").model, {"voltage": (0.9, 1.1)}, (0.0, 0.0))
+    np.testing.assert_array_equal(still.starts([1.0]), [[1.0, 0.0]])
+
+
 def test_a_field_that_moves_one_parameter_is_followed_as_that():
     varied = vary(PUMP, {"frequency": (9.0, 11.0)})
     assert varied.parameters == ("drive_frequency",)

@@ -25,7 +25,7 @@ from gelcone.devices.analysis import for_swept_devices
 from gelcone.devices.device import Device
 from gelcone.devices.si import in_field_units
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
+from gelcone.motion.flow import DEFAULT_TOLERANCE, check_flow, integrate
 from gelcone.motion.orbit import Shooting
 from gelcone.motion.validity import unknown, validity, validity_variables
 from gelcone.physics.model import ConeModel
@@ -113,6 +113,7 @@ def continue_branch(
     varied = vary(model, {parameter: (low, high)}, initial)
     for name, count, least in (("switch", switch, 0), ("checks", checks, 2), ("points", points, 2)):
         check_count(name, count, least)
+    check_flow(tolerance, threads)
     options = {
         "parameter": parameter,
         "low": float(varied.low[0]),

@@ -96,7 +96,10 @@ def journal_in(folder: str | Path | None, plan: Mapping[str, Any]) -> Iterator[J
         yield Journal()
         return
     place = Path(folder)
-    with open_store(place, json.loads(json.dumps(plan)), ("entry",), (1,), resume=(place / "zarr.json").is_file()):
+    begun = (place / "zarr.json").is_file()
+    if not begun and place.is_dir() and any(place.iterdir()):
+        raise InputError(f"{place}: is not empty, and holds no run along branches; choose another store")
+    with open_store(place, json.loads(json.dumps(plan)), ("entry",), (1,), resume=begun):
         for unfinished in place.glob(".*.npz"):  # left by a run that was killed while it wrote
             unfinished.unlink()
         yield Journal(place)

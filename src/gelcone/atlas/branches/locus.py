@@ -26,7 +26,7 @@ from gelcone.codes import Outcome
 from gelcone.devices.analysis import for_swept_devices
 from gelcone.devices.device import Device
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.flow import DEFAULT_TOLERANCE, check_flow
 from gelcone.motion.orbit import Shooting
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress
@@ -100,6 +100,7 @@ def locus(
     varied = vary(model, over, initial)
     for name, count, least in (("switch", switch, 0), ("checks", checks, 2), ("points", points, 2)):
         check_count(name, count, least)
+    check_flow(tolerance, threads)
     own = _own_value(varied)
     counted, flow = Counted(progress), {"tolerance": tolerance, "threads": threads}
     across = vary(varied.target_at(names[1], own), {names[0]: over[names[0]]}, initial)

@@ -61,11 +61,16 @@ class Varied:
         return self.plan.at(named)[0] if self.device is None else at(self.device, named).to_model()
 
     def starts(self, values: Sequence[float]) -> Array:
-        """States (1, N) from which brute force settles."""
+        """States (1, N) from which brute force settles: the initial ones, moved where the disc would stay at rest."""
         if self.device is None:
-            return start_states(self.plan.cone, self.plan.initial)
-        model, states = self.plan.at(_named(self, [np.array([value]) for value in values]))
-        return complete(model.members(), states)
+            members, states = self.plan.cone.members(), start_states(self.plan.cone, self.plan.initial).copy()
+        else:
+            model, begun = self.plan.at(_named(self, [np.array([value]) for value in values]))
+            members = model.members()
+            states = complete(members, begun)
+        if members.symmetric[0] and not states[:, :2].any():
+            states[:, 0] = min(1.0, 0.5 * members.system.film.reach(members.numbers_at(0))[1])
+        return states
 
     def target_at(self, name: str, value: float) -> ConeModel | Device:
         """The model or device with one of its numbers set."""
