@@ -109,8 +109,8 @@ if TYPE_CHECKING:
     from gelcone.physics.drive import Sine as Sine
     from gelcone.physics.drive import Waveform as Waveform
     from gelcone.physics.film.continuum import ContinuumFilm as ContinuumFilm
-    from gelcone.physics.film.continuum import read_film as read_film
     from gelcone.physics.film.film import Film as Film
+    from gelcone.physics.film.stored import read_film as read_film
     from gelcone.physics.film.taut import TautCone as TautCone
     from gelcone.physics.laws import LAWS as LAWS
     from gelcone.physics.laws import Gent as Gent

@@ -8,7 +8,7 @@ import pytest
 import gelcone
 from gelcone.motion.engine.compile import cache_folder
 from tests.answers import result
-from tests.physics.film.test_continuum import film_like_the_cone
+from tests.physics.film.test_unwrinkled import film_like_the_cone
 
 MODEL = ["--set", "law=neo-hookean", "--set", "damping_ratio=0.1", "--set", "voltage=0.4", "--set", "rest_height=0.3"]
 COMMANDS = {
@@ -54,7 +54,10 @@ def test_a_film_that_is_the_cone_gives_the_cones_answers(run, command):
 def test_every_command_takes_a_film_and_says_how_well_it_fits(run, command):
     code, out, err = run(command, *MODEL, *COMMANDS[command], "--film", "film.json")
     assert (code, err) == (0, "")
-    assert "film as a continuum, a/b = 0.2, up to |x| = 1000; largest error of its force: taut 1.2%" in out
+    assert (
+        "film as a continuum that bears compression, a/b = 0.2, up to |x| = 1000; largest error of its force: taut 1.2%"
+        in out
+    )
 
 
 def test_without_scikit_fem_one_line_says_how_to_get_it(run, monkeypatch):

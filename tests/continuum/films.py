@@ -48,18 +48,18 @@ def dense(band):
 def fitted_with_states():
     """The film of the cone model's defaults with a/b = 0.2, fitted once for all tests, and the states it was fitted to:
     rows of s, V, stiffness, kind."""
-    from gelcone.continuum import fit
+    from gelcone.continuum import unwrinkled
 
     kept = []
-    fitted = fit._fitted
+    fitted = unwrinkled._fitted
 
     def keeping(film, free, states, ends):
         kept.extend((state.s, state.squared, state.stiffness, state.kind) for state in states)
         return fitted(film, free, states, ends)
 
-    fit._fitted = keeping
+    unwrinkled._fitted = keeping
     try:
-        film = fit.fit_film(ConeModel(), 0.2)
+        film = unwrinkled.fit_unwrinkled(ConeModel(), 0.2)
     finally:
-        fit._fitted = fitted
+        unwrinkled._fitted = fitted
     return film, np.array(kept)

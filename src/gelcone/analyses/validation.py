@@ -24,6 +24,7 @@ FORCES = (
 HOOP_SLACK = "converged, but compressed along the hoop: the film wrinkles there, and this state is not physical"
 AT_POINTS = ("cone_force", "continuum_force", "deviation", "force_error", "limit_share", "cone_limit_share")
 FLAGS = ("hoop_slack", "meridional_slack", "overhangs", "stable", "folds", "reached_voltage")
+PULL_INS = ("pull_in_voltage", "cone_pull_in_voltage")
 LIMITS = ("limit_displacement", "cone_limit_displacement")
 
 
@@ -58,6 +59,7 @@ def validate_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> di
     return {
         **{name: result[name] for name in ("displacement", "constant_voltage", RADIUS_RATIO, *AT_POINTS, *FLAGS)},
         "ending": _ending_names(result),
+        **{name: result[name] for name in PULL_INS if name in result},
         "largest_deviation": abs(result["deviation"]).max(_points(result)),
         "limit": {
             "share": result["share"],
@@ -86,7 +88,7 @@ def validate_words(shown: xr.Dataset, subject: Subject) -> str:
 
     lines = heading(subject)
     for name, member in member_labels(shown):
-        text = [*_voltage_lines(member), *_limit_lines(member), *_mesh_lines(member)]
+        text = [*_voltage_lines(member), *_pull_in_lines(member), *_limit_lines(member), *_mesh_lines(member)]
         lines += [*([f"{name}:"] if name else []), *text]
     return "\n".join(lines)
 
@@ -95,24 +97,38 @@ def _voltage_lines(member: xr.Dataset) -> list[str]:
     """At each voltage the deviation of the cone where the film is taut, and what became of it elsewhere."""
     from gelcone.continuum.path import Ending
 
-    lines = [
-        f"disc over film a/b {float(member[RADIUS_RATIO]):.4g}; cone force over that of the taut continuum, less 1:"
-    ]
+    wrinkles = "pull_in_voltage" in member
+    which = "that of the continuum, both wrinkling," if wrinkles else "that of the taut continuum,"
+    lines = [f"disc over film a/b {float(member[RADIUS_RATIO]):.4g}; cone force over {which} less 1:"]
     for i in range(member.sizes["constant_voltage"]):
         one = member.isel(constant_voltage=i)
-        taut = one["deviation"].where(~one["hoop_slack"]).values
-        text = "the film is taut nowhere"
+        taut = (one["deviation"] if wrinkles else one["deviation"].where(~one["hoop_slack"])).values
+        text = "no film in tension" if wrinkles else "the film is taut nowhere"
         if np.isfinite(taut).any():
             ends = dict.fromkeys((int(np.nanargmin(taut)), int(np.nanargmax(taut))))
             text = " to ".join(f"{taut[k]:+.1%} at {_place(one, k)}" for k in ends)
         lines.append(f"  {float(one['constant_voltage']):.4g}{unit_of(one['constant_voltage'])}: {text}")
         endings = [Ending(code) for code in one["ending"].values]
-        wrinkled = int((one["hoop_slack"] & (one["ending"] == Ending.CONVERGED)).sum())
+        wrinkled = 0 if wrinkles else int((one["hoop_slack"] & (one["ending"] == Ending.CONVERGED)).sum())
         if wrinkled:
             lines.append(f"    {wrinkled} of {len(endings)}: {HOOP_SLACK}")
         kinds = [ending for ending in Ending if ending and ending in endings]
         lines += [f"    {endings.count(ending)} of {len(endings)}: {ending.meaning}" for ending in kinds]
     return shortened(lines)
+
+
+def _pull_in_lines(member: xr.Dataset) -> list[str]:
+    """Above which voltages continuum and cone have pulled in."""
+    if "pull_in_voltage" not in member:
+        return []
+    own, cone = member["pull_in_voltage"], member["cone_pull_in_voltage"].values
+    lines = [
+        f"  at {_place(member, k)}: {float(v):.4g}{unit_of(own)}, the cone above {float(cone[k]):.4g}{unit_of(own)}"
+        for k, v in enumerate(own.values)
+        if np.isfinite(v)
+    ]
+    none = "no film has pulled in at the given voltages"
+    return shortened(["the continuum has pulled in above:", *lines]) if lines else [none]
 
 
 def _place(one: xr.Dataset, k: int) -> str:

@@ -71,7 +71,9 @@ def compare(
     cone_force/continuum_force - 1: positive where the cone overestimates the force, NaN where the film is compressed
     along its meridian or has pulled in. ``limit_displacement`` and ``cone_limit_displacement`` over ``share`` are the
     displacements at which the largest I1 - 3 reaches that share of the stretch limit without voltage; NaN for a law
-    without limit.
+    without limit. With ``"relax"`` the cone wrinkles too, and ``pull_in_voltage`` and ``cone_pull_in_voltage`` over the
+    displacement tell above which voltage each has pulled in: the continuum's is NaN where no given voltage was that
+    high.
     """
     result = membrane(
         model,
@@ -85,7 +87,8 @@ def compare(
     model, ratios = ensemble(model, radius_ratio)
     x, levels = result["displacement"].values, result["constant_voltage"].values
     members = [single(model, i) for i in range(model.size)]
-    alone = [member.replace(spring_stiffness=0.0) for member in members]
+    cone = {"film": "wrinkling", "pull_in": "minimum"} if wrinkles == "relax" else {"film": "taut"}
+    alone = [member.replace(spring_stiffness=0.0, **cone) for member in members]
     with np.errstate(all="ignore"):
         force = np.array([[member.force(x, v) for v in levels] for member in alone])
         share = np.array([np.tile(m.strain(x) / m.strain_limit(), (levels.size, 1)) for m in members])
@@ -107,13 +110,30 @@ def compare(
             "cone_limit_share": (at, share, "share of the stretch limit in the cone, (I1-3)/limit", "ratio"),
             "limit_displacement": (("share",), reached, "where the continuum reaches the share", "length"),
             "cone_limit_displacement": (("share",), cones, "where the cone reaches the share", "length"),
-        },
+        }
+        | (_pull_in_voltages(result, members, x) if wrinkles == "relax" else {}),
         coords={"share": (("share",), np.array(LIMIT_SHARES), "share of the stretch limit", "ratio")},
         options={"elements": elements, "wrinkles": wrinkles},
         title="cone and continuum",
     )
     merged = result.rename(force="continuum_force").assign(cone_values.data_vars).assign_coords(cone_values.coords)
     return merged.assign_attrs(cone_values.attrs)
+
+
+def _pull_in_voltages(result: xr.Dataset, members: list[ConeModel], x: Array) -> dict[str, dataset.Variable]:
+    """Voltages above which membrane and cone have pulled in, over the displacements: the membrane's where one of the
+    given voltages was that high."""
+    shape = (len(members), result.sizes["constant_voltage"], x.size)
+    ending, reached = (result[name].values.reshape(shape) for name in ("ending", "reached_voltage"))
+    gone = ending == Ending.PULLED_IN
+    found = np.where(gone.any(axis=1), np.min(np.where(gone, reached, np.inf), axis=1), np.nan)
+    cones = [member.replace(film="wrinkling") for member in members]
+    squared = np.array([cone.film.highest_squared(x, cone.numbers()) for cone in cones])
+    along = ("displacement",)
+    return {
+        "pull_in_voltage": (along, found, "voltage above which the continuum has pulled in", "voltage"),
+        "cone_pull_in_voltage": (along, np.sqrt(squared), "and the cone", "voltage"),
+    }
 
 
 def limit_displacements(film: Film, shares: Sequence[float] = LIMIT_SHARES) -> Array:

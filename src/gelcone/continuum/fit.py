@@ -1,70 +1,104 @@
-"""The corrected film: the membrane's force, fitted once for a geometry, law and pre-stretch."""
+"""The fit of the continuum film: the force of the wrinkling membrane, for a geometry, law and pre-stretch.
+
+The membrane is raised step by step, and at each height charged until it falls slack or pulls in. The least squares are
+weighted anew until the largest error is small (Lawson's algorithm), and the error is measured at states between, too.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import hashlib
 import json
 import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
-from gelcone.continuum.membrane import (
-    DEFAULT_RADIUS_RATIO,
-    highest_span,
-    limit_shares,
-    raised_film,
-    solve,
-    stress_state,
-)
-from gelcone.continuum.mesh import Film, check_radius_ratio, import_skfem, mesh_film
-from gelcone.continuum.path import Ending, Point, cone, flat, newton, reach
+from gelcone.continuum.charged import Charged, charged, flat_squared, slack_limit, slack_squared
+from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO, highest_span, limit_shares, raised_film, stress_state
+from gelcone.continuum.mesh import SLACK_STIFFNESS, Film, check_radius_ratio, import_skfem, mesh_film
+from gelcone.continuum.path import Ending, Point, reach
 from gelcone.errors import InputError
 from gelcone.files import write_whole
 from gelcone.physics.component import to_record
-from gelcone.physics.film.continuum import ContinuumFilm, read_film
+from gelcone.physics.film.continuum import ContinuumFilm
+from gelcone.physics.film.fitted import FittedFilm, Polynomial
+from gelcone.physics.film.stored import read_film
+from gelcone.physics.film.wrinkling import NEVER
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import FILMS
 from gelcone.quantity import Array
 
 ELEMENTS = 32
-FARTHEST = 6.0
+FARTHEST = 4.0
 """Largest displacement that is fitted, in b - a, where the stretch limit leaves room for more."""
-LIMIT_SHARE = 0.97
+LIMIT_SHARE = 0.9
 """Of the stretch limit, next to the disc, up to which displacements are fitted."""
-STEPS = 12
-"""Of the voltage squared, from none to the highest that a free film withstands."""
-STEEP = 1.3
-"""Where the voltage weakens the film this many times faster than at first, it is approaching a fold or bulge."""
-FREE_SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)
-"""Of that voltage squared, at which the compressed film near the flat one is followed."""
-CEILING_MARGIN = 0.97
-"""Share of the highest V up to which states are fitted: at the fold itself the force has no slope."""
-TAUT, HOOP_SLACK, SLACK, FLAT = range(4)
-KINDS = ("taut", "hoop slack", "near slack", "nearly flat")
-WEIGHTS = (1.0, 0.1, 0.02, 1.0)
-"""Of the kinds of states in the fit. Only the first is a film that does not wrinkle; the last, a compressed film that
-is all but flat, decides the stability of rest."""
-NEARLY_FLAT = 0.03
-DEGREES = {"rest": 9, "field": 6, "fold": 5, "field_squared": 3, "ceiling": 6, "local": 7}
-"""Number of coefficients of each polynomial."""
-WALLS, FARTHEST_WALL = 30, 20.0
+LOW = (0.02, 0.05, 0.1)
+HEIGHTS = (18, 8, 7)
+"""Heights that are fitted: how many up to 1, up to 2, and up to the largest. Less for a stiff film."""
+WEAKEST = 5e3 * SLACK_STIFFNESS
+"""Least force over height, of a film that the net of slack rings does not spoil near slackness."""
+STEPS = 10
+"""Of the voltage squared, up to pull-in."""
+BETWEEN = 4
+"""Every so many heights the error is measured half-way to the next."""
+FLOOR = 0.02
+"""Share of the force without voltage that is added to a force before its relative error is taken."""
+TERMS = (8,) * 8
+"""Coefficients of each polynomial of the stiffness; ``LOCAL``, of the stretch beside the disc; ``ENDS``, of pull-in."""
+LOCAL = (8, 7, 6, 5)
+ENDS = 9
+VARIABLES = (0.3, 0.5, 1.0, 2.0, 4.0)
+WALLS = (1.02, 1.05, 1.1, 1.2, 1.4, 2.0, 4.0)
+"""Places of the wall over the largest s."""
+ROUNDS = 30
+"""Of Lawson's algorithm."""
+BEYOND = 1e-3
+"""Weight of the slack film, whose k need only be negative."""
+LOWER = (0.1, 0.01)
+"""Heights squared over the lowest, at which a film without tension while it is flat obeys the same law k = s f(V/s)."""
+SCALED = 0.1
+"""Weight of what was scaled to lower heights."""
+SLACK_MARGIN = 0.995
+"""Share of the V at which the film falls slack up to which it is followed."""
+NARROWINGS = 4
+"""Heights between one at which the film falls slack and one at which it pulls in."""
+SOURCES = (
+    "physics/film/continuum.py",
+    "physics/film/fitted.py",
+    "physics/film/unwrinkled.py",
+    "physics/film/wrinkling.py",
+    "physics/laws.py",
+    "physics/model.py",
+)
+"""What a fit depends on beside the files of this folder."""
+Fitted = TypeVar("Fitted", bound=FittedFilm)
 
 
-class _State(NamedTuple):
-    """One state of the film: what is fitted, over s and V."""
+class _Column(NamedTuple):
+    """What was found at one height."""
 
     s: float
-    squared: float
-    stiffness: float
-    kind: int
-    disc_stretch: float
-    hoop_stress: float
+    charged: Charged
+    start: float
+    """k without voltage."""
+    disc: Array
+    """(Deformed over mounted length along the meridian)^2 - 1 beside the disc, of its points."""
+
+    @property
+    def squared(self) -> Array:
+        return np.array([point.squared for point in self.charged.points])
+
+    @property
+    def stiffness(self) -> Array:
+        return np.array([point.force for point in self.charged.points]) / np.sqrt(self.s)
 
 
 def fit_film(
@@ -75,9 +109,8 @@ def fit_film(
 ) -> ContinuumFilm:
     """The continuum film of a model as a smooth force, with its error.
 
-    The membrane is raised step by step, and at each height charged until it pulls in; near the flat film its compressed
-    states are followed too, so that a disc can pass through x = 0. Displacements are fitted up to 97 % of the stretch
-    limit next to the disc or 6 (b - a), voltages up to pull-in or the electromechanical instability of a free film.
+    The film wrinkles rather than bear compression. Displacements are fitted up to 90 % of the stretch limit next to the
+    disc or 4 (b - a), voltages up to pull-in.
 
     Parameters
     ----------
@@ -97,10 +130,11 @@ def fit_film(
     if model.shape:
         raise InputError(f"a model of the shape {model.shape}: one film is fitted at a time; take its members")
     ratio = check_radius_ratio(radius_ratio)
-    film = mesh_film(model.replace(spring_stiffness=0.0), ratio, ELEMENTS)
-    free = free_film_limit(film.model)
-    states, ends = _states(film, free, progress or (lambda share: None))
-    return _fitted(film, free, states, ends)
+    film = mesh_film(model.replace(spring_stiffness=0.0), ratio, ELEMENTS, relaxed=True)
+    columns = _columns(film, progress or (lambda share: None))
+    tested = [columns[k] for k in range(BETWEEN - 1, len(columns) - 1, BETWEEN) if _alike(columns[k - 1 : k + 2])]
+    found = _fitted(film, [column for column in columns if all(column is not other for other in tested)])
+    return dataclasses.replace(found, errors=_errors(found, columns))
 
 
 def find_film(
@@ -109,7 +143,7 @@ def find_film(
     radius_ratio: float = DEFAULT_RADIUS_RATIO,
     *,
     starting: Callable[[], None] = lambda: None,
-) -> ContinuumFilm | str:
+) -> FittedFilm | str:
     """The film for a name: one of `FILMS` (its name), ``continuum`` (fitted on first use, then cached) or a file.
 
     Films are cached in the folder ``gelcone/films`` of the user's cache, under a name that says what they were fitted
@@ -120,6 +154,30 @@ def find_film(
         return choice
     if choice != "continuum":
         return read_film(choice)
+    return kept_film(fit_film, model, radius_ratio, starting=starting)
+
+
+def kept_film(
+    fit: Callable[[ConeModel, float], Fitted],
+    model: ConeModel,
+    radius_ratio: float,
+    *,
+    starting: Callable[[], None] = lambda: None,
+) -> Fitted:
+    """The film that ``fit`` gives, from the user's cache if it is there; otherwise as for `find_film`."""
+    path, alone = kept_path(fit.__name__, model, radius_ratio)
+    with contextlib.suppress(InputError):
+        return read_film(path)  # type: ignore[return-value]
+    import_skfem()
+    starting()
+    film = fit(alone, radius_ratio)
+    with contextlib.suppress(InputError):  # no place to keep it: it is fitted again next time
+        write_film(film, path, force=True)
+    return film
+
+
+def kept_path(kind: str, model: ConeModel, radius_ratio: float) -> tuple[Path, ConeModel]:
+    """Where what was found for a film is kept, and the film alone; `InputError` for a sweep over what it depends on."""
     law = model.gel_law()
     own = {name: model.values[name] for name in law.parameters}
     fixed = {"prestretch": model.stretches, "law": list(own.values())}
@@ -129,20 +187,18 @@ def find_film(
     lm, lh = model.stretches
     parameters = own | {"meridional_prestretch": lm, "hoop_prestretch": lh}
     alone = ConeModel(law=law, spring_stiffness=0.0, **parameters)
-    own_key = {"law": to_record(law, LAWS), "radius_ratio": float(radius_ratio), "program": _program()}
+    own_key = {
+        "fit": kind,
+        "law": to_record(law, LAWS),
+        "radius_ratio": float(radius_ratio),
+        "program": _program(),
+    }
     key = own_key | {name: float(value) for name, value in parameters.items()}
     path = _cache_folder() / f"{hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:24]}.json"
-    with contextlib.suppress(InputError):
-        return read_film(path)
-    import_skfem()
-    starting()
-    film = fit_film(alone, radius_ratio)
-    with contextlib.suppress(InputError):  # no place to keep it: it is fitted again next time
-        write_film(film, path, force=True)
-    return film
+    return path, alone
 
 
-def write_film(film: ContinuumFilm, path: str | Path, *, force: bool = False) -> None:
+def write_film(film: FittedFilm, path: str | Path, *, force: bool = False) -> None:
     """Writes a film as JSON for `gelcone.read_film`; an existing file is kept unless ``force``."""
     write_whole(Path(path), lambda to: _write_text(to, film.to_json()), force=force)
 
@@ -158,7 +214,7 @@ def _program() -> str:
     sources = sorted(
         [
             *here.glob("*.py"),
-            *(here.parent / name for name in ("physics/film/continuum.py", "physics/laws.py", "physics/model.py")),
+            *(here.parent / name for name in SOURCES),
         ]
     )
     return hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()
@@ -169,20 +225,9 @@ def _cache_folder() -> Path:
     return Path(base) / "gelcone" / "films"
 
 
-def free_film_limit(model: ConeModel) -> float:
-    """The V at which a film that is free to take any area - slack, or wrinkled in all directions - runs away.
-
-    Its stretch t^(1/2) is the same in all directions, and V G = response (1 - t^-3)/t has a largest value: the
-    electromechanical instability of dielectric elastomers (Zhao and Suo, Appl. Phys. Lett. 91 (2007) 061921). Where the
-    stretch limit prevents it, 1/G stands in as the end of the fit.
-    """
-    c, limit = model.numbers(), float(model.gel_law().strain_limit(model.numbers()))
-    t = 1.0 + np.geomspace(1e-4, min(0.5 * (limit + 3.0), 30.0), 20001)
-    strain = 2.0 * t + t**-2.0 - 3.0
-    t, strain = t[strain < limit], strain[strain < limit]
-    squared = model.gel_law().response(strain, c) * (1.0 - t**-3.0) / t / float(c["G"])
-    falls = np.flatnonzero(np.diff(squared) < 0.0)
-    return float(squared[falls[0]]) if falls.size else 1.0 / float(c["G"])
+def _alike(columns: list[_Column]) -> bool:
+    """Whether all fall slack, or none: there is no border of that between them."""
+    return len({column.charged.ending == Ending.SLACK for column in columns}) == 1
 
 
 # --- the states ------------------------------------------------------------------------------------------------------
@@ -190,198 +235,250 @@ def free_film_limit(model: ConeModel) -> float:
 
 def _heights(film: Film) -> Array:
     top = min(highest_span(film), FARTHEST)
-    low = min(1.0, top / 4.0)
-    return np.unique(np.concatenate([[0.05 * low], np.linspace(0.1, 1.0, 10) * low, np.linspace(low, top, 18)]))
+    scale = min(1.0, top / 4.0)
+    few, some, rest = HEIGHTS
+    return np.unique(
+        np.concatenate(
+            [
+                np.array(LOW) * scale,
+                np.linspace(LOW[-1], 1.0, few) * scale,
+                np.linspace(1.0, 2.0, some) * scale,
+                np.linspace(2.0 * scale, top, rest),
+            ]
+        )
+    )
 
 
-def _states(
-    film: Film, free: float, progress: Callable[[float], None]
-) -> tuple[list[_State], list[tuple[float, float]]]:
-    """The states to be fitted, and the ends (s, V) of the voltage."""
-    heights = _heights(film)
-    states: list[_State] = []
-    raised = raised_film(film, heights.tolist())
-    ends = [(height * height, free) for height in (0.0, *heights) if height < min(raised, default=0.0)]
-    for height, point in raised.items():
-        if limit_shares(film, point.position).max() > LIMIT_SHARE:
+def _columns(film: Film, progress: Callable[[float], None]) -> list[_Column]:
+    """The film charged at each height. Higher up it has pulled in on the way there at no more than the lowest V at
+    which it pulls in below."""
+    raised = raised_film(film, _heights(film).tolist())
+    limit, columns = slack_limit(film.model), list[_Column]()
+    highest = limit if limit < NEVER else 1.0 / float(film.coefficients["G"])
+    lowest, guess = highest, 0.0
+    for start in raised.values():
+        if limit_shares(film, start.position).max() > LIMIT_SHARE:
             break
-        column, end = _charged(film, height, point, free)
-        states += column
-        ends.append((height * height, end))
-        progress(0.8 / len(raised))
-    if not states:
-        raise InputError("the film is in tension at no displacement; raise the pre-stretch or the stretch limit")
-    for share in FREE_SHARES:
-        compressed = _compressed(film, share * free)
-        if share == 0.0 and not compressed:
-            compressed = _wrinkled(film, heights[heights < min(raised)])
-        states += compressed
-        progress(0.2 / len(FREE_SHARES))
-    return states, ends
-
-
-def _charged(film: Film, height: float, start: Point, free: float) -> tuple[list[_State], float]:
-    """States at one height under rising V, and its end: a fold, a film that bulges, or the limit of a free film.
-
-    Towards a fold or bulge the voltage weakens the film ever faster; a film that loses its tension it weakens ever
-    less, and that is no end.
-    """
-    point, states, squared, step = start, [_state(film, start)], 0.0, free / STEPS
-    first, ratio, steepest = 0.0, 1.0, 1.0
-    while step > 0.01 * max(squared, 0.04 * free) and squared < free * (1.0 - 1e-9):
-        step = min(step, free - squared)
-        found = reach(film, point, "squared", squared + step)[0]
-        rate = 0.0 if found is None else (point.force - found.force) / step
-        if rate <= 0.0 or (steepest > STEEP and rate < 0.25 * first):
-            step *= 0.5
+        if start.force < WEAKEST * start.height:
             continue
-        first = first or rate
-        ratio, steepest = rate / first, max(steepest, rate / first)
-        squared, point = squared + step, found or point
-        states.append(_state(film, point, slack=ratio < 0.5 and point.force < 0.3 * start.force))
-    return states, squared if ratio >= 0.5 or steepest > STEEP else free
+        column = _column(film, start, lowest, guess)
+        if column.charged.ending == Ending.PULLED_IN:
+            if not columns or columns[-1].charged.ending == Ending.SLACK:
+                columns += _first_pull_in(film, columns[-1] if columns else None, start, lowest)
+            lowest = min(lowest, column.charged.end)
+        guess = column.charged.end
+        columns.append(column)
+        progress(1.0 / len(raised))
+    if not columns:
+        raise InputError("the film is in tension at no displacement; raise the pre-stretch or the stretch limit")
+    return sorted(columns, key=lambda column: column.s)
 
 
-def _wrinkled(film: Film, heights: Array) -> list[_State]:
-    """A film without voltage that has to wrinkle to be raised so little: where it is neither in tension nor compressed
-    as a whole."""
-    if not heights.size:
+def _column(film: Film, start: Point, highest: float, guess: float) -> _Column:
+    """At one height, up to V = ``highest``; ``guess``, an end that is near.
+
+    With a hoop that is stretched no more than the meridian all rings fall slack at once, where the cone does.
+    """
+    slack = slack_squared(film, start.height)
+    near = min(v for v in (highest, slack, 1.1 * guess) if v > 0.0)
+    known = film.coefficients["A"] >= film.coefficients["B"]
+    found = charged(film, start, min(highest, SLACK_MARGIN * slack) if known else highest, near / STEPS)
+    if known and found.ending == Ending.CONVERGED and SLACK_MARGIN * slack < highest:
+        found = found._replace(end=slack, ending=Ending.SLACK)
+    elif known and found.ending == Ending.SLACK:
+        found = found._replace(ending=Ending.PULLED_IN)
+    c = float(film.coefficients["A"])
+    disc = [stress_state(film, point.position, point.squared)[0][0] ** 2 / c - 1.0 for point in found.points]
+    return _Column(start.height**2, found, start.force / start.height, np.array(disc))
+
+
+def _first_pull_in(film: Film, below: _Column | None, above: Point, highest: float) -> list[_Column]:
+    """Columns between the last height at which the film falls slack and the first at which it pulls in."""
+    if below is None:
         return []
-    relaxed = mesh_film(film.model, film.radius_ratio, ELEMENTS, relaxed=True)
-    found = solve(relaxed, heights, np.zeros(1))[0]
-    points = [state.point for state in found if state.ending == Ending.CONVERGED and state.point is not None]
-    return [_state(film, point, slack=True) for point in points if point.force > 0.0]
-
-
-def _compressed(film: Film, squared: float) -> list[_State]:
-    """The film that its voltage compresses along the meridian, from the flat one up."""
-    start = flat(film, squared)
-    if start is None or not start.forces.most < 0.0:
-        return []
-    height, states = 0.02, []
-    point = newton(film, cone(film, height, start), squared)
-    while point is not None and point.forces.most < 0.0:
-        states.append(_state(film, point, slack=True))
-        nexts = (reach(film, point, "height", point.height + step)[0] for step in (0.04, 0.02, 0.01))
-        point = next((found for found in nexts if found is not None and found.forces.most < 0.0), None)
-    return states
-
-
-def _state(film: Film, point: Point, *, slack: bool = False) -> _State:
-    along, _, _, hoop_stress = stress_state(film, point.position, point.squared)
-    smallest = float(np.min(hoop_stress))
-    kind = FLAT if slack and point.height < NEARLY_FLAT else SLACK if slack else HOOP_SLACK if smallest < 0.0 else TAUT
-    disc = float(along[0]) ** 2 / float(film.coefficients["A"])
-    return _State(point.height**2, point.squared, point.force / point.height, kind, disc, smallest)
+    found, low, high = list[_Column](), below.charged.points[0], above
+    for _ in range(NARROWINGS):
+        start = reach(film, low, "height", 0.5 * (low.height + high.height))[0]
+        if start is None:
+            break
+        found.append(_column(film, start, highest, 0.0))
+        low, high = (start, high) if found[-1].charged.ending == Ending.SLACK else (low, start)
+    return found
 
 
 # --- the fit ---------------------------------------------------------------------------------------------------------
 
 
-def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[float, float]]) -> ContinuumFilm:
-    s, squared, stiffness, kind, disc, hoop = (np.array(column) for column in zip(*states, strict=True))
+class _Rows(NamedTuple):
+    """What is fitted: k at s and V, the weights of its errors, and where it counts: the film is not slack."""
+
+    s: Array
+    squared: Array
+    stiffness: Array
+    weight: Array
+
+    @property
+    def counts(self) -> npt.NDArray[np.bool_]:
+        return self.stiffness >= 0.0
+
+
+class _Surface(NamedTuple):
+    """A fit of k: its largest error, c, the wall, the polynomials and the strength of the wall."""
+
+    error: float
+    variable: float
+    wall: float
+    stiffness: tuple[Polynomial, ...]
+    strength: float
+
+
+def _fitted(film: Film, columns: list[_Column]) -> ContinuumFilm:
+    limit = slack_limit(film.model)
+    first = columns[0]
+    tension = flat_squared(film.model)
+    if film.coefficients["A"] < film.coefficients["B"]:
+        tension = first.charged.end
+    rows = _rows(film, columns, limit, tension)
+    s, squared = (
+        np.concatenate(parts)
+        for parts in zip(*((np.full(len(c.squared), c.s), c.squared) for c in columns), strict=True)
+    )
     farthest = float(s.max())
-    # t runs from -1 at the flat film to 1 at the farthest
-    scale = 2.0 * (1.0 + farthest) / farthest
-    variable = (scale - 1.0, -scale)
-    end_s, end = np.array(ends).T
-    ceiling = _least_squares(
-        _powers(variable, end_s, DEGREES["ceiling"]), 1.0 / np.maximum(end, 0.02 * free), np.maximum(end, 0.02 * free)
-    )
-    share = squared * (_powers(variable, s, DEGREES["ceiling"]) @ ceiling)
-    inside = share < CEILING_MARGIN
-    s, squared, stiffness, kind, disc, hoop, share = (
-        values[inside] for values in (s, squared, stiffness, kind, disc, hoop, share)
-    )
-    relative = 1.0 / (np.abs(stiffness) + 0.3 * squared + 0.02)
-    weights = np.array(WEIGHTS)[kind] * relative
-    parts = {name: _powers(variable, s, DEGREES[name]) for name in ("rest", "field", "fold", "field_squared")}
-    parts["field"] = parts["field"] * squared[:, None]
-    parts["fold"] = parts["fold"] * (1.0 - np.sqrt(1.0 - share) - 0.5 * share)[:, None]
-    parts["field_squared"] = parts["field_squared"] * squared[:, None] ** 2
-    exact = _flat(film)
-    base = np.zeros_like(s) if exact is None else exact[0] + squared * (1.0 - exact[1])
-    if exact is not None:
-        # what is fitted vanishes at t = -1, or its error would open tongues of instability that are not there
-        rise = 1.0 + _powers(variable, s, 2)[:, 1:]
-        parts = {name: part * rise for name, part in parts.items()}
-    smooth = np.concatenate(list(parts.values()), axis=1)
-
-    def fit(wall: float) -> tuple[Array, Array]:
-        columns = np.column_stack([smooth, s / (wall - s)])
-        found = _least_squares(columns, stiffness + squared - base, weights)
-        return found, columns @ found + base - stiffness - squared
-
-    # without a stretch limit, the pole represents a law that stiffens
-    highest = min(1.2 * highest_span(film) ** 2, FARTHEST_WALL * farthest)
-    walls = np.geomspace(1.01 * farthest, max(highest, 1.1 * farthest), WALLS)
-    wall = float(min(walls, key=lambda w: float(np.sum((fit(w)[1] * weights) ** 2))))
-    found, error = fit(wall)
-    pieces = np.split(found, np.cumsum([DEGREES[name] for name in parts]))
-    numbers = dict(zip(parts, pieces, strict=False))
-    strength = float(pieces[-1][0])
-    if exact is not None:
-        numbers = {
-            name: np.asarray(np.polynomial.polynomial.polymul(values, (1.0, 1.0))) for name, values in numbers.items()
-        }
-        numbers["rest"][0] += exact[0]
-        numbers["field"][0] += 1.0 - exact[1]
-    # the term of the wall is 1/(1 - s/wall) = 1 + s/(wall - s)
-    numbers["rest"][0] -= strength
-    local = np.concatenate([(p := _powers(variable, s, DEGREES["local"])), squared[:, None] * p], axis=1)
-    taut = np.array(WEIGHTS)[kind]
-    disc_stretch = _least_squares(local, disc, taut / disc)
-    hoop_stress = _least_squares(local, hoop, taut / (np.abs(hoop) + 0.1))
-    parameters = film.model.parameters()
-    fitted: dict[str, Any] = {name: _tuple(values) for name, values in numbers.items()}
+    ends = [c for c in columns if c.charged.ending != Ending.SLACK]
+    end_s, end = np.array([(c.s, c.charged.end) for c in ends] or [(0.0, limit)]).T
+    tries = [(_stiffness(rows, tension, c, farthest), _pull_in(end_s, end, c)) for c in VARIABLES]
+    (_, variable, wall, stiffness, strength), (_, pull_in) = min(tries, key=lambda t: max(t[0].error, t[1][0]))
+    disc = np.concatenate([column.disc for column in columns])
+    local = _least_squares(_basis(s, squared, tension, variable, LOCAL), disc, 1.0 / disc)
+    slack = [c.s for c in columns if c.charged.ending == Ending.SLACK]
+    model, parameters = film.model, film.model.parameters()
     return ContinuumFilm(
         radius_ratio=film.radius_ratio,
-        law=film.model.gel_law(),
-        law_parameters=tuple((name, float(parameters[name])) for name in sorted(film.model.gel_law().parameters)),
-        prestretches=(float(film.model.stretches[0]), float(film.model.stretches[1])),
+        law=model.gel_law(),
+        law_parameters=tuple((name, float(parameters[name])) for name in sorted(model.gel_law().parameters)),
+        prestretches=(float(model.stretches[0]), float(model.stretches[1])),
         largest=float(np.sqrt(farthest)),
-        wall=wall,
         variable=variable,
-        **fitted,
+        flat_tension=tension,
+        stiffness=stiffness,
+        wall=wall,
         wall_strength=strength,
-        ceiling=_tuple(ceiling),
-        disc_stretch=_halves(disc_stretch),
-        hoop_stress=_halves(hoop_stress),
-        errors=tuple(
-            (name, float(np.max(np.abs(error * relative)[kind == k])))
-            for k, name in enumerate(KINDS)
-            if (kind == k).any()
-        ),
+        disc_stretch=_split(local, LOCAL),
+        pull_in=pull_in,
+        slack_first=0.5 * (max(slack) + float(end_s[end_s > max(slack)].min(initial=farthest))) if slack else -1.0,
+        slack_limit=limit,
     )
 
 
-def _flat(film: Film) -> tuple[float, float] | None:
-    """Stiffness of the flat film without voltage, and how fast V weakens it, where they are known exactly.
+def _rows(film: Film, columns: list[_Column], limit: float, tension: float) -> _Rows:
+    """The states in tension, the ends where the film falls slack, and beyond them k as it would go on."""
+    rows: list[tuple[float, float, float, float]] = []
+    for column in columns:
+        k, squared = column.stiffness, column.squared
+        weight = 1.0 / (k + FLOOR * column.start)
+        rows += [(column.s, *row) for row in zip(squared, k, weight, strict=True)]
+        if column.charged.ending == Ending.SLACK:
+            rows += _slack_rows(film, column, limit)
+        if column is columns[0] and tension == 0.0:
+            rows += _lower_rows(film, rows)
+    end = min(limit, tension + 1.0)
+    for share in (0.1, 0.3, 0.6, 1.0) if end > tension else ():
+        rows.append((0.0, tension + share * (end - tension), -0.3 * share * (end - tension), BEYOND))
+    return _Rows(*np.array(rows).T)
 
-    With equal pre-stretches the tension N = (A - G) response - V of the flat film is the same everywhere; raised a
-    little it satisfies (R w')' = 0, hence the stiffness 2 (1 - r) N/((1 + r) ln(1/r)) for a/b = r.
-    """
-    lm, lh = film.model.stretches
-    if lm != lh:
-        return None
-    c, r = film.coefficients, film.radius_ratio
-    share = 2.0 * (1.0 - r) / ((1.0 + r) * np.log(1.0 / r))
-    tension = (c["A"] - c["G"]) * film.model.gel_law().response(c["A"] + c["B"] + c["G"] - 3.0, c)
-    return float(share * tension), float(share)
+
+def _lower_rows(film: Film, rows: list[tuple[float, float, float, float]]) -> list[tuple[float, float, float, float]]:
+    """Those of the lowest height, scaled to lower ones; there the force is too small to be computed."""
+    x = float(np.sqrt(rows[0][0]))
+    of_slack = {c: slack_squared(film, x * float(np.sqrt(c))) / slack_squared(film, x) for c in LOWER}
+    return [(c * s, of_slack[c] * v, c * k, SCALED * w / c) for c in LOWER for s, v, k, w in rows]
 
 
-def _powers(variable: tuple[float, float], s: Array, count: int) -> Array:
-    return np.vander(variable[0] + variable[1] / (1.0 + s), count, increasing=True)
+def _slack_rows(film: Film, column: _Column, limit: float) -> list[tuple[float, float, float, float]]:
+    end, k, squared = slack_end(film, column), column.stiffness, column.squared
+    before = int(np.searchsorted(squared, 0.85 * end)) - 1
+    slope = -k[before] / (end - squared[before])
+    beyond = [end + share * (min(limit, 3.0 * end + 0.1) - end) for share in (0.25, 0.5, 1.0)]
+    rows = [(column.s, end, 0.0, 1.0 / (FLOOR * column.start))]
+    return rows + [(column.s, v, slope * (v - end), BEYOND / (-slope * (v - end))) for v in beyond if v > end]
+
+
+def slack_end(film: Film, column: _Column) -> float:
+    """The V at which the film falls slack: known, or where the last states point."""
+    k, squared, end = column.stiffness, column.squared, column.charged.end
+    if film.coefficients["A"] >= film.coefficients["B"]:
+        return end
+    if len(k) < 2:
+        return end
+    return float(np.clip(squared[-1] + k[-1] * (squared[-1] - squared[-2]) / (k[-2] - k[-1]), squared[-1], 1.02 * end))
+
+
+def _basis(s: Array, squared: Array, tension: float, variable: float, terms: tuple[int, ...]) -> Array:
+    """The columns S t^i z^j, those of j = 0 first."""
+    t = s / (s + variable)
+    S = squared + tension + t
+    z = squared / S
+    return np.stack([S * t**i * z**j for j, count in enumerate(terms) for i in range(count)], axis=1)
+
+
+def _whole_basis(rows: _Rows, tension: float, variable: float, wall: float) -> Array:
+    return np.column_stack([_basis(rows.s, rows.squared, tension, variable, TERMS), rows.s / (wall - rows.s)])
+
+
+def _stiffness(rows: _Rows, tension: float, variable: float, farthest: float) -> _Surface:
+    """The best wall by least squares; then the smallest largest error: rows with large errors get ever more weight
+    (Lawson's algorithm)."""
+    walls = [wall * farthest for wall in WALLS]
+    bases = [_whole_basis(rows, tension, variable, wall) for wall in walls]
+    wall, basis = min(zip(walls, bases, strict=True), key=lambda pair: float(np.sum(_solved(pair[1], rows)[1] ** 2)))
+    more, least, best = np.ones(rows.s.size), (True, np.inf), np.zeros(basis.shape[1])
+    for _ in range(ROUNDS):
+        found, off = _solved(basis, rows, more)
+        error = np.abs(off) * rows.counts
+        pulls = ~rows.counts & (off > -rows.stiffness * rows.weight)  # k > 0 where the film is slack
+        if (reached := (bool(pulls.any()), float(error.max()))) < least:
+            least, best = reached, found
+        more = more * np.where(rows.counts, error + 0.1 * error.max(), np.where(pulls, 4.0 * error.max(), error.max()))
+        more = more / more[rows.counts].mean()
+    return _Surface(least[1] + least[0], variable, wall, _split(best[:-1], TERMS), float(best[-1]))
+
+
+def _pull_in(s: Array, squared: Array, variable: float) -> tuple[float, Polynomial]:
+    """The polynomial of the V at which the film pulls in, and its largest error, of the voltage."""
+    count = min(ENDS, max(1, s.size // 2))
+    columns = np.vander(s / (s + variable), count, increasing=True)
+    found = _least_squares(columns, squared, 1.0 / squared)
+    return float(np.max(np.abs(columns @ found / squared - 1.0))) / 2.0, tuple(found.tolist())
+
+
+def _solved(basis: Array, rows: _Rows, more: Any = 1.0) -> tuple[Array, Array]:
+    """The coefficients of least squares, and the weighted errors that they leave."""
+    found = _least_squares(basis, rows.stiffness, rows.weight * np.sqrt(more))
+    return found, (basis @ found - rows.stiffness) * rows.weight
 
 
 def _least_squares(columns: Array, values: Array, weights: Array) -> Array:
-    return np.asarray(np.linalg.lstsq(columns * weights[:, None], values * weights, rcond=None)[0])
+    scale = np.sqrt(np.mean((columns * weights[:, None]) ** 2, axis=0))
+    found = np.linalg.lstsq(columns * (weights[:, None] / scale), values * weights, rcond=1e-12)[0]
+    return np.asarray(found / scale)
 
 
-def _tuple(values: Array) -> tuple[float, ...]:
-    return tuple(values.tolist())
+def _split(values: Array, terms: tuple[int, ...]) -> tuple[Polynomial, ...]:
+    return tuple(tuple(part.tolist()) for part in np.split(values, np.cumsum(terms)[:-1]))
 
 
-def _halves(values: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    half = values.size // 2
-    return _tuple(values[:half]), _tuple(values[half:])
+# --- its error -------------------------------------------------------------------------------------------------------
+
+
+def _errors(film: ContinuumFilm, columns: list[_Column]) -> tuple[tuple[str, float], ...]:
+    """The largest errors at all states, a fifth of which were not fitted: of the force over force and 2 % of that
+    without voltage, and of the voltages at which the film pulls in."""
+    found: dict[str, list[float]] = {}
+    for column in columns:
+        k, end = column.stiffness, column.charged.end
+        off = film.rate(column.s, column.squared)[0] - k
+        found.setdefault("force", []).append(float(np.max(np.abs(off) / (k + FLOOR * column.start))))
+        if column.charged.ending == Ending.PULLED_IN:
+            own = film.highest_squared_at(column.s)
+            found.setdefault("pull-in voltage", []).append(abs(float(np.sqrt(own / end)) - 1.0))
+    return tuple((name, max(values)) for name, values in found.items())

@@ -1,7 +1,8 @@
 """The film as a continuum: force on the disc, shape of the film, stretches and stresses along it.
 
 The disc is first raised at zero voltage, then the voltage raised at that height; where the path of equilibria turns
-back in a fold (the film pulls in: it thins and bulges sideways), it is followed along its arc to the wanted voltage.
+back in a fold (the film pulls in: it thins and bulges sideways), it is followed along its arc to the wanted voltage. A
+film that wrinkles is followed until it falls slack or pulls in, see `gelcone.continuum.charged`.
 A membrane in equilibrium has one sign of meridional force along its whole length, that of the force on the disc, so
 that a film in tension never pushes the disc. Where the voltage has removed the tension, a film
 without bending stiffness has no state; only the compressed, unstable film remains that was flat under that voltage
@@ -10,7 +11,6 @@ and then raised. It is reported where it exists, and marked.
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -21,6 +21,7 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.continuum import density
+from gelcone.continuum.charged import charged, slack_limit
 from gelcone.continuum.mesh import (
     SLACK_STIFFNESS,
     Film,
@@ -31,7 +32,7 @@ from gelcone.continuum.mesh import (
     strain,
     stretches,
 )
-from gelcone.continuum.path import Ending, Point, arc, cone, flat, newton, reach, slackens
+from gelcone.continuum.path import Ending, Point, arc, cone, flat, newton, reach, settled, slackens
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.model import PARAMETERS, ConeModel
 from gelcone.quantity import Array
@@ -52,7 +53,6 @@ RESOLVED = 1e-3
 """Largest error of the force by the mesh, over the force, of a point that is reported."""
 NEAR = 0.2
 """Largest displacement, in b - a, of a mesh half as fine from the state it confirms."""
-NETS = tuple(SLACK_STIFFNESS * 10.0**k for k in (5, 4, 3, 2, 1, 0))
 SMALLEST_HEIGHT = 0.02
 """Height at which the compressed branch leaves the flat film, unless less is wanted."""
 
@@ -99,7 +99,8 @@ def membrane(
 
     ``force`` holds the disc against film and field, per mu Vol/(b-a): it compares with `ConeModel.force` without the
     spring. ``ending`` says for each point how its search ended, see `Ending`; where it is neither ``converged`` nor
-    ``compressed`` the numbers are NaN, and ``reached_voltage`` is the voltage up to which the film could be followed.
+    ``compressed`` the numbers are NaN (a ``slack`` film has the force 0), and ``reached_voltage`` is the voltage up to
+    which the film could be followed; with ``"relax"`` that at which it fell slack or pulled in, to 0.05 %.
     ``force_error`` estimates what the mesh leaves: a 15th of the change from a mesh half as fine. ``folds``
     counts the folds of the voltage passed on the way: after them the film has pulled in. ``stable``: the energy has a
     minimum against all axisymmetric motion of the film. ``hoop_slack`` and ``meridional_slack`` mark a compressive
@@ -185,11 +186,11 @@ def raised_film(film: Film, heights: list[float]) -> dict[float, Point]:
     point = None
     for height in (h for h in heights if 0.0 < h < highest_span(film)):
         if point is None:
-            guess = newton(film, cone(film, height, start), 0.0) or _settled(film, cone(film, height), 0.0)
+            guess = newton(film, cone(film, height, start), 0.0) or settled(film, cone(film, height), 0.0)
             point = guess if guess is not None and guess.stable and not slackens(guess) else None
         else:
             below = point
-            point = reach(film, below, "height", height)[0] or _settled(film, cone(film, height, below), 0.0)
+            point = reach(film, below, "height", height)[0] or settled(film, cone(film, height, below), 0.0)
             if point is None:
                 break
         if point is not None:
@@ -208,12 +209,29 @@ def _charged(
         return [_flat_state(film, square) for square in squares]
     if start is None:
         return [State(None, _why_not_raised(film, height), 0, 0.0)] * len(squares)
+    if film.relaxed:
+        return _relaxed_states(film, start, squares)
     state = State(start, Ending.CONVERGED, 0, 0.0)
     states = []
     for k, square in enumerate(squares):
         if state.ending == Ending.CONVERGED and state.point is not None:
             lower = below[k] if below else None
             state = _charged_to(film, state.point, square, lower)
+        states.append(state)
+    return states
+
+
+def _relaxed_states(film: Film, start: Point, squares: list[float]) -> list[State]:
+    """A film that wrinkles: in tension, then slack or pulled in, and a slack one pulled in at the voltage of a free
+    film. ``reached`` is then the middle of the bracket of the V at which it ended."""
+    state, limit, states = State(start, Ending.CONVERGED, 0, 0.0), slack_limit(film.model), []
+    for square in squares:
+        if state.ending == Ending.CONVERGED and state.point is not None and square > state.reached:
+            found = charged(film, state.point, square, square - state.reached)
+            ended = found.ending != Ending.CONVERGED
+            state = State(found.points[-1], found.ending, 0, found.end if ended else square)
+        if state.ending == Ending.SLACK and square > limit:
+            state = State(state.point, Ending.PULLED_IN, 0, limit)
         states.append(state)
     return states
 
@@ -225,23 +243,7 @@ def _charged_to(film: Film, start: Point, square: float, lower: State | None) ->
         if point is not None:
             return State(point, Ending.CONVERGED, 0, square)
     reached, last = reach(film, start, "squared", square)
-    reached = reached or _settled(film, start.position, square)
     return _ended(film, last) if reached is None else State(reached, Ending.CONVERGED, 0, square)
-
-
-def _settled(film: Film, guess: Array, square: float) -> Point | None:
-    """A film that may wrinkle, where it comes to rest from a guess, on a net that is made weaker and weaker: one that
-    falls slack or tightens in a step cannot be followed by its tangent.
-
-    Its energy has a single minimum as long as every ring has a natural width.
-    """
-    point = None
-    for net in NETS if film.relaxed else ():
-        point = newton(dataclasses.replace(film, net=net), guess, square)
-        if point is None or not point.stable:
-            return None
-        guess = point.position
-    return point
 
 
 def _flat_state(film: Film, square: float) -> State:
@@ -260,13 +262,8 @@ def _why_not_raised(film: Film, height: float) -> Ending:
 
 
 def _ended(film: Film, last: Point) -> State:
-    """Why the voltage could not be raised further, by a few steps along the arc; the state holds the last point.
-
-    A film that may wrinkle is not followed further: past its fold it has no wrinkled state.
-    """
+    """Why the voltage could not be raised further, by a few steps along the arc; the state holds the last point."""
     reached = last.squared
-    if film.relaxed:
-        return State(last, Ending.NOT_CONVERGED, 0, reached)
     for here in itertools.islice(arc(film, last), MOST_TO_FOLD):
         reached = max(reached, here.point.squared)
         if slackens(here.point):
@@ -355,13 +352,15 @@ def _fields(film: Film, coarse: Film, x: Array, states: list[list[State]]) -> di
 def _field(film: Film, coarse: Film, state: State, side: float) -> dict[str, Any]:
     """The variables of one point, the film mirrored for a disc that is pulled down (``side`` -1)."""
     found = state.point if state.ending in (Ending.CONVERGED, Ending.COMPRESSED) else None
+    slack = state.ending == Ending.SLACK
     error = np.nan if found is None else force_error(film, found, coarse)
     resolved = found is None or error <= RESOLVED * abs(found.force) + (SLACK_STIFFNESS if film.relaxed else 0.0)
     ending = state.ending if resolved else Ending.UNRESOLVED
     known = {"ending": ending, "folds": state.folds, "reached_voltage": np.sqrt(state.reached)}
     if found is None or ending == Ending.UNRESOLVED:
         nothing = np.full(film.place.size, np.nan)
-        scalars = dict.fromkeys(_SCALARS, np.nan) | dict.fromkeys(_FLAGS, False)
+        scalars: dict[str, Any] = dict.fromkeys(_SCALARS, np.nan) | dict.fromkeys(_FLAGS, False)
+        scalars |= {"force": 0.0, "force_error": 0.0, "hoop_slack": True, "meridional_slack": True} if slack else {}
         return known | scalars | dict.fromkeys(_PROFILES, nothing)
     position = found.position
     along, hoop, stress, hoop_stress = stress_state(film, position, found.squared)

@@ -6,6 +6,7 @@ halved where the correction is not small compared with it, so that no step jumps
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterator
 from enum import IntEnum
@@ -13,7 +14,17 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from gelcone.continuum.mesh import BAND, Film, Forces, electric_forces, energy, forces, reachable, tangent
+from gelcone.continuum.mesh import (
+    BAND,
+    SLACK_STIFFNESS,
+    Film,
+    Forces,
+    electric_forces,
+    energy,
+    forces,
+    reachable,
+    tangent,
+)
 from gelcone.quantity import Array
 
 Load = Literal["height", "squared"]
@@ -45,6 +56,10 @@ ARC_TOLERANCE = 1e-8
 """As `TOLERANCE`, before the last Newton steps at a given voltage."""
 
 
+NETS = tuple(SLACK_STIFFNESS * 10.0**k for k in (5, 4, 3, 2, 1, 0))
+"""Stiffness of the nets on which a slack film is brought to rest, one after the other."""
+
+
 class Ending(IntEnum):
     """How the search for the film's state at one displacement and voltage ended."""
 
@@ -55,6 +70,7 @@ class Ending(IntEnum):
     PULLED_IN = 4
     NOT_CONVERGED = 5
     UNRESOLVED = 6
+    SLACK = 7
 
     @property
     def meaning(self) -> str:
@@ -67,9 +83,10 @@ _MEANINGS = {
     Ending.COMPRESSED: "converged, but compressed along the meridian: only a film that cannot wrinkle rests there",
     Ending.BEYOND_LIMIT: "no film of this law spans that height within its stretch limit",
     Ending.TENSION_LOST: "lost its tension along the meridian on the way: a slack film holds no such state",
-    Ending.PULLED_IN: "pulled in on the way, where the voltage has a fold; bulged, the film keeps no tension there",
+    Ending.PULLED_IN: "pulled in on the way: above a voltage the film has no state in tension there",
     Ending.NOT_CONVERGED: "the path of equilibria could not be followed to this load",
     Ending.UNRESOLVED: "found, but the mesh is too coarse for it: take more elements",
+    Ending.SLACK: "slack: wrinkled in all directions, the film does not pull the disc",
 }
 
 
@@ -178,6 +195,21 @@ def _positive(band: Array) -> bool:
     return True
 
 
+def settled(film: Film, guess: Array, square: float, within: float = math.inf) -> Point | None:
+    """A film that may wrinkle, where it comes to rest from a guess, on a net that is made weaker and weaker: one that
+    falls slack or tightens in a step cannot be followed by its tangent.
+
+    Its energy has a single minimum as long as every ring has a natural width.
+    """
+    point = None
+    for net in NETS if film.relaxed else ():
+        point = newton(dataclasses.replace(film, net=net), guess, square, within)
+        if point is None or not point.stable:
+            return None
+        guess = point.position
+    return point
+
+
 # --- along a load ----------------------------------------------------------------------------------------------------
 
 
@@ -206,18 +238,18 @@ def reach(film: Film, start: Point, load: Load, target: float) -> tuple[Point | 
     A film that starts stable and in tension stays so: the path ends where it would not.
     """
     point, begin = start, _load(start, load)
-    step = target - begin
+    pace = target - begin
     while _load(point, load) != target:
         remaining = target - _load(point, load)
-        whole = abs(step) >= abs(remaining)
-        step = remaining if whole else step
-        found = _step(film, point, load, target if whole else _load(point, load) + step)
+        whole = abs(pace) >= abs(remaining)
+        pace = remaining if whole else pace
+        found = step(film, point, load, target if whole else _load(point, load) + pace)
         if found is None:
-            step *= 0.5
-            if abs(step) < SMALLEST_STEP[load] * abs(target - begin):
+            pace *= 0.5
+            if abs(pace) < SMALLEST_STEP[load] * abs(target - begin):
                 return None, point
         else:
-            point, step = found, 2.0 * step
+            point, pace = found, 2.0 * pace
     return point, point
 
 
@@ -225,7 +257,8 @@ def _load(point: Point, load: Load) -> float:
     return point.height if load == "height" else point.squared
 
 
-def _step(film: Film, point: Point, load: Load, target: float) -> Point | None:
+def step(film: Film, point: Point, load: Load, target: float) -> Point | None:
+    """The equilibrium at a load, by one step along the tangent; None if it is not close to what that predicts."""
     way = (target - _load(point, load)) * _rate(film, point, load)
     guess = point.position + way
     if load == "height":

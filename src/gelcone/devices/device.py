@@ -24,7 +24,7 @@ from gelcone.devices.template import device_text
 from gelcone.devices.units import FieldError, format_si
 from gelcone.errors import DoubtfulInput, InputError, unknown_name
 from gelcone.physics.drive import WAVEFORMS
-from gelcone.physics.film.continuum import ContinuumFilm
+from gelcone.physics.film.fitted import FittedFilm
 from gelcone.physics.film.taut import PRESTRETCH_MODES
 from gelcone.physics.film.wrinkling import PULL_IN
 from gelcone.physics.model import ConeModel
@@ -460,7 +460,7 @@ class Device(Record):
         model = self._cone(damping_ratio)
         return model.replace(film=self.film_for(model), pull_in=self.pull_in)
 
-    def film_for(self, model: ConeModel, *, starting: Callable[[], None] = lambda: None) -> ContinuumFilm | str:
+    def film_for(self, model: ConeModel, *, starting: Callable[[], None] = lambda: None) -> FittedFilm | str:
         """The film that ``film`` names, a cone by its name; ``starting`` is called before one is fitted."""
         if self.film in FILMS:
             return str(self.film)

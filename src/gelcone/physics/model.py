@@ -19,8 +19,9 @@ from gelcone.physics.bias import BIASES, Bias
 from gelcone.physics.circuit import CIRCUITS, Circuit
 from gelcone.physics.component import Component, Numbers, find_component
 from gelcone.physics.drive import WAVEFORMS, Waveform
-from gelcone.physics.film.continuum import ContinuumFilm, film_from_json
 from gelcone.physics.film.film import Film
+from gelcone.physics.film.fitted import FittedFilm
+from gelcone.physics.film.stored import film_from_json
 from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, TautCone, check_prestretch_mode
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
@@ -207,7 +208,7 @@ def _film(film: Any, law: Any, mode: str | None, pull_in: str | None = None) -> 
         if law is not None or mode is not None:
             raise InputError(f"law, prestretch_mode: the film {found.name!r} takes neither; leave them out")
         return found
-    if isinstance(found, ContinuumFilm) and law is not None and law != found.law:
+    if isinstance(found, FittedFilm) and law is not None and law != found.law:
         raise InputError(
             f"the continuum film does not fit the model: law = {law.name}, fitted for {found.law.name}; fit another "
             "film for each law and pre-stretch (gelcone validate --fit, or gelcone.fit_film), or leave it out"
@@ -230,7 +231,7 @@ def _second(given: Any, drive: str | None, first: Film) -> SecondFilm | None:
             )
         return None
     film = given if isinstance(given, Film) else _film(given, None, None)
-    if isinstance(film, GelFilm) and isinstance(first, GelFilm) and not isinstance(film, ContinuumFilm):
+    if isinstance(film, GelFilm) and isinstance(first, GelFilm) and not isinstance(film, FittedFilm):
         film = with_fields(film, law=first.law, prestretch_mode=first.prestretch_mode)  # type: ignore[type-var]
     if isinstance(film, WrinklingCone) and isinstance(first, WrinklingCone):
         film = with_fields(film, pull_in=first.pull_in)

@@ -8,8 +8,8 @@ from gelcone.physics.bias import BIASES, Bias, Together
 from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import find_component, to_record
 from gelcone.physics.drive import WAVEFORMS
-from gelcone.physics.film.continuum import ContinuumFilm
 from gelcone.physics.film.film import Film
+from gelcone.physics.film.fitted import FittedFilm
 from gelcone.physics.film.taut import GelFilm, TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS
@@ -43,7 +43,7 @@ def _second_record(system: ConeSystem) -> dict[str, Any]:
 
 def film_record(film: Film) -> Any:
     """A film; a continuum film as its JSON text, one that ships by its name and what else it was given."""
-    if isinstance(film, ContinuumFilm):
+    if isinstance(film, FittedFilm):
         return film.to_json()
     record = to_record(film, FILMS)
     if type(FILMS.get(film.name)) is not type(film):

@@ -18,8 +18,8 @@ import numpy as np
 
 from gelcone.errors import unknown_name
 from gelcone.physics.component import Component, Numbers, State
-from gelcone.physics.film.continuum import ContinuumFilm
 from gelcone.physics.film.film import Border, Film, FilmState
+from gelcone.physics.film.fitted import FittedFilm
 from gelcone.physics.film.taut import PRESTRETCHES
 from gelcone.quantity import Array, Quantity
 
@@ -61,7 +61,7 @@ class SecondFilm(Component):
     def complete_beside(self, given: Mapping[str, Any], first: Mapping[str, Any]) -> dict[str, Any]:
         """The values of all parameters, checked; of those not ``given``, the second film's are the ``first``'s."""
         own = {name.removeprefix(PREFIX): value for name, value in given.items()}
-        shared = {} if isinstance(self.film, ContinuumFilm) else dict(first)
+        shared = {} if isinstance(self.film, FittedFilm) else dict(first)
         if any(own.get(name) is not None for name in PRESTRETCHES):
             shared = {name: value for name, value in shared.items() if name not in PRESTRETCHES}
         known = {n: v for n, v in (shared | own).items() if n in self.film.parameters and v is not None}

@@ -17,7 +17,7 @@ from gelcone.motion.regime import classify
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.statics import STATIC_VOLTAGES
 from gelcone.paper.studies.study import Progress, Study
-from gelcone.physics.film.continuum import ContinuumFilm
+from gelcone.physics.film.unwrinkled import UnwrinkledFilm
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
 from gelcone.quantity import Array
@@ -122,19 +122,19 @@ def _thresholds(effort: Effort, progress: Progress) -> tuple[list[Threshold], di
     return rows, dict(film.errors)
 
 
-def _film(model: ConeModel) -> ContinuumFilm:
-    from gelcone.continuum.fit import find_film
+def _film(model: ConeModel) -> UnwrinkledFilm:
+    """The continuum of the paper's film, which bears compression."""
+    from gelcone.continuum.fit import kept_film
+    from gelcone.continuum.unwrinkled import fit_unwrinkled
 
-    film = find_film("continuum", model, RADIUS_RATIOS[0])
-    assert isinstance(film, ContinuumFilm)
-    return film
+    return kept_film(fit_unwrinkled, model, RADIUS_RATIOS[0])
 
 
 def _missing(model: ConeModel, error: MissingDependency) -> xr.Dataset:
     return dataset.label(model, {}, options={}, title="continuum").assign_attrs({MISSING: str(error)})
 
 
-def _pitchfork(name: str, model: ConeModel, film: ContinuumFilm) -> Threshold:
+def _pitchfork(name: str, model: ConeModel, film: UnwrinkledFilm) -> Threshold:
     cone = float(pitchfork_voltage(model))
     fitted = model.replace(film=film)
     found = float(pitchfork_voltage(fitted))
@@ -143,7 +143,7 @@ def _pitchfork(name: str, model: ConeModel, film: ContinuumFilm) -> Threshold:
     return Threshold(name, (cone, cone), _with_fit_error(fitted, film, found), np.nan)
 
 
-def _with_fit_error(model: ConeModel, film: ContinuumFilm, voltage: float) -> tuple[float, float]:
+def _with_fit_error(model: ConeModel, film: UnwrinkledFilm, voltage: float) -> tuple[float, float]:
     """The interval that the error of the fit leaves, by the membrane itself at a small height and that voltage."""
     from gelcone.continuum.membrane import membrane
 
@@ -154,7 +154,7 @@ def _with_fit_error(model: ConeModel, film: ContinuumFilm, voltage: float) -> tu
     return voltage - off, voltage + off
 
 
-def _onset(name: str, model: ConeModel, film: ContinuumFilm) -> Threshold:
+def _onset(name: str, model: ConeModel, film: UnwrinkledFilm) -> Threshold:
     cone, fitted = (onset_voltage(m) for m in (model, model.replace(film=film)))
     ends = [_interval(found) for found in (cone, fitted)]
     lost = np.nan if np.isfinite(ends[1][0]) else float(np.sqrt(film.highest_squared_at(0.0)))
@@ -166,7 +166,7 @@ def _interval(found: xr.Dataset) -> tuple[float, float]:
     return onset - error, onset + error
 
 
-def _chaos(name: str, model: ConeModel, film: ContinuumFilm, start: Array, count: int) -> Threshold:
+def _chaos(name: str, model: ConeModel, film: UnwrinkledFilm, start: Array, count: int) -> Threshold:
     """The first voltage with chaos from the paper's start: between which of evenly spaced ones it lies."""
     voltages = np.linspace(*CHAOS, count)
     cone = _first(voltages, classify(model.replace(voltage=voltages).members(), start).regime == Regime.CHAOTIC)

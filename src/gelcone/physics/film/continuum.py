@@ -1,261 +1,244 @@
-"""The corrected film: the continuum's force as a smooth function of displacement and voltage squared.
+"""The film as a continuum: the force of the wrinkling membrane, fitted over displacement and voltage squared.
 
-In the equation of motion the homogeneous cone pulls the disc back with x (h(q) - v^2). A `ContinuumFilm` stands in for
-h - v^2 with what `gelcone.continuum.fit.fit_film` fitted to the membrane, as a function of s = x^2 and V = v^2:
+The membrane bears no compression (see `gelcone.continuum.density`), so that it never pushes the disc. It pulls the
+disc back with x k(s, V) at s = x^2 and the squared voltage V, where
 
-    k(s, V) = P(t) + w/(1 - s/wall) - V (1 - Q(t)) + V^2 R(t) + (1 - y - V C(t)/2) S(t),
-    t = t0 + t1/(1 + s),    y = sqrt(1 - V C(t)).
+    k = S (P0 + P1 z + P2 z^2 + ...) + w s/(wall - s),    S = V + b + t,    z = V/S,    t = s/(s + c),
 
-P, Q, R, S and C are polynomials. The term with ``wall`` is the stretch limit of the film as a whole; 1/C(t) is the
-highest V at which the film has a state (it pulls in in a fold, where its force changes like the square root y). Beyond
-either there is no number to extrapolate from: k is NaN there, and a trajectory that comes there ends.
+with polynomials Pj of t. For b = 0, a film without tension while it is flat, S P(z) keeps the law of small heights
+k = s f(V/s). The term with ``wall`` is the stretch limit of the film as a whole. Where k would be negative the film is
+slack and has no force; the switch ``pulls`` tells.
 
-The film has no inertia of its own, so that any such force has an energy: integral of x k over x.
+It has pulled in above V = E(t), a polynomial, where the tension of its most stretched ring no longer grows with the
+ring's length; below the height sqrt(``slack_first``) it falls slack before, and a slack film pulls in above
+``slack_limit``, where it would thin without end.
 """
 
 from __future__ import annotations
 
-import dataclasses
-import json
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from gelcone.codes import Outcome
-from gelcone.errors import InputError
-from gelcone.physics.component import Numbers, from_record, to_record
-from gelcone.physics.film.film import FilmState
-from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, check_prestretch_mode
-from gelcone.physics.laws import LAWS, StrainEnergyLaw
+from gelcone.codes import FilmPullIn
+from gelcone.physics.component import Numbers
+from gelcone.physics.film.film import Border, Film, FilmState
+from gelcone.physics.film.fitted import FittedFilm, Polynomial
+from gelcone.physics.film.wrinkling import STEEP, WrinklingCone
+from gelcone.physics.implicit import traced
 from gelcone.physics.quadrature import integral
+from gelcone.quantity import Array
 
-FORMAT = 1
-"""Of the files; raised when an older one can no longer be read."""
-BISECTIONS = 60
-NEAR_PULL_IN = 1.0 - 1e-9
-"""Share of the V at which the film pulls in up to which its slope, infinite there, is taken."""
-
-Polynomial = tuple[float, ...]
+TINY = 1e-12
+"""Of S, so that a flat film without voltage has a force."""
+BISECTIONS = 50
+STATES = ("in_tension", "slack")
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContinuumFilm(GelFilm):
-    """The fitted force of one film; `gelcone.continuum.fit.fit_film` makes one, `read_film` reads one from a file.
+class ContinuumFilm(FittedFilm):
+    """The fitted force of one film; `gelcone.fit_film` makes one, `gelcone.read_film` reads one from a file.
 
     Parameters
     ----------
-    radius_ratio : a/b that it was fitted for.
-    law, law_parameters : the strain-energy law and the values of its parameters, by name.
-    prestretches : meridional and hoop pre-stretch.
-    largest : largest |x| that the fit covers; ``reach`` in files.
-    wall : s at which the film as a whole reaches its stretch limit, more than reach^2.
-    variable : t0 and t1.
-    rest, wall_strength, field, field_squared, fold, ceiling : P, w, Q, R, S and C.
-    disc_stretch : two polynomials a, b; (deformed over mounted length along the meridian beside the disc)^2 is
-        a(t) + V b(t).
-    hoop_stress : the same for the smallest true hoop stress of all rings, over mu.
-    errors : kind of state -> largest error of k, over |k| + 0.3 V + 0.02, at the states that were fitted.
+    variable : c.
+    flat_tension : b, the V that takes the tension of the flat film.
+    stiffness : the polynomials P0, P1, ...
+    wall, wall_strength : the s at which the film as a whole reaches its stretch limit, more than reach^2; and w.
+    disc_stretch : as ``stiffness``, for (deformed over mounted length along the meridian)^2 - 1 beside the disc.
+    pull_in : E.
+    slack_first : s up to which the film falls slack before it pulls in; negative if it does so nowhere.
+    slack_limit : V above which a slack film has pulled in.
+    errors : of k over k + 2 % of k without voltage, and of pull-in voltages; at states fitted and between them.
     """
 
-    radius_ratio: float
-    law: StrainEnergyLaw
-    law_parameters: tuple[tuple[str, float], ...]
-    prestretches: tuple[float, float]
-    largest: float
+    variable: float
+    flat_tension: float
+    stiffness: tuple[Polynomial, ...]
     wall: float
-    variable: tuple[float, float]
-    rest: Polynomial
     wall_strength: float
-    field: Polynomial
-    field_squared: Polynomial
-    fold: Polynomial
-    ceiling: Polynomial
-    disc_stretch: tuple[Polynomial, Polynomial]
-    hoop_stress: tuple[Polynomial, Polynomial]
-    errors: tuple[tuple[str, float], ...] = ()
-    prestretch_mode: str = dataclasses.field(default="radial", compare=False)
+    disc_stretch: tuple[Polynomial, ...]
+    pull_in: Polynomial
+    slack_first: float
+    slack_limit: float
 
     name = "continuum"
-    ending = Outcome.PULLED_IN
+    form = 2
+    kinds = STATES
 
-    def __post_init__(self) -> None:
-        check_prestretch_mode(self.prestretch_mode)
+    def numbers(self, parameters: Numbers) -> dict[str, Any]:
+        """Beside those of the gel, the switch ``pulls``."""
+        own = super().numbers(parameters)
+        return own | {"pulls": np.ones(np.shape(own["A"]))}
 
-    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """What is left out is that of the fit; `InputError` for what differs from it."""
-        own = {name: value for name, value in given.items() if value is not None}
-        if not own.keys() & PRESTRETCHES.keys():
-            own |= dict(zip(("meridional_prestretch", "hoop_prestretch"), self.prestretches, strict=True))
-        values = super().complete(dict(self.law_parameters) | own)
-        differences = self.differences(values)
-        if differences:
-            raise InputError(
-                f"the continuum film does not fit the model: {'; '.join(differences)}; fit another film for each law "
-                "and pre-stretch (gelcone validate --fit, or gelcone.fit_film), or leave it out for the cone"
-            )
-        return values
+    # --- force -------------------------------------------------------------------------------------------------------
 
-    def differences(self, values: Numbers) -> list[str]:
-        """In words, which values differ from those that the film was fitted for."""
-        pairs = [(name, values[name], own) for name, own in self.law_parameters]
-        pairs += list(
-            zip(("meridional pre-stretch", "hoop pre-stretch"), self.stretches(values), self.prestretches, strict=True)
-        )
-        found = []
-        for name, given, own in pairs:
-            if not np.all(np.asarray(given, dtype=float) == own):
-                shown = f"{float(given):g}" if np.ndim(given) == 0 else f"{np.size(given)} values"
-                found.append(f"{name} = {shown}, fitted for {own:g}")
-        return found
+    def rate(self, s: Any, squared: Any) -> tuple[Any, Any, Any]:
+        """k and its derivatives by s and V, without regard to its sign."""
+        r = 1.0 / (s + self.variable)
+        t, t_slope = s * r, self.variable * r * r
+        k, by_t, by_v = self._surface(self.stiffness, t, squared)
+        near = 1.0 / (self.wall - s)
+        k = k + self.wall_strength * s * near
+        return k, by_t * t_slope + (self.wall_strength * self.wall) * near * near, by_v
 
-    # --- what the equation of motion takes -----------------------------------------------------------------------
+    def _surface(self, polynomials: tuple[Polynomial, ...], t: Any, squared: Any) -> tuple[Any, Any, Any]:
+        """S times the polynomial in z, and its derivatives by t and V."""
+        S = squared + (t + (self.flat_tension + TINY))
+        z = squared / S
+        value, by_t, by_v, power, before = 0.0, 0.0, 0.0, 1.0, 0.0
+        for j, polynomial in enumerate(polynomials):
+            p, p_slope = _with_slope(polynomial, t)
+            value = value + p * power
+            by_t = by_t + (S * p_slope + (1.0 - j) * p) * power
+            by_v = by_v + p * (power + (float(j) * (1.0 - z)) * before)
+            before, power = power, power * z
+        return S * value, by_t, by_v
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """x (k + V - V) and its slope, with the fitted k(s, V)."""
+        """x k and its slope; nothing where the film is slack, NaN where it has pulled in."""
         s = x * x
-        k, k_slope = self.stiffness(s, squared)
-        k = k - squared
-        return x * k, k + 2.0 * s * k_slope
+        k, slope, _ = self.rate(s, squared)
+        if traced(xp):
+            pulls = 0.5 + 0.5 * n["pulls"]
+        else:
+            with np.errstate(invalid="ignore"):
+                gone = (squared > self.highest_squared_at(s)) | (s >= self.wall)
+                pulls = np.where(gone, np.nan, np.where(k > 0.0, 1.0, 0.0))[()]
+        return x * (pulls * k), pulls * (k + 2.0 * s * slope)
 
-    def stiffness(self, s: Any, squared: Any) -> tuple[Any, Any]:
-        """k + V, which takes the place of the law's h, and its derivative by s.
+    def highest_squared_at(self, s: Any) -> Any:
+        """The V above which the film has pulled in."""
+        s = np.asarray(s, dtype=float)
+        return np.where(s < self.slack_first, self.slack_limit, self._pull_in(s))[()]
 
-        Works on floats, arrays and the expressions of compiled programs.
-        """
-        r = 1.0 / (1.0 + s)
-        t = self.variable[0] + self.variable[1] * r
-        powers = self._powers(t)
-        t_slope = -self.variable[1] * r * r
-        p, p_slope = _value(self.rest, powers), _slope(self.rest, powers)
-        f, f_slope = _value(self.field, powers), _slope(self.field, powers)
-        g, g_slope = _value(self.field_squared, powers), _slope(self.field_squared, powers)
-        fold, fold_slope = _value(self.fold, powers), _slope(self.fold, powers)
-        share = squared * _value(self.ceiling, powers)
-        y = (1.0 - share) ** 0.5
-        bend = 1.0 - y - 0.5 * share
-        bend_slope = 0.5 * squared * _slope(self.ceiling, powers) * (1.0 / y - 1.0)
-        value = p + squared * (f + squared * g) + bend * fold
-        slope = (p_slope + squared * (f_slope + squared * g_slope) + bend * fold_slope + bend_slope * fold) * t_slope
-        near = 1.0 / (1.0 - s * (1.0 / self.wall))
-        value = value + self.wall_strength * near
-        return value, slope + (self.wall_strength / self.wall) * near * near
+    def _pull_in(self, s: Any) -> Any:
+        return _with_slope(self.pull_in, s / (s + self.variable))[0]
 
-    def gain(self, s: Any, squared: Any) -> Any:
-        """-dk/dV: how fast the voltage weakens the film; 1 for the homogeneous cone."""
-        powers = self._powers(self._t(s))
-        ceiling = _value(self.ceiling, powers)
-        y = (1.0 - squared * ceiling) ** 0.5
-        bend_rate = 0.5 * ceiling * (1.0 / y - 1.0) * _value(self.fold, powers)
-        linear = _value(self.field, powers) + 2.0 * squared * _value(self.field_squared, powers)
-        return 1.0 - linear - bend_rate
+    # --- borders -----------------------------------------------------------------------------------------------------
 
-    def _t(self, s: Any) -> Any:
-        return self.variable[0] + self.variable[1] / (1.0 + s)
+    @cached_property
+    def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
+        """``pulls`` tells a film in tension from a slack one; the other border ends the film."""
+        return Border(self._slack_border, "pulls"), Border(self._end_border)
 
-    def _powers(self, t: Any) -> list[Any]:
-        most = max(len(p) for p in (self.rest, self.field, self.field_squared, self.fold, self.ceiling))
-        powers = [1.0, t]
-        while len(powers) < most:
-            powers.append(powers[len(powers) // 2] * powers[(len(powers) + 1) // 2])
-        return powers
+    def _slack_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        return n["pulls"] * self.rate(x * x, squared)[0]
 
-    # --- what else is asked of a film ------------------------------------------------------------------------------
+    def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        """Positive while V < E, or s < slack_first: the sum of both and the root of the sum of squares is positive
+        where one of them is."""
+        s, pulls = x * x, 0.5 + 0.5 * n["pulls"]
+        below = self._pull_in(s) - squared
+        if self.slack_first > 0.0:
+            first = self.slack_first - s
+            below = below + first + (below * below + first * first) ** 0.5
+        return pulls * below + (1.0 - pulls) * (self.slack_limit - squared)
 
-    def strain_limit(self, n: Numbers) -> Any:
-        """The largest x^2 that the film was fitted for."""
-        return np.asarray(self.reach_squared)
+    def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+        return {"pulls": np.where(self.rate(np.square(x), squared)[0] > 0.0, 1.0, -1.0)}
 
-    @property
-    def reach_squared(self) -> float:
-        return self.largest * self.largest
+    def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
+        slack = (np.arange(dwell.shape[1]) >> list(switches).index("pulls")) & 1 == 1
+        return np.stack([dwell[:, ~slack].sum(axis=1), dwell[:, slack].sum(axis=1)], axis=1)
 
-    def reach(self, n: Numbers) -> tuple[float, float]:
-        return 0.0, self.largest
+    def pull_in_kind(self, switches: Numbers) -> Any:
+        return np.where(switches["pulls"] > 0.0, FilmPullIn.LOCALISATION, FilmPullIn.MINIMUM)
 
-    def outside(self, x: float, n: Numbers) -> str:
-        return (
-            f"initial displacement {x:g}: must be less than {self.largest:g} either way, which the continuum film was "
-            "fitted for; start lower"
-        )
+    # --- statics -----------------------------------------------------------------------------------------------------
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
-        return x * self.gain(np.square(x), squared)
+        k, _, by_v = self.rate(np.square(x), squared)
+        return x * np.where(k > 0.0, -by_v, 0.0)
 
     def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
-        return 2.0 * x * x * x * self.stiffness(np.square(x), squared)[1]
+        return Film.turning(self, x, squared, n)
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
-        """By bisection, as the pull k falls while the voltage rises. Beyond the V at which the film pulls in, and below
-        0, it continues as in the cone."""
-        x = np.asarray(x, dtype=float)
-        s, highest = x * x, self.highest_squared_at(x * x)
+        """By bisection, as the pull k falls while the voltage rises. No voltage makes the film push: a negative
+        ``pull`` takes a V that rises too steeply to be reached; so does one that is less than the pull at which the
+        film pulls in."""
+        s, pull = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(pull, dtype=float))
+        wanted, highest = np.maximum(pull, 0.0), np.minimum(self.highest_squared_at(s), self.end_of_fit)
         with np.errstate(all="ignore"):
-            wanted = pull + 0.0 * x
-            low, high = np.zeros_like(s), NEAR_PULL_IN * highest
-            pulls = [self.stiffness(s, squared)[0] - squared for squared in (low, high)]
+            low, high = np.zeros_like(s), np.array(highest, dtype=float)
+            weakest, strongest = self.rate(s, high)[0], self.rate(s, low)[0]
             for _ in range(BISECTIONS):
                 middle = 0.5 * (low + high)
-                above = self.stiffness(s, middle)[0] - middle > wanted
+                above = self.rate(s, middle)[0] > wanted
                 low, high = np.where(above, middle, low), np.where(above, high, middle)
-            beyond = np.where(wanted < pulls[1], highest + pulls[1] - wanted, 0.5 * (low + high))
-            return np.where(wanted > pulls[0], pulls[0] - wanted, beyond)[()]
+            found = np.where(weakest > wanted, highest + STEEP * (weakest - wanted), 0.5 * (low + high))
+            found = np.where(wanted > strongest, strongest - wanted, found)
+        return (found - STEEP * np.minimum(pull, 0.0))[()]
+
+    @property
+    def end_of_fit(self) -> float:
+        """The V above which no film in tension was found at any height."""
+        return max(self.slack_limit, float(np.max(self._pull_in(np.linspace(0.0, self.reach_squared, 101)))))
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
         return self.highest_squared_at(np.square(x))
 
-    def highest_squared_at(self, s: Any) -> Any:
-        """The highest V at which the film has a state."""
-        return 1.0 / _polynomial(self.ceiling, self._t(np.asarray(s, dtype=float)))
-
-    def squared_stretch(self, s: Any, squared: Any) -> Any:
-        """(Deformed over mounted length along the meridian)^2 beside the disc, where it is largest."""
-        return self._local(self.disc_stretch, s, squared)
-
-    def smallest_hoop_stress(self, s: Any, squared: Any) -> Any:
-        """The smallest true hoop stress of all rings over mu; negative where the film wrinkles."""
-        return self._local(self.hoop_stress, s, squared)
-
-    def _local(self, pair: tuple[Polynomial, Polynomial], s: Any, squared: Any) -> Any:
-        t = self._t(np.asarray(s, dtype=float))
-        return _polynomial(pair[0], t) + squared * _polynomial(pair[1], t)
+    # --- energies ------------------------------------------------------------------------------------------------
 
     def work(self, x: Any, squared: Any, n: Numbers) -> Any:
         """Work against film and field from the flat film to x at constant V: the integral of x k over x."""
-        s = np.asarray(x, dtype=float) ** 2
 
-        def smooth(at: Any) -> Any:
-            return self.stiffness(at, squared)[0] - squared - self.wall_strength / (1.0 - at / self.wall)
+        def smooth(s: Any) -> Any:
+            return self.rate(s, squared)[0] - self.wall_strength * s / (self.wall - s)
 
+        def of_wall(s: Any) -> Any:
+            return -self.wall_strength * (s + self.wall * np.log1p(-s / self.wall))
+
+        s, begin = np.square(np.asarray(x, dtype=float)), self._tightens(x, squared)
         with np.errstate(all="ignore"):
-            # the term of the wall in closed form: no quadrature follows it up to there
-            return 0.5 * _integral(smooth, s) - 0.5 * self.wall_strength * self.wall * np.log1p(-s / self.wall)
+            return 0.5 * (_between(smooth, begin, s) + of_wall(s) - of_wall(begin))
 
     def area(self, x: Any, squared: Any, n: Numbers) -> Any:
-        """Mean square of the deformed over the mounted area, -2 dE/dV of the energy E: 1 + x^2 in the cone.
-
-        The charge on the film is v times this, and the energy of the field V/2 times this.
-        """
-        s = np.asarray(x, dtype=float) ** 2
+        """Mean square of the deformed over the mounted area, -2 dE/dV of the energy E: that of the flat film, and the
+        integral of -dk/dV over s."""
+        s, begin = np.square(np.asarray(x, dtype=float)), self._tightens(x, squared)
+        flat = self._ring.area(np.zeros_like(s), squared, self._ring_numbers(n))
         with np.errstate(all="ignore"):
-            return 1.0 + _integral(lambda at: self.gain(at, squared), s)
+            return flat + _between(lambda at: -self.rate(at, squared)[2], begin, s)
+
+    def _tightens(self, x: Any, squared: Any) -> Any:
+        """The s up to x^2 at which the film begins to pull."""
+        s, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(squared, dtype=float))
+        low, high = np.zeros_like(s), np.array(s)
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            slack = self.rate(middle, squared)[0] <= 0.0
+            low, high = np.where(slack, middle, low), np.where(slack, high, middle)
+        return np.where(high < 1e-12 * s, 0.0, high)
+
+    # --- what else is asked of a film ----------------------------------------------------------------------------
+
+    @cached_property
+    def _ring(self) -> WrinklingCone:
+        """A ring beside the disc, whose hoop is held: it obeys the wrinkling cone's law at its own meridian."""
+        return WrinklingCone(law=self.law, pull_in="minimum")
+
+    def _ring_numbers(self, n: Numbers) -> dict[str, Any]:
+        lm, lh = self.prestretches
+        given = dict(self.law_parameters) | {"meridional_prestretch": lm, "hoop_prestretch": lh}
+        return self._ring.numbers(self._ring.complete(given))
 
     def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
-        """Beside the disc, where the meridian is stretched most, but for the hoop stress, the smallest of all rings."""
-        xx, squared = np.square(x), voltage * voltage
-        state = self.cone_state(self.squared_stretch(xx, squared), voltage, n)
-        # a film that pushes the disc is compressed along its whole meridian; NaN where it has pulled in
+        """Beside the disc, where the meridian is stretched most; NaN where the film has pulled in."""
+        s, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.square(voltage))
         with np.errstate(all="ignore"):
-            pull = self.stiffness(xx, squared)[0] - squared
-        meridional = np.where(pull < 0.0, np.minimum(state.meridional_stress, pull), state.meridional_stress)
-        hoop = np.minimum(state.hoop_stress, self.smallest_hoop_stress(xx, squared))
-        return state._replace(meridional_stress=meridional, hoop_stress=hoop)
+            k, gone = self.rate(s, squared)[0], squared > self.highest_squared_at(s)
+            extra = self._surface(self.disc_stretch, s / (s + self.variable), squared)[0]
+        along = np.sqrt(np.where(k > 0.0, np.maximum(extra, 0.0), s))
+        state = self._ring.state(along, np.broadcast_to(voltage, s.shape), self._ring_numbers(n))
+        own = FilmState(*(np.where(gone, np.nan, values)[()] for values in state))
+        return own._replace(kind=np.where(gone, -1, np.where(k > 0.0, 0, 1)))
 
-    def near_limit(self, x: Any, voltage: Any, n: Numbers, share: float) -> npt.NDArray[np.bool_]:
+    def near_limit(self, x: Any, voltage: Any, n: Numbers, share: float) -> Any:
         """Also where the strain beside the disc is."""
         return super().near_limit(x, voltage, n, share) | np.asarray(self.state(x, voltage, n).limit_share >= share)
 
@@ -263,88 +246,30 @@ class ContinuumFilm(GelFilm):
         """How far the fit reaches, and how good it is."""
         known = ", ".join(f"{name} {error:.1%}" for name, error in self.errors) or "not known"
         reach = f"a/b = {self.radius_ratio:.4g}, up to |x| = {self.largest:.4g}"
-        return f"film as a continuum, {reach}; largest error of its force: {known}"
+        return f"film as a continuum that wrinkles, {reach}; largest error of the fit: {known}"
 
-    def to_json(self) -> str:
-        """The film as JSON text, which `film_from_json` reads back exactly."""
-        own = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        for name in ("prestretch_mode", "largest"):
-            del own[name]
-        return json.dumps({"gelcone_film": FORMAT} | own | {"reach": self.largest} | _named(self))
-
-
-def _finite(value: float) -> float | str:
-    return value if math.isfinite(value) else "inf"
+    def sound(self) -> bool:
+        """Whether its numbers are."""
+        rows = [*self.stiffness, *self.disc_stretch, self.pull_in]
+        rest = (self.variable, self.flat_tension, self.wall_strength, self.slack_first, self.slack_limit)
+        return bool(all(rows) and self.variable > 0.0 and np.isfinite([v for row in (*rows, rest) for v in row]).all())
 
 
-def _named(film: ContinuumFilm) -> dict[str, Any]:
-    return {
-        "law": to_record(film.law, LAWS),
-        "law_parameters": {name: _finite(value) for name, value in film.law_parameters},
-        "errors": dict(film.errors),
-    }
+def _with_slope(coefficients: Polynomial, t: Any) -> tuple[Any, Any]:
+    """A polynomial and its derivative, by Horner's rule."""
+    value, slope = coefficients[-1] + 0.0 * t, 0.0 * t
+    for factor in reversed(coefficients[:-1]):
+        slope = slope * t + value
+        value = value * t + factor
+    return value, slope
 
 
-def film_from_json(text: str, origin: str = "film") -> ContinuumFilm:
-    """The film that `ContinuumFilm.to_json` wrote; `InputError` naming ``origin`` for text that is not one."""
-    remedy = "write a new one with gelcone validate --fit"
-    try:
-        values = json.loads(text)
-        number = values.pop("gelcone_film")
-        if number != FORMAT:
-            raise InputError(f"{origin}: is a film of format {number}, this gelcone reads {FORMAT}; {remedy}")
-        for name in ("law_parameters", "errors"):
-            values[name] = tuple((str(key), float(value)) for key, value in values[name].items())
-        for name, value in values.items():
-            if isinstance(value, list):
-                values[name] = tuple(tuple(map(float, v)) if isinstance(v, list) else float(v) for v in value)
-        law = from_record("strain-energy law", values.pop("law"), LAWS, StrainEnergyLaw)  # type: ignore[type-abstract]
-        film = ContinuumFilm(law=law, largest=values.pop("reach"), **values)
-        bad = not (film.largest > 0.0 and film.reach_squared < film.wall < math.inf and len(film.variable) == 2)
-        numbers = [*film.rest, *film.field, *film.field_squared, *film.fold, *film.ceiling, film.wall_strength]
-        if bad or not np.isfinite(numbers).all():
-            raise ValueError("a number is out of bounds")
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise InputError(
-            f"{origin}: is no film that gelcone wrote ({type(error).__name__}: {error}); {remedy}"
-        ) from None
-    return film
+def _between(function: Any, low: Any, high: Any) -> Any:
+    """The integral from ``low`` to ``high`` over log(1 + s), denser towards ``low``, where S is small."""
+    begin, length = np.log1p(low), np.log1p(high) - np.log1p(low)
 
+    def dense(u: Any) -> Any:
+        s = np.expm1(begin + length * u * u)
+        return function(s) * (1.0 + s) * (2.0 * length * u)
 
-def read_film(path: str | Path) -> ContinuumFilm:
-    """The film in a JSON file; `InputError` for one that cannot be read or used."""
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(
-            f"{path}: cannot be read ({reason}); give a film that gelcone validate --fit wrote, taut, "
-            "wrinkling or continuum"
-        ) from None
-    return film_from_json(text, str(path))
-
-
-def _integral(function: Callable[[Any], Any], s: Any) -> Any:
-    """From 0 to s over log(1 + s), in which the polynomials in 1/(1 + s) are entire."""
-    return integral(lambda t: function(np.expm1(t)) * np.exp(t), np.log1p(s))
-
-
-# --- polynomials ---------------------------------------------------------------------------------------------------
-
-
-def _value(coefficients: Polynomial, powers: list[Any]) -> Any:
-    total = coefficients[0] * powers[0]
-    for factor, power in zip(coefficients[1:], powers[1:], strict=False):
-        total = total + factor * power
-    return total
-
-
-def _slope(coefficients: Polynomial, powers: list[Any]) -> Any:
-    total: Any = 0.0
-    for k, factor in enumerate(coefficients[1:]):
-        total = total + ((k + 1) * factor) * powers[k]
-    return total
-
-
-def _polynomial(coefficients: Polynomial, t: Any) -> Any:
-    return np.polynomial.polynomial.polyval(t, coefficients)
+    return integral(dense, np.ones_like(length))

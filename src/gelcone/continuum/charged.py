@@ -1,0 +1,132 @@
+"""The wrinkling membrane at a held disc under rising voltage, until it falls slack or pulls in.
+
+A film that bears no compression pulls in where one of its rings does: where the ring's tension no longer grows with its
+length (loss of strong ellipticity of the relaxed energy along the meridian, the criterion of Greaney, Meere and Zurlo,
+J. Mech. Phys. Solids 122 (2019) 84). Rings stand in series, and the strain runs into that one. With the relaxed energy
+phi_r over the squared meridional length m, a ring is firm while
+
+    d^2 phi_r/d(sqrt m)^2 = 2 phi_m + 4 m phi_mm > 0.
+
+A film that has fallen slack pulls in at the voltage at which a free film does.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gelcone.continuum import density
+from gelcone.continuum.mesh import SLACK_STIFFNESS, Film, stretches
+from gelcone.continuum.path import Ending, Point, reach, settled, step
+from gelcone.physics.component import Numbers
+from gelcone.physics.film.wrinkling import NEVER, WrinklingCone
+from gelcone.physics.model import ConeModel
+from gelcone.quantity import Array
+
+TOLERANCE = 1e-3
+"""Width of the bracket of the V at which a film pulls in, over it."""
+SHORTEST = 0.3
+"""Share of a whole step below which a film that cannot be followed any more has ended."""
+SLACK_SHARE = 2e-3
+"""A force below this share of that without voltage, and that of the net, counts as none."""
+FIRST, FIRST_STEPS = 0.25, 4
+"""The first steps are this share of the others, and how many: there hoops begin to fall slack."""
+NEARLY_SLACK = 0.02
+"""Share of the force without voltage below which a film that cannot be followed further is falling slack."""
+NEAR = 0.3
+"""Largest displacement, in b - a, between two voltages."""
+LARGEST_JUMP = 0.1
+"""Largest change of a squared length between two voltages, over it, of a film that was not followed by its tangent."""
+
+
+class Charged(NamedTuple):
+    """States in tension at one height, from none to the highest voltage; the V at which they end, half the width of
+    its bracket, and how: `Ending.SLACK`, `Ending.PULLED_IN`, or `Ending.CONVERGED` where they go on."""
+
+    points: list[Point]
+    end: float
+    error: float
+    ending: Ending
+
+
+def charged(film: Film, start: Point, highest: float, whole: float, *, tolerance: float = TOLERANCE) -> Charged:
+    """The states of a relaxed film from ``start`` to V = ``highest`` in ``whole`` steps, or until it ends."""
+    points, low, high, ending = [start], start.squared, np.inf, Ending.CONVERGED
+    pace = whole
+    weakest = SLACK_SHARE * start.force + 10.0 * SLACK_STIFFNESS * start.height
+    if start.force <= weakest:
+        return Charged(points, low, 0.0, Ending.SLACK)
+    while low < highest * (1.0 - 1e-12) and (np.isinf(high) or high - low > tolerance * high):
+        next_step = FIRST * pace if len(points) <= FIRST_STEPS else pace
+        target = min(low + next_step, highest) if np.isinf(high) else 0.5 * (low + high)
+        found = follow(film, points[-1], target)
+        if found is None and np.isinf(high) and pace > SHORTEST * whole:
+            pace *= 0.5
+            continue
+        if found is None and np.isinf(high):
+            found = reach(film, points[-1], "squared", target)[0]
+        if found is None or firmness(film, found) <= 0.0:
+            high, ending = target, Ending.PULLED_IN
+        elif found.force <= weakest:
+            high, ending = target, Ending.SLACK
+        else:
+            low = target
+            points.append(found)
+    if np.isinf(high):
+        return Charged(points, low, 0.0, Ending.CONVERGED)
+    if ending == Ending.PULLED_IN and points[-1].force < NEARLY_SLACK * start.force:
+        ending = Ending.SLACK
+    return Charged(points, 0.5 * (low + high), 0.5 * (high - low), ending)
+
+
+def follow(film: Film, point: Point, target: float) -> Point | None:
+    """The state at a nearby V = ``target``; None where none is found without a jump."""
+    found = step(film, point, "squared", target)
+    if found is None:
+        found = settled(film, point.position, target, NEAR)
+        if found is not None:
+            before, after = (_lengths(film, state)[0] for state in (point, found))
+            found = found if np.abs(after / before - 1.0).max() < LARGEST_JUMP else None
+    return found
+
+
+def _lengths(film: Film, point: Point) -> tuple[Array, Array]:
+    """Squared meridional and hoop length over the mounted ones, at the nodes."""
+    along, up, hoop = stretches(film, point.position, film.at_nodes)
+    return along * along + up * up, hoop * hoop
+
+
+def firmness(film: Film, point: Point) -> float:
+    """The smallest slope of the tension over the length of all rings in tension; not positive: the film pulls in."""
+    m, n = _lengths(film, point)
+    d = density.relaxed_derivatives(film.model.gel_law(), film.coefficients, m, n, point.squared, 0.0)
+    slope = np.where(d.m > 10.0 * SLACK_STIFFNESS, 2.0 * d.m + 4.0 * m * d.mm, np.inf)
+    return float(np.min(np.where(np.isnan(d.m), -np.inf, slope)))
+
+
+def slack_limit(model: ConeModel) -> float:
+    """The V above which a slack film has pulled in, `NEVER` where it does not."""
+    return min(float(_numbers(model)["limit_squared"]), NEVER)
+
+
+def slack_squared(film: Film, x: float) -> float:
+    """The V at which the homogeneous cone falls slack at x; infinite where it pulls in before."""
+    numbers = _numbers(film.model)
+    if float(numbers["A"]) * (1.0 + x * x) >= float(numbers["end_of_slack"]):
+        return np.inf
+    found = float(WrinklingCone(law=film.model.gel_law()).balancing(x, 0.0, numbers))
+    return found if found >= 0.0 else np.inf
+
+
+def flat_squared(model: ConeModel) -> float:
+    """The V that takes the tension of a flat film whose hoop is stretched no more than the meridian."""
+    return max(0.0, float(WrinklingCone(law=model.gel_law()).balancing(0.0, 0.0, _numbers(model))))
+
+
+def _numbers(model: ConeModel) -> Numbers:
+    """Those of the wrinkling cone of the same film."""
+    cone = WrinklingCone(law=model.gel_law())
+    lm, lh = model.stretches
+    own = {name: model.values[name] for name in model.gel_law().parameters}
+    return cone.numbers(cone.complete(own | {"meridional_prestretch": lm, "hoop_prestretch": lh}))

@@ -1,0 +1,110 @@
+"""Above which voltage the wrinkling membrane has pulled in, over the displacement: at a few heights, kept for later.
+
+Higher up than a height at which it pulls in, it has pulled in on the way there at no more than that voltage; where it
+falls slack first, it pulls in as a free film does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import json
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.continuum.charged import charged, slack_limit, slack_squared
+from gelcone.continuum.fit import SLACK_MARGIN, kept_path
+from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO, raised_film
+from gelcone.continuum.mesh import mesh_film
+from gelcone.continuum.path import Ending
+from gelcone.errors import InputError
+from gelcone.files import write_whole
+from gelcone.physics.film.wrinkling import NEVER, WrinklingCone
+from gelcone.physics.model import ConeModel
+from gelcone.quantity import Array
+
+ELEMENTS = 16
+HEIGHTS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.75, 0.8, 0.9, 1.0, 1.15, 1.3, 1.5, 1.75, 2.0)
+STEPS = 6
+"""Of the voltage squared, up to the pull-in of the next lower height."""
+TOLERANCE = 4e-3
+MESH_ERROR = 0.006
+"""Of the voltage by the mesh, against one of 200 elements."""
+
+
+@dataclass(frozen=True)
+class PullInCurve:
+    """Voltages above which a film has pulled in, at displacements from the lowest up.
+
+    ``error`` is the largest of the voltages between, over them: of the mesh, the bracket and the interpolation.
+    """
+
+    displacements: tuple[float, ...]
+    voltages: tuple[float, ...]
+    error: float
+
+    def voltage(self, x: npt.ArrayLike) -> Array:
+        """At displacements of either sign, linear between those of the curve and level beyond."""
+        return np.interp(np.abs(x), self.displacements, self.voltages)
+
+
+def pull_in_curve(model: ConeModel, radius_ratio: float = DEFAULT_RADIUS_RATIO) -> PullInCurve:
+    """The curve of one actuator's film, computed in seconds; its law and pre-stretches alone play a part.
+
+    Raises `InputError` for a film that is in tension at no displacement, `MissingDependency` without scikit-fem.
+    """
+    film = mesh_film(model.replace(spring_stiffness=0.0), radius_ratio, ELEMENTS, relaxed=True)
+    free = slack_limit(film.model)
+    lowest = free if free < NEVER else 1.0 / float(film.coefficients["G"])
+    known = film.coefficients["A"] >= film.coefficients["B"]  # all rings then fall slack at once, where the cone does
+    x, squared, guess = [0.0], [free], lowest
+    for height, start in raised_film(film, list(HEIGHTS)).items():
+        slack = slack_squared(film, height) if known else np.inf
+        highest = min(lowest, SLACK_MARGIN * slack)
+        found = charged(film, start, highest, min(highest, 1.2 * guess) / STEPS, tolerance=TOLERANCE)
+        if found.ending == Ending.PULLED_IN:
+            lowest = min(lowest, found.end)
+        x.append(height)
+        squared.append(lowest)
+        guess = found.end or lowest
+    if len(x) == 1:
+        raise InputError("the film is in tension at no displacement; raise the pre-stretch or the stretch limit")
+    voltages = np.sqrt(squared)
+    bent = np.abs(np.diff(voltages, 2)) / 8.0 / voltages[1:-1]
+    # where slackness gives way to pull-in the curve is steep: its place, not its voltage, is uncertain there
+    smooth = bent[voltages[1:-1] < voltages[0]]
+    return PullInCurve(
+        tuple(x), tuple(voltages.tolist()), MESH_ERROR + 0.5 * TOLERANCE + float(np.max(smooth, initial=0.0))
+    )
+
+
+def find_pull_in_curve(model: ConeModel, radius_ratio: float) -> PullInCurve | None:
+    """The curve, from the user's cache if it is there; None where it does not apply: for another film than the
+    wrinkling cone, or with a second one; and without scikit-fem."""
+    single = isinstance(model.film, WrinklingCone) and model.film.pull_in == "first" and model.system.second is None
+    if not single or model.shape or importlib.util.find_spec("skfem") is None:
+        return None
+    path, alone = kept_path("pull-in", model, radius_ratio)
+    return _kept(path, alone, float(radius_ratio))
+
+
+@lru_cache(maxsize=64)
+def _kept(path: Path, alone: ConeModel, radius_ratio: float) -> PullInCurve | None:
+    with contextlib.suppress(OSError, ValueError, TypeError):
+        return PullInCurve(*(tuple(v) if isinstance(v, list) else v for v in json.loads(path.read_text("utf-8"))))
+    try:
+        found = pull_in_curve(alone, radius_ratio)
+    except InputError:
+        return None
+    text = json.dumps([found.displacements, found.voltages, found.error])
+    with contextlib.suppress(InputError):  # no place to keep it
+        write_whole(path, lambda to: _write(to, text), force=True)
+    return found
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text + "\n", encoding="utf-8")

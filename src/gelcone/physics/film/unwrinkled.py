@@ -1,0 +1,229 @@
+"""The continuum's force, of a film that bears compression, as a smooth function of displacement and voltage squared.
+
+In the equation of motion the homogeneous cone pulls the disc back with x (h(q) - v^2). An `UnwrinkledFilm` stands in
+for h - v^2 with what `gelcone.continuum.unwrinkled.fit_unwrinkled` fitted to the membrane, as a function of s = x^2 and
+V = v^2:
+
+    k(s, V) = P(t) + w/(1 - s/wall) - V (1 - Q(t)) + V^2 R(t) + (1 - y - V C(t)/2) S(t),
+    t = t0 + t1/(1 + s),    y = sqrt(1 - V C(t)).
+
+P, Q, R, S and C are polynomials. The term with ``wall`` is the stretch limit of the film as a whole; 1/C(t) is the
+highest V at which the film has a state (it pulls in in a fold, where its force changes like the square root y). Beyond
+either there is no number to extrapolate from: k is NaN there, and a trajectory that comes there ends.
+
+The film has no inertia of its own, so that any such force has an energy: integral of x k over x.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.physics.component import Numbers
+from gelcone.physics.film.film import FilmState
+from gelcone.physics.film.fitted import FittedFilm, Polynomial
+from gelcone.physics.quadrature import integral
+
+BISECTIONS = 60
+NEAR_PULL_IN = 1.0 - 1e-9
+"""Share of the V at which the film pulls in up to which its slope, infinite there, is taken."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnwrinkledFilm(FittedFilm):
+    """The fitted force of one film that does not wrinkle; `gelcone.continuum.unwrinkled.fit_unwrinkled` makes one.
+
+    Parameters
+    ----------
+    wall : s at which the film as a whole reaches its stretch limit, more than reach^2.
+    variable : t0 and t1.
+    rest, wall_strength, field, field_squared, fold, ceiling : P, w, Q, R, S and C.
+    disc_stretch : two polynomials a, b; (deformed over mounted length along the meridian beside the disc)^2 is
+        a(t) + V b(t).
+    hoop_stress : the same for the smallest true hoop stress of all rings, over mu.
+    errors : of k over |k| + 0.3 V + 0.02, at the states that were fitted.
+    """
+
+    wall: float
+    variable: tuple[float, float]
+    rest: Polynomial
+    wall_strength: float
+    field: Polynomial
+    field_squared: Polynomial
+    fold: Polynomial
+    ceiling: Polynomial
+    disc_stretch: tuple[Polynomial, Polynomial]
+    hoop_stress: tuple[Polynomial, Polynomial]
+
+    name = "unwrinkled"
+    form = 1
+
+    # --- what the equation of motion takes -----------------------------------------------------------------------
+
+    def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        """x (k + V - V) and its slope, with the fitted k(s, V)."""
+        s = x * x
+        k, k_slope = self.stiffness(s, squared)
+        k = k - squared
+        return x * k, k + 2.0 * s * k_slope
+
+    def stiffness(self, s: Any, squared: Any) -> tuple[Any, Any]:
+        """k + V, which takes the place of the law's h, and its derivative by s.
+
+        Works on floats, arrays and the expressions of compiled programs.
+        """
+        r = 1.0 / (1.0 + s)
+        t = self.variable[0] + self.variable[1] * r
+        powers = self._powers(t)
+        t_slope = -self.variable[1] * r * r
+        p, p_slope = _value(self.rest, powers), _slope(self.rest, powers)
+        f, f_slope = _value(self.field, powers), _slope(self.field, powers)
+        g, g_slope = _value(self.field_squared, powers), _slope(self.field_squared, powers)
+        fold, fold_slope = _value(self.fold, powers), _slope(self.fold, powers)
+        share = squared * _value(self.ceiling, powers)
+        y = (1.0 - share) ** 0.5
+        bend = 1.0 - y - 0.5 * share
+        bend_slope = 0.5 * squared * _slope(self.ceiling, powers) * (1.0 / y - 1.0)
+        value = p + squared * (f + squared * g) + bend * fold
+        slope = (p_slope + squared * (f_slope + squared * g_slope) + bend * fold_slope + bend_slope * fold) * t_slope
+        near = 1.0 / (1.0 - s * (1.0 / self.wall))
+        value = value + self.wall_strength * near
+        return value, slope + (self.wall_strength / self.wall) * near * near
+
+    def gain(self, s: Any, squared: Any) -> Any:
+        """-dk/dV: how fast the voltage weakens the film; 1 for the homogeneous cone."""
+        powers = self._powers(self._t(s))
+        ceiling = _value(self.ceiling, powers)
+        y = (1.0 - squared * ceiling) ** 0.5
+        bend_rate = 0.5 * ceiling * (1.0 / y - 1.0) * _value(self.fold, powers)
+        linear = _value(self.field, powers) + 2.0 * squared * _value(self.field_squared, powers)
+        return 1.0 - linear - bend_rate
+
+    def _t(self, s: Any) -> Any:
+        return self.variable[0] + self.variable[1] / (1.0 + s)
+
+    def _powers(self, t: Any) -> list[Any]:
+        most = max(len(p) for p in (self.rest, self.field, self.field_squared, self.fold, self.ceiling))
+        powers = [1.0, t]
+        while len(powers) < most:
+            powers.append(powers[len(powers) // 2] * powers[(len(powers) + 1) // 2])
+        return powers
+
+    # --- what else is asked of a film ------------------------------------------------------------------------------
+
+    def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
+        return x * self.gain(np.square(x), squared)
+
+    def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
+        return 2.0 * x * x * x * self.stiffness(np.square(x), squared)[1]
+
+    def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
+        """By bisection, as the pull k falls while the voltage rises. Beyond the V at which the film pulls in, and below
+        0, it continues as in the cone."""
+        x = np.asarray(x, dtype=float)
+        s, highest = x * x, self.highest_squared_at(x * x)
+        with np.errstate(all="ignore"):
+            wanted = pull + 0.0 * x
+            low, high = np.zeros_like(s), NEAR_PULL_IN * highest
+            pulls = [self.stiffness(s, squared)[0] - squared for squared in (low, high)]
+            for _ in range(BISECTIONS):
+                middle = 0.5 * (low + high)
+                above = self.stiffness(s, middle)[0] - middle > wanted
+                low, high = np.where(above, middle, low), np.where(above, high, middle)
+            beyond = np.where(wanted < pulls[1], highest + pulls[1] - wanted, 0.5 * (low + high))
+            return np.where(wanted > pulls[0], pulls[0] - wanted, beyond)[()]
+
+    def highest_squared(self, x: Any, n: Numbers) -> Any:
+        return self.highest_squared_at(np.square(x))
+
+    def highest_squared_at(self, s: Any) -> Any:
+        """The highest V at which the film has a state."""
+        return 1.0 / _polynomial(self.ceiling, self._t(np.asarray(s, dtype=float)))
+
+    def squared_stretch(self, s: Any, squared: Any) -> Any:
+        """(Deformed over mounted length along the meridian)^2 beside the disc, where it is largest."""
+        return self._local(self.disc_stretch, s, squared)
+
+    def smallest_hoop_stress(self, s: Any, squared: Any) -> Any:
+        """The smallest true hoop stress of all rings over mu; negative where the film wrinkles."""
+        return self._local(self.hoop_stress, s, squared)
+
+    def _local(self, pair: tuple[Polynomial, Polynomial], s: Any, squared: Any) -> Any:
+        t = self._t(np.asarray(s, dtype=float))
+        return _polynomial(pair[0], t) + squared * _polynomial(pair[1], t)
+
+    def work(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """Work against film and field from the flat film to x at constant V: the integral of x k over x."""
+        s = np.asarray(x, dtype=float) ** 2
+
+        def smooth(at: Any) -> Any:
+            return self.stiffness(at, squared)[0] - squared - self.wall_strength / (1.0 - at / self.wall)
+
+        with np.errstate(all="ignore"):
+            # the term of the wall in closed form: no quadrature follows it up to there
+            return 0.5 * _integral(smooth, s) - 0.5 * self.wall_strength * self.wall * np.log1p(-s / self.wall)
+
+    def area(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """Mean square of the deformed over the mounted area, -2 dE/dV of the energy E: 1 + x^2 in the cone.
+
+        The charge on the film is v times this, and the energy of the field V/2 times this.
+        """
+        s = np.asarray(x, dtype=float) ** 2
+        with np.errstate(all="ignore"):
+            return 1.0 + _integral(lambda at: self.gain(at, squared), s)
+
+    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+        """Beside the disc, where the meridian is stretched most, but for the hoop stress, the smallest of all rings."""
+        xx, squared = np.square(x), voltage * voltage
+        state = self.cone_state(self.squared_stretch(xx, squared), voltage, n)
+        # a film that pushes the disc is compressed along its whole meridian; NaN where it has pulled in
+        with np.errstate(all="ignore"):
+            pull = self.stiffness(xx, squared)[0] - squared
+        meridional = np.where(pull < 0.0, np.minimum(state.meridional_stress, pull), state.meridional_stress)
+        hoop = np.minimum(state.hoop_stress, self.smallest_hoop_stress(xx, squared))
+        return state._replace(meridional_stress=meridional, hoop_stress=hoop)
+
+    def near_limit(self, x: Any, voltage: Any, n: Numbers, share: float) -> npt.NDArray[np.bool_]:
+        """Also where the strain beside the disc is."""
+        return super().near_limit(x, voltage, n, share) | np.asarray(self.state(x, voltage, n).limit_share >= share)
+
+    def describe(self) -> str:
+        """How far the fit reaches, and how good it is."""
+        known = ", ".join(f"{name} {error:.1%}" for name, error in self.errors) or "not known"
+        reach = f"a/b = {self.radius_ratio:.4g}, up to |x| = {self.largest:.4g}"
+        return f"film as a continuum that bears compression, {reach}; largest error of its force: {known}"
+
+    def sound(self) -> bool:
+        """Whether its numbers are."""
+        numbers = [*self.rest, *self.field, *self.field_squared, *self.fold, *self.ceiling, self.wall_strength]
+        return bool(len(self.variable) == 2 and np.isfinite(numbers).all())
+
+
+def _integral(function: Callable[[Any], Any], s: Any) -> Any:
+    """From 0 to s over log(1 + s), in which the polynomials in 1/(1 + s) are entire."""
+    return integral(lambda t: function(np.expm1(t)) * np.exp(t), np.log1p(s))
+
+
+# --- polynomials ---------------------------------------------------------------------------------------------------
+
+
+def _value(coefficients: Polynomial, powers: list[Any]) -> Any:
+    total = coefficients[0] * powers[0]
+    for factor, power in zip(coefficients[1:], powers[1:], strict=False):
+        total = total + factor * power
+    return total
+
+
+def _slope(coefficients: Polynomial, powers: list[Any]) -> Any:
+    total: Any = 0.0
+    for k, factor in enumerate(coefficients[1:]):
+        total = total + ((k + 1) * factor) * powers[k]
+    return total
+
+
+def _polynomial(coefficients: Polynomial, t: Any) -> Any:
+    return np.polynomial.polynomial.polyval(t, coefficients)

@@ -1,0 +1,110 @@
+"""The wrinkling membrane under voltage: forces of an own quadrature, where it falls slack and where it pulls in."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("skfem")
+
+from scipy.optimize import brentq
+
+from gelcone.continuum import density
+from gelcone.continuum.charged import charged, firmness, flat_squared, slack_limit, slack_squared
+from gelcone.continuum.membrane import membrane, raised_film
+from gelcone.continuum.mesh import mesh_film
+from gelcone.continuum.path import Ending
+from gelcone.physics.model import ConeModel
+from tests.continuum.films import NEO_HOOKEAN
+
+GENT = {"A": 1.0, "B": 1.0, "G": 1.0, "inverse_stretch_limit": 0.02}
+TABLE = [
+    # v, x, force, ending: `wrinkling.md`'s table for lp = 1, stretch limit 50, a/b = 0.2
+    (0.0, 1.0, 0.6310, Ending.CONVERGED),
+    (0.25, 0.25, 0.01219, Ending.CONVERGED),
+    (0.4, 0.25, 0.0, Ending.SLACK),
+    (0.5, 0.5, 0.0562, Ending.CONVERGED),
+    (0.5, 0.75, 0.2132, Ending.CONVERGED),
+    (0.6, 0.5, 0.0149, Ending.CONVERGED),
+]
+
+
+def column(x, model=None, elements=20):
+    film = mesh_film(model or ConeModel(spring_stiffness=0.0), 0.2, elements, relaxed=True)
+    return film, raised_film(film, [x])[x]
+
+
+def straight_meridian(squared, x, ratio=0.2):
+    """Force of a film that wrinkles along all of its meridian, which is then straight: the tension of each ring is
+    C/R, from 2 sqrt(m) phi_m = C/R at the natural hoop, and the lengths add up to the slant."""
+    law, disc = ConeModel().gel_law(), ratio / (1.0 - ratio)
+    places, weights = np.polynomial.legendre.leggauss(24)
+    radius, weights = disc + 0.5 * (places + 1.0), 0.5 * weights
+
+    def tension(m):
+        n = density._free(law, GENT, np.array([m]), squared, hoop=True)
+        return 2.0 * np.sqrt(m) * float(density.derivatives(law, GENT, np.array([m]), n, squared).m[0])
+
+    def length(constant):
+        meridians = [brentq(lambda m, r=r: tension(m) - constant / r, 1.0, 3.0, xtol=1e-12) for r in radius]
+        return float(weights @ np.sqrt(meridians))
+
+    slant = np.hypot(1.0, x)
+    constant = brentq(lambda c: length(c) - slant, 1e-6, 0.15, xtol=1e-10)
+    return 2.0 * constant * (x / slant) / (2.0 * disc + 1.0)
+
+
+@pytest.mark.parametrize(("v", "x", "force", "ending"), TABLE)
+def test_forces_of_the_wrinkling_membrane(v, x, force, ending):
+    found = membrane(ConeModel(), 0.2, displacements=x, voltages=v, wrinkles="relax", elements=20).squeeze()
+    assert found["force"].item() == pytest.approx(force, abs=5.1e-5 if force > 0.02 else 6e-6 if v < 0.6 else 5.1e-5)
+    assert found["ending"].item() == ending
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("v", "force"), [(0.5, 0.05622), (0.6, 0.01492)])
+def test_forces_of_a_film_that_wrinkles_everywhere_are_those_of_its_quadrature(v, force):
+    own = straight_meridian(v * v, 0.5)
+    assert own == pytest.approx(force, abs=5e-6)
+    found = membrane(ConeModel(), 0.2, displacements=0.5, voltages=v, wrinkles="relax", elements=40).squeeze()
+    assert found["force"].item() == pytest.approx(own, abs=5e-6)
+
+
+@pytest.mark.parametrize(("x", "v"), [(0.75, 0.5445), (1.0, 0.4377)])
+def test_the_membrane_pulls_in_far_earlier_than_the_cone(x, v):
+    """Voltages of 200 elements; the homogeneous cone's are 0.69 and 0.63."""
+    film, start = column(x)
+    found = charged(film, start, 0.5, 0.05)
+    assert found.ending == Ending.PULLED_IN
+    assert np.sqrt(found.end) == pytest.approx(v, rel=0.01)
+    assert 0.0 < found.error < 1e-3 * found.end
+    assert firmness(film, found.points[-1]) < 0.1 < firmness(film, start)
+
+
+def test_pull_in_is_told_apart_from_slackness_and_from_what_was_not_found():
+    voltages = [0.3, 0.65, 0.7]
+    found = membrane(
+        ConeModel(), 0.2, displacements=[0.3, 1.0], voltages=voltages, wrinkles="relax", elements=12
+    ).squeeze()
+    assert found["ending"].values.T.tolist() == [
+        [Ending.CONVERGED, Ending.SLACK, Ending.PULLED_IN],
+        [Ending.CONVERGED, Ending.PULLED_IN, Ending.PULLED_IN],
+    ]
+    assert found["force"].values[1:, 0].tolist()[0] == 0.0
+    assert np.isnan(found["force"].values[2]).all()
+    reached = found["reached_voltage"].values[2]
+    assert reached[0] == pytest.approx(0.691433, abs=2e-6)
+    assert reached[1] == pytest.approx(0.4377, rel=0.02)
+
+
+def test_rings_alike_fall_slack_where_the_cone_does():
+    film, start = column(0.4)
+    found = charged(film, start, slack_limit(film.model), 0.04)
+    assert found.ending == Ending.SLACK
+    assert found.end == pytest.approx(slack_squared(film, 0.4), rel=5e-3)
+    assert slack_squared(film, 1.0) == np.inf
+
+
+def test_voltages_of_flat_and_slack_films():
+    assert np.sqrt(slack_limit(ConeModel())) == pytest.approx(0.691433, abs=1e-6)
+    assert np.sqrt(slack_limit(NEO_HOOKEAN)) == pytest.approx(0.687365, abs=1e-6)
+    assert flat_squared(ConeModel()) == 0.0
+    assert flat_squared(ConeModel(prestretch=1.5, prestretch_mode="equibiaxial")) == pytest.approx(2.1246, abs=1e-4)
