@@ -95,7 +95,8 @@ def find_pull_in_curve(model: ConeModel, radius_ratio: float) -> PullInCurve | N
 @lru_cache(maxsize=64)
 def _kept(path: Path, alone: ConeModel, radius_ratio: float) -> PullInCurve | None:
     with contextlib.suppress(OSError, ValueError, TypeError):
-        return PullInCurve(*(tuple(v) if isinstance(v, list) else v for v in json.loads(path.read_text("utf-8"))))
+        x, voltages, error = json.loads(path.read_text("utf-8"))
+        return PullInCurve(tuple(x), tuple(voltages), float(error))
     try:
         found = pull_in_curve(alone, radius_ratio)
     except InputError:
