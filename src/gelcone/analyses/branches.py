@@ -312,7 +312,8 @@ def locus_words(shown: xr.Dataset, subject: Subject) -> str:
         for e in np.flatnonzero(shown["event_curve"].values == k):
             event = shown.isel(event=e)
             at = ", ".join(
-                f"{name} {float(event[f'event_{place}']):.10g}{unit_of(event[f'event_{place}'])}"
+                f"{name} {float(event[f'event_{place}']):.10g} ± {float(event[f'event_{place}_error']):.0e}"
+                f"{unit_of(event[f'event_{place}'])}"
                 for place, name in zip(("first", "second"), names, strict=True)
             )
             lines.append(f"  {event_label(event['event_kind'])} at {at}")
