@@ -20,8 +20,9 @@ SAME_WAY = 0.8
 SECANTS = 40
 AT_REST = 1e-4
 """Orbits smaller than this, as a share of the largest on their curve, are rest."""
-OTHER_SIDE = 0.5 * FAR_SIDE
-"""For the error of a point of codimension two its coefficient is taken over this distance, too."""
+OTHER_SIDE = 0.25 * FAR_SIDE
+"""For the error of a point of codimension two its coefficient is taken over this distance, too, where rounding counts
+sixteen times as much."""
 WIDTH = 1e-14
 """Points of codimension two are located to this share of the rectangle."""
 
