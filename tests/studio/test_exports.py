@@ -11,7 +11,10 @@ from gelcone.studio.grids import Axis, Source
 from gelcone.studio.setting import Setting, Shelf, typed
 
 SETTINGS = {
-    "device": Setting(device="biased-pump", values={"frequency": "9.5 Hz", "material.shear_modulus": "9 kPa"}),
+    "device": Setting(
+        device="biased-pump",
+        values={"frequency": "9.5 Hz", "material.shear_modulus": "9 kPa", "waveform": "triangle", "film": "wrinkling"},
+    ),
     "preset": Setting(preset="base", values={"voltage": "1.04", "displacement": "0.9"}),
 }
 AXES = defaultdict(tuple) | {

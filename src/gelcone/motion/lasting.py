@@ -166,6 +166,8 @@ def lifetimes(ended: npt.NDArray[Any], time: Array) -> Lifetimes:
     The interval, of `CONFIDENCE`, is exact for a time that was fixed before; its upper end is infinite where none has
     ended.
     """
+    if not time.size:  # a regular motion need not wait for the library
+        return Lifetimes(time, time, time)
     from scipy.special import chdtri
 
     outside = 0.5 * (1.0 - CONFIDENCE)

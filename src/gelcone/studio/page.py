@@ -35,6 +35,7 @@ from gelcone.studio.grids import (
     COARSEST,
     FIRST_TASK,
     FREQUENCIES,
+    LEAST_TASK,
     TASK,
     VOLTAGES,
     Axis,
@@ -460,7 +461,8 @@ class Filling:
     async def compute(self, cells: Any) -> Any:
         """The kinds of some cells, which the page is sent task by task; `Outdated` once the run is."""
         alike = cells[np.lexsort(self._groups(cells))]
-        size = FIRST_TASK if self.kinds.max() < 0 else TASK
+        most = FIRST_TASK if self.kinds.max() < 0 else TASK
+        size = int(np.clip(-(-len(cells) // (2 * self.page.pool.size)), LEAST_TASK, most))
         await asyncio.gather(*(self._task(alike[k : k + size]) for k in range(0, len(cells), size)))
         return self.kinds[cells]
 

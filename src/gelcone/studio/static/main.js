@@ -15,6 +15,7 @@ const $ = (id) => document.getElementById(id);
 const SUN = "M8 6a3 3 0 1 0 .01 0M8 1v2M8 15v2M1 9h2M13 9h2M3 4l1.5 1.5M11.5 12.5L13 14M3 14l1.5-1.5M11.5 5.5L13 4", MOON = "M13 11A6 6 0 1 1 7 3a5 5 0 0 0 6 8z";
 const ASKED_AGAIN = 500;
 const FRAME = 22; // ms from a picture of the cone until the next is asked for: every second frame of most screens
+const BUSY = 38; // the same while a map is computed, which the browser leaves the processor to: every third
 const HELD = 150; // ms for which the cone moves with answers alone, at most, while one is on its way
 const RESTED = 300; // ms after the last move of a slider at which the address follows
 
@@ -341,5 +342,5 @@ function frame(now) {
   if (clock.playing) later();
 }
 
-function later() { waiting = setTimeout(() => (held > performance.now() ? later() : next()), FRAME); }
+function later() { waiting = setTimeout(() => (held > performance.now() ? later() : next()), grids.open?.running ? BUSY : FRAME); }
 clock.wakes = cone.wakes = next;
