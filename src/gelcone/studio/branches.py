@@ -10,6 +10,7 @@ import numpy as np
 from gelcone.analyses.answer import in_si
 from gelcone.devices.units import DIMENSIONS
 from gelcone.plots.branches import has_mirror, sections_of
+from gelcone.progress import Stopped, current_watch
 from gelcone.quantity import Array
 from gelcone.studio.grids import Axis, Source
 from gelcone.words import event_label
@@ -34,7 +35,7 @@ def follow_branches(source: Source, over: Axis) -> dict[str, Any]:
     subject = source.subject()
     low, high = _ends(over, subject.device is not None)
     start = [subject.initial] if subject.device is None else []
-    shown = in_si(continue_branch(subject.target, over.name, low, high, *start, **OPTIONS), subject)
+    shown = in_si(continue_branch(subject.target, over.name, low, high, *start, progress=_heed, **OPTIONS), subject)
     scale = _scale(over, shown["value"])
     lines = [line for k in range(shown.sizes["branch"]) for line in _lines(shown.isel(branch=k), has_mirror(shown))]
     value, section, stable = (np.concatenate(parts) for parts in zip(*lines, strict=True))
@@ -57,12 +58,19 @@ def follow_loci(source: Source, x: Axis, y: Axis, event: str) -> dict[str, Array
     subject = source.subject()
     over = {axis.name: _ends(axis, subject.device is not None) for axis in (x, y)}
     start = [subject.initial] if subject.device is None else []
-    shown = in_si(locus(subject.target, event, over, *start, **OPTIONS), subject)
+    shown = in_si(locus(subject.target, event, over, *start, progress=_heed, **OPTIONS), subject)
     found = {}
     for name, axis in (("x", x), ("y", y)):
         values = shown[axis.name].values * _scale(axis, shown[axis.name])
         found[name] = np.pad(values, ((0, 0), (0, 1)), constant_values=np.nan).ravel()
     return found
+
+
+def _heed(share: float) -> None:
+    """Ends what is cancelled: between the points of a branch, where nothing else asks."""
+    watch = current_watch()
+    if watch is not None and watch.stop.is_set():
+        raise Stopped
 
 
 def _ends(axis: Axis, texts: bool) -> tuple[Any, Any]:
