@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
+
 import numpy as np
 import pytest
 
 import gelcone
 from gelcone.codes import Outcome, Regime
+from gelcone.continuum.pull_in import PullInCurve
 from gelcone.errors import InputError
 from gelcone.motion import driven as driven_module
 from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven
@@ -17,6 +20,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.response import simulate
 from gelcone.physics.model import ConeModel
 
+envelope_module = importlib.import_module("gelcone.motion.envelope")
 TAUT = ConeModel(
     damping_ratio=0.1, voltage=0.3, voltage_bias=0.3, rest_height=0.6, meridional_prestretch=1.2, hoop_prestretch=1.5
 )
@@ -223,3 +227,31 @@ def test_the_onset_of_rest_is_as_wide_as_it_is_known(flat):
     np.testing.assert_array_equal(flat["limit_low"].values[row, reached], found["onset_voltage"].values[reached])
     high = (found["onset_voltage"] + found["onset_error"]).values
     np.testing.assert_array_equal(flat["limit_high"].values[row, reached], high[reached])
+
+
+WRINKLING = ConeModel(
+    film="wrinkling", damping_ratio=0.2, voltage=0.1, voltage_bias=0.2, rest_height=1.0, spring_stiffness=2.0
+)
+
+
+@pytest.mark.parametrize("level", [0.3, 0.4])
+def test_pull_in_is_that_of_the_membrane_where_there_is_one(monkeypatch, level):
+    """Of a membrane that pulls in at one voltage at all displacements; the cone's comes far later."""
+    curve = PullInCurve((0.0, 2.0), (level, level), 0.01)
+    monkeypatch.setattr(envelope_module, "find_pull_in_curve", lambda model, ratio: curve)
+    found = envelope(WRINKLING, peaks=np.linspace(0.1, 0.5, 5), frequencies=[0.1, 0.2])
+    assert (found.attrs["pull_in_of"], found.attrs["pull_in_error"]) == ("membrane", 0.01)
+    static = float(found["static_limit_voltage"][STATIC_LIMITS.index("pull-in")])
+    assert static == pytest.approx(level, abs=2e-3)
+    row = DRIVEN_LIMITS.index("pull-in")
+    low, high = (found[name].values[row] for name in ("limit_low", "limit_high"))
+    assert (low <= level * 1.001).all()
+    assert (high >= level * 0.98).all()
+    assert (found["recommended_peak"].values <= 0.8 * level + 1e-9).all()
+
+
+def test_without_a_membrane_pull_in_is_that_of_the_cone(monkeypatch):
+    monkeypatch.setattr(envelope_module, "find_pull_in_curve", lambda model, ratio: None)
+    found = envelope(WRINKLING, peaks=np.linspace(0.1, 0.5, 5), frequencies=[0.1, 0.2])
+    assert (found.attrs["pull_in_of"], found.attrs["pull_in_error"]) == ("cone", 0.0)
+    assert float(found["static_limit_voltage"][STATIC_LIMITS.index("pull-in")]) > 0.5

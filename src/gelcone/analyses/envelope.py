@@ -33,7 +33,10 @@ _WIDTHS = (18, 12, 14, 14, 16)
 def envelope_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments of `gelcone.envelope`."""
     subject.without_initial("an envelope starts from the device's rest; leave it out")
-    return {n: v for n, v in given.items() if n != "over"} | subject.axes(given.get("over", ()), AXES)
+    own = {n: v for n, v in given.items() if n != "over"}
+    if subject.device is not None and own.get("radius_ratio") is None:
+        own["radius_ratio"] = float(np.ravel(subject.device.disc_radius / subject.device.film_radius)[0])
+    return own | subject.axes(given.get("over", ()), AXES)
 
 
 def envelope_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
@@ -42,6 +45,7 @@ def envelope_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> di
     low, high = result["limit_low"].values, result["limit_high"].values
     return {
         "static_limits": {name: {"voltage": v, "status": _status(name, v)} for name, v in static},
+        "pull_in": {"of": result.attrs["pull_in_of"], "error": result.attrs["pull_in_error"]},
         "driven_limits": {
             name: {"low": low[i], "high": high[i], "status": [_status(name, v) for v in low[i]]}
             for i, name in enumerate(_names(result, "driven_limit"))
@@ -119,8 +123,15 @@ def _limits_table(shown: xr.Dataset) -> Iterator[str]:
         reading = _static_reading(shown, name, static[name]) if name in static else "-"
         row = _lowest_driven(shown, driven_names.index(name)) if name in driven_names else "-"
         yield f"  {name:20s}  {reading:16s}  {row}"
+    yield _pull_in_words(shown)
     if np.isnan(static["dielectric breakdown"]):
         yield "the dielectric strength is not given: the window takes no account of breakdown"
+
+
+def _pull_in_words(shown: xr.Dataset) -> str:
+    if shown.attrs["pull_in_of"] == "cone":
+        return "pull-in is that of the model's film; a membrane, which a wrinkling cone stands for, pulls in earlier"
+    return f"pull-in is that of the film as a membrane, its voltages known to {shown.attrs['pull_in_error']:.1%}"
 
 
 def _static_reading(shown: xr.Dataset, name: str, voltage: float) -> str:

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from gelcone.continuum.charged import charged, slack_limit, slack_squared
 from gelcone.continuum.fit import SLACK_MARGIN, kept_path
 from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO, raised_film
-from gelcone.continuum.mesh import mesh_film
+from gelcone.continuum.mesh import check_radius_ratio, mesh_film
 from gelcone.continuum.path import Ending
 from gelcone.errors import InputError
 from gelcone.files import write_whole
@@ -88,7 +88,7 @@ def find_pull_in_curve(model: ConeModel, radius_ratio: float) -> PullInCurve | N
     single = isinstance(model.film, WrinklingCone) and model.film.pull_in == "first" and model.system.second is None
     if not single or model.shape or importlib.util.find_spec("skfem") is None:
         return None
-    path, alone = kept_path("pull-in", model, radius_ratio)
+    path, alone = kept_path("pull-in", model, check_radius_ratio(radius_ratio))
     return _kept(path, alone, float(radius_ratio))
 
 

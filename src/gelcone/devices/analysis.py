@@ -146,7 +146,10 @@ def arguments_for(function: Callable[..., Any], device: Device, given: Mapping[s
     """The dimensionless arguments of an analysis for a device, from those given in SI."""
     check_workers(function.__name__, given)
     arguments = dimensionless(function.__name__, given, device.scales)
-    if "initial" in inspect.signature(function).parameters:
+    taken = inspect.signature(function).parameters
+    if "radius_ratio" in taken and given.get("radius_ratio") is None:
+        arguments["radius_ratio"] = float(np.ravel(device.disc_radius / device.film_radius)[0])
+    if "initial" in taken:
         arguments["initial"] = state_of(device, given.get("initial"))
     return arguments
 

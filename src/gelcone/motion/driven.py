@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.codes import Outcome, Regime
+from gelcone.continuum.pull_in import PullInCurve
 from gelcone.errors import InputError
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
@@ -29,7 +30,8 @@ DRIVEN_LIMITS = (
     "chaos",
     "onset of rest",
 )
-"""``pull-in``: the film loses its equilibrium during the motion; first, to be named where several are met at once.
+"""``pull-in``: the film, or the membrane in its place, loses its equilibrium during the motion; first, to be named
+where several are met at once.
 ``onset of rest``: rest loses its stability under the drive (Floquet), where rest is flat."""
 BISECTIONS = 6
 CHUNK = 128
@@ -78,6 +80,8 @@ class Plane:
     shape: DriveShape
     rest: float
     threads: int | None
+    membrane: PullInCurve | None = None
+    """Above which voltages the film as a membrane has pulled in; None: the model's own film tells."""
 
     def at(self, omegas: Array, peaks: Array) -> ConeModel:
         return self.model.replace(
@@ -128,7 +132,7 @@ class Plane:
             | {
                 "regime": evidence.regime.astype(float),
                 "outcome": evidence.outcome.astype(float),
-                "pull-in": pulled_in.astype(float),
+                "pull-in": (pulled_in | (ran & (seen["beyond_membrane"] > 0.0))).astype(float),
                 "dielectric breakdown": np.where(np.isnan(breakdown), np.nan, left | (breakdown > 0.0)),
                 "chaos": np.isin(evidence.regime, (Regime.CHAOTIC, Regime.TRANSIENT_CHAOS)).astype(float),
             }
@@ -153,7 +157,9 @@ class Plane:
             state = film.state(x, voltage, n)
             fails = broken(members, x, voltages, (state, None))
             apparent = [np.sqrt(np.mean(values * values, axis=1)) for values in (voltage, current)]
+        beyond = np.zeros(len(x)) if self.membrane is None else (voltage > self.membrane.voltage(x)).mean(axis=1)
         return shares(fails, ~np.isnan(x)) | {
+            "beyond_membrane": beyond,
             "stroke": np.ptp(x, axis=1),
             "power": run.work[:, -1, 1] / (PERIODS * model.drive_period),
             "apparent_power": apparent[0] * apparent[1],

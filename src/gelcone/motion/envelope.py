@@ -13,6 +13,8 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Outcome
+from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO
+from gelcone.continuum.pull_in import PullInCurve, find_pull_in_curve
 from gelcone.dataset import Findings
 from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
@@ -45,6 +47,7 @@ def envelope(
     peaks: npt.ArrayLike | None = None,
     frequencies: npt.ArrayLike | None = None,
     margin: float = 0.2,
+    radius_ratio: float | None = None,
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -58,6 +61,8 @@ def envelope(
     frequencies : increasing drive frequencies; default some 30 from a tenth to three times the natural frequency at
         rest, the first resonances and the model's own among them, and more where the lowest limit changes steeply.
     margin : share of the lowest limit that the recommended voltage stays below it. Default 0.2.
+    radius_ratio : a/b, the disc's radius over the film's, for the pull-in of the film as a membrane; default 0.2 for a
+        model, a device has its own.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -76,6 +81,11 @@ def envelope(
     Over ``drive_frequency``: ``first_limit``, its index (-1: none); ``recommended_peak``, the lowest known limit,
     driven or quasi-static, less the margin; and at that peak, the window's edge, ``window_stroke``, ``window_power``,
     ``window_apparent_power`` and ``window_regime``; NaN where there is no window.
+
+    The pull-in of a wrinkling cone without a second film is that of the membrane, which comes far earlier than the
+    cone's, where scikit-fem is installed: of a motion whose voltage exceeds the one at which the membrane has pulled in
+    at that displacement. The attribute ``pull_in_of`` says whether it is ``membrane`` or ``cone``, and
+    ``pull_in_error`` how well the membrane's voltages are known, over them (0 for the cone).
 
     At that peak too, what a kick could lead to, see `gelcone.motion.coexisting`: ``coexisting``, how many motions
     beside the window's were found; ``kick_low`` and ``kick_high``, the interval of the smallest sudden change of the
@@ -100,14 +110,15 @@ def envelope(
         raise InputError(f"margin = {margin:g}: must be at least 0 and below 1")
     shape, own_peak = DriveShape.of(model), peak_of(model)
     rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
-    plane = Plane(model, shape, rest, threads)
+    membrane = find_pull_in_curve(model, DEFAULT_RADIUS_RATIO if radius_ratio is None else radius_ratio)
+    plane = Plane(model, shape, rest, threads, membrane)
     volts = own_peak * np.linspace(*PEAKS) if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
     omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
     found = driven(
         plane, omegas, volts, refine=refine, progress=weighted(progress, 1.0 - COEXISTING_SHARE) or (lambda share: None)
     )
-    static, static_limits = _static(model, max(float(volts[-1]), 2.0 * own_peak))
+    static, static_limits = _static(model, max(float(volts[-1]), 2.0 * own_peak), membrane)
     lowest_static = np.nanmin(static_limits, initial=np.inf)
     low = np.where(np.isnan(found["low"]), np.inf, found["low"])
     lowest = low.min(axis=1)
@@ -152,8 +163,11 @@ def envelope(
             "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
             "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
         },
-        options={"margin": margin},
+        options={"margin": margin, "radius_ratio": radius_ratio},
         title="operating envelope",
+    ).assign_attrs(
+        pull_in_of="cone" if membrane is None else "membrane",
+        pull_in_error=0.0 if membrane is None else membrane.error,
     )
 
 
@@ -166,7 +180,7 @@ def operating_limits(
 ) -> xr.Dataset:
     """Peak voltages at which an operating envelope ends, quasi-static and at each member's own drive frequency.
 
-    As `envelope` finds them from rest, up to twice the member's own peak voltage.
+    As `envelope` finds them from rest, up to twice the member's own peak voltage, but with the pull-in of the cone.
 
     Parameters
     ----------
@@ -332,7 +346,7 @@ def _axis(name: str, values: npt.ArrayLike) -> Array:
 # --- quasi-static ---------------------------------------------------------------------------------------------------
 
 
-def _static(model: ConeModel, highest: float) -> tuple[dict[str, Array], Array]:
+def _static(model: ConeModel, highest: float, membrane: PullInCurve | None = None) -> tuple[dict[str, Array], Array]:
     """Curves over the constant peak voltage, and the voltage of each of `STATIC_LIMITS`."""
     levels = np.linspace(0.0, highest, STATIC_POINTS + 1)
     ramp = stroke_and_blocked_force(model, levels)
@@ -356,6 +370,8 @@ def _static(model: ConeModel, highest: float) -> tuple[dict[str, Array], Array]:
         float(np.nan_to_num(pitchfork_voltage(model), nan=np.inf)) if is_flat(model) else np.nan,
         float(pull_in_voltage(model)["pull_in_voltage"]),
     ]
+    if membrane is not None:
+        limits[-1] = min(limits[-1], _first(levels, levels - membrane.voltage(x)))
     return curves, np.array(limits)
 
 

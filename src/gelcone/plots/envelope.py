@@ -51,14 +51,15 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
         middle = np.where(np.isfinite(high), 0.5 * (low + high), np.nan)
         look: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3.5, "lw": 0.9}
         if np.isfinite(middle).any():
-            axes.plot(*broken_at_jumps(frequency, middle), **look, label=f"{name}, driven", clip_on=False)
+            label = f"{told(envelope, name)}, driven"
+            axes.plot(*broken_at_jumps(frequency, middle), **look, label=label, clip_on=False)
         elif np.isnan(low).all() and name == "dielectric breakdown":
             axes.plot([], [], **look, label="dielectric breakdown: unknown,\nno strength given")
     styles = ("-", "--", "-.", ":", (0, (5, 1)), (0, (1, 1)))
     voltages = envelope["static_limit_voltage"].values
     for name, voltage, style in zip(envelope["static_limit"].values, voltages, styles, strict=True):
         if np.isfinite(voltage) and voltage <= 1.05 * highest:
-            axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{name}, quasi-static")
+            axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{told(envelope, name)}, quasi-static")
     coexisting_motions(envelope, axes)
     own = float(envelope["own_frequency"]), float(envelope["own_peak"])
     if frequency[0] <= own[0] <= frequency[-1]:
@@ -66,6 +67,11 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     frequency_axis(envelope, axes)
     axes.set_ylim(0.0, 1.05 * highest)
     axes.set_ylabel(axis_label(envelope["driven_peak"], "peak voltage"))
+
+
+def told(envelope: xr.Dataset, name: str) -> str:
+    """A limit's name, with the film whose pull-in it is."""
+    return f"{name} of the {envelope.attrs['pull_in_of']}" if name == "pull-in" else name
 
 
 def broken_at_jumps(frequency: Any, values: Any) -> tuple[Any, Any]:
