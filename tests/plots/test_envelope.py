@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from gelcone import Outcome, Regime
 from gelcone.plots.envelope import (
@@ -208,3 +209,13 @@ def test_the_figure_has_limits_beside_three_small_panels():
     assert static.get_shared_x_axes().joined(static, natural)
     assert limits.get_shared_x_axes().joined(limits, window)
     assert corners(limits.collections[0])[0] == pytest.approx([1.0, 4.0, 0.0, 1.2])
+
+
+@pytest.mark.parametrize("of", ["membrane", "cone"])
+def test_pull_in_says_whose_it_is(of):
+    from gelcone.plots.envelope import told
+
+    result = xr.Dataset(attrs={"pull_in_of": of})
+    assert told(result, "pull-in") == f"pull-in of the {of}"
+    assert told(result, "chaos") == "chaos"
+    assert told(xr.Dataset(), "pull-in") == "pull-in"

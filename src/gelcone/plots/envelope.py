@@ -70,8 +70,9 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
 
 
 def told(envelope: xr.Dataset, name: str) -> str:
-    """A limit's name, with the film whose pull-in it is."""
-    return f"{name} of the {envelope.attrs['pull_in_of']}" if name == "pull-in" else name
+    """A limit's name, with the film whose pull-in it is; results of gelcone 0.1 do not say."""
+    of = envelope.attrs.get("pull_in_of")
+    return f"{name} of the {of}" if of and name == "pull-in" else name
 
 
 def broken_at_jumps(frequency: Any, values: Any) -> tuple[Any, Any]:
