@@ -16,6 +16,7 @@ from gelcone.errors import InputError
 from gelcone.motion.linear import equilibrium_under_bias, small_signal_response
 from gelcone.motion.settled import HARMONICS, highest, settled_swing
 from gelcone.physics.model import ConeModel
+from gelcone.presets import find_preset
 
 LINEAR = ConeModel(
     damping_ratio=0.1, voltage=1e-4, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, stretch_limit=1e6
@@ -96,6 +97,20 @@ def test_a_jump_ends_every_range_in_which_the_sweeps_differ(jumping):
     assert ends[0] <= float(jumps["jump_low"][1]) < float(jumps["jump_high"][1]) <= ends[1]
     assert float(jumps["jump_from"][1]) == pytest.approx(float(up["stroke"][fall]), rel=0.1)
     assert float(jumps["jump_to"][1]) < 0.2 * float(jumps["jump_from"][1])
+
+
+@pytest.mark.parametrize("count", [9, 33])
+def test_a_jump_is_bracketed_whatever_the_frequencies(count):
+    """Down into the tongue, where rest loses its stability, which the multipliers of the flat film tell. A
+    motion that falls from a branch early, or stays for long where it was, shows another frequency."""
+    model = find_preset("base").model.replace(spring_stiffness=1.0)
+    found = frequency(model, np.geomspace(0.92, 1.03, count), (0.01, 0.0))
+    own = found.isel(jump=int(np.flatnonzero(found["jump_branch"].values == "down")[-1]))
+    low, high = float(own["jump_low"]), float(own["jump_high"])
+    assert low <= 0.96692797 <= high
+    assert high - low < 0.02 * 0.11 / (count - 1)
+    peak = found.sel(branch="down")
+    assert float(peak["peak_low"]) <= 0.96692797 <= float(peak["peak_high"])
 
 
 def test_a_subharmonic_is_told_by_its_period_and_its_harmonic(jumping):

@@ -24,8 +24,8 @@ from gelcone.motion.linear import equilibrium_under_bias, linear_response
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.settle import start_states
-from gelcone.motion.settled import HARMONICS, Swing, settled_swing, swing
-from gelcone.motion.stepping import NUDGE, Trail, walk
+from gelcone.motion.settled import HARMONICS, Swing, extent, settled_swing, swing
+from gelcone.motion.stepping import NUDGE, SURE, Falls, Trail, carried, continued, walk
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -47,7 +47,8 @@ RESOLVED = 1e-5
 NARROWINGS = 3
 NARROWED_AT = 7
 """Frequencies inside a peak's bracket that each narrowing tries; the bracket shrinks to a quarter."""
-BISECTIONS = 6
+NARROWINGS_OF_JUMPS = 12
+"""Steps towards the frequency at which a motion jumps; one that is too long is halved."""
 AT_ONCE = 512
 """Motions whose samples are kept at a time."""
 STARTS = (1.0, 0.05, -1.0)
@@ -69,7 +70,7 @@ def frequency(
 ) -> xr.Dataset:
     """The settled motion over drive frequency, in a sweep up and one down, each from the last state of the one before.
 
-    Where several motions coexist, closer frequencies follow each of them further.
+    A motion is followed as long as its cycle attracts, as in a sweep without noise that is slow enough.
 
     Parameters
     ----------
@@ -124,9 +125,9 @@ def frequency(
     states = start_states(model, initial)[members]
     both, grids = flat.take(members), grid[members]
     flow = {"tolerance": tolerance, "threads": threads}
-    swept, trail = _sweep(both, grids, states, weighted(counted, 0.75), flow)
-    peaks = _peaks(both, trail, weighted(counted, 0.15), flow)
-    jumps = _jumps(flat, grid, _by_branch(swept), weighted(counted, 0.1), flow)
+    swept, falls, trail = _sweep(both, grids, states, weighted(counted, 0.75), flow)
+    peaks = _peaks(both, trail, falls, weighted(counted, 0.15), flow)
+    jumps = _jumps(flat, grid, _by_branch(swept), falls, weighted(counted, 0.1), flow)
     options = {"initial": np.asarray(initial, dtype=float).tolist(), "tolerance": tolerance, "nudge": NUDGE}
     shared = np.ndim(frequencies) < 2
     result = _label(model, grid, shared, _by_branch(swept), peaks, options)
@@ -171,14 +172,16 @@ def _grid(model: ConeModel, frequencies: npt.ArrayLike) -> Array:
 
 def _sweep(
     model: Members, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]
-) -> tuple[Swing, Trail]:
-    """Swings (members, steps) at the frequencies ``grids``, odd members swept down; and all that is met on the way."""
+) -> tuple[Swing, Falls, Trail]:
+    """Swings (members, steps) at the frequencies ``grids``, odd members swept down; their falls on the way to each; and
+    all that is met on the way."""
     down = np.arange(model.size) % len(BRANCHES) == 1
     order = np.where(down[:, None], np.arange(grids.shape[1])[::-1], np.arange(grids.shape[1]))
-    walked, trail = walk(model, np.take_along_axis(grids, order, axis=1), initial, progress, flow)
-    swept = walked.take((np.arange(model.size)[:, None], order))
+    walked = walk(model, np.take_along_axis(grids, order, axis=1), initial, progress, flow)
+    by_frequency = np.arange(model.size)[:, None], order
+    swept = walked.reached.take(by_frequency)
     _look_at_all(model, grids, swept, flow)
-    return swept, trail
+    return swept, walked.falls.take(by_frequency), walked.trail
 
 
 def _look_at_all(model: Members, grids: Array, swept: Swing, flow: dict[str, Any]) -> None:
@@ -209,38 +212,48 @@ class _Peaks:
     error: Array
 
 
-def _peaks(model: Members, trail: Trail, progress: Progress, flow: dict[str, Any]) -> _Peaks:
-    """Narrows down the highest point that each sweep met between its neighbours, starting from the motion there."""
-    met, amplitudes, finals = trail.sorted()
+def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, flow: dict[str, Any]) -> _Peaks:
+    """Narrows down the highest point that each sweep met between its neighbours, starting from the motion there.
+
+    A peak beside a jump may be the jump: where that is, no motion tells that goes on along one branch.
+    """
+    met, amplitudes, periods, finals = trail.sorted()
     members, amplitude = np.arange(model.size), np.where(np.isnan(amplitudes), -1.0, amplitudes)
     best = amplitude.argmax(axis=1)
-    at, height, state = met[members, best], amplitude[members, best], finals[members, best]
-    low, high = _beside(met, amplitude, at, height)
+    at, height = met[members, best], amplitude[members, best]
+    peak = extent(model.replace(drive_frequency=at), finals[members, best], **flow)
+    low, high = _beside(met, _certain(amplitude, periods), at, height)
+    ends = np.stack([falls.start, falls.end])
+    touching = (ends.max(axis=0) >= low[:, None]) & (ends.min(axis=0) <= high[:, None])
+    low_fall = np.where(touching, ends.min(axis=0), np.inf).min(axis=1)
+    high_fall = np.where(touching, ends.max(axis=0), -np.inf).max(axis=1)
     error = np.full(model.size, np.inf)
     shares = np.arange(1, NARROWED_AT + 1) / (NARROWED_AT + 1)
     for _ in range(NARROWINGS):
         tried = low[:, None] + (high - low)[:, None] * shares
-        ensemble = model.take(np.repeat(members, NARROWED_AT)).replace(drive_frequency=tried.ravel())
-        now = settled_swing(ensemble, np.repeat(state, NARROWED_AT, axis=0), only_extent=True, **flow)
+        rows = np.repeat(members, NARROWED_AT)
+        ensemble = model.take(rows).replace(drive_frequency=tried.ravel())
+        now = carried(ensemble, peak.take(rows), height[rows], flow)
         # What was highest before is compared too, or a narrow peak could be lost between the new frequencies.
-        heights = np.column_stack([now.amplitude.reshape(tried.shape), height])
-        places, ends = np.column_stack([tried, at]), now.final.reshape(*tried.shape, -1)
-        ends = np.concatenate([ends, state[:, None]], axis=1)
-        first, second = np.argsort(-np.nan_to_num(heights, nan=-1.0), axis=1, kind="stable")[:, :2].T
-        at, height, state = places[members, first], heights[members, first], ends[members, first]
+        heights = np.column_stack([np.nan_to_num(now.amplitude.reshape(tried.shape), nan=-1.0), height])
+        places, period = np.column_stack([tried, at]), np.column_stack([now.period.reshape(tried.shape), peak.period])
+        first, second = np.argsort(-heights, axis=1, kind="stable")[:, :2].T
+        higher = np.flatnonzero(first < NARROWED_AT)
+        peak.put(higher, now.take(higher * NARROWED_AT + first[higher]))
+        at, height = places[members, first], heights[members, first]
         # Neither the frequencies nor the settling resolve heights any closer.
         error = height - heights[members, second] + RESOLVED * np.abs(height)
-        edges = np.column_stack([low, places, high])
-        known = np.column_stack(
-            [np.full(model.size, -1.0), np.nan_to_num(heights, nan=-1.0), np.full(model.size, -1.0)]
-        )
-        order = np.argsort(edges, axis=1, kind="stable")
-        low, high = _beside(
-            np.take_along_axis(edges, order, axis=1), np.take_along_axis(known, order, axis=1), at, height
-        )
+        lowest = np.full((model.size, 1), -1.0)
+        edges, known = np.column_stack([low, places, high]), np.hstack([lowest, _certain(heights, period), lowest])
+        low, high = _beside(edges, known, at, height)
         if progress is not None:
             progress(1.0 / NARROWINGS)
-    return _Peaks(at, low, high, height, error)
+    return _Peaks(at, np.minimum(low, low_fall), np.maximum(high, high_fall), height, error)
+
+
+def _certain(heights: Array, period: npt.NDArray[np.int64]) -> Array:
+    """The heights, NaN where the motion is not periodic: over a few periods it need not have reached its own."""
+    return np.where((period > 0) | (heights < 0.0), heights, np.nan)
 
 
 def _beside(places: Array, heights: Array, at: Array, height: Array) -> tuple[Array, Array]:
@@ -273,14 +286,20 @@ class _Jumps:
 
 def differing(swept: Swing) -> npt.NDArray[np.bool_]:
     """Where the sweeps (members, branches, steps) differ; not where both are chaotic, whose strokes always do."""
-    up, down = np.moveaxis(swept.amplitude, 1, 0)
-    apart = np.abs(up - down) > DIFFERENT * np.fmax(up, down)
-    apart &= np.fmax(up, down) > max(NEGLIGIBLE * np.nanmax(swept.amplitude, initial=0.0), REST_TOLERANCE)
-    return np.asarray(apart & (swept.period != 0).any(axis=1))
+    largest = np.nanmax(swept.amplitude, initial=0.0)
+    return _differ(swept.take((slice(None), 0)), swept.take((slice(None), 1)), largest)
 
 
-def _jumps(model: Members, grid: Array, swept: Swing, progress: Progress, flow: dict[str, Any]) -> _Jumps:
-    """Both ends of each range in which the sweeps differ, narrowed down by following both motions outwards.
+def _differ(up: Swing, down: Swing, largest: float = 0.0) -> npt.NDArray[np.bool_]:
+    higher = np.fmax(up.amplitude, down.amplitude)
+    apart = np.abs(up.amplitude - down.amplitude) > DIFFERENT * higher
+    apart &= higher > max(NEGLIGIBLE * largest, REST_TOLERANCE)
+    return np.asarray(apart & ((up.period != 0) | (down.period != 0)))
+
+
+def _jumps(model: Members, grid: Array, swept: Swing, falls: Falls, progress: Progress, flow: dict[str, Any]) -> _Jumps:
+    """Both ends of each range in which the sweeps differ, narrowed down by following both motions outwards from where
+    the one that jumps was met last.
 
     The sweep down jumps at the lower end of the range, the one up at its upper end. An end that is an end of the
     frequencies is none.
@@ -291,20 +310,30 @@ def _jumps(model: Members, grid: Array, swept: Swing, progress: Progress, flow: 
     begins = change[member, edge] > 0
     branch = np.where(begins, BRANCHES.index("down"), BRANCHES.index("up"))
     inside, outside = np.where(begins, edge + 1, edge), np.where(begins, edge, edge + 1)
-    inner, outer = grid[member, inside], grid[member, outside]
-    amplitude = swept.amplitude[member, :, inside]
-    rows = np.arange(member.size)
-    before, after = amplitude[rows, branch], amplitude[rows, 1 - branch]
-    states = swept.final[member, :, inside]
-    for _ in range(BISECTIONS if member.size else 0):
-        middle = 0.5 * (inner + outer)
-        both = model.take(np.repeat(member, len(BRANCHES))).replace(drive_frequency=np.repeat(middle, len(BRANCHES)))
-        now = _by_branch(settled_swing(both, states.reshape(-1, states.shape[-1]), only_extent=True, **flow))
-        apart = differing(Swing(**{name: values[:, :, None] for name, values in vars(now).items()}))[:, 0]
-        inner, outer = np.where(apart, middle, inner), np.where(apart, outer, middle)
-        states = np.where(apart[:, None, None], now.final, states)
-        before = np.where(apart, now.amplitude[rows, branch], before)
-        after = np.where(apart, now.amplitude[rows, 1 - branch], after)
+    flat = member * len(BRANCHES) + branch
+    jumping, other = swept.take((member, branch, inside)), swept.take((member, 1 - branch, inside))
+    ensemble, largest = model.take(member), np.fmax(jumping.amplitude, other.amplitude)
+    inner, outer = grid[member, inside], grid[member, outside].copy()
+    last, fall = outer.copy(), falls.take((flat, outside))
+    fell = np.flatnonzero(~np.isnan(fall.start))
+    if fell.size:
+        there = ensemble.take(fell).replace(drive_frequency=fall.start[fell])
+        now, goes_on = continued(there, fall.before.take(fell), largest[fell], flow)
+        fell, now = fell[goes_on], now.take(goes_on)
+        inner[fell], outer[fell] = fall.start[fell], fall.end[fell]
+        jumping.put(fell, now)
+    step = 0.5 * (outer - inner)
+    before, after = jumping.amplitude, other.amplitude
+    for _ in range(NARROWINGS_OF_JUMPS if member.size else 0):
+        tried = ensemble.replace(drive_frequency=inner + step)
+        now, goes_on = continued(tried, jumping, largest, flow)
+        beside = settled_swing(tried, other.final, only_extent=True, **flow)
+        apart = goes_on & _differ(now, beside)
+        inner, step = np.where(apart, inner + step, inner), np.where(apart, step, 0.5 * step)
+        jumping.put(apart, now.take(apart))
+        other.put(apart, beside.take(apart))
+        before, after = jumping.amplitude, other.amplitude
+    outer = np.where(np.abs(SURE * step) < np.abs(last - inner), inner + SURE * step, last)
     if progress is not None:
         progress(1.0)
     return _Jumps(member, branch, np.minimum(inner, outer), np.maximum(inner, outer), before, after)

@@ -1,8 +1,9 @@
 """Stepping along settled motions in frequency: where a motion jumps, the step is halved until the jump is bracketed.
 
-A motion that ends at a fold has a basin that shrinks towards it, and a large step leaves it early. The way to the next
-frequency is therefore gone in steps over which the motion hardly changes; only where even the smallest step changes it
-does it jump.
+A motion that ends at a fold has a basin that shrinks towards it, so that a step leaves it early, the earlier the larger
+it is. Where the motion has changed, its cycle is therefore looked for by Newton's method: as long as that goes on and
+attracts, so does the motion, as in a sweep without noise that is slow enough. The steps are such that the motion hardly
+changes; only where even the smallest step changes it, and the cycle has ended, does it jump.
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
+from gelcone.motion.cycle import find_cycles
 from gelcone.motion.settle import nudge
-from gelcone.motion.settled import Swing, settled_swing
+from gelcone.motion.settled import Swing, extent, settled_swing
+from gelcone.motion.tangents import CERTAIN, FLOOR
 from gelcone.physics.members import Members
 from gelcone.progress import Progress
 from gelcone.quantity import Array
@@ -28,74 +31,107 @@ NEGLIGIBLE = 1e-3
 """Changes below this share of the largest amplitude so far are none."""
 FINEST = 2.0**-7
 """The smallest step, as a share of the distance between two frequencies that were asked for."""
+SURE = 4.0
+"""A motion that Newton's method does not follow over a step ends within so many: it follows over a larger share of the
+way to a fold."""
 MOST_STEPS = 64
+ALMOST = 1.0 - 1e-9
+"""A step that leaves less than the rest of it to the next frequency asked for goes there."""
 
 
 @dataclass
 class Trail:
-    """All settled motions met on the way, step by step: ``frequency``, ``amplitude`` (steps, members) and ``final``
-    states (steps, members, N); NaN for members that did not move."""
+    """The settled motions met on the way, step by step: ``frequency``, ``amplitude``, ``period`` (steps, members) and
+    ``final`` states (steps, members, N); NaN and 0 for members that did not move."""
 
     frequency: list[Array] = field(default_factory=list)
     amplitude: list[Array] = field(default_factory=list)
+    period: list[npt.NDArray[np.int64]] = field(default_factory=list)
     final: list[Array] = field(default_factory=list)
 
-    def add(self, rows: npt.NDArray[np.intp], count: int, frequency: Array, met: Swing) -> None:
+    def add(self, rows: npt.NDArray[np.intp], frequency: Array, met: Swing, count: int) -> None:
         """What ``rows`` of so many members met at their frequencies."""
-        columns = (np.full(count, np.nan), np.full(count, np.nan), np.full((count, met.final.shape[1]), np.nan))
-        for kept, column, values in zip(
-            (self.frequency, self.amplitude, self.final), columns, (frequency, met.amplitude, met.final), strict=True
-        ):
-            column[rows] = values
-            kept.append(column)
+        blank = Swing.blank(count, states=met.final.shape[1])
+        blank.put(rows, met)
+        self.frequency.append(np.full(count, np.nan))
+        self.frequency[-1][rows] = frequency
+        self.amplitude.append(blank.amplitude)
+        self.period.append(blank.period)
+        self.final.append(blank.final)
 
-    def sorted(self) -> tuple[Array, Array, Array]:
+    def sorted(self) -> tuple[Array, Array, npt.NDArray[np.int64], Array]:
         """The same as arrays (members, steps, ...), each member by rising frequency, NaN at the end."""
-        frequency = np.stack(self.frequency, axis=1)
-        order = np.argsort(frequency, axis=1, kind="stable")
-        amplitude, final = np.stack(self.amplitude, axis=1), np.stack(self.final, axis=1)
-        return (
-            np.take_along_axis(frequency, order, axis=1),
-            np.take_along_axis(amplitude, order, axis=1),
-            np.take_along_axis(final, order[..., None], axis=1),
+        order = np.argsort(np.stack(self.frequency, axis=1), axis=1, kind="stable")
+        rows = np.arange(len(order))[:, None]
+        frequency, amplitude, final = (
+            np.stack(part, axis=1)[rows, order] for part in (self.frequency, self.amplitude, self.final)
         )
+        return frequency, amplitude, np.stack(self.period, axis=1)[rows, order], final
 
 
-def walk(model: Members, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]) -> tuple[Swing, Trail]:
+@dataclass(frozen=True)
+class Falls:
+    """The last jump on the way to each frequency (members, steps): between the frequencies ``start``, where the motion
+    ``before`` was met, and ``end``; NaN where there is none."""
+
+    start: Array
+    end: Array
+    before: Swing
+
+    def take(self, where: Any) -> Falls:
+        """Those of some members and steps."""
+        return Falls(self.start[where], self.end[where], self.before.take(where))
+
+
+@dataclass(frozen=True)
+class Walk:
+    """The motions ``reached`` at each frequency (members, steps), their ``falls`` and all that was met on the way."""
+
+    reached: Swing
+    falls: Falls
+    trail: Trail
+
+
+def walk(model: Members, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]) -> Walk:
     """The settled motions at frequencies ``grids`` (members, steps), each reached from the one before; their extent
-    alone (`gelcone.motion.settled.extent`). And all that was met on the way.
+    alone (`gelcone.motion.settled.extent`).
 
     A member begins from ``initial`` (members, N), and again where the motion before failed. Members go at their own
     pace and are settled together, which changes no bit of any.
     """
     count, steps = grids.shape
-    found, trail = Swing.blank(*grids.shape, states=initial.shape[1]), Trail()
+    blank = Swing.blank(*grids.shape, states=initial.shape[1])
+    reached, trail = blank.take(...), Trail()
+    falls = Falls(np.full(grids.shape, np.nan), np.full(grids.shape, np.nan), blank)
     now = Swing.blank(count, states=initial.shape[1])
     place, tries, fresh = np.zeros(count, dtype=int), np.zeros(count, dtype=int), np.ones(count, dtype=bool)
     at, step, distance, largest = (np.zeros(count) for _ in range(4))
     while (going := np.flatnonzero(place < steps)).size:
         there = grids[going, place[going]]
         rest = there - at[going]
-        pace = np.where(np.abs(step[going]) < np.abs(rest), step[going], rest)
-        free = fresh[going] | (tries[going] == MOST_STEPS)
-        last = free | (pace == rest)
+        pace = np.where(np.abs(step[going]) < ALMOST * np.abs(rest), step[going], rest)
+        fresh_ones, spent = fresh[going], tries[going] == MOST_STEPS
+        last = fresh_ones | spent | (pace == rest)
         target = np.where(last, there, at[going] + pace)
-        before = now.take(going)
-        begin = np.where(fresh[going, None], initial[going], nudge(before.final, NUDGE))
-        tried = settled_swing(model.take(going).replace(drive_frequency=target), begin, only_extent=True, **flow)
-        trail.add(going, count, target, tried)
+        before, members = now.take(going), model.take(going).replace(drive_frequency=target)
+        tried, changed = _tried(members, before, initial[going], fresh_ones, largest[going], flow)
         tries[going] += 1
         finest = np.abs(pace) <= FINEST * distance[going]
-        far = ~free & ~finest & jumped(before, tried, largest[going])
-        step[going[far]] = 0.5 * pace[far]
+        far = changed & ~finest & ~spent
+        step[going] = np.where(far, 0.5, 2.0) * pace
+        fell = np.flatnonzero(changed & ~far)
+        ways = going[fell], place[going[fell]]
+        start = at[going[fell]]
+        falls.start[ways], falls.end[ways] = start, start + SURE * (target[fell] - start)
+        falls.before.put(ways, before.take(fell))
         gone = going[~far]
         now.put(gone, tried.take(~far))
         at[gone] = target[~far]
+        trail.add(gone, at[gone], now.take(gone), count)
         # A fallen motion is a new one, along which the steps are as long as at first.
-        fell = going[~far & finest]
-        step[fell] = there[~far & finest] - at[fell]
+        step[going[fell]] = there[fell] - target[fell]
         done = going[~far & (last | (now.outcome[going] != Outcome.OK))]
-        found.put((done, place[done]), now.take(done))
+        reached.put((done, place[done]), now.take(done))
         largest[done] = np.fmax(largest[done], now.amplitude[done])
         at[done] = grids[done, place[done]]
         fresh[done] = now.outcome[done] != Outcome.OK
@@ -106,13 +142,72 @@ def walk(model: Members, grids: Array, initial: Array, progress: Progress, flow:
         distance[more] = np.abs(step[more])
         if progress is not None and done.size:
             progress(done.size / grids.size)
-    return found, trail
+    return Walk(reached, falls, trail)
+
+
+def _tried(
+    members: Members,
+    before: Swing,
+    initial: Array,
+    fresh: npt.NDArray[np.bool_],
+    largest: Array,
+    flow: dict[str, Any],
+) -> tuple[Swing, npt.NDArray[np.bool_]]:
+    """Motions of members reached from those ``before``, or from ``initial`` where ``fresh``; and which have changed."""
+    begin = np.where(fresh[:, None], initial, nudge(before.final, NUDGE))
+    tried = settled_swing(members, begin, only_extent=True, **flow)
+    changed = ~fresh & jumped(before, tried, largest)
+    rows = np.flatnonzero(changed)
+    if rows.size:
+        held, found = on_their_cycles(members.take(rows), before.take(rows), flow)
+        at = rows[held]
+        # where the cycle near the motion before and the motion now are one, it has changed without a jump
+        apart = jumped(before.take(at), found, largest[at]) & jumped(tried.take(at), found, largest[at])
+        tried.put(at[~apart], found.take(~apart))
+        changed[at] = apart
+    return tried, changed
+
+
+def carried(members: Members, before: Swing, largest: Array, flow: dict[str, Any]) -> Swing:
+    """Motions that those ``before``, at frequencies nearby, become; their extent alone."""
+    return _tried(members, before, before.final, np.zeros(members.size, dtype=bool), largest, flow)[0]
+
+
+def continued(
+    members: Members, before: Swing, largest: Array, flow: dict[str, Any]
+) -> tuple[Swing, npt.NDArray[np.bool_]]:
+    """Motions that those ``before`` continue as, and which do: a periodic one if its cycle is there and attracts. (Just
+    past a fold a motion stays so long where its cycle was that it seems to have settled.)"""
+    now, going_on = before.take(...), before.period == 0
+    cycling, others = np.flatnonzero(~going_on), np.flatnonzero(going_on)
+    if cycling.size:
+        held, found = on_their_cycles(members.take(cycling), before.take(cycling), flow)
+        at = cycling[held]
+        same = ~jumped(before.take(at), found, largest[at])
+        now.put(at[same], found.take(same))
+        going_on[at[same]] = True
+    if others.size:
+        now.put(others, settled_swing(members.take(others), before.final[others], only_extent=True, **flow))
+    return now, going_on
+
+
+def on_their_cycles(members: Members, before: Swing, flow: dict[str, Any]) -> tuple[npt.NDArray[np.intp], Swing]:
+    """Which motions have a cycle that attracts near the one ``before``; and those on it."""
+    cycles = find_cycles(members, before.final, before.period, **flow)
+    rows = np.flatnonzero(cycles.found & (cycles.exponents[:, 0] < -np.maximum(CERTAIN * cycles.error[:, 0], FLOOR)))
+    if not rows.size:
+        return rows, before.take(rows)
+    found = extent(members.take(rows), cycles.point[rows], **flow)
+    periodic = (found.period > 0) & (found.outcome == Outcome.OK)
+    return rows[periodic], found.take(periodic)
 
 
 def jumped(one: Swing, other: Swing, largest: Array) -> npt.NDArray[np.bool_]:
-    """Whether periodic motions differ by more than a small step explains; not where one is chaotic or failed."""
+    """Whether a periodic motion and the ``other`` differ by more than a small step explains, or the other is not
+    periodic; not where one failed."""
     size = np.fmax(one.amplitude, other.amplitude)
     change = np.fmax(np.abs(one.amplitude - other.amplitude), np.abs(one.middle - other.middle))
     with np.errstate(invalid="ignore"):
         apart = change > np.fmax(JUMPED * size, NEGLIGIBLE * np.fmax(largest, size))
-    return np.asarray(apart & (one.period > 0) & (other.period > 0))
+        lost = (other.period == 0) & (other.outcome == Outcome.OK)
+    return np.asarray((apart | lost) & (one.period > 0))
