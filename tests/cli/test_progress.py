@@ -24,7 +24,8 @@ def test_work_of_many_steps_reports_on_its_way(work):
     told = []
     model = gelcone.ConeModel(damping_ratio=0.3)
     if work == "static":
-        gelcone.static(model, np.linspace(0.0, 2.0, 50), progress=told.append)
+        many = model.replace(spring_stiffness=np.linspace(0.5, 2.0, 10))
+        gelcone.static(many, np.linspace(0.0, 2.0, 50), progress=told.append)
     elif work == "simulate":
         gelcone.simulate(model, periods=300.0, progress=told.append)
     else:
