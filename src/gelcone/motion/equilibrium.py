@@ -32,7 +32,7 @@ from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.pair import PairBalance
 from gelcone.physics.second import PREFIX
-from gelcone.physics.statics import balances_of, every_balance
+from gelcone.physics.statics import balances_of, each, every_balance
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array
 
@@ -89,11 +89,11 @@ def static(
     force = np.stack([np.where(balance.inside(x), balance.force(x, squared), np.nan) for balance in balances])
     stiffness = np.stack([np.where(balance.inside(x), balance.slope(x, squared), np.nan) for balance in balances])
     count = np.array([[len(at) for at in row] for row in found])
-    folds = [_real_folds(balance) for balance in balances]
-    rests = [rest_of(balance, None) for balance in balances]
+    folds = each(_real_folds, balances)
+    rests = each(rest_of, balances, [None] * len(balances))
     pull_in, delivered = _pull_in_variables(balances, rests), _ramp_variables(balances, rests, levels)
-    each = [np.array(at, dtype=float).reshape(-1, 3) for row in found for at in row]
-    place, slope, stable = (_padded([at[:, k] for at in each]).reshape(*count.shape, -1) for k in range(3))
+    rows = [np.array(at, dtype=float).reshape(-1, 3) for row in found for at in row]
+    place, slope, stable = (_padded([at[:, k] for at in rows]).reshape(*count.shape, -1) for k in range(3))
     dims = ("constant_voltage", "equilibrium")
     result = _label(
         model,
@@ -166,7 +166,7 @@ def pitchfork_voltage(model: Ensemble) -> Array:
 
 
 def _pitchfork_voltages(balances: list[StaticBalance]) -> Array:
-    squared = np.array([_pitchfork(balance) for balance in balances])
+    squared = np.array(each(_pitchfork, balances))
     highest = np.array([balance.highest_squared for balance in balances])
     with np.errstate(invalid="ignore"):
         exists = (squared >= -ROUNDING) & (squared < highest)
@@ -188,7 +188,7 @@ def fold_voltages(model: Ensemble) -> xr.Dataset:
     voltage, NaN-padded. Displacements up to the stretch limit are searched, at most 1000.
     """
     balances = balances_of(model)
-    folds = [_real_folds(balance) for balance in balances]
+    folds = each(_real_folds, balances)
     return _label(model, balances, _fold_variables(folds), title="folds of the equilibria")
 
 
@@ -248,7 +248,7 @@ def stroke_and_blocked_force(
 
 
 def _ramp_variables(balances: list[StaticBalance], rests: list[float], levels: Array) -> dict[str, dataset.Variable]:
-    reached = [balance.along_ramp(rest, levels**2) for balance, rest in zip(balances, rests, strict=True)]
+    reached = each(lambda balance, rest: balance.along_ramp(rest, levels**2), balances, rests)
     place, losses = (np.stack([row[k] for row in reached]) for k in range(2))
     rest, dims = np.array(rests), ("constant_voltage",)
     with np.errstate(all="ignore"):
@@ -295,7 +295,7 @@ def _wanted(displacements: npt.ArrayLike, balances: list[StaticBalance]) -> Arra
 
 def _rests(model: Ensemble, balances: list[StaticBalance], start: npt.ArrayLike | None) -> list[float]:
     """Where the slow ramp of each starts: the rest nearest to ``start``."""
-    return [rest_of(balance, near) for balance, near in zip(balances, _starts(model, start), strict=True)]
+    return each(rest_of, balances, _starts(model, start))
 
 
 def _starts(model: Ensemble, start: npt.ArrayLike | None) -> list[float | None]:
@@ -348,7 +348,7 @@ def _pitchfork_variable(balances: list[StaticBalance]) -> dict[str, dataset.Vari
 
 
 def _pull_in_variables(balances: list[StaticBalance], rests: list[float]) -> dict[str, dataset.Variable]:
-    lost = [balance.first_loss(rest) for balance, rest in zip(balances, rests, strict=True)]
+    lost = each(lambda balance, rest: balance.first_loss(rest), balances, rests)
     voltage, kind, before, after = (np.array([row[k] for row in lost]) for k in range(4))
     return {
         "rest_displacement": ((), np.array(rests), "stable equilibrium without voltage", "length"),

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone.errors import InputError
 from gelcone.physics.balance import StaticBalance, rest_of, single_balance
@@ -14,13 +16,38 @@ from gelcone.physics.model import ConeModel
 from gelcone.physics.pair import pair_balance
 
 E = TypeVar("E", ConeModel, Members)
+T = TypeVar("T")
 
 
 def every_balance(model: Ensemble) -> list[StaticBalance]:
-    """All members of the ensemble, also those that reach nothing."""
+    """All members of the ensemble, also those that reach nothing; of one film, one for equal films and bias."""
     members = model.members()
-    balance = single_balance if members.system.second is None else pair_balance
-    return [balance(members.system, members.numbers_at(member)) for member in range(members.size)]
+    if members.system.second is not None:
+        return [pair_balance(members.system, members.numbers_at(member)) for member in range(members.size)]
+    firsts, which = _alike(members)
+    found = [single_balance(members.system, members.numbers_at(member)) for member in firsts]
+    return [found[place] for place in which]
+
+
+def _alike(members: Members) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """The first members of equal films and bias, whatever their drive; and which of those each member is like."""
+    system = members.system
+    parts = (system.bias, system.film, *([] if system.second is None else [system.second]))
+    values = {name: value for part in parts for name, value in part.numbers(members.values).items()}
+    table = np.column_stack([np.broadcast_to(value, members.shape) for value in values.values()])
+    _, firsts, which = np.unique(table, axis=0, return_index=True, return_inverse=True)
+    return firsts, which.ravel()
+
+
+def each(function: Callable[..., T], balances: Sequence[StaticBalance], *more: Sequence[Any]) -> list[T]:
+    """``function(balance, ...)`` of each balance and what belongs to it; what is the same is computed once."""
+    known: dict[tuple[Any, ...], T] = {}
+    rows = list(zip(balances, *more, strict=True))
+    keys = [(id(balance), *values) for balance, *values in rows]
+    for key, row in zip(keys, rows, strict=True):
+        if key not in known:
+            known[key] = function(*row)
+    return [known[key] for key in keys]
 
 
 def balances_of(model: Ensemble) -> list[StaticBalance]:
@@ -44,13 +71,9 @@ def rest_displacements(model: Ensemble) -> Any:
     Members of equal films and bias, whatever their drive, are searched once.
     """
     members = switched_off(model.members())
-    system = members.system
-    parts = (system.bias, system.film, *([] if system.second is None else [system.second]))
-    values = {name: value for part in parts for name, value in part.numbers(members.values).items()}
-    table = np.column_stack([np.broadcast_to(value, members.shape) for value in values.values()])
-    _, firsts, inverse = np.unique(table, axis=0, return_index=True, return_inverse=True)
+    firsts, which = _alike(members)
     found = [_rest(balance) for balance in every_balance(members.take(firsts))]
-    rests = np.array(found)[inverse.ravel()]
+    rests = np.array(found)[which]
     return rests.reshape(model.shape) if model.shape else float(rests[0])
 
 

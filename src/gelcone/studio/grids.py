@@ -31,7 +31,7 @@ from gelcone.studio.controls import Control
 from gelcone.studio.pool import report
 from gelcone.studio.setting import DRIVE, start_of
 
-LEAST_TASK, FIRST_TASK, TASK = 16, 32, 64
+LEAST_TASK, FIRST_TASK, TASK = 32, 48, 128
 """Cells of a task at least, and at most of the coarsest picture and of later ones: enough to fill the lanes of vectors,
 few enough for a picture that grows, and for no worker to wait for another at the end of a level."""
 COARSEST = 9
