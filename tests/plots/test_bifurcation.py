@@ -16,6 +16,8 @@ from gelcone.plots.bifurcation import (
     refined_edges,
     regime_strip,
     section_points,
+    slack_shares,
+    slack_states,
     thresholds,
 )
 from gelcone.plots.style import BLACK, PURPLE, save_figure
@@ -110,6 +112,26 @@ def test_the_extent_is_the_lowest_and_highest_displacement():
         own = data.sel(branch=branch)
         np.testing.assert_array_equal(data_of(axes.lines[2 * k]), [V, own["lowest"].values])
         np.testing.assert_array_equal(data_of(axes.lines[2 * k + 1]), [V, own["highest"].values])
+
+
+def test_the_shares_of_a_slack_film_have_a_panel_where_it_is_slack():
+    each, axes = ("branch", "voltage"), blank()
+    share = np.arange(9.0).reshape(3, 3) / 10.0
+    slack = diagram(film_state_taut=(each, 1.0 - share), film_state_crumpled=(each, share))
+    slack["film_state_hoop_slack"] = each, np.zeros((3, 3))
+    assert slack_states(slack) == ["film_state_crumpled"]
+    assert slack_states(diagram()) == []
+    slack_shares(slack, slack_states(slack), axes)
+    np.testing.assert_array_equal(data_of(axes.lines[0]), [V, share[0]])  # the sweep up, drawn on top of the others
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["crumpled"]
+    assert [len(bifurcation_figure(one).axes) for one in (slack, diagram())] == [4, 3]
+
+
+def test_where_nothing_moves_the_diagram_has_room_beside_rest():
+    axes, data = blank(), diagram()
+    data["section"] = 1e-50 * data["section"]
+    section_points(data, axes)
+    assert axes.get_ylim() == (-1e-6, 1e-6)
 
 
 def test_a_strip_has_a_row_a_branch_from_the_top():

@@ -6,7 +6,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import gelcone
-from gelcone import ConeModel, find_device, simulate
+from gelcone import ConeModel, Outcome, find_device, simulate
 from gelcone.plots.response import MOST_LINES, failings, members, response_figure
 from gelcone.plots.style import BLUE, CYCLE, GREY, STYLE, VERMILION, save_figure
 from tests.plots.made_up import corners, data_of, result
@@ -44,7 +44,8 @@ def test_every_response_is_drawn_without_a_warning(name):
         assert [len(axes.lines) for axes in figure.axes] == [1, 2] * lines
         return
     top, bottom, *others = figure.axes
-    assert len(top.lines) == len(bottom.lines) == 1
+    assert len(top.lines) == 1 + (int(response.outcome) != 0)
+    assert len(bottom.lines) == 1
     assert len(others[-1].lines) == 2
     assert len(others) == (2 if failings(response) else 1)
 
@@ -81,7 +82,7 @@ def test_the_strip_says_where_the_model_fails():
     assert list(found) == ["film slack", "field too high"]
     np.testing.assert_array_equal(found["film slack"], response.hoop_slack | response.meridional_slack)
     strip = response_figure(response).axes[2]
-    assert [text.get_text() for text in strip.texts] == list(found)
+    assert [text.get_text() for text in strip.texts][::2] == list(found)
     assert list(failings(RESPONSES["near the limit"]())) == ["film slack", "near limit"]
     assert failings(RESPONSES["never slack"]()) == {}
 
@@ -147,7 +148,17 @@ def test_bars_cover_the_times_at_which_the_model_fails():
     np.testing.assert_allclose(slack, [[2.0, 3.0, 0.0, 0.6]])
     np.testing.assert_allclose(field, [[5.0, 6.0, 1.0, 1.6]])
     assert strip.get_ylim() == (2.0, -0.4)
-    assert [text.xy[1] for text in strip.texts] == [0.3, 1.3]
+    assert [text.xy[1] for text in strip.texts] == [0.3, 0.3, 1.3, 1.3]
+    assert [text.get_text() for text in strip.texts] == ["film slack", "29%", "field too high", "29%"]
+
+
+def test_a_run_that_ended_early_has_a_cross_at_its_end():
+    data = made_up(int(Outcome.PULLED_IN))
+    data["displacement"][4:] = np.nan
+    top = response_figure(data).axes[0]
+    np.testing.assert_array_equal(data_of(top.lines[1]), [[3.0], [9.0]])
+    assert [text.get_text() for text in top.texts] == ["pulled in"]
+    assert len(response_figure(made_up()).axes[0].lines) == 1
 
 
 def test_an_ensemble_has_a_colour_a_member_and_many_are_picked_evenly():

@@ -1,4 +1,4 @@
-"""Figures of bifurcation diagrams: section points, largest exponent or extent, and regime along one parameter."""
+"""Figures of bifurcation diagrams: section points, largest exponent or extent, slackness, regime along a parameter."""
 
 from __future__ import annotations
 
@@ -19,7 +19,21 @@ from gelcone.plots.regime import (
     regime_cells,
     state_labels,
 )
-from gelcone.plots.style import BLACK, GREY, ORANGE, PURPLE, axis_label, coordinate_axis, styled
+from gelcone.plots.response import SLACK
+from gelcone.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    YELLOW,
+    axis_label,
+    coordinate_axis,
+    styled,
+)
 from gelcone.quantity import Array
 from gelcone.words import rate_unit
 
@@ -34,6 +48,8 @@ FIXED_MARKERS = ("o", "s", "D", "P", "X")
 SMALLEST_SHAPE = 1.5
 PALE = 0.6
 """Share of white in the colour of points at which the model does not hold."""
+REST_ROOM = 1e-6
+"""What is shown beside 0 where nothing moves farther."""
 MOST_LINES = 12
 """Thresholds are drawn through all panels up to this many; more are only marked on the strip of their branch."""
 
@@ -42,9 +58,14 @@ def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"
     """Section points over the parameter, its largest exponent (or the extent of the motion) and the regime."""
     name = diagram.attrs["parameter"]
     rows, followed = diagram.sizes["branch"], branches_beside(diagram)
+    slack = slack_states(diagram)
+    heights = [2.4 if followed is None else 5.0, 1.5, *([0.7] if slack else []), 0.22 * rows]
 
     def draw(figure: Figure) -> None:
-        panels = figure.subplots(3, 1, sharex=True, height_ratios=[2.4 if followed is None else 5.0, 1.5, 0.22 * rows])
+        every = list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights))
+        panels = [*every[:2], every[-1]]
+        if slack:
+            slack_shares(diagram, slack, every[2])
         section_points(diagram, panels[0], grey=followed is not None)
         (largest_exponent if middle == "exponent" else extent)(diagram, panels[1])
         if followed is not None:
@@ -63,7 +84,7 @@ def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"
         )
         figure.suptitle(diagram.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(7.2, (4.4 if followed is None else 6.0) + 0.2 * rows, draw)
+    return styled(7.2, (4.4 if followed is None else 6.0) + 0.2 * rows + (0.7 if slack else 0.0), draw)
 
 
 def branch_styles(diagram: xr.Dataset) -> dict[str, tuple[str, str, float]]:
@@ -140,6 +161,8 @@ def section_points(diagram: xr.Dataset, axes: Axes, *, grey: bool = False) -> No
         at = diagram[name].values[failed]
         foot = axes.get_xaxis_transform()
         axes.plot(at, np.full(at.size, 0.04), "x", ms=4.0, color=BLACK, transform=foot, label="a run failed")
+    if not np.nanmax(np.abs(diagram["section"].isel(state=0).values), initial=0.0) > REST_ROOM:
+        axes.set_ylim(-REST_ROOM, REST_ROOM)
     axes.set_ylabel(f"{state_labels(diagram)[0]}\nonce per forcing period")
 
 
@@ -167,6 +190,25 @@ def extent(diagram: xr.Dataset, axes: Axes) -> None:
         for end in ("lowest", "highest"):
             axes.plot(own[diagram.attrs["parameter"]], own[end], lw=0.5, **marks_of(style, size))
     axes.set_ylabel(axis_label(diagram["lowest"], "lowest and highest\ndisplacement"))
+
+
+def slack_states(diagram: xr.Dataset) -> list[str]:
+    """The variables ``film_state_NAME`` of the states in which a wrinkling film is slack that occur in a diagram."""
+    names = [f"{film}film_state_{state}" for film in ("", "second_") for state in SLACK]
+    return [name for name in names if name in diagram and float(diagram[name].max()) > 0.0]
+
+
+def slack_shares(diagram: xr.Dataset, names: list[str], axes: Axes) -> None:
+    """The share of the time that the film spends in each state in which it is slack, on the branch drawn on top."""
+    (*_, branch) = branch_styles(diagram)
+    own = diagram.sel(branch=branch)
+    for colour, name in zip((SKY, GREEN, VERMILION, BLUE, YELLOW, GREY), names, strict=False):
+        prefix = "2: " if name.startswith("second") else ""
+        axes.plot(own[diagram.attrs["parameter"]], own[name], ".-", color=colour, ms=3.0, lw=0.8)
+        axes.plot([], [], color=colour, label=prefix + SLACK[name.partition("film_state_")[2]])
+    axes.set_ylim(-0.05, 1.05)
+    axes.set_ylabel("share of\nthe time")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), title="film", alignment="left")
 
 
 def regime_strip(diagram: xr.Dataset, axes: Axes) -> None:

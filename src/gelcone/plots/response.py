@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.plots.style import BLUE, CYCLE, GREY, VERMILION, axis_label, styled
+from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, axis_label, styled
 from gelcone.words import measured, outcome_in_words
 
 if TYPE_CHECKING:
@@ -125,13 +125,26 @@ def time_response(response: xr.Dataset, axes: Axes) -> None:
     """Displacement over time."""
     for colour, (name, member) in zip(CYCLE, members(response), strict=False):
         axes.plot(member["time"], member["displacement"], color=colour, label=name)
+    if response["outcome"].ndim == 0 and int(response["outcome"]):
+        mark_end(response, axes)
     axes.set_xlabel(axis_label(response["time"], "time"))
     axes.set_ylabel(axis_label(response["displacement"], "displacement"))
     axes.margins(x=0)
 
 
+def mark_end(response: xr.Dataset, axes: Axes) -> None:
+    """A cross where a single run ended early, and how it did."""
+    ran = np.flatnonzero(np.isfinite(response["displacement"].values))
+    if ran.size:
+        at = float(response["time"][ran[-1]]), float(response["displacement"][ran[-1]])
+        axes.plot(*at, "x", color=BLACK, ms=6.0, clip_on=False)
+        said = outcome_in_words(int(response["outcome"])).partition(":")[0]
+        axes.annotate(said, at, (8.0, -2.0), textcoords="offset points", fontsize=8.0, va="top")
+
+
 def validity_strip(response: xr.Dataset, axes: Axes) -> None:
-    """A row of bars for each way in which the model fails during a single run."""
+    """A row of bars for each way in which the model fails, or the film is slack, during a single run, and the share of
+    the samples at which it does."""
     time = response["time"].values
     rows = failings(response)
     for row, (words, when) in enumerate(rows.items()):
@@ -139,7 +152,11 @@ def validity_strip(response: xr.Dataset, axes: Axes) -> None:
         label = axes.annotate(
             words, (0.0, row + 0.3), (-4.0, 0.0), ("axes fraction", "data"), "offset points", ha="right", va="center"
         )
-        label.set(fontsize=6.5, color=GREY)
+        share = axes.annotate(
+            f"{when.mean():.0%}", (1.0, row + 0.3), (4.0, 0.0), ("axes fraction", "data"), "offset points", va="center"
+        )
+        for text in (label, share):
+            text.set(fontsize=6.5, color=GREY)
         # it uses the room of the axis labels above and below, which is there already
         label.set_in_layout(False)
     axes.set_ylim(len(rows), -0.4)
