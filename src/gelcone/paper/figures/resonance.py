@@ -81,7 +81,7 @@ def amplitude_over_frequency(study: xr.Dataset, axes: Axes) -> None:
     axes.set_xlim(left=0.5 * float(study["swept_frequency"].min()))
     axes.set_xlabel(r"drive frequency $\omega$")
     axes.set_ylabel("amplitude")
-    axes.legend(loc="upper right", fontsize=7.5)
+    axes.legend(loc="lower left", fontsize=7.5)
 
 
 def _branches(own: xr.Dataset, axes: Axes) -> None:
