@@ -274,8 +274,9 @@ def _periods(branch: Branch, point: Point) -> int:
         rate = np.log(max(float(np.abs(point.multipliers[0])), 1.0 + 1e-12))
         return int(np.ceil(min(-2.0 * np.log(DECAYED) / rate, 10.0 * MOST_PERIODS))) + 1
     power, periods = once, 1
-    while np.abs(power).max() > DECAYED and periods <= MOST_PERIODS:
-        power, periods = power @ once, periods + 1
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows has not decayed
+        while not np.abs(power).max() <= DECAYED and periods <= MOST_PERIODS:
+            power, periods = power @ once, periods + 1
     return max(periods, 2)
 
 
