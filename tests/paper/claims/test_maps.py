@@ -64,13 +64,6 @@ def test_high_voltage_counts_certain_exponents_from_the_voltage_1_6_on():
     assert found("map-high-voltage", **maps(ALL, error=0.05)).holds is None  # 0.1 is no more than three errors
 
 
-def test_high_voltage_on_a_coarse_map_is_judged_by_halves():
-    coarse = cells({"voltage": np.array([1.6, 2.0]), "prestretch": np.linspace(0.4, 2.0, 34)}, np.ones((2, 34), bool))
-    finding = found("map-high-voltage", **(maps(ALL) | {"map_radial": coarse, "map_equibiaxial": coarse}))
-    assert finding.share == Share(2, 0, sample=False)
-    assert "each half" in finding.why
-
-
 LOW = where(lambda v, p: v == 0.5 and p <= 0.8)
 OUTSIDE = where(lambda v, p: v > 1.04 or p > 0.8)
 NEVER, SEEN = NONE - 1.0, LOW - 0.5

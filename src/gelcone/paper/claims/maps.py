@@ -20,10 +20,8 @@ if TYPE_CHECKING:
 
 VOLTAGE_THRESHOLD = 1.04
 """From the paper's text."""
-PARTS = {1: "whole", 2: "half", 3: "third", 4: "quarter"}
-HIGH, BANDS, LEAST = 1.6, 4, 30
-"""From which voltage on it is high; into how many ranges the pre-stretches are divided, and how many points each has at
-least: with fewer, a point or two on a border decide."""
+HIGH, BANDS = 1.6, 4
+"""From which voltage on it is high, and into how many ranges the pre-stretches are divided."""
 
 
 @claim(
@@ -39,22 +37,18 @@ def map_high_voltage(studies: Studies) -> Finding:
         mode: _rows(studies[f"map-{mode}"].sel(voltage=slice(HIGH, None)), positive)
         for mode in ("radial", "equibiaxial")
     }
-    bands = int(np.clip(high["radial"].size // LEAST, 1, BANDS))
-    part = PARTS[bands]
-    radial, equibiaxial = ([share(band) for band in np.array_split(rows, bands)] for rows in high.values())
+    radial, equibiaxial = ([share(band) for band in np.array_split(rows, BANDS)] for rows in high.values())
     return Finding(
         holds=every(*(band.exceeds(0.5) for band in radial)),
         share=share([band.exceeds(0.5) for band in equibiaxial], sample=False),
-        neighbourhood=f"equi-biaxial pre-stretch instead of radial, each {part} of the range from 0.4 to 2 for itself",
+        neighbourhood="equi-biaxial pre-stretch instead of radial, each quarter of the range from 0.4 to 2 for itself",
         numbers=(
             share(high["radial"]).number("share of the radial map above v = 1.6 with a positive exponent"),
             share(high["equibiaxial"]).number("the same, equi-biaxial"),
-            min(radial, key=lambda band: band.value).number(
-                f"smallest such share of a {PARTS[bands]} of the pre-stretches"
-            ),
+            min(radial, key=lambda band: band.value).number("smallest such share of a quarter of the pre-stretches"),
         ),
         why="Predominantly means at more than half of the points above v = 1.6; whatever the pre-stretch, in each "
-        f"{part} of its range from 0.4 to 2.",
+        "quarter of its range from 0.4 to 2.",
         slack=slack_of(studies["voltage"], "voltage"),
         unseen="Which pre-stretch was meant: stretched in both directions the film stiffens, and less of the map is "
         "chaotic.",
