@@ -238,10 +238,6 @@ class ContinuumFilm(FittedFilm):
         own = FilmState(*(np.where(gone, np.nan, values)[()] for values in state))
         return own._replace(kind=np.where(gone, -1, np.where(k > 0.0, 0, 1)))
 
-    def near_limit(self, x: Any, voltage: Any, n: Numbers, share: float) -> Any:
-        """Also where the strain beside the disc is."""
-        return super().near_limit(x, voltage, n, share) | np.asarray(self.state(x, voltage, n).limit_share >= share)
-
     def describe(self) -> str:
         """How far the fit reaches, and how good it is."""
         known = ", ".join(f"{name} {error:.1%}" for name, error in self.errors) or "not known"

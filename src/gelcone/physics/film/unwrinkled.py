@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import FilmState
@@ -186,10 +185,6 @@ class UnwrinkledFilm(FittedFilm):
         meridional = np.where(pull < 0.0, np.minimum(state.meridional_stress, pull), state.meridional_stress)
         hoop = np.minimum(state.hoop_stress, self.smallest_hoop_stress(xx, squared))
         return state._replace(meridional_stress=meridional, hoop_stress=hoop)
-
-    def near_limit(self, x: Any, voltage: Any, n: Numbers, share: float) -> npt.NDArray[np.bool_]:
-        """Also where the strain beside the disc is."""
-        return super().near_limit(x, voltage, n, share) | np.asarray(self.state(x, voltage, n).limit_share >= share)
 
     def describe(self) -> str:
         """How far the fit reaches, and how good it is."""
