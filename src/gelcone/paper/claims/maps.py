@@ -11,6 +11,7 @@ from gelcone.codes import Regime
 from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.numbers import Number, Truth
 from gelcone.paper.reading import chaotic, finite_positive, positive, slack_of
+from gelcone.paper.studies.maps import HIGH
 from gelcone.paper.truths import entries, every, share, some
 from gelcone.paper.verdicts import NEARLY_ALL, Finding
 from gelcone.quantity import Array
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 
 VOLTAGE_THRESHOLD = 1.04
 """From the paper's text."""
-HIGH, BANDS = 1.6, 4
-"""From which voltage on it is high, and into how many ranges the pre-stretches are divided."""
+BANDS = 4
+"""Into how many ranges the pre-stretches are divided."""
 
 
 @claim(
