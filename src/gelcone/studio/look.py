@@ -125,7 +125,7 @@ def response(subject: Subject, periods: float) -> Parts:
         },
         {
             "seems": seems,
-            "ended": bool(outcome),
+            "ended": outcome.label.replace("_", " ") if outcome else "",
             "shares": _shares(films[-1][ran]),
             "period": float(members.drive_period[0]) * by["time"],
         },
@@ -171,7 +171,7 @@ def _ended(subject: Subject, run: Trajectories) -> str:
     voltage = subject.model.members().film_voltage(run.end_times[:, None], run.end_states[:, None])
     places = zip((run.end_times[0], run.end_states[0, 0], voltage[0, 0]), ("time", "length", "voltage"), strict=True)
     time, height, volts = (f"{value * by[name][0]:.4g} {by[name][1]}".strip() for value, name in places)
-    return f"the film pulls in: after {time}, at the height {height}, at {volts}; {outcome.meaning}"
+    return f"the film pulls in after {time}, at the height {height}, under {volts}; lower the voltage or the start"
 
 
 def _seems(members: Members, times: Array, states: Array) -> str:

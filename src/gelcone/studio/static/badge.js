@@ -28,7 +28,7 @@ export class Badge {
 
   show(side, look, legend) {
     const row = this.row(side), sure = look.lines && !look.words.ended;
-    const kind = sure ? look.lines[0] : look.words.ended ? "stopped" : look.words.seems;
+    const kind = sure ? look.lines[0] : look.words.ended || look.words.seems;
     const colour = sure ? legend.regimes[look.regime].colour : null;
     say(row.kind, kind[0].toUpperCase() + kind.slice(1) + (sure || look.words.ended ? "" : " …"));
     row.kind.style.background = colour ?? ""; row.kind.style.color = colour ? onto(colour) : "";
@@ -40,14 +40,13 @@ export class Badge {
   }
 }
 
-// What the film does, and whether the model holds there: a film that wrinkles may, one that is taut by assumption not.
+// Whether the model holds, and what the film does: one that wrinkles may be slack, one that is taut by assumption not.
 function validity(look) {
-  const { shares } = look.words, { about } = look;
-  const named = (some) => some.map(({ code, share }) => `${about.film[code]} ${percent(share)}`).join(", ");
+  const { shares, ended } = look.words, { about } = look;
+  const named = (some) => `film ${some.map(({ code, share }) => `${about.film[code]} ${percent(share)}`).join(", ")} of the time`;
   const broken = shares.filter(({ code }) => code >= BREAKDOWN || (code > 0 && !about.wrinkles));
-  if (broken.length) return [`film ${named(broken)} of the time: there the model does not hold`, false];
+  if (broken.length) return [`the model does not hold: ${named(broken)}${ended ? " until then" : ""}`, false];
   const strength = about.strength || !about.si ? "" : "; dielectric strength unknown";
-  const wrinkled = shares.filter(({ code }) => code > 0);
-  if (wrinkled.length) return [`film ${named(wrinkled)} of the time, as a film may be: the model holds${strength}`, true];
-  return [`film taut throughout: the model holds${strength}`, true];
+  const wrinkled = shares.filter(({ code }) => code > 0), film = wrinkled.length ? `${named(wrinkled)}, as it may be` : "film taut throughout";
+  return ended ? [`the model holds until then only: ${film}${strength}`, false] : [`the model holds: ${film}${strength}`, true];
 }

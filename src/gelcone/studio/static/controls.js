@@ -151,7 +151,7 @@ export class Controls {
     if (control.kind === "choice") { number.value = text ?? usual ?? ""; return; }
     const shown = text ?? (usual === null ? "" : this.text(control, usual));
     if (document.activeElement !== number || !row.classList.contains("wrong")) number.value = shown;
-    number.classList.toggle("long", shown.length > 10);
+    number.classList.toggle("long", shown.length > 8);
     number.placeholder = usual === null ? "automatic" : "";
     const value = this.value(control.name, { [control.name]: text });
     const share = value === null ? 0 : (value - control.low) / (control.high - control.low);

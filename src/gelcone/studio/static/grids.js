@@ -122,9 +122,11 @@ class Panel {
 
   progress(share) { this.grids.say(share < 1 ? `${Math.round(100 * share)} %` : ""); }
   redrawOver() { if (this.grids.open === this) this.plot.redrawOver(); }
-  nothing(p, text) { p.paragraph(this.problem || text, p.w / 2, p.h / 2, 0.7 * p.w); }
+  nothing(p, text) { p.paragraph(this.problem || text, p.w / 2, p.h / 3, 0.7 * p.w); } // clear of the mark in the middle
   on_done() { this.running = false; this.filled = true; this.progress(1); }
 }
+
+const NAMED_AT = [0.6, 0.3, 0.85, 0.1, 0.99]; // shares of a line at which its name may stand, the best first
 
 class MapPanel extends Panel {
   constructor(host, grids) {
@@ -276,17 +278,23 @@ class MapPanel extends Panel {
     this.writeLegend();
   }
 
+  // Lines over the map, each with its name where no other name is.
   thresholds(p) {
-    const c = colours();
-    for (const { name, x: xs, y: ys } of this.lines) {
+    const c = colours(), g = p.context, taken = [];
+    for (const { x: xs, y: ys } of this.lines) {
       p.line(xs, ys, { colour: c.panel, width: 4 });
       p.line(xs, ys, { colour: c.ink, width: 1.6, dash: [6, 4] });
+    }
+    g.font = "600 11px system-ui, sans-serif";
+    for (const { name, x: xs, y: ys } of this.lines) {
       const inside = [...xs.keys()].filter((i) => xs[i] > p.x[0] && xs[i] < p.x[1] && ys[i] > p.y[0] && ys[i] < p.y[1]);
-      const k = inside[Math.floor(inside.length * 0.6)];
-      if (k === undefined) continue;
-      const g = p.context;
-      g.font = "600 11px system-ui, sans-serif";
-      const wide = g.measureText(name).width, px = Math.min(Math.max(p.X(xs[k]) - wide / 2, p.left + 4), p.right - wide - 4), py = Math.max(p.Y(ys[k]) - 12, p.top + 9);
+      if (!inside.length) continue;
+      const wide = g.measureText(name).width;
+      const places = NAMED_AT.map((share) => inside[Math.floor(inside.length * share)]).map((k) => [Math.min(Math.max(p.X(xs[k]) - wide / 2, p.left + 6), p.right - wide - 6), Math.max(p.Y(ys[k]) - 12, p.top + 9)]);
+      const free = places.find(([px, py]) => taken.every(([qx, qy, other]) => Math.abs(py - qy) > 17 || px > qx + other + 10 || qx > px + wide + 10));
+      if (!free) continue;
+      const [px, py] = free;
+      taken.push([px, py, wide]);
       g.fillStyle = c.panel; g.globalAlpha = 0.85; g.beginPath(); g.roundRect(px - 5, py - 8, wide + 10, 16, 4); g.fill(); g.globalAlpha = 1;
       p.label(name, px, py, { colour: c.ink, bold: true });
     }

@@ -20,7 +20,7 @@ export function timePanel(host, looks, clock) {
       if (!shown.length) return;
       const { axes } = shown[0][0].about, end = Math.max(...shown.map(([look]) => look.t.at(-1)));
       const x = [0, end], y = height.fit(extent(...shown.map(([look]) => look.x)));
-      p.axes(x, volts.fit(extent(...shown.map(([look]) => look.v))), { from: 1 - VOLTAGE_SHARE, xLabel: axes.time, yLabel: axes.voltage.replace(/^voltage \((.*)\)$/, "$1") });
+      p.axes(x, volts.fit(extent(...shown.map(([look]) => look.v))), { from: 1 - VOLTAGE_SHARE, xLabel: axes.time, yLabel: axes.voltage });
       for (const [look, colour] of shown) p.line(look.t, look.v, { colour, width: 1, sorted: true, alpha: 0.85 });
       p.axes(x, y, { to: 1 - VOLTAGE_SHARE - 0.06, xTicks: false, yLabel: axes.displacement });
       for (const [look, colour] of shown) p.line(look.t, look.x, { colour, sorted: true, alpha: shown.length > 1 ? 0.8 : 1 });

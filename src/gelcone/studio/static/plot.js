@@ -40,7 +40,7 @@ export class Range {
 
 export class Plot {
   // host: an element; draw(plot): called when there is something new to draw; over(plot): when a mark above it moves.
-  constructor(host, { draw = () => {}, over = null, left = 52, bottom = 34, top = 8, right = 20 } = {}) {
+  constructor(host, { draw = () => {}, over = null, left = 56, bottom = 34, top = 8, right = 20 } = {}) {
     this.box = Object.assign(document.createElement("div"), { className: "plot" });
     this.canvas = document.createElement("canvas");
     this.context = this.canvas.getContext("2d", { alpha: false });
@@ -106,7 +106,7 @@ export class Plot {
       if (xTicks) g.fillText(text, p, bottom + 4);
     }
     g.textAlign = "right"; g.textBaseline = "middle";
-    for (const [v, text] of ticks(y[0], y[1], Math.max(2, (bottom - top) / 38))) {
+    for (const [v, text] of ticks(y[0], y[1], Math.max(3, (bottom - top) / 38))) {
       const p = Math.round(this.Y(v)) + 0.5;
       g.moveTo(left, p); g.lineTo(right, p);
       g.fillText(yText ? yText(v) : text, left - 5, p);
@@ -115,7 +115,7 @@ export class Plot {
     g.textAlign = "center";
     if (xLabel) { g.textBaseline = "bottom"; g.fillText(xLabel, (left + right) / 2, this.h - 1); }
     if (yLabel) {
-      g.save(); g.translate(10, (top + bottom) / 2); g.rotate(-Math.PI / 2);
+      g.save(); g.translate(7, (top + bottom) / 2); g.rotate(-Math.PI / 2);
       g.textBaseline = "middle"; g.fillText(yLabel, 0, 0); g.restore();
     }
   }
