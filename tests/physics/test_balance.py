@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gelcone.errors import InputError
+from gelcone.physics import statics
 from gelcone.physics.balance import (
     SEARCH_RANGE,
     PullIn,
@@ -18,7 +19,7 @@ from gelcone.physics.balance import (
 from gelcone.physics.bias import Bias
 from gelcone.physics.film.film import Film
 from gelcone.physics.model import ConeModel
-from gelcone.physics.statics import balances_of, every_balance, rest_displacement
+from gelcone.physics.statics import balances_of, every_balance, rest_displacement, rest_displacements
 from gelcone.quantity import Quantity
 from tests.toys import CubicBias, PowerFilm
 
@@ -266,3 +267,18 @@ def test_every_kind_has_a_meaning_of_one_line():
     for kind in PullIn:
         assert kind.meaning
         assert "\n" not in kind.meaning
+
+
+def test_a_rest_is_searched_once_for_each_film_and_bias(monkeypatch):
+    searched = []
+    monkeypatch.setattr(statics, "_rests", {})
+    monkeypatch.setattr(statics, "_rest", lambda balance: searched.append(balance) or float(len(searched)))
+    model = ConeModel(spring_stiffness=1.5, rest_height=0.1)
+    found = [rest_displacements(model.replace(**change)) for change in ({}, {"voltage": 2.0}, {"rest_height": 0.2})]
+    assert found == [1.0, 1.0, 2.0]
+    assert rest_displacements(model.replace(rest_height=[0.2, 0.3, 0.1])).tolist() == [2.0, 3.0, 1.0]
+    monkeypatch.setattr(statics, "MOST_RESTS", 3)
+    assert rest_displacements(model.replace(rest_height=[0.4, 0.1])).tolist() == [4.0, 1.0]
+    assert len(statics._rests) == 4
+    rest_displacements(model)
+    assert len(statics._rests) == 1

@@ -5,7 +5,9 @@ import pytest
 import xarray as xr
 
 import gelcone
+from gelcone.atlas.branches import continuation
 from gelcone.devices.device import shipped_devices
+from gelcone.progress import Stopped, Watch, watching
 from gelcone.studio.branches import _scale, follow_branches, follow_loci
 from gelcone.studio.grids import Axis, Source
 
@@ -54,3 +56,18 @@ def test_a_curve_of_folds_passes_through_the_fold():
     own = FAST.subject().model.damping_ratio
     away = np.hypot((found["x"] - 0.516574) / 0.04, (found["y"] - own) / 0.004)
     assert np.nanmin(away) < 0.05
+
+
+def test_what_is_cancelled_ends_between_two_points_of_a_branch(monkeypatch):
+    watch, points = Watch(), []
+
+    def continue_branch(*arguments, progress, **options):
+        while len(points) < 5:
+            progress(0.1)
+            points.append(1)
+            watch.stop.set()
+
+    monkeypatch.setattr(continuation, "continue_branch", continue_branch)
+    with watching(watch), pytest.raises(Stopped):
+        follow_branches(FAST, Axis("voltage", "", np.linspace(0.5, 0.54, 5)))
+    assert len(points) == 1

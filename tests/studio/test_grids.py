@@ -8,7 +8,7 @@ from gelcone import InputError
 from gelcone.analyses.subject import read_subject
 from gelcone.devices.device import shipped_devices
 from gelcone.studio.controls import controls_of
-from gelcone.studio.grids import IMPOSSIBLE, Source, axis, kinds, thresholds
+from gelcone.studio.grids import IMPOSSIBLE, Source, axis, even_tasks, kinds, thresholds
 
 PUMP = Source(str(shipped_devices()["biased-pump"]), {"settings": []})
 
@@ -59,3 +59,10 @@ def test_thresholds_are_those_of_limits():
     limits = gelcone.limits(model)
     np.testing.assert_array_equal(lines["pull-in at the peak"], limits.pull_in_voltage)
     np.testing.assert_array_equal(lines["rest becomes unstable"], limits.onset_voltage)
+
+
+@pytest.mark.parametrize(("count", "sizes"), [(0, []), (20, [20]), (130, [33, 33, 32, 32]), (600, [120] * 5)])
+def test_the_tasks_of_a_level_are_even(count, sizes):
+    parts = even_tasks(np.arange(count), workers=2, most=128)
+    assert [part.size for part in parts] == sizes
+    assert np.concatenate([np.zeros(0), *parts]).tolist() == list(range(count))

@@ -91,3 +91,11 @@ def test_each_film_of_two_has_its_own_state(shelf):
     found = look.response(shelf.subject(Setting(device="double-cone")), 2)
     assert found.arrays["film1"].shape == found.arrays["film2"].shape == found.arrays["film"].shape
     assert "film1" not in look.response(shelf.subject(Setting(device="biased-pump")), 2).arrays
+
+
+def test_a_run_that_pulls_in_says_when_and_where(shelf):
+    subject = shelf.subject(Setting(device="biased-pump", values={"voltage_offset": "2500 V"}))
+    found = look.response(subject, 3)
+    assert found.words["ended"] == "pulled in"
+    assert found.words["seems"].startswith("the film pulls in after ")
+    assert f"at the height {found.arrays['x'][-1]:.4g} mm" in found.words["seems"]

@@ -14,6 +14,8 @@ from gelcone.physics.balance import StaticBalance, rest_of, single_balance
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.pair import pair_balance
+from gelcone.physics.system import ConeSystem
+from gelcone.quantity import Array
 
 E = TypeVar("E", ConeModel, Members)
 T = TypeVar("T")
@@ -24,19 +26,20 @@ def every_balance(model: Ensemble) -> list[StaticBalance]:
     members = model.members()
     if members.system.second is not None:
         return [pair_balance(members.system, members.numbers_at(member)) for member in range(members.size)]
-    firsts, which = _alike(members)
+    _, firsts, which = _alike(members)
     found = [single_balance(members.system, members.numbers_at(member)) for member in firsts]
     return [found[place] for place in which]
 
 
-def _alike(members: Members) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """The first members of equal films and bias, whatever their drive; and which of those each member is like."""
+def _alike(members: Members) -> tuple[Array, npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """The numbers of films and bias that occur, (sets, numbers), whatever the drive; the first members with each set;
+    and which set each member has."""
     system = members.system
     parts = (system.bias, system.film, *([] if system.second is None else [system.second]))
     values = {name: value for part in parts for name, value in part.numbers(members.values).items()}
     table = np.column_stack([np.broadcast_to(value, members.shape) for value in values.values()])
-    _, firsts, which = np.unique(table, axis=0, return_index=True, return_inverse=True)
-    return firsts, which.ravel()
+    sets, firsts, which = np.unique(table, axis=0, return_index=True, return_inverse=True)
+    return sets, firsts, which.ravel()
 
 
 def each(function: Callable[..., T], balances: Sequence[StaticBalance], *more: Sequence[Any]) -> list[T]:
@@ -68,13 +71,26 @@ def rest_displacement(model: Ensemble) -> float:
 def rest_displacements(model: Ensemble) -> Any:
     """`rest_displacement` of every member: a number, or an array (members,); NaN where there is none.
 
-    Members of equal films and bias, whatever their drive, are searched once.
+    Members of equal films and bias, whatever their drive, are searched once; what was found is kept, for a film that
+    wrinkles takes a quarter of a second.
     """
     members = switched_off(model.members())
-    firsts, which = _alike(members)
-    found = [_rest(balance) for balance in every_balance(members.take(firsts))]
+    sets, firsts, which = _alike(members)
+    keys = [(members.system, own.tobytes()) for own in sets]
+    found = [_rests.get(key) for key in keys]
+    for place in (place for place, rest in enumerate(found) if rest is None):
+        found[place] = _rest(*every_balance(members.take(firsts[place : place + 1])))
+    if len(_rests) > MOST_RESTS:
+        _rests.clear()
+    _rests.update(zip(keys, found, strict=True))
     rests = np.array(found)[which]
     return rests.reshape(model.shape) if model.shape else float(rests[0])
+
+
+MOST_RESTS = 1024
+"""Those that are kept besides an ensemble's own."""
+_rests: dict[tuple[ConeSystem, bytes], Any] = {}
+"""System and numbers of its films and bias -> rest."""
 
 
 def _rest(balance: StaticBalance) -> float:

@@ -39,6 +39,13 @@ COARSEST = 9
 IMPOSSIBLE = 99
 
 
+def even_tasks(cells: Array, workers: int, most: int) -> list[Array]:
+    """Cells in tasks of equal size but for one cell: two a worker, or more where tasks of ``most`` cells take more,
+    but none of less than `LEAST_TASK` unless there are fewer cells."""
+    size = min(max(-(-cells.size // (2 * workers)), LEAST_TASK), most)
+    return np.array_split(cells, -(-cells.size // size)) if cells.size else []
+
+
 @dataclass(frozen=True)
 class Source:
     """What a worker reads its subject from: a device file, or a preset among the ``options`` of `read_subject`."""

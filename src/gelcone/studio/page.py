@@ -35,12 +35,12 @@ from gelcone.studio.grids import (
     COARSEST,
     FIRST_TASK,
     FREQUENCIES,
-    LEAST_TASK,
     TASK,
     VOLTAGES,
     Axis,
     Source,
     axis,
+    even_tasks,
     find_envelope,
     kinds,
     load,
@@ -462,8 +462,7 @@ class Filling:
         """The kinds of some cells, which the page is sent task by task; `Outdated` once the run is."""
         alike = cells[np.lexsort(self._groups(cells))]
         most = FIRST_TASK if self.kinds.max() < 0 else TASK
-        size = int(np.clip(-(-len(cells) // (2 * self.page.pool.size)), LEAST_TASK, most))
-        await asyncio.gather(*(self._task(alike[k : k + size]) for k in range(0, len(cells), size)))
+        await asyncio.gather(*(self._task(part) for part in even_tasks(alike, self.page.pool.size, most)))
         return self.kinds[cells]
 
     def _groups(self, cells: Any) -> list[Any]:
