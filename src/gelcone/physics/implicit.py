@@ -18,20 +18,22 @@ MOST_STEPS = 60
 
 Residual = Callable[..., Any]
 """The residual as a function of the root and of what else it depends on."""
+First = Callable[..., Any]
+"""Where Newton's method begins, as a function of what else the residual depends on, and of the functions of ``xp``."""
 
 
-def root(xp: Any, name: str, residual: Residual, at: Sequence[Any]) -> Any:
-    """The root y of ``residual(y, *at)`` that Newton's method finds from y = 0.
+def root(xp: Any, name: str, residual: Residual, at: Sequence[Any], first: First) -> Any:
+    """The root y of ``residual(y, *at)`` that Newton's method finds from ``first(*at, xp)``.
 
     ``at`` holds floats, arrays, dual numbers or the expressions of a compiled program; ``name`` tells roots apart in
     a program.
     """
     own = getattr(xp, "root", None)
     if own is not None:
-        return own(name, residual, at)
+        return own(name, residual, at, first)
     if isinstance(xp, Functions):
-        return _with_derivatives(xp.inner, name, residual, at)
-    return _newton(residual, at)
+        return _with_derivatives(xp.inner, name, residual, at, first)
+    return _newton(residual, at, first)
 
 
 def traced(xp: Any) -> bool:
@@ -39,8 +41,14 @@ def traced(xp: Any) -> bool:
     return traced(xp.inner) if isinstance(xp, Functions) else hasattr(xp, "root")
 
 
-def _newton(residual: Residual, at: Sequence[Any]) -> Any:
-    y = np.zeros(np.broadcast_shapes(*map(np.shape, at)))
+def known(value: Any) -> float | None:
+    """What an expression of a compiled program is at all times; None if it changes."""
+    value = plain(value)
+    return value.value if getattr(value, "operation", None) == "constant" else None
+
+
+def _newton(residual: Residual, at: Sequence[Any], first: First) -> Any:
+    y = first(*at, np) + np.zeros(np.broadcast_shapes(*map(np.shape, at)))
     moving = np.ones(y.shape, dtype=bool)
     with np.errstate(all="ignore"):
         for _ in range(MOST_STEPS):
@@ -58,10 +66,10 @@ def _with_slope(residual: Residual, y: Any, at: Sequence[Any]) -> tuple[Any, Any
     return dual.value, dual.parts[0]
 
 
-def _with_derivatives(xp: Any, name: str, residual: Residual, at: Sequence[Any]) -> Any:
+def _with_derivatives(xp: Any, name: str, residual: Residual, at: Sequence[Any], first: First) -> Any:
     """dy = -(d residual by the others) / (d residual by y)."""
     values = [plain(part) for part in at]
-    y = root(xp, name, residual, values)
+    y = root(xp, name, residual, values, first)
     change = residual(y, *at)
     if not isinstance(change, Dual):
         return y

@@ -103,7 +103,7 @@ class SecondFilm(Component):
         def value(x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
             return border.value(self.place(x, n), squared, y, self.own(n), xp)
 
-        return Border(value, border.switch and PREFIX + border.switch, border.seldom, border.jumps)
+        return Border(value, border.switch and PREFIX + border.switch, border.seldom, border.jumps, border.tells)
 
     def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
         own = self.film.switches(self.place(x, n), squared, self.own(n))

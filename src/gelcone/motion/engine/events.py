@@ -44,6 +44,9 @@ class Event:
     seldom : the border is seldom near, and g made of what nothing else needs: far from it g is followed by a polynomial
         of low order, less a bound of what that leaves out. Near it the steps end where the bound is zero, until it is.
 
+    tells : the switch is 1 or -1 and changes the law: the code of a step is made for both signs apart, so that a step
+        costs what its own law takes.
+
     g should be of the order of 1: its errors count against 1. A border that contains its own switch as a factor,
     like s (d - x) falling with s = 1 while x < d, keeps the switch and the side of the border together, also where
     the border is touched and left at once; it takes direction -1 or 1 and a switch that starts with the sign that
@@ -60,6 +63,7 @@ class Event:
     inside: bool = False
     smooth: bool = False
     seldom: bool = False
+    tells: bool = False
 
     def __post_init__(self) -> None:
         if self.inside and not self.direction:

@@ -59,4 +59,12 @@ def _event(border: Border, own: OwnNumbers, voltage_of: Callable[..., Any], spli
         voltage = voltage_of(time, state, numbers, xp)
         return border.value(state[0], voltage * voltage, split(state)[0], numbers, xp)
 
-    return Event(value, direction=-1, switch=border.switch, inside=True, smooth=not border.jumps, seldom=border.seldom)
+    return Event(
+        value,
+        direction=-1,
+        switch=border.switch,
+        inside=True,
+        smooth=not border.jumps,
+        seldom=border.seldom,
+        tells=border.tells,
+    )

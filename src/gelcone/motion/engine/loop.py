@@ -1,8 +1,13 @@
 """The compiled loop: lanes that advance together, each with its own member, step, end and samples.
 
 The vector part advances all lanes by a Taylor step of their own length. Lanes for which something is due - a sample,
-the end, a corner, a failure, perhaps a crossed border - are then served one by one in scalar code. A lane whose member
-is done takes the next one from a queue that all threads share.
+the end, a corner, a failure, perhaps a crossed border - are then served one by one in scalar code. A member that is
+done makes room for the next one from a queue that all threads share.
+
+Where switches change the law of the motion, the code of a step is made for each law apart, and each law has lanes of
+its own: a member that crosses a border goes over to the lanes of its new law, or waits until one is free. The lanes
+that hold most members go first, so that few of a vector stay empty. A thread works on more members than a vector holds;
+each has a slot, a record of its own, where it waits.
 
 Step size: the last two coefficients of the states bound what a step leaves out,
     h = min over k in (p - 1, p) of (tolerance max(small, |x_0|) / |x_k|)^(1/k),   |.| the largest of all states,
@@ -13,9 +18,10 @@ step as well: between poles of a border function the states may allow steps on w
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 from gelcone.motion.engine import functions
 from gelcone.motion.engine.code import Function, Value
@@ -59,16 +65,16 @@ class Job(IntEnum):
     SAMPLES = 16
     CORNER_COUNT = 17
     PADDED = 18
-    NEXT = 19  # the member that the next free lane takes
+    SLOTS = 19  # members that a thread works on at a time
+    NEXT = 20  # the member that the next free slot takes
 
 
 @dataclass(frozen=True)
 class Border:
-    """A traced event: its function, direction, the place of its switch (None: terminal), and whether it is ``sided``:
-    whether the function is known to be positive (direction -1) where a member is; ``smooth`` and ``seldom`` are those
-    of the event."""
+    """A traced event: its direction, the place of its switch (None: terminal), and whether it is ``sided``: whether the
+    function is known to be positive (direction -1) where a member is; ``smooth`` and ``seldom`` are those of the
+    event."""
 
-    value: Node
     direction: int
     switch: int | None
     sided: bool
@@ -77,17 +83,40 @@ class Border:
 
 
 @dataclass(frozen=True)
+class Law:
+    """What a member obeys as long as the switches that tell laws apart keep their signs: the rates of change of the
+    states, the border functions and the equations of all roots among both."""
+
+    rates: tuple[Node, ...]
+    borders: tuple[Node, ...]
+    equations: tuple[Equation, ...]
+
+    @property
+    def wanted(self) -> list[Node]:
+        """All nodes that are wanted."""
+        return [*self.rates, *self.borders]
+
+    @property
+    def held(self) -> list[Node]:
+        """What its formulas take that does not change while a member is integrated."""
+        parts = [node for equation in self.equations for node in (*equation.slopes, equation.first)]
+        return held_values([*self.wanted, *parts])
+
+
+@dataclass(frozen=True)
 class Plan:
     """All that the code of a program depends on.
 
+    ``laws``: one for each combination of signs of the switches at the places ``telling``; bit k of its place is set
+    where the k-th of them is negative.
     ``restarts``: what the states are set to after each sample (None leaves them); steps then end at the samples, else
     samples are read from the Taylor polynomial. ``corner_switch``: place of the switch that flips at corners, the last
     of those whose signs are counted; ``corner_time``: behind it, that of the number that takes the corner's time.
     """
 
-    rates: tuple[Node, ...]
+    laws: tuple[Law, ...]
+    telling: tuple[int, ...]
     borders: tuple[Border, ...]
-    equations: tuple[Equation, ...]
     switches: tuple[Node, ...]
     numbers: tuple[str, ...]
     order: int
@@ -103,17 +132,23 @@ class Plan:
         return len(self.switches) - (self.corner_time is not None)
 
     @property
-    def roots(self) -> list[Node]:
-        """All nodes that are wanted."""
-        return [*self.rates, *(border.value for border in self.borders)]
+    def wanted(self) -> list[Node]:
+        """All nodes that are wanted, law by law."""
+        return [node for law in self.laws for node in law.wanted]
+
+    @property
+    def slots(self) -> int:
+        """Members that a thread can work on: with so many of them there is always a law whose lanes are full."""
+        return len(self.laws) * self.width
 
 
 class Layout:
     """Rows of a lane, ``width`` numbers each, and of the scratch room that keeps the last step."""
 
     def __init__(self, plan: Plan) -> None:
-        self.states = len(plan.rates)
-        self.held = held_values([*plan.roots, *(slope for equation in plan.equations for slope in equation.slopes)])
+        self.states = len(plan.laws[0].rates)
+        self.held = list({node.index: node for law in plan.laws for node in law.held}.values())
+        self.equations = list(dict.fromkeys(equation.root.index for law in plan.laws for equation in law.equations))
         first = self.states
         (
             self.time,
@@ -126,24 +161,35 @@ class Layout:
             self.least,
             self.steps,
             self.member,
+            self.slot,
             self.sample,
             self.corner_number,
             self.table,
-        ) = range(first, first + 13)
+        ) = range(first, first + 14)
         self.switches = self.table + len(self.held)
         self.sides = self.switches + len(plan.switches)
         self.roots = self.sides + len(plan.borders)
-        self.dwell = self.roots + len(plan.equations)
+        self.dwell = self.roots + len(self.equations)
         self.combinations = 2**plan.signs if plan.signs else 0
         self.since = self.dwell + self.combinations
         self.rows = self.since + 1
         self.terms = plan.order + 1
         self.borders = self.states * self.terms
         self.root_terms = self.borders + len(plan.borders) * self.terms
-        self.step_time = self.root_terms + len(plan.equations) * self.terms
+        self.step_time = self.root_terms + len(self.equations) * self.terms
         self.step_low = self.step_time + 1
         self.step = self.step_time + 2
         self.scratch_rows = self.step_time + 3
+        # words of a thread: for each law a bit for each lane that has a member, how many wait, and where in the law's
+        # ring the first of them is; then the rings
+        self.waiting = len(plan.laws)
+        self.heads = 2 * len(plan.laws)
+        self.rings = 3 * len(plan.laws)
+        self.words = self.rings + len(plan.laws) * plan.slots
+
+    def root(self, equation: Equation) -> int:
+        """Place of the equation's root among all."""
+        return self.equations.index(equation.root.index)
 
 
 def module_text(plan: Plan) -> str:
@@ -151,10 +197,13 @@ def module_text(plan: Plan) -> str:
     layout = Layout(plan)
     made = [
         _prepare(plan, layout),
+        _enter(plan, layout),
+        _vacate(plan, layout),
         _refill(plan, layout),
         *([crossing_function(plan.order, plan.width)] if plan.borders else []),
         _serve(plan, layout),
-        _start(plan),
+        _start(plan, layout),
+        *(_step(plan, layout, place) for place in range(len(plan.laws))),
         _advance(plan, layout),
     ]
     declarations = sorted({line for function in made for line in function.intrinsics})
@@ -191,78 +240,118 @@ def _prepare(plan: Plan, layout: Layout) -> Function:
 # --- the vector part -----------------------------------------------------------------------------------------------
 
 
+_THREAD = ["ptr noalias %lanes", "ptr noalias %scratch", "ptr %job", "ptr %words", "ptr noalias %store"]
+"""A thread's lanes (laws, rows, width), room for the last step, job, words, and slots (slots, rows)."""
+_SAME_THREAD = "ptr %lanes, ptr %scratch, ptr %job, ptr %words, ptr %store"
+
+
+class _Followed(NamedTuple):
+    """A border that can be crossed under a law: its place, itself, and the Taylor coefficients of its function."""
+
+    place: int
+    border: Border
+    coefficients: list[Value | None]
+
+
 def _advance(plan: Plan, layout: Layout) -> Function:
-    """``advance(lanes, scratch, job, active, most)``: up to ``most`` steps of all lanes; returns how many were made.
-
-    ``active`` points to a word with one bit for each lane that has a member.
-    """
-    arguments = ["ptr noalias %lanes", "ptr noalias %scratch", "ptr %job", "ptr %active", "i64 %most"]
-    f = Function("advance", arguments, "i64", plan.width, external=True)
-    width = plan.width
-    count = f.slot()
+    """``advance(lanes, scratch, job, words, store, most)``: up to ``most`` steps of a law's lanes; returns how many."""
+    f = Function("advance", [*_THREAD, "i64 %most"], "i64", 1, external=True)
+    count, chosen, size = f.slot(), f.slot(), f.slot()
     f.store_whole("0", count)
-
-    def row(k: int) -> Value:
-        return f.place("%lanes", k * width)
-
+    f.intrinsics.add("declare i64 @llvm.ctpop.i64(i64)")
     with f.repeat() as out:
-        f.leave(out, f.new(f"icmp eq i64 {f.load_whole('%active')}, 0"))
+        f.store_whole("0", size)
+        for law in range(len(plan.laws)):
+            active = f.load_whole(f.place("%words", law))
+            waiting = f.load_whole(f.place("%words", layout.waiting + law))
+            members = f.whole("add", f.new(f"call i64 @llvm.ctpop.i64(i64 {active})"), waiting)
+            with f.when(f.compare_whole("sgt", members, f.load_whole(size))):
+                f.store_whole(members, size)
+                f.store_whole(str(law), chosen)
+        f.leave(out, f.compare_whole("eq", f.load_whole(size), "0"))
         done = f.load_whole(count)
-        f.leave(out, f.new(f"icmp sge i64 {done}, %most"))
-        f.store_whole(f.new(f"add i64 {done}, 1"), count)
-
-        states = [f.load(row(k)) for k in range(layout.states)]
-        time, low = f.load(row(layout.time)), f.load(row(layout.time_low))
-        held = {node.index: f.load(row(layout.table + k)) for k, node in enumerate(layout.held)}
-        held |= {node.index: f.load(row(layout.switches + k)) for k, node in enumerate(plan.switches)}
-        kept = [row(layout.roots + k) for k in range(len(plan.equations))]
-        borders = [(border.value, SELDOM_ORDER if border.seldom else plan.order) for border in plan.borders]
-        jet = Jet(f, plan.rates, borders, plan.order, states, time, held, plan.equations, kept)
-        wanted = _step_size(f, jet, plan)
-        left = f.subtract(f.subtract(f.load(row(layout.stop)), time), low)
-        ends = f.compare("ole", left, wanted)
-        step = f.choose(ends, left, wanted)
-        new_states = [_at(f, coefficients, step) for coefficients in jet.states]
-        new_time, new_low = _later(f, time, low, step)
-        new_time = f.choose(ends, f.load(row(layout.stop)), new_time)
-        new_low = f.choose(ends, f.real(0.0), new_low)
-
-        total = new_states[0]
-        for value in new_states[1:]:
-            total = f.add(total, value)
-        finite = f.compare("olt", f.absolute(total), f.real(math.inf))
-        small = f.compare("olt", wanted, f.load(row(layout.smallest)))
-        steps = f.add(f.load(row(layout.steps)), f.real(1.0))
-        sampled = f.compare("ole", f.subtract(f.subtract(f.load(row(layout.target)), time), low), step)
-        spent = f.compare("oge", steps, f.load(row(layout.most_steps)))
-        _bound_seldom(f, jet, plan, layout, step)
-        near = _near(f, jet, plan, layout, step)
-        due = f.either(f.either(ends, sampled), f.either(small, spent))
-        due = f.either(due, f.new(f"xor {f.truth_type} {finite}, splat (i1 true)"))
-        for mask in near:
-            due = f.either(due, mask)
-        for k, value in enumerate(new_states):
-            f.store(value, row(k))
-        for address, coefficients in zip(kept, jet.roots, strict=True):
-            f.store(_at(f, coefficients, step), address)
-        f.store(new_time, row(layout.time))
-        f.store(new_low, row(layout.time_low))
-        f.store(steps, row(layout.steps))
-        f.store(f.smaller(wanted, f.load(row(layout.least))), row(layout.least))
-        word = f"i{width}"
-        due_bits, *bits = (
-            f.new(f"zext {word} {f.new(f'bitcast {f.truth_type} {mask} to {word}')} to i64")
-            for mask in (due, finite, small, *near)
-        )
-        flagged = f.new(f"and i64 {due_bits}, {f.load_whole('%active')}")
-        with f.when(f.new(f"icmp ne i64 {flagged}, 0")):
-            _keep_step(f, jet, plan, layout, time, low, step)
-            _serve_each(f, flagged, *bits)
+        f.leave(out, f.compare_whole("sge", done, "%most"))
+        f.store_whole(f.whole("add", done, "1"), count)
+        now = f.load_whole(chosen)
+        for law in range(len(plan.laws)):
+            with f.when(f.compare_whole("eq", now, str(law))):
+                f.line(f"call void @step{law}({_SAME_THREAD})")
     f.finish(f"i64 {f.load_whole(count)}")
     return f
 
 
-def _step_size(f: Function, jet: Jet, plan: Plan) -> Value:
+def _step(plan: Plan, layout: Layout, place: int) -> Function:
+    """``step(lanes, scratch, job, words, store)``: one step of all lanes of a law."""
+    f = Function(f"step{place}", _THREAD, "void", plan.width)
+    width, law = plan.width, plan.laws[place]
+    block = f.place("%lanes", place * layout.rows * width)
+
+    def row(k: int) -> Value:
+        return f.place(block, k * width)
+
+    states = [f.load(row(k)) for k in range(layout.states)]
+    time, low = f.load(row(layout.time)), f.load(row(layout.time_low))
+    needed = {node.index for node in law.held}
+    held = {node.index: f.load(row(layout.table + k)) for k, node in enumerate(layout.held) if node.index in needed}
+    held |= {node.index: f.load(row(layout.switches + k)) for k, node in enumerate(plan.switches)}
+    kept = [row(layout.roots + layout.root(equation)) for equation in law.equations]
+    places = [k for k, border in enumerate(plan.borders) if not _never(border, law.borders[k])]
+    borders = [(law.borders[k], SELDOM_ORDER if plan.borders[k].seldom else plan.order) for k in places]
+    jet = Jet(f, law.rates, borders, plan.order, states, time, held, law.equations, kept)
+    followed = [_Followed(k, plan.borders[k], row) for k, row in zip(places, jet.borders, strict=True)]
+    wanted = _step_size(f, jet, followed, plan)
+    left = f.subtract(f.subtract(f.load(row(layout.stop)), time), low)
+    ends = f.compare("ole", left, wanted)
+    step = f.choose(ends, left, wanted)
+    new_states = [_at(f, coefficients, step) for coefficients in jet.states]
+    new_time, new_low = _later(f, time, low, step)
+    new_time = f.choose(ends, f.load(row(layout.stop)), new_time)
+    new_low = f.choose(ends, f.real(0.0), new_low)
+
+    total = new_states[0]
+    for value in new_states[1:]:
+        total = f.add(total, value)
+    finite = f.compare("olt", f.absolute(total), f.real(math.inf))
+    small = f.compare("olt", wanted, f.load(row(layout.smallest)))
+    steps = f.add(f.load(row(layout.steps)), f.real(1.0))
+    sampled = f.compare("ole", f.subtract(f.subtract(f.load(row(layout.target)), time), low), step)
+    spent = f.compare("oge", steps, f.load(row(layout.most_steps)))
+    sides = {part.place: _side(f, row(layout.sides + part.place), part.border) for part in followed}
+    _bound_seldom(f, followed, sides, step)
+    near = {part.place: _near(f, part, sides[part.place], step) for part in followed}
+    due = f.either(f.either(ends, sampled), f.either(small, spent))
+    due = f.either(due, f.new(f"xor {f.truth_type} {finite}, splat (i1 true)"))
+    for mask in near.values():
+        due = f.either(due, mask)
+    for k, value in enumerate(new_states):
+        f.store(value, row(k))
+    for address, coefficients in zip(kept, jet.roots, strict=True):
+        f.store(_at(f, coefficients, step), address)
+    f.store(new_time, row(layout.time))
+    f.store(new_low, row(layout.time_low))
+    f.store(steps, row(layout.steps))
+    f.store(f.smaller(wanted, f.load(row(layout.least))), row(layout.least))
+    word = f"i{width}"
+    due_bits, finite_bits, small_bits, *near_bits = (
+        f.new(f"zext {word} {f.new(f'bitcast {f.truth_type} {mask} to {word}')} to i64")
+        for mask in (due, finite, small, *near.values())
+    )
+    flagged = f.new(f"and i64 {due_bits}, {f.load_whole(f.place('%words', place))}")
+    with f.when(f.new(f"icmp ne i64 {flagged}, 0")):
+        _keep_step(f, jet, followed, plan, layout, law, time, low, step)
+        told = dict(zip(near, near_bits, strict=True))
+        bits = [told.get(k, "0") for k in range(len(plan.borders))]
+        _serve_each(f, place, block, flagged, finite_bits, small_bits, *bits)
+    f.finish()
+    return f
+
+
+def _never(border: Border, value: Node) -> bool:
+    """Whether a border is not crossed under a law: whether its function keeps the sign of the member's side."""
+    return border.sided and value.operation == "constant" and value.value * border.direction < 0.0
+
+
+def _step_size(f: Function, jet: Jet, followed: Sequence[_Followed], plan: Plan) -> Value:
     """The step that the tolerance allows (see the module's docstring)."""
 
     def largest(rows: Sequence[Sequence[Value | None]], k: int) -> Value:
@@ -276,11 +365,7 @@ def _step_size(f: Function, jet: Jet, plan: Plan) -> Value:
     size = f.larger(largest(jet.states, 0), f.real(SMALLEST_NORM))
     shared = [(jet.roots, f.divide(size, f.larger(largest(jet.roots, 0), f.real(1.0))))] if jet.roots else []
     for smooth in (False, True):
-        rows = [
-            row
-            for row, border in zip(jet.borders, plan.borders, strict=True)
-            if border.smooth == smooth and not border.seldom
-        ]
+        rows = [part.coefficients for part in followed if part.border.smooth == smooth and not part.border.seldom]
         if rows:
             shared.append((rows, f.multiply(f.real(math.sqrt(plan.tolerance)), size) if smooth else size))
 
@@ -315,56 +400,65 @@ def _later(f: Function, time: Value, low: Value, step: Value) -> tuple[Value, Va
     return new_time, f.subtract(lost, f.subtract(new_time, total))
 
 
-def _side(f: Function, layout: Layout, border: Border, k: int) -> Value:
+def _side(f: Function, address: Value, border: Border) -> Value:
     """The sign that makes a border function positive on the member's side."""
-    side = f.load(f.place("%lanes", (layout.sides + k) * f.width))
+    side = f.load(address)
     return f.negative(side) if border.direction > 0 else side
 
 
-def _bound_seldom(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value) -> None:
+def _bound_seldom(f: Function, followed: Sequence[_Followed], sides: Mapping[int, Value], step: Value) -> None:
     """Takes from the last coefficient of borders of low order m what the next ones may hold, on the member's side:
     |g_m| h^m + |g_(m-1)| h^(m-1)/2. Coefficients times h^k fall to a seventh or so from order to order."""
-    for k, (border, g) in enumerate(zip(plan.borders, jet.borders, strict=True)):
+    for place, border, g in followed:
         if border.seldom:
             before, last = (f.real(0.0) if value is None else value for value in g[-2:])
             rest = f.fused(
                 f.divide(f.real(0.5), f.larger(step, f.real(SHORTEST))), f.absolute(before), f.absolute(last)
             )
-            g[-1] = f.subtract(last, f.multiply(_side(f, layout, border, k), rest))
+            g[-1] = f.subtract(last, f.multiply(sides[place], rest))
 
 
-def _near(f: Function, jet: Jet, plan: Plan, layout: Layout, step: Value) -> list[Value]:
-    """Lanes that may cross each border in this step: with the sign that makes g positive on the member's side, those in
+def _near(f: Function, part: _Followed, sign: Value, step: Value) -> Value:
+    """Lanes that may cross a border in this step: with the sign that makes g positive on the member's side, those in
     which g_0 + g_1 t - b t^2 is not at t = 0, at t = h or between, b = |g_3| h + |g_4| h^2 + ... - g_2."""
-    near = []
-    for k, (border, coefficients) in enumerate(zip(plan.borders, jet.borders, strict=True)):
-        g = [f.real(0.0) if value is None else value for value in coefficients]
-        sign = _side(f, layout, border, k)
-        value, slope, curve = (f.multiply(sign, part) for part in g[:3])
-        rest = f.polynomial(step, [f.real(0.0), *(f.absolute(part) for part in g[3:])])
-        bend = f.subtract(rest, curve)
-        last = f.fused(f.fused(f.negative(bend), step, slope), step, value)
-        ends = f.compare("ule", f.smaller(value, last), f.real(0.0))
-        valley = f.both(f.compare("olt", slope, f.real(0.0)), f.compare("olt", bend, f.real(0.0)))
-        deep = f.compare("oge", f.multiply(slope, slope), f.multiply(f.multiply(f.real(-4.0), bend), value))
-        near.append(f.either(ends, f.both(valley, deep)))
-    return near
+    g = [f.real(0.0) if value is None else value for value in part.coefficients]
+    value, slope, curve = (f.multiply(sign, part) for part in g[:3])
+    rest = f.polynomial(step, [f.real(0.0), *(f.absolute(part) for part in g[3:])])
+    bend = f.subtract(rest, curve)
+    last = f.fused(f.fused(f.negative(bend), step, slope), step, value)
+    ends = f.compare("ule", f.smaller(value, last), f.real(0.0))
+    valley = f.both(f.compare("olt", slope, f.real(0.0)), f.compare("olt", bend, f.real(0.0)))
+    deep = f.compare("oge", f.multiply(slope, slope), f.multiply(f.multiply(f.real(-4.0), bend), value))
+    return f.either(ends, f.both(valley, deep))
 
 
-def _keep_step(f: Function, jet: Jet, plan: Plan, layout: Layout, time: Value, low: Value, step: Value) -> None:
+def _keep_step(
+    f: Function,
+    jet: Jet,
+    followed: Sequence[_Followed],
+    plan: Plan,
+    layout: Layout,
+    law: Law,
+    time: Value,
+    low: Value,
+    step: Value,
+) -> None:
     """Puts the step's polynomials where the scalar code finds them; of states that no one reads inside of a step, the
     start alone."""
     terms = layout.terms if plan.borders or not _ends_at_samples(plan) else 1
     rows = [(i * layout.terms + k, value) for i, row in enumerate(jet.states) for k, value in enumerate(row[:terms])]
     rows += [
-        (layout.borders + i * layout.terms + k, value)
-        for i, row in enumerate(jet.borders)
-        for k, value in enumerate([*row, *[None] * (terms - len(row))])
+        (layout.borders + part.place * layout.terms + k, value)
+        for part in followed
+        for k, value in enumerate([*part.coefficients, *[None] * (terms - len(part.coefficients))])
     ]
     if plan.borders:
+        roots = [[None] * terms for _ in layout.equations]  # those of other laws begin anew when they are needed
+        for equation, row in zip(law.equations, jet.roots, strict=True):
+            roots[layout.root(equation)] = row
         rows += [
             (layout.root_terms + i * layout.terms + k, value)
-            for i, row in enumerate(jet.roots)
+            for i, row in enumerate(roots)
             for k, value in enumerate(row)
         ]
     rows += [(layout.step_time, time), (layout.step_low, low), (layout.step, step)]
@@ -372,7 +466,7 @@ def _keep_step(f: Function, jet: Jet, plan: Plan, layout: Layout, time: Value, l
         f.store(f.real(0.0) if value is None else value, f.place("%scratch", k * f.width))
 
 
-def _serve_each(f: Function, flagged: Value, *bits: Value) -> None:
+def _serve_each(f: Function, law: int, block: Value, flagged: Value, *bits: Value) -> None:
     """Calls ``serve`` for each lane whose bit is set."""
     left = f.slot()
     f.store_whole(flagged, left)
@@ -383,22 +477,28 @@ def _serve_each(f: Function, flagged: Value, *bits: Value) -> None:
         lane = f.new(f"call i64 @llvm.cttz.i64(i64 {now}, i1 true)")
         f.store_whole(f.new(f"and i64 {now}, {f.new(f'sub i64 {now}, 1')}"), left)
         flags = [f.new(f"trunc i64 {f.new(f'lshr i64 {word}, {lane}')} to i1") for word in bits]
-        lanes, scratch = f.place("%lanes", lane), f.place("%scratch", lane)
+        own = f"ptr {f.place(block, lane)}, ptr {f.place('%scratch', lane)}, i64 {law}, i64 {lane}"
         told = ", ".join(f"i1 {flag}" for flag in flags)
-        f.line(f"call void @serve(ptr {lanes}, ptr {scratch}, ptr %job, i64 {lane}, ptr %active, {told})")
+        f.line(f"call void @serve({own}, ptr %lanes, ptr %job, ptr %words, ptr %store, {told})")
 
 
 # --- the scalar part -----------------------------------------------------------------------------------------------
 
 
 class _Lane:
-    """Scalar access to the rows of the lane that ``%lane`` and ``%scratch`` point to, and to the job."""
+    """Scalar access to the rows of the lane that ``base`` points to, ``width`` places apart, to those of the last step
+    behind ``%scratch``, and to the job. A slot is a lane of width 1."""
 
-    def __init__(self, f: Function, width: int) -> None:
-        self.f, self.width = f, width
+    def __init__(self, f: Function, width: int, base: Value = "%lane") -> None:
+        self.f, self.width, self.base = f, width, base
 
     def place(self, row: int) -> Value:
-        return self.f.place("%lane", row * self.width)
+        return self.f.place(self.base, row * self.width)
+
+    def take(self, other: _Lane, layout: Layout) -> None:
+        """Takes all rows of another one."""
+        for row in range(layout.rows):
+            self.set_whole(row, other.get_whole(row))
 
     def get(self, row: int) -> Value:
         return self.f.load(self.place(row))
@@ -442,18 +542,81 @@ def _ends_at_samples(plan: Plan) -> bool:
     return any(value is not None for value in plan.restarts)
 
 
-def _refill(plan: Plan, layout: Layout) -> Function:
-    """``refill(lane, job, number, active)``: the next member for a lane, or its end when there is none."""
-    f = Function("refill", ["ptr %lane", "ptr %job", "i64 %number", "ptr %active"], "void", 1)
-    lane = _Lane(f, plan.width)
-    member = f.new(f"atomicrmw add ptr {f.place('%job', Job.NEXT)}, i64 1 monotonic")
-    with f.when(f.compare_whole("sge", member, lane.size(Job.MEMBERS))):
+def _slot(f: Function, layout: Layout, number: Value) -> _Lane:
+    return _Lane(f, 1, f.place("%store", f.whole("mul", number, str(layout.rows))))
+
+
+def _block_lane(f: Function, plan: Plan, layout: Layout, number: Value) -> _Lane:
+    """A lane of the law ``%law``."""
+    block = f.place("%lanes", f.whole("mul", "%law", str(layout.rows * plan.width)))
+    return _Lane(f, plan.width, f.place(block, number))
+
+
+def _ring(f: Function, plan: Plan, layout: Layout, number: Value) -> Value:
+    """The address of a place in the ring of the law ``%law``."""
+    place = f.whole("and", number, str(plan.slots - 1))
+    first = f.whole("add", f.whole("mul", "%law", str(plan.slots)), str(layout.rings))
+    return f.place("%words", f.whole("add", first, place))
+
+
+def _enter(plan: Plan, layout: Layout) -> Function:
+    """``enter(law, slot, lanes, words, store)``: gives a member a lane of its law, or lets it wait for one."""
+    f = Function("enter", ["i64 %law", "i64 %slot", "ptr %lanes", "ptr %words", "ptr %store"], "void", 1)
+    f.intrinsics.add("declare i64 @llvm.cttz.i64(i64, i1)")
+    word = f.place("%words", "%law")
+    active = f.load_whole(word)
+    free = f.whole("and", f.whole("xor", active, "-1"), str((1 << plan.width) - 1))
+    with f.when(f.compare_whole("eq", free, "0")):
+        count = f.place(word, layout.waiting)
+        waiting, head = f.load_whole(count), f.load_whole(f.place(word, layout.heads))
+        f.store_whole("%slot", _ring(f, plan, layout, f.whole("add", head, waiting)))
+        f.store_whole(f.whole("add", waiting, "1"), count)
+        f.finish_here()
+    number = f.new(f"call i64 @llvm.cttz.i64(i64 {free}, i1 true)")
+    f.store_whole(f.whole("or", active, f.whole("shl", "1", number)), word)
+    _block_lane(f, plan, layout, number).take(_slot(f, layout, "%slot"), layout)
+    f.finish()
+    return f
+
+
+def _vacate(plan: Plan, layout: Layout) -> Function:
+    """``vacate(law, number, lanes, words, store)``: gives a lane to the member that waits longest for it, if any."""
+    f = Function("vacate", ["i64 %law", "i64 %number", "ptr %lanes", "ptr %words", "ptr %store"], "void", 1)
+    lane = _block_lane(f, plan, layout, "%number")
+    word = f.place("%words", "%law")
+    waiting = f.load_whole(f.place(word, layout.waiting))
+    with f.when(f.compare_whole("eq", waiting, "0")):
         # a lane without member stands still
         bit = f.whole("shl", "1", "%number")
-        f.store_whole(f.whole("and", f.load_whole("%active"), f.whole("xor", bit, "-1")), "%active")
+        f.store_whole(f.whole("and", f.load_whole(word), f.whole("xor", bit, "-1")), word)
         lane.set(layout.stop, lane.get(layout.time))
         lane.set(layout.time_low, f.real(0.0))
         f.finish_here()
+    head = f.load_whole(f.place(word, layout.heads))
+    f.store_whole(f.whole("sub", waiting, "1"), f.place(word, layout.waiting))
+    f.store_whole(f.whole("add", head, "1"), f.place(word, layout.heads))
+    lane.take(_slot(f, layout, f.load_whole(_ring(f, plan, layout, head))), layout)
+    f.finish()
+    return f
+
+
+def _law(lane: _Lane, plan: Plan, layout: Layout) -> Value:
+    """The place of a member's law among all."""
+    f, law = lane.f, "0"
+    for k, place in enumerate(plan.telling):
+        sign = f.whole("lshr", f.bits(lane.get(layout.switches + place)), "63")
+        law = f.whole("or", law, f.whole("shl", sign, str(k)))
+    return law
+
+
+def _refill(plan: Plan, layout: Layout) -> Function:
+    """``refill(slot, lanes, job, words, store)``: the next member, if there is one, for a slot."""
+    f = Function("refill", ["i64 %slot", "ptr %lanes", "ptr %job", "ptr %words", "ptr %store"], "void", 1)
+    lane = _slot(f, layout, "%slot")
+    member = f.new(f"atomicrmw add ptr {f.place('%job', Job.NEXT)}, i64 1 monotonic")
+    with f.when(f.compare_whole("sge", member, lane.size(Job.MEMBERS))):
+        f.finish_here()
+    lane.set_whole(layout.slot, "%slot")
     lane.set_whole(layout.member, member)
     lane.set_whole(layout.sample, "0")
     lane.set_whole(layout.corner_number, "0")
@@ -467,8 +630,8 @@ def _refill(plan: Plan, layout: Layout) -> Function:
         lane.set(layout.switches + k, value)
     for k, border in enumerate(plan.borders):
         lane.set(layout.sides + k, f.real(1.0 if border.sided else 0.0))
-    for k in range(len(plan.equations)):
-        lane.set(layout.roots + k, f.real(0.0))
+    for k in range(len(layout.equations)):
+        lane.set(layout.roots + k, f.real(math.nan))
     for k in range(layout.combinations):
         lane.set(layout.dwell + k, f.real(0.0))
     lane.set(layout.time, f.load(lane.array(Job.START, member)))
@@ -481,16 +644,19 @@ def _refill(plan: Plan, layout: Layout) -> Function:
     lane.set(layout.most_steps, f.load(lane.array(Job.MOST_STEPS, member)))
     lane.set(layout.least, f.real(math.inf))
     lane.set(layout.steps, f.real(0.0))
+    law = _law(lane, plan, layout)
+    f.line(f"call void @enter(i64 {law}, i64 %slot, ptr %lanes, ptr %words, ptr %store)")
     f.finish()
     return f
 
 
 def _serve(plan: Plan, layout: Layout) -> Function:
-    """``serve(lane, scratch, job, number, active, finite, small, near0, ...)``: what is due in one lane after a step;
-    a flag for each border tells whether it may be near."""
+    """``serve(lane, scratch, law, number, lanes, job, words, store, finite, small, near0, ...)``: what is due in one
+    lane after a step; a flag for each border tells whether it may be near."""
     near = [f"%near{k}" for k in range(len(plan.borders))]
-    arguments = ["ptr %lane", "ptr %scratch", "ptr %job", "i64 %number", "ptr %active", "i1 %finite", "i1 %small"]
-    f = Function("serve", [*arguments, *(f"i1 {flag}" for flag in near)], "void", 1)
+    own = ["ptr %lane", "ptr %scratch", "i64 %law", "i64 %number"]
+    shared = ["ptr %lanes", "ptr %job", "ptr %words", "ptr %store"]
+    f = Function("serve", [*own, *shared, "i1 %finite", "i1 %small", *(f"i1 {flag}" for flag in near)], "void", 1)
     lane = _Lane(f, plan.width)
     member = lane.get_whole(layout.member)
     start, low = lane.step(layout.step_time), lane.step(layout.step_low)
@@ -540,7 +706,19 @@ def _serve(plan: Plan, layout: Layout) -> Function:
         for k in range(len(plan.switches)):
             value = lane.get(layout.switches + k)
             f.store(value, lane.array(Job.SWITCHES, lane.times(member, len(plan.switches)), str(k)))
-        f.line("call void @refill(ptr %lane, ptr %job, i64 %number, ptr %active)")
+        slot = lane.get_whole(layout.slot)
+        f.line("call void @vacate(i64 %law, i64 %number, ptr %lanes, ptr %words, ptr %store)")
+        f.line(f"call void @refill(i64 {slot}, ptr %lanes, ptr %job, ptr %words, ptr %store)")
+        f.finish_here()
+    if plan.telling:
+        law = _law(lane, plan, layout)
+        with f.when(f.compare_whole("ne", law, "%law")):
+            for k in range(len(layout.equations)):
+                lane.set(layout.roots + k, f.real(math.nan))
+            slot = lane.get_whole(layout.slot)
+            _slot(f, layout, slot).take(lane, layout)
+            f.line("call void @vacate(i64 %law, i64 %number, ptr %lanes, ptr %words, ptr %store)")
+            f.line(f"call void @enter(i64 {law}, i64 {slot}, ptr %lanes, ptr %words, ptr %store)")
     f.finish()
     return f
 
@@ -630,7 +808,7 @@ def _cut_step(f: Function, lane: _Lane, plan: Plan, layout: Layout, reach: Value
         for k in range(layout.states):
             coefficients_of = [lane.step(k * layout.terms + j) for j in range(layout.terms)]
             lane.set(k, f.polynomial(f.load(reach), coefficients_of))
-        for k in range(len(plan.equations)):
+        for k in range(len(layout.equations)):
             row = layout.root_terms + k * layout.terms
             lane.set(layout.roots + k, f.polynomial(f.load(reach), [lane.step(row + j) for j in range(layout.terms)]))
         time, low = _later(f, lane.step(layout.step_time), lane.step(layout.step_low), f.load(reach))
@@ -671,11 +849,17 @@ def _count_dwell(lane: _Lane, plan: Plan, layout: Layout) -> None:
     lane.set(layout.since, time)
 
 
-def _start(plan: Plan) -> Function:
-    """``start(lanes, job, active)``: a member for each lane."""
-    f = Function("start", ["ptr %lanes", "ptr %job", "ptr %active"], "void", 1, external=True)
-    f.store_whole(str((1 << plan.width) - 1), "%active")
-    for lane in range(plan.width):
-        f.line(f"call void @refill(ptr {f.place('%lanes', lane)}, ptr %job, i64 {lane}, ptr %active)")
+def _start(plan: Plan, layout: Layout) -> Function:
+    """``start(lanes, job, words, store)``: a member for each slot, as many as the job tells."""
+    f = Function("start", ["ptr %lanes", "ptr %job", "ptr %words", "ptr %store"], "void", 1, external=True)
+    for k in range(layout.rings):
+        f.store_whole("0", f.place("%words", k))
+    count = f.slot()
+    f.store_whole("0", count)
+    with f.repeat() as out:
+        slot = f.load_whole(count)
+        f.leave(out, f.compare_whole("sge", slot, f.load_whole(f.place("%job", Job.SLOTS))))
+        f.line(f"call void @refill(i64 {slot}, ptr %lanes, ptr %job, ptr %words, ptr %store)")
+        f.store_whole(f.whole("add", slot, "1"), count)
     f.finish()
     return f

@@ -6,7 +6,7 @@ import ctypes
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, get_args
 
@@ -42,6 +42,8 @@ CALL_SECONDS = 0.02
 """What later calls should take: between calls interrupts and progress are looked at."""
 REPORT_EVERY = 0.05
 """Seconds between two reports of progress."""
+MOST_TELLING = 2
+"""Switches that tell laws apart: each more of them doubles the code."""
 _ALIGNMENT = 128
 _ADDRESSES = tuple(field.name.lower() for field in list(Job)[: Job.MEMBERS])
 
@@ -262,11 +264,9 @@ class Rerun:
         self.numbers = program.numbers
         self._compiled = compiled
         self._arrays = arrays = compiled.job(zeros, states, start, end[:, None], 0.0, most_steps, corners)
-        self._job = arrays.fields()
+        self._job = arrays.fields(plan.slots)
         self._values = aligned(len(plan.numbers), arrays.padded)
-        self._lanes, self._active = aligned(layout.rows, plan.width), np.zeros(1, dtype=np.int64)
-        self._scratch = aligned(layout.scratch_rows, plan.width)
-        self._places = [a.ctypes.data for a in (self._lanes, self._scratch, self._job, self._active)]
+        self._work = _Work(compiled, self._job)
         self._table = self._values.ctypes.data, arrays.table.ctypes.data, arrays.padded
         self._members = members
 
@@ -290,10 +290,9 @@ class Rerun:
         if switches is not None:
             arrays.switches[:] = switches
         self._job[Job.NEXT] = 0
-        lanes, scratch, job, active = self._places
-        compiled.start(lanes, job, active)
-        while self._active[0]:
-            compiled.advance(lanes, scratch, job, active, 1 << 20)
+        self._work.start()
+        while self._work.going:
+            self._work.advance(1 << 20)
         return arrays.result[:, 0], arrays.status == ARRIVED
 
     @property
@@ -315,7 +314,40 @@ def _trace(
         if name not in system.numbers:
             raise ValueError(f"switch = {name!r}: is not among the numbers {', '.join(system.numbers)}")
     n = {name: graph.switch(name) if name in switched else graph.number(name) for name in system.numbers}
+    telling = list(dict.fromkeys(event.switch for event in events if event.tells and event.switch is not None))
+    telling = telling[:MOST_TELLING]
 
+    laws, restarts = [], []
+    for signs in range(2 ** len(telling)):
+        own = {name: graph.constant(-1.0 if signs >> k & 1 else 1.0) for k, name in enumerate(telling)}
+        law, restarts = _law(graph, system, keep, events, state, n | own)
+        laws.append(law)
+    borders = []
+    for k, event in enumerate(events):
+        switch = None if event.switch is None else n[event.switch]
+        own_switch = event.switch in telling or any(switch in ordered([law.borders[k]]) for law in laws)
+        if own_switch and not event.direction:
+            raise ValueError(f"direction = 0: a border that contains its switch {event.switch!r} takes -1 or 1")
+        place = None if event.switch is None else switched.index(event.switch)
+        sided = own_switch or event.inside
+        borders.append(loop.Border(event.direction, place, sided, event.smooth, event.seldom))
+    return {
+        "laws": tuple(laws),
+        "telling": tuple(switched.index(name) for name in telling),
+        "borders": tuple(borders),
+        "switches": tuple(graph.switch(name) for name in switched),
+        "numbers": tuple(system.numbers),
+        "restarts": restarts,
+        "corner_switch": None if corner_switch is None else switched.index(corner_switch),
+        "corner_time": None if corner_time is None else switched.index(corner_time),
+    }
+
+
+def _law(
+    graph: Graph, system: System, keep: str, events: Sequence[Event], state: Sequence[Any], n: Mapping[str, Any]
+) -> tuple[loop.Law, tuple[float | None, ...]]:
+    """What the states obey where the numbers are ``n``, and what restarts they take after each sample."""
+    count = len(state)
     restarts: list[float | None] = [None] * count
     if keep == "tangents":
         flow, slopes = system.flow(graph.time, state, n, graph)
@@ -335,24 +367,8 @@ def _trace(
             rates += [graph.node(power) for power in system.powers(graph.time, state, n, graph)]
             restarts += [None, None]
 
-    borders = []
-    for event in events:
-        value = graph.node(event.border(graph.time, state, n, graph))
-        own = event.switch is not None and n[event.switch] in ordered([value])
-        if own and not event.direction:
-            raise ValueError(f"direction = 0: a border that contains its switch {event.switch!r} takes -1 or 1")
-        place = None if event.switch is None else switched.index(event.switch)
-        borders.append(loop.Border(value, event.direction, place, own or event.inside, event.smooth, event.seldom))
-    return {
-        "rates": tuple(rates),
-        "borders": tuple(borders),
-        "equations": equations_of([*rates, *(border.value for border in borders)]),
-        "switches": tuple(graph.switch(name) for name in switched),
-        "numbers": tuple(system.numbers),
-        "restarts": tuple(restarts),
-        "corner_switch": None if corner_switch is None else switched.index(corner_switch),
-        "corner_time": None if corner_time is None else switched.index(corner_time),
-    }
+    values = [graph.node(event.border(graph.time, state, n, graph)) for event in events]
+    return loop.Law(tuple(rates), tuple(values), equations_of([*rates, *values])), tuple(restarts)
 
 
 class _Compiled:
@@ -365,8 +381,8 @@ class _Compiled:
         address, whole = ctypes.c_void_p, ctypes.c_int64
         self._library = library  # its code is freed with it
         self.prepare = library.function("prepare", None, address, address, whole)
-        self.start = library.function("start", None, address, address, address)
-        self.advance = library.function("advance", whole, address, address, address, address, whole)
+        self.start = library.function("start", None, address, address, address, address)
+        self.advance = library.function("advance", whole, address, address, address, address, address, whole)
 
     def job(
         self,
@@ -439,8 +455,9 @@ def _content(plan: loop.Plan) -> str:
     borders = [(border.direction, border.switch, border.sided, border.smooth, border.seldom) for border in plan.borders]
     switches = [node.value for node in plan.switches]
     corners = (plan.corner_switch, plan.corner_time)
-    rest = (borders, switches, plan.numbers, plan.order, plan.tolerance.hex(), plan.restarts, *corners)
-    return repr((fingerprint(plan.roots), rest, plan.width))
+    laws = (len(plan.laws), plan.telling)
+    rest = (borders, switches, plan.numbers, plan.order, plan.tolerance.hex(), plan.restarts, *corners, *laws)
+    return repr((fingerprint(plan.wanted), rest, plan.width))
 
 
 def aligned(*shape: int) -> Array:
@@ -472,15 +489,55 @@ class _Arrays:
     dwell: Array
     padded: int
 
-    def fields(self) -> npt.NDArray[np.int64]:
-        """The job as the compiled loop reads it."""
+    def fields(self, slots: int) -> npt.NDArray[np.int64]:
+        """The job as the compiled loop reads it, with the members that a thread works on at a time."""
         job = np.zeros(len(Job), dtype=np.int64)
         for place, name in enumerate(_ADDRESSES):
             job[place] = getattr(self, name).ctypes.data
         job[Job.MEMBERS], job[Job.SAMPLES] = self.times.shape
         job[Job.CORNER_COUNT] = self.corners.shape[1]
         job[Job.PADDED] = self.padded
+        job[Job.SLOTS] = slots
         return job
+
+
+class _Work:
+    """What one thread works with."""
+
+    def __init__(self, compiled: _Compiled, job: npt.NDArray[np.int64]) -> None:
+        plan, layout = compiled.plan, compiled.layout
+        self._compiled, self._job = compiled, job
+        self.lanes = aligned(len(plan.laws), layout.rows, plan.width)
+        self.slots = aligned(plan.slots, layout.rows)
+        self._scratch = aligned(layout.scratch_rows, plan.width)
+        self._words = np.zeros(layout.words, dtype=np.int64)
+        lanes, scratch, words, slots = (a.ctypes.data for a in (self.lanes, self._scratch, self._words, self.slots))
+        self._start = lanes, job.ctypes.data, words, slots
+        self._advance = lanes, scratch, job.ctypes.data, words, slots
+
+    def start(self) -> None:
+        """Takes the first members."""
+        self._compiled.start(*self._start)
+
+    def advance(self, steps: int) -> None:
+        """Up to so many steps of all lanes of a law."""
+        self._compiled.advance(*self._advance, steps)
+
+    @property
+    def going(self) -> bool:
+        """Whether any member is under way; whoever waits does so for a lane that has one."""
+        return bool(self._words[: len(self.lanes)].any())
+
+    def under_way(self) -> Iterator[tuple[int, float]]:
+        """The members under way, and where they are in time."""
+        layout, laws, width = self._compiled.layout, len(self.lanes), self.lanes.shape[-1]
+        for law in range(laws):
+            records = [self.lanes[law, :, lane] for lane in range(width) if int(self._words[law]) >> lane & 1]
+            count, head = (int(self._words[first + law]) for first in (layout.waiting, layout.heads))
+            ring = self._words[layout.rings :].reshape(laws, -1)[law]
+            records += [self.slots[ring[(head + k) % ring.size]] for k in range(count)]
+            for record in records:
+                yield int(record[layout.member : layout.member + 1].view(np.int64)[0]), float(record[layout.time])
 
 
 class _Run:
@@ -494,19 +551,18 @@ class _Run:
         report: Callable[[float], None] | None,
         stopped: Callable[[], bool] | None,
     ) -> None:
-        self._compiled, self._arrays = compiled, arrays
-        self._job = arrays.fields()
-        width, layout = compiled.plan.width, compiled.layout
-        count = min(threads, -(-arrays.padded // width))
-        self._lanes = [aligned(layout.rows, width) for _ in range(count)]
-        self._active = [np.zeros(1, dtype=np.int64) for _ in range(count)]
+        self._arrays = arrays
+        members, width = arrays.start.size, compiled.plan.width
+        count = min(threads, -(-members // width))
+        self._job = arrays.fields(min(compiled.plan.slots, -(-members // count)))
+        self._works = [_Work(compiled, self._job) for _ in range(count)]
         self._report, self._stopped = report, stopped
         self._stop = threading.Event()
         self._told, self._next_report = 0.0, 0.0
 
     def work(self) -> None:
         """Runs to the end; this thread is one of those that work, so that an interrupt reaches it between calls."""
-        others = [threading.Thread(target=self._advance, args=(k,)) for k in range(1, len(self._lanes))]
+        others = [threading.Thread(target=self._advance, args=(k,)) for k in range(1, len(self._works))]
         for thread in others:
             thread.start()
         try:
@@ -524,14 +580,12 @@ class _Run:
             self._report(1.0 - self._told)
 
     def _advance(self, k: int) -> None:
-        compiled = self._compiled
-        lanes, active, job = self._lanes[k].ctypes.data, self._active[k], self._job.ctypes.data
-        scratch = aligned(compiled.layout.scratch_rows, compiled.plan.width)
-        compiled.start(lanes, job, active.ctypes.data)
+        work = self._works[k]
+        work.start()
         steps = STEPS_PER_CALL
-        while active[0] and not self._stop.is_set():
+        while work.going and not self._stop.is_set():
             before = time.perf_counter()
-            compiled.advance(lanes, scratch.ctypes.data, job, active.ctypes.data, steps)
+            work.advance(steps)
             took = time.perf_counter() - before
             steps = max(
                 1, 2 * steps if took < 0.5 * CALL_SECONDS else steps // 2 if took > 2.0 * CALL_SECONDS else steps
@@ -552,15 +606,12 @@ class _Run:
 
     def _share_done(self) -> float:
         """Members that are done, and the shares of those under way, over all."""
-        layout, arrays = self._compiled.layout, self._arrays
+        arrays = self._arrays
         members = arrays.start.size
         total = float(min(self._job[Job.NEXT], members))
-        for lanes, active in zip(self._lanes, self._active, strict=True):
-            for lane in range(lanes.shape[1]):
-                if not int(active[0]) >> lane & 1:
-                    continue
-                member = int(lanes[layout.member].view(np.int64)[lane])
+        for work in self._works:
+            for member, moment in work.under_way():
                 first, last = arrays.start[member], arrays.times[member, -1]
-                share = (lanes[layout.time, lane] - first) / (last - first) if last > first else 1.0
+                share = (moment - first) / (last - first) if last > first else 1.0
                 total -= 1.0 - min(max(share, 0.0), 1.0)
         return max(total, 0.0) / members

@@ -30,12 +30,14 @@ MOST_CORRECTIONS = 60
 
 @dataclass(frozen=True)
 class Equation:
-    """The equation of a root: ``residual`` is zero; ``dependents`` are the nodes of the residual that change with the
-    root, the residual among them, and ``slopes`` their derivatives with respect to the root, ``slope`` that of the
-    residual. ``others`` are the nodes that these are made of and that do not change with the root."""
+    """The equation of a root: ``residual`` is zero; ``first`` is where the search for the root begins. ``dependents``
+    are the nodes of the residual that change with the root, the residual among them, and ``slopes`` their derivatives
+    with respect to the root, ``slope`` that of the residual. ``others`` are the nodes that these are made of and that
+    do not change with the root."""
 
     root: Node
     residual: Node
+    first: Node
     slope: Node
     dependents: tuple[Node, ...]
     slopes: tuple[Node, ...]
@@ -56,7 +58,8 @@ def equations_of(roots: Sequence[Node]) -> tuple[Equation, ...]:
             needed = ordered([residual, slope])
             moved = {root.index} | {node.index for node in _moved(needed, root)}
             others = tuple(node for node in needed if not node.fixed and node.index not in moved)
-            found.append(Equation(root, residual, slope, tuple(dependents), tuple(slopes), others))
+            first = root.graph.guesses[root.index]
+            found.append(Equation(root, residual, first, slope, tuple(dependents), tuple(slopes), others))
     return tuple(found)
 
 
@@ -194,8 +197,13 @@ class Jet:
         return values[node.index]
 
     def _correct_root(self, equation: Equation, address: Value) -> None:
-        """Newton's method from the value kept at ``address``, lane by lane until nothing is left to correct."""
+        """Newton's method from the value kept at ``address``, lane by lane until nothing is left to correct; where none
+        is kept (NaN), from the first guess."""
         f = self._f
+        before = f.load(address)
+        unknown = f.compare("uno", before, before)
+        with f.when(f.anywhere(unknown)):
+            f.store(f.choose(unknown, self._first(equation.first, {}), before), address)
         others: dict[int, Value] = {}
         for node in equation.others:
             value = self._first(node, others)

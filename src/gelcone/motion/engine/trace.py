@@ -85,6 +85,7 @@ class Graph:
     def __init__(self) -> None:
         self._known: dict[tuple[Any, ...], Node] = {}
         self.equations: dict[int, Node] = {}
+        self.guesses: dict[int, Node] = {}
         self.time = self._leaf("time", 0)
 
     # --- leaves --------------------------------------------------------------------------------------------------
@@ -101,8 +102,9 @@ class Graph:
         """A number that keeps its value between events, and changes its sign at some."""
         return self._leaf("switch", name)
 
-    def root(self, name: str, residual: Callable[..., Any], at: Sequence[Any]) -> Node:
-        """The root y of ``residual(y, *at)``, followed from step to step; from 0 where a member starts.
+    def root(self, name: str, residual: Callable[..., Any], at: Sequence[Any], first: Callable[..., Any]) -> Node:
+        """The root y of ``residual(y, *at)``, followed from step to step; from ``first(*at, graph)`` where a member
+        starts, or comes under a law that needs it.
 
         ``name`` tells roots apart: an equal name stands for the same equation, else `ValueError`.
         """
@@ -110,6 +112,7 @@ class Graph:
         equation = self.node(residual(own, *at))
         if self.equations.setdefault(own.index, equation) is not equation:
             raise ValueError(f"root {name!r}: stands for two equations; give one of them another name")
+        self.guesses[own.index] = self.node(first(*at, self))
         return own
 
     def constant(self, value: float) -> Node:
@@ -301,14 +304,15 @@ def partner(node: Node) -> Node:
 
 def fingerprint(roots: Sequence[Node]) -> str:
     """Text that is equal for equal expressions, in any process."""
-    nodes = ordered(roots)
+    solved = [node for node in ordered(roots) if node.operation == "root"]
+    own = [each[node.index] for node in solved for each in (node.graph.equations, node.graph.guesses)]
+    nodes = ordered([*roots, *own])
     place = {node.index: i for i, node in enumerate(nodes)}
     rows = [
         (node.operation, [place[a.index] for a in node.arguments], node.value.hex() if _constant(node) else node.value)
         for node in nodes
     ]
-    equations = [place[node.graph.equations[node.index].index] for node in nodes if node.operation == "root"]
-    return repr((rows, [place[root.index] for root in roots], equations))
+    return repr((rows, [place[root.index] for root in roots], [place[node.index] for node in own]))
 
 
 def _constant(node: Node) -> bool:

@@ -41,7 +41,7 @@ from gelcone.physics.component import Numbers
 from gelcone.physics.dual import plain
 from gelcone.physics.film.film import Border, Film, FilmState
 from gelcone.physics.film.taut import TautCone, check_prestretch_mode
-from gelcone.physics.implicit import root, traced
+from gelcone.physics.implicit import known, root, traced
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.quantity import Array
 
@@ -117,7 +117,8 @@ class WrinklingCone(TautCone):
         """Beside those of the taut cone: ``hump``, the t of the first maximum of Vb; ``limit_squared``, the V at which
         a film without tension pulls in; ``crumpling_squared``, the V above which it is slack in both directions;
         ``end_of_slack``, the A q above which no film loses its tension without pulling in; ``edge``, the A x^2 at which
-        A q = B, negative if there is none; and the switches."""
+        A q = B, negative if there is none; ``shortest``, the x^2 below which a film is so short that evenly compressed
+        it would be beyond its stretch limit, negative if there is none; and the switches."""
         own = super().numbers(parameters)
         A, B, G = np.broadcast_arrays(own["A"], own["B"], own["G"])
         law = {name: own[name] for name in own.keys() - {"A", "B", "G"}}
@@ -135,9 +136,11 @@ class WrinklingCone(TautCone):
                 "end_of_slack": np.minimum(turning, NEVER),
                 "hump": np.minimum(hump, NEVER) * one,
                 "edge": np.where(B > A, B - A, -1.0),
+                "shortest": self._shortest(A, B, G, law) * one,
                 "width_held": one,
                 "pulls": one,
                 "crumpled": one,
+                "long": one,
             }
             | (self._numbers_after(B, G, hump, law, one) if self.goes_on else {})
         )
@@ -158,6 +161,13 @@ class WrinklingCone(TautCone):
             "below_hump": one,
             "whole": one,
         }
+
+    def _shortest(self, A: Any, B: Any, G: Any, law: Numbers) -> Any:
+        """The x^2 at which the film is as long as its gel, at m = q and A n = B or, if that is shorter, n = 1."""
+        hoop = np.maximum(A, B)
+        strain = A + hoop + 1.0 / (A * hoop) - 3.0
+        short = 1.0 / (A * np.sqrt(np.maximum(B, 1.0))) - 1.0
+        return np.where((short > 0.0) & (strain >= self.law.strain_limit(law)), short, -1.0)
 
     def _crumpling(self, t: Any, n: Numbers) -> Any:
         """Vb(t), the V G at which the film is slack in both directions at the squared stretch t; infinite at and beyond
@@ -192,24 +202,38 @@ class WrinklingCone(TautCone):
         """1 and 0: whether the width is held, and whether the film pulls; the latter unknown (None) for numbers."""
         if traced(xp):
             return 0.5 + 0.5 * n["width_held"], 0.5 + 0.5 * n["pulls"]
-        return np.where(self.local(plain(xx), plain(squared), 0.0, n).excess >= 0.0, 1.0, 0.0), None
+        own = self.local(plain(xx), plain(squared), 0.0, n)
+        return np.where((own.excess >= 0.0) & (own.hoop >= own.r), 1.0, 0.0), None
 
     def _at(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Local, Any, Any, Any]:
-        """The film's own state, K s1/q, 1 where its width is held, and 1 where it pulls."""
+        """The film's own state, K s1/q (beyond the border of the force what has its sign), 1 where its width is held,
+        and 1 where it pulls."""
         held, pulls = self._switches(xx, squared, n, xp)
+        name = f"natural width, {n['crumpled'].value}" if traced(xp) else "natural width"
 
         def residual(y: Any, xx: Any, squared: Any) -> Any:
             return held * y + (1.0 - held) * self.local(xx, squared, y, n, xp).excess
 
-        name = f"natural width, {n['width_held'].value}" if traced(xp) else "natural width"
+        def first(xx: Any, squared: Any, xp: Any) -> Any:
+            """The larger one of 1 and the n at which the hoop is stress-free without voltage, less 1: Newton's method
+            comes to the root from below, where a film that is too short has no second one."""
+            free = xp.sqrt(n["G"] / (n["B"] * (1.0 + xx))) - 1.0
+            return 0.5 * (free + xp.sqrt(free * free))
+
         if xp is np and np.all(held):  # the root of all is 0
             y = np.zeros(np.broadcast_shapes(np.shape(xx), np.shape(squared)))[()]
+        elif known(held) == 1.0:
+            y = 0.0
+        elif known(held) == known(pulls) == 0.0:
+            # a film without force begins to pull where its hoop is taut at A q = B n: that takes no root
+            own = self.local(xx, squared, (n["A"] - n["B"]) / n["B"] + (n["A"] / n["B"]) * xx, n, xp)
+            return own, own.excess, held, pulls
         else:
-            y = root(xp, name, residual, (xx, squared))
+            y = root(xp, name, residual, (xx, squared), first)
         own = self.local(xx, squared, y, n, xp)
         pull = own.lead + held * own.excess  # n = 1 where the width is held; elsewhere the excess is zero
         if pulls is None:
-            pulls = np.where(plain(pull) > 0.0, 1.0, 0.0)
+            pulls = np.where((plain(pull) > 0.0) & (plain(xx) > n["shortest"]), 1.0, 0.0)
         return own, pull, held, pulls
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
@@ -236,13 +260,15 @@ class WrinklingCone(TautCone):
     @property
     def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
         """``width_held`` tells taut from hoop-slack, and without force A q < B from A q > B; ``pulls`` tells with from
-        without force; ``crumpled`` tells meridional slack from crumpled. The last border ends the film; where a run
+        without force; ``crumpled`` tells meridional slack from crumpled there, ``long`` a film that
+        may begin to pull from one that is too short. The last border ends the film; where a run
         goes on, ``whole`` tells whether it has failed instead, and ``below_hump`` a slack film before the hump from one
         beyond it."""
         return (
-            Border(self._width_border, "width_held"),
-            Border(self._force_border, "pulls"),
+            Border(self._width_border, "width_held", tells=True),
+            Border(self._force_border, "pulls", tells=True),
             Border(self._crumpling_border, "crumpled"),
+            Border(self._length_border, "long"),
             *(
                 [Border(self._hump_border, "below_hump"), Border(self._failure_border, "whole", jumps=True)]
                 if self.goes_on
@@ -257,10 +283,17 @@ class WrinklingCone(TautCone):
         return stretched * own.excess - wider * own.y + slack * (n["edge"] - n["A"] * (x * x))
 
     def _force_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        return n["pulls"] * self._at(x * x, squared, n, xp)[1]
+        _, pull, _, pulls = self._at(x * x, squared, n, xp)
+        value, long = n["pulls"] * pull, 0.5 + 0.5 * n["long"]
+        return pulls * value + (1.0 - pulls) * (long * value + (1.0 - long))
+
+    def _length_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        _, pulls = self._switches(x * x, squared, n, xp)
+        return pulls + (1.0 - pulls) * (n["long"] * (x * x - n["shortest"]))
 
     def _crumpling_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        return n["crumpled"] * (squared - n["crumpling_squared"])
+        _, pulls = self._switches(x * x, squared, n, xp)
+        return pulls + (1.0 - pulls) * (n["crumpled"] * (squared - n["crumpling_squared"]))
 
     def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         own, _, held, pulls = self._at(x * x, squared, n, xp)
@@ -307,6 +340,7 @@ class WrinklingCone(TautCone):
             "width_held": np.where(np.where(pulls > 0.0, held, slack_side) > 0.0, 1.0, -1.0),
             "pulls": np.where(pulls > 0.0, 1.0, -1.0),
             "crumpled": np.where(squared > n["crumpling_squared"], 1.0, -1.0),
+            "long": np.where(xx > n["shortest"], 1.0, -1.0),
         } | (self._switches_after(xx, squared, n) if self.goes_on else {})
 
     def _switches_after(self, xx: Any, squared: Any, n: Numbers) -> dict[str, Any]:
