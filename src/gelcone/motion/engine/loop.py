@@ -318,7 +318,7 @@ def _step(plan: Plan, layout: Layout, place: int) -> Function:
     spent = f.compare("oge", steps, f.load(row(layout.most_steps)))
     sides = {part.place: _side(f, row(layout.sides + part.place), part.border) for part in followed}
     _bound_seldom(f, followed, sides, step)
-    near = {part.place: _near(f, part, sides[part.place], step) for part in followed}
+    near = {part.place: _near(f, part.coefficients, sides[part.place], step) for part in followed}
     due = f.either(f.either(ends, sampled), f.either(small, spent))
     due = f.either(due, f.new(f"xor {f.truth_type} {finite}, splat (i1 true)"))
     for mask in near.values():
@@ -400,13 +400,15 @@ def _later(f: Function, time: Value, low: Value, step: Value) -> tuple[Value, Va
     return new_time, f.subtract(lost, f.subtract(new_time, total))
 
 
-def _side(f: Function, address: Value, border: Border) -> Value:
-    """The sign that makes a border function positive on the member's side."""
+def _side(f: Function, address: Value, border: Border) -> Value | None:
+    """The sign that makes a border function positive on the member's side; None where it always is."""
+    if border.sided and border.direction < 0:
+        return None
     side = f.load(address)
     return f.negative(side) if border.direction > 0 else side
 
 
-def _bound_seldom(f: Function, followed: Sequence[_Followed], sides: Mapping[int, Value], step: Value) -> None:
+def _bound_seldom(f: Function, followed: Sequence[_Followed], sides: Mapping[int, Value | None], step: Value) -> None:
     """Takes from the last coefficient of borders of low order m what the next ones may hold, on the member's side:
     |g_m| h^m + |g_(m-1)| h^(m-1)/2. Coefficients times h^k fall to a seventh or so from order to order."""
     for place, border, g in followed:
@@ -415,21 +417,50 @@ def _bound_seldom(f: Function, followed: Sequence[_Followed], sides: Mapping[int
             rest = f.fused(
                 f.divide(f.real(0.5), f.larger(step, f.real(SHORTEST))), f.absolute(before), f.absolute(last)
             )
-            g[-1] = f.subtract(last, f.multiply(sides[place], rest))
+            sign = sides[place]
+            g[-1] = f.subtract(last, rest if sign is None else f.multiply(sign, rest))
 
 
-def _near(f: Function, part: _Followed, sign: Value, step: Value) -> Value:
-    """Lanes that may cross a border in this step: with the sign that makes g positive on the member's side, those in
-    which g_0 + g_1 t - b t^2 is not at t = 0, at t = h or between, b = |g_3| h + |g_4| h^2 + ... - g_2."""
-    g = [f.real(0.0) if value is None else value for value in part.coefficients]
-    value, slope, curve = (f.multiply(sign, part) for part in g[:3])
-    rest = f.polynomial(step, [f.real(0.0), *(f.absolute(part) for part in g[3:])])
-    bend = f.subtract(rest, curve)
+def _near(f: Function, coefficients: Sequence[Value | None], sign: Value | None, step: Value) -> Value:
+    """Lanes that may cross a border in this step. Two bounds tell those that do not, with the sign that makes g positive
+    on the member's side: g_0 + g_1 t - b t^2 is above zero at t = 0, at t = h and between, b = - g_2 - n_3 h - n_4 h^2
+    - ..., where n_k is g_k where that is negative, else 0; or the Bernstein coefficients of g_0 + ... + g_4 t^4 over
+    the step are, less what n_5, ... take.
+    """
+    zero = f.real(0.0)
+    g = [zero if part is None or sign is None else f.multiply(sign, part) for part in coefficients]
+    g = [own if own != zero or part is None else part for own, part in zip(g, coefficients, strict=True)]
+    falling = [None if part is None else f.smaller(zero, own) for own, part in zip(g, coefficients, strict=True)]
+
+    def rest(first: int) -> Value:
+        """Sum of n_k h^(k - first) from k = first on."""
+        parts = [zero if part is None else part for part in falling[first:]]
+        return f.polynomial(step, parts) if parts else zero
+
+    value, slope, curve = g[:3]
+    bend = f.negative(f.fused(rest(3), step, curve))
     last = f.fused(f.fused(f.negative(bend), step, slope), step, value)
-    ends = f.compare("ule", f.smaller(value, last), f.real(0.0))
-    valley = f.both(f.compare("olt", slope, f.real(0.0)), f.compare("olt", bend, f.real(0.0)))
+    ends = f.compare("ule", f.smaller(value, last), zero)
+    valley = f.both(f.compare("olt", slope, zero), f.compare("olt", bend, zero))
     deep = f.compare("oge", f.multiply(slope, slope), f.multiply(f.multiply(f.real(-4.0), bend), value))
-    return f.either(ends, f.both(valley, deep))
+    near = f.either(ends, f.both(valley, deep))
+    first, second, third, fourth = _scaled(f, g[1:5], step)
+    after = f.polynomial(step, [zero, zero, zero, zero, zero, rest(5)])
+    lowest = value
+    for shares in ((0.25, 0.0, 0.0, 0.0), (0.5, 1.0 / 6.0, 0.0, 0.0), (0.75, 0.5, 0.25, 0.0), (1.0, 1.0, 1.0, 1.0)):
+        total = value
+        for share, part in zip(shares, (first, second, third, fourth), strict=True):
+            total = f.fused(f.real(share), part, total) if share else total
+        lowest = f.smaller(lowest, total)
+    return f.both(near, f.compare("ule", f.add(lowest, after), zero))
+
+
+def _scaled(f: Function, coefficients: Sequence[Value], step: Value) -> list[Value]:
+    scaled, power = [], step
+    for k, part in enumerate(coefficients):
+        power = step if k == 0 else f.multiply(power, step)
+        scaled.append(f.multiply(part, power))
+    return scaled
 
 
 def _keep_step(
