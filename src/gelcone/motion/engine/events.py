@@ -123,8 +123,8 @@ def crossing_function(order: int, width: int) -> Function:
         horizon = f.smaller(f.load(reach), left)
         # value + slope d - bend d^2 lies below up to the horizon, and so does its zero, if it has one
         curve = coefficients[2]
-        rest = f.polynomial(horizon, [f.real(0.0), *(f.absolute(value) for value in coefficients[3:])])
-        bend = f.subtract(rest, curve)
+        falls = [f.negative(f.smaller(value, f.real(0.0))) for value in coefficients[3:]]
+        bend = f.subtract(f.polynomial(horizon, [f.real(0.0), *falls]), curve)
         within = f.fused(slope, slope, f.multiply(f.multiply(f.real(4.0), bend), value))
         root = f.sqrt(f.larger(within, f.real(0.0)))
         falling = f.divide(f.multiply(f.real(2.0), value), f.subtract(root, slope))
@@ -141,7 +141,8 @@ def crossing_function(order: int, width: int) -> Function:
         with f.when(f.compare("ole", after, at)):
             f.finish_here(f"double {at}")
         # from below a falling zero advances square their error: what the next one would add is lost to rounding
-        missed = f.multiply(f.add(rest, f.absolute(curve)), f.multiply(advance, advance))
+        bends = f.polynomial(advance, [f.absolute(value) for value in coefficients[2:]])
+        missed = f.multiply(bends, f.multiply(advance, advance))
         exact = f.compare("olt", missed, f.multiply(f.multiply(f.real(-RESOLVED), slope), "%step"))
         with f.when(exact):
             f.finish_here(f"double {after}")

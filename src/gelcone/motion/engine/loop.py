@@ -37,6 +37,8 @@ SELDOM_ORDER = 4
 """Order of the polynomials of borders that are seldom near."""
 SHORTEST = 2.0**-60
 """A step of which it matters not what such a polynomial leaves out."""
+BERNSTEIN = (0.25,), (0.5, 1.0 / 6.0), (0.75, 0.5, 0.25), (1.0, 1.0, 1.0, 1.0)
+"""Shares of a_1, a_2, ... in the Bernstein coefficients of a_0 + a_1 s + ... + a_4 s^4 behind the first, which is a_0."""
 THERE = 2.0**-13
 """Share of a step below which a polynomial of that order is exact."""
 ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, TERMINAL_EVENT = range(5)
@@ -432,35 +434,28 @@ def _near(f: Function, coefficients: Sequence[Value | None], sign: Value | None,
     g = [own if own != zero or part is None else part for own, part in zip(g, coefficients, strict=True)]
     falling = [None if part is None else f.smaller(zero, own) for own, part in zip(g, coefficients, strict=True)]
 
-    def rest(first: int) -> Value:
-        """Sum of n_k h^(k - first) from k = first on."""
-        parts = [zero if part is None else part for part in falling[first:]]
-        return f.polynomial(step, parts) if parts else zero
-
+    falling = [zero if part is None else part for part in falling]
+    after = f.polynomial(step, falling[5:]) if falling[5:] else zero
+    third_on = f.polynomial(step, [falling[3], falling[4], after])
     value, slope, curve = g[:3]
-    bend = f.negative(f.fused(rest(3), step, curve))
+    bend = f.negative(f.fused(third_on, step, curve))
     last = f.fused(f.fused(f.negative(bend), step, slope), step, value)
     ends = f.compare("ule", f.smaller(value, last), zero)
     valley = f.both(f.compare("olt", slope, zero), f.compare("olt", bend, zero))
     deep = f.compare("oge", f.multiply(slope, slope), f.multiply(f.multiply(f.real(-4.0), bend), value))
     near = f.either(ends, f.both(valley, deep))
-    first, second, third, fourth = _scaled(f, g[1:5], step)
-    after = f.polynomial(step, [zero, zero, zero, zero, zero, rest(5)])
-    lowest = value
-    for shares in ((0.25, 0.0, 0.0, 0.0), (0.5, 1.0 / 6.0, 0.0, 0.0), (0.75, 0.5, 0.25, 0.0), (1.0, 1.0, 1.0, 1.0)):
-        total = value
-        for share, part in zip(shares, (first, second, third, fourth), strict=True):
-            total = f.fused(f.real(share), part, total) if share else total
-        lowest = f.smaller(lowest, total)
-    return f.both(near, f.compare("ule", f.add(lowest, after), zero))
-
-
-def _scaled(f: Function, coefficients: Sequence[Value], step: Value) -> list[Value]:
-    scaled, power = [], step
-    for k, part in enumerate(coefficients):
-        power = step if k == 0 else f.multiply(power, step)
+    power, scaled = step, [f.multiply(g[1], step)]
+    for part in g[2:5]:
+        power = f.multiply(power, step)
         scaled.append(f.multiply(part, power))
-    return scaled
+    lowest = value
+    for shares in BERNSTEIN:
+        total = value
+        for share, part in zip(shares, scaled, strict=False):
+            total = f.fused(f.real(share), part, total)
+        lowest = f.smaller(lowest, total)
+    lowest = f.fused(f.multiply(power, step), after, lowest)
+    return f.both(near, f.compare("ule", lowest, zero))
 
 
 def _keep_step(

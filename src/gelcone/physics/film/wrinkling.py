@@ -189,7 +189,8 @@ class WrinklingCone(TautCone):
         thinning = larger / (1.0 + larger)  # 1 - 1/(q n)
         strain = (A + B + G - 3.0) + A * xx + B * y - G * thinning
         compliance = self.law.compliance(strain, n, xp)
-        own = ((B - G) + B * y + G * thinning) * (1.0 - thinning)  # (B n - r)/(q n)
+        # (B n - r)/(q n), r = G (1 - thinning)
+        own = (B - G) + (2.0 * G - B) * thinning - G * (thinning * thinning) + (B * y) * (1.0 - thinning)
         lead = (A - B) + B * (flatness - y + y * flatness)
         excess = own - squared * compliance
         return Local(y, flatness, G - G * thinning, compliance, strain, A + A * xx, B + B * y, lead, excess)
@@ -268,7 +269,7 @@ class WrinklingCone(TautCone):
             Border(self._width_border, "width_held", tells=True),
             Border(self._force_border, "pulls", tells=True),
             Border(self._crumpling_border, "crumpled"),
-            Border(self._length_border, "long"),
+            Border(self._length_border, "long", seldom=True),
             *(
                 [Border(self._hump_border, "below_hump"), Border(self._failure_border, "whole", jumps=True)]
                 if self.goes_on
