@@ -2,7 +2,7 @@
 
 import ctypes
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -299,6 +299,24 @@ def test_switches_agree_with_bracketing(kind):
     assert switches.mean() > 12
     assert tight.max() < 1e-11
     assert loose.max() < 1e-6
+
+
+def test_laws_apart_are_the_laws_of_the_switches():
+    """Code made for each sign of the switches apart gives the same motion, and the same bits in any company."""
+    members = 200
+    numbers, times = stops("apart", members), np.tile(np.linspace(1.0, 20.0, 20), (members, 1))
+    start, apart = {"s1": 1.0, "s2": 1.0}, [replace(event, tells=True) for event in STOPS]
+    together = Program(TwoStops(), "states", 1e-10, STOPS).run(numbers | start, np.zeros((members, 2)), 0.0, times)
+    program = Program(TwoStops(), "states", 1e-10, apart)
+    assert len(program._plan(8).laws) == 4
+    raw = program.run(numbers | start, np.zeros((members, 2)), 0.0, times, threads=2)
+    np.testing.assert_allclose(raw.states, together.states, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(raw.dwell, together.dwell, rtol=0.0, atol=1e-9)
+    for some in (slice(3, 4), slice(60, 7, -9)):
+        own = {name: np.broadcast_to(value, (members,))[some] for name, value in numbers.items()}
+        again = program.run(own | start, np.zeros_like(raw.states[some, 0]), 0.0, times[some])
+        np.testing.assert_array_equal(again.states, raw.states[some])
+        np.testing.assert_array_equal(again.dwell, raw.dwell[some])
 
 
 @pytest.mark.slow

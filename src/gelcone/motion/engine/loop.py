@@ -37,8 +37,11 @@ SELDOM_ORDER = 4
 """Order of the polynomials of borders that are seldom near."""
 SHORTEST = 2.0**-60
 """A step of which it matters not what such a polynomial leaves out."""
+CROWD = 4
+"""Members that a thread works on, for each lane of each law: with 1 there is always a law whose lanes are full, with
+more this lasts longer at the end."""
 BERNSTEIN = (0.25,), (0.5, 1.0 / 6.0), (0.75, 0.5, 0.25), (1.0, 1.0, 1.0, 1.0)
-"""Shares of a_1, a_2, ... in the Bernstein coefficients of a_0 + a_1 s + ... + a_4 s^4 behind the first, which is a_0."""
+"""Shares of a_1, a_2, ... in the Bernstein coefficients of a_0 + a_1 s + ... + a_4 s^4, but for a_0 in all of them."""
 THERE = 2.0**-13
 """Share of a step below which a polynomial of that order is exact."""
 ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, TERMINAL_EVENT = range(5)
@@ -140,8 +143,8 @@ class Plan:
 
     @property
     def slots(self) -> int:
-        """Members that a thread can work on: with so many of them there is always a law whose lanes are full."""
-        return len(self.laws) * self.width
+        """Members that a thread can work on; without laws to tell apart more than lanes serve nothing. A power of 2."""
+        return self.width if len(self.laws) == 1 else CROWD * len(self.laws) * self.width
 
 
 class Layout:
@@ -424,17 +427,15 @@ def _bound_seldom(f: Function, followed: Sequence[_Followed], sides: Mapping[int
 
 
 def _near(f: Function, coefficients: Sequence[Value | None], sign: Value | None, step: Value) -> Value:
-    """Lanes that may cross a border in this step. Two bounds tell those that do not, with the sign that makes g positive
-    on the member's side: g_0 + g_1 t - b t^2 is above zero at t = 0, at t = h and between, b = - g_2 - n_3 h - n_4 h^2
-    - ..., where n_k is g_k where that is negative, else 0; or the Bernstein coefficients of g_0 + ... + g_4 t^4 over
-    the step are, less what n_5, ... take.
+    """Lanes that may cross a border in this step. With the sign that makes g positive on the member's side, two bounds
+    tell those that do not: g_0 + g_1 t - b t^2 is above zero at t = 0, at t = h and between, where
+    b = - g_2 - n_3 h - n_4 h^2 - ..., and n_k is g_k where that is negative, else 0; or the Bernstein coefficients of
+    g_0 + ... + g_4 t^4 over the step are above zero, less what n_5, ... take.
     """
     zero = f.real(0.0)
     g = [zero if part is None or sign is None else f.multiply(sign, part) for part in coefficients]
     g = [own if own != zero or part is None else part for own, part in zip(g, coefficients, strict=True)]
-    falling = [None if part is None else f.smaller(zero, own) for own, part in zip(g, coefficients, strict=True)]
-
-    falling = [zero if part is None else part for part in falling]
+    falling = [zero if part is None else f.smaller(zero, own) for own, part in zip(g, coefficients, strict=True)]
     after = f.polynomial(step, falling[5:]) if falling[5:] else zero
     third_on = f.polynomial(step, [falling[3], falling[4], after])
     value, slope, curve = g[:3]
@@ -479,7 +480,9 @@ def _keep_step(
         for k, value in enumerate([*part.coefficients, *[None] * (terms - len(part.coefficients))])
     ]
     if plan.borders:
-        roots = [[None] * terms for _ in layout.equations]  # those of other laws begin anew when they are needed
+        roots: list[list[Value | None]] = [
+            [None] * terms for _ in layout.equations
+        ]  # those of other laws begin anew when they are needed
         for equation, row in zip(law.equations, jet.roots, strict=True):
             roots[layout.root(equation)] = row
         rows += [

@@ -317,11 +317,10 @@ def _trace(
     telling = list(dict.fromkeys(event.switch for event in events if event.tells and event.switch is not None))
     telling = telling[:MOST_TELLING]
 
-    laws, restarts = [], []
+    laws = []
     for signs in range(2 ** len(telling)):
         own = {name: graph.constant(-1.0 if signs >> k & 1 else 1.0) for k, name in enumerate(telling)}
-        law, restarts = _law(graph, system, keep, events, state, n | own)
-        laws.append(law)
+        laws.append(_law(graph, system, keep, events, state, n | own))
     borders = []
     for k, event in enumerate(events):
         switch = None if event.switch is None else n[event.switch]
@@ -337,7 +336,7 @@ def _trace(
         "borders": tuple(borders),
         "switches": tuple(graph.switch(name) for name in switched),
         "numbers": tuple(system.numbers),
-        "restarts": restarts,
+        "restarts": _restarts(keep, count),
         "corner_switch": None if corner_switch is None else switched.index(corner_switch),
         "corner_time": None if corner_time is None else switched.index(corner_time),
     }
@@ -345,10 +344,9 @@ def _trace(
 
 def _law(
     graph: Graph, system: System, keep: str, events: Sequence[Event], state: Sequence[Any], n: Mapping[str, Any]
-) -> tuple[loop.Law, tuple[float | None, ...]]:
-    """What the states obey where the numbers are ``n``, and what restarts they take after each sample."""
+) -> loop.Law:
+    """What the states obey where the numbers are ``n``."""
     count = len(state)
-    restarts: list[float | None] = [None] * count
     if keep == "tangents":
         flow, slopes = system.flow(graph.time, state, n, graph)
         rates = [graph.node(rate) for rate in flow]
@@ -360,15 +358,19 @@ def _law(
                 for term in terms:
                     total = total + term
                 rates.append(total)
-                restarts.append(float(i == j))
     else:
         rates = [graph.node(rate) for rate in system.rates(graph.time, state, n, graph)]
         if keep == "work":
             rates += [graph.node(power) for power in system.powers(graph.time, state, n, graph)]
-            restarts += [None, None]
-
     values = [graph.node(event.border(graph.time, state, n, graph)) for event in events]
-    return loop.Law(tuple(rates), tuple(values), equations_of([*rates, *values])), tuple(restarts)
+    return loop.Law(tuple(rates), tuple(values), equations_of([*rates, *values]))
+
+
+def _restarts(keep: str, count: int) -> tuple[float | None, ...]:
+    """What states are set to after each sample, of a system with ``count`` of its own."""
+    unit = [float(i == j) for i in range(count) for j in range(count)]
+    more: Sequence[float | None] = unit if keep == "tangents" else [None, None] if keep == "work" else []
+    return (*[None] * count, *more)
 
 
 class _Compiled:
@@ -554,7 +556,10 @@ class _Run:
         self._arrays = arrays
         members, width = arrays.start.size, compiled.plan.width
         count = min(threads, -(-members // width))
-        self._job = arrays.fields(min(compiled.plan.slots, -(-members // count)))
+        own = -(-members // count)
+        # threads that share the members leave half of them in the queue, so that all have work to the end
+        taken = own if count == 1 else max(len(compiled.plan.laws) * width, own // 2)
+        self._job = arrays.fields(min(compiled.plan.slots, own, taken))
         self._works = [_Work(compiled, self._job) for _ in range(count)]
         self._report, self._stopped = report, stopped
         self._stop = threading.Event()

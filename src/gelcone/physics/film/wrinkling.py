@@ -221,6 +221,7 @@ class WrinklingCone(TautCone):
             free = xp.sqrt(n["G"] / (n["B"] * (1.0 + xx))) - 1.0
             return 0.5 * (free + xp.sqrt(free * free))
 
+        y: Any
         if xp is np and np.all(held):  # the root of all is 0
             y = np.zeros(np.broadcast_shapes(np.shape(xx), np.shape(squared)))[()]
         elif known(held) == 1.0:
