@@ -11,8 +11,7 @@ import pytest
 from gelcone.codes import Outcome, Regime
 from gelcone.dataset import load, save
 from gelcone.errors import InputError
-from gelcone.motion import cycle, tangents
-from gelcone.motion import regime as module
+from gelcone.motion import cycle, examination, tangents
 from gelcone.motion.cycle import periods_of
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.evidence import Evidence
@@ -303,7 +302,7 @@ def test_drifts_are_told_from_chaos():
     leaving = np.stack([1e-4 * (-1.02) ** k, 1e-4 * 1.02**k], axis=1)
     wandering = np.random.default_rng(5).normal(size=(20, 200, 2))
     settling = np.stack([0.98**k, 0.99**k], axis=1)
-    found = module.drifts(np.concatenate([leaving[None], settling[None], wandering]))
+    found = examination.drifts(np.concatenate([leaving[None], settling[None], wandering]))
     assert found.tolist() == [True] + [False] * 21
 
 
@@ -313,7 +312,7 @@ def test_judging_flags_what_disagrees():
     evidence.regime[:] = [Regime.TRANSIENT] * 3 + [Regime.PERIODIC] * 2 + [Regime.TRANSIENT]
     evidence.sign[:] = [1, 1, 1, -1, 0, -1]
     evidence.zero_one[:3] = [0.95, 0.4, 0.95]
-    module._judge(model.members(), evidence)
+    examination.judge(model.members(), evidence)
     assert [Regime(code).label for code in evidence.regime] == ["chaotic"] * 3 + ["periodic"] * 2 + ["transient"]
     assert evidence.doubtful.tolist() == [False, True, False, False, True, True]
 
@@ -404,14 +403,14 @@ def test_the_test_is_taken_at_the_phase_at_which_the_motion_varies_the_most():
         at = np.arange(1, 9) / 8.0
         size = 1.0 + np.exp(-50.0 * (at - widest / 8.0) ** 2)
         path = np.array([1.0, -1.0, 0.5])[None, :, None] * size
-        assert module._widest(path).tolist() == [expected]
+        assert examination._widest(path).tolist() == [expected]
 
 
 def test_a_member_that_ran_out_of_steps_or_digits_has_not_left_the_domain():
     model = ConeModel(damping_ratio=np.full(4, 0.1))
     evidence = Evidence.blank(4)
     evidence.outcome[:] = [Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT, Outcome.PULLED_IN, Outcome.OUTSIDE]
-    module._judge(model.members(), evidence)
+    examination.judge(model.members(), evidence)
     assert evidence.regime.tolist() == [Regime.TRANSIENT] * 2 + [Regime.LEFT_THE_DOMAIN] * 2
     assert evidence.doubtful.tolist() == [True, True, False, False]
 
@@ -438,7 +437,7 @@ def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(monkeyp
     monkeypatch.setattr(ConeSystem, "planar", plane)
     evidence = Evidence.blank(1, 2 if plane else 3)
     evidence.zero_one[:], evidence.sign[:] = zero_one, 0
-    module._judge(ConeModel(damping_ratio=np.array([0.1])).members(), evidence)
+    examination.judge(ConeModel(damping_ratio=np.array([0.1])).members(), evidence)
     assert Regime(int(evidence.regime[0])).label == name
     assert evidence.doubtful.tolist() == [doubtful]
 

@@ -19,10 +19,10 @@ from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
+from gelcone.motion.examination import REST_TOLERANCE
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import equilibrium_under_bias, linear_response
 from gelcone.motion.natural import natural_frequency
-from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.settle import start_states
 from gelcone.motion.settled import HARMONICS, Swing, extent, settled_swing, swing
 from gelcone.motion.stepping import NUDGE, SURE, Falls, Trail, carried, continued, walk

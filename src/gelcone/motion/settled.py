@@ -14,10 +14,10 @@ from gelcone.dataset import Findings
 from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
 from gelcone.motion.cycle import periods_of
+from gelcone.motion.examination import REST_TOLERANCE
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.linear import linear_response
-from gelcone.motion.regime import REST_TOLERANCE
 from gelcone.motion.settle import default_transient, repeats_lasting, round_duration, settle, single, start_states
 from gelcone.motion.validity import unknown, validity, validity_variables
 from gelcone.physics.members import Members
