@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from gelcone.devices.device import (
     DEVICE_FIELDS,
+    DRIVE_NUMBERS,
     SWEPT_FIELDS,
     Device,
     Scales,
@@ -694,3 +695,22 @@ def test_the_list_of_fields_names_all_of_them():
     for name, field in DEVICE_FIELDS.items():
         assert f"  {name.removeprefix('material.')} " in text
         assert field.meaning in text
+
+
+@pytest.mark.parametrize("name", shipped_devices())
+def test_another_drive_makes_the_device_that_replace_makes(name):
+    device = find_device(name)
+    assert device.scales  # which is kept
+    changes = dict(zip(DRIVE_NUMBERS, ("1.1 kV", "-0.2 kV", "7 Hz"), strict=True))
+    driven, replaced = device.redriven(changes), device.replace_quietly(changes)
+    assert driven == replaced != device
+    assert driven.scales == replaced.scales
+    assert driven.to_model().parameters() == replaced.to_model().parameters()
+    assert driven.initial_state() == replaced.initial_state()
+    for wrong in ({"frequency": "0 Hz"}, {"voltage_amplitude": "1 mm"}):
+        messages = []
+        for change in (device.redriven, device.replace_quietly):
+            with pytest.raises(InputError) as refused:
+                change(wrong)
+            messages.append(str(refused.value))
+        assert messages[0] == messages[1]

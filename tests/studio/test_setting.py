@@ -97,3 +97,11 @@ def test_an_error_of_a_file_does_not_tell_where_it_is_kept(shelf):
     with pytest.raises(InputError, match="disc_radius") as told:
         shelf.subject(Setting.read({"file": text_of().replace('disc_radius = "8 mm"', 'disc_radius = "80 mm"')}))
     assert str(shelf.folder) not in str(told.value)
+
+
+def test_a_device_that_is_several_is_refused_by_the_name_of_its_field(shelf):
+    text = text_of().replace('film_thickness = "0.2 mm"', 'film_thickness = ["0.2 mm", "0.3 mm"]')
+    assert text != text_of()
+    with pytest.raises(InputError, match="film_thickness: holds 2 values") as refused:
+        shelf.subject(Setting.read({"file": text}))
+    assert refused.value.field == "film_thickness"

@@ -55,13 +55,13 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
     from gelcone.devices.device import find_device, shipped_devices
     from gelcone.errors import DoubtfulInput
     from gelcone.studio.server import LOCAL, Studio, run
-    from gelcone.studio.setting import Setting, Shelf
+    from gelcone.studio.setting import Setting, Shelf, check_single
 
     warnings.simplefilter("ignore", DoubtfulInput)  # the page shows them
     name = device if device is not None or preset is not None else "biased-pump"
     given = None
     if name is not None and (name not in shipped_devices() or Path(name).is_file()):
-        find_device(name)
+        check_single(find_device(name))
         given = Path(name).resolve()
     studio = Studio(Shelf(given), host)
     listening = studio.listen(port)

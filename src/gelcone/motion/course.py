@@ -130,6 +130,8 @@ def period_of(points: Array) -> tuple[npt.NDArray[np.int64], Array]:
     candidates = last < RETURN
     for lag in np.flatnonzero(candidates.any(axis=0)) + 1:
         rows = np.flatnonzero(candidates[:, lag - 1] & (period == 0))
+        if not rows.size:
+            continue
         compared = min(max(LAGS, lag), length - lag)
         later = points[rows, -compared:]
         earlier = points[rows, -compared - lag : -lag]

@@ -140,7 +140,8 @@ def validity(members: Members, times: Array, states: Array, *, turn: bool = Fals
     length = states.shape[1] // BLOCKS
     for where in (*fails.values(), *spent.values()):
         if turn:
-            error = np.maximum(error, 0.5 * (where != np.roll(where, 1, axis=1)).mean(axis=1))
+            changes = (where[:, 1:] != where[:, :-1]).sum(axis=1) + (where[:, 0] != where[:, -1])
+            error = np.maximum(error, 0.5 * (changes / where.shape[1]))
             continue
         parts = where[:, : length * BLOCKS].reshape(len(where), BLOCKS, length).mean(axis=2)
         error = np.maximum(error, parts.std(axis=1, ddof=1) / np.sqrt(BLOCKS))

@@ -17,8 +17,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
+
 from gelcone.analyses.subject import Subject, read_pairs, read_subject, read_value
-from gelcone.devices.device import Device, shipped_devices
+from gelcone.devices.device import DRIVE_NUMBERS, SWEPT_FIELDS, Device, shipped_devices
 from gelcone.devices.materials import load_materials
 from gelcone.devices.units import DIMENSIONS, FieldError
 from gelcone.errors import InputError, unknown_name
@@ -130,10 +132,10 @@ class Shelf:
         if path is None:
             return read_subject(**typed(setting))
         try:
-            found = _device(path, path.stat().st_mtime_ns)
-            if setting.values:
-                texts = read_pairs(typed(setting)["settings"], device=True)
-                found = found.replace_quietly({name: read_value(text) for name, text in texts.items()})
+            texts = read_pairs(typed(setting)["settings"], device=True) if setting.values else {}
+            own = tuple((name, text) for name, text in sorted(texts.items()) if name not in DRIVE_NUMBERS)
+            found = _device(path, path.stat().st_mtime_ns, own)
+            found = found.redriven({name: read_value(texts[name]) for name in DRIVE_NUMBERS if name in texts})
             return Subject(found.to_model(), found, start_of(found))
         except InputError as error:
             if setting.file is None:
@@ -153,14 +155,12 @@ class Shelf:
         return path
 
 
-DRIVE = ("voltage_amplitude", "voltage_offset", "frequency")
-"""Fields on which the start of a device does not depend."""
 _starts: dict[str, Any] = {}
 
 
 def start_of(device: Device) -> Any:
     """`Device.initial_state`, which takes long for a film that wrinkles; kept while only the drive changes."""
-    own = {name: value for name, value in device.parameters().items() if name not in DRIVE}
+    own = {name: value for name, value in device.parameters().items() if name not in DRIVE_NUMBERS}
     key = repr(sorted(own.items(), key=lambda item: item[0]))
     if key not in _starts:
         if len(_starts) >= MOST_STARTS:
@@ -170,9 +170,21 @@ def start_of(device: Device) -> Any:
 
 
 @lru_cache(maxsize=64)
-def _device(path: Path, changed: int) -> Device:
-    """The device in a file that was ``changed`` at a time."""
-    return Device.from_toml(path)
+def _device(path: Path, changed: int, texts: tuple[tuple[str, str], ...] = ()) -> Device:
+    """The device in a file that was ``changed`` at a time, with other fields as they were typed."""
+    if texts:
+        return _device(path, changed).replace_quietly({name: read_value(text) for name, text in texts})
+    found = Device.from_toml(path)
+    check_single(found)
+    return found
+
+
+def check_single(device: Device) -> None:
+    """`FieldError` for a device that is several: the studio shows one."""
+    for name in SWEPT_FIELDS:
+        if np.ndim(device.get(name)):
+            count = np.size(device.get(name))
+            raise FieldError(name, f"{name}: holds {count} values; give one, and sweep it in the studio's map or strip")
 
 
 def leaf(name: str) -> str:

@@ -369,15 +369,15 @@ class WrinklingCone(TautCone):
         """Squared true meridional and hoop length of the film over the mounted ones, m and n; NaN once it has pulled
         in."""
         xx, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(squared, dtype=float))
-        n = {name: np.broadcast_to(value, xx.shape) for name, value in n.items()}
         with np.errstate(all="ignore"):
             own, _, _, pulls = self._at(xx, squared, n, np)
-            m, width = np.array(1.0 + xx), np.array(1.0 + own.y)
+            m, width = np.array(1.0 + xx), np.array(np.broadcast_to(1.0 + own.y, xx.shape))
             gone, slack = self._gone(xx, squared, n), pulls == 0.0
             crumpled = slack & ~gone & (squared > n["crumpling_squared"])
             if crumpled.any():
-                t = self._natural(squared[crumpled], _taken(n, crumpled))
-                m[crumpled], width[crumpled] = t / n["A"][crumpled], t / n["B"][crumpled]
+                there = _taken(n, crumpled)
+                t = self._natural(squared[crumpled], there)
+                m[crumpled], width[crumpled] = t / there["A"], t / there["B"]
             held = slack & ~gone & ~crumpled
             if held.any():
                 m[held], width[held] = self._natural_meridian(xx[held], squared[held], _taken(n, held)), 1.0
@@ -520,7 +520,8 @@ def _valley(law: StrainEnergyLaw, n: Numbers, hump: Any) -> Any:
 
 
 def _taken(n: Numbers, where: Any) -> dict[str, Any]:
-    return {name: value[where] for name, value in n.items()}
+    """The numbers at those of many places."""
+    return {name: np.broadcast_to(value, where.shape)[where] for name, value in n.items()}
 
 
 def _crumpling(law: StrainEnergyLaw, t: Any, n: Numbers) -> Any:
