@@ -5,6 +5,7 @@ import json
 import os
 import random
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -17,6 +18,9 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from gelcone.codes import Regime
+from gelcone.progress import Stopped, current_watch
+from gelcone.studio import look
 from gelcone.studio.frames import unpack
 from gelcone.studio.pool import LANES
 from gelcone.studio.server import LARGEST_MESSAGE, Studio
@@ -114,6 +118,28 @@ def test_the_page_names_all_its_modules_so_that_they_load_at_once():
         assert f'"/static/{path.name}"' in text, path
 
 
+def test_an_answer_is_not_held_back_until_the_one_before_is_acknowledged():
+    studio = Studio(Shelf())
+    listening = studio.listen()
+
+    async def options():
+        found = asyncio.get_running_loop().create_future()
+
+        def come(reader, writer):
+            own = writer.get_extra_info("socket")
+            found.set_result(own.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+            writer.close()
+
+        async with await asyncio.start_server(come, sock=listening):
+            _, writer = await asyncio.open_connection("127.0.0.1", studio.port)
+            writer.close()
+            return await found
+
+    assert asyncio.run(options())
+    studio.stop()
+    studio.shelf.close()
+
+
 def test_another_host_is_refused(server):
     assert server.get(f"/?token={server.studio.token}", Host="evil.example")[0] == 421
 
@@ -161,6 +187,31 @@ def test_the_newest_request_wins_and_is_answered(server):
             answered.append(answer(page, "response")[0]["id"])
         assert answered == sorted(answered)
         assert len(answered) < 60
+
+
+def test_what_refines_an_older_picture_gives_way_to_a_newer_one_at_once(server, monkeypatch):
+    ended, in_time, response = threading.Event(), [], look.response
+
+    def section(subject):
+        current_watch().stop.wait(10)
+        ended.set()
+        raise Stopped
+
+    def first_picture(subject, periods):
+        if periods == 6:
+            in_time.append(ended.wait(3))
+        return response(subject, periods)
+
+    chaotic = look.Parts({}, {"regime": int(Regime.CHAOTIC), "lines": ["chaotic"], "extent": None})
+    monkeypatch.setitem(look.STAGES, "kind", lambda subject: chaotic)
+    monkeypatch.setitem(look.STAGES, "section", section)
+    monkeypatch.setattr(look, "response", first_picture)
+    with server.page() as page:
+        ask(page, "look", 1, side="a", setting=PUMP, periods=5)
+        answer(page, "kind")
+        ask(page, "look", 2, side="a", setting=PUMP, periods=6)
+        assert answer(page, "response")[0]["id"] == 2
+    assert in_time == [True]
 
 
 def malformed(number):

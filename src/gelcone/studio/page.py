@@ -68,6 +68,8 @@ class Slot:
 
     def __init__(self, work: Callable[[str, Any], Awaitable[None]]) -> None:
         self.work, self.watch = work, Watch()
+        self.refines = False
+        """Whether what runs only adds to what the page shows already."""
         self._next: dict[str, Any] = {}
         self._side = ""
         self._began = 0.0
@@ -84,6 +86,11 @@ class Slot:
         left = self._began + GRACE - time.monotonic()
         asyncio.get_running_loop().call_later(max(left, 0.0), self._overtake, self.watch)
 
+    def put_off(self, side: str) -> None:
+        """Stops at once what only refines an older picture of a side: it would slow the newer one down."""
+        if self.refines and self._side == side:
+            self.watch.stop.set()
+
     def _overtake(self, watch: Watch) -> None:
         if self._side in self._next and self.watch is watch:
             watch.stop.set()
@@ -95,7 +102,7 @@ class Slot:
                 await self._wake.wait()
             self._side = next(iter(self._next))
             request = self._next.pop(self._side)
-            self.watch, self._began = Watch(), time.monotonic()
+            self.watch, self._began, self.refines = Watch(), time.monotonic(), False
             with suppress(Stopped, WebSocketDisconnect):
                 await self.work(self._side, request)
 
@@ -197,6 +204,7 @@ class Page:
         if not isinstance(panels, list):
             raise InputError("panels: must be a list of names")
         self.first.give(request["side"], request)
+        self.second.put_off(request["side"])
 
     # --- what a look shows -------------------------------------------------------------------------------------------
 
@@ -224,6 +232,7 @@ class Page:
         request, subject = job
         wanted = ["kind", *(name for name in ("spectrum", "statics") if name in request["panels"])]
         for name in wanted:
+            self.second.refines = name == "section"
             parts = await self._computed(self.second, request, partial(look.STAGES[name], subject))
             if parts is None:
                 return
