@@ -2,10 +2,12 @@
 
 import shlex
 from collections import defaultdict
+from pathlib import Path
 
 import pytest
 
 import gelcone
+from gelcone.devices.device import shipped_devices
 from gelcone.studio import exports
 from gelcone.studio.grids import Axis, Source
 from gelcone.studio.setting import Setting, Shelf, typed
@@ -15,11 +17,14 @@ SETTINGS = {
         device="biased-pump",
         values={"frequency": "9.5 Hz", "material.shear_modulus": "9 kPa", "waveform": "triangle", "film": "wrinkling"},
     ),
+    "file": Setting(device="own", values={"frequency": "9.5 Hz"}),
     "preset": Setting(preset="base", values={"voltage": "1.04", "displacement": "0.9"}),
 }
 AXES = defaultdict(tuple) | {
     ("device", "map"): (Axis("voltage_amplitude", "V", [700, 900]), Axis("film_thickness", "mm", [0.19, 0.2, 0.21])),
     ("device", "bifurcation"): (Axis("frequency", "Hz", [9, 9.5, 10]),),
+    ("file", "map"): (Axis("voltage_amplitude", "V", [700, 900]), Axis("frequency", "Hz", [9.0, 10.0])),
+    ("file", "bifurcation"): (Axis("frequency", "Hz", [9, 9.5, 10]),),
     ("preset", "map"): (Axis("voltage", "", [0.5, 0.6]), Axis("prestretch", "", [1.0, 1.1])),
     ("preset", "bifurcation"): (Axis("voltage", "", [0.5, 0.55, 0.6]),),
 }
@@ -35,7 +40,11 @@ def saved(setting, wanted, form, shelf):
 )
 @pytest.mark.parametrize("kind", SETTINGS)
 def test_the_command_and_the_lines_give_the_same_bits(kind, name, command_line, tmp_path, monkeypatch):
-    shelf = Shelf()
+    folder = tmp_path / "devices"
+    folder.mkdir()
+    (folder / "own.toml").write_text(shipped_devices()["biased-pump"].read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    shelf = Shelf(Path("devices/own.toml"))
     wanted = exports.Wanted.read(name, {"periods": 7} if name == "simulate" else {}, AXES[kind, name])
     setting = exports.fitting(SETTINGS[kind], wanted)
     own = tmp_path / "own.nc"
@@ -43,9 +52,10 @@ def test_the_command_and_the_lines_give_the_same_bits(kind, name, command_line, 
     shelf.close()
     expected = gelcone.load(own)
 
-    code, _, err = command_line(*shlex.split(exports.command(setting, wanted))[1:])
+    device = shelf.called(setting)
+    code, _, err = command_line(*shlex.split(exports.command(setting, wanted, device))[1:])
     assert code == 0, err
-    exec(exports.lines(setting, wanted), {})
+    exec(exports.lines(setting, wanted, device), {})
     for path in (tmp_path / "results", tmp_path):
         found = gelcone.load(path / f"{wanted.analysis.command}.nc")
         assert set(found.data_vars) == set(expected.data_vars)

@@ -21,14 +21,20 @@ def studio_command() -> click.Command:
 
     @click.command("studio")
     @click.argument("device", required=False, metavar="[DEVICE]")
-    @click.option("--preset", metavar="NAME", help="Start from a parameter set of the source paper.")
+    @click.option(
+        "--preset",
+        metavar="NAME",
+        help="Start from a parameter set of the source paper, without units: base, fast, spring or table1.",
+    )
     @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on.  [default: a free one]")
     @click.option("--host", default="127.0.0.1", metavar="NAME", help="Address to listen on.  [default: 127.0.0.1]")
     @click.option("--no-browser", is_flag=True, help="Print the address alone.")
     def command(device: str | None, preset: str | None, port: int, host: str, no_browser: bool) -> None:
         """A page in the browser in which every control answers at once.
 
-        Ctrl-C ends it.
+        DEVICE is a device file (`gelcone init mine.toml` writes one to fill in) or one of those that `gelcone devices`
+        lists; left out, biased-pump. The file is not changed: Save... in the page writes the device as it is set there.
+        Ctrl-C ends the studio.
 
         \b
         gelcone studio biased-pump
@@ -62,7 +68,7 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
     given = None
     if name is not None and (name not in shipped_devices() or Path(name).is_file()):
         check_single(find_device(name))
-        given = Path(name).resolve()
+        given = Path(name)
     studio = Studio(Shelf(given), host)
     listening = studio.listen(port)
     shown = {"preset": preset} if name is None else {"device": given.stem if given else name}

@@ -40,8 +40,6 @@ OPTIONS: Mapping[str, tuple[str, ...]] = {
 OVER: Mapping[str, tuple[str, ...]] = {"map": ("x", "y"), "bifurcation": ("over",)}
 """Those over parameters -> the axes that the page sends."""
 FORMATS = ("nc", "png", "svg")
-OWN_FILE = "device.toml"
-"""What the text of a device file is called once it is saved."""
 
 
 @dataclass(frozen=True)
@@ -115,12 +113,12 @@ def compute(subject: Subject, wanted: Wanted) -> xr.Dataset:
 # --- the same by hand ------------------------------------------------------------------------------------------------
 
 
-def command(setting: Setting, wanted: Wanted) -> str:
-    """The command that writes the same netCDF and PNG."""
+def command(setting: Setting, wanted: Wanted, device: str) -> str:
+    """The command that writes the same netCDF and PNG; ``device`` is what the command line calls it."""
     options = typed(setting)
     words = ["gelcone", wanted.analysis.command]
     if setting.preset is None:
-        words.append(setting.device or OWN_FILE)
+        words.append(device)
     else:
         words += ["--preset", setting.preset]
     words += [word for value in options["settings"] for word in ("--set", value)]
@@ -131,13 +129,12 @@ def command(setting: Setting, wanted: Wanted) -> str:
     return shlex.join([*words, "--out", "results"])
 
 
-def lines(setting: Setting, wanted: Wanted) -> str:
-    """The Python lines that save the same netCDF."""
+def lines(setting: Setting, wanted: Wanted, device: str) -> str:
+    """The Python lines that save the same netCDF; ``device`` as in `command`."""
     analysis, name = wanted.analysis, wanted.analysis.name
     text = ["import gelcone", ""]
     arguments: dict[str, str] = {}
     if setting.preset is None:
-        device = setting.device or OWN_FILE
         values = f".replace({dict(setting.values)!r})" if setting.values else ""
         text += [f"device = gelcone.find_device({device!r}){values}", "model = device.to_model()"]
         arguments["initial"] = "device.initial_state()"

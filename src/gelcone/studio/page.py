@@ -47,7 +47,7 @@ from gelcone.studio.grids import (
     thresholds,
 )
 from gelcone.studio.pool import Pool
-from gelcone.studio.setting import Setting, Shelf, typed
+from gelcone.studio.setting import OWN_FILE, Setting, Shelf, typed
 
 _log = logging.getLogger(__name__)
 GRACE = 0.15
@@ -356,14 +356,15 @@ class Page:
         device = self.shelf.subject(Setting.read(request.get("setting"))).device
         if device is None:
             raise InputError("a preset is no device; only a device has a file")
-        head = {"kind": "file", "id": request["id"], "name": exports.OWN_FILE}
+        head = {"kind": "file", "id": request["id"], "name": OWN_FILE}
         await self.send(head, {"data": np.frombuffer(device.to_toml().encode(), dtype=np.uint8)})
 
     async def _code(self, request: dict[str, Any]) -> None:
         """The command and the Python lines that give what the page shows."""
         setting, wanted = self._wanted(request)
         self.shelf.subject(setting)
-        text = {"command": exports.command(setting, wanted), "python": exports.lines(setting, wanted)}
+        device = self.shelf.called(setting)
+        text = {"command": exports.command(setting, wanted, device), "python": exports.lines(setting, wanted, device)}
         await self.send({"kind": "code", "id": request["id"], "own_file": setting.file is not None, **text})
 
     async def _export(self, request: dict[str, Any]) -> None:

@@ -35,6 +35,8 @@ from gelcone.presets import load_presets
 LONGEST_VALUE = 40
 LONGEST_FILE = 30_000
 """Characters of a value, and of a device file, that the page may send."""
+OWN_FILE = "device.toml"
+"""What the text of a device file is called once it is saved."""
 MOST_VALUES = 60
 MOST_STARTS = 256
 STATES = ("displacement", "velocity")
@@ -90,15 +92,15 @@ class Setting:
 class Shelf:
     """The devices and presets that a page may name: those that ship, ``given``, and files whose text it sent.
 
-    ``given`` is the file that the studio was started with. Texts are kept as files of this process, so that they are
-    read as any device file is.
+    ``given`` is the file that the studio was started with, as it was typed. Texts are kept as files of this process, so
+    that they are read as any device file is.
     """
 
     def __init__(self, given: Path | None = None) -> None:
         self.given = given
         self._folder = TemporaryDirectory(prefix="gelcone-studio-")
         self.folder = Path(self._folder.name)
-        self.devices: Mapping[str, Path] = shipped_devices() | ({} if given is None else {given.stem: given})
+        self.devices: Mapping[str, Path] = shipped_devices() | ({} if given is None else {given.stem: given.resolve()})
         """Name -> file."""
 
     def close(self) -> None:
@@ -115,6 +117,13 @@ class Shelf:
         if setting.device not in self.devices:
             raise unknown_name("device", setting.device, self.devices)
         return self.devices[setting.device]
+
+    def called(self, setting: Setting) -> str:
+        """What the command line calls the device of a setting; empty for a preset."""
+        if setting.file is not None:
+            return OWN_FILE
+        own = self.given is not None and setting.device == self.given.stem
+        return str(self.given) if own else setting.device or ""
 
     def subject(self, setting: Setting) -> Subject:
         """What the analyses work on.
