@@ -128,8 +128,8 @@ export class Controls {
 
   give(control, text, settled) {
     if (this.locked.has(control.name)) return;
+    this.changed(control.name, text, settled); // first of all, for this is what takes the time
     this.set(control, text ?? undefined);
-    this.changed(control.name, text, settled);
   }
 
   // The number of a control in its unit, as it is set now; null for a value that is not a plain one.
