@@ -69,7 +69,7 @@ def main() -> None:
             frames = film(tab)
         finally:
             studio.terminate()
-    options = {"duration": MILLISECONDS, "loop": 0, "quality": QUALITY, "method": 6, "minimize_size": True}
+    options = {"duration": MILLISECONDS, "loop": 0, "quality": QUALITY, "method": 4, "minimize_size": True}
     frames[0].save(PATH, save_all=True, append_images=frames[1:], **options)
     print(f"{PATH}: {PATH.stat().st_size / 1e3:.0f} kB, {len(frames)} frames")
 
