@@ -15,6 +15,7 @@ import urllib.request
 from pathlib import Path
 
 import pytest
+from starlette.websockets import WebSocketDisconnect, WebSocketState
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
@@ -22,6 +23,7 @@ from gelcone.codes import Regime
 from gelcone.progress import Stopped, current_watch
 from gelcone.studio import look
 from gelcone.studio.frames import unpack
+from gelcone.studio.page import Page
 from gelcone.studio.pool import LANES
 from gelcone.studio.server import LARGEST_MESSAGE, Studio
 from gelcone.studio.setting import Shelf
@@ -261,6 +263,20 @@ def test_malformed_messages_are_refused_and_nothing_ends(server, count):
             assert head["kind"] == "error", (malformed(number), head)
         ask(page, "look", 3, side="a", setting=PUMP)
         assert answer(page, "response")[0]["id"] == 3
+
+
+def test_a_connection_that_the_server_has_closed_meanwhile_counts_as_gone(server):
+    class Closed:
+        application_state = WebSocketState.CONNECTED
+
+        async def send_bytes(self, frame):
+            raise RuntimeError("Unexpected ASGI message 'websocket.send', after sending 'websocket.close'.")
+
+    studio = server.studio
+    page = Page(Closed(), studio.shelf, studio.pool, studio.saving)
+    with pytest.raises(WebSocketDisconnect):
+        asyncio.run(page.send({"kind": "error"}))
+    page.end()
 
 
 def test_a_message_too_long_ends_its_own_connection_alone(server):

@@ -395,12 +395,13 @@ class Page:
         """Starts long work in place of what runs under that name."""
 
         async def guarded() -> None:
-            try:
-                await work()
-            except Outdated:
-                pass
-            except Exception as error:
-                await self.fail(request["id"], error)
+            with suppress(WebSocketDisconnect):
+                try:
+                    await work()
+                except (Outdated, WebSocketDisconnect):
+                    pass
+                except Exception as error:
+                    await self.fail(request["id"], error)
 
         self._pool(name).begin(self._lanes[name])
         for task in self._tasks:
@@ -448,7 +449,10 @@ class Page:
         frame = pack(head, arrays)
         async with self._sending:
             if self.socket.application_state is WebSocketState.CONNECTED:
-                await self.socket.send_bytes(frame)
+                try:
+                    await self.socket.send_bytes(frame)
+                except RuntimeError:  # closed meanwhile, as by a browser that is too busy to answer a ping
+                    raise WebSocketDisconnect from None
 
 
 class Outdated(Exception):
