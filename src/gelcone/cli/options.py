@@ -125,4 +125,6 @@ def subject_of(given: dict[str, Any]) -> Subject:
 
 
 def _fitting() -> None:
-    click.echo("fitting the continuum film (seconds, once for each geometry, law and pre-stretch) ...", err=True)
+    click.echo(
+        "fitting the continuum film (half a minute or more, once for each geometry, law and pre-stretch) ...", err=True
+    )

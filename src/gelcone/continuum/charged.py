@@ -7,7 +7,8 @@ phi_r over the squared meridional length m, a ring is firm while
 
     d^2 phi_r/d(sqrt m)^2 = 2 phi_m + 4 m phi_mm > 0.
 
-A film that has fallen slack pulls in at the voltage at which a free film does.
+Lengths change steadily along the film: where those of two neighbouring nodes lie on both sides of lengths that are not
+firm, a ring between them has pulled in. A film that has fallen slack pulls in at the voltage at which a free film does.
 """
 
 from __future__ import annotations
@@ -34,6 +35,10 @@ FIRST, FIRST_STEPS = 0.25, 4
 """The first steps are this share of the others, and how many: there hoops begin to fall slack."""
 NEARLY_SLACK = 0.02
 """Share of the force without voltage below which a film that cannot be followed further is falling slack."""
+NEARLY_SOFT = 0.05
+"""Share of the firmness without voltage below which a film that cannot be followed further is pulling in."""
+BETWEEN = 5
+"""Lengths between those of neighbouring nodes at which firmness is told, counted with one of the nodes."""
 NEAR = 0.3
 """Largest displacement, in b - a, between two voltages."""
 LARGEST_JUMP = 0.1
@@ -42,7 +47,8 @@ LARGEST_JUMP = 0.1
 
 class Charged(NamedTuple):
     """States in tension at one height, from none to the highest voltage; the V at which they end, half the width of
-    its bracket, and how: `Ending.SLACK`, `Ending.PULLED_IN`, or `Ending.CONVERGED` where they go on."""
+    its bracket, and how: `Ending.SLACK`, `Ending.PULLED_IN`, `Ending.NOT_CONVERGED` where they could not be followed
+    further, or `Ending.CONVERGED` where they go on."""
 
     points: list[Point]
     end: float
@@ -66,7 +72,9 @@ def charged(film: Film, start: Point, highest: float, whole: float, *, tolerance
             continue
         if found is None and np.isinf(high):
             found = reach(film, points[-1], "squared", target)[0]
-        if found is None or firmness(film, found) <= 0.0:
+        if found is None:
+            high, ending = target, Ending.NOT_CONVERGED
+        elif firmness(film, found, target) <= 0.0:
             high, ending = target, Ending.PULLED_IN
         elif found.force <= weakest:
             high, ending = target, Ending.SLACK
@@ -75,32 +83,48 @@ def charged(film: Film, start: Point, highest: float, whole: float, *, tolerance
             points.append(found)
     if np.isinf(high):
         return Charged(points, low, 0.0, Ending.CONVERGED)
-    if ending == Ending.PULLED_IN and points[-1].force < NEARLY_SLACK * start.force:
-        ending = Ending.SLACK
+    if ending == Ending.NOT_CONVERGED:
+        ending = _why_lost(film, start, points[-1], high * (1.0 + tolerance))
     return Charged(points, 0.5 * (low + high), 0.5 * (high - low), ending)
 
 
+def _why_lost(film: Film, start: Point, last: Point, beyond: float) -> Ending:
+    """Why no state was found at a V between that of ``last`` and ``beyond``: a ring is all but soft there, or the film
+    all but slack."""
+    if firmness(film, last, beyond) < NEARLY_SOFT * firmness(film, start, start.squared):
+        return Ending.PULLED_IN
+    return Ending.SLACK if last.force < NEARLY_SLACK * start.force else Ending.NOT_CONVERGED
+
+
 def follow(film: Film, point: Point, target: float) -> Point | None:
-    """The state at a nearby V = ``target``; None where none is found without a jump."""
+    """The state at a nearby V = ``target``; None where none is found without a jump of a ring in tension."""
     found = step(film, point, "squared", target)
     if found is None:
         found = settled(film, point.position, target, NEAR)
         if found is not None:
-            before, after = (_lengths(film, state)[0] for state in (point, found))
-            found = found if np.abs(after / before - 1.0).max() < LARGEST_JUMP else None
+            before, after = (_lengths(film, state) for state in (point, found))
+            tense = (
+                density.relaxed_derivatives(film.model.gel_law(), film.coefficients, *before, point.squared, 0.0).m
+                > 10.0 * SLACK_STIFFNESS
+            )
+            change = np.abs(after[0] / before[0] - 1.0)
+            found = found if np.max(change, where=tense, initial=0.0) < LARGEST_JUMP else None
     return found
 
 
 def _lengths(film: Film, point: Point) -> tuple[Array, Array]:
-    """Squared meridional and hoop length over the mounted ones, at the nodes."""
-    along, up, hoop = stretches(film, point.position, film.at_nodes)
+    """Squared meridional and hoop length over the mounted ones, along the film, at the nodes of each element."""
+    along, up, hoop = (values[:, [0, 2, 1]].ravel() for values in stretches(film, point.position, film.at_nodes))
     return along * along + up * up, hoop * hoop
 
 
-def firmness(film: Film, point: Point) -> float:
-    """The smallest slope of the tension over the length of all rings in tension; not positive: the film pulls in."""
-    m, n = _lengths(film, point)
-    d = density.relaxed_derivatives(film.model.gel_law(), film.coefficients, m, n, point.squared, 0.0)
+def firmness(film: Film, point: Point, squared: float) -> float:
+    """The smallest slope of the tension over the length of all rings in tension, at nodes and between them, at the
+    V ``squared``; not positive: the film pulls in."""
+    places = np.arange(len(film.unknowns) * 3)
+    fine = np.linspace(0.0, places[-1], BETWEEN * places[-1] + 1)
+    m, n = (np.interp(fine, places, lengths) for lengths in _lengths(film, point))
+    d = density.relaxed_derivatives(film.model.gel_law(), film.coefficients, m, n, squared, 0.0)
     slope = np.where(d.m > 10.0 * SLACK_STIFFNESS, 2.0 * d.m + 4.0 * m * d.mm, np.inf)
     return float(np.min(np.where(np.isnan(d.m), -np.inf, slope)))
 

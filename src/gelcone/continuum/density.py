@@ -103,16 +103,22 @@ def natural(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float) ->
     if not pushed.any():
         return free_m, free_n
     p, q = m[pushed], n[pushed]
+    hoop, along = np.full_like(p, np.nan), np.full_like(p, np.nan)
     with np.errstate(all="ignore"):
-        hoop = _no_shorter(_free(law, c, p, squared, hoop=True), q)
-        along = _no_shorter(_free(law, c, q, squared, hoop=False), p)
-        wrinkles_hoop = (d.n[pushed] < 0.0) & ~(derivatives(law, c, p, hoop, squared).m < 0.0)
-        wrinkles_along = ~wrinkles_hoop & (d.m[pushed] < 0.0) & ~(derivatives(law, c, along, q, squared).n < 0.0)
-    slack_m, slack_n = _slack(law, c, squared)
-    slack_m, slack_n = (_no_shorter(slack, than) for slack, than in ((slack_m, p), (slack_n, q)))
-    slack_m, slack_n = slack_m + 0.0 * slack_n, slack_n + 0.0 * slack_m
-    free_m[pushed] = np.where(wrinkles_hoop, p, np.where(wrinkles_along, along, slack_m))
-    free_n[pushed] = np.where(wrinkles_hoop, hoop, np.where(wrinkles_along, q, slack_n))
+        narrow = d.n[pushed] < 0.0
+        hoop[narrow] = _no_shorter(_free(law, c, p[narrow], squared, hoop=True), q[narrow])
+        wrinkles_hoop = narrow & ~(derivatives(law, c, p, hoop, squared).m < 0.0)
+        short = ~wrinkles_hoop & (d.m[pushed] < 0.0)
+        along[short] = _no_shorter(_free(law, c, q[short], squared, hoop=False), p[short])
+        wrinkles_along = short & ~(derivatives(law, c, along, q, squared).n < 0.0)
+    free_m[pushed] = np.where(wrinkles_hoop, p, along)
+    free_n[pushed] = np.where(wrinkles_hoop, hoop, q)
+    both = ~wrinkles_hoop & ~wrinkles_along
+    if both.any():
+        slack = _slack(law, c, squared)
+        slack_m, slack_n = (_no_shorter(free, than) for free, than in zip(slack, (p[both], q[both]), strict=True))
+        place = np.flatnonzero(pushed)[both]
+        free_m.flat[place], free_n.flat[place] = slack_m + 0.0 * slack_n, slack_n + 0.0 * slack_m
     return free_m, free_n
 
 
@@ -127,14 +133,17 @@ def _free(law: StrainEnergyLaw, c: Numbers, held: Any, squared: float, *, hoop: 
     Newton's method from the width without voltage, below the one sought: phi_n is concave there, so that it rises to
     the first root.
     """
-    free = np.sqrt(c["G"] / ((c["B"] if hoop else c["A"]) * held))
-    limit = law.strain_limit(c)
+    own, other = (c["B"], c["A"]) if hoop else (c["A"], c["B"])
+    limit, loss, ratio = law.strain_limit(c), 0.5 * squared * held, c["G"] / held
+    free = np.sqrt(ratio / own)
     for _ in range(MOST_ITERATIONS):
-        m, n = (held, free) if hoop else (free, held)
-        free = np.where(strain(c, m, n) < limit, free, np.nan)
-        d = derivatives(law, c, m, n, squared)
-        first, second = (d.n, d.nn) if hoop else (d.m, d.mm)
-        step = -first / np.where(second > 0.0, second, np.nan)
+        r = ratio / free
+        invariant = other * held + own * free + r - 3.0
+        free = np.where(invariant < limit, free, np.nan)
+        by = own - r / free
+        half = 0.5 * law.response(invariant, c)
+        second = 0.5 * law.response_slope(invariant, c) * by * by + 2.0 * half * r / (free * free)
+        step = -(half * by - loss) / np.where(second > 0.0, second, np.nan)
         free = free + step
         if not (np.abs(step) > 1e-14 * free).any():
             return free

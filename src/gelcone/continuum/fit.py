@@ -1,7 +1,8 @@
 """The fit of the continuum film: the force of the wrinkling membrane, for a geometry, law and pre-stretch.
 
 The membrane is raised step by step, and at each height charged until it falls slack or pulls in. The least squares are
-weighted anew until the largest error is small (Lawson's algorithm), and the error is measured at states between, too.
+weighted anew until the largest error is small (Lawson's algorithm). The error is measured at all states, at a fifth of
+them with a fit in which they took no part.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +27,7 @@ from gelcone.continuum.path import Ending, Point, reach
 from gelcone.errors import InputError
 from gelcone.files import write_whole
 from gelcone.physics.component import to_record
-from gelcone.physics.film.continuum import ContinuumFilm
+from gelcone.physics.film.continuum import FADE, ContinuumFilm
 from gelcone.physics.film.fitted import FittedFilm, Polynomial
 from gelcone.physics.film.stored import read_film
 from gelcone.physics.film.wrinkling import NEVER
@@ -35,33 +36,48 @@ from gelcone.physics.model import ConeModel
 from gelcone.physics.records import FILMS
 from gelcone.quantity import Array
 
-ELEMENTS = 32
+ELEMENTS, LOOSE_ELEMENTS = 32, 80
+"""More where the film hangs loose in a narrow fold beside the disc."""
 FARTHEST = 4.0
 """Largest displacement that is fitted, in b - a, where the stretch limit leaves room for more."""
 LIMIT_SHARE = 0.9
 """Of the stretch limit, next to the disc, up to which displacements are fitted."""
-LOW = (0.02, 0.05, 0.1)
-HEIGHTS = (18, 8, 7)
+LOW = (0.02, 0.05, 0.075, 0.1)
+LOOSE_LOW = (0.03, 0.05, 0.07, 0.085, 0.1, 0.125)
+LOOSE, ROUNDING, SOFT = 0.05, 0.02, 0.1
+"""Those of a film whose hoop is stretched more than the meridian, which hangs loose beside the disc: the height below
+which its mesh is too coarse for the error of a fit, the rounding of the corner of its force at x = 0, and the weight of
+the slack film beyond the states."""
+HEIGHTS = (26, 14, 10)
 """Heights that are fitted: how many up to 1, up to 2, and up to the largest. Less for a stiff film."""
 WEAKEST = 5e3 * SLACK_STIFFNESS
 """Least force over height, of a film that the net of slack rings does not spoil near slackness."""
-STEPS = 10
+STEPS = 15
 """Of the voltage squared, up to pull-in."""
 BETWEEN = 4
-"""Every so many heights the error is measured half-way to the next."""
+"""Every so many heights there is one at which the error is that of a fit without it."""
 FLOOR = 0.02
 """Share of the force without voltage that is added to a force before its relative error is taken."""
-TERMS = (8,) * 8
-"""Coefficients of each polynomial of the stiffness; ``LOCAL``, of the stretch beside the disc; ``ENDS``, of pull-in."""
+FEW, MORE, GOOD = (8,) * 8, (10,) * 10, 0.009
+"""Coefficients of each polynomial of the stiffness: more where the error would not be good with few; ``LOCAL``, of the
+stretch beside the disc; ``ENDS``, of pull-in."""
 LOCAL = (8, 7, 6, 5)
 ENDS = 9
 VARIABLES = (0.3, 0.5, 1.0, 2.0, 4.0)
 WALLS = (1.02, 1.05, 1.1, 1.2, 1.4, 2.0, 4.0)
 """Places of the wall over the largest s."""
+ROUGH = 1e-9
+"""Singular values below this share of the largest are left out: they fit the states, and not what lies between."""
 ROUNDS = 30
 """Of Lawson's algorithm."""
-BEYOND = 1e-3
-"""Weight of the slack film, whose k need only be negative."""
+FINALISTS = 3
+"""Pairs of the variable and the wall, best by least squares, with which that is tried."""
+SLACK_ABOVE = 1.06
+"""H over the V at which the film falls slack."""
+NEAR_END = 0.98
+"""Share of the highest V from which on the slope is taken with which a force ends."""
+BEYOND, LEVEL = 1e-3, 0.1
+"""Weight of the slack film, and of H where the film pulls in before."""
 LOWER = (0.1, 0.01)
 """Heights squared over the lowest, at which a film without tension while it is flat obeys the same law k = s f(V/s)."""
 SCALED = 0.1
@@ -130,11 +146,16 @@ def fit_film(
     if model.shape:
         raise InputError(f"a model of the shape {model.shape}: one film is fitted at a time; take its members")
     ratio = check_radius_ratio(radius_ratio)
-    film = mesh_film(model.replace(spring_stiffness=0.0), ratio, ELEMENTS, relaxed=True)
+    lm, lh = model.stretches
+    elements = LOOSE_ELEMENTS if lm < lh else ELEMENTS
+    film = mesh_film(model.replace(spring_stiffness=0.0), ratio, elements, relaxed=True)
     columns = _columns(film, progress or (lambda share: None))
     tested = [columns[k] for k in range(BETWEEN - 1, len(columns) - 1, BETWEEN) if _alike(columns[k - 1 : k + 2])]
-    found = _fitted(film, [column for column in columns if all(column is not other for other in tested)])
-    return dataclasses.replace(found, errors=_errors(found, columns))
+    found = _fitted(film, columns)
+    trial = _fitted(film, [column for column in columns if all(column is not other for other in tested)])
+    errors = [_errors(found, columns, _lowest(film)), _errors(trial, tested, _lowest(film))]
+    largest = {name: max(own.get(name, 0.0) for own in errors) for name in errors[0]}
+    return dataclasses.replace(found, errors=tuple(largest.items()))
 
 
 def find_film(
@@ -225,6 +246,16 @@ def _cache_folder() -> Path:
     return Path(base) / "gelcone" / "films"
 
 
+def hangs_loose(film: Film) -> bool:
+    """Whether the hoop is stretched more than the meridian: the film can lose its tension along the meridian alone."""
+    return bool(film.coefficients["A"] < film.coefficients["B"])
+
+
+def _lowest(film: Film) -> float:
+    """The s from which on the fit is judged."""
+    return LOOSE**2 * (1.0 - 1e-9) if hangs_loose(film) else 0.0
+
+
 def _alike(columns: list[_Column]) -> bool:
     """Whether all fall slack, or none: there is no border of that between them."""
     return len({column.charged.ending == Ending.SLACK for column in columns}) == 1
@@ -237,11 +268,12 @@ def _heights(film: Film) -> Array:
     top = min(highest_span(film), FARTHEST)
     scale = min(1.0, top / 4.0)
     few, some, rest = HEIGHTS
+    low = LOOSE_LOW if hangs_loose(film) else LOW
     return np.unique(
         np.concatenate(
             [
-                np.array(LOW) * scale,
-                np.linspace(LOW[-1], 1.0, few) * scale,
+                np.array(low) * scale,
+                np.linspace(low[-1], 1.0, few) * scale,
                 np.linspace(1.0, 2.0, some) * scale,
                 np.linspace(2.0 * scale, top, rest),
             ]
@@ -281,7 +313,7 @@ def _column(film: Film, start: Point, highest: float, guess: float) -> _Column:
     """
     slack = slack_squared(film, start.height)
     near = min(v for v in (highest, slack, 1.1 * guess) if v > 0.0)
-    known = film.coefficients["A"] >= film.coefficients["B"]
+    known = not hangs_loose(film)
     found = charged(film, start, min(highest, SLACK_MARGIN * slack) if known else highest, near / STEPS)
     if known and found.ending == Ending.CONVERGED and SLACK_MARGIN * slack < highest:
         found = found._replace(end=slack, ending=Ending.SLACK)
@@ -310,24 +342,29 @@ def _first_pull_in(film: Film, below: _Column | None, above: Point, highest: flo
 
 
 class _Rows(NamedTuple):
-    """What is fitted: k at s and V, the weights of its errors, and where it counts: the film is not slack."""
+    """What is fitted: k at s and V, the weights of its errors, and where its largest error counts: where the film is
+    neither slack nor too low."""
 
     s: Array
     squared: Array
     stiffness: Array
     weight: Array
+    counts: npt.NDArray[np.bool_]
 
-    @property
-    def counts(self) -> npt.NDArray[np.bool_]:
-        return self.stiffness >= 0.0
+
+class _Ends(NamedTuple):
+    """The s and V at which the film pulls in."""
+
+    s: Array
+    squared: Array
 
 
 class _Surface(NamedTuple):
-    """A fit of k: its largest error, c, the wall, the polynomials and the strength of the wall."""
+    """A fit of k: its largest error, its shape, the polynomials and the strength of the wall."""
 
     error: float
-    variable: float
-    wall: float
+    shape: _Shape
+    slack_above: Polynomial
     stiffness: tuple[Polynomial, ...]
     strength: float
 
@@ -336,20 +373,21 @@ def _fitted(film: Film, columns: list[_Column]) -> ContinuumFilm:
     limit = slack_limit(film.model)
     first = columns[0]
     tension = flat_squared(film.model)
-    if film.coefficients["A"] < film.coefficients["B"]:
+    if hangs_loose(film):
         tension = first.charged.end
-    rows = _rows(film, columns, limit, tension)
     s, squared = (
         np.concatenate(parts)
         for parts in zip(*((np.full(len(c.squared), c.s), c.squared) for c in columns), strict=True)
     )
     farthest = float(s.max())
     ends = [c for c in columns if c.charged.ending != Ending.SLACK]
-    end_s, end = np.array([(c.s, c.charged.end) for c in ends] or [(0.0, limit)]).T
-    tries = [(_stiffness(rows, tension, c, farthest), _pull_in(end_s, end, c)) for c in VARIABLES]
-    (_, variable, wall, stiffness, strength), (_, pull_in) = min(tries, key=lambda t: max(t[0].error, t[1][0]))
+    pulled = _Ends(*np.array([(c.s, c.charged.end) for c in ends] or [(0.0, limit)]).T)
+    rounding = ROUNDING if hangs_loose(film) else 0.0
+    shapes = [_Shape(c, rounding, tension, wall * farthest) for c in VARIABLES for wall in WALLS]
+    surface = _surface(film, columns, tension, shapes, pulled)
+    shape = surface.shape
     disc = np.concatenate([column.disc for column in columns])
-    local = _least_squares(_basis(s, squared, tension, variable, LOCAL), disc, 1.0 / disc)
+    local = _least_squares(_basis(s, squared, shape, LOCAL), disc, 1.0 / disc)
     slack = [c.s for c in columns if c.charged.ending == Ending.SLACK]
     model, parameters = film.model, film.model.parameters()
     return ContinuumFilm(
@@ -358,33 +396,41 @@ def _fitted(film: Film, columns: list[_Column]) -> ContinuumFilm:
         law_parameters=tuple((name, float(parameters[name])) for name in sorted(model.gel_law().parameters)),
         prestretches=(float(model.stretches[0]), float(model.stretches[1])),
         largest=float(np.sqrt(farthest)),
-        variable=variable,
-        flat_tension=tension,
-        stiffness=stiffness,
-        wall=wall,
-        wall_strength=strength,
+        variable=shape.variable,
+        rounding=shape.rounding,
+        flat_tension=shape.tension,
+        stiffness=surface.stiffness,
+        slack_above=surface.slack_above,
+        wall=shape.wall,
+        wall_strength=surface.strength,
         disc_stretch=_split(local, LOCAL),
-        pull_in=pull_in,
-        slack_first=0.5 * (max(slack) + float(end_s[end_s > max(slack)].min(initial=farthest))) if slack else -1.0,
+        pull_in=_pull_in(pulled, shape)[1],
+        slack_first=0.5 * (max(slack) + float(pulled.s[pulled.s > max(slack)].min(initial=farthest)))
+        if slack
+        else -1.0,
         slack_limit=limit,
     )
 
 
-def _rows(film: Film, columns: list[_Column], limit: float, tension: float) -> _Rows:
-    """The states in tension, the ends where the film falls slack, and beyond them k as it would go on."""
+def _slack_first(slack: list[float], pulled: _Ends, farthest: float) -> float:
+    """The s half-way between the last at which the film falls slack and the first at which it pulls in."""
+    return 0.5 * (max(slack) + float(pulled.s[pulled.s > max(slack)].min(initial=farthest))) if slack else -1.0
+
+
+def _rows(film: Film, columns: list[_Column], tension: float) -> _Rows:
+    """The states in tension, the ends where the film falls slack, and a little beyond them k as it would go on."""
     rows: list[tuple[float, float, float, float]] = []
     for column in columns:
         k, squared = column.stiffness, column.squared
         weight = 1.0 / (k + FLOOR * column.start)
         rows += [(column.s, *row) for row in zip(squared, k, weight, strict=True)]
         if column.charged.ending == Ending.SLACK:
-            rows += _slack_rows(film, column, limit)
+            rows += _slack_rows(film, column)
         if column is columns[0] and tension == 0.0:
             rows += _lower_rows(film, rows)
-    end = min(limit, tension + 1.0)
-    for share in (0.1, 0.3, 0.6, 1.0) if end > tension else ():
-        rows.append((0.0, tension + share * (end - tension), -0.3 * share * (end - tension), BEYOND))
-    return _Rows(*np.array(rows).T)
+    s, squared, stiffness, weight = np.array(rows).T
+    ends = stiffness > 0.0 if hangs_loose(film) else stiffness >= 0.0
+    return _Rows(s, squared, stiffness, weight, ends & (s >= _lowest(film)))
 
 
 def _lower_rows(film: Film, rows: list[tuple[float, float, float, float]]) -> list[tuple[float, float, float, float]]:
@@ -394,72 +440,119 @@ def _lower_rows(film: Film, rows: list[tuple[float, float, float, float]]) -> li
     return [(c * s, of_slack[c] * v, c * k, SCALED * w / c) for c in LOWER for s, v, k, w in rows]
 
 
-def _slack_rows(film: Film, column: _Column, limit: float) -> list[tuple[float, float, float, float]]:
+def _slack_rows(film: Film, column: _Column) -> list[tuple[float, float, float, float]]:
+    """The end of the force, where it is known, and k beyond as it would go on."""
     end, k, squared = slack_end(film, column), column.stiffness, column.squared
-    before = int(np.searchsorted(squared, 0.85 * end)) - 1
-    slope = -k[before] / (end - squared[before])
-    beyond = [end + share * (min(limit, 3.0 * end + 0.1) - end) for share in (0.25, 0.5, 1.0)]
-    rows = [(column.s, end, 0.0, 1.0 / (FLOOR * column.start))]
-    return rows + [(column.s, v, slope * (v - end), BEYOND / (-slope * (v - end))) for v in beyond if v > end]
+    if hangs_loose(film):
+        near = min(int(np.searchsorted(squared, NEAR_END * squared[-1])), k.size - 1) - 1
+        slope, weight = (k[-1] - k[near]) / (squared[-1] - squared[near]), SOFT / (FLOOR * column.start)
+        places = [share * squared[-1] for share in (1.01, 1.03, SLACK_ABOVE)]
+        return [(column.s, v, min(0.0, k[-1] + slope * (v - squared[-1])), weight) for v in places]
+    before, beyond = int(np.searchsorted(squared, 0.85 * end)) - 1, 0.5 * (1.0 + SLACK_ABOVE) * end
+    k_beyond = -k[before] / (end - squared[before]) * (beyond - end)
+    return [(column.s, end, 0.0, 1.0 / (FLOOR * column.start)), (column.s, beyond, k_beyond, -BEYOND / k_beyond)]
+
+
+def _slack_above(film: Film, columns: list[_Column], shape: _Shape) -> Polynomial:
+    """The polynomial of H, which goes on level where the film pulls in rather than fall slack."""
+    slack = np.array([c.charged.ending == Ending.SLACK for c in columns])
+    ends = np.array([slack_end(film, c) if c.charged.ending == Ending.SLACK else c.charged.end for c in columns])
+    above = SLACK_ABOVE * np.where(slack, ends, max(ends.max(), 1.5 * ends[-1]))
+    t = shape.place(np.array([c.s for c in columns]))
+    scale = t + shape.tension
+    terms = scale[:, None] * np.vander(t, min(ENDS, max(1, t.size // 2)), increasing=True)
+    return tuple(_least_squares(terms, above, np.where(slack, 1.0, LEVEL) / above).tolist())
 
 
 def slack_end(film: Film, column: _Column) -> float:
     """The V at which the film falls slack: known, or where the last states point."""
     k, squared, end = column.stiffness, column.squared, column.charged.end
-    if film.coefficients["A"] >= film.coefficients["B"]:
-        return end
-    if len(k) < 2:
+    if not hangs_loose(film) or len(k) < 2:
         return end
     return float(np.clip(squared[-1] + k[-1] * (squared[-1] - squared[-2]) / (k[-2] - k[-1]), squared[-1], 1.02 * end))
 
 
-def _basis(s: Array, squared: Array, tension: float, variable: float, terms: tuple[int, ...]) -> Array:
+class _Shape(NamedTuple):
+    """The numbers of a fit that are chosen: c, e, b and the wall."""
+
+    variable: float
+    rounding: float
+    tension: float
+    wall: float
+
+    def place(self, s: Array) -> Array:
+        """t."""
+        r = s / (np.sqrt(s + self.rounding**2) + self.rounding) if self.rounding else s
+        return np.asarray(r / (r + self.variable))
+
+
+def _basis(s: Array, squared: Array, shape: _Shape, terms: tuple[int, ...]) -> Array:
     """The columns S t^i z^j, those of j = 0 first."""
-    t = s / (s + variable)
-    S = squared + tension + t
+    t = shape.place(s)
+    S = squared + shape.tension + t
     z = squared / S
     return np.stack([S * t**i * z**j for j, count in enumerate(terms) for i in range(count)], axis=1)
 
 
-def _whole_basis(rows: _Rows, tension: float, variable: float, wall: float) -> Array:
-    return np.column_stack([_basis(rows.s, rows.squared, tension, variable, TERMS), rows.s / (wall - rows.s)])
+def _surface(film: Film, columns: list[_Column], tension: float, shapes: list[_Shape], ends: _Ends) -> _Surface:
+    """The smallest largest error, of k and of the voltages at which the film pulls in, with one of the shapes that are
+    best by least squares."""
+    rows = _rows(film, columns, tension)
+    pull_in = {shape: _pull_in(ends, shape)[0] for shape in shapes}
+
+    def error(found: _Surface) -> float:
+        return max(found.error, pull_in[found.shape])
+
+    for terms in (FEW, MORE):
+        rough = sorted((_of_shape(film, columns, rows, shape, terms, 1) for shape in shapes), key=error)
+        fine = (_of_shape(film, columns, rows, one.shape, terms, ROUNDS) for one in rough[:FINALISTS])
+        best = min(fine, key=error)
+        if best.error <= GOOD:
+            break
+    return best
 
 
-def _stiffness(rows: _Rows, tension: float, variable: float, farthest: float) -> _Surface:
-    """The best wall by least squares; then the smallest largest error: rows with large errors get ever more weight
-    (Lawson's algorithm)."""
-    walls = [wall * farthest for wall in WALLS]
-    bases = [_whole_basis(rows, tension, variable, wall) for wall in walls]
-    wall, basis = min(zip(walls, bases, strict=True), key=lambda pair: float(np.sum(_solved(pair[1], rows)[1] ** 2)))
-    more, least, best = np.ones(rows.s.size), (True, np.inf), np.zeros(basis.shape[1])
-    for _ in range(ROUNDS):
-        found, off = _solved(basis, rows, more)
-        error = np.abs(off) * rows.counts
-        pulls = ~rows.counts & (off > -rows.stiffness * rows.weight)  # k > 0 where the film is slack
-        if (reached := (bool(pulls.any()), float(error.max()))) < least:
-            least, best = reached, found
-        more = more * np.where(rows.counts, error + 0.1 * error.max(), np.where(pulls, 4.0 * error.max(), error.max()))
-        more = more / more[rows.counts].mean()
-    return _Surface(least[1] + least[0], variable, wall, _split(best[:-1], TERMS), float(best[-1]))
+def _of_shape(
+    film: Film, columns: list[_Column], rows: _Rows, shape: _Shape, terms: tuple[int, ...], rounds: int
+) -> _Surface:
+    above = _slack_above(film, columns, shape)
+    bracket = np.column_stack([_basis(rows.s, rows.squared, shape, terms), rows.s / (shape.wall - rows.s)])
+    error, values = _lawson(rows, bracket * _fade(rows, shape, above)[:, None], rounds)
+    return _Surface(error, shape, above, _split(values[:-1], terms), float(values[-1]))
 
 
-def _pull_in(s: Array, squared: Array, variable: float) -> tuple[float, Polynomial]:
+def _fade(rows: _Rows, shape: _Shape, above: Polynomial) -> Array:
+    """D."""
+    t = shape.place(rows.s)
+    highest = (t + shape.tension) * np.polynomial.polynomial.polyval(t, above)
+    rest = highest - rows.squared
+    return np.asarray(rest / np.sqrt(rest**2 + (FADE * highest) ** 2))
+
+
+def _lawson(rows: _Rows, basis: Array, rounds: int) -> tuple[float, Array]:
+    """The least largest error and the coefficients: rows with large errors get ever more weight (Lawson's
+    algorithm)."""
+    more, least, best = np.ones(rows.s.size), np.inf, np.zeros(basis.shape[1])
+    for _ in range(rounds):
+        found = _least_squares(basis, rows.stiffness, rows.weight * np.sqrt(more))
+        error = np.abs(basis @ found - rows.stiffness) * rows.weight * rows.counts
+        if error.max() < least:
+            least, best = float(error.max()), found
+        more = more * (error + 0.1 * error.max())
+        more = np.where(rows.counts, more / more[rows.counts].mean(), 1.0)
+    return least, best
+
+
+def _pull_in(ends: _Ends, shape: _Shape) -> tuple[float, Polynomial]:
     """The polynomial of the V at which the film pulls in, and its largest error, of the voltage."""
-    count = min(ENDS, max(1, s.size // 2))
-    columns = np.vander(s / (s + variable), count, increasing=True)
-    found = _least_squares(columns, squared, 1.0 / squared)
-    return float(np.max(np.abs(columns @ found / squared - 1.0))) / 2.0, tuple(found.tolist())
-
-
-def _solved(basis: Array, rows: _Rows, more: Any = 1.0) -> tuple[Array, Array]:
-    """The coefficients of least squares, and the weighted errors that they leave."""
-    found = _least_squares(basis, rows.stiffness, rows.weight * np.sqrt(more))
-    return found, (basis @ found - rows.stiffness) * rows.weight
+    columns = np.vander(shape.place(ends.s), min(ENDS, max(1, ends.s.size // 2)), increasing=True)
+    found = _least_squares(columns, ends.squared, 1.0 / ends.squared)
+    return float(np.max(np.abs(columns @ found / ends.squared - 1.0))) / 2.0, tuple(found.tolist())
 
 
 def _least_squares(columns: Array, values: Array, weights: Array) -> Array:
     scale = np.sqrt(np.mean((columns * weights[:, None]) ** 2, axis=0))
-    found = np.linalg.lstsq(columns * (weights[:, None] / scale), values * weights, rcond=1e-12)[0]
+    found = np.linalg.lstsq(columns * (weights[:, None] / scale), values * weights, rcond=ROUGH)[0]
     return np.asarray(found / scale)
 
 
@@ -470,15 +563,16 @@ def _split(values: Array, terms: tuple[int, ...]) -> tuple[Polynomial, ...]:
 # --- its error -------------------------------------------------------------------------------------------------------
 
 
-def _errors(film: ContinuumFilm, columns: list[_Column]) -> tuple[tuple[str, float], ...]:
-    """The largest errors at all states, a fifth of which were not fitted: of the force over force and 2 % of that
-    without voltage, and of the voltages at which the film pulls in."""
+def _errors(film: ContinuumFilm, columns: list[_Column], lowest: float) -> dict[str, float]:
+    """The largest errors at states from the s ``lowest`` on: of the force over force and 2 % of that without voltage,
+    and of the voltages at which the film pulls in."""
     found: dict[str, list[float]] = {}
     for column in columns:
         k, end = column.stiffness, column.charged.end
-        off = film.rate(column.s, column.squared)[0] - k
-        found.setdefault("force", []).append(float(np.max(np.abs(off) / (k + FLOOR * column.start))))
+        off = film.pull(column.s, column.squared) - k
+        if column.s >= lowest:
+            found.setdefault("force", []).append(float(np.max(np.abs(off) / (k + FLOOR * column.start))))
         if column.charged.ending == Ending.PULLED_IN:
             own = film.highest_squared_at(column.s)
             found.setdefault("pull-in voltage", []).append(abs(float(np.sqrt(own / end)) - 1.0))
-    return tuple((name, max(values)) for name, values in found.items())
+    return {name: max(values) for name, values in found.items()}

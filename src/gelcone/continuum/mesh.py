@@ -44,12 +44,14 @@ NARROWEST = 1e-9
 
 class Forces(NamedTuple):
     """``internal`` (unknowns,), the derivative of the energy; ``scale``, the largest force of one ring on a node;
-    ``least`` and ``most``, the extremes of the meridional force over its stretch: negative where it compresses."""
+    ``least`` and ``most``, the extremes of the meridional force over its stretch: negative where it compresses;
+    ``density``, the derivatives of the energy density, (elements, points)."""
 
     internal: Array
     scale: float
     least: float
     most: float
+    density: Derivatives
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,29 +220,30 @@ def _assembled(film: Film, along: Any, up: Any, hoop: Any, phi: Derivatives) -> 
     pull = np.stack([phi.m * along, phi.m * up, phi.n * hoop], axis=-1) * (2.0 * film.weight)[..., None]
     each = np.einsum("epij,epi->ej", film.gradient, pull)
     internal: Array = np.bincount(film.unknowns.ravel(), each.ravel(), film.size).astype(float)
-    return Forces(internal, float(np.abs(each).max()), float(phi.m.min()), float(phi.m.max()))
+    return Forces(internal, float(np.abs(each).max()), float(phi.m.min()), float(phi.m.max()), phi)
 
 
-def electric_forces(film: Film, position: Array, squared: float) -> Array:
-    """Derivative of `forces` with respect to v^2."""
+def electric_forces(film: Film, position: Array, squared: float, now: Forces) -> Array:
+    """Derivative of `forces` with respect to v^2, with the forces there."""
     along, up, hoop = stretches(film, position)
     m, n, zero = along * along + up * up, hoop * hoop, np.zeros_like(hoop)
     if film.relaxed:
         # the free widths change with the voltage, too: by difference, which serves the steps along a load only
-        near, far = (derivatives(film, m, n, squared + k * VOLTAGE_STEP) for k in (0.0, 1.0))
+        near, far = now.density, derivatives(film, m, n, squared + VOLTAGE_STEP)
         phi = Derivatives((far.m - near.m) / VOLTAGE_STEP, (far.n - near.n) / VOLTAGE_STEP, zero, zero, zero)
     else:
         phi = Derivatives(-0.5 * n, -0.5 * m, zero, zero, zero)
     return _assembled(film, along, up, hoop, phi).internal
 
 
-def tangent(film: Film, position: Array, squared: float) -> Array:
-    """Derivative of `forces` with respect to the unknowns, as band matrix (2 BAND + 1, unknowns).
+def tangent(film: Film, position: Array, squared: float, now: Forces | None = None) -> Array:
+    """Derivative of `forces` with respect to the unknowns, as band matrix (2 BAND + 1, unknowns); ``now``, the forces
+    if they are known.
 
     The derivative of force i by unknown j stands in row BAND + i - j of column j.
     """
     along, up, hoop = stretches(film, position)
-    phi = derivatives(film, along * along + up * up, hoop * hoop, squared)
+    phi = derivatives(film, along * along + up * up, hoop * hoop, squared) if now is None else now.density
     # m = along^2 + up^2 and n = hoop^2, hence these factors of the chain rule
     by = np.stack([2.0 * along, 2.0 * up, 2.0 * hoop], axis=-1)
     second = np.empty((*hoop.shape, 3, 3))

@@ -58,6 +58,8 @@ ARC_TOLERANCE = 1e-8
 
 NETS = tuple(SLACK_STIFFNESS * 10.0**k for k in (5, 4, 3, 2, 1, 0))
 """Stiffness of the nets on which a slack film is brought to rest, one after the other."""
+FIRST_NETS = (4, 0)
+"""Places of the nets to begin with, until one leads to rest."""
 
 
 class Ending(IntEnum):
@@ -122,7 +124,7 @@ def newton(film: Film, guess: Array, squared: float, within: float = math.inf) -
     most, halvings = (MOST_ITERATIONS, MOST_HALVINGS) if math.isinf(within) else (STEP_ITERATIONS, STEP_HALVINGS)
     position, now = guess, forces(film, guess, squared)
     for _ in range(most):
-        band = _regular(film, position, squared)
+        band = _regular(film, position, squared, now)
         step = np.zeros_like(position)
         step[FREE] = -_solved(band, now.internal)
         allowed = TOLERANCE * now.scale + ROUNDING * float(np.abs(band).max()) * max(1.0, float(np.abs(position).max()))
@@ -143,13 +145,17 @@ def _damped(
     A film that may wrinkle rests in a minimum of its energy: there a lower energy will do, for the stiffness jumps
     where rings tighten.
     """
-    before = energy(film, position, squared) if film.relaxed else math.nan
+    before = None
     for _ in range(halvings):
         moved = position + step
         if reachable(film, moved):
             now = forces(film, moved, squared)
-            if _residual(now) < most or (film.relaxed and energy(film, moved, squared) < before):
+            if _residual(now) < most:
                 return moved, now
+            if film.relaxed:
+                before = energy(film, position, squared) if before is None else before
+                if energy(film, moved, squared) < before:
+                    return moved, now
         step = 0.5 * step
     return None
 
@@ -159,17 +165,17 @@ def _polished(film: Film, position: Array, step: Array, squared: float, now: For
     moved = position + step
     if reachable(film, moved) and _residual(then := forces(film, moved, squared)) < _residual(now):
         position, now = moved, then
-    return Point(position, squared, now, _positive(_regular(film, position, squared)))
+    return Point(position, squared, now, _positive(_regular(film, position, squared, now)))
 
 
 def _residual(f: Forces) -> float:
     return float(np.abs(f.internal[FREE]).max())
 
 
-def _regular(film: Film, position: Array, squared: float) -> Array:
-    """The tangent of the free unknowns; for a flat film with its heights held at 0, which symmetry makes an equilibrium
-    even where no tension holds it."""
-    band = tangent(film, position, squared)
+def _regular(film: Film, position: Array, squared: float, now: Forces) -> Array:
+    """The tangent of the free unknowns, with the forces there; for a flat film with its heights held at 0, which
+    symmetry makes an equilibrium even where no tension holds it."""
+    band = tangent(film, position, squared, now)
     if not position[1::2].any():
         band[BAND, 1::2] = 1.0
     return band[:, FREE]
@@ -199,15 +205,20 @@ def settled(film: Film, guess: Array, square: float, within: float = math.inf) -
     """A film that may wrinkle, where it comes to rest from a guess, on a net that is made weaker and weaker: one that
     falls slack or tightens in a step cannot be followed by its tangent.
 
-    Its energy has a single minimum as long as every ring has a natural width.
+    Its energy has a single minimum as long as every ring has a natural width, whichever net is the first. A weak one
+    takes the fewest steps, a strong one finds it from afar.
     """
-    point = None
-    for net in NETS if film.relaxed else ():
-        point = newton(dataclasses.replace(film, net=net), guess, square, within)
-        if point is None or not point.stable:
-            return None
-        guess = point.position
-    return point
+    for first in FIRST_NETS if film.relaxed else ():
+        point, start = None, guess
+        for net in NETS[first:]:
+            point = newton(dataclasses.replace(film, net=net), start, square, within)
+            if point is None or not point.stable:
+                point = None
+                break
+            start = point.position
+        if point is not None:
+            return point
+    return None
 
 
 # --- along a load ----------------------------------------------------------------------------------------------------
@@ -282,14 +293,14 @@ def slackens(point: Point) -> bool:
 def _rate(film: Film, point: Point, load: Load) -> Array:
     """Change of the unknowns with the load along the path."""
     rate = np.zeros(film.size)
-    band = tangent(film, point.position, point.squared)
+    band = tangent(film, point.position, point.squared, point.forces)
     if load == "height":
         rate[DISC_HEIGHT] = 1.0
         pull = np.zeros(film.size)
         coupled = np.arange(min(BAND + DISC_HEIGHT + 1, film.size))
         pull[coupled] = band[BAND + coupled - DISC_HEIGHT, DISC_HEIGHT]
     else:
-        pull = electric_forces(film, point.position, point.squared)
+        pull = electric_forces(film, point.position, point.squared, point.forces)
     if not point.position[1::2].any():
         band[BAND, 1::2] = 1.0
     rate[FREE] = -_solved(band[:, FREE], pull)
@@ -358,10 +369,10 @@ def _corrected(film: Film, here: Arc, length: float) -> Point | None:
         now = forces(film, position, squared)
         if _residual(now) <= ARC_TOLERANCE * now.scale:
             return newton(film, position, squared, LARGEST_CORRECTION * length)
-        band = _regular(film, position, squared)
+        band = _regular(film, position, squared, now)
         toward, along = np.zeros_like(position), np.zeros_like(position)
         toward[FREE] = -_solved(band, now.internal)
-        along[FREE] = -_solved(band, electric_forces(film, position, squared))
+        along[FREE] = -_solved(band, electric_forces(film, position, squared, now))
         out = float((position - guess + toward) @ here.position) / position.size
         out += (squared - here.point.squared - length * here.squared) * here.squared
         change = -out / (float(along @ here.position) / position.size + here.squared)

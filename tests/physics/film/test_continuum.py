@@ -49,6 +49,29 @@ def test_derivatives_and_energies_are_those_of_the_force(squared):
     np.testing.assert_allclose(grown, 2.0 * gain, rtol=1e-2, atol=1e-4)
 
 
+def test_a_film_that_hangs_loose_has_the_slope_and_the_work_of_its_force():
+    """Its force turns with |x| near the flat film: rounded there, not cut."""
+    loose, h = dataclasses.replace(film(), rounding=0.02), 1e-6
+    x, squared = np.array([0.004, 0.02, 0.3, 1.1]), np.array([0.0, 0.0, 0.02, 0.1])
+    low, high = (loose.force(x + d, squared, [], numbers())[0] for d in (-h, h))
+    np.testing.assert_allclose(loose.force(x, squared, [], numbers())[1], (high - low) / (2 * h), rtol=1e-6)
+    rise = (loose.work(x + h, squared, numbers()) - loose.work(x - h, squared, numbers())) / (2 * h)
+    np.testing.assert_allclose(rise, loose.force(x, squared, [], numbers())[0], rtol=1e-4, atol=1e-7)
+    assert loose.force(0.0, 0.0, [], numbers())[0] == 0.0
+
+
+def test_the_force_ends_at_the_voltage_above_which_the_film_is_slack():
+    """Whatever the polynomials do there, and without a jump."""
+    strong = dataclasses.replace(film(), stiffness=((1.0,),))
+    x = np.array([0.2, 0.4])
+    t = x**2 / (x**2 + strong.variable)
+    highest = t * np.polynomial.polynomial.polyval(t, strong.slack_above)
+    pulls = [strong.force(x, share * highest, [], numbers())[0] for share in (0.5, 1.0 - 1e-9, 1.01)]
+    assert (pulls[0] > 1e-3).all()
+    np.testing.assert_allclose(pulls[1], 0.0, atol=1e-7)
+    np.testing.assert_array_equal(pulls[2], 0.0)
+
+
 def test_it_never_pushes_and_the_voltage_only_weakens_it():
     x, squared = np.linspace(0.0, 3.9, 80), np.linspace(0.0, 0.5, 101)[:, None]
     pull = force(x, squared)[0]
@@ -56,6 +79,15 @@ def test_it_never_pushes_and_the_voltage_only_weakens_it():
     # without voltage the fit may rise by less than its error
     assert np.nanmax(np.diff(pull, axis=0) / (0.01 + pull[:-1])) < 5e-3
     np.testing.assert_array_equal(np.isnan(pull), squared > film().highest_squared(x, numbers()) + 0.0 * squared)
+
+
+def test_the_force_of_numbers_is_that_of_programs():
+    """`pull` has the same law in fewer operations, for statics."""
+    s, squared = np.linspace(0.001, 15.0, 40), np.linspace(0.0, 0.5, 21)[:, None]
+    k, _, _ = film().rate(s, squared)
+    tense = film().pull(s, squared) > 0.0
+    assert 0.1 < tense.mean() < 0.9
+    np.testing.assert_allclose(film().pull(s, squared)[tense], k[tense], rtol=1e-9)
 
 
 def test_small_heights_keep_the_law_of_their_scale():
@@ -136,7 +168,8 @@ def test_files(tmp_path):
     assert read_film(tmp_path / "film.json") == film()
     values = json.loads(film().to_json())
     assert values["gelcone_film"] == 2
-    damages = {"stiffness": [[float("nan")]]}, {"reach": -1.0}, {"wall": 2.0}, {"gelcone_film": 99}, {"variable": 0.0}
+    damages = [{"stiffness": [[float("nan")]]}, {"reach": -1.0}, {"wall": 2.0}, {"gelcone_film": 99}]
+    damages += [{"variable": 0.0}, {"rounding": -1.0}]
     for damage in damages:
         with pytest.raises(InputError, match="gelcone validate --fit"):
             film_from_json(json.dumps(values | damage))

@@ -3,11 +3,17 @@
 The membrane bears no compression (see `gelcone.continuum.density`), so that it never pushes the disc. It pulls the
 disc back with x k(s, V) at s = x^2 and the squared voltage V, where
 
-    k = S (P0 + P1 z + P2 z^2 + ...) + w s/(wall - s),    S = V + b + t,    z = V/S,    t = s/(s + c),
+    k = D [S (P0 + P1 z + P2 z^2 + ...) + w s/(wall - s)],    D = (H - V)/((H - V)^2 + (H/50)^2)^(1/2),
 
-with polynomials Pj of t. For b = 0, a film without tension while it is flat, S P(z) keeps the law of small heights
-k = s f(V/s). The term with ``wall`` is the stretch limit of the film as a whole. Where k would be negative the film is
-slack and has no force; the switch ``pulls`` tells.
+    S = V + b + t,    z = V/S,    t = r/(r + c),
+
+with polynomials Pj of t, H = (b + t) times another one, and r = s. For b = 0, a film without tension while it is flat,
+this keeps the law of small heights k = s f(V/s). Where the hoop is stretched more than the meridian, rings move inwards
+and the film hangs loose beside the disc; its k then grows like |x|, and r = sqrt(s + e^2) - e with a small e. The term
+with ``wall`` is the stretch limit of the film as a whole.
+
+The film is slack and has no force where the bracket is negative, and above V = H, which lies a little higher: there D,
+all but 1 below, ends what the polynomials do beyond. The switch ``pulls`` tells.
 
 It has pulled in above V = E(t), a polynomial, where the tension of its most stretched ring no longer grows with the
 ring's length; below the height sqrt(``slack_first``) it falls slack before, and a slack film pulls in above
@@ -16,7 +22,9 @@ ring's length; below the height sqrt(``slack_first``) it falls slack before, and
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+import operator
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -34,6 +42,8 @@ from gelcone.quantity import Array
 
 TINY = 1e-12
 """Of S, so that a flat film without voltage has a force."""
+FADE = 0.02
+"""Width, over H, in which D falls from 1 to 0."""
 BISECTIONS = 50
 STATES = ("in_tension", "slack")
 
@@ -45,8 +55,10 @@ class ContinuumFilm(FittedFilm):
     Parameters
     ----------
     variable : c.
+    rounding : e; 0 for r = s.
     flat_tension : b, the V that takes the tension of the flat film.
     stiffness : the polynomials P0, P1, ...
+    slack_above : the polynomial of H.
     wall, wall_strength : the s at which the film as a whole reaches its stretch limit, more than reach^2; and w.
     disc_stretch : as ``stiffness``, for (deformed over mounted length along the meridian)^2 - 1 beside the disc.
     pull_in : E.
@@ -56,8 +68,10 @@ class ContinuumFilm(FittedFilm):
     """
 
     variable: float
+    rounding: float
     flat_tension: float
     stiffness: tuple[Polynomial, ...]
+    slack_above: Polynomial
     wall: float
     wall_strength: float
     disc_stretch: tuple[Polynomial, ...]
@@ -77,37 +91,66 @@ class ContinuumFilm(FittedFilm):
     # --- force -------------------------------------------------------------------------------------------------------
 
     def rate(self, s: Any, squared: Any) -> tuple[Any, Any, Any]:
-        """k and its derivatives by s and V, without regard to its sign."""
-        r = 1.0 / (s + self.variable)
-        t, t_slope = s * r, self.variable * r * r
-        k, by_t, by_v = self._surface(self.stiffness, t, squared)
-        near = 1.0 / (self.wall - s)
-        k = k + self.wall_strength * s * near
-        return k, by_t * t_slope + (self.wall_strength * self.wall) * near * near, by_v
+        """k and its derivatives by s and V, without regard to where the film is slack."""
+        k, by_s, by_v, _ = self._laws(s, squared)
+        return k, by_s, by_v
 
-    def _surface(self, polynomials: tuple[Polynomial, ...], t: Any, squared: Any) -> tuple[Any, Any, Any]:
-        """S times the polynomial in z, and its derivatives by t and V."""
+    def pull(self, s: Any, squared: Any) -> Any:
+        """k of numbers, and 0 where the film is slack."""
+        s, squared = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(squared, dtype=float))
+        t = self._place(s)[0]
+        scale = t + (self.flat_tension + TINY)
+        S, highest = squared + scale, scale * np.polynomial.polynomial.polyval(t, self.slack_above)
+        bracket = S * np.polynomial.polynomial.polyval2d(t, squared / S, self._table)
+        bracket, rest = bracket + self.wall_strength * s / (self.wall - s), highest - squared
+        return np.where((bracket > 0.0) & (rest > 0.0), bracket * rest / np.hypot(rest, FADE * highest), 0.0)[()]
+
+    @cached_property
+    def _table(self) -> Array:
+        """The factors of t^i z^j, those of one j in a column."""
+        most = max(map(len, self.stiffness))
+        return np.array([[*p, *[0.0] * (most - len(p))] for p in self.stiffness]).T
+
+    def _laws(self, s: Any, squared: Any) -> tuple[Any, Any, Any, Any]:
+        """k, its derivatives by s and V, and what is positive where the film is in tension: where both the bracket and
+        H - V are."""
+        t, t_slope = self._place(s)
         S = squared + (t + (self.flat_tension + TINY))
-        z = squared / S
-        value, by_t, by_v, power, before = 0.0, 0.0, 0.0, 1.0, 0.0
-        for j, polynomial in enumerate(polynomials):
-            p, p_slope = _with_slope(polynomial, t)
-            value = value + p * power
-            by_t = by_t + (S * p_slope + (1.0 - j) * p) * power
-            by_v = by_v + p * (power + (float(j) * (1.0 - z)) * before)
-            before, power = power, power * z
-        return S * value, by_t, by_v
+        powers = _powers(t, max(map(len, (*self.stiffness, *self.disc_stretch, self.slack_above))))
+        bracket, by_t, by_v = _surface(self.stiffness, powers, S, squared)
+        near = 1.0 / (self.wall - s)
+        bracket = bracket + self.wall_strength * s * near
+        by_s = by_t * t_slope + (self.wall_strength * self.wall) * near * near
+        share, slope = _value(self.slack_above, powers), _slope(self.slack_above, powers)
+        scale = t + (self.flat_tension + TINY)
+        highest, rise = scale * share, (share + scale * slope) * t_slope
+        rest, width = highest - squared, FADE * highest
+        inverse = 1.0 / (rest * rest + width * width) ** 0.5
+        part = rest * inverse
+        steep = (width * inverse) * (width * inverse) * inverse  # -dD/dV
+        fade = bracket * steep
+        tightness = bracket + rest - (bracket * bracket + rest * rest) ** 0.5
+        return part * bracket, part * by_s + fade * (rise * squared / highest), part * by_v - fade, tightness
+
+    def _place(self, s: Any) -> tuple[Any, Any]:
+        """t and its derivative by s."""
+        r, slope = s, 1.0
+        if self.rounding > 0.0:
+            root = (s + self.rounding * self.rounding) ** 0.5
+            r, slope = s / (root + self.rounding), 0.5 / root
+        inverse = 1.0 / (r + self.variable)
+        return r * inverse, (self.variable * slope) * inverse * inverse
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """x k and its slope; nothing where the film is slack, NaN where it has pulled in."""
         s = x * x
-        k, slope, _ = self.rate(s, squared)
+        k, slope, _, tightness = self._laws(s, squared)
         if traced(xp):
             pulls = 0.5 + 0.5 * n["pulls"]
         else:
             with np.errstate(invalid="ignore"):
                 gone = (squared > self.highest_squared_at(s)) | (s >= self.wall)
-                pulls = np.where(gone, np.nan, np.where(k > 0.0, 1.0, 0.0))[()]
+                pulls = np.where(gone, np.nan, np.where(tightness > 0.0, 1.0, 0.0))[()]
         return x * (pulls * k), pulls * (k + 2.0 * s * slope)
 
     def highest_squared_at(self, s: Any) -> Any:
@@ -116,7 +159,7 @@ class ContinuumFilm(FittedFilm):
         return np.where(s < self.slack_first, self.slack_limit, self._pull_in(s))[()]
 
     def _pull_in(self, s: Any) -> Any:
-        return _with_slope(self.pull_in, s / (s + self.variable))[0]
+        return _value(self.pull_in, _powers(self._place(s)[0], len(self.pull_in)))
 
     # --- borders -----------------------------------------------------------------------------------------------------
 
@@ -126,7 +169,7 @@ class ContinuumFilm(FittedFilm):
         return Border(self._slack_border, "pulls"), Border(self._end_border)
 
     def _slack_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        return n["pulls"] * self.rate(x * x, squared)[0]
+        return n["pulls"] * self._laws(x * x, squared)[3]
 
     def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         """Positive while V < E, or s < slack_first: the sum of both and the root of the sum of squares is positive
@@ -139,7 +182,7 @@ class ContinuumFilm(FittedFilm):
         return pulls * below + (1.0 - pulls) * (self.slack_limit - squared)
 
     def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
-        return {"pulls": np.where(self.rate(np.square(x), squared)[0] > 0.0, 1.0, -1.0)}
+        return {"pulls": np.where(self.pull(np.square(x), squared) > 0.0, 1.0, -1.0)}
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
         slack = (np.arange(dwell.shape[1]) >> list(switches).index("pulls")) & 1 == 1
@@ -151,8 +194,8 @@ class ContinuumFilm(FittedFilm):
     # --- statics -----------------------------------------------------------------------------------------------------
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
-        k, _, by_v = self.rate(np.square(x), squared)
-        return x * np.where(k > 0.0, -by_v, 0.0)
+        _, _, by_v, tightness = self._laws(np.square(x), squared)
+        return x * np.where(tightness > 0.0, -by_v, 0.0)
 
     def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
         return Film.turning(self, x, squared, n)
@@ -165,10 +208,10 @@ class ContinuumFilm(FittedFilm):
         wanted, highest = np.maximum(pull, 0.0), np.minimum(self.highest_squared_at(s), self.end_of_fit)
         with np.errstate(all="ignore"):
             low, high = np.zeros_like(s), np.array(highest, dtype=float)
-            weakest, strongest = self.rate(s, high)[0], self.rate(s, low)[0]
+            weakest, strongest = self.pull(s, high), self.pull(s, low)
             for _ in range(BISECTIONS):
                 middle = 0.5 * (low + high)
-                above = self.rate(s, middle)[0] > wanted
+                above = self.pull(s, middle) > wanted
                 low, high = np.where(above, middle, low), np.where(above, high, middle)
             found = np.where(weakest > wanted, highest + STEEP * (weakest - wanted), 0.5 * (low + high))
             found = np.where(wanted > strongest, strongest - wanted, found)
@@ -187,15 +230,12 @@ class ContinuumFilm(FittedFilm):
     def work(self, x: Any, squared: Any, n: Numbers) -> Any:
         """Work against film and field from the flat film to x at constant V: the integral of x k over x."""
 
-        def smooth(s: Any) -> Any:
-            return self.rate(s, squared)[0] - self.wall_strength * s / (self.wall - s)
-
-        def of_wall(s: Any) -> Any:
-            return -self.wall_strength * (s + self.wall * np.log1p(-s / self.wall))
+        def inner(s: Any) -> Any:
+            return self.rate(s, squared)[0]
 
         s, begin = np.square(np.asarray(x, dtype=float)), self._tightens(x, squared)
         with np.errstate(all="ignore"):
-            return 0.5 * (_between(smooth, begin, s) + of_wall(s) - of_wall(begin))
+            return 0.5 * _between(inner, begin, s)
 
     def area(self, x: Any, squared: Any, n: Numbers) -> Any:
         """Mean square of the deformed over the mounted area, -2 dE/dV of the energy E: that of the flat film, and the
@@ -211,7 +251,7 @@ class ContinuumFilm(FittedFilm):
         low, high = np.zeros_like(s), np.array(s)
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
-            slack = self.rate(middle, squared)[0] <= 0.0
+            slack = self.pull(middle, squared) <= 0.0
             low, high = np.where(slack, middle, low), np.where(slack, high, middle)
         return np.where(high < 1e-12 * s, 0.0, high)
 
@@ -231,8 +271,10 @@ class ContinuumFilm(FittedFilm):
         """Beside the disc, where the meridian is stretched most; NaN where the film has pulled in."""
         s, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.square(voltage))
         with np.errstate(all="ignore"):
-            k, gone = self.rate(s, squared)[0], squared > self.highest_squared_at(s)
-            extra = self._surface(self.disc_stretch, s / (s + self.variable), squared)[0]
+            k, gone = self.pull(s, squared), squared > self.highest_squared_at(s)
+            t = self._place(s)[0]
+            S = squared + (t + (self.flat_tension + TINY))
+            extra = _surface(self.disc_stretch, _powers(t, max(map(len, self.disc_stretch))), S, squared)[0]
         along = np.sqrt(np.where(k > 0.0, np.maximum(extra, 0.0), s))
         state = self._ring.state(along, np.broadcast_to(voltage, s.shape), self._ring_numbers(n))
         own = FilmState(*(np.where(gone, np.nan, values)[()] for values in state))
@@ -246,18 +288,44 @@ class ContinuumFilm(FittedFilm):
 
     def sound(self) -> bool:
         """Whether its numbers are."""
-        rows = [*self.stiffness, *self.disc_stretch, self.pull_in]
-        rest = (self.variable, self.flat_tension, self.wall_strength, self.slack_first, self.slack_limit)
-        return bool(all(rows) and self.variable > 0.0 and np.isfinite([v for row in (*rows, rest) for v in row]).all())
+        rows = [*self.stiffness, *self.disc_stretch, self.pull_in, self.slack_above]
+        rest = (self.flat_tension, self.wall_strength, self.slack_first, self.slack_limit)
+        finite = np.isfinite([v for row in (*rows, rest) for v in row]).all()
+        return bool(all(rows) and finite and 0.0 < self.variable < np.inf and 0.0 <= self.rounding < np.inf)
 
 
-def _with_slope(coefficients: Polynomial, t: Any) -> tuple[Any, Any]:
-    """A polynomial and its derivative, by Horner's rule."""
-    value, slope = coefficients[-1] + 0.0 * t, 0.0 * t
-    for factor in reversed(coefficients[:-1]):
-        slope = slope * t + value
-        value = value * t + factor
-    return value, slope
+def _surface(polynomials: tuple[Polynomial, ...], powers: list[Any], S: Any, squared: Any) -> tuple[Any, Any, Any]:
+    """S times the polynomial in z, and its derivatives by t and V."""
+    z = squared / S
+    places = _powers(z, len(polynomials))
+    values = [_value(p, powers) for p in polynomials]
+    total = _sum(value * place for value, place in zip(values, places, strict=True))
+    by_t = S * _sum(_slope(p, powers) * place for p, place in zip(polynomials, places, strict=True))
+    by_z = _sum((j + 1.0) * (value * place) for j, (value, place) in enumerate(zip(values[1:], places, strict=False)))
+    # S grows as t and V do, and z falls as t grows
+    return S * total, by_t + (total - z * by_z), total + (1.0 - z) * by_z
+
+
+def _powers(t: Any, count: int) -> list[Any]:
+    """1, t, t^2, ...: shared by all polynomials, which then are sums without a product."""
+    found = [1.0 + 0.0 * t, t]
+    while len(found) < count:
+        found.append(found[len(found) // 2] * found[(len(found) + 1) // 2])
+    return found[:count]
+
+
+def _value(coefficients: Polynomial, powers: list[Any]) -> Any:
+    return _sum(factor * power for factor, power in zip(coefficients, powers, strict=False))
+
+
+def _slope(coefficients: Polynomial, powers: list[Any]) -> Any:
+    return _sum(
+        (k + 1.0) * factor * power for k, (factor, power) in enumerate(zip(coefficients[1:], powers, strict=False))
+    )
+
+
+def _sum(terms: Iterable[Any]) -> Any:
+    return functools.reduce(operator.add, terms, 0.0)
 
 
 def _between(function: Any, low: Any, high: Any) -> Any:
