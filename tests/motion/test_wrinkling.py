@@ -125,6 +125,28 @@ def test_a_run_says_in_which_states_the_film_was_and_where_it_pulled_in():
     assert float(run["meridional_stress"].min()) >= 0.0
 
 
+def test_a_held_film_pulls_in_where_the_statics_say_and_not_beyond_the_valley():
+    """A stiff spring holds the disc while the voltage rises slowly. Behind the valley of Vb, x = 1.218 at J = 8 and
+    3.499 at J = 50, a film localises while its hoop is slack or, from x = 1.218 and 3.65 on, crumples and never pulls in.
+    """
+    height = np.array([1.1, 1.2, 1.25, 1.6, 1.2, 3.3, 3.6, 3.8])
+    model = ConeModel(
+        film="wrinkling", stretch_limit=[8.0] * 4 + [50.0] * 4, rest_height=height, spring_stiffness=400.0,
+        damping_ratio=20.0, voltage=1.0, drive_frequency=0.005,
+    )  # fmt: skip
+    run = integrate(model, np.stack([height, np.zeros(8)], axis=1), np.full((8, 1), 300.0), tolerance=1e-9)
+    ends = np.array([True, True, False, False, True, True, True, False])
+    np.testing.assert_array_equal(run.outcome == Outcome.PULLED_IN, ends)
+    assert (run.film_times[~ends, 3] > 50.0).all()
+    members, squared = model.members(), np.sin(0.005 * run.end_times) ** 2
+    numbers = {name: members.number(name) for name in members.system.numbers}
+    limit = model.film.highest_squared(run.end_states[:, 0], numbers)
+    np.testing.assert_allclose(limit[ends], squared[ends], rtol=1e-8)
+    assert (limit[~ends] > 1e5).all()
+    force = model.film.force(run.end_states[:, 0], squared, [], numbers)[0]
+    np.testing.assert_array_equal(force[~ends], 0.0)
+
+
 def test_a_film_that_goes_on_after_pull_in_says_for_how_long_it_has_failed():
     """Near the flat film without pre-stretch it fails at the first fold of the reference; memoryless it is back there,
     snapping at the second."""

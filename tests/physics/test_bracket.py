@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from gelcone.physics.bracket import rise, sign_change
+from gelcone.physics.bracket import rise, sign_change, sign_changes
 
 
 @given(st.floats(-20.0, 20.0), st.floats(0.0, 3.0), st.integers(1, 9))
@@ -55,6 +55,15 @@ def test_ends_that_are_roots_and_ends_that_are_not_apart() -> None:
         sign_change(lambda x: 1.0, 0.0, 1.0)
     with pytest.raises(ArithmeticError, match="no value"):
         sign_change(lambda x: math.nan if abs(x) < 0.5 else x, -1.0, 1.0)
+
+
+def test_a_pole_is_no_root() -> None:
+    poles = np.array([0.3, 1.0 / 3.0, 1e-6])
+    assert np.isnan(sign_changes(lambda x: 1.0 / (x - poles), np.full(3, -1.0), np.full(3, 1.5))).all()
+    found = sign_changes(lambda x: np.tan(x - poles), np.full(3, -1.0), np.full(3, 1.0))
+    np.testing.assert_allclose(found, poles, rtol=1e-15)
+    with pytest.raises(ArithmeticError, match="pole"):
+        sign_change(lambda x: 1.0 / (x - 1.0 / 3.0) ** 3, -1.0, 2.0)
 
 
 def test_each_root_is_the_nearest_double_or_one_beside_it() -> None:

@@ -1,6 +1,7 @@
 """The second film: the equation of motion from the energy, two cones added by hand, and statics against brute force."""
 
 import json
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -331,10 +332,15 @@ def test_a_pair_that_cannot_meet_is_refused():
 
 
 def test_a_pair_of_wrinkling_films_that_both_go_slack_is_held_by_nothing_in_between():
-    """Where both are slack no force acts: one equilibrium stands for the whole stretch, and it is not stable."""
+    """Where both are slack no force acts: one equilibrium stands for the whole stretch, and it is not stable. There is
+    another stretch on either side, where both films are crumpled beyond the valley of the voltage barrier."""
     model = double(film="wrinkling", second_film="wrinkling")
     (balance,) = balances_of(model)
-    (found,) = balance.equilibria(np.array([0.8**2]))[0]
+    below, found, above = balance.equilibria(np.array([0.8**2]))[0]
+    valley = math.sqrt(float(balance.n["valley"] / balance.n["A"]) - 1.0)
+    assert below.displacement == pytest.approx(1.0 - above.displacement, abs=1e-9)
+    assert above.displacement > 1.0 + valley
+    assert not (below.stable or above.stable)
     assert float(model.force(found.displacement, 0.8)) == 0.0
     assert found.displacement == pytest.approx(0.5, abs=0.01)
     assert not found.stable

@@ -147,7 +147,9 @@ class StaticBalance:
         with np.errstate(all="ignore"):
             if self.film_fails:
                 highest = self.system.film.highest_squared(x, self.n)
-                squared = np.clip(self.squared(x), 0.0, NEAR_PULL_IN * highest)
+                balancing = self.squared(x)
+                # infinite where the film holds the disc at any voltage: then that without voltage
+                squared = np.where(np.isinf(balancing), 0.0, np.clip(balancing, 0.0, NEAR_PULL_IN * highest))
             return self.system.film.turning(x, squared, self.n) + self.system.bias.turning(x, self.n)
 
     def equilibria(self, squared: Array) -> list[list[Equilibrium]]:

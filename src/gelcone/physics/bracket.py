@@ -12,6 +12,9 @@ import numpy as np
 
 RESOLVED = 2.0 * sys.float_info.epsilon
 """Share of a root within which its bracket ends."""
+BESIDE = 1e-6
+"""Share of a bracket beside a sign change at which a pole is far smaller than at the change."""
+SMALLER = 1e-3
 MOST_STEPS = 2000
 """More than bisection takes from the largest double to the smallest."""
 
@@ -56,24 +59,27 @@ def rise(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
 
 def sign_changes(function: Callable[[Any], Any], a: Any, b: Any) -> Any:
     """Points between ``a`` and ``b`` (arrays of one shape) where ``function`` of an array changes sign; NaN where it
-    has one sign at both.
+    has one sign at both, or changes it through a pole.
 
     Raises `ArithmeticError` for a value that is no number inside a bracket.
     """
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    low, high = np.minimum(a, b), np.maximum(a, b)
     with np.errstate(all="ignore"):
         sign, across = np.sign(function(b)), np.sign(function(a))
         found = rise(lambda x: sign * function(x), a, b)
-        apart = np.where(sign * across < 0.0, found, np.nan)
+        beside = found + BESIDE * np.where(found - low > high - found, low - high, high - low)
+        pole = np.abs(function(beside)) < SMALLER * np.abs(function(found))
+        apart = np.where((sign * across < 0.0) & ~pole, found, np.nan)
     return np.where(across == 0.0, a, np.where(sign == 0.0, b, apart))[()]
 
 
 def sign_change(function: Callable[[float], SupportsFloat], a: float, b: float) -> float:
     """A point between ``a`` and ``b``, at which ``function`` of one number has different signs, where it changes sign.
 
-    Raises `ArithmeticError` for a value that is no number, and where the signs at the ends are equal.
+    Raises `ArithmeticError` for a value that is no number, where the signs at the ends are equal, and at a pole.
     """
     found = float(sign_changes(lambda x: np.float64(function(float(x))), a, b))
     if found != found:
-        raise ArithmeticError(f"the function has one sign at {a!r} and {b!r}")
+        raise ArithmeticError(f"the function has one sign at {a!r} and {b!r}, or a pole between")
     return found

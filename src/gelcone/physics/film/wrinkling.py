@@ -16,8 +16,10 @@ law and r = G/(m n), the true stresses over mu are s1 = R (A m - r) - V m n and 
     crumpled          s1 = s2 = 0, A m = B n
 
 The disc is pulled back with x s1/q, which is 0 in the last two. The energy's minimum, and with it the film, ends where
-a crumpled film pulls in, V G above the hump of Vb(t) = R (t - t^-2)/t^2, and a hoop-slack film localises even earlier:
-where its meridional force falls as a ring of it lengthens, the strain runs into one ring (loss of strong ellipticity).
+a crumpled film pulls in: V G above Vb(t) = R (t - t^-2)/t^2 at t = max(A q, B), or above the first maximum of Vb, its
+hump, where t lies before that. A film that the disc stretches beyond the valley behind the hump does not: without
+tension it stays on the rising part of Vb behind it. A hoop-slack film localises even earlier: where its meridional
+force falls as a ring of it lengthens, the strain runs into one ring (loss of strong ellipticity).
 
 In a program the natural width n - 1 is the root of s2 = 0, solved inside of each step, and switches tell the states
 apart. Force and stiffness come from one energy, so that the force is continuous across the borders, and tangent maps
@@ -27,7 +29,7 @@ is zero.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -52,6 +54,8 @@ FAILED = "pulled_in"
 """The state of a film that goes on after it has pulled in."""
 STEEP = 1e10
 """How fast the V that would make a film push grows with the push: no voltage does."""
+UNREACHED = 1e6
+"""The V up to which a film that never pulls in is looked at; what `STEEP` makes of a push is above it."""
 ROUNDING = 1e-12
 """Lengths that exceed those of the taut film by less are its own."""
 NEVER = 1e30
@@ -59,6 +63,7 @@ NEVER = 1e30
 MOST_STRETCHED = 1e4
 """Largest squared stretch at which the hump of a law without stretch limit is looked for."""
 GRID = 2000
+GOLDEN, GOLDEN_STEPS = 0.6180339887498949, 40
 
 
 _STUDIES = {
@@ -114,18 +119,19 @@ class WrinklingCone(TautCone):
             raise unknown_name("pull_in", str(self.pull_in), PULL_IN)
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
-        """Beside those of the taut cone: ``hump``, the t of the first maximum of Vb; ``limit_squared``, the V at which
-        a film without tension pulls in; ``crumpling_squared``, the V above which it is slack in both directions;
-        ``end_of_slack``, the A q above which no film loses its tension without pulling in; ``edge``, the A x^2 at which
-        A q = B, negative if there is none; ``shortest``, the x^2 below which a film is so short that evenly compressed
-        it would be beyond its stretch limit, negative if there is none; and the switches."""
+        """Beside those of the taut cone: ``hump``, the t of the first maximum of Vb, and ``valley``, that of the minimum
+        behind it; ``limit_squared``, the V at which a film without tension pulls in; ``crumpling_squared``, the V above
+        which it is slack in both directions; ``end_of_slack``, the A q above which no film loses its tension without
+        pulling in; ``edge``, the A x^2 at which A q = B, negative if there is none; ``shortest``, the x^2 below which a
+        film is so short that evenly compressed it would be beyond its stretch limit, negative if there is none; and the
+        switches."""
         own = super().numbers(parameters)
         A, B, G = np.broadcast_arrays(own["A"], own["B"], own["G"])
         law = {name: own[name] for name in own.keys() - {"A", "B", "G"}}
-        hump = _hump(self.law, law)
+        hump, valley = _turnings(self.law, law)
         with np.errstate(all="ignore"):
             turning = np.maximum(hump, B)
-            limit = np.where(np.isinf(hump), NEVER, self._crumpling(turning, law) / G)
+            limit = np.where(np.isinf(hump) | (valley <= B), NEVER, self._crumpling(turning, law) / G)
             crumpling = self._crumpling(B, law) / G
         one = np.ones(np.broadcast_shapes(A.shape, hump.shape))
         return (
@@ -135,14 +141,16 @@ class WrinklingCone(TautCone):
                 "crumpling_squared": np.where(B > 1.0, crumpling, -1.0) * one,
                 "end_of_slack": np.minimum(turning, NEVER),
                 "hump": np.minimum(hump, NEVER) * one,
+                "valley": np.minimum(valley, NEVER) * one,
                 "edge": np.where(B > A, B - A, -1.0),
                 "shortest": self._shortest(A, B, G, law) * one,
                 "width_held": one,
                 "pulls": one,
                 "crumpled": one,
                 "long": one,
+                "below_hump": one,
             }
-            | (self._numbers_after(B, G, hump, law, one) if self.goes_on else {})
+            | (self._numbers_after(G, valley, law, one) if self.goes_on else {})
         )
 
     @property
@@ -150,15 +158,12 @@ class WrinklingCone(TautCone):
         """Whether a run goes on after the film has pulled in."""
         return self.pull_in in ("memoryless", "snap")
 
-    def _numbers_after(self, B: Any, G: Any, hump: Any, law: Numbers, one: Any) -> dict[str, Any]:
-        """``valley``, the t of the minimum of Vb behind the hump, ``valley_squared`` the V there; and two switches."""
-        valley = _valley(self.law, law, hump)
+    def _numbers_after(self, G: Any, valley: Any, law: Numbers, one: Any) -> dict[str, Any]:
+        """``valley_squared``, the V at the valley, and a switch."""
         with np.errstate(all="ignore"):
             squared = np.where(np.isinf(valley), 0.0, _crumpling(self.law, valley, law) / G)
         return {
-            "valley": np.minimum(valley, NEVER) * one,
             "valley_squared": squared * one,
-            "below_hump": one,
             "whole": one,
         }
 
@@ -172,6 +177,7 @@ class WrinklingCone(TautCone):
     def _crumpling(self, t: Any, n: Numbers) -> Any:
         """Vb(t), the V G at which the film is slack in both directions at the squared stretch t; infinite at and beyond
         the stretch limit."""
+        t = np.asarray(t, dtype=float)
         beyond = 2.0 * t + np.square(1.0 / t) - 3.0 >= self.law.strain_limit(n)
         return np.where(beyond, np.inf, _crumpling(self.law, t, n))
 
@@ -263,19 +269,17 @@ class WrinklingCone(TautCone):
     def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
         """``width_held`` tells taut from hoop-slack, and without force A q < B from A q > B; ``pulls`` tells with from
         without force; ``crumpled`` tells meridional slack from crumpled there, ``long`` a film that
-        may begin to pull from one that is too short. The last border ends the film; where a run
-        goes on, ``whole`` tells whether it has failed instead, and ``below_hump`` a slack film before the hump from one
-        beyond it."""
+        may begin to pull from one that is too short, ``below_hump`` one before the hump from one beyond the valley. The
+        last border ends the film; where a run goes on, ``whole`` tells whether it has failed instead."""
         return (
             Border(self._width_border, "width_held", tells=True),
             Border(self._force_border, "pulls", tells=True),
             Border(self._crumpling_border, "crumpled"),
             Border(self._length_border, "long", seldom=True),
-            *(
-                [Border(self._hump_border, "below_hump"), Border(self._failure_border, "whole", jumps=True)]
-                if self.goes_on
-                else [Border(self._end_border, seldom=self.pull_in != "minimum")]
-            ),
+            Border(self._hump_border, "below_hump", seldom=not self.goes_on),
+            Border(self._failure_border, "whole", jumps=True)
+            if self.goes_on
+            else Border(self._end_border, seldom=self.pull_in != "minimum"),
         )
 
     def _width_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
@@ -299,27 +303,36 @@ class WrinklingCone(TautCone):
 
     def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         own, _, held, pulls = self._at(x * x, squared, n, xp)
-        slack = n["limit_squared"] - squared
+        below = 0.5 + 0.5 * n["below_hump"]
+        slack = below * (n["limit_squared"] - squared) + (1.0 - below) * self._beyond_valley(x, n)
         if self.pull_in == "minimum":
-            # the slack film's A q cannot pass the hump: where it does, tension was lost beyond the hump
-            return pulls + (1.0 - pulls) * (n["end_of_slack"] - n["A"] * (1.0 + x * x)) * slack
+            return pulls + (1.0 - pulls) * slack
         with_force = held + (1.0 - held) * self._ellipticity(own, n, xp)
         return pulls * with_force + (1.0 - pulls) * slack
+
+    def _beyond_valley(self, x: Any, n: Numbers) -> Any:
+        """Positive where the disc stretches the film beyond the valley."""
+        return n["A"] * (1.0 + x * x) - n["valley"]
 
     def _whole(self, n: Numbers) -> Any:
         """1, or 0 once the film has failed and does not pull."""
         return 0.5 + 0.5 * n["whole"] if self.pull_in == "snap" else 1.0
 
     def _hump_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        return n["below_hump"] * (n["end_of_slack"] - n["A"] * (1.0 + x * x))
+        before = n["below_hump"] * (n["end_of_slack"] - n["A"] * (1.0 + x * x))
+        if self.goes_on:
+            return before
+        _, pulls = self._switches(x * x, squared, n, xp)
+        return pulls + (1.0 - pulls) * before
 
     def _failure_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         _, _, _, pulls = self._at(x * x, squared, n, xp)
         whole, below = 0.5 + 0.5 * n["whole"], 0.5 + 0.5 * n["below_hump"]
         above = squared - n["limit_squared"]
-        fails = pulls + (1.0 - pulls) * (-below * above - (1.0 - below))
+        lost = below * above - (1.0 - below) * self._beyond_valley(x, n)
+        fails = pulls - (1.0 - pulls) * lost
         if self.pull_in == "memoryless":
-            returns = (1.0 - pulls) * (below * above + (1.0 - below)) - pulls
+            returns = (1.0 - pulls) * lost - pulls
         else:
             held = pulls * (n["valley"] - n["A"] * (1.0 + x * x))
             returns = (squared - n["valley_squared"]) * (1.0 - pulls + held)
@@ -343,13 +356,8 @@ class WrinklingCone(TautCone):
             "pulls": np.where(pulls > 0.0, 1.0, -1.0),
             "crumpled": np.where(squared > n["crumpling_squared"], 1.0, -1.0),
             "long": np.where(xx > n["shortest"], 1.0, -1.0),
-        } | (self._switches_after(xx, squared, n) if self.goes_on else {})
-
-    def _switches_after(self, xx: Any, squared: Any, n: Numbers) -> dict[str, Any]:
-        return {
             "below_hump": np.where(n["A"] * (1.0 + xx) < n["end_of_slack"], 1.0, -1.0),
-            "whole": np.where(self._gone(xx, squared, n), -1.0, 1.0),
-        }
+        } | ({"whole": np.where(self._gone(xx, squared, n), -1.0, 1.0)} if self.goes_on else {})
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
         place = np.arange(dwell.shape[1])
@@ -376,17 +384,20 @@ class WrinklingCone(TautCone):
             crumpled = slack & ~gone & (squared > n["crumpling_squared"])
             if crumpled.any():
                 there = _taken(n, crumpled)
-                t = self._natural(squared[crumpled], there)
+                t = self._natural(xx[crumpled], squared[crumpled], there)
                 m[crumpled], width[crumpled] = t / there["A"], t / there["B"]
             held = slack & ~gone & ~crumpled
             if held.any():
                 m[held], width[held] = self._natural_meridian(xx[held], squared[held], _taken(n, held)), 1.0
         return np.where(gone, np.nan, m)[()], np.where(gone, np.nan, width)[()]
 
-    def _natural(self, squared: Any, n: Numbers) -> Any:
-        """The squared stretch t of a crumpled film, V G = Vb(t)."""
-        low = np.ones_like(squared)
-        high = np.minimum(np.where(n["hump"] < NEVER, n["hump"], 0.5 * (self.strain_limit(n) + 3.0)), MOST_STRETCHED)
+    def _natural(self, xx: Any, squared: Any, n: Numbers) -> Any:
+        """The squared stretch t of a crumpled film, V G = Vb(t), before the hump or behind the valley."""
+        least = np.maximum(n["A"] * (1.0 + xx), n["B"])
+        behind = least >= n["valley"]
+        low = np.where(behind, least, 1.0)
+        most = 0.5 * (self.strain_limit(n) + 3.0)
+        high = np.minimum(np.where((n["hump"] < NEVER) & ~behind, n["hump"], most), MOST_STRETCHED)
         return rise(lambda t: self._crumpling(t, n) - squared * n["G"], low, high)
 
     def _natural_meridian(self, xx: Any, squared: Any, n: Numbers) -> Any:
@@ -462,14 +473,17 @@ class WrinklingCone(TautCone):
 
             own = self.local(xx, 0.0, rise(weakness, np.zeros_like(widest), widest), n)
             held = self.local(xx, taut, 0.0, n).excess >= 0.0
-        return (np.where(held, taut, own.excess / own.compliance) - STEEP * np.minimum(pull, 0.0))[()]
+            # no voltage slackens a film that would be beyond its stretch limit without tension
+            wrinkled = np.where(own.compliance > 0.0, own.excess / own.compliance, np.inf)
+        return (np.where(held, taut, wrinkled) - STEEP * np.minimum(pull, 0.0))[()]
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
-        """The V at which it pulls in at x."""
+        """The V at which it pulls in at x; behind the valley, where it does not, `UNREACHED`."""
         xx = np.square(np.asarray(x, dtype=float))
         with np.errstate(all="ignore"):
             t = n["A"] * (1.0 + xx)
             limit = np.where(t > n["end_of_slack"], self._crumpling(t, n) / n["G"], n["limit_squared"])
+            limit = np.where(t >= n["valley"], UNREACHED, limit)
             if self.pull_in == "first":
                 limit = np.minimum(limit, self._localising(xx, n))
         return np.where(limit >= NEVER, np.inf, limit)[()]
@@ -485,9 +499,11 @@ class WrinklingCone(TautCone):
             own = at(y)
             return np.where(own.compliance > 0.0, -self._ellipticity(own, n, np), np.inf)
 
-        last = localisation(widest) > 0.0
-        own = at(rise(localisation, np.zeros_like(widest), widest))
-        found = (widest > 0.0) & last & (own.compliance > 0.0)
+        # behind the valley a film that has localised would be stable again before it loses its tension
+        behind = n["A"] * (1.0 + xx) >= n["valley"]
+        least = np.where(behind, _highest(localisation, widest), widest) if np.any(behind) else widest
+        own = at(rise(localisation, np.zeros_like(widest), least))
+        found = (widest > 0.0) & (localisation(least) > 0.0) & (own.compliance > 0.0)
         return np.where(found, own.excess / own.compliance, np.inf)  # the V that makes the hoop stress 0
 
     # --- where it has a state --------------------------------------------------------------------------------------
@@ -495,9 +511,9 @@ class WrinklingCone(TautCone):
     def _gone(self, xx: Any, squared: Any, n: Numbers) -> Any:
         """Whether the energy's minimum has ended."""
         with np.errstate(all="ignore"):
-            t = np.maximum(n["A"] * (1.0 + xx), n["end_of_slack"])
-            limit = np.where(n["end_of_slack"] >= NEVER, NEVER, self._crumpling(t, n) / n["G"])
-            return squared > np.where(t == n["end_of_slack"], n["limit_squared"], limit)
+            t = n["A"] * (1.0 + xx)
+            limit = np.where(t > n["end_of_slack"], self._crumpling(t, n) / n["G"], n["limit_squared"])
+            return (squared > limit) & (t < n["valley"])
 
 
 def _place(x: Any, m: Any, width: Any) -> Any:
@@ -508,15 +524,16 @@ def _place(x: Any, m: Any, width: Any) -> Any:
     return np.where(np.isnan(m), -1, place)
 
 
-def _valley(law: StrainEnergyLaw, n: Numbers, hump: Any) -> Any:
-    """The t of the minimum of Vb behind the hump; infinity if there is none."""
-    with np.errstate(all="ignore"):
-        limit = np.broadcast_to(law.strain_limit(n), np.shape(hump))
-        most = np.minimum(0.5 * (limit + 3.0), MOST_STRETCHED)
-        low, high = np.where(np.isinf(hump), most, hump) * (1.0 + ROUNDING), np.array(most, dtype=float)
-        # Vb falls from the hump to the valley and rises from there to the stretch limit
-        found = rise(lambda t: _crumpling_slope(law, t, n), low, high)
-    return np.where(np.isinf(hump) | (found >= most * (1.0 - ROUNDING)), np.inf, found)
+def _highest(function: Callable[[Any], Any], end: Any) -> Any:
+    """Where between 0 and ``end`` a function of an array is largest, with one maximum inside or at the end: by golden
+    sections, each of which leaves 0.62 of the range."""
+    low, high = np.zeros_like(end), np.array(end, dtype=float)
+    for _ in range(GOLDEN_STEPS):
+        first, second = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        left = function(first) > function(second)
+        low, high = np.where(left, low, first), np.where(left, second, high)
+    middle = 0.5 * (low + high)
+    return np.where(function(end) >= function(middle), end, middle)
 
 
 def _taken(n: Numbers, where: Any) -> dict[str, Any]:
@@ -540,19 +557,25 @@ def _crumpling_slope(law: StrainEnergyLaw, t: Any, n: Numbers) -> Any:
     return law.response_slope(strain, n) * strain_slope * shape + law.response(strain, n) * shape_slope
 
 
-def _hump(law: StrainEnergyLaw, n: Numbers) -> Array:
-    """The t of the first maximum of Vb; infinity if there is none. In the shape of the law's numbers."""
+def _turnings(law: StrainEnergyLaw, n: Numbers) -> tuple[Array, Array]:
+    """The t of the first maximum of Vb and of the minimum behind it; infinity where there is none. In the shape of the
+    law's numbers."""
     arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in n.values())) if n else [np.zeros(())]
     rows, place = np.unique(np.stack([array.ravel() for array in arrays]), axis=1, return_inverse=True)
-    return _humps(law, tuple(n), rows.tobytes(), rows.shape[1])[place].reshape(arrays[0].shape)
+    hump, valley = _turnings_of(law, tuple(n), rows.tobytes(), rows.shape[1])
+    return hump[place].reshape(arrays[0].shape), valley[place].reshape(arrays[0].shape)
 
 
 @lru_cache(maxsize=256)
-def _humps(law: StrainEnergyLaw, names: tuple[str, ...], rows: bytes, count: int) -> Array:
-    """That of films of one law, (count,); ``rows`` holds the law's numbers, (names, count). Kept, since it changes with
-    the gel alone and takes longer than many a motion."""
+def _turnings_of(law: StrainEnergyLaw, names: tuple[str, ...], rows: bytes, count: int) -> tuple[Array, Array]:
+    """Those of films of one law, (count,); ``rows`` holds the law's numbers, (names, count). Kept, since they change
+    with the gel alone and take longer than many a motion."""
     values = np.frombuffer(rows).reshape(-1, count)
     numbers = {name: row[:, None] for name, row in zip(names, values, strict=False)}
+
+    def slope(t: Any) -> Any:
+        return _crumpling_slope(law, t[:, None], numbers)[:, 0]
+
     with np.errstate(all="ignore"):
         limit = np.broadcast_to(law.strain_limit(numbers), (count, 1))
         most = np.minimum(0.5 * (limit + 3.0), MOST_STRETCHED)
@@ -561,7 +584,12 @@ def _humps(law: StrainEnergyLaw, names: tuple[str, ...], rows: bytes, count: int
         first = np.argmax(falls, axis=1)
         low = np.where(first > 0, np.take_along_axis(t, np.maximum(first - 1, 0)[:, None], 1)[:, 0], 1.0)
         high = np.take_along_axis(t, first[:, None], 1)[:, 0]
-        turning = rise(lambda t: -_crumpling_slope(law, t[:, None], numbers)[:, 0], low, high)
-    found = np.where(falls.any(axis=1), turning, np.inf)
-    found.flags.writeable = False
-    return found
+        hump = rise(lambda t: -slope(t), low, high)
+        # Vb falls from the hump to the valley and rises from there to the stretch limit
+        end = most[:, 0]
+        valley = rise(slope, hump * (1.0 + ROUNDING), end)
+    turns = falls.any(axis=1)
+    hump = np.where(turns, hump, np.inf)
+    valley = np.where(turns & (valley < end * (1.0 - ROUNDING)), valley, np.inf)
+    hump.flags.writeable = valley.flags.writeable = False
+    return hump, valley
