@@ -127,7 +127,7 @@ def test_a_run_says_in_which_states_the_film_was_and_where_it_pulled_in():
 
 def test_a_held_film_pulls_in_where_the_statics_say_and_not_beyond_the_valley():
     """A stiff spring holds the disc while the voltage rises slowly. Behind the valley of Vb, x = 1.218 at J = 8 and
-    3.499 at J = 50, a film localises while its hoop is slack or, from x = 1.218 and 3.65 on, crumples and never pulls in.
+    3.499 at J = 50, a film localises while its hoop is slack or, from x = 1.218 and 3.65 on, crumples and stays.
     """
     height = np.array([1.1, 1.2, 1.25, 1.6, 1.2, 3.3, 3.6, 3.8])
     model = ConeModel(

@@ -340,7 +340,7 @@ def test_a_pair_of_wrinkling_films_that_both_go_slack_is_held_by_nothing_in_betw
     valley = math.sqrt(float(balance.n["valley"] / balance.n["A"]) - 1.0)
     assert below.displacement == pytest.approx(1.0 - above.displacement, abs=1e-9)
     assert above.displacement > 1.0 + valley
-    assert not (below.stable or above.stable)
+    assert not any(each.stable for each in (below, above))
     assert float(model.force(found.displacement, 0.8)) == 0.0
     assert found.displacement == pytest.approx(0.5, abs=0.01)
     assert not found.stable

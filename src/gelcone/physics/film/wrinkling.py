@@ -119,7 +119,7 @@ class WrinklingCone(TautCone):
             raise unknown_name("pull_in", str(self.pull_in), PULL_IN)
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
-        """Beside those of the taut cone: ``hump``, the t of the first maximum of Vb, and ``valley``, that of the minimum
+        """Beside those of the taut cone: ``hump``, the t of the first maximum of Vb; ``valley``, that of the minimum
         behind it; ``limit_squared``, the V at which a film without tension pulls in; ``crumpling_squared``, the V above
         which it is slack in both directions; ``end_of_slack``, the A q above which no film loses its tension without
         pulling in; ``edge``, the A x^2 at which A q = B, negative if there is none; ``shortest``, the x^2 below which a
