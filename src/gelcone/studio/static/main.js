@@ -225,6 +225,7 @@ function message(head, arrays) {
   if (head.kind === "error") return failed(head);
   if (grids.message(head, arrays) || saver.message(head, arrays)) return;
   if (head.id < (asked[head.side] ?? 0) - ASKED_AGAIN || !state[head.side]) return;
+  if (head.kind !== "response" && !looks[head.side]) return; // evidence of what is no longer shown
   ANSWERS[head.kind](head, arrays);
   show(head.side, head.kind);
 }
