@@ -508,6 +508,17 @@ class WrinklingCone(TautCone):
 
     # --- where it has a state --------------------------------------------------------------------------------------
 
+    def strain(self, x: Any, n: Numbers) -> Any:
+        """I1 - 3 at the lengths that the film takes without voltage: one that is too short for its gap wrinkles instead
+        of being compressed to its stretch limit."""
+        A, B, G = (n[name] for name in "ABG")
+        q = 1.0 + np.square(x)
+        with np.errstate(all="ignore"):
+            m = np.maximum(q, np.sqrt(G / A))
+            wide = A * q + 2.0 * np.sqrt(G * B / q) - 3.0
+            wrinkled = np.where(A * q >= np.sqrt(G * B / q), wide, 0.0)
+            return np.where(B * m >= G, A * m + B + G / m - 3.0, wrinkled)[()]
+
     def _gone(self, xx: Any, squared: Any, n: Numbers) -> Any:
         """Whether the energy's minimum has ended."""
         with np.errstate(all="ignore"):
