@@ -124,7 +124,7 @@ def natural(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float) ->
 
 def _no_shorter(free: Any, than: Any) -> Any:
     """A film may be longer than the gap that it spans, never shorter: what rests only below it has pulled in; NaN."""
-    return np.where(free >= than * (1.0 - ROUNDING), free, np.nan)
+    return np.where((free >= than * (1.0 - ROUNDING)) & (free < np.inf), free, np.nan)
 
 
 def _free(law: StrainEnergyLaw, c: Numbers, held: Any, squared: float, *, hoop: bool) -> Any:

@@ -66,8 +66,9 @@ ENDS = 9
 VARIABLES = (0.3, 0.5, 1.0, 2.0, 4.0)
 WALLS = (1.02, 1.05, 1.1, 1.2, 1.4, 2.0, 4.0)
 """Places of the wall over the largest s."""
-ROUGH = 1e-9
-"""Singular values below this share of the largest are left out: they fit the states, and not what lies between."""
+FINE, ROUGH = 1e-12, 1e-9
+"""Singular values below this share of the largest are left out. Where a film hangs loose more of them: they would fit
+the noise of the mesh."""
 ROUNDS = 30
 """Of Lawson's algorithm."""
 FINALISTS = 3
@@ -517,7 +518,9 @@ def _of_shape(
 ) -> _Surface:
     above = _slack_above(film, columns, shape)
     bracket = np.column_stack([_basis(rows.s, rows.squared, shape, terms), rows.s / (shape.wall - rows.s)])
-    error, values = _lawson(rows, bracket * _fade(rows, shape, above)[:, None], rounds)
+    error, values = _lawson(
+        rows, bracket * _fade(rows, shape, above)[:, None], rounds, ROUGH if hangs_loose(film) else FINE
+    )
     return _Surface(error, shape, above, _split(values[:-1], terms), float(values[-1]))
 
 
@@ -529,12 +532,12 @@ def _fade(rows: _Rows, shape: _Shape, above: Polynomial) -> Array:
     return np.asarray(rest / np.sqrt(rest**2 + (FADE * highest) ** 2))
 
 
-def _lawson(rows: _Rows, basis: Array, rounds: int) -> tuple[float, Array]:
+def _lawson(rows: _Rows, basis: Array, rounds: int, share: float) -> tuple[float, Array]:
     """The least largest error and the coefficients: rows with large errors get ever more weight (Lawson's
     algorithm)."""
     more, least, best = np.ones(rows.s.size), np.inf, np.zeros(basis.shape[1])
     for _ in range(rounds):
-        found = _least_squares(basis, rows.stiffness, rows.weight * np.sqrt(more))
+        found = _least_squares(basis, rows.stiffness, rows.weight * np.sqrt(more), share)
         error = np.abs(basis @ found - rows.stiffness) * rows.weight * rows.counts
         if error.max() < least:
             least, best = float(error.max()), found
@@ -550,9 +553,9 @@ def _pull_in(ends: _Ends, shape: _Shape) -> tuple[float, Polynomial]:
     return float(np.max(np.abs(columns @ found / ends.squared - 1.0))) / 2.0, tuple(found.tolist())
 
 
-def _least_squares(columns: Array, values: Array, weights: Array) -> Array:
+def _least_squares(columns: Array, values: Array, weights: Array, share: float = FINE) -> Array:
     scale = np.sqrt(np.mean((columns * weights[:, None]) ** 2, axis=0))
-    found = np.linalg.lstsq(columns * (weights[:, None] / scale), values * weights, rcond=ROUGH)[0]
+    found = np.linalg.lstsq(columns * (weights[:, None] / scale), values * weights, rcond=share)[0]
     return np.asarray(found / scale)
 
 
