@@ -18,6 +18,12 @@ LARGEST = 1e30
 """Largest size of a parameter: squares and products of some stay far from overflow."""
 
 
+def spread(value: Any, shape: tuple[int, ...]) -> Array:
+    """`np.broadcast_to`, only where it is needed: for the many numbers of a single actuator it takes long."""
+    array = np.asarray(value, dtype=float)
+    return array if array.shape == shape else np.broadcast_to(array, shape)
+
+
 @dataclass(frozen=True)
 class Quantity:
     """What a parameter means and which values it may take.

@@ -16,7 +16,7 @@ from gelcone.motion.job import KEEPS, Backend, Job, Keep, Trajectories
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.system import ConeSystem
 from gelcone.progress import current_watch
-from gelcone.quantity import Array
+from gelcone.quantity import Array, spread
 
 if TYPE_CHECKING:
     from gelcone.motion.engine.phase import PhaseProgram
@@ -128,7 +128,7 @@ def _fit(name: str, value: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
         array = np.asarray(value, dtype=float)
         if len(shape) > 1 and np.atleast_1d(array).shape[-1] != shape[-1]:
             raise ValueError
-        return np.broadcast_to(array, shape)
+        return spread(array, shape)
     except (TypeError, ValueError):
         wanted = " or ".join(dict.fromkeys(str(s) for s in (shape[1:], shape)))
         raise InputError(f"{name}: must be numbers of shape {wanted}, not {np.shape(value)}") from None

@@ -6,6 +6,7 @@ arrays (members,) by name.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
@@ -16,13 +17,7 @@ import numpy.typing as npt
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.records import system_record
 from gelcone.physics.system import ConeSystem
-from gelcone.quantity import Array
-
-
-def _spread(value: Any, shape: tuple[int, ...]) -> Array:
-    """`np.broadcast_to`, only where it is needed: for the many numbers of a single actuator it takes long."""
-    array = np.asarray(value)
-    return array if array.shape == shape else np.broadcast_to(array, shape)
+from gelcone.quantity import Array, spread
 
 
 class Ensemble:
@@ -38,7 +33,7 @@ class Ensemble:
 
     @cached_property
     def _members(self) -> Members:
-        values = {name: _spread(value, self.shape).ravel() for name, value in self.values.items()}
+        values = {name: spread(value, self.shape).ravel() for name, value in self.values.items()}
         return Members(self.system, values, self.size)
 
     def parameters(self) -> dict[str, Any]:
@@ -49,7 +44,7 @@ class Ensemble:
     @property
     def size(self) -> int:
         """Number of members."""
-        return int(np.prod(self.shape))
+        return math.prod(self.shape)
 
     @cached_property
     def own_numbers(self) -> dict[str, Any]:
@@ -83,7 +78,7 @@ class Ensemble:
     def strain_limit(self, trailing: int = 0) -> Any:
         """The strain that the film cannot reach."""
         limit = self.system.strain_limit(self.numbers(trailing))
-        return np.broadcast_to(limit, self.shape + (1,) * trailing)[()]
+        return spread(limit, self.shape + (1,) * trailing)[()]
 
     def film_state(self, x: npt.ArrayLike, voltage: Any) -> FilmState:
         """What x and the voltage do to the film."""
@@ -161,12 +156,12 @@ class Members(Ensemble):
     def __init__(self, system: ConeSystem, values: Mapping[str, Any], size: int):
         self.system, self.shape = system, (size,)
         arrays = {name: np.asarray(value, dtype=float).ravel() for name, value in values.items()}
-        self.values = {name: _spread(array, self.shape) for name, array in arrays.items()}
+        self.values = {name: spread(array, self.shape) for name, array in arrays.items()}
 
     @cached_property
     def own_numbers(self) -> dict[str, Any]:
         """What the formulas take, by name, each (members,)."""
-        return {name: _spread(value, self.shape) for name, value in self.system.numbers_of(self.values).items()}
+        return {name: spread(value, self.shape) for name, value in self.system.numbers_of(self.values).items()}
 
     def numbers(self, trailing: int = 0) -> dict[str, Any]:
         """The same with ``trailing`` axes of length 1 appended for samples."""
@@ -225,7 +220,7 @@ class Members(Ensemble):
         # a film that is at its stretch limit while flat has no stiffness at rest
         stiffness = np.fmax(scale, np.where(np.isfinite(at_rest), at_rest, 0.0))
         rate = 2.0 * self.values["damping_ratio"] + np.sqrt(1.0 + stiffness + (np.square(self.peak_voltage) + squared))
-        return np.broadcast_to(rate, self.shape)
+        return spread(rate, self.shape)
 
     @cached_property
     def divergence(self) -> Array:

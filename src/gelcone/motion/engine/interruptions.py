@@ -11,7 +11,7 @@ from gelcone.motion.engine.events import Event
 from gelcone.physics.drive import CORNER, SIDE
 from gelcone.physics.film.film import Border
 from gelcone.physics.system import ConeSystem
-from gelcone.quantity import Array
+from gelcone.quantity import Array, spread
 
 OwnNumbers = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 """A system's numbers from those of the program that holds it."""
@@ -48,7 +48,7 @@ def switches_at(system: ConeSystem, times: Array, states: Array, numbers: Mappin
     if system.waveform.corners:
         there = system.waveform.corners_between(times, times, numbers)
         found |= {SIDE: there.side, CORNER: there.passed}
-    return {name: np.broadcast_to(np.asarray(value, dtype=float), times.shape) for name, value in found.items()}
+    return {name: spread(value, times.shape) for name, value in found.items()}
 
 
 def _event(border: Border, own: OwnNumbers, voltage_of: Callable[..., Any], split: Callable[..., Any]) -> Event:

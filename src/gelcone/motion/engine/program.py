@@ -213,12 +213,13 @@ class Program:
             raise ValueError(f"threads = {threads!r}: must be at least 1")
         sample_times = np.ascontiguousarray(times, dtype=float)
         members, samples = sample_times.shape
-        first = np.broadcast_to(np.asarray(start, dtype=float), (members,))
-        gaps = np.diff(sample_times, axis=1, prepend=first[:, None])
-        if not (np.isfinite(gaps).all() and (gaps[:, :1] >= 0.0).all() and (gaps[:, 1:] > 0.0).all()):
+        first = _each(start, members)
+        known = np.isfinite(sample_times).all() and np.isfinite(first).all()
+        later = (sample_times[:, 1:] > sample_times[:, :-1]).all() and (sample_times[:, :1] >= first[:, None]).all()
+        if not (known and later):
             raise ValueError("times: must be finite, increase, and not be before the start")
         compiled = self._compile(self._width or self._best_width(members, threads))
-        arrays = compiled.job(numbers, states0, start, sample_times, smallest_step, most_steps, corners)
+        arrays = compiled.job(numbers, states0, first, sample_times, smallest_step, most_steps, corners)
         if members and samples:
             _Run(compiled, arrays, threads, report, stopped).work()
         result, count = arrays.result, self.size
@@ -417,19 +418,15 @@ class _Compiled:
         for k, restart in enumerate(plan.restarts):
             if restart is not None:
                 initial[:, k] = restart
-        first = np.ascontiguousarray(np.broadcast_to(start, (members,)), dtype=float)
+        first = _each(start, members)
         return _Arrays(
             table=table,
             states=initial,
-            switches=np.ascontiguousarray(
-                np.stack([values[plan.numbers.index(node.value), :members] for node in plan.switches], axis=1)
-                if plan.switches
-                else np.zeros((members, 0))
-            ),
+            switches=values[[plan.numbers.index(node.value) for node in plan.switches], :members].T.copy(),
             start=first,
             times=times,
             corners=_corner_rows(corners, first),
-            smallest=np.ascontiguousarray(np.broadcast_to(smallest_step, (members,)), dtype=float),
+            smallest=_each(smallest_step, members),
             result=np.full((members, samples, states), np.nan),
             status=np.full(members, -1, dtype=np.int64),
             steps=np.zeros(members),
@@ -438,8 +435,15 @@ class _Compiled:
             end_state=initial.copy(),
             dwell=np.zeros((members, self.layout.combinations)),
             padded=padded,
-            most_steps=np.ascontiguousarray(np.broadcast_to(most_steps, (members,)), dtype=float),
+            most_steps=_each(most_steps, members),
         )
+
+
+def _each(value: npt.ArrayLike, members: int) -> Array:
+    """An array of its own with a value for each member."""
+    own = np.empty(members)
+    own[:] = value
+    return own
 
 
 def _corner_rows(corners: npt.ArrayLike | None, start: Array) -> Array:
@@ -495,7 +499,7 @@ class _Arrays:
         """The job as the compiled loop reads it, with the members that a thread works on at a time."""
         job = np.zeros(len(Job), dtype=np.int64)
         for place, name in enumerate(_ADDRESSES):
-            job[place] = getattr(self, name).ctypes.data
+            job[place] = getattr(self, name).__array_interface__["data"][0]
         job[Job.MEMBERS], job[Job.SAMPLES] = self.times.shape
         job[Job.CORNER_COUNT] = self.corners.shape[1]
         job[Job.PADDED] = self.padded
@@ -566,12 +570,19 @@ class _Run:
         self._told, self._next_report = 0.0, 0.0
 
     def work(self) -> None:
-        """Runs to the end; this thread is one of those that work, so that an interrupt reaches it between calls."""
-        others = [threading.Thread(target=self._advance, args=(k,)) for k in range(1, len(self._works))]
-        for thread in others:
-            thread.start()
+        """Runs to the end; this thread is one of those that work, so that an interrupt reaches it between calls.
+
+        The others start when there is work left after its first call: for less they would come too late.
+        """
+        others: list[threading.Thread] = []
         try:
-            self._advance(0)
+            for _ in self._advance(0):
+                if not others and self._works[0].going:
+                    for k in range(1, len(self._works)):
+                        thread = threading.Thread(target=self._work_on, args=(k,))
+                        thread.start()
+                        others.append(thread)
+                self._look_around()
             for thread in others:
                 while thread.is_alive():
                     thread.join(REPORT_EVERY)
@@ -584,7 +595,12 @@ class _Run:
         if self._report is not None and not self._stop.is_set() and self._told < 1.0:
             self._report(1.0 - self._told)
 
-    def _advance(self, k: int) -> None:
+    def _work_on(self, k: int) -> None:
+        for _ in self._advance(k):
+            pass
+
+    def _advance(self, k: int) -> Iterator[None]:
+        """One call of the compiled loop after the other."""
         work = self._works[k]
         work.start()
         steps = STEPS_PER_CALL
@@ -595,8 +611,7 @@ class _Run:
             steps = max(
                 1, 2 * steps if took < 0.5 * CALL_SECONDS else steps // 2 if took > 2.0 * CALL_SECONDS else steps
             )
-            if k == 0:
-                self._look_around()
+            yield
 
     def _look_around(self) -> None:
         if self._stopped is not None and self._stopped():
