@@ -10,11 +10,11 @@ from gelcone import dataset
 from gelcone.atlas.branches.branch import EventKind
 from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.atlas.frequency import frequency as frequency_response
-from gelcone.motion.equilibrium import static as static_curves
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about, meaning
 from gelcone.paper.studies.triples import motions
 from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import balances_of
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -87,8 +87,9 @@ def _padded(rows: list[Array]) -> Array:
 
 def natural_frequencies(model: ConeModel) -> Array:
     """Frequencies of small swings about the stable equilibrium under the drive's mean-square voltage, (members,)."""
-    at = static_curves(model, float(np.asarray(model.voltage)) / np.sqrt(2.0)).isel(constant_voltage=0)
-    return np.sqrt(at["slope"].where(at["stable"]).max("equilibrium").values)
+    mean_square = np.array([0.5 * float(np.asarray(model.voltage)) ** 2])
+    places = [balance.equilibria(mean_square)[0] for balance in balances_of(model)]
+    return np.sqrt([max(place.slope for place in own if place.stable) for own in places])
 
 
 def _frequencies(natural: Array, damping: float, count: int) -> Array:
