@@ -1,8 +1,9 @@
 """A Taylor integrator for any system of gelcone's components, compiled once and run over many members.
 
 `trace` runs a system's formulas on graph nodes, `differentiate` gives derivatives of the graph, `recurrences` turns it
-into code for Taylor coefficients, `loop` puts that into a compiled loop over lanes, `events` finds where a border is
-crossed, `compile` makes and keeps the object code, and `program` is what the rest of the package calls.
+into code for Taylor coefficients, `loop` puts that into a compiled loop over lanes (with `plan`, `step` and `service`),
+`events` finds where a border is crossed, `compile` makes and keeps the object code, and `program` is what the rest of
+the package calls.
 
 A lane holds one member and depends on nothing but that member: its numbers have the same bits whatever its neighbours,
 the number of threads, the lane width, the processor's instruction set and the operating system.

@@ -14,9 +14,20 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.motion.engine import compile as compiler
-from gelcone.motion.engine import loop
 from gelcone.motion.engine.events import Event
-from gelcone.motion.engine.loop import ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TERMINAL_EVENT, TOO_MANY_STEPS, Job
+from gelcone.motion.engine.loop import module_text
+from gelcone.motion.engine.plan import (
+    ARRIVED,
+    NOT_FINITE,
+    STEP_TOO_SMALL,
+    TERMINAL_EVENT,
+    TOO_MANY_STEPS,
+    Border,
+    Job,
+    Law,
+    Layout,
+    Plan,
+)
 from gelcone.motion.engine.recurrences import equations_of
 from gelcone.motion.engine.trace import Graph, fingerprint, ordered
 
@@ -154,12 +165,12 @@ class Program:
         self._compiled: dict[int, _Compiled] = {}
         self._traced = _trace(system, keep, events, corner_switch, corner_time)
 
-    def _plan(self, width: int) -> loop.Plan:
-        return loop.Plan(**self._traced, order=self.order, tolerance=self.label, width=width)
+    def _plan(self, width: int) -> Plan:
+        return Plan(**self._traced, order=self.order, tolerance=self.label, width=width)
 
     def module_text(self, width: int) -> str:
         """The LLVM module that is compiled for this many lanes."""
-        return loop.module_text(self._plan(width))
+        return module_text(self._plan(width))
 
     def _best_width(self, members: int, threads: int) -> int:
         """Lanes that run fastest: two registers side by side hide waiting times, as long as the numbers of the step
@@ -305,7 +316,7 @@ class Rerun:
 def _trace(
     system: System, keep: str, events: Sequence[Event], corner_switch: str | None, corner_time: str | None
 ) -> dict[str, Any]:
-    """The system's formulas as fields of a `loop.Plan`."""
+    """The system's formulas as fields of a `Plan`."""
     graph = Graph()
     count = len(system.states)
     state = [graph.state(i) for i in range(count)]
@@ -330,7 +341,7 @@ def _trace(
             raise ValueError(f"direction = 0: a border that contains its switch {event.switch!r} takes -1 or 1")
         place = None if event.switch is None else switched.index(event.switch)
         sided = own_switch or event.inside
-        borders.append(loop.Border(event.direction, place, sided, event.smooth, event.seldom))
+        borders.append(Border(event.direction, place, sided, event.smooth, event.seldom))
     return {
         "laws": tuple(laws),
         "telling": tuple(switched.index(name) for name in telling),
@@ -345,7 +356,7 @@ def _trace(
 
 def _law(
     graph: Graph, system: System, keep: str, events: Sequence[Event], state: Sequence[Any], n: Mapping[str, Any]
-) -> loop.Law:
+) -> Law:
     """What the states obey where the numbers are ``n``."""
     count = len(state)
     if keep == "tangents":
@@ -364,7 +375,7 @@ def _law(
         if keep == "work":
             rates += [graph.node(power) for power in system.powers(graph.time, state, n, graph)]
     values = [graph.node(event.border(graph.time, state, n, graph)) for event in events]
-    return loop.Law(tuple(rates), tuple(values), equations_of([*rates, *values]))
+    return Law(tuple(rates), tuple(values), equations_of([*rates, *values]))
 
 
 def _restarts(keep: str, count: int) -> tuple[float | None, ...]:
@@ -377,10 +388,10 @@ def _restarts(keep: str, count: int) -> tuple[float | None, ...]:
 class _Compiled:
     """The machine code of one plan."""
 
-    def __init__(self, plan: loop.Plan, machine: compiler.Machine | None) -> None:
+    def __init__(self, plan: Plan, machine: compiler.Machine | None) -> None:
         self.plan = plan
-        self.layout = loop.Layout(plan)
-        library = compiler.library(_content(plan), lambda: loop.module_text(plan), machine)
+        self.layout = Layout(plan)
+        library = compiler.library(_content(plan), lambda: module_text(plan), machine)
         address, whole = ctypes.c_void_p, ctypes.c_int64
         self._library = library  # its code is freed with it
         self.prepare = library.function("prepare", None, address, address, whole)
@@ -456,7 +467,7 @@ def _corner_rows(corners: npt.ArrayLike | None, start: Array) -> Array:
     return np.ascontiguousarray(np.hstack([np.sort(later, axis=1), np.full((members, 1), math.inf)]))
 
 
-def _content(plan: loop.Plan) -> str:
+def _content(plan: Plan) -> str:
     """What tells the plan's code from other plans' code."""
     borders = [(border.direction, border.switch, border.sided, border.smooth, border.seldom) for border in plan.borders]
     switches = [node.value for node in plan.switches]

@@ -1,0 +1,172 @@
+"""What the code of a program depends on, and where it keeps its numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+from gelcone.motion.engine.recurrences import Equation, held_values
+from gelcone.motion.engine.trace import Node
+
+CROWD = 4
+"""Members that a thread works on, for each lane of each law: with 1 there is always a law whose lanes are full, with
+more this lasts longer at the end."""
+ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, TERMINAL_EVENT = range(5)
+"""How a member ended; terminal event k is told by TERMINAL_EVENT + k."""
+THREAD = ["ptr noalias %lanes", "ptr noalias %scratch", "ptr %job", "ptr %words", "ptr noalias %store"]
+"""A thread's lanes (laws, rows, width), room for the last step, job, words, and slots (slots, rows)."""
+SAME_THREAD = "ptr %lanes, ptr %scratch, ptr %job, ptr %words, ptr %store"
+
+
+class Job(IntEnum):
+    """Fields of the job that the loop reads, 8 bytes each: addresses of arrays, then integers."""
+
+    TABLE = 0  # (held values, padded members)
+    STATES = 1  # (members, states)
+    SWITCHES = 2  # (members, switches), at the start, then at the end
+    START = 3  # (members,)
+    TIMES = 4  # (members, samples)
+    CORNERS = 5  # (members, corners + 1), the last infinite
+    SMALLEST = 6  # (members,)
+    MOST_STEPS = 7  # (members,)
+    RESULT = 8  # (members, samples, states)
+    STATUS = 9  # (members,) int64
+    STEPS = 10  # (members,)
+    LEAST = 11  # (members,)
+    END_TIME = 12  # (members,)
+    END_STATE = 13  # (members, states)
+    DWELL = 14  # (members, 2^switches)
+    MEMBERS = 15
+    SAMPLES = 16
+    CORNER_COUNT = 17
+    PADDED = 18
+    SLOTS = 19  # members that a thread works on at a time
+    NEXT = 20  # the member that the next free slot takes
+
+
+@dataclass(frozen=True)
+class Border:
+    """A traced event: its direction, the place of its switch (None: terminal), and whether it is ``sided``: whether the
+    function is known to be positive (direction -1) where a member is; ``smooth`` and ``seldom`` are those of the
+    event."""
+
+    direction: int
+    switch: int | None
+    sided: bool
+    smooth: bool
+    seldom: bool
+
+
+@dataclass(frozen=True)
+class Law:
+    """What a member obeys as long as the switches that tell laws apart keep their signs: the rates of change of the
+    states, the border functions and the equations of all roots among both."""
+
+    rates: tuple[Node, ...]
+    borders: tuple[Node, ...]
+    equations: tuple[Equation, ...]
+
+    @property
+    def wanted(self) -> list[Node]:
+        """All nodes that are wanted."""
+        return [*self.rates, *self.borders]
+
+    @property
+    def held(self) -> list[Node]:
+        """What its formulas take that does not change while a member is integrated."""
+        parts = [node for equation in self.equations for node in (*equation.slopes, equation.first)]
+        return held_values([*self.wanted, *parts])
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All that the code of a program depends on.
+
+    ``laws``: one for each combination of signs of the switches at the places ``telling``; bit k of its place is set
+    where the k-th of them is negative.
+    ``restarts``: what the states are set to after each sample (None leaves them); steps then end at the samples, else
+    samples are read from the Taylor polynomial. ``corner_switch``: place of the switch that flips at corners, the last
+    of those whose signs are counted; ``corner_time``: behind it, that of the number that takes the corner's time.
+    """
+
+    laws: tuple[Law, ...]
+    telling: tuple[int, ...]
+    borders: tuple[Border, ...]
+    switches: tuple[Node, ...]
+    numbers: tuple[str, ...]
+    order: int
+    tolerance: float
+    restarts: tuple[float | None, ...]
+    corner_switch: int | None
+    corner_time: int | None
+    width: int
+
+    @property
+    def signs(self) -> int:
+        """How many switches have a sign that counts."""
+        return len(self.switches) - (self.corner_time is not None)
+
+    @property
+    def wanted(self) -> list[Node]:
+        """All nodes that are wanted, law by law."""
+        return [node for law in self.laws for node in law.wanted]
+
+    @property
+    def slots(self) -> int:
+        """Members that a thread can work on; without laws to tell apart more than lanes serve nothing. A power of 2."""
+        return self.width if len(self.laws) == 1 else CROWD * len(self.laws) * self.width
+
+    @property
+    def ends_at_samples(self) -> bool:
+        """Whether each step ends at the next sample at the latest, for the states to be set to `restarts` there."""
+        return any(value is not None for value in self.restarts)
+
+
+class Layout:
+    """Rows of a lane, ``width`` numbers each, and of the scratch room that keeps the last step."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.states = len(plan.laws[0].rates)
+        self.held = list({node.index: node for law in plan.laws for node in law.held}.values())
+        self.equations = list(dict.fromkeys(equation.root.index for law in plan.laws for equation in law.equations))
+        first = self.states
+        (
+            self.time,
+            self.time_low,
+            self.target,
+            self.stop,
+            self.corner,
+            self.smallest,
+            self.most_steps,
+            self.least,
+            self.steps,
+            self.member,
+            self.slot,
+            self.sample,
+            self.corner_number,
+            self.table,
+        ) = range(first, first + 14)
+        self.switches = self.table + len(self.held)
+        self.sides = self.switches + len(plan.switches)
+        self.roots = self.sides + len(plan.borders)
+        self.dwell = self.roots + len(self.equations)
+        self.combinations = 2**plan.signs if plan.signs else 0
+        self.since = self.dwell + self.combinations
+        self.rows = self.since + 1
+        self.terms = plan.order + 1
+        self.borders = self.states * self.terms
+        self.root_terms = self.borders + len(plan.borders) * self.terms
+        self.step_time = self.root_terms + len(self.equations) * self.terms
+        self.step_low = self.step_time + 1
+        self.step = self.step_time + 2
+        self.scratch_rows = self.step_time + 3
+        # words of a thread: for each law a bit for each lane that has a member, how many wait, and where in the law's
+        # ring the first of them is; then the rings
+        self.waiting = len(plan.laws)
+        self.heads = 2 * len(plan.laws)
+        self.rings = 3 * len(plan.laws)
+        self.words = self.rings + len(plan.laws) * plan.slots
+
+    def root(self, equation: Equation) -> int:
+        """Place of the equation's root among all."""
+        return self.equations.index(equation.root.index)

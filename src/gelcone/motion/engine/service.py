@@ -1,0 +1,383 @@
+"""The scalar part of the compiled loop: lanes for which something is due are served one by one."""
+
+from __future__ import annotations
+
+import math
+
+from gelcone.motion.engine.code import Function, Value
+from gelcone.motion.engine.events import ON_BORDER
+from gelcone.motion.engine.plan import (
+    ARRIVED,
+    NOT_FINITE,
+    STEP_TOO_SMALL,
+    TERMINAL_EVENT,
+    TOO_MANY_STEPS,
+    Border,
+    Job,
+    Layout,
+    Plan,
+)
+from gelcone.motion.engine.step import later
+
+THERE = 2.0**-13
+"""Share of a step below which a polynomial of that order is exact."""
+
+
+class _Lane:
+    """Scalar access to the rows of the lane that ``base`` points to, ``width`` places apart, to those of the last step
+    behind ``%scratch``, and to the job. A slot is a lane of width 1."""
+
+    def __init__(self, f: Function, width: int, base: Value = "%lane") -> None:
+        self.f, self.width, self.base = f, width, base
+
+    def place(self, row: int) -> Value:
+        return self.f.place(self.base, row * self.width)
+
+    def take(self, other: _Lane, layout: Layout) -> None:
+        """Takes all rows of another one."""
+        for row in range(layout.rows):
+            self.set_whole(row, other.get_whole(row))
+
+    def get(self, row: int) -> Value:
+        return self.f.load(self.place(row))
+
+    def set(self, row: int, value: Value) -> None:
+        self.f.store(value, self.place(row))
+
+    def get_whole(self, row: int) -> Value:
+        return self.f.load_whole(self.place(row))
+
+    def set_whole(self, row: int, value: Value) -> None:
+        self.f.store_whole(value, self.place(row))
+
+    def step(self, row: int) -> Value:
+        return self.f.load(self.f.place("%scratch", row * self.width))
+
+    def array(self, field: Job, *index: Value) -> Value:
+        """Address of an element: the array's address plus the sum of the index."""
+        address = self.f.load_pointer(self.f.place("%job", field))
+        for part in index:
+            address = self.f.place(address, part)
+        return address
+
+    def size(self, field: Job) -> Value:
+        return self.f.load_whole(self.f.place("%job", field))
+
+    def times(self, a: Value, b: Value | int) -> Value:
+        return self.f.new(f"mul i64 {a}, {b}")
+
+    def set_stop(self, plan: Plan, layout: Layout, member: Value) -> None:
+        """The next time at which a step must end: a corner, or the next sample, or the last one."""
+        f = self.f
+        end = self.get(layout.target)
+        if not plan.ends_at_samples:
+            samples = self.size(Job.SAMPLES)
+            end = f.load(self.array(Job.TIMES, self.times(member, samples), f.whole("sub", samples, "1")))
+        self.set(layout.stop, f.smaller(self.get(layout.corner), end))
+
+
+def _slot(f: Function, layout: Layout, number: Value) -> _Lane:
+    return _Lane(f, 1, f.place("%store", f.whole("mul", number, str(layout.rows))))
+
+
+def _block_lane(f: Function, plan: Plan, layout: Layout, number: Value) -> _Lane:
+    """A lane of the law ``%law``."""
+    block = f.place("%lanes", f.whole("mul", "%law", str(layout.rows * plan.width)))
+    return _Lane(f, plan.width, f.place(block, number))
+
+
+def _ring(f: Function, plan: Plan, layout: Layout, number: Value) -> Value:
+    """The address of a place in the ring of the law ``%law``."""
+    place = f.whole("and", number, str(plan.slots - 1))
+    first = f.whole("add", f.whole("mul", "%law", str(plan.slots)), str(layout.rings))
+    return f.place("%words", f.whole("add", first, place))
+
+
+def enter_function(plan: Plan, layout: Layout) -> Function:
+    """``enter(law, slot, lanes, words, store)``: gives a member a lane of its law, or lets it wait for one."""
+    f = Function("enter", ["i64 %law", "i64 %slot", "ptr %lanes", "ptr %words", "ptr %store"], "void", 1)
+    f.intrinsics.add("declare i64 @llvm.cttz.i64(i64, i1)")
+    word = f.place("%words", "%law")
+    active = f.load_whole(word)
+    free = f.whole("and", f.whole("xor", active, "-1"), str((1 << plan.width) - 1))
+    with f.when(f.compare_whole("eq", free, "0")):
+        count = f.place(word, layout.waiting)
+        waiting, head = f.load_whole(count), f.load_whole(f.place(word, layout.heads))
+        f.store_whole("%slot", _ring(f, plan, layout, f.whole("add", head, waiting)))
+        f.store_whole(f.whole("add", waiting, "1"), count)
+        f.finish_here()
+    number = f.new(f"call i64 @llvm.cttz.i64(i64 {free}, i1 true)")
+    f.store_whole(f.whole("or", active, f.whole("shl", "1", number)), word)
+    _block_lane(f, plan, layout, number).take(_slot(f, layout, "%slot"), layout)
+    f.finish()
+    return f
+
+
+def vacate_function(plan: Plan, layout: Layout) -> Function:
+    """``vacate(law, number, lanes, words, store)``: gives a lane to the member that waits longest for it, if any."""
+    f = Function("vacate", ["i64 %law", "i64 %number", "ptr %lanes", "ptr %words", "ptr %store"], "void", 1)
+    lane = _block_lane(f, plan, layout, "%number")
+    word = f.place("%words", "%law")
+    waiting = f.load_whole(f.place(word, layout.waiting))
+    with f.when(f.compare_whole("eq", waiting, "0")):
+        # a lane without member stands still
+        bit = f.whole("shl", "1", "%number")
+        f.store_whole(f.whole("and", f.load_whole(word), f.whole("xor", bit, "-1")), word)
+        lane.set(layout.stop, lane.get(layout.time))
+        lane.set(layout.time_low, f.real(0.0))
+        f.finish_here()
+    head = f.load_whole(f.place(word, layout.heads))
+    f.store_whole(f.whole("sub", waiting, "1"), f.place(word, layout.waiting))
+    f.store_whole(f.whole("add", head, "1"), f.place(word, layout.heads))
+    lane.take(_slot(f, layout, f.load_whole(_ring(f, plan, layout, head))), layout)
+    f.finish()
+    return f
+
+
+def _law(lane: _Lane, plan: Plan, layout: Layout) -> Value:
+    """The place of a member's law among all."""
+    f, law = lane.f, "0"
+    for k, place in enumerate(plan.telling):
+        sign = f.whole("lshr", f.bits(lane.get(layout.switches + place)), "63")
+        law = f.whole("or", law, f.whole("shl", sign, str(k)))
+    return law
+
+
+def refill_function(plan: Plan, layout: Layout) -> Function:
+    """``refill(slot, lanes, job, words, store)``: the next member, if there is one, for a slot."""
+    f = Function("refill", ["i64 %slot", "ptr %lanes", "ptr %job", "ptr %words", "ptr %store"], "void", 1)
+    lane = _slot(f, layout, "%slot")
+    member = f.new(f"atomicrmw add ptr {f.place('%job', Job.NEXT)}, i64 1 monotonic")
+    with f.when(f.compare_whole("sge", member, lane.size(Job.MEMBERS))):
+        f.finish_here()
+    lane.set_whole(layout.slot, "%slot")
+    lane.set_whole(layout.member, member)
+    lane.set_whole(layout.sample, "0")
+    lane.set_whole(layout.corner_number, "0")
+    padded = lane.size(Job.PADDED)
+    for k in range(len(layout.held)):
+        lane.set(layout.table + k, f.load(lane.array(Job.TABLE, lane.times(padded, k), member)))
+    for k in range(layout.states):
+        lane.set(k, f.load(lane.array(Job.STATES, lane.times(member, layout.states), str(k))))
+    for k in range(len(plan.switches)):
+        value = f.load(lane.array(Job.SWITCHES, lane.times(member, len(plan.switches)), str(k)))
+        lane.set(layout.switches + k, value)
+    for k, border in enumerate(plan.borders):
+        lane.set(layout.sides + k, f.real(1.0 if border.sided else 0.0))
+    for k in range(len(layout.equations)):
+        lane.set(layout.roots + k, f.real(math.nan))
+    for k in range(layout.combinations):
+        lane.set(layout.dwell + k, f.real(0.0))
+    lane.set(layout.time, f.load(lane.array(Job.START, member)))
+    lane.set(layout.since, lane.get(layout.time))
+    lane.set(layout.time_low, f.real(0.0))
+    lane.set(layout.target, f.load(lane.array(Job.TIMES, lane.times(member, lane.size(Job.SAMPLES)))))
+    lane.set(layout.corner, f.load(lane.array(Job.CORNERS, lane.times(member, lane.size(Job.CORNER_COUNT)))))
+    lane.set_stop(plan, layout, member)
+    lane.set(layout.smallest, f.load(lane.array(Job.SMALLEST, member)))
+    lane.set(layout.most_steps, f.load(lane.array(Job.MOST_STEPS, member)))
+    lane.set(layout.least, f.real(math.inf))
+    lane.set(layout.steps, f.real(0.0))
+    law = _law(lane, plan, layout)
+    f.line(f"call void @enter(i64 {law}, i64 %slot, ptr %lanes, ptr %words, ptr %store)")
+    f.finish()
+    return f
+
+
+def serve_function(plan: Plan, layout: Layout) -> Function:
+    """``serve(lane, scratch, law, number, lanes, job, words, store, finite, small, near0, ...)``: what is due in one
+    lane after a step; a flag for each border tells whether it may be near."""
+    near = [f"%near{k}" for k in range(len(plan.borders))]
+    own = ["ptr %lane", "ptr %scratch", "i64 %law", "i64 %number"]
+    shared = ["ptr %lanes", "ptr %job", "ptr %words", "ptr %store"]
+    f = Function("serve", [*own, *shared, "i1 %finite", "i1 %small", *(f"i1 {flag}" for flag in near)], "void", 1)
+    lane = _Lane(f, plan.width)
+    member = lane.get_whole(layout.member)
+    start, low = lane.step(layout.step_time), lane.step(layout.step_low)
+    status, reach, event = f.slot(), f.slot(), f.slot()
+    f.store_whole("-1", status)
+    f.store_whole("-1", event)
+    f.store(lane.step(layout.step), reach)
+
+    failed = f.new("or i1 %small, " + f.new("xor i1 %finite, true"))
+    with f.when(failed):  # the step does not count: the member ended where it began
+        total = f.real(0.0)
+        for k in range(layout.states):
+            total = f.add(total, lane.step(k * layout.terms))
+        lost = f.both("%small", f.compare("olt", f.absolute(total), f.real(math.inf)))
+        code = f.new(f"select i1 {lost}, i64 {STEP_TOO_SMALL}, i64 {NOT_FINITE}")
+        f.store_whole(code, status)
+        for k in range(layout.states):
+            lane.set(k, lane.step(k * layout.terms))
+        lane.set(layout.time, start)
+        lane.set(layout.time_low, low)
+    with f.when(f.new(f"xor i1 {failed}, true")):
+        for k, flag in enumerate(near):
+            with f.when(flag):
+                _find_crossing(f, lane, plan, layout, k, reach, event)
+        if plan.borders:
+            _cut_step(f, lane, plan, layout, reach, event)
+        _take_samples(f, lane, plan, layout, member, reach, status)
+        going = f.compare_whole("slt", f.load_whole(status), "0")
+        with f.when(going):
+            for k, border in enumerate(plan.borders):
+                with f.when(f.compare_whole("eq", f.load_whole(event), str(k))):
+                    _pass_border(f, lane, plan, layout, border, k, status)
+            _pass_corner(f, lane, plan, layout, member)
+            spent = f.compare("oge", lane.get(layout.steps), lane.get(layout.most_steps))
+            with f.when(f.both(spent, f.compare_whole("slt", f.load_whole(status), "0"))):
+                f.store_whole(str(TOO_MANY_STEPS), status)
+    with f.when(f.compare_whole("sge", f.load_whole(status), "0")):
+        _count_dwell(lane, plan, layout)
+        for k in range(layout.combinations):
+            value = lane.get(layout.dwell + k)
+            f.store(value, lane.array(Job.DWELL, lane.times(member, layout.combinations), str(k)))
+        f.store_whole(f.load_whole(status), lane.array(Job.STATUS, member))
+        for field, row in ((Job.STEPS, layout.steps), (Job.LEAST, layout.least), (Job.END_TIME, layout.time)):
+            f.store(lane.get(row), lane.array(field, member))
+        for k in range(layout.states):
+            f.store(lane.get(k), lane.array(Job.END_STATE, lane.times(member, layout.states), str(k)))
+        for k in range(len(plan.switches)):
+            value = lane.get(layout.switches + k)
+            f.store(value, lane.array(Job.SWITCHES, lane.times(member, len(plan.switches)), str(k)))
+        slot = lane.get_whole(layout.slot)
+        f.line("call void @vacate(i64 %law, i64 %number, ptr %lanes, ptr %words, ptr %store)")
+        f.line(f"call void @refill(i64 {slot}, ptr %lanes, ptr %job, ptr %words, ptr %store)")
+        f.finish_here()
+    if plan.telling:
+        law = _law(lane, plan, layout)
+        with f.when(f.compare_whole("ne", law, "%law")):
+            for k in range(len(layout.equations)):
+                lane.set(layout.roots + k, f.real(math.nan))
+            slot = lane.get_whole(layout.slot)
+            _slot(f, layout, slot).take(lane, layout)
+            f.line("call void @vacate(i64 %law, i64 %number, ptr %lanes, ptr %words, ptr %store)")
+            f.line(f"call void @enter(i64 {law}, i64 {slot}, ptr %lanes, ptr %words, ptr %store)")
+    f.finish()
+    return f
+
+
+def _take_samples(
+    f: Function, lane: _Lane, plan: Plan, layout: Layout, member: Value, reach: Value, status: Value
+) -> None:
+    """Writes all samples that the step passed; the member has arrived with the last one."""
+    samples = lane.size(Job.SAMPLES)
+    first = lane.times(member, samples)
+    with f.repeat() as out:
+        target = lane.get(layout.target)
+        offset = f.subtract(f.subtract(target, lane.step(layout.step_time)), lane.step(layout.step_low))
+        f.leave(out, f.compare("ogt", offset, f.load(reach)))
+        number = lane.get_whole(layout.sample)
+        place = lane.times(f.whole("add", first, number), layout.states)
+        for k in range(layout.states):
+            value = lane.get(k)
+            if not plan.ends_at_samples:
+                inside = f.polynomial(offset, [lane.step(k * layout.terms + j) for j in range(layout.terms)])
+                value = f.choose(f.compare("oeq", offset, f.load(reach)), value, inside)
+            f.store(value, lane.array(Job.RESULT, place, str(k)))
+        for k, restart in enumerate(plan.restarts):
+            if restart is not None:
+                lane.set(k, f.real(restart))
+        number = f.whole("add", number, "1")
+        lane.set_whole(layout.sample, number)
+        last = f.compare_whole("eq", number, samples)
+        with f.when(last):
+            f.store_whole(str(ARRIVED), status)
+        f.leave(out, last)
+        lane.set(layout.target, f.load(lane.array(Job.TIMES, first, number)))
+    if plan.ends_at_samples:
+        lane.set_stop(plan, layout, member)
+
+
+def _pass_corner(f: Function, lane: _Lane, plan: Plan, layout: Layout, member: Value) -> None:
+    """Goes on to the next corner when the step ended at one."""
+    passed = lane.get(layout.corner)
+    with f.when(f.compare("oge", lane.get(layout.time), passed)):
+        number = f.whole("add", lane.get_whole(layout.corner_number), "1")
+        lane.set_whole(layout.corner_number, number)
+        first = lane.times(member, lane.size(Job.CORNER_COUNT))
+        lane.set(layout.corner, f.load(lane.array(Job.CORNERS, first, number)))
+        if plan.corner_switch is not None:
+            _count_dwell(lane, plan, layout)
+            row = layout.switches + plan.corner_switch
+            lane.set(row, f.negative(lane.get(row)))
+        if plan.corner_time is not None:
+            lane.set(layout.switches + plan.corner_time, passed)
+        lane.set_stop(plan, layout, member)
+
+
+def _find_crossing(f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int, reach: Value, event: Value) -> None:
+    """Shortens ``reach`` to where border k is crossed, if it is; ``event`` is told so. Where the bound of a border of
+    low order is crossed, the step ends without an event, unless it has come so near that no more is to be told."""
+    border = plan.borders[k]
+    row = (layout.borders + k * layout.terms) * plan.width
+    coefficients = f.place("%scratch", row)
+    with f.when(f.compare("oeq", lane.get(layout.sides + k), f.real(0.0))):
+        # the first step: which side of the border the member is on, or where to it goes if it is on the border
+        g = [f.load(f.place(coefficients, j * plan.width)) for j in range(layout.terms)]
+        change = f.polynomial(f.load(reach), [f.real(0.0), *(f.absolute(value) for value in g[1:])])
+        toward = f.choose(f.compare("une", g[1], f.real(0.0)), g[1], g[2])
+        off = f.compare("ogt", f.absolute(g[0]), f.multiply(f.real(ON_BORDER), change))
+        value = f.choose(off, g[0], toward)
+        side = f.choose(f.compare("olt", value, f.real(0.0)), f.real(-1.0), f.real(1.0))
+        lane.set(layout.sides + k, f.negative(side) if border.direction > 0 else side)
+    side = lane.get(layout.sides + k)
+    sign = f.negative(side) if border.direction > 0 else side
+    time = f.new(f"call double @crossing(ptr {coefficients}, double {sign}, double {f.load(reach)})")
+    earlier = f.compare("olt", time, f.load(reach))
+    first = f.new(f"icmp slt i64 {f.load_whole(event)}, 0")
+    found = f.both(f.compare("ole", time, f.load(reach)), f.either(earlier, first))
+    told = str(k)
+    if border.seldom:
+        there = f.compare("olt", time, f.multiply(f.real(THERE), lane.step(layout.step)))
+        told = f.new(f"select i1 {there}, i64 {k}, i64 {len(plan.borders)}")
+    with f.when(found):
+        f.store(time, reach)
+        f.store_whole(told, event)
+
+
+def _cut_step(f: Function, lane: _Lane, plan: Plan, layout: Layout, reach: Value, event: Value) -> None:
+    """Goes back to where the first border is crossed."""
+    with f.when(f.compare_whole("sge", f.load_whole(event), "0")):
+        for k in range(layout.states):
+            coefficients_of = [lane.step(k * layout.terms + j) for j in range(layout.terms)]
+            lane.set(k, f.polynomial(f.load(reach), coefficients_of))
+        for k in range(len(layout.equations)):
+            row = layout.root_terms + k * layout.terms
+            lane.set(layout.roots + k, f.polynomial(f.load(reach), [lane.step(row + j) for j in range(layout.terms)]))
+        time, low = later(f, lane.step(layout.step_time), lane.step(layout.step_low), f.load(reach))
+        lane.set(layout.time, time)
+        lane.set(layout.time_low, low)
+
+
+def _pass_border(f: Function, lane: _Lane, plan: Plan, layout: Layout, border: Border, k: int, status: Value) -> None:
+    """The event itself: the member ends, or its switch flips. An event in the direction that does not count only tells
+    the side of the border."""
+    side = lane.get(layout.sides + k)
+    counts = f.compare("ogt", side, f.real(0.0)) if border.direction else f.compare_whole("eq", "0", "0")
+    if not border.sided:
+        lane.set(layout.sides + k, f.negative(side))
+    with f.when(counts):
+        if border.switch is None:
+            f.store_whole(str(TERMINAL_EVENT + k), status)
+        else:
+            _count_dwell(lane, plan, layout)
+            row = layout.switches + border.switch
+            lane.set(row, f.negative(lane.get(row)))
+
+
+def _count_dwell(lane: _Lane, plan: Plan, layout: Layout) -> None:
+    """Adds the time since the last switch to that spent at the present signs of the switches: bit k of the place is set
+    where switch k is negative."""
+    f = lane.f
+    if not plan.signs:
+        return
+    place = "0"
+    for k in range(plan.signs):
+        sign = f.whole("lshr", f.bits(lane.get(layout.switches + k)), "63")
+        place = f.whole("or", place, f.whole("shl", sign, str(k)))
+    row = f.whole("mul", f.whole("add", place, str(layout.dwell)), str(lane.width))
+    address = f.place("%lane", row)
+    time = lane.get(layout.time)
+    f.store(f.add(f.load(address), f.subtract(time, lane.get(layout.since))), address)
+    lane.set(layout.since, time)
