@@ -117,8 +117,12 @@ class Library:
 
     def function(self, name: str, result: Any, *arguments: Any) -> Callable[..., Any]:
         """A function of the library, by ctypes types."""
-        made: Callable[..., Any] = ctypes.CFUNCTYPE(result, *arguments)(self._engine.get_function_address(name))
+        made: Callable[..., Any] = ctypes.CFUNCTYPE(result, *arguments)(self.address(name))
         return made
+
+    def address(self, name: str) -> int:
+        """Where a function is."""
+        return int(self._engine.get_function_address(name))
 
 
 def library(content: str, text: Callable[[], str], machine: Machine | None = None) -> Library:

@@ -24,9 +24,10 @@ from gelcone.motion.engine.trace import ordered
 
 
 def module_text(plan: Plan) -> str:
-    """The LLVM module of a program: ``prepare``, ``start`` and ``advance``, and what these call."""
+    """The LLVM module of a program: ``prepare``, ``start``, ``advance``, ``serve``, what these call, and ``step`` where
+    there is one law."""
     layout = Layout(plan)
-    made = [
+    return _text(
         _prepare(plan, layout),
         enter_function(plan, layout),
         vacate_function(plan, layout),
@@ -34,9 +35,17 @@ def module_text(plan: Plan) -> str:
         *([crossing_function(plan.order, plan.width)] if plan.borders else []),
         serve_function(plan, layout),
         _start(plan, layout),
-        *(step_function(plan, layout, place) for place in range(len(plan.laws))),
         _advance(plan, layout),
-    ]
+        *([step_function(plan, layout, 0)] if len(plan.laws) == 1 else []),
+    )
+
+
+def step_text(plan: Plan, law: int) -> str:
+    """The module of ``step`` of one law of several, which is compiled only once a member comes to it."""
+    return _text(step_function(plan, Layout(plan), law))
+
+
+def _text(*made: Function) -> str:
     declarations = sorted({line for function in made for line in function.intrinsics})
     return "\n".join([*declarations, "", *(function.text() for function in made)])
 
@@ -69,7 +78,10 @@ def _prepare(plan: Plan, layout: Layout) -> Function:
 
 
 def _advance(plan: Plan, layout: Layout) -> Function:
-    """``advance(lanes, scratch, job, words, store, most)``: up to ``most`` steps of a law's lanes; returns how many."""
+    """``advance(lanes, scratch, job, words, store, most)``: up to ``most`` steps of a law's lanes; returns how many.
+
+    It ends early where a law's ``step`` is missing, and says which.
+    """
     f = Function("advance", [*THREAD, "i64 %most"], "i64", 1, external=True)
     count, chosen, size = f.slot(), f.slot(), f.slot()
     f.store_whole("0", count)
@@ -86,11 +98,13 @@ def _advance(plan: Plan, layout: Layout) -> Function:
         f.leave(out, f.compare_whole("eq", f.load_whole(size), "0"))
         done = f.load_whole(count)
         f.leave(out, f.compare_whole("sge", done, "%most"))
-        f.store_whole(f.whole("add", done, "1"), count)
         now = f.load_whole(chosen)
-        for law in range(len(plan.laws)):
-            with f.when(f.compare_whole("eq", now, str(law))):
-                f.line(f"call void @step{law}({SAME_THREAD})")
+        step = f.place("%words", f.whole("add", now, str(layout.code)))
+        f.store_whole(f.whole("add", now, "1"), f.place("%words", layout.missing))
+        f.leave(out, f.compare_whole("eq", f.load_whole(step), "0"))
+        f.store_whole("0", f.place("%words", layout.missing))
+        f.store_whole(f.whole("add", done, "1"), count)
+        f.line(f"call void {f.load_pointer(step)}({SAME_THREAD})")
     f.finish(f"i64 {f.load_whole(count)}")
     return f
 

@@ -161,11 +161,15 @@ class Layout:
         self.step = self.step_time + 2
         self.scratch_rows = self.step_time + 3
         # words of a thread: for each law a bit for each lane that has a member, how many wait, and where in the law's
-        # ring the first of them is; then the rings
+        # ring the first of them is; then the rings, the addresses of each law's ``step`` (0 until it is compiled) and
+        # of ``serve``, and the law, counted from 1, of which ``step`` is missing
         self.waiting = len(plan.laws)
         self.heads = 2 * len(plan.laws)
         self.rings = 3 * len(plan.laws)
-        self.words = self.rings + len(plan.laws) * plan.slots
+        self.code = self.rings + len(plan.laws) * plan.slots
+        self.serve = self.code + len(plan.laws)
+        self.missing = self.serve + 1
+        self.words = self.missing + 1
 
     def root(self, equation: Equation) -> int:
         """Place of the equation's root among all."""

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine.events import Event
-from gelcone.motion.engine.loop import module_text
+from gelcone.motion.engine.loop import module_text, step_text
 from gelcone.motion.engine.plan import (
     ARRIVED,
     NOT_FINITE,
@@ -391,12 +391,27 @@ class _Compiled:
     def __init__(self, plan: Plan, machine: compiler.Machine | None) -> None:
         self.plan = plan
         self.layout = Layout(plan)
-        library = compiler.library(_content(plan), lambda: module_text(plan), machine)
+        self._machine, self._content = machine, _content(plan)
+        library = compiler.library(self._content, lambda: module_text(plan), machine)
         address, whole = ctypes.c_void_p, ctypes.c_int64
         self._library = library  # its code is freed with it
+        self._steps = {0: library} if len(plan.laws) == 1 else {}
+        self._lock = threading.Lock()
         self.prepare = library.function("prepare", None, address, address, whole)
         self.start = library.function("start", None, address, address, address, address)
         self.advance = library.function("advance", whole, address, address, address, address, address, whole)
+
+    def addresses(self) -> list[int]:
+        """Where the step of each law is, 0 where it is not compiled yet, and ``serve``."""
+        steps = [self._steps[law].address("step") if law in self._steps else 0 for law in range(len(self.plan.laws))]
+        return [*steps, self._library.address("serve")]
+
+    def compile_step(self, law: int) -> None:
+        """Makes the step of a law, unless it is there."""
+        with self._lock:
+            if law not in self._steps:
+                content = repr((self._content, "step", law))
+                self._steps[law] = compiler.library(content, lambda: step_text(self.plan, law), self._machine)
 
     def job(
         self,
@@ -528,6 +543,7 @@ class _Work:
         self.slots = aligned(plan.slots, layout.rows)
         self._scratch = aligned(layout.scratch_rows, plan.width)
         self._words = np.zeros(layout.words, dtype=np.int64)
+        self._words[layout.code : layout.missing] = compiled.addresses()
         lanes, scratch, words, slots = (a.ctypes.data for a in (self.lanes, self._scratch, self._words, self.slots))
         self._start = lanes, job.ctypes.data, words, slots
         self._advance = lanes, scratch, job.ctypes.data, words, slots
@@ -537,8 +553,13 @@ class _Work:
         self._compiled.start(*self._start)
 
     def advance(self, steps: int) -> None:
-        """Up to so many steps of all lanes of a law."""
+        """Up to so many steps of all lanes of a law; none where it had to be compiled first."""
         self._compiled.advance(*self._advance, steps)
+        layout = self._compiled.layout
+        if missing := int(self._words[layout.missing]):
+            self._compiled.compile_step(missing - 1)
+            self._words[layout.code : layout.missing] = self._compiled.addresses()
+            self._words[layout.missing] = 0
 
     @property
     def going(self) -> bool:
@@ -551,7 +572,7 @@ class _Work:
         for law in range(laws):
             records = [self.lanes[law, :, lane] for lane in range(width) if int(self._words[law]) >> lane & 1]
             count, head = (int(self._words[first + law]) for first in (layout.waiting, layout.heads))
-            ring = self._words[layout.rings :].reshape(laws, -1)[law]
+            ring = self._words[layout.rings : layout.code].reshape(laws, -1)[law]
             records += [self.slots[ring[(head + k) % ring.size]] for k in range(count)]
             for record in records:
                 yield int(record[layout.member : layout.member + 1].view(np.int64)[0]), float(record[layout.time])

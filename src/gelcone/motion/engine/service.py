@@ -190,7 +190,7 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
     near = [f"%near{k}" for k in range(len(plan.borders))]
     own = ["ptr %lane", "ptr %scratch", "i64 %law", "i64 %number"]
     shared = ["ptr %lanes", "ptr %job", "ptr %words", "ptr %store"]
-    f = Function("serve", [*own, *shared, "i1 %finite", "i1 %small", *(f"i1 {flag}" for flag in near)], "void", 1)
+    f = Function("serve", [*own, *shared, "i1 %finite", "i1 %small", *(f"i1 {flag}" for flag in near)], "void", 1, True)
     lane = _Lane(f, plan.width)
     member = lane.get_whole(layout.member)
     start, low = lane.step(layout.step_time), lane.step(layout.step_low)

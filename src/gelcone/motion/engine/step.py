@@ -40,7 +40,7 @@ class _Followed(NamedTuple):
 
 def step_function(plan: Plan, layout: Layout, place: int) -> Function:
     """``step(lanes, scratch, job, words, store)``: one step of all lanes of a law."""
-    f = Function(f"step{place}", THREAD, "void", plan.width)
+    f = Function("step", THREAD, "void", plan.width, external=True)
     width, law = plan.width, plan.laws[place]
     block = f.place("%lanes", place * layout.rows * width)
 
@@ -99,7 +99,7 @@ def step_function(plan: Plan, layout: Layout, place: int) -> Function:
         _keep_step(f, jet, followed, plan, layout, law, time, low, step)
         told = dict(zip(near, near_bits, strict=True))
         bits = [told.get(k, "0") for k in range(len(plan.borders))]
-        _serve_each(f, place, block, flagged, finite_bits, small_bits, *bits)
+        _serve_each(f, layout, place, block, flagged, finite_bits, small_bits, *bits)
     f.finish()
     return f
 
@@ -248,10 +248,11 @@ def _keep_step(
         f.store(f.real(0.0) if value is None else value, f.place("%scratch", k * f.width))
 
 
-def _serve_each(f: Function, law: int, block: Value, flagged: Value, *bits: Value) -> None:
+def _serve_each(f: Function, layout: Layout, law: int, block: Value, flagged: Value, *bits: Value) -> None:
     """Calls ``serve`` for each lane whose bit is set."""
     left = f.slot()
     f.store_whole(flagged, left)
+    serve = f.load_pointer(f.place("%words", layout.serve))
     f.intrinsics.add("declare i64 @llvm.cttz.i64(i64, i1)")
     with f.repeat() as out:
         now = f.load_whole(left)
@@ -261,4 +262,4 @@ def _serve_each(f: Function, law: int, block: Value, flagged: Value, *bits: Valu
         flags = [f.new(f"trunc i64 {f.new(f'lshr i64 {word}, {lane}')} to i1") for word in bits]
         own = f"ptr {f.place(block, lane)}, ptr {f.place('%scratch', lane)}, i64 {law}, i64 {lane}"
         told = ", ".join(f"i1 {flag}" for flag in flags)
-        f.line(f"call void @serve({own}, ptr %lanes, ptr %job, ptr %words, ptr %store, {told})")
+        f.line(f"call void {serve}({own}, ptr %lanes, ptr %job, ptr %words, ptr %store, {told})")
