@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +16,6 @@ from gelcone.motion.tangents import FLOOR
 from gelcone.physics.members import Members
 from gelcone.progress import Counted, weighted
 from gelcone.quantity import Array
-
-if TYPE_CHECKING:
-    pass
 
 
 def follow_starts(

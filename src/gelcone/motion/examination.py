@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -34,9 +34,6 @@ from gelcone.motion.zero_one import zero_one
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
-if TYPE_CHECKING:
-    pass
-
 REST_TOLERANCE = 1e-6
 TEST_POINTS = (200, 800)
 """Points of the 0-1 test, and of its repetition where the first is no clear answer."""
@@ -50,7 +47,7 @@ CYCLE_SAMPLES = 64
 
 
 def examine(
-    steps: tuple[Callable[..., None], ...],
+    steps: tuple[Callable[..., object], ...],
     members: Members,
     rows: npt.NDArray[np.intp],
     evidence: Evidence,
@@ -68,7 +65,7 @@ def alive(rows: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np.intp
     return rows[evidence.outcome[rows] == Outcome.OK]
 
 
-def _look(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> Array:
+def look(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> Array:
     """Follows `RETURNS` forcing periods: section points and extent; the path (members, periods, phases, N)."""
     path, evidence.outcome[rows], times, states = follow(members, evidence.final[rows], **options)
     evidence.validity[rows] = validity(members, times, states)
@@ -79,13 +76,9 @@ def _look(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, opti
     return path
 
 
-def see(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
-    _look(members, rows, evidence, options)
-
-
 def examine_returns(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
     """Whether undamped members return or are at rest."""
-    path = _look(members, rows, evidence, options)
+    path = look(members, rows, evidence, options)
     x, u = path[..., 0], path[..., 1]
     whole = path.reshape(len(x), RETURNS, -1)
     period, distance = periods_of(whole, RETURN_TOLERANCE)

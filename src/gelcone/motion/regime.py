@@ -24,7 +24,7 @@ from gelcone.dataset import Findings
 from gelcone.devices.analysis import for_devices
 from gelcone.motion.arrival import find_ended, follow_starts, tell_how_long
 from gelcone.motion.evidence import Evidence, label_regimes
-from gelcone.motion.examination import alive, examine, examine_returns, judge, measure, second_opinion, see
+from gelcone.motion.examination import alive, examine, examine_returns, judge, look, measure, second_opinion
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.lasting import Nearby
 from gelcone.motion.settle import check_budgets, repeats_lasting, settle, start_states, transient_of
@@ -78,7 +78,7 @@ def classify(
     measures = (partial(measure, budget=budget), second_opinion)
     damped = members.damped[wandering]
     examine(measures, members, wandering[~damped], evidence, flow_options)
-    wandering = examine((see, *measures), members, wandering[damped], evidence, averaging)
+    wandering = examine((look, *measures), members, wandering[damped], evidence, averaging)
     find_ended(members, wandering, nearby, evidence, flow_options)
     judge(members, evidence)
     tell_how_long(members, losing, duration, nearby, evidence)

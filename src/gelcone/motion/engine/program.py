@@ -395,16 +395,14 @@ class _Compiled:
         library = compiler.library(self._content, lambda: module_text(plan), machine)
         address, whole = ctypes.c_void_p, ctypes.c_int64
         self._library = library  # its code is freed with it
-        self._steps = {0: library} if len(plan.laws) == 1 else {}
+        self._steps: dict[int, compiler.Library] = {}
+        alone = library.address("step") if len(plan.laws) == 1 else 0
+        self.addresses = [*[alone] * len(plan.laws), library.address("serve")]
+        """Where the step of each law is, 0 where it is not compiled yet, and ``serve``."""
         self._lock = threading.Lock()
         self.prepare = library.function("prepare", None, address, address, whole)
         self.start = library.function("start", None, address, address, address, address)
         self.advance = library.function("advance", whole, address, address, address, address, address, whole)
-
-    def addresses(self) -> list[int]:
-        """Where the step of each law is, 0 where it is not compiled yet, and ``serve``."""
-        steps = [self._steps[law].address("step") if law in self._steps else 0 for law in range(len(self.plan.laws))]
-        return [*steps, self._library.address("serve")]
 
     def compile_step(self, law: int) -> None:
         """Makes the step of a law, unless it is there."""
@@ -412,6 +410,7 @@ class _Compiled:
             if law not in self._steps:
                 content = repr((self._content, "step", law))
                 self._steps[law] = compiler.library(content, lambda: step_text(self.plan, law), self._machine)
+                self.addresses[law] = self._steps[law].address("step")
 
     def job(
         self,
@@ -543,7 +542,7 @@ class _Work:
         self.slots = aligned(plan.slots, layout.rows)
         self._scratch = aligned(layout.scratch_rows, plan.width)
         self._words = np.zeros(layout.words, dtype=np.int64)
-        self._words[layout.code : layout.missing] = compiled.addresses()
+        self._words[layout.code : layout.missing] = compiled.addresses
         lanes, scratch, words, slots = (a.ctypes.data for a in (self.lanes, self._scratch, self._words, self.slots))
         self._start = lanes, job.ctypes.data, words, slots
         self._advance = lanes, scratch, job.ctypes.data, words, slots
@@ -558,7 +557,7 @@ class _Work:
         layout = self._compiled.layout
         if missing := int(self._words[layout.missing]):
             self._compiled.compile_step(missing - 1)
-            self._words[layout.code : layout.missing] = self._compiled.addresses()
+            self._words[layout.code : layout.missing] = self._compiled.addresses
             self._words[layout.missing] = 0
 
     @property

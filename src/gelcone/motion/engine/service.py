@@ -20,7 +20,7 @@ from gelcone.motion.engine.plan import (
 from gelcone.motion.engine.step import later
 
 THERE = 2.0**-13
-"""Share of a step below which a polynomial of that order is exact."""
+"""Share of a step below which the short polynomial of a border that is seldom near is exact."""
 
 
 class _Lane:
