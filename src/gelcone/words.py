@@ -211,9 +211,7 @@ def validity_in_words(result: xr.Dataset) -> list[str]:
     """
     states = film_state_in_words(result)
     shares = {
-        words: result[f"validity_{name}"].values
-        for name, words in FAILINGS.items()
-        if f"validity_{name}" in result and not (states and name in ("hoop_slack", "meridional_slack"))
+        words: result[f"validity_{name}"].values for name, words in FAILINGS.items() if f"validity_{name}" in result
     }
     known = {words: share[np.isfinite(share)] for words, share in shares.items()}
     count = max((share.size for share in known.values()), default=0)
@@ -224,7 +222,8 @@ def validity_in_words(result: xr.Dataset) -> list[str]:
         "the model holds: film away from its limits" if states else "the model holds: film taut, away from its limits"
     )
     lines = [*states, _how_often(failing, count) if failing else holds]
-    return lines if known[FAILINGS["breakdown"]].size else [*lines, UNKNOWN_STRENGTH]
+    unknown_strength = known[FAILINGS["near_limit"]].size and not known[FAILINGS["breakdown"]].size
+    return [*lines, UNKNOWN_STRENGTH] if unknown_strength else lines
 
 
 def film_state_in_words(result: xr.Dataset) -> list[str]:

@@ -6,7 +6,7 @@ import pytest
 import gelcone
 from gelcone import ConeModel, Outcome
 from gelcone.motion.cycle import LONGEST_PERIOD, RETURNS
-from gelcone.motion.validity import BLOCKS, SAMPLES, SHARES, spread_over, unknown, validity, validity_variables
+from gelcone.motion.validity import BLOCKS, SAMPLES, SHARES, invalid, spread_over, unknown, validity, validity_variables
 from gelcone.presets import find_preset
 
 STILL = ConeModel(damping_ratio=0.5, spring_stiffness=2.0, voltage=1.0, drive_frequency=1.0, dielectric_strength=0.5)
@@ -115,3 +115,20 @@ def test_the_dielectric_strength_travels_with_a_device():
     assert np.nanmax(twice["validity_breakdown"]) == 1.0
     assert float(gelcone.simulate(model, device.initial_state(), periods=2).validity_breakdown) == 0.0
     assert gelcone.model_of(twice).dielectric_strength == model.dielectric_strength
+
+
+@pytest.mark.parametrize("films", [("wrinkling", "taut"), ("taut", "wrinkling"), ("wrinkling", "wrinkling")])
+def test_a_mixed_double_cone_is_untrue_where_the_film_that_bears_compression_does(films):
+    """Slack is compression in the taut film, and what the other one does. The films mirror each other in time."""
+    numbers = {"second_flat_height": 0.8, "spring_stiffness": 0.0, "voltage": 0.1, "voltage_bias": 0.4}
+    model = ConeModel(film=films[0], second_film=films[1], second_drive="opposite", drive_frequency=0.2, **numbers)
+    found = gelcone.simulate(model, initial=(0.5, 0.0), periods=5.0)
+    share, slack = float(found["validity_hoop_slack"]), float(found["hoop_slack"].mean())
+    if "taut" not in films:
+        assert share == 0.0 < slack
+        assert not bool(invalid(found))
+        return
+    compressed = found["hoop_stress" if films[0] == "taut" else "second_hoop_stress"] < 0.0
+    assert 0.1 < share < 0.9 * slack
+    assert share == pytest.approx(float(compressed.mean()), abs=2e-3)
+    assert bool(invalid(found))

@@ -282,3 +282,14 @@ def test_a_rest_is_searched_once_for_each_film_and_bias(monkeypatch):
     assert len(statics._rests) == 4
     rest_displacements(model)
     assert len(statics._rests) == 1
+
+
+def test_without_a_spring_a_film_that_loses_its_tension_behind_the_valley_is_stable():
+    """There w rises with |x|; just where it balances the film neither pulls nor has a slope."""
+    balance = one(ConeModel(film="wrinkling", stretch_limit=8.0, spring_stiffness=0.0, rest_height=0.0))
+    levels = np.linspace(0.75, 1.5, 16) ** 2
+    for level, found in zip(levels, equilibria_of(balance, levels), strict=True):
+        outer = found[-1]
+        assert outer.displacement > 1.5
+        assert balance.squared(outer.displacement + 1e-4) > level > balance.squared(outer.displacement - 1e-4)
+        assert outer.stable

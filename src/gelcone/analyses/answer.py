@@ -220,8 +220,10 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     unbroken = ", ".join(number.replace(" ", "\0") for number in numbers)
     wrapped = textwrap.wrap(unbroken, WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
     lines = [name, *(line.replace("\0", " ") for line in wrapped)]
-    about = subject.model.film.describe()
-    return [*lines, f"  {about}"] if about else lines
+    system = subject.model.system
+    about, second = system.film.describe(), "" if system.second is None else system.second.film.describe()
+    films = [about, f"second {second}" if second != about else ""] if second else [about]
+    return [*lines, *(f"  {film}" for film in films if film)]
 
 
 def outcome_lines(result: xr.Dataset) -> list[str]:

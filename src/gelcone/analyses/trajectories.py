@@ -64,10 +64,13 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
     if (shown["outcome"].values == Outcome.OK).any():
         late = x.isel({x.dims[-1]: slice(x.shape[-1] // 2, None)})
         lines.append(f"displacement {_span(x, 4)}; in the second half {_span(late, 4)}")
+        wrinkles = film_state_json(shown) is not None
         lines.append("share of the time outside the model's validity (mean over members):")
         for name, variable in shown.items():
             if str(name).startswith("validity_"):
                 share = float(variable.mean())
+                if share == 0.0 and wrinkles and str(name).endswith("slack"):
+                    continue  # a film that wrinkles is never compressed: the shares of its states tell how it is slack
                 text = f"{100 * share:5.1f} %" if share == share else _UNKNOWN.get(str(name), "unknown")
                 lines.append(f"  {str(name).removeprefix('validity_').replace('_', ' '):17s} {text}")
     return "\n".join(lines)

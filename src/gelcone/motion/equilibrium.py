@@ -17,7 +17,7 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
-from gelcone.motion.validity import ASSUMPTIONS, broken, kinds_of
+from gelcone.motion.validity import ASSUMPTIONS, kinds_of, outside, untrue_by
 from gelcone.physics.balance import (
     ROUNDING,
     SEARCH_RANGE,
@@ -134,7 +134,7 @@ def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: A
     n = members.numbers(trailing=1)
     with np.errstate(over="ignore", invalid="ignore"):
         states = [film.state(place.reshape(flat), v, n) for film, v in zip(films, voltages, strict=True)]
-    fails = dict(broken(members, place.reshape(flat), voltages, states))
+    fails = dict(outside(members, place.reshape(flat), voltages, states))
     for film, state, prefix in zip(films, states, ("", PREFIX), strict=False):
         if kinds := kinds_of(film):
             found = np.where(np.isnan(place), -1, np.reshape(state.kind, place.shape)).reshape(result["slope"].shape)
@@ -146,10 +146,10 @@ def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: A
     )
     snaps = (kind != PullIn.PITCHFORK) & (held > lost) & (np.abs(place) > np.abs(before))
     fails["pulled_in"] = snaps.reshape(flat)
-    for name, meaning in ASSUMPTIONS.items():
+    for name in ASSUMPTIONS:
         found = fails[name].reshape(place.shape) if name in fails else np.full(place.shape, np.nan)
         values = np.where(np.isnan(place), np.nan, found).reshape(result["slope"].shape)
-        attrs = {"long_name": f"1 at an equilibrium with {meaning}", "units": "1", "quantity": "share"}
+        attrs = {"long_name": f"1 at an equilibrium with {untrue_by(name)}", "units": "1", "quantity": "share"}
         result[f"validity_{name}"] = (result["slope"].dims, values, attrs)
     return result
 

@@ -17,7 +17,7 @@ from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.settle import LONGEST_TIME, start_states
-from gelcone.motion.validity import ASSUMPTIONS, broken, shares, unknown, validity_variables, voltages_along
+from gelcone.motion.validity import ASSUMPTIONS, broken, outside, shares, unknown, validity_variables, voltages_along
 from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.film.wrinkling import FAILED
 from gelcone.physics.members import Members
@@ -101,15 +101,16 @@ def simulate(
     members = model.members()
     with np.errstate(over="ignore", invalid="ignore"):
         variables, film_states = _variables(members, run)
-        fails = broken(members, variables["displacement"], voltages_along(members, run.times, run.states), film_states)
+        where = (members, variables["displacement"], voltages_along(members, run.times, run.states), film_states)
+        fails, untrue = broken(*where), outside(*where)
     ran = ~np.isnan(variables["displacement"][:, checked])
-    outside = shares({name: where[:, checked] for name, where in fails.items()}, ran)
+    failing = shares({name: there[:, checked] for name, there in untrue.items()}, ran)
     resolved = np.where(ran.any(axis=1), 1.0 / len(checked), np.nan)
     found = unknown(len(ran))
-    found[:, : len(outside) + 1] = np.stack([*outside.values(), resolved], axis=1)
+    found[:, : len(failing) + 1] = np.stack([*failing.values(), resolved], axis=1)
     states = film_variables(members, run)
     if FAILED in members.system.film.kinds:  # the exact share of the time for which it has failed
-        found[:, len(outside) + 1 + members.system.film.kinds.index(FAILED)] = states[f"film_state_{FAILED}"][1]
+        found[:, len(failing) + 1 + members.system.film.kinds.index(FAILED)] = states[f"film_state_{FAILED}"][1]
     valid = validity_variables(found, run.outcome, members.system, of="time")
     films = _films(members)
     kinds = {name: own.kind for (name, film), own in zip(films.items(), film_states, strict=True) if film.kinds}

@@ -1,7 +1,8 @@
 """Where the model stops being true: for which share of a motion the film is slack, breaks down or nears its limit.
 
 Shares are those of samples spread evenly over the motion. Over forcing periods they are spread so that their phases
-are spread evenly too, also over the periods of a subharmonic (`SPREAD`).
+are spread evenly too, also over the periods of a subharmonic (`spread_over`). A film that wrinkles may be slack: what
+it does then is told by the shares of its states, and only a film that bears compression is outside its validity there.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ASSUMPTIONS = {
-    "hoop_slack": "slack hoops (compressed, or wrinkled instead)",
-    "meridional_slack": "slack meridians (compressed, or wrinkled instead)",
+    "hoop_slack": "slack hoops",
+    "meridional_slack": "slack meridians",
     "breakdown": "a true field above the dielectric strength",
     "near_limit": "a strain within 1 % of the stretch limit",
     "pulled_in": "a film that has pulled in",
 }
-"""How the model stops being true."""
+"""How the model stops being true. A film that wrinkles may be slack."""
 SLACK_IN = {"hoop_slack": ("hoop_slack", "crumpled"), "meridional_slack": ("meridional_slack", "crumpled")}
 """States of a film that wrinkles in which each direction is slack."""
 MOST_KINDS = 5
@@ -67,8 +68,23 @@ def broken(
     nothing is known of is left out: the breakdown without a dielectric strength, slack of a film that does not know its
     stresses.
     """
+    return _of_either(broken_by_film(members, x, voltages, states), x)
+
+
+def outside(
+    members: Members, x: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
+) -> Fails:
+    """Where the model is untrue: what `broken` tells, but slack only of a film that bears it as compression."""
+    each = broken_by_film(members, x, voltages, states)
+    for film, fails in zip((members.system.film, members.system.second), each, strict=False):
+        if film is not None and kinds_of(film):
+            fails |= {name: np.zeros_like(fails[name]) for name in SLACK_IN.keys() & fails.keys()}
+    return _of_either(each, x)
+
+
+def _of_either(films: Sequence[Fails], x: Array) -> Fails:
     found: dict[str, npt.NDArray[np.bool_]] = {}
-    for fails in broken_by_film(members, x, voltages, states):
+    for fails in films:
         for name, where in fails.items():
             found[name] = np.broadcast_to(found.get(name, False) | where, x.shape)
     return found
@@ -76,9 +92,9 @@ def broken(
 
 def broken_by_film(
     members: Members, x: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
-) -> list[Fails]:
+) -> list[dict[str, npt.NDArray[np.bool_]]]:
     """What `broken` tells of each film alone."""
-    n, found = members.numbers(trailing=1), list[Fails]()
+    n, found = members.numbers(trailing=1), list[dict[str, npt.NDArray[np.bool_]]]()
     films = (members.system.film, members.system.second)
     for film, voltage, state in zip(films, voltages, states, strict=False):
         assert film is not None
@@ -109,6 +125,11 @@ def voltages_along(members: Members, times: Array, states: Array) -> list[Array]
     return [first] if members.system.second is None else [first, members.second_voltage(times, states)]
 
 
+def untrue_by(name: str) -> str:
+    """What makes the model untrue, in words."""
+    return ASSUMPTIONS[name] + (" under compression" if name in SLACK_IN else "")
+
+
 def shares(fails: Fails, ran: npt.NDArray[np.bool_]) -> dict[str, Array]:
     """Share (members,) of the samples (members, samples) that ``ran`` at which each of `SHARES` fails, NaN unknown."""
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -128,7 +149,7 @@ def validity(members: Members, times: Array, states: Array, *, turn: bool = Fals
     films = [film for film in (members.system.film, members.system.second) if film is not None]
     with np.errstate(over="ignore", invalid="ignore"):
         of_films = [film.state(x, voltage, n) for film, voltage in zip(films, voltages, strict=True)]
-    fails = broken(members, x, voltages, of_films)
+    fails = outside(members, x, voltages, of_films)
     kinds = np.full((len(x), 2, MOST_KINDS), np.nan)
     spent = {}
     for place, (film, state) in enumerate(zip(films, of_films, strict=True)):
@@ -179,7 +200,7 @@ def validity_variables(
         if film is not None and FAILED in kinds_of(film):
             ran_on = np.fmax(ran_on, rows[kinds_of(film).index(FAILED)])
     columns["pulled_in"] = np.where(np.asarray(outcome) == Outcome.PULLED_IN, 1.0, ran_on)
-    names = {name: f"share of the {of} with {meaning}" for name, meaning in ASSUMPTIONS.items()}
+    names = {name: f"share of the {of} with {untrue_by(name)}" for name in ASSUMPTIONS}
     names["error"] = "largest standard error of these shares"
     told = {f"validity_{name}": (dims, columns[name], meaning, "share") for name, meaning in names.items()}
     for film, prefix, rows in zip((system.film, system.second), ("", PREFIX), own, strict=True):
@@ -190,12 +211,8 @@ def validity_variables(
 
 
 def invalid(result: xr.Dataset, prefix: str = "") -> xr.DataArray | None:
-    """Where in a result any assumption fails for more than a sample; None for a result without validity.
-
-    A film that wrinkles may be slack.
-    """
-    wrinkles = any(str(name).startswith(f"{prefix}film_state_") for name in result)
-    names = [f"{prefix}validity_{name}" for name in ASSUMPTIONS if not (wrinkles and name in SLACK_IN)]
+    """Where in a result any assumption fails for more than a sample; None for a result without validity."""
+    names = [f"{prefix}validity_{name}" for name in ASSUMPTIONS]
     known = [result[name] for name in names if name in result]
     if not known:
         return None

@@ -203,7 +203,10 @@ def _folds(balance: StaticBalance, side: int) -> list[float]:
 def _rises(balance: StaticBalance, segment: tuple[float, float]) -> bool:
     """Whether w grows with |x| on the segment: whether its equilibria are stable."""
     middle = 0.5 * (segment[0] + segment[1])
-    return bool(middle * balance.turning(middle) > 0.0)
+    turning = middle * float(balance.turning(middle))
+    if turning == 0.0:  # without bias a film that wrinkles is without tension at w: rounding decides whether it pulls
+        return bool(balance.squared(segment[1]) > balance.squared(segment[0]))
+    return turning > 0.0
 
 
 def roots_on_segment(balance: StaticBalance, squared: Array, segment: tuple[float, float]) -> Array:
