@@ -217,15 +217,23 @@ class WrinklingCone(TautCone):
         and 1 where it pulls."""
         held, pulls = self._switches(xx, squared, n, xp)
         name = f"natural width, {n['crumpled'].value}" if traced(xp) else "natural width"
+        mixed = pulls is not None and known(pulls) != 1.0  # also without force, where s2 = 0 may have no root
+
+        def free(xx: Any) -> Any:
+            """The width at A q = B n: where its hoop is taut there, a film without force begins to pull."""
+            return (n["A"] - n["B"]) / n["B"] + (n["A"] / n["B"]) * xx
 
         def residual(y: Any, xx: Any, squared: Any) -> Any:
-            return held * y + (1.0 - held) * self.local(xx, squared, y, n, xp).excess
+            wide = self.local(xx, squared, y, n, xp).excess
+            if mixed:
+                wide = pulls * wide + (1.0 - pulls) * (y - free(xx))
+            return held * y + (1.0 - held) * wide
 
         def first(xx: Any, squared: Any, xp: Any) -> Any:
             """The larger one of 1 and the n at which the hoop is stress-free without voltage, less 1: Newton's method
             comes to the root from below, where a film that is too short has no second one."""
-            free = xp.sqrt(n["G"] / (n["B"] * (1.0 + xx))) - 1.0
-            return 0.5 * (free + xp.sqrt(free * free))
+            wide = xp.sqrt(n["G"] / (n["B"] * (1.0 + xx))) - 1.0
+            return 0.5 * (wide + xp.sqrt(wide * wide))
 
         y: Any
         if xp is np and np.all(held):  # the root of all is 0
@@ -233,13 +241,14 @@ class WrinklingCone(TautCone):
         elif known(held) == 1.0:
             y = 0.0
         elif known(held) == known(pulls) == 0.0:
-            # a film without force begins to pull where its hoop is taut at A q = B n: that takes no root
-            own = self.local(xx, squared, (n["A"] - n["B"]) / n["B"] + (n["A"] / n["B"]) * xx, n, xp)
+            own = self.local(xx, squared, free(xx), n, xp)
             return own, own.excess, held, pulls
         else:
             y = root(xp, name, residual, (xx, squared), first)
         own = self.local(xx, squared, y, n, xp)
-        pull = own.lead + held * own.excess  # n = 1 where the width is held; elsewhere the excess is zero
+        # where the width is held n = 1, without force A q = B n; elsewhere the excess is zero
+        share = held + (1.0 - held) * (1.0 - pulls) if mixed else held
+        pull = own.lead + share * own.excess
         if pulls is None:
             pulls = np.where((plain(pull) > 0.0) & (plain(xx) > n["shortest"]), 1.0, 0.0)
         return own, pull, held, pulls
@@ -349,7 +358,10 @@ class WrinklingCone(TautCone):
 
     def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
         xx = np.square(x)
-        _, _, held, pulls = self._at(xx, squared, n, np)
+        with np.errstate(all="ignore"):
+            _, _, held, pulls = self._at(xx, squared, n, np)
+        gone = self._gone(xx, squared, n)
+        pulls = np.where(gone, 0.0, pulls)  # where s2 = 0 has no root, Newton's method ends anywhere
         slack_side = np.where(n["A"] * xx <= n["edge"], 1.0, 0.0)
         return {
             "width_held": np.where(np.where(pulls > 0.0, held, slack_side) > 0.0, 1.0, -1.0),
@@ -357,7 +369,7 @@ class WrinklingCone(TautCone):
             "crumpled": np.where(squared > n["crumpling_squared"], 1.0, -1.0),
             "long": np.where(xx > n["shortest"], 1.0, -1.0),
             "below_hump": np.where(n["A"] * (1.0 + xx) < n["end_of_slack"], 1.0, -1.0),
-        } | ({"whole": np.where(self._gone(xx, squared, n), -1.0, 1.0)} if self.goes_on else {})
+        } | ({"whole": np.where(gone, -1.0, 1.0)} if self.goes_on else {})
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
         place = np.arange(dwell.shape[1])
