@@ -255,3 +255,10 @@ def test_without_a_membrane_pull_in_is_that_of_the_cone(monkeypatch):
     found = envelope(WRINKLING, peaks=np.linspace(0.1, 0.5, 5), frequencies=[0.1, 0.2])
     assert (found.attrs["pull_in_of"], found.attrs["pull_in_error"]) == ("cone", 0.0)
     assert float(found["static_limit_voltage"][STATIC_LIMITS.index("pull-in")]) > 0.5
+
+
+def test_the_membranes_static_pull_in_is_found_above_the_voltages_that_were_asked_for():
+    membrane = PullInCurve((0.0, 2.0), (0.45, 0.45), 0.01)
+    curves, limits = envelope_module._static(WRINKLING, 0.2, membrane)
+    assert curves["peak_voltage"][-1] == 0.2
+    assert limits[STATIC_LIMITS.index("pull-in")] == pytest.approx(0.45, abs=2e-3)

@@ -67,6 +67,20 @@ def test_lines_are_the_motion():
     assert top.get_xlim() == (response.time[0], response.time[-1])
 
 
+def test_a_run_that_ended_early_fills_its_figure():
+    model = gelcone.ConeModel(film="wrinkling", voltage=0.9, drive_frequency=0.5)
+    response = gelcone.simulate(model, (0.6, 0.0), periods=20)
+    ran = np.isfinite(response["displacement"].values)
+    assert ran.mean() < 0.05
+    assert (response["film_state"].values[~ran] == -1).all()
+    assert not response["hoop_slack"].values[~ran].any()
+    figure = response_figure(response)
+    end = float(response["time"][ran][-1])
+    assert end < figure.axes[0].get_xlim()[1] < 1.2 * end
+    shares = [text.get_text() for text in figure.axes[2].texts][1::2]
+    assert shares[0] == f"{(response['hoop_slack'] | response['meridional_slack']).values[ran].mean():.0%}"
+
+
 def test_a_member_has_one_colour_in_every_panel():
     """A row for each: none is drawn over another."""
     panels = np.reshape(response_figure(RESPONSES["ensemble"]()).axes, (3, 2))

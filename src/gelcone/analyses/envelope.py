@@ -174,8 +174,9 @@ def _static_lines(shown: xr.Dataset) -> Iterator[str]:
     }
     still = _plain(shown["natural_frequency"][0])
     yield (
-        f"recommended constant voltage, {margin:.0%} below its limits: {at['peak_voltage']}; stroke {at['stroke']}, "
-        f"blocked force {at['blocked_force']}, natural frequency {at['natural_frequency']} ({still} at 0)"
+        f"recommended constant voltage, {margin:.0%} below {_bound(shown)}: {at['peak_voltage']}; "
+        f"stroke {at['stroke']}, blocked force {at['blocked_force']}, "
+        f"natural frequency {at['natural_frequency']} ({still} at 0)"
     )
 
 
@@ -265,6 +266,13 @@ def _range(values: xr.DataArray) -> str:
     return f"{low if low == high else f'{low} to {high}'}{unit_of(values)}"
 
 
+def _bound(shown: xr.Dataset) -> str:
+    """What bounds the constant voltage: a limit, or the highest voltage that was looked at."""
+    highest = shown["peak_voltage"][-1]
+    met = float(np.nanmin(shown["static_limit_voltage"].values, initial=np.inf)) <= float(highest)
+    return "its limits" if met else f"{_plain(highest)}{unit_of(highest)}, up to which no limit was met"
+
+
 def _window_row(shown: xr.Dataset, k: int) -> str:
     """Recommended peak, what it yields, and the limit that comes first, at one drive frequency."""
     recommended = float(shown["recommended_peak"][k])
@@ -277,8 +285,9 @@ def _window_row(shown: xr.Dataset, k: int) -> str:
     first = int(shown["first_limit"].values[k])
     lowest_static = float(np.nanmin(shown["static_limit_voltage"].values, initial=np.inf))
     low = np.inf if first < 0 else float(shown["limit_low"].values[first, k])
-    if np.isinf(min(low, lowest_static)):
-        reading = "none met"
+    highest = float(shown["driven_peak"][-1])
+    if min(low, lowest_static) > highest:
+        reading = f"none met up to {_plain(highest)}{unit_of(shown['driven_peak'])}"
     elif lowest_static < low:
         at = int(np.nanargmin(shown["static_limit_voltage"].values))
         reading = f"{_names(shown, 'static_limit')[at]} held at {_plain(lowest_static)}{unit_of(shown['driven_peak'])}"

@@ -371,8 +371,14 @@ def _static(model: ConeModel, highest: float, membrane: PullInCurve | None = Non
         float(pull_in_voltage(model)["pull_in_voltage"]),
     ]
     if membrane is not None:
-        limits[-1] = min(limits[-1], _first(levels, levels - membrane.voltage(x)))
+        limits[-1] = min(limits[-1], _membrane_pull_in(model, membrane, limits[-1]))
     return curves, np.array(limits)
+
+
+def _membrane_pull_in(model: ConeModel, membrane: PullInCurve, highest: float) -> float:
+    """Constant voltage up to ``highest`` at which the membrane pulls in where the ramp has led; infinity if none."""
+    levels = np.linspace(0.0, min(highest, 1.01 * max(membrane.voltages)), STATIC_POINTS + 1)
+    return _first(levels, levels - membrane.voltage(stroke_and_blocked_force(model, levels)["displacement"].values))
 
 
 def _first(levels: Array, excess: Array) -> float:

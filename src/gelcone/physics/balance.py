@@ -59,7 +59,7 @@ _MEANINGS = {
     PullIn.PITCHFORK: "loses stability in a pitchfork: the flat film buckles to either side",
     PullIn.FOLD: "meets an unstable equilibrium in a fold and vanishes",
     PullIn.SEARCH_RANGE: f"leaves the searched displacements, |x| up to {SEARCH_RANGE:g}",
-    PullIn.FILM: "comes to where the film has no state any more: it pulls in, or the fit of a continuum film ends",
+    PullIn.FILM: "comes to where the film pulls in, or a continuum film leaves the range of its fit",
 }
 
 

@@ -29,11 +29,12 @@ SLACK = {"hoop_slack": "hoop slack", "meridional_slack": "meridian slack", "crum
 def response_figure(response: xr.Dataset) -> Figure:
     """Displacement and voltage over time, with the phase portrait; of an ensemble see `ensemble_figure`.
 
-    The spans during which the model does not hold, or the film is slack, are marked between the two.
+    The spans during which the model does not hold, or the film is slack, are marked between the two. A run that ended
+    early is drawn to a little after its end.
     """
-    lines = members(response)
-    if len(lines) > 1:
+    if len(members(response)) > 1:
         return ensemble_figure(response)
+    response = up_to_end(response)
     failing = failings(response)
     heights = [1.8, 0.1 * len(failing), 0.8] if failing else [1.8, 0.8]
 
@@ -132,6 +133,12 @@ def time_response(response: xr.Dataset, axes: Axes) -> None:
     axes.margins(x=0)
 
 
+def up_to_end(response: xr.Dataset) -> xr.Dataset:
+    """A single run, cut a little after its end where it ended early."""
+    ran = int(np.isfinite(response["displacement"].values).sum())
+    return response.isel({response["displacement"].dims[-1]: slice(0, max(ran + ran // 8, 2))})
+
+
 def mark_end(response: xr.Dataset, axes: Axes) -> None:
     """A cross where a single run ended early, and how it did."""
     ran = np.flatnonzero(np.isfinite(response["displacement"].values))
@@ -144,8 +151,9 @@ def mark_end(response: xr.Dataset, axes: Axes) -> None:
 
 def validity_strip(response: xr.Dataset, axes: Axes) -> None:
     """A row of bars for each way in which the model fails, or the film is slack, during a single run, and the share of
-    the samples at which it does."""
+    its samples at which it does."""
     time = response["time"].values
+    ran = np.isfinite(response["displacement"].values)
     rows = failings(response)
     for row, (words, when) in enumerate(rows.items()):
         axes.fill_between(time, row, row + 0.6, where=when, step="mid", color=GREY, lw=0.0)
@@ -153,7 +161,12 @@ def validity_strip(response: xr.Dataset, axes: Axes) -> None:
             words, (0.0, row + 0.3), (-4.0, 0.0), ("axes fraction", "data"), "offset points", ha="right", va="center"
         )
         share = axes.annotate(
-            f"{when.mean():.0%}", (1.0, row + 0.3), (4.0, 0.0), ("axes fraction", "data"), "offset points", va="center"
+            f"{when[ran].mean():.0%}",
+            (1.0, row + 0.3),
+            (4.0, 0.0),
+            ("axes fraction", "data"),
+            "offset points",
+            va="center",
         )
         for text in (label, share):
             text.set(fontsize=6.5, color=GREY)

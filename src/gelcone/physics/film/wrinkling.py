@@ -387,12 +387,12 @@ class WrinklingCone(TautCone):
 
     def lengths(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
         """Squared true meridional and hoop length of the film over the mounted ones, m and n; NaN once it has pulled
-        in."""
+        in, and where x is unknown."""
         xx, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(squared, dtype=float))
         with np.errstate(all="ignore"):
             own, _, _, pulls = self._at(xx, squared, n, np)
             m, width = np.array(1.0 + xx), np.array(np.broadcast_to(1.0 + own.y, xx.shape))
-            gone, slack = self._gone(xx, squared, n), pulls == 0.0
+            gone, slack = np.isnan(xx) | self._gone(xx, squared, n), pulls == 0.0
             crumpled = slack & ~gone & (squared > n["crumpling_squared"])
             if crumpled.any():
                 there = _taken(n, crumpled)
