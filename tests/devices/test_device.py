@@ -12,15 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gelcone.devices.device import (
-    DEVICE_FIELDS,
-    DRIVE_NUMBERS,
-    SWEPT_FIELDS,
-    Device,
-    Scales,
-    find_device,
-    shipped_devices,
-)
+from gelcone.devices.device import DEVICE_FIELDS, DRIVE_NUMBERS, SWEPT_FIELDS, Device, find_device
+from gelcone.devices.files import shipped_devices
 from gelcone.devices.materials import Material
 from gelcone.devices.template import field_table, first_file
 from gelcone.errors import DoubtfulInput, InputError
@@ -59,31 +52,6 @@ def device():
 
 
 # --- numbers ----------------------------------------------------------------------------------------------------------
-
-
-def test_scales_by_hand():
-    """Round numbers: b - a = 0.1 m, Vol = pi 0.03 0.001 m^3, mu = 1e4 Pa, so mu Vol = 0.3 pi J."""
-    material = {"shear_modulus": 1e4, "relative_permittivity": 1 / 8.8541878188e-2}  # eps = 1e-10 F/m
-    device = Device(
-        **BASE | {"disc_radius": 0.1, "film_radius": 0.2, "film_thickness": 1e-3, "moving_mass": 3.0},
-        **{f"material.{k}": v for k, v in material.items()},
-    )
-    energy = 0.3 * math.pi
-    rate = math.sqrt(energy / (3.0 * 0.01))
-    by_hand = Scales(
-        length=0.1,
-        time=1 / rate,
-        velocity=0.1 * rate,
-        force=energy / 0.1,
-        energy=energy,
-        power=energy * rate,
-        voltage=1e4,
-        current=energy * rate / 1e4,
-        field=1e7,
-        stress=1e4,
-        frequency=rate / (2 * math.pi),
-    )
-    assert dataclasses.asdict(device.scales) == pytest.approx(dataclasses.asdict(by_hand), rel=1e-14)
 
 
 def test_model_parameters_are_those_of_the_scaling_table(device):

@@ -6,7 +6,7 @@ import xarray as xr
 
 import gelcone
 from gelcone.atlas.branches import continuation
-from gelcone.devices.device import shipped_devices
+from gelcone.devices.files import shipped_devices
 from gelcone.progress import Stopped, Watch, watching
 from gelcone.studio.branches import _scale, follow_branches, follow_loci
 from gelcone.studio.grids import Axis, Source

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import gelcone
-from gelcone.devices.device import shipped_devices
+from gelcone.devices.files import shipped_devices
 from gelcone.studio import exports
 from gelcone.studio.grids import Axis, Source
 from gelcone.studio.setting import Setting, Shelf, typed

@@ -4,7 +4,7 @@ import pytest
 
 from gelcone import InputError
 from gelcone.analyses.subject import read_subject
-from gelcone.devices.device import shipped_devices
+from gelcone.devices.files import shipped_devices
 from gelcone.studio.setting import Setting, Shelf
 
 

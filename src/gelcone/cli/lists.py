@@ -20,7 +20,8 @@ def devices_command() -> click.Command:
 
 def list_devices(*, name: str | None, as_json: bool) -> None:
     """Prints name, title and file of each device, or one device."""
-    from gelcone.devices.device import Device, find_device, shipped_devices
+    from gelcone.devices.device import Device, find_device
+    from gelcone.devices.files import shipped_devices
 
     if name is not None:
         device = find_device(name)
@@ -63,7 +64,7 @@ def list_materials(*, as_json: bool) -> None:
 
 def device_source(name: str) -> str:
     """The file of a device that ships, with its comments; empty for another."""
-    from gelcone.devices.device import shipped_devices
+    from gelcone.devices.files import shipped_devices
 
     path = shipped_devices().get(name)
     return "" if path is None or Path(name).is_file() else path.read_text(encoding="utf-8")

@@ -58,7 +58,8 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
         import websockets  # noqa: F401
     except ImportError:
         raise MissingDependency("the studio needs starlette and uvicorn: pip install 'gelcone[studio]'") from None
-    from gelcone.devices.device import find_device, shipped_devices
+    from gelcone.devices.device import find_device
+    from gelcone.devices.files import shipped_devices
     from gelcone.errors import DoubtfulInput
     from gelcone.studio.server import LOCAL, Studio, run
     from gelcone.studio.setting import Setting, Shelf, check_single

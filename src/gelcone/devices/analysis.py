@@ -11,8 +11,9 @@ from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from gelcone.devices.device import Device, Scales
+from gelcone.devices.device import Device
 from gelcone.devices.points import read_state
+from gelcone.devices.scales import Scales
 from gelcone.devices.si import in_device_words, to_si
 from gelcone.devices.units import FieldError, parse_many
 from gelcone.errors import DoubtfulInput, InputError

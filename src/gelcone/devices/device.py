@@ -1,25 +1,21 @@
-"""A device in SI units: read from Python or TOML, turned into a `ConeModel`, and the scales that lead back.
-
-With the film's volume Vol = pi (b^2 - a^2) H, shear modulus mu and permittivity eps, the units of the dimensionless
-model are the length b - a, the time 1/Omega0 = sqrt(m (b-a)^2 / (mu Vol)), the energy mu Vol and the field
-sqrt(mu/eps).
-"""
+"""A device in SI units: read from Python or TOML, checked, and turned into a `ConeModel`."""
 
 from __future__ import annotations
 
-import re
 import tomllib
 import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import astuple, dataclass
+from dataclasses import astuple
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from gelcone.devices.materials import VACUUM_PERMITTIVITY, Material, find_material
+from gelcone.devices.files import located, read_text, shipped_devices
+from gelcone.devices.materials import Material, find_material
 from gelcone.devices.record import Field, Record, unknown_field
+from gelcone.devices.scales import Scales, carried_mass
 from gelcone.devices.template import device_text
 from gelcone.devices.units import FieldError, format_si
 from gelcone.errors import DoubtfulInput, InputError, unknown_name
@@ -37,61 +33,6 @@ DAMPINGS = ("damping_coefficient", "damping_ratio", "quality_factor")
 DIRECT_PRESTRETCHES = ("meridional_prestretch", "hoop_prestretch")
 THICK = 0.5
 """A film this thick, over the width b - a of its ring, is no membrane."""
-
-
-@dataclass(frozen=True)
-class Scales:
-    """The SI value of one dimensionless unit: ``x_in_metres = x * scales.length``; arrays for an ensemble.
-
-    Attributes
-    ----------
-    length : b - a, m.
-    time : 1/Omega0, s.
-    velocity : (b-a) Omega0, m/s.
-    force : mu Vol/(b-a), N.
-    energy : mu Vol, J.
-    power : mu Vol Omega0, W.
-    voltage : H sqrt(mu/eps), V.
-    current : power/voltage, A.
-    field : sqrt(mu/eps), V/m.
-    stress : mu, Pa.
-    frequency : Omega0/(2 pi), Hz: the ordinary frequency of one unit of the angular omega.
-    """
-
-    length: Any
-    time: Any
-    velocity: Any
-    force: Any
-    energy: Any
-    power: Any
-    voltage: Any
-    current: Any
-    field: Any
-    stress: Any
-    frequency: Any
-
-    @classmethod
-    def of(cls, get: Callable[[str], Any]) -> Scales:
-        """The scales by the fields of a device, its material's under dotted names; each a number or an array."""
-        a, b, mu = get("disc_radius"), get("film_radius"), get("material.shear_modulus")
-        length = b - a
-        energy = mu * (np.pi * (b**2 - a**2) * get("film_thickness"))
-        rate = np.sqrt(energy / _carried_mass(get)) / length
-        field = np.sqrt(mu / (get("material.relative_permittivity") * VACUUM_PERMITTIVITY))
-        voltage = get("film_thickness") * field
-        return cls(
-            length=length,
-            time=1.0 / rate,
-            velocity=length * rate,
-            force=energy / length,
-            energy=energy,
-            power=energy * rate,
-            voltage=voltage,
-            current=energy * rate / voltage,
-            field=field,
-            stress=mu,
-            frequency=rate / (2.0 * np.pi),
-        )
 
 
 class Device(Record):
@@ -513,7 +454,7 @@ class Device(Record):
             numbers["beam_height"] = (0.0 if self.beam_height is None else self.beam_height) / s.length
         if self.gravity is not None:
             kinds.append("weight")
-            numbers["weight"] = _carried_mass(self.get) * self.gravity / s.force
+            numbers["weight"] = carried_mass(self.get) * self.gravity / s.force
         if self.constant_force is not None:
             kinds.append("force")
             numbers["push"] = self.constant_force / s.force
@@ -536,7 +477,7 @@ class Device(Record):
     def _damped(self, build: Callable[..., ConeModel]) -> ConeModel:
         """What ``build`` makes of the damping ratio c/(2 m Omega0) of the device."""
         if self.damping_coefficient is not None:
-            ratio = self.damping_coefficient * self.scales.time / (2.0 * _carried_mass(self.get))
+            ratio = self.damping_coefficient * self.scales.time / (2.0 * carried_mass(self.get))
             return build(np.broadcast_to(ratio, self.shape)[()])
         model = build()
         name = "damping_ratio" if self.quality_factor is None else "quality_factor"
@@ -619,7 +560,7 @@ class Device(Record):
         Raises `InputError` with the file, and the line where it can be told, for a file that cannot be read or used.
         """
         path = Path(path)
-        source = _read_text(path)
+        source = read_text(path)
         try:
             values = tomllib.loads(source)
         except (ValueError, RecursionError) as error:
@@ -631,18 +572,12 @@ class Device(Record):
             return cls(**{"name": path.stem} | values)
         except FieldError as error:
             raise InputError(
-                "\n".join(_located(path, source, one) for one in getattr(error, "errors", [error]))
+                "\n".join(located(path, source, one) for one in getattr(error, "errors", [error]))
             ) from None
 
 
 def _or_zero(value: Any) -> Any:
     return 0.0 if value is None else value
-
-
-def _carried_mass(get: Callable[[str], Any]) -> Any:
-    """All that moves: the moving mass and the payload, kg."""
-    payload = get("payload")
-    return get("moving_mass") if payload is None else get("moving_mass") + payload
 
 
 _DOT = "material."
@@ -679,12 +614,6 @@ SWEPT_FIELDS = {n: f for n, f in DEVICE_FIELDS.items() if f.unit and n not in _N
 """Those that may be arrays, and so be swept, mapped and uncertain."""
 
 
-def _located(path: Path, source: str, error: FieldError) -> str:
-    """An error with the file, and the line where it can be told."""
-    line = _line_of(error.field, source)
-    return f"{path}{f', line {line}' if line else ''}: {error}"
-
-
 def _as_material(value: Any) -> Material:
     if isinstance(value, Material):
         return value
@@ -714,47 +643,6 @@ def _with_material(values: Mapping[str, Any]) -> dict[str, Any]:
         return rest | {"material": _as_material(rest["material"]).replace(**dotted)}
     except FieldError as error:
         raise (error if error.field.startswith("material") else error.within("material")) from None
-
-
-def _read_text(path: Path) -> str:
-    told = str(path) if str(path).isprintable() else repr(str(path))
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(f"{told}: there is no such file; {_what_ships()}") from None
-    except IsADirectoryError:
-        raise InputError(f"{told}: is a folder; give a TOML file or a name; {_what_ships()}") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{told}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{told}: cannot be read ({reason}); give a TOML file that can") from None
-
-
-def _line_of(field: str, source: str) -> int | None:
-    """Line on which a field is set, by its last name."""
-    leaf = re.split(r"\W", field.removeprefix("material."))[0]
-    for number, line in enumerate(source.splitlines(), start=1):
-        if re.search(rf"(?:^|[\s\[{{,.\"']){re.escape(leaf)}[\"']?\s*[=\]]", line.split("#")[0]):
-            return number
-    return None
-
-
-# --- the devices that ship -------------------------------------------------------------------------------------------
-
-
-def shipped_devices() -> dict[str, Path]:
-    """Name -> TOML file of the worked devices that come with gelcone."""
-    here = Path(__file__).resolve().parent
-    # an installed wheel holds them beside this file, a checkout among its examples
-    for folder in (here / "shipped", here.parents[2] / "examples" / "devices"):
-        if folder.is_dir():
-            return {path.stem: path for path in sorted(folder.glob("*.toml"))}
-    return {}
-
-
-def _what_ships() -> str:
-    return f"devices that ship: {', '.join(shipped_devices()) or 'none'}"
 
 
 def find_device(name_or_path: str | Path) -> Device:

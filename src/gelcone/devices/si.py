@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone import dataset
-from gelcone.devices.device import DAMPINGS, SWEPT_FIELDS, Device, Scales
+from gelcone.devices.device import DAMPINGS, SWEPT_FIELDS, Device
 from gelcone.devices.points import at, field_attributes
+from gelcone.devices.scales import Scales
 from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel

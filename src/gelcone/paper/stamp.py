@@ -12,7 +12,7 @@ from pathlib import Path
 
 import gelcone
 from gelcone._version import __version__
-from gelcone.devices.device import shipped_devices
+from gelcone.devices.files import shipped_devices
 from gelcone.paper.effort import Effort
 
 SHOWING = (

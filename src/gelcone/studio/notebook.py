@@ -76,7 +76,8 @@ def studio(device: Device | str | None = None, *, preset: str | None = None, hei
     InputError : for a device together with a preset, unknown names, and an ensemble.
     MissingDependency : without starlette and uvicorn (extra ``studio``).
     """
-    from gelcone.devices.device import find_device, shipped_devices
+    from gelcone.devices.device import find_device
+    from gelcone.devices.files import shipped_devices
     from gelcone.presets import find_preset
 
     if preset is not None:

@@ -20,7 +20,8 @@ from typing import Any
 import numpy as np
 
 from gelcone.analyses.subject import Subject, read_pairs, read_subject, read_value
-from gelcone.devices.device import DRIVE_NUMBERS, SWEPT_FIELDS, Device, shipped_devices
+from gelcone.devices.device import DRIVE_NUMBERS, SWEPT_FIELDS, Device
+from gelcone.devices.files import shipped_devices
 from gelcone.devices.materials import load_materials
 from gelcone.devices.units import DIMENSIONS, FieldError
 from gelcone.errors import InputError, unknown_name
