@@ -106,8 +106,8 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
             f"  {measured(one['constant_voltage'])}: rests at {', '.join(places) or 'nothing'}; "
             f"{', '.join(told) or 'beyond pull-in'}"
         )
-    known = np.isfinite(member["validity_breakdown"]).any()
-    return ["constant voltage:", *shortened(lines), *([] if known else [UNKNOWN_STRENGTH])]
+    held, field = (np.isfinite(member[f"validity_{name}"]).any() for name in ("near_limit", "breakdown"))
+    return ["constant voltage:", *shortened(lines), *([UNKNOWN_STRENGTH] if held and not field else [])]
 
 
 def _about(equilibrium: dict[str, Any]) -> list[str]:
@@ -117,8 +117,7 @@ def _about(equilibrium: dict[str, Any]) -> list[str]:
         for name, film in (("film_state", "film"), ("second_film_state", "second film"))
         if equilibrium.get(name) not in (None, "taut")
     ]
-    told = ("hoop_slack", "meridional_slack") if "film_state" in equilibrium else ()
-    failing = [name for name in FAILINGS if float(equilibrium["validity"][name]) > 0.0 and name not in told]
+    failing = [name for name in FAILINGS if float(equilibrium["validity"][name]) > 0.0]
     return ["stable" if equilibrium["stable"] else "unstable", *states, *(FAILINGS[name] for name in failing)]
 
 
