@@ -14,12 +14,14 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
+import numpy as np
 import pytest
 from starlette.websockets import WebSocketDisconnect, WebSocketState
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from gelcone.codes import Regime
+from gelcone.errors import InputError
 from gelcone.progress import Stopped, current_watch
 from gelcone.studio import look
 from gelcone.studio.frames import unpack
@@ -277,6 +279,55 @@ def test_a_connection_that_the_server_has_closed_meanwhile_counts_as_gone(server
     with pytest.raises(WebSocketDisconnect):
         asyncio.run(page.send({"kind": "error"}))
     page.end()
+
+
+@pytest.mark.parametrize(
+    ("kind", "content"),
+    [
+        ("map", {"x": ["voltage_amplitude", 0, 1500], "y": ["frequency", 1, 20]}),
+        ("strip", {"over": ["frequency", 1, 20]}),
+        ("envelope", {}),
+        ("export", {"what": "simulate", "format": "nc"}),
+        ("code", {"what": "simulate"}),
+        ("device", {}),
+    ],
+)
+def test_a_setting_that_takes_long_to_read_holds_up_nobody(server, monkeypatch, kind, content):
+    begun, go_on = threading.Event(), threading.Event()
+
+    def subject(shelf, setting):
+        begun.set()
+        go_on.wait(20)
+        raise InputError("frequency: was read")
+
+    monkeypatch.setattr(Shelf, "subject", subject)
+    with server.page() as one, server.page() as other:
+        ask(one, kind, 5, setting=PUMP, **content)
+        assert begun.wait(20)
+        for page in (one, other):
+            ask(page, "hello")
+            answer(page, "hello")
+        go_on.set()
+        head = unpack(one.recv(timeout=20))[0]
+        assert (head["kind"], head["id"], head["control"]) == ("error", 5, "frequency")
+
+
+def test_a_page_that_reads_nothing_does_not_keep_the_studio_from_ending():
+    running = Running()
+    with running.page(close_timeout=0.1) as page:
+        ask(page, "hello")
+        answer(page, "hello")
+        (own,) = running.studio.pages
+        much = {"data": np.zeros(2**20, dtype=np.uint8)}
+        for _ in range(40):
+            asyncio.run_coroutine_threadsafe(own.send({"kind": "file"}, much), running.loop)
+        began = time.monotonic()
+        running.close()
+        assert time.monotonic() - began < 1.0 * max(1.0, os.getloadavg()[0])
+
+
+def test_a_page_too_busy_to_answer_a_ping_keeps_its_connection(server):
+    assert server.studio._server.config.ws_ping_interval is None
 
 
 def test_a_message_too_long_ends_its_own_connection_alone(server):

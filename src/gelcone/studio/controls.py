@@ -13,7 +13,7 @@ from gelcone.devices.record import Field
 from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.physics.records import bias_record
 from gelcone.quantity import Quantity
-from gelcone.studio.setting import CHOICES, Setting, leaf, start_of
+from gelcone.studio.setting import CHOICES, Setting, leaf
 
 NOT_SHOWN = ("name", "sources", "relative_permittivity_range", "young_modulus", "material")
 WIDER: Mapping[str, float] = {"voltage": 2.0}
@@ -130,7 +130,7 @@ def _of_device(device: Device) -> list[Control]:
 
 def _shown_anyway(device: Device) -> dict[str, Any]:
     """Fields that may stay unset, and what they amount to then."""
-    height = start_of(device)[0] * device.scales.length
+    height = device.initial_state()[0] * device.scales.length
     strength = device.material.dielectric_strength
     unset: dict[str, Any] = {"release_height": height}
     if strength is not None:

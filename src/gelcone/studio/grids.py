@@ -18,7 +18,7 @@ from gelcone.analyses.answer import in_si
 from gelcone.analyses.ask import arguments_of
 from gelcone.analyses.subject import Subject, read_subject
 from gelcone.codes import Regime
-from gelcone.devices.device import DRIVE_NUMBERS, Device
+from gelcone.devices.device import Device
 from gelcone.devices.si import READ_AS
 from gelcone.errors import InputError
 from gelcone.motion.cycle import RETURNS
@@ -29,7 +29,6 @@ from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
 from gelcone.studio.controls import Control
 from gelcone.studio.pool import report
-from gelcone.studio.setting import start_of
 
 LEAST_TASK, FIRST_TASK, TASK = 32, 48, 128
 """Cells of a task at least, and at most of the coarsest picture and of later ones: enough to fill the lanes of vectors,
@@ -127,8 +126,7 @@ def _of_device(device: Device, axes: Mapping[str, list[str]]) -> Cells:
         for quantity, scale in (("length", scales.length), ("rate", 1.0 / scales.time), ("voltage", scales.voltage))
     )
     model = changed.to_model()
-    start = start_of(device) if axes.keys() <= set(DRIVE_NUMBERS) else changed.initial_state()
-    return Cells(model.members(), start_states(model, start), length, rate, voltage)
+    return Cells(model.members(), start_states(model, changed.initial_state()), length, rate, voltage)
 
 
 # --- in the workers --------------------------------------------------------------------------------------------------

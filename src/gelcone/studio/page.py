@@ -1,8 +1,4 @@
-"""One open page: what it asks is read, checked and answered; the newest request wins.
-
-A page has slots. A slot does one thing at a time; what arrives meanwhile replaces what waits. What runs is told to stop
-once it has had its grace: stopped at once, a slider that moves sixty times a second would never see an answer.
-"""
+"""One open page: what it asks is read, checked and answered."""
 
 from __future__ import annotations
 
@@ -22,92 +18,30 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from gelcone._version import __version__
 from gelcone.analyses.subject import Subject
 from gelcone.atlas.processes import ProcessesEnded
-from gelcone.atlas.refinement import refine
 from gelcone.codes import Regime
 from gelcone.errors import InputError, MissingDependency
 from gelcone.presets import load_presets
-from gelcone.progress import Stopped, Watch, watching
+from gelcone.progress import Stopped, watching
 from gelcone.studio import exports, look
-from gelcone.studio.branches import EVENTS, follow_branches, follow_loci
 from gelcone.studio.controls import Control, as_json, before_changes, controls_of
 from gelcone.studio.frames import pack
-from gelcone.studio.grids import (
-    COARSEST,
-    FIRST_TASK,
-    FREQUENCIES,
-    TASK,
-    VOLTAGES,
-    Axis,
-    Source,
-    axis,
-    even_tasks,
-    find_envelope,
-    kinds,
-    load,
-    thresholds,
-)
+from gelcone.studio.grids import Axis, Source, axis, load
+from gelcone.studio.long_work import Outdated, Work, draw_envelope, fill_map, fill_strip, make_file
 from gelcone.studio.pool import Pool
 from gelcone.studio.setting import OWN_FILE, Setting, Shelf, typed
+from gelcone.studio.slot import Slot
 
 _log = logging.getLogger(__name__)
-GRACE = 0.15
-"""Seconds that what runs may go on after something newer has come."""
 RATE, BURST = 200.0, 400
 """Messages a second that are read, and how many at once."""
 LONGEST_ID = 2**53
 PERIODS = (1, 500)
+THREADS = 3
+"""Of a page: one for each slot, and one in which other requests are read."""
 LANES = ("map", "strip", "envelope", "export")
 """Long work, each in a lane of its own."""
 MAP_CELLS = (65, 49)
 STRIP_VALUES = 241
-PROGRESS_SECONDS = 0.25
-
-
-class Slot:
-    """Does the newest of what it is given for each side of the page, one after the other."""
-
-    def __init__(self, work: Callable[[str, Any], Awaitable[None]]) -> None:
-        self.work, self.watch = work, Watch()
-        self.refines = False
-        """Whether what runs only adds to what the page shows already."""
-        self._next: dict[str, Any] = {}
-        self._side = ""
-        self._began = 0.0
-        self._wake = asyncio.Event()
-
-    @property
-    def overtaken(self) -> bool:
-        """Whether something newer waits and the grace is over."""
-        return self._side in self._next and time.monotonic() - self._began > GRACE
-
-    def give(self, side: str, request: Any) -> None:
-        self._next[side] = request
-        self._wake.set()
-        left = self._began + GRACE - time.monotonic()
-        asyncio.get_running_loop().call_later(max(left, 0.0), self._overtake, self.watch)
-
-    def put_off(self, side: str) -> None:
-        """Stops at once what only refines an older picture of a side: it would slow the newer one down."""
-        if self.refines and self._side == side:
-            self.watch.stop.set()
-
-    def _overtake(self, watch: Watch) -> None:
-        if self._side in self._next and self.watch is watch:
-            watch.stop.set()
-
-    async def run(self) -> None:
-        while True:
-            if not self._next:
-                self._wake.clear()
-                await self._wake.wait()
-            self._side = next(iter(self._next))
-            request = self._next.pop(self._side)
-            self.watch, self._began, self.refines = Watch(), time.monotonic(), False
-            with suppress(Stopped, WebSocketDisconnect):
-                await self.work(self._side, request)
-
-    def end(self) -> None:
-        self.watch.stop.set()
 
 
 class Page:
@@ -116,7 +50,7 @@ class Page:
     def __init__(self, socket: WebSocket, shelf: Shelf, pool: Pool, saving: Pool) -> None:
         self.socket, self.shelf, self.pool, self.saving = socket, shelf, pool, saving
         self.first, self.second = Slot(self._look), Slot(self._examine)
-        self._threads = ThreadPoolExecutor(2)
+        self._threads = ThreadPoolExecutor(THREADS)
         self._sending = asyncio.Lock()
         self._lanes = {name: self._pool(name).lane() for name in LANES}
         self._tasks: set[asyncio.Task[None]] = set()
@@ -266,121 +200,80 @@ class Page:
             raise Stopped
         return found
 
-    # --- long work ---------------------------------------------------------------------------------------------------
+    # --- work of seconds ---------------------------------------------------------------------------------------------
 
     async def _map(self, request: dict[str, Any]) -> None:
-        """A map over two parameters: cells from coarse to fine, then the thresholds over it, all other cells, and
-        the curves of bifurcations."""
+        """A map over two parameters."""
+        self._begin("map", request, self._over_two, fill_map)
+
+    def _over_two(self, request: Mapping[str, Any]) -> tuple[Source, Axis, Axis]:
         setting = Setting.read(request.get("setting"))
         controls = self.controls(setting)
         x, y = (axis(controls, request.get(name), count) for name, count in (("x", MAP_CELLS[0]), ("y", MAP_CELLS[1])))
         if x.name == y.name:
             raise InputError(f"{x.name}: is on both axes; choose two parameters")
-        await self._begin("map", request, partial(self._fill_map, request, self.source(setting), x, y))
-
-    async def _fill_map(self, request: dict[str, Any], source: Source, x: Axis, y: Axis) -> None:
-        work = Filling(self, "map", request, source, (x, y))
-        await self.send({"kind": "grid", "grid": "map", "id": request["id"], "cells": work.shape})
-        levels = refine(work.shape, COARSEST)
-        wanted = next(levels)
-        drawn = False
-        while True:
-            found = await work.compute(wanted)
-            if not drawn:
-                drawn = True
-                await self._thresholds(work, x, y)
-            try:
-                wanted = levels.send(found)
-            except StopIteration:
-                break
-        await work.compute(np.flatnonzero(work.kinds < 0))
-        await self.send({"kind": "done", "grid": "map", "id": request["id"]})
-        for event in EVENTS:
-            with suppress(InputError):  # there is none
-                found = await work.do(follow_loci, source, x, y, event)
-                await self.send({"kind": "loci", "id": request["id"], "name": event}, found)
-        await self.send({"kind": "followed", "id": request["id"]})
-
-    async def _thresholds(self, work: Filling, x: Axis, y: Axis) -> None:
-        """The lines of thresholds over a map of which one axis is the voltage."""
-        volts, other = (x, y) if x.name in VOLTAGES else (y, x)
-        if volts.name not in VOLTAGES:
-            return
-        lines = await work.do(thresholds, work.source, {other.name: other.texts(range(len(other.values)))})
-        scale = 1e-3 if volts.unit == "kV" else 1.0
-        head = {"kind": "thresholds", "id": work.request["id"], "upright": volts is x, "names": list(lines)}
-        await self.send(head, {"at": other.values} | {name: values * scale for name, values in lines.items()})
+        return self.source(setting), x, y
 
     async def _strip(self, request: dict[str, Any]) -> None:
-        """A sweep of one parameter: the section at each value, from coarse to fine, then the branches over it."""
-        setting = Setting.read(request.get("setting"))
-        over = axis(self.controls(setting), request.get("over"), STRIP_VALUES)
-        await self._begin("strip", request, partial(self._fill_strip, request, self.source(setting), over))
+        """A sweep of one parameter."""
+        self._begin("strip", request, self._over_one, fill_strip)
 
-    async def _fill_strip(self, request: dict[str, Any], source: Source, over: Axis) -> None:
-        work = Filling(self, "strip", request, source, (over,))
-        await self.send({"kind": "grid", "grid": "strip", "id": request["id"], "cells": work.shape})
-        places = np.arange(STRIP_VALUES)
-        for step in (8, 4, 2, 1):
-            await work.compute(places[(places % step == 0) & (work.kinds < 0)])
-        await self.send({"kind": "done", "grid": "strip", "id": request["id"]})
-        head = {"kind": "branches", "id": request["id"]}
-        try:
-            found = await work.do(follow_branches, source, over)
-        except InputError as error:
-            await self.send({**head, "kinds": [], "none": " ".join(str(error).split())})
-            return
-        arrays = found.pop("arrays")
-        await self.send({**head, **found}, arrays)
+    def _over_one(self, request: Mapping[str, Any]) -> tuple[Source, Axis]:
+        setting = Setting.read(request.get("setting"))
+        return self.source(setting), axis(self.controls(setting), request.get("over"), STRIP_VALUES)
 
     async def _envelope(self, request: dict[str, Any]) -> None:
+        """The operating envelope of a device."""
+        self._begin("envelope", request, self._of_device, draw_envelope)
+
+    def _of_device(self, request: Mapping[str, Any]) -> tuple[Source]:
         setting = Setting.read(request.get("setting"))
         if self.shelf.subject(setting).device is None:
             raise InputError("an envelope is that of a device; choose one")
-        await self._begin("envelope", request, partial(self._find_envelope, request, self.source(setting)))
-
-    async def _find_envelope(self, request: dict[str, Any], source: Source) -> None:
-        lane = self._lanes["envelope"]
-        run = self.pool.begin(lane)
-        work = asyncio.ensure_future(self.pool.do(lane, run, find_envelope, source))
-        while not (await asyncio.wait([work], timeout=PROGRESS_SECONDS))[0]:
-            share = self.pool.progress(lane)
-            await self.send({"kind": "progress", "grid": "envelope", "id": request["id"], "share": share})
-        found = work.result()
-        if found is not None:
-            arrays = found.pop("arrays")
-            await self.send({"kind": "envelope", "id": request["id"], **found}, arrays)
-
-    async def _device_file(self, request: dict[str, Any]) -> None:
-        """The device as it is set, as a device file."""
-        device = self.shelf.subject(Setting.read(request.get("setting"))).device
-        if device is None:
-            raise InputError("a preset is no device; only a device has a file")
-        head = {"kind": "file", "id": request["id"], "name": OWN_FILE}
-        await self.send(head, {"data": np.frombuffer(device.to_toml().encode(), dtype=np.uint8)})
-
-    async def _code(self, request: dict[str, Any]) -> None:
-        """The command and the Python lines that give what the page shows."""
-        setting, wanted = self._wanted(request)
-        self.shelf.subject(setting)
-        device = self.shelf.called(setting)
-        text = {"command": exports.command(setting, wanted, device), "python": exports.lines(setting, wanted, device)}
-        await self.send({"kind": "code", "id": request["id"], "own_file": setting.file is not None, **text})
+        return (self.source(setting),)
 
     async def _export(self, request: dict[str, Any]) -> None:
         """A file of what the page shows."""
+        self._begin("export", request, self._to_save, make_file)
+
+    def _to_save(self, request: Mapping[str, Any]) -> tuple[Source, exports.Wanted, str]:
         setting, wanted = self._wanted(request)
         form = _text(request, "format")
         if form not in exports.FORMATS:
             raise InputError(f"format: must be one of {', '.join(exports.FORMATS)}")
-        await self._begin("export", request, partial(self._make, request, self.source(setting), wanted, form))
+        return self.source(setting), wanted, form
 
-    async def _make(self, request: dict[str, Any], source: Source, wanted: exports.Wanted, form: str) -> None:
-        lane = self._lanes["export"]
-        data = await self.saving.do(lane, self.saving.begin(lane), exports.make, source, wanted, form)
-        if data is not None:
-            head = {"kind": "file", "id": request["id"], "name": f"{wanted.analysis.command}.{form}"}
-            await self.send(head, {"data": np.frombuffer(data, dtype=np.uint8)})
+    async def _device_file(self, request: dict[str, Any]) -> None:
+        """The device as it is set, as a device file."""
+
+        async def answer() -> None:
+            text = await self._in_thread(self._device_text, request)
+            head = {"kind": "file", "id": request["id"], "name": OWN_FILE}
+            await self.send(head, {"data": np.frombuffer(text.encode(), dtype=np.uint8)})
+
+        self._start("device", request, answer)
+
+    def _device_text(self, request: Mapping[str, Any]) -> str:
+        device = self.shelf.subject(Setting.read(request.get("setting"))).device
+        if device is None:
+            raise InputError("a preset is no device; only a device has a file")
+        return device.to_toml()
+
+    async def _code(self, request: dict[str, Any]) -> None:
+        """The command and the Python lines that give what the page shows."""
+
+        async def answer() -> None:
+            words = await self._in_thread(self._lines, request)
+            await self.send({"kind": "code", "id": request["id"], **words})
+
+        self._start("code", request, answer)
+
+    def _lines(self, request: Mapping[str, Any]) -> dict[str, Any]:
+        setting, wanted = self._wanted(request)
+        self.shelf.subject(setting)
+        device = self.shelf.called(setting)
+        text = {"command": exports.command(setting, wanted, device), "python": exports.lines(setting, wanted, device)}
+        return {"own_file": setting.file is not None, **text}
 
     def _wanted(self, request: Mapping[str, Any]) -> tuple[Setting, exports.Wanted]:
         setting, name = Setting.read(request.get("setting")), _text(request, "what")
@@ -391,25 +284,48 @@ class Page:
         wanted = exports.Wanted.read(name, request.get("options", {}), axes)
         return exports.fitting(setting, wanted), wanted
 
-    async def _begin(self, name: str, request: dict[str, Any], work: Callable[[], Awaitable[None]]) -> None:
-        """Starts long work in place of what runs under that name."""
+    def source(self, setting: Setting) -> Source:
+        """What a worker needs to read the subject of a setting; `InputError` as `Shelf.subject`."""
+        self.shelf.subject(setting)
+        path = self.shelf.path(setting)
+        return Source(None if path is None else str(path), typed(setting))
+
+    def _begin(
+        self,
+        name: str,
+        request: dict[str, Any],
+        read: Callable[[Mapping[str, Any]], tuple[Any, ...]],
+        do: Callable[..., Awaitable[None]],
+    ) -> None:
+        """Starts the work of a lane in place of what runs there: ``do`` with what ``read`` makes of the request."""
+        pool, lane = self._pool(name), self._lanes[name]
+        work = Work(pool, lane, pool.begin(lane), request["id"], self.send)
+
+        async def read_and_do() -> None:
+            await do(work, *await self._in_thread(read, request))
+
+        self._start(name, request, read_and_do)
+
+    def _start(self, name: str, request: Mapping[str, Any], answer: Callable[[], Awaitable[None]]) -> None:
+        """Starts a task in place of the one of that name; the page is told what goes wrong."""
 
         async def guarded() -> None:
             with suppress(WebSocketDisconnect):
                 try:
-                    await work()
+                    await answer()
                 except (Outdated, WebSocketDisconnect):
                     pass
                 except Exception as error:
                     await self.fail(request["id"], error)
 
-        self._pool(name).begin(self._lanes[name])
-        for task in self._tasks:
-            if task.get_name() == name:
-                task.cancel()
+        self._cancel_task(name)
         task = asyncio.create_task(guarded(), name=name)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+    async def _in_thread(self, read: Callable[[Mapping[str, Any]], Any], request: Mapping[str, Any]) -> Any:
+        """What a function makes of a request. Not in the event loop: a film that wrinkles takes it a while."""
+        return await asyncio.get_running_loop().run_in_executor(self._threads, read, request)
 
     async def _cancel(self, request: dict[str, Any]) -> None:
         """Ends the long work that the page does not look at any more."""
@@ -417,15 +333,12 @@ class Page:
         if name not in self._lanes:
             raise InputError(f"grid: must be one of {', '.join(self._lanes)}")
         self._pool(name).begin(self._lanes[name])
+        self._cancel_task(name)
+
+    def _cancel_task(self, name: str) -> None:
         for task in self._tasks:
             if task.get_name() == name:
                 task.cancel()
-
-    def source(self, setting: Setting) -> Source:
-        """What a worker needs to read the subject of a setting; `InputError` as `Shelf.subject`."""
-        self.shelf.subject(setting)
-        path = self.shelf.path(setting)
-        return Source(None if path is None else str(path), typed(setting))
 
     # --- sending -----------------------------------------------------------------------------------------------------
 
@@ -453,54 +366,6 @@ class Page:
                     await self.socket.send_bytes(frame)
                 except RuntimeError:  # closed meanwhile, as by a browser that is too busy to answer a ping
                     raise WebSocketDisconnect from None
-
-
-class Outdated(Exception):
-    """Something newer has been asked for."""
-
-
-class Filling:
-    """The cells of one run of a map or strip, as they come. ``kinds`` holds what is known, -1 elsewhere."""
-
-    def __init__(self, page: Page, name: str, request: dict[str, Any], source: Source, axes: tuple[Axis, ...]) -> None:
-        self.page, self.name, self.request, self.source, self.axes = page, name, request, source, axes
-        self.shape = tuple(len(axis.values) for axis in axes)
-        self.kinds = np.full(int(np.prod(self.shape)), -1, dtype=np.int64)
-        self.lane = page._lanes[name]
-        self.run = page.pool.begin(self.lane)
-        self._room = asyncio.Semaphore(
-            page.pool.size + 1
-        )  # one more than workers: none waits, and others get their turn
-
-    async def compute(self, cells: Any) -> Any:
-        """The kinds of some cells, which the page is sent task by task; `Outdated` once the run is."""
-        alike = cells[np.lexsort(self._groups(cells))]
-        most = FIRST_TASK if self.kinds.max() < 0 else TASK
-        await asyncio.gather(*(self._task(part) for part in even_tasks(alike, self.page.pool.size, most)))
-        return self.kinds[cells]
-
-    def _groups(self, cells: Any) -> list[Any]:
-        """What cells are sorted by: cells of one frequency are computed side by side at a third of the cost."""
-        places = np.unravel_index(cells, self.shape)
-        return [cells, *(own for axis, own in zip(self.axes, places, strict=True) if axis.name in FREQUENCIES)]
-
-    async def do(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        found = await self.page.pool.do(self.lane, self.run, function, *arguments)
-        if found is None:
-            raise Outdated
-        return found
-
-    async def _task(self, cells: Any) -> None:
-        places = np.unravel_index(cells, self.shape)
-        texts = {axis.name: axis.texts(own.tolist()) for axis, own in zip(self.axes, places, strict=True)}
-        async with self._room:
-            found = await self.do(kinds, self.source, texts)
-        self.kinds[cells] = found["regime"]
-        share = float((self.kinds >= 0).mean())
-        if self.name == "map":
-            del found["section"]
-        head = {"kind": "cells", "grid": self.name, "id": self.request["id"], "share": share}
-        await self.page.send(head, {"places": np.asarray(cells, dtype=float), **found})
 
 
 _KINDS: Mapping[str, Callable[[Page, dict[str, Any]], Awaitable[None]]] = {

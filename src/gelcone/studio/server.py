@@ -31,6 +31,10 @@ from gelcone.studio.setting import Setting, Shelf
 LOCAL = "127.0.0.1"
 LARGEST_MESSAGE = 65_536
 MOST_PAGES = 32
+FAREWELL_SECONDS = 0.05
+"""In which pages are told that the studio ends."""
+LEAVING_SECONDS = 0.3
+"""After which what still answers a page is left alone."""
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'self' http://127.0.0.1:* http://localhost:*"
@@ -59,6 +63,7 @@ class Studio:
         # has acknowledged the one before
         found = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)  # a browser that is gone, and did not say so
         try:
             found.bind((self.host, port))
         except (OSError, OverflowError) as error:
@@ -101,7 +106,7 @@ class Studio:
             ws="websockets-sansio",
             ws_max_size=LARGEST_MESSAGE,
             ws_per_message_deflate=False,
-            timeout_graceful_shutdown=1,
+            ws_ping_interval=None,  # a page too busy to answer would lose its connection
         )
         self._server = _Server(config)
         try:
@@ -201,11 +206,22 @@ def _file(name: str) -> Response:
 
 
 class _Server(uvicorn.Server):
-    """A server that leaves signals to those who started it."""
+    """A server that leaves signals to those who started it, and waits for no page when it ends."""
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
         yield
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        for server in self.servers:
+            server.close()
+        for connection in list(self.server_state.connections):
+            connection.shutdown()
+        await asyncio.sleep(FAREWELL_SECONDS)
+        for connection in list(self.server_state.connections):
+            connection.transport.abort()  # a page that does not read would hold it
+        if self.server_state.tasks:
+            await asyncio.wait(self.server_state.tasks, timeout=LEAVING_SECONDS)
 
 
 def run(studio: Studio, listening: socket.socket, first: Setting, ready: Callable[[], None]) -> None:

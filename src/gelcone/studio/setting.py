@@ -39,7 +39,6 @@ LONGEST_FILE = 30_000
 OWN_FILE = "device.toml"
 """What the text of a device file is called once it is saved."""
 MOST_VALUES = 60
-MOST_STARTS = 256
 STATES = ("displacement", "velocity")
 CHOICES: Mapping[str, Iterable[str]] = {
     "film": FILMS,
@@ -144,9 +143,10 @@ class Shelf:
         try:
             texts = read_pairs(typed(setting)["settings"], device=True) if setting.values else {}
             own = tuple((name, text) for name, text in sorted(texts.items()) if name not in DRIVE_NUMBERS)
-            found = _device(path, path.stat().st_mtime_ns, own)
+            undriven = (path, path.stat().st_mtime_ns, own)
+            found = _device(*undriven)
             found = found.redriven({name: read_value(texts[name]) for name in DRIVE_NUMBERS if name in texts})
-            return Subject(found.to_model(), found, start_of(found))
+            return Subject(found.to_model(), found, _start(*undriven))
         except InputError as error:
             if setting.file is None:
                 raise
@@ -165,20 +165,6 @@ class Shelf:
         return path
 
 
-_starts: dict[str, Any] = {}
-
-
-def start_of(device: Device) -> Any:
-    """`Device.initial_state`, which takes long for a film that wrinkles; kept while only the drive changes."""
-    own = {name: value for name, value in device.parameters().items() if name not in DRIVE_NUMBERS}
-    key = repr(sorted(own.items(), key=lambda item: item[0]))
-    if key not in _starts:
-        if len(_starts) >= MOST_STARTS:
-            _starts.clear()
-        _starts[key] = device.initial_state()
-    return _starts[key]
-
-
 @lru_cache(maxsize=64)
 def _device(path: Path, changed: int, texts: tuple[tuple[str, str], ...] = ()) -> Device:
     """The device in a file that was ``changed`` at a time, with other fields as they were typed."""
@@ -187,6 +173,12 @@ def _device(path: Path, changed: int, texts: tuple[tuple[str, str], ...] = ()) -
     found = Device.from_toml(path)
     check_single(found)
     return found
+
+
+@lru_cache(maxsize=64)
+def _start(path: Path, changed: int, texts: tuple[tuple[str, str], ...]) -> Any:
+    """`Device.initial_state` of a `_device`, which no drive changes."""
+    return _device(path, changed, texts).initial_state()
 
 
 def check_single(device: Device) -> None:

@@ -129,7 +129,7 @@ export class Controls {
   give(control, text, settled) {
     if (this.locked.has(control.name)) return;
     this.changed(control.name, text, settled); // first of all, for this is what takes the time
-    this.set(control, text ?? undefined);
+    if (settled) this.set(control, text ?? undefined); else this.fill(this.rows.get(control.name).slider);
   }
 
   // The number of a control in its unit, as it is set now; null for a value that is not a plain one.
@@ -156,9 +156,11 @@ export class Controls {
     const value = this.value(control.name, { [control.name]: text });
     const share = value === null ? 0 : (value - control.low) / (control.high - control.low);
     slider.value = Math.round(STEPS * Math.min(1, Math.max(0, share)));
-    slider.style.setProperty("--fill", `${(100 * slider.value) / STEPS}%`);
+    this.fill(slider);
     slider.setAttribute("aria-valuetext", shown || "automatic");
   }
+
+  fill(slider) { slider.style.setProperty("--fill", `${(100 * slider.value) / STEPS}%`); }
 
   toggle(control) {
     const on = !this.locked.has(control.name);

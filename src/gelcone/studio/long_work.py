@@ -1,0 +1,175 @@
+"""Work of seconds that a page asks for: maps, strips, envelopes, files. Worker processes do it, and the page is sent
+what they find as it comes."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gelcone.atlas.refinement import refine
+from gelcone.errors import InputError
+from gelcone.studio import exports
+from gelcone.studio.branches import EVENTS, follow_branches, follow_loci
+from gelcone.studio.grids import (
+    COARSEST,
+    FIRST_TASK,
+    FREQUENCIES,
+    TASK,
+    VOLTAGES,
+    Axis,
+    Source,
+    even_tasks,
+    find_envelope,
+    kinds,
+    thresholds,
+)
+from gelcone.studio.pool import Pool
+
+STRIP_STEPS = (8, 4, 2, 1)
+"""From coarse to fine: every so many values of a strip."""
+PROGRESS_SECONDS = 0.25
+
+
+class Outdated(Exception):
+    """Something newer has been asked for."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """One run of long work: the ``lane`` of the ``pool`` in which its tasks run, the ``number`` of the page's request,
+    and how the page is sent what they find."""
+
+    pool: Pool
+    lane: int
+    run: int
+    number: int
+    send: Callable[..., Awaitable[None]]
+
+    async def do(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """``function(*arguments)`` in a worker; `Outdated` once the run is."""
+        found = await self.pool.do(self.lane, self.run, function, *arguments)
+        if found is None:
+            raise Outdated
+        return found
+
+    async def tell(self, kind: str, arrays: Mapping[str, Any] | None = None, **words: Any) -> None:
+        await self.send({"kind": kind, "id": self.number, **words}, arrays)
+
+
+# --- maps and strips -------------------------------------------------------------------------------------------------
+
+
+async def fill_map(work: Work, source: Source, x: Axis, y: Axis) -> None:
+    """The cells of a map from coarse to fine, then the thresholds over it, all other cells, and the curves of
+    bifurcations."""
+    filling = Filling(work, "map", source, (x, y))
+    await work.tell("grid", grid="map", cells=filling.shape)
+    levels = refine(filling.shape, COARSEST)
+    wanted = next(levels)
+    drawn = False
+    while True:
+        found = await filling.compute(wanted)
+        if not drawn:
+            drawn = True
+            await _draw_thresholds(work, source, x, y)
+        try:
+            wanted = levels.send(found)
+        except StopIteration:
+            break
+    await filling.compute(np.flatnonzero(filling.kinds < 0))
+    await work.tell("done", grid="map")
+    for event in EVENTS:
+        with suppress(InputError):  # there is none
+            await work.tell("loci", await work.do(follow_loci, source, x, y, event), name=event)
+    await work.tell("followed")
+
+
+async def _draw_thresholds(work: Work, source: Source, x: Axis, y: Axis) -> None:
+    """The lines of thresholds over a map of which one axis is the voltage."""
+    volts, other = (x, y) if x.name in VOLTAGES else (y, x)
+    if volts.name not in VOLTAGES:
+        return
+    lines = await work.do(thresholds, source, {other.name: other.texts(range(len(other.values)))})
+    scale = 1e-3 if volts.unit == "kV" else 1.0
+    arrays = {"at": other.values} | {name: values * scale for name, values in lines.items()}
+    await work.tell("thresholds", arrays, upright=volts is x, names=list(lines))
+
+
+async def fill_strip(work: Work, source: Source, over: Axis) -> None:
+    """A sweep of one parameter: the section at each value, from coarse to fine, then the branches over it."""
+    filling = Filling(work, "strip", source, (over,))
+    await work.tell("grid", grid="strip", cells=filling.shape)
+    places = np.arange(len(over.values))
+    for step in STRIP_STEPS:
+        await filling.compute(places[(places % step == 0) & (filling.kinds < 0)])
+    await work.tell("done", grid="strip")
+    try:
+        found = await work.do(follow_branches, source, over)
+    except InputError as error:
+        await work.tell("branches", kinds=[], none=" ".join(str(error).split()))
+        return
+    arrays = found.pop("arrays")
+    await work.tell("branches", arrays, **found)
+
+
+class Filling:
+    """The cells of one run of a map or strip, as they come. ``kinds`` holds what is known, -1 elsewhere."""
+
+    def __init__(self, work: Work, name: str, source: Source, axes: tuple[Axis, ...]) -> None:
+        self.work, self.name, self.source, self.axes = work, name, source, axes
+        self.shape = tuple(len(axis.values) for axis in axes)
+        self.kinds = np.full(int(np.prod(self.shape)), -1, dtype=np.int64)
+        # one more than workers: none waits, and others get their turn
+        self._room = asyncio.Semaphore(work.pool.size + 1)
+
+    async def compute(self, cells: Any) -> Any:
+        """The kinds of some cells, which the page is sent task by task; `Outdated` once the run is."""
+        alike = cells[np.lexsort(self._groups(cells))]
+        most = FIRST_TASK if self.kinds.max() < 0 else TASK
+        await asyncio.gather(*(self._task(part) for part in even_tasks(alike, self.work.pool.size, most)))
+        return self.kinds[cells]
+
+    def _groups(self, cells: Any) -> list[Any]:
+        """What cells are sorted by: cells of one frequency are computed side by side at a third of the cost."""
+        places = np.unravel_index(cells, self.shape)
+        return [cells, *(own for axis, own in zip(self.axes, places, strict=True) if axis.name in FREQUENCIES)]
+
+    async def _task(self, cells: Any) -> None:
+        places = np.unravel_index(cells, self.shape)
+        texts = {axis.name: axis.texts(own.tolist()) for axis, own in zip(self.axes, places, strict=True)}
+        async with self._room:
+            found = await self.work.do(kinds, self.source, texts)
+        self.kinds[cells] = found["regime"]
+        share = float((self.kinds >= 0).mean())
+        if self.name == "map":
+            del found["section"]
+        arrays = {"places": np.asarray(cells, dtype=float), **found}
+        await self.work.tell("cells", arrays, grid=self.name, share=share)
+
+
+# --- envelopes and files ---------------------------------------------------------------------------------------------
+
+
+async def draw_envelope(work: Work, source: Source) -> None:
+    """A device's operating envelope; meanwhile how far it is."""
+    found = asyncio.ensure_future(work.do(find_envelope, source))
+    try:
+        while not (await asyncio.wait([found], timeout=PROGRESS_SECONDS))[0]:
+            await work.tell("progress", grid="envelope", share=work.pool.progress(work.lane))
+    finally:
+        found.cancel()
+    envelope = found.result()
+    arrays = envelope.pop("arrays")
+    await work.tell("envelope", arrays, **envelope)
+
+
+async def make_file(work: Work, source: Source, wanted: exports.Wanted, form: str) -> None:
+    """A file of what the page shows."""
+    data = await work.do(exports.make, source, wanted, form)
+    name = f"{wanted.analysis.command}.{form}"
+    await work.tell("file", {"data": np.frombuffer(data, dtype=np.uint8)}, name=name)

@@ -1,0 +1,67 @@
+"""What a page asks again and again while a hand moves: the newest request wins.
+
+A slot does one thing at a time; what arrives meanwhile replaces what waits. What runs is told to stop once it has had
+its grace: stopped at once, a slider that moves sixty times a second would never see an answer.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from typing import Any
+
+from starlette.websockets import WebSocketDisconnect
+
+from gelcone.progress import Stopped, Watch
+
+GRACE = 0.15
+"""Seconds that what runs may go on after something newer has come."""
+
+
+class Slot:
+    """Does the newest of what it is given for each side of the page, one after the other."""
+
+    def __init__(self, work: Callable[[str, Any], Awaitable[None]]) -> None:
+        self.work, self.watch = work, Watch()
+        self.refines = False
+        """Whether what runs only adds to what the page shows already."""
+        self._next: dict[str, Any] = {}
+        self._side = ""
+        self._began = 0.0
+        self._wake = asyncio.Event()
+
+    @property
+    def overtaken(self) -> bool:
+        """Whether something newer waits and the grace is over."""
+        return self._side in self._next and time.monotonic() - self._began > GRACE
+
+    def give(self, side: str, request: Any) -> None:
+        self._next[side] = request
+        self._wake.set()
+        left = self._began + GRACE - time.monotonic()
+        asyncio.get_running_loop().call_later(max(left, 0.0), self._overtake, self.watch)
+
+    def put_off(self, side: str) -> None:
+        """Stops at once what only refines an older picture of a side: it would slow the newer one down."""
+        if self.refines and self._side == side:
+            self.watch.stop.set()
+
+    def _overtake(self, watch: Watch) -> None:
+        if self._side in self._next and self.watch is watch:
+            watch.stop.set()
+
+    async def run(self) -> None:
+        while True:
+            if not self._next:
+                self._wake.clear()
+                await self._wake.wait()
+            self._side = next(iter(self._next))
+            request = self._next.pop(self._side)
+            self.watch, self._began, self.refines = Watch(), time.monotonic(), False
+            with suppress(Stopped, WebSocketDisconnect):
+                await self.work(self._side, request)
+
+    def end(self) -> None:
+        self.watch.stop.set()
