@@ -23,7 +23,8 @@ from pathlib import Path
 from browser import Browser, Tab, wait_for
 
 MOVES = 500
-FILLED = "/^(following.*)?$/.test(document.getElementById('grid-share').textContent)"
+ALONE = "document.getElementById('grid-share').textContent === ''"
+"""No worker computes, nor follows a branch."""
 TABS = ("map", "strip", "spectrum", "statics", "time", "portrait")
 TICK = os.sysconf("SC_CLK_TCK")
 MEASURE = """
@@ -50,6 +51,9 @@ async (name, low, high, moves, wanted) => {
   }
   return times;
 }"""
+COUNT_LOST = """
+(() => { const mark = document.getElementById("lost"); studio.lost = 0;
+  new MutationObserver(() => { if (!mark.hidden) studio.lost++; }).observe(mark, { attributeFilter: ["hidden"] }); })()"""
 DRAG = """
 async (name, low, high, seconds) => {
   const slider = document.querySelector(`[data-name="${name}"] input[type=range]`), seen = new Set();
@@ -188,7 +192,7 @@ def one_page(moves: int) -> None:
             tab.wait("window.studio && studio.painted > 0", 60)
             said["found"] = f"{time.perf_counter() - started.began:.2f} s"
         tab.wait("studio.looks.a.lines && true", 60)
-        tab.wait(FILLED, 300)
+        tab.wait(ALONE, 300)
         both = ["response", "kind"]
         measure(tab, "voltage_amplitude", (200, 600), 40, both)
         with measured("pump: response, portrait; with section, badge", server) as said:
@@ -207,7 +211,7 @@ def one_page(moves: int) -> None:
                 "found": f"{told([a for a, _ in times])}; {told([b for _, b in times])} (map at {still or 'its end'})",
             }
         show(tab, "preset=base&voltage=1.7&right=strip")
-        tab.wait(FILLED, 300)
+        tab.wait(ALONE, 300)
         with measured("base set in chaos: first picture; evidence", server) as said:
             times = measure(tab, "voltage", (820, 920), moves // 10, both)
             said |= {
@@ -243,6 +247,7 @@ def many_pages(count: int, minutes: float) -> None:
         tabs = [browser.tab(started.address + "#device=biased-pump") for _ in range(count)]
         for tab in tabs:
             tab.wait("window.studio && studio.looks.a && true", 120)
+            tab.js(COUNT_LOST)
         end, moves, memory = time.monotonic() + 60.0 * minutes, 0, []
         while time.monotonic() < end:
             tab = draw.choice(tabs)
@@ -259,9 +264,11 @@ def many_pages(count: int, minutes: float) -> None:
                 print(f"{moves} moves, {memory[-1]:.0f} MB in {len(tree(started.process.pid))} processes", flush=True)
         errors = [line for tab in tabs for line in tab.log]
         alive = [tab.js("document.getElementById('lost').hidden") for tab in tabs]
+        lost, painted = (sum(tab.js(f"studio.{name}") for tab in tabs) for name in ("lost", "painted"))
+        quarters = ", ".join(f"{memory[(len(memory) - 1) * k // 4]:.0f}" for k in range(5))
         print(
-            f"{count} pages, {minutes:g} min, {moves} moves: {len(errors)} errors, {alive.count(True)} connected, "
-            f"memory {memory[0]:.0f} to {memory[-1]:.0f} MB"
+            f"{count} pages, {minutes:g} min, {moves} moves, {painted} pictures: {len(errors)} errors, connections lost "
+            f"{lost} times, {alive.count(True)} connected at the end, memory in quarters {quarters} MB"
         )
         print("\n".join(errors[:10]))
 

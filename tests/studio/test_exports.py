@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import gelcone
+from gelcone.analyses.ask import arguments_of
 from gelcone.devices.files import shipped_devices
 from gelcone.studio import exports
 from gelcone.studio.grids import Axis, Source
@@ -61,6 +62,19 @@ def test_the_command_and_the_lines_give_the_same_bits(kind, name, command_line, 
         assert set(found.data_vars) == set(expected.data_vars)
         for variable in found.variables:
             assert found[variable].values.tobytes() == expected[variable].values.tobytes(), (path, variable)
+
+
+@pytest.mark.parametrize("name", [name for name in exports.OPTIONS if not exports.OVER.get(name)])
+def test_the_lines_give_an_analysis_what_the_command_gives_it(name, monkeypatch):
+    shelf, given = Shelf(), {}
+    wanted = exports.Wanted.read(name, {"periods": 7} if name == "simulate" else {}, ())
+    setting = exports.fitting(SETTINGS["device"], wanted)
+    monkeypatch.setattr(gelcone, name, lambda model, **options: given.update(options))
+    monkeypatch.setattr(gelcone, "to_si", lambda result, device: result)
+    monkeypatch.setattr(gelcone, "save", lambda result, path: None)
+    exec(exports.lines(setting, wanted, shelf.called(setting)), {})
+    assert given == arguments_of(wanted.analysis, shelf.subject(setting), wanted.given)
+    shelf.close()
 
 
 @pytest.mark.slow

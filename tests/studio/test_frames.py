@@ -1,5 +1,7 @@
 """Frames: what is packed is what the page unpacks."""
 
+import warnings
+
 import numpy as np
 
 from gelcone.studio.frames import pack, unpack
@@ -16,3 +18,10 @@ def test_a_frame_holds_its_head_and_arrays_at_multiples_of_eight_bytes():
     assert found["none"].size == 0
     assert len(frame) % 8 == 0
     assert all(at % 8 == 0 for _, _, at, _ in head["arrays"])
+
+
+def test_what_single_precision_cannot_hold_is_infinite_and_nobody_is_warned():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        _, found = unpack(pack({"kind": "response"}, {"x": np.array([1e300, 1.0])}))
+    assert found["x"].tolist() == [np.inf, 1.0]

@@ -25,7 +25,8 @@ def pack(head: Mapping[str, Any], arrays: Mapping[str, Any] | None = None) -> by
     for name, values in (arrays or {}).items():
         array = np.asarray(values)
         kind = TYPES[array.dtype.kind]
-        data = np.ascontiguousarray(array, dtype=f"<{kind}").tobytes()
+        with np.errstate(over="ignore"):  # what single precision cannot hold is infinite, and not drawn
+            data = np.ascontiguousarray(array, dtype=f"<{kind}").tobytes()
         index.append([name, kind, at, array.size])
         parts.append(data + b"\0" * (-len(data) % 8))
         at += len(parts[-1])

@@ -129,7 +129,7 @@ export class Controls {
   give(control, text, settled) {
     if (this.locked.has(control.name)) return;
     this.changed(control.name, text, settled); // first of all, for this is what takes the time
-    if (settled) this.set(control, text ?? undefined); else this.fill(this.rows.get(control.name).slider);
+    this.set(control, text ?? undefined);
   }
 
   // The number of a control in its unit, as it is set now; null for a value that is not a plain one.
@@ -156,11 +156,9 @@ export class Controls {
     const value = this.value(control.name, { [control.name]: text });
     const share = value === null ? 0 : (value - control.low) / (control.high - control.low);
     slider.value = Math.round(STEPS * Math.min(1, Math.max(0, share)));
-    this.fill(slider);
+    slider.style.setProperty("--fill", `${(100 * slider.value) / STEPS}%`);
     slider.setAttribute("aria-valuetext", shown || "automatic");
   }
-
-  fill(slider) { slider.style.setProperty("--fill", `${(100 * slider.value) / STEPS}%`); }
 
   toggle(control) {
     const on = !this.locked.has(control.name);
@@ -179,11 +177,17 @@ export class Controls {
   // Shows an error beside its control, or below all of them.
   fail(name, message) {
     this.settle();
-    const entry = this.rows.get(name) ?? [...this.rows.values()].find(({ control }) => control.name.endsWith(`.${name}`));
+    const entry = this.rows.get(name) ?? this.ending(`.${name}`) ?? this.ending(`_${name}`);
     if (!entry) { this.general.textContent = message; this.general.hidden = false; return; }
     if (entry.control.group !== "Drive" && entry.control.group !== this.open) this.choose(entry.control.group);
     entry.row.classList.add("wrong"); entry.number.setAttribute("aria-invalid", "true");
     entry.error.textContent = message; entry.error.hidden = false;
+  }
+
+  // The row of a control by the end of its name, of several one that is changed: hoop_prestretch for prestretch.
+  ending(text) {
+    const found = [...this.rows.values()].filter(({ control }) => control.name.endsWith(text));
+    return found.find(({ row }) => row.classList.contains("changed")) ?? found[0];
   }
 
   settle() {

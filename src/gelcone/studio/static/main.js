@@ -17,7 +17,6 @@ const ASKED_AGAIN = 500;
 const FRAME = 22; // ms from a picture of the cone until the next is asked for: every second frame of most screens
 const BUSY = 38; // the same while a map is computed, which the browser leaves the processor to: every third
 const HELD = 150; // ms for which the cone moves with answers alone, at most, while one is on its way
-const LATE = 60; // ms after a move of a slider at which its number follows even without a picture
 const RESTED = 300; // ms after the last move of a slider at which the address follows
 
 // --- state ---------------------------------------------------------------------------------------------------------
@@ -94,21 +93,10 @@ function change(values, settled = true) {
   }
   const structure = Object.keys(values).some((name) => controls.list.find((c) => c.name === name)?.kind === "choice");
   look(state.side, structure);
-  for (const name of Object.keys(values)) follow.names.add(name);
-  if (settled) follow(); else follow.timer ??= setTimeout(follow, LATE);
+  controls.values(own.values);
   keep(settled);
+  grids.changed(Object.keys(values));
 }
-
-// Texts and marks that follow from changes. While the hand moves they come with the picture: the page is laid out once.
-function follow() {
-  clearTimeout(follow.timer);
-  follow.timer = null;
-  if (!follow.names.size) return;
-  controls.values(setting().values);
-  grids.changed([...follow.names]);
-  follow.names.clear();
-}
-follow.names = new Set();
 
 // Writes the state into the address: a new step of the history where it is worth one, else once the hand rests, as it
 // costs the browser more than a picture.
@@ -296,7 +284,6 @@ const DRAWN = { response: ["time", "portrait", "spectrum", "statics"], kind: ["p
 // Draws what an answer changes, at once: the picture is on the screen with the next frame.
 function show(side, kind) {
   const open = [state.top, state.left];
-  if (kind === "response") follow();
   for (const name of DRAWN[kind]) if (open.includes(name)) plots[name].redraw();
   badge.keep(sides());
   badge.show(side, looks[side], hello);
