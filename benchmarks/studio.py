@@ -53,7 +53,8 @@ async (name, low, high, moves, wanted) => {
 }"""
 COUNT_LOST = """
 (() => { const mark = document.getElementById("lost"); studio.lost = 0;
-  new MutationObserver(() => { if (!mark.hidden) studio.lost++; }).observe(mark, { attributeFilter: ["hidden"] }); })()"""
+  const observer = new MutationObserver(() => { if (!mark.hidden) studio.lost++; });
+  observer.observe(mark, { attributeFilter: ["hidden"] }); })()"""
 DRAG = """
 async (name, low, high, seconds) => {
   const slider = document.querySelector(`[data-name="${name}"] input[type=range]`), seen = new Set();
@@ -267,8 +268,8 @@ def many_pages(count: int, minutes: float) -> None:
         lost, painted = (sum(tab.js(f"studio.{name}") for tab in tabs) for name in ("lost", "painted"))
         quarters = ", ".join(f"{memory[(len(memory) - 1) * k // 4]:.0f}" for k in range(5))
         print(
-            f"{count} pages, {minutes:g} min, {moves} moves, {painted} pictures: {len(errors)} errors, connections lost "
-            f"{lost} times, {alive.count(True)} connected at the end, memory in quarters {quarters} MB"
+            f"{count} pages, {minutes:g} min, {moves} moves, {painted} pictures: {len(errors)} errors, connections "
+            f"lost {lost} times, {alive.count(True)} connected at the end, memory in quarters {quarters} MB"
         )
         print("\n".join(errors[:10]))
 
