@@ -17,8 +17,8 @@ import time
 
 import numpy as np
 
-from gelcone.continuum.charged import charged, slack_limit
-from gelcone.continuum.fit import ELEMENTS, FLOOR, LOOSE_ELEMENTS, fit_film
+from gelcone.continuum.charged import charged, slack_limit, slack_squared
+from gelcone.continuum.fit import ELEMENTS, FLOOR, LOOSE_ELEMENTS, SEARCHED, WEAKEST, fit_film
 from gelcone.continuum.membrane import membrane, raised_film
 from gelcone.continuum.mesh import mesh_film
 from gelcone.continuum.path import Ending
@@ -41,7 +41,7 @@ FITTED = [
         ("radial", 1.5),
     )
 ]
-BETWEEN = 12
+BETWEEN = 20
 """Heights at which a fit is compared, between 2 and 97 % of its reach."""
 LEAST = 0.05
 SHARE = 0.95
@@ -104,11 +104,14 @@ def fits(films: list[tuple[str, float, float]]) -> None:
             relaxed=True,
         )
         highest = slack_limit(own.model)
-        highest = highest if highest < NEVER else 1.0 / float(own.coefficients["G"])
+        highest = highest if highest < NEVER else SEARCHED / float(own.coefficients["G"])
         heights = np.unique(np.maximum(np.geomspace(0.02, 0.97, BETWEEN) * film.largest, LEAST))
         worst, pull_in = np.zeros(3), 0.0
         for x, start in raised_film(own, heights.tolist()).items():
-            found = charged(own, start, highest, 1.2 * float(film.highest_squared_at(x * x)) / 12.0)
+            if start.force < WEAKEST * x:
+                continue  # the net that holds slack rings is felt
+            near = min(highest, slack_squared(own, x), 1.2 * float(film.highest_squared_at(x * x)))
+            found = charged(own, start, highest, near / 12.0)
             if found.ending == Ending.PULLED_IN:
                 highest = found.end
                 pull_in = max(pull_in, abs(float(np.sqrt(film.highest_squared_at(x * x) / found.end)) - 1.0))

@@ -71,6 +71,31 @@ def test_films_are_fitted_within_their_error(change, most):
         np.testing.assert_allclose(found.force(x, 0.05, [], {})[0], film().force(x, 0.05, [], {})[0], rtol=0.02)
 
 
+def test_what_is_fitted_is_the_force_of_the_film():
+    """The columns of the least squares and the film's own law are written down twice."""
+    own = film()
+    shape = fit._Shape(own.variable, own.rounding, own.flat_tension, own.reach_squared, own.wall)
+    s, squared = np.array([0.01, 0.2, 0.9, 6.0]), np.array([0.005, 0.1, 0.2, 0.02])
+    rows = fit._Rows(s, squared, s, s, s > 0.0)
+    terms = tuple(map(len, own.stiffness))
+    values = np.concatenate([*map(np.array, own.stiffness), [own.wall_strength]])
+    fitted = fit._faded_basis(rows, shape, own.slack_above, terms) @ values
+    np.testing.assert_allclose(fitted, own.pull(s, squared), rtol=1e-9)
+
+
+def test_heights_are_densest_near_the_lowest_and_the_largest():
+    model = ConeModel(stretch_limit=5.0, spring_stiffness=0.0)
+    found = fit.mesh_film(model, 0.2, 8, relaxed=True)
+    heights, checks = fit._heights(found)
+    gaps = np.diff(heights)
+    assert gaps[0] < 0.5 * gaps.max() > gaps[-1]
+    top = fit.raised_film(found, heights[-3:])
+    assert fit.limit_shares(found, top[heights[-1]].position).max() == pytest.approx(fit.LIMIT_SHARE, abs=2e-3)
+    assert not set(heights) & set(checks)
+    assert heights[0] < min(checks) < heights[1]
+    assert heights[-2] < max(checks) < heights[-1]
+
+
 # --- what is kept -----------------------------------------------------------------------------------------------------
 
 

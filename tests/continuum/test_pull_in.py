@@ -23,6 +23,15 @@ def test_voltages_are_those_of_the_membrane_within_their_error(monkeypatch):
     assert 0.005 < found.error < 0.1
 
 
+def test_a_film_that_is_slack_at_any_voltage_pulls_in_only_where_it_is_in_tension(monkeypatch):
+    """A low stretch limit: a slack film never pulls in."""
+    monkeypatch.setattr(pull_in, "HEIGHTS", (1.0, 1.6))
+    found = pull_in_curve(ConeModel(stretch_limit=5.0))
+    np.testing.assert_array_equal(found.voltage([0.0, 0.5, 1.0, 1.3]), np.inf)
+    np.testing.assert_allclose(found.voltage([1.6, 2.0]), 1.0653, rtol=found.error)
+    assert found.error < 0.02
+
+
 def test_a_curve_is_even_linear_between_its_points_and_level_beyond():
     np.testing.assert_allclose(CURVE.voltage([-0.5, 0.5, 1.5, 9.0]), [0.6, 0.6, 0.45, 0.4])
 

@@ -10,7 +10,7 @@ import xarray as xr
 from gelcone.continuum.path import Ending
 from gelcone.errors import MissingDependency
 from gelcone.paper.claims import CLAIMS
-from gelcone.paper.claims.agreement import agreement, survives, threshold_table
+from gelcone.paper.claims.agreement import agreement, shares_in_tension, survives, threshold_table
 from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import STUDIES, continuum
 from gelcone.paper.studies.continuum import MISSING
@@ -73,6 +73,13 @@ def test_the_verdict_follows_from_the_forces(verdict, forces):
     found = agreement({"continuum": made_up(**forces), "corrected": thresholds()})
     assert judge(found) is verdict
     assert ("do not agree" in found.why) == (not found.holds)
+
+
+def test_a_film_that_wrinkles_is_compared_where_it_is_slack_too():
+    """There both forces are zero; where it has pulled in there is nothing to compare."""
+    slack = made_up(ending=Ending.SLACK)
+    assert (shares_in_tension(slack) == shares_in_tension(made_up())).all()
+    assert judge(agreement({"continuum": slack, "corrected": thresholds()})) is Verdict.REPRODUCED
 
 
 def test_without_scikit_fem_it_cannot_be_told():

@@ -44,6 +44,8 @@ def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
     if analysis.single:
         subject.alone(analysis.command)
     given = {**given, **read_options(analysis, subject, given)}
+    if told := subject.model.film.doubt():
+        warnings.warn(told, DoubtfulInput, stacklevel=2)
     arguments: dict[str, Any] = load(analysis.reader)(subject, given) if analysis.reader else dict(given)
     if "initial" in analysis.signature.parameters:
         arguments["initial"] = subject.beginning if analysis.planned else subject.initial

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from gelcone.analyses.subject import read_measures
 from gelcone.analyses.validation import constant_voltages, radius_ratio, split_settings, validate_json, validate_words
 from gelcone.cli.options import output_parameters, subject_of, subject_parameters
 from gelcone.cli.output import deliver, progress_bar
-from gelcone.errors import InputError
+from gelcone.errors import DoubtfulInput, InputError
 from gelcone.files import check_writable
 from gelcone.physics.model import ConeModel
 
@@ -114,3 +115,5 @@ def write_fit(model: ConeModel, ratio: Any, path: Path, force: bool) -> None:
     fitted = fit_film(model, ratio)
     write_film(fitted, path, force=force)
     click.echo(f"{path}: {fitted.describe()}", err=True)
+    if told := fitted.doubt():
+        warnings.warn(told, DoubtfulInput, stacklevel=2)

@@ -1,8 +1,8 @@
 """The fit of the continuum film: the force of the wrinkling membrane, for a geometry, law and pre-stretch.
 
 The membrane is raised step by step, and at each height charged until it falls slack or pulls in. The least squares are
-weighted anew until the largest error is small (Lawson's algorithm). The error is measured at all states, at a fifth of
-them with a fit in which they took no part.
+weighted anew until the largest error is small (Lawson's algorithm). The error is measured at these states and at
+others between them, on a finer mesh, which take no part in the least squares.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+from numpy.polynomial.chebyshev import chebvander
 
 from gelcone.continuum.charged import Charged, charged, flat_squared, slack_limit, slack_squared
 from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO, highest_span, limit_shares, raised_film, stress_state
@@ -42,39 +43,47 @@ FARTHEST = 4.0
 """Largest displacement that is fitted, in b - a, where the stretch limit leaves room for more."""
 LIMIT_SHARE = 0.9
 """Of the stretch limit, next to the disc, up to which displacements are fitted."""
-LOW = (0.02, 0.05, 0.075, 0.1)
-LOOSE_LOW = (0.03, 0.05, 0.07, 0.085, 0.1, 0.125)
+STEPS_UP, TOP_TOLERANCE = 24, 1e-4
+"""Heights on the way to the largest that is fitted, and how exactly that is found."""
+LOW, LOOSE_LOW = 0.02, 0.01
+"""Lowest height that is fitted."""
 LOOSE, ROUNDING, SOFT = 0.05, 0.02, 0.1
 """Those of a film whose hoop is stretched more than the meridian, which hangs loose beside the disc: the height below
 which its mesh is too coarse for the error of a fit, the rounding of the corner of its force at x = 0, and the weight of
 the slack film beyond the states."""
-HEIGHTS = (26, 14, 10)
-"""Heights that are fitted: how many up to 1, up to 2, and up to the largest. Less for a stiff film."""
+HEIGHTS, LOOSE_HEIGHTS = 56, 60
+"""How many are fitted, denser near the lowest and the largest."""
+CHECKS = 18
+"""Heights between those fitted, at which the error is that of states that take no part in the fit, and that of the
+mesh: there it has twice the elements."""
 WEAKEST = 5e3 * SLACK_STIFFNESS
 """Least force over height, of a film that the net of slack rings does not spoil near slackness."""
-STEPS = 15
-"""Of the voltage squared, up to pull-in."""
-BETWEEN = 4
-"""Every so many heights there is one at which the error is that of a fit without it."""
+STEPS, CHECK_STEPS = 15, 22
+"""Of the voltage squared, up to pull-in; at the heights between."""
+CHECK_SHARE = 0.4
+"""Share of the work that these take."""
+MARGIN, LOOSE_MARGIN = 1.3, 1.5
+"""The error that a film states over the largest that was found: others lie between. More where it hangs loose."""
+SEARCHED = 4.0
+"""V over 1/G up to which the end is sought of a film that does not pull in when slack."""
 FLOOR = 0.02
 """Share of the force without voltage that is added to a force before its relative error is taken."""
-FEW, MORE, GOOD = (8,) * 8, (10,) * 10, 0.009
-"""Coefficients of each polynomial of the stiffness: more where the error would not be good with few; ``LOCAL``, of the
-stretch beside the disc; ``ENDS``, of pull-in."""
+SIZES, GOOD = ((8,) * 8, (10,) * 10, (14,) * 10, (20,) * 12, (30,) * 12), 0.01
+"""Coefficients of each sum of the stiffness: more where the error would not be good with few; ``LOCAL``, of the stretch
+beside the disc; ``ENDS``, of pull-in; ``SLACK_ENDS``, of H."""
 LOCAL = (8, 7, 6, 5)
-ENDS = 9
-VARIABLES = (0.3, 0.5, 1.0, 2.0, 4.0)
-WALLS = (1.02, 1.05, 1.1, 1.2, 1.4, 2.0, 4.0)
+ENDS, SLACK_ENDS = 13, 17
+VARIABLES = (0.3, 1.0, 4.0)
+WALLS = (1.1, 1.4, 4.0)
 """Places of the wall over the largest s."""
-FINE, ROUGH = 1e-12, 1e-9
-"""Singular values below this share of the largest are left out. Where a film hangs loose more of them: they would fit
-the noise of the mesh."""
+SMALLEST = 1e-6
+"""Singular values below this share of the largest are left out: the coefficients stay small."""
 ROUNDS = 30
 """Of Lawson's algorithm."""
 FINALISTS = 3
 """Pairs of the variable and the wall, best by least squares, with which that is tried."""
-SLACK_ABOVE = 1.06
-"""H over the V at which the film falls slack."""
+SLACK_ABOVE, LEVEL_ABOVE = 1.06, 1.1
+"""H over the V at which the film falls slack, and over the highest of these where it pulls in before."""
 NEAR_END = 0.98
 """Share of the highest V from which on the slope is taken with which a force ends."""
 BEYOND, LEVEL = 1e-3, 0.1
@@ -108,6 +117,8 @@ class _Column(NamedTuple):
     """k without voltage."""
     disc: Array
     """(Deformed over mounted length along the meridian)^2 - 1 beside the disc, of its points."""
+    check: bool
+    """Whether it takes no part in the least squares."""
 
     @property
     def squared(self) -> Array:
@@ -116,6 +127,15 @@ class _Column(NamedTuple):
     @property
     def stiffness(self) -> Array:
         return np.array([point.force for point in self.charged.points]) / np.sqrt(self.s)
+
+    @property
+    def weight(self) -> Array:
+        """Of the errors of the stiffness."""
+        return 1.0 / (self.stiffness + FLOOR * self.start)
+
+    @property
+    def slackens(self) -> bool:
+        return self.charged.ending == Ending.SLACK
 
 
 def fit_film(
@@ -150,13 +170,12 @@ def fit_film(
     lm, lh = model.stretches
     elements = LOOSE_ELEMENTS if lm < lh else ELEMENTS
     film = mesh_film(model.replace(spring_stiffness=0.0), ratio, elements, relaxed=True)
-    columns = _columns(film, progress or (lambda share: None))
-    tested = [columns[k] for k in range(BETWEEN - 1, len(columns) - 1, BETWEEN) if _alike(columns[k - 1 : k + 2])]
-    found = _fitted(film, columns)
-    trial = _fitted(film, [column for column in columns if all(column is not other for other in tested)])
-    errors = [_errors(found, columns, _lowest(film)), _errors(trial, tested, _lowest(film))]
-    largest = {name: max(own.get(name, 0.0) for own in errors) for name in errors[0]}
-    return dataclasses.replace(found, errors=tuple(largest.items()))
+    finer = mesh_film(film.model, ratio, 2 * elements, relaxed=True)
+    columns = _columns(film, finer, progress or (lambda share: None))
+    found = _fitted(film, [c for c in columns if not c.check], [c for c in columns if c.check])
+    margin = LOOSE_MARGIN if hangs_loose(film) else MARGIN
+    errors = {name: margin * error for name, error in _errors(found, columns, _lowest(film)).items()}
+    return dataclasses.replace(found, errors=tuple(errors.items()))
 
 
 def find_film(
@@ -257,57 +276,91 @@ def _lowest(film: Film) -> float:
     return LOOSE**2 * (1.0 - 1e-9) if hangs_loose(film) else 0.0
 
 
-def _alike(columns: list[_Column]) -> bool:
-    """Whether all fall slack, or none: there is no border of that between them."""
-    return len({column.charged.ending == Ending.SLACK for column in columns}) == 1
-
-
 # --- the states ------------------------------------------------------------------------------------------------------
 
 
-def _heights(film: Film) -> Array:
-    top = min(highest_span(film), FARTHEST)
-    scale = min(1.0, top / 4.0)
-    few, some, rest = HEIGHTS
-    low = LOOSE_LOW if hangs_loose(film) else LOW
-    return np.unique(
-        np.concatenate(
-            [
-                np.array(low) * scale,
-                np.linspace(low[-1], 1.0, few) * scale,
-                np.linspace(1.0, 2.0, some) * scale,
-                np.linspace(2.0 * scale, top, rest),
-            ]
-        )
-    )
+def _heights(film: Film) -> tuple[list[float], list[float]]:
+    """The heights that are fitted, and those between them at which the error is measured."""
+    top = _farthest(film)
+    middle, loose = min(1.0, 0.5 * top), hangs_loose(film)
+    power = 1.0 if loose else 2.0
+    low, high = ((x / middle) ** power / (1.0 + (x / middle) ** power) for x in (LOOSE_LOW if loose else LOW, top))
+    count = LOOSE_HEIGHTS if loose else HEIGHTS
+    places = low + 0.5 * (high - low) * (1.0 - np.cos(np.linspace(0.0, np.pi, count)))
+    gaps = np.unique(np.linspace(0, count - 2, CHECKS).astype(int))
+    between = 0.5 * (places[gaps] + places[gaps + 1])
+    fitted, checks = (middle * (t / (1.0 - t)) ** (1.0 / power) for t in (places, between))
+    return fitted.tolist(), checks.tolist()
 
 
-def _columns(film: Film, progress: Callable[[float], None]) -> list[_Column]:
+def _farthest(film: Film) -> float:
+    """The largest height that is fitted."""
+    heights = np.linspace(0.0, min(highest_span(film), FARTHEST), STEPS_UP + 1)[1:]
+    below, low, high = None, 0.0, float(heights[-1])
+    for height, point in raised_film(film, heights.tolist()).items():
+        if limit_shares(film, point.position).max() > LIMIT_SHARE:
+            high = height
+            break
+        below, low = point, height
+    if below is None:
+        raise InputError("the film is in tension at no displacement; raise the pre-stretch or the stretch limit")
+    while high - low > TOP_TOLERANCE * high:
+        middle = reach(film, below, "height", 0.5 * (low + high))[0]
+        if middle is None or limit_shares(film, middle.position).max() > LIMIT_SHARE:
+            high = 0.5 * (low + high)
+        else:
+            below, low = middle, middle.height
+    return low
+
+
+def _columns(film: Film, finer: Film, progress: Callable[[float], None]) -> list[_Column]:
     """The film charged at each height. Higher up it has pulled in on the way there at no more than the lowest V at
     which it pulls in below."""
-    raised = raised_film(film, _heights(film).tolist())
-    limit, columns = slack_limit(film.model), list[_Column]()
-    highest = limit if limit < NEVER else 1.0 / float(film.coefficients["G"])
-    lowest, guess = highest, 0.0
+    heights, checks = _heights(film)
+    raised = _raised(film, heights)
+    columns, lowest, guess = list[_Column](), _highest_fitted(film), 0.0
     for start in raised.values():
-        if limit_shares(film, start.position).max() > LIMIT_SHARE:
-            break
         if start.force < WEAKEST * start.height:
             continue
-        column = _column(film, start, lowest, guess)
+        column = _column(film, start, lowest, guess, check=False)
         if column.charged.ending == Ending.PULLED_IN:
-            if not columns or columns[-1].charged.ending == Ending.SLACK:
+            if not columns or columns[-1].slackens:
                 columns += _first_pull_in(film, columns[-1] if columns else None, start, lowest)
             lowest = min(lowest, column.charged.end)
         guess = column.charged.end
         columns.append(column)
-        progress(1.0 / len(raised))
+        progress((1.0 - CHECK_SHARE) / len(raised))
     if not columns:
         raise InputError("the film is in tension at no displacement; raise the pre-stretch or the stretch limit")
+    for height, start in _raised(finer, checks).items():
+        below = [c.charged for c in columns if c.s < height * height]
+        if below:
+            pulled_in = [found.end for found in below if found.ending == Ending.PULLED_IN]
+            lowest = min(pulled_in, default=_highest_fitted(film))
+            columns.append(_column(finer, start, lowest, below[-1].end, check=True))
+        progress(CHECK_SHARE / len(checks))
     return sorted(columns, key=lambda column: column.s)
 
 
-def _column(film: Film, start: Point, highest: float, guess: float) -> _Column:
+def _raised(film: Film, heights: list[float]) -> dict[float, Point]:
+    """The film without voltage at heights from the lowest up; those at which it is found by lowering the disc alone,
+    too."""
+    found = raised_film(film, heights)
+    point = found[min(found)] if found else None
+    for height in sorted((h for h in heights if found and h < min(found)), reverse=True):
+        point = reach(film, point, "height", height)[0] if point is not None else None
+        if point is not None:
+            found = {height: point} | found
+    return found
+
+
+def _highest_fitted(film: Film) -> float:
+    """The V up to which a film in tension is fitted, where it does not pull in below."""
+    limit = slack_limit(film.model)
+    return limit if limit < NEVER else SEARCHED / float(film.coefficients["G"])
+
+
+def _column(film: Film, start: Point, highest: float, guess: float, *, check: bool) -> _Column:
     """At one height, up to V = ``highest``; ``guess``, an end that is near.
 
     With a hoop that is stretched no more than the meridian all rings fall slack at once, where the cone does.
@@ -315,14 +368,15 @@ def _column(film: Film, start: Point, highest: float, guess: float) -> _Column:
     slack = slack_squared(film, start.height)
     near = min(v for v in (highest, slack, 1.1 * guess) if v > 0.0)
     known = not hangs_loose(film)
-    found = charged(film, start, min(highest, SLACK_MARGIN * slack) if known else highest, near / STEPS)
+    step = near / (CHECK_STEPS if check else STEPS)
+    found = charged(film, start, min(highest, SLACK_MARGIN * slack) if known else highest, step)
     if known and found.ending == Ending.CONVERGED and SLACK_MARGIN * slack < highest:
         found = found._replace(end=slack, ending=Ending.SLACK)
     elif known and found.ending == Ending.SLACK:
         found = found._replace(ending=Ending.PULLED_IN)
     c = float(film.coefficients["A"])
     disc = [stress_state(film, point.position, point.squared)[0][0] ** 2 / c - 1.0 for point in found.points]
-    return _Column(start.height**2, found, start.force / start.height, np.array(disc))
+    return _Column(start.height**2, found, start.force / start.height, np.array(disc), check)
 
 
 def _first_pull_in(film: Film, below: _Column | None, above: Point, highest: float) -> list[_Column]:
@@ -334,8 +388,8 @@ def _first_pull_in(film: Film, below: _Column | None, above: Point, highest: flo
         start = reach(film, low, "height", 0.5 * (low.height + high.height))[0]
         if start is None:
             break
-        found.append(_column(film, start, highest, 0.0))
-        low, high = (start, high) if found[-1].charged.ending == Ending.SLACK else (low, start)
+        found.append(_column(film, start, highest, 0.0, check=False))
+        low, high = (start, high) if found[-1].slackens else (low, start)
     return found
 
 
@@ -370,7 +424,7 @@ class _Surface(NamedTuple):
     strength: float
 
 
-def _fitted(film: Film, columns: list[_Column]) -> ContinuumFilm:
+def _fitted(film: Film, columns: list[_Column], checks: list[_Column]) -> ContinuumFilm:
     limit = slack_limit(film.model)
     first = columns[0]
     tension = flat_squared(film.model)
@@ -381,15 +435,15 @@ def _fitted(film: Film, columns: list[_Column]) -> ContinuumFilm:
         for parts in zip(*((np.full(len(c.squared), c.s), c.squared) for c in columns), strict=True)
     )
     farthest = float(s.max())
-    ends = [c for c in columns if c.charged.ending != Ending.SLACK]
+    ends = [c for c in columns if c.charged.ending in (Ending.PULLED_IN, Ending.CONVERGED)]
     pulled = _Ends(*np.array([(c.s, c.charged.end) for c in ends] or [(0.0, limit)]).T)
     rounding = ROUNDING if hangs_loose(film) else 0.0
-    shapes = [_Shape(c, rounding, tension, wall * farthest) for c in VARIABLES for wall in WALLS]
-    surface = _surface(film, columns, tension, shapes, pulled)
+    shapes = [_Shape(c, rounding, tension, farthest, wall * farthest) for c in VARIABLES for wall in WALLS]
+    surface = _surface(film, columns, checks, shapes, pulled)
     shape = surface.shape
     disc = np.concatenate([column.disc for column in columns])
-    local = _least_squares(_basis(s, squared, shape, LOCAL), disc, 1.0 / disc)
-    slack = [c.s for c in columns if c.charged.ending == Ending.SLACK]
+    local = _least_squares(_basis(s, squared, shape, surface.slack_above, LOCAL), disc, 1.0 / disc)
+    slack = [c.s for c in columns if c.slackens]
     model, parameters = film.model, film.model.parameters()
     return ContinuumFilm(
         radius_ratio=film.radius_ratio,
@@ -413,25 +467,18 @@ def _fitted(film: Film, columns: list[_Column]) -> ContinuumFilm:
     )
 
 
-def _slack_first(slack: list[float], pulled: _Ends, farthest: float) -> float:
-    """The s half-way between the last at which the film falls slack and the first at which it pulls in."""
-    return 0.5 * (max(slack) + float(pulled.s[pulled.s > max(slack)].min(initial=farthest))) if slack else -1.0
-
-
 def _rows(film: Film, columns: list[_Column], tension: float) -> _Rows:
     """The states in tension, the ends where the film falls slack, and a little beyond them k as it would go on."""
     rows: list[tuple[float, float, float, float]] = []
     for column in columns:
-        k, squared = column.stiffness, column.squared
-        weight = 1.0 / (k + FLOOR * column.start)
-        rows += [(column.s, *row) for row in zip(squared, k, weight, strict=True)]
-        if column.charged.ending == Ending.SLACK:
+        rows += [(column.s, *row) for row in zip(column.squared, column.stiffness, column.weight, strict=True)]
+        if column.slackens:
             rows += _slack_rows(film, column)
         if column is columns[0] and tension == 0.0:
             rows += _lower_rows(film, rows)
     s, squared, stiffness, weight = np.array(rows).T
-    ends = stiffness > 0.0 if hangs_loose(film) else stiffness >= 0.0
-    return _Rows(s, squared, stiffness, weight, ends & (s >= _lowest(film)))
+    counts = stiffness > 0.0 if hangs_loose(film) else stiffness >= 0.0
+    return _Rows(s, squared, stiffness, weight, counts & (s >= _lowest(film)))
 
 
 def _lower_rows(film: Film, rows: list[tuple[float, float, float, float]]) -> list[tuple[float, float, float, float]]:
@@ -447,7 +494,7 @@ def _slack_rows(film: Film, column: _Column) -> list[tuple[float, float, float, 
     if hangs_loose(film):
         near = min(int(np.searchsorted(squared, NEAR_END * squared[-1])), k.size - 1) - 1
         slope, weight = (k[-1] - k[near]) / (squared[-1] - squared[near]), SOFT / (FLOOR * column.start)
-        places = [share * squared[-1] for share in (1.01, 1.03, SLACK_ABOVE)]
+        places = [share * squared[-1] for share in (1.01, 1.03)]
         return [(column.s, v, min(0.0, k[-1] + slope * (v - squared[-1])), weight) for v in places]
     before, beyond = int(np.searchsorted(squared, 0.85 * end)) - 1, 0.5 * (1.0 + SLACK_ABOVE) * end
     k_beyond = -k[before] / (end - squared[before]) * (beyond - end)
@@ -455,13 +502,12 @@ def _slack_rows(film: Film, column: _Column) -> list[tuple[float, float, float, 
 
 
 def _slack_above(film: Film, columns: list[_Column], shape: _Shape) -> Polynomial:
-    """The polynomial of H, which goes on level where the film pulls in rather than fall slack."""
-    slack = np.array([c.charged.ending == Ending.SLACK for c in columns])
-    ends = np.array([slack_end(film, c) if c.charged.ending == Ending.SLACK else c.charged.end for c in columns])
-    above = SLACK_ABOVE * np.where(slack, ends, max(ends.max(), 1.5 * ends[-1]))
+    """The coefficients of H, which goes on level where the film no longer falls slack."""
+    slack = np.array([c.slackens for c in columns])
+    ends = np.array([slack_end(film, c) if c.slackens else c.charged.end for c in columns])
+    above = SLACK_ABOVE * np.where(slack, ends, LEVEL_ABOVE * ends.max())
     t = shape.place(np.array([c.s for c in columns]))
-    scale = t + shape.tension
-    terms = scale[:, None] * np.vander(t, min(ENDS, max(1, t.size // 2)), increasing=True)
+    terms = (t + shape.tension)[:, None] * chebvander(shape.argument(t), min(SLACK_ENDS, max(1, t.size // 2)) - 1)
     return tuple(_least_squares(terms, above, np.where(slack, 1.0, LEVEL) / above).tolist())
 
 
@@ -474,11 +520,12 @@ def slack_end(film: Film, column: _Column) -> float:
 
 
 class _Shape(NamedTuple):
-    """The numbers of a fit that are chosen: c, e, b and the wall."""
+    """The numbers of a fit that are chosen: c, e, b, the largest s and the wall."""
 
     variable: float
     rounding: float
     tension: float
+    farthest: float
     wall: float
 
     def place(self, s: Array) -> Array:
@@ -486,58 +533,80 @@ class _Shape(NamedTuple):
         r = s / (np.sqrt(s + self.rounding**2) + self.rounding) if self.rounding else s
         return np.asarray(r / (r + self.variable))
 
+    def argument(self, t: Array) -> Array:
+        """That of the sums over t, between -1 and 1."""
+        return np.asarray(2.0 * t / self.place(np.array(self.farthest)) - 1.0)
 
-def _basis(s: Array, squared: Array, shape: _Shape, terms: tuple[int, ...]) -> Array:
-    """The columns S t^i z^j, those of j = 0 first."""
+    def highest(self, t: Array, above: Polynomial) -> Array:
+        """H."""
+        return np.asarray((t + self.tension) * np.polynomial.chebyshev.chebval(self.argument(t), above))
+
+
+def _basis(s: Array, squared: Array, shape: _Shape, above: Polynomial, terms: tuple[int, ...]) -> Array:
+    """The columns S Ti Tj, those of j = 0 first."""
     t = shape.place(s)
-    S = squared + shape.tension + t
-    z = squared / S
-    return np.stack([S * t**i * z**j for j, count in enumerate(terms) for i in range(count)], axis=1)
+    rest, root = _rest(t, squared, shape, above)
+    S = squared + 0.5 * (rest + root)
+    along, up = chebvander(shape.argument(t), max(terms) - 1), chebvander(2.0 * squared / S - 1.0, len(terms) - 1)
+    return np.concatenate([(S * up[:, j])[:, None] * along[:, :count] for j, count in enumerate(terms)], axis=1)
 
 
-def _surface(film: Film, columns: list[_Column], tension: float, shapes: list[_Shape], ends: _Ends) -> _Surface:
-    """The smallest largest error, of k and of the voltages at which the film pulls in, with one of the shapes that are
-    best by least squares."""
-    rows = _rows(film, columns, tension)
+def _rest(t: Array, squared: Array, shape: _Shape, above: Polynomial) -> tuple[Array, Array]:
+    """H - V and M."""
+    highest = shape.highest(t, above)
+    return highest - squared, np.hypot(highest - squared, FADE * highest)
+
+
+def _surface(film: Film, columns: list[_Column], checks: list[_Column], shapes: list[_Shape], ends: _Ends) -> _Surface:
+    """The smallest largest error, of k at the columns and at those of the check, and of the voltages at which the film
+    pulls in, with one of the shapes that are best by least squares."""
+    rows, between = (_rows(film, found, shapes[0].tension) for found in (columns, checks))
     pull_in = {shape: _pull_in(ends, shape)[0] for shape in shapes}
 
     def error(found: _Surface) -> float:
         return max(found.error, pull_in[found.shape])
 
-    for terms in (FEW, MORE):
-        rough = sorted((_of_shape(film, columns, rows, shape, terms, 1) for shape in shapes), key=error)
-        fine = (_of_shape(film, columns, rows, one.shape, terms, ROUNDS) for one in rough[:FINALISTS])
-        best = min(fine, key=error)
-        if best.error <= GOOD:
+    best = list[_Surface]()
+    for terms in SIZES:
+        rough = sorted((_of_shape(film, columns, rows, between, shape, terms, 1) for shape in shapes), key=error)
+        fine = [_of_shape(film, columns, rows, between, one.shape, terms, ROUNDS) for one in rough[:FINALISTS]]
+        best = [min([*best, *fine], key=error)]
+        if best[0].error <= GOOD:
             break
-    return best
+    return best[0]
 
 
 def _of_shape(
-    film: Film, columns: list[_Column], rows: _Rows, shape: _Shape, terms: tuple[int, ...], rounds: int
+    film: Film,
+    columns: list[_Column],
+    rows: _Rows,
+    checks: _Rows,
+    shape: _Shape,
+    terms: tuple[int, ...],
+    rounds: int,
 ) -> _Surface:
     above = _slack_above(film, columns, shape)
-    bracket = np.column_stack([_basis(rows.s, rows.squared, shape, terms), rows.s / (shape.wall - rows.s)])
-    error, values = _lawson(
-        rows, bracket * _fade(rows, shape, above)[:, None], rounds, ROUGH if hangs_loose(film) else FINE
+    basis, other = (_faded_basis(some, shape, above, terms) for some in (rows, checks))
+    error, values = _lawson(rows, basis, rounds)
+    between = np.abs(other @ values - checks.stiffness) * checks.weight * checks.counts
+    return _Surface(
+        max(error, float(between.max(initial=0.0))), shape, above, _split(values[:-1], terms), float(values[-1])
     )
-    return _Surface(error, shape, above, _split(values[:-1], terms), float(values[-1]))
 
 
-def _fade(rows: _Rows, shape: _Shape, above: Polynomial) -> Array:
-    """D."""
-    t = shape.place(rows.s)
-    highest = (t + shape.tension) * np.polynomial.polynomial.polyval(t, above)
-    rest = highest - rows.squared
-    return np.asarray(rest / np.sqrt(rest**2 + (FADE * highest) ** 2))
+def _faded_basis(rows: _Rows, shape: _Shape, above: Polynomial, terms: tuple[int, ...]) -> Array:
+    """All of k, over its coefficients."""
+    bracket = np.column_stack([_basis(rows.s, rows.squared, shape, above, terms), rows.s / (shape.wall - rows.s)])
+    rest, root = _rest(shape.place(rows.s), rows.squared, shape, above)
+    return np.asarray(bracket * (rest / root)[:, None])
 
 
-def _lawson(rows: _Rows, basis: Array, rounds: int, share: float) -> tuple[float, Array]:
+def _lawson(rows: _Rows, basis: Array, rounds: int) -> tuple[float, Array]:
     """The least largest error and the coefficients: rows with large errors get ever more weight (Lawson's
     algorithm)."""
     more, least, best = np.ones(rows.s.size), np.inf, np.zeros(basis.shape[1])
     for _ in range(rounds):
-        found = _least_squares(basis, rows.stiffness, rows.weight * np.sqrt(more), share)
+        found = _least_squares(basis, rows.stiffness, rows.weight * np.sqrt(more))
         error = np.abs(basis @ found - rows.stiffness) * rows.weight * rows.counts
         if error.max() < least:
             least, best = float(error.max()), found
@@ -547,15 +616,15 @@ def _lawson(rows: _Rows, basis: Array, rounds: int, share: float) -> tuple[float
 
 
 def _pull_in(ends: _Ends, shape: _Shape) -> tuple[float, Polynomial]:
-    """The polynomial of the V at which the film pulls in, and its largest error, of the voltage."""
-    columns = np.vander(shape.place(ends.s), min(ENDS, max(1, ends.s.size // 2)), increasing=True)
+    """The coefficients of the V at which the film pulls in, and the largest error of the voltage."""
+    columns = chebvander(shape.argument(shape.place(ends.s)), min(ENDS, max(1, ends.s.size // 2)) - 1)
     found = _least_squares(columns, ends.squared, 1.0 / ends.squared)
     return float(np.max(np.abs(columns @ found / ends.squared - 1.0))) / 2.0, tuple(found.tolist())
 
 
-def _least_squares(columns: Array, values: Array, weights: Array, share: float = FINE) -> Array:
+def _least_squares(columns: npt.NDArray[Any], values: Array, weights: Array) -> Array:
     scale = np.sqrt(np.mean((columns * weights[:, None]) ** 2, axis=0))
-    found = np.linalg.lstsq(columns * (weights[:, None] / scale), values * weights, rcond=share)[0]
+    found = np.linalg.lstsq(columns * (weights[:, None] / scale), values * weights, rcond=SMALLEST)[0]
     return np.asarray(found / scale)
 
 
@@ -571,10 +640,10 @@ def _errors(film: ContinuumFilm, columns: list[_Column], lowest: float) -> dict[
     and of the voltages at which the film pulls in."""
     found: dict[str, list[float]] = {}
     for column in columns:
-        k, end = column.stiffness, column.charged.end
-        off = film.pull(column.s, column.squared) - k
+        end = column.charged.end
+        off = np.abs(film.pull(column.s, column.squared) - column.stiffness) * column.weight
         if column.s >= lowest:
-            found.setdefault("force", []).append(float(np.max(np.abs(off) / (k + FLOOR * column.start))))
+            found.setdefault("force", []).append(float(off.max()))
         if column.charged.ending == Ending.PULLED_IN:
             own = film.highest_squared_at(column.s)
             found.setdefault("pull-in voltage", []).append(abs(float(np.sqrt(own / end)) - 1.0))

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.continuum.charged import charged, slack_limit, slack_squared
-from gelcone.continuum.fit import SLACK_MARGIN, kept_path
+from gelcone.continuum.fit import SEARCHED, SLACK_MARGIN, kept_path
 from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO, raised_film
 from gelcone.continuum.mesh import check_radius_ratio, mesh_film
 from gelcone.continuum.path import Ending
@@ -38,7 +38,7 @@ MESH_ERROR = 0.006
 
 @dataclass(frozen=True)
 class PullInCurve:
-    """Voltages above which a film has pulled in, at displacements from the lowest up.
+    """Voltages above which a film has pulled in, at displacements from the lowest up; infinite where it does not.
 
     ``error`` is the largest of the voltages between, over them: of the mesh, the bracket and the interpolation.
     """
@@ -48,7 +48,8 @@ class PullInCurve:
     error: float
 
     def voltage(self, x: npt.ArrayLike) -> Array:
-        """At displacements of either sign, linear between those of the curve and level beyond."""
+        """At displacements of either sign: linear between those of the curve, level beyond, infinite up to the first at
+        which it pulls in."""
         return np.interp(np.abs(x), self.displacements, self.voltages)
 
 
@@ -58,27 +59,27 @@ def pull_in_curve(model: ConeModel, radius_ratio: float = DEFAULT_RADIUS_RATIO) 
     Raises `InputError` for a film that is in tension at no displacement, `MissingDependency` without scikit-fem.
     """
     film = mesh_film(model.replace(spring_stiffness=0.0), radius_ratio, ELEMENTS, relaxed=True)
-    free = slack_limit(film.model)
-    lowest = free if free < NEVER else 1.0 / float(film.coefficients["G"])
+    lowest = free = slack_limit(film.model)
     known = film.coefficients["A"] >= film.coefficients["B"]  # all rings then fall slack at once, where the cone does
-    x, squared, guess = [0.0], [free], lowest
+    searched = min(free, SEARCHED / float(film.coefficients["G"]))
+    x, squared, guess = [0.0], [free], searched
     for height, start in raised_film(film, list(HEIGHTS)).items():
         slack = slack_squared(film, height) if known else np.inf
-        highest = min(lowest, SLACK_MARGIN * slack)
+        highest = min(lowest, searched, SLACK_MARGIN * slack)
         found = charged(film, start, highest, min(highest, 1.2 * guess) / STEPS, tolerance=TOLERANCE)
         if found.ending == Ending.PULLED_IN:
             lowest = min(lowest, found.end)
         x.append(height)
         squared.append(lowest)
-        guess = found.end or lowest
+        guess = found.end or searched
     if len(x) == 1:
         raise InputError("the film is in tension at no displacement; raise the pre-stretch or the stretch limit")
-    voltages = np.sqrt(squared)
-    bent = np.abs(np.diff(voltages, 2)) / 8.0 / voltages[1:-1]
+    voltages = np.where(np.array(squared) < NEVER, np.sqrt(squared), np.inf)
     # where slackness gives way to pull-in the curve is steep: its place, not its voltage, is uncertain there
-    smooth = bent[voltages[1:-1] < voltages[0]]
+    smooth = voltages[voltages < voltages[0]]
+    bent = np.abs(np.diff(smooth, 2)) / 8.0 / smooth[1:-1]
     return PullInCurve(
-        tuple(x), tuple(voltages.tolist()), MESH_ERROR + 0.5 * TOLERANCE + float(np.max(smooth, initial=0.0))
+        tuple(x), tuple(voltages.tolist()), MESH_ERROR + 0.5 * TOLERANCE + float(np.max(bent, initial=0.0))
     )
 
 

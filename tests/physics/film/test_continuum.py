@@ -10,10 +10,14 @@ import pytest
 
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
+from gelcone.analyses.ask import arguments_of
+from gelcone.analyses.subject import Subject
 from gelcone.codes import FilmPullIn
+from gelcone.errors import DoubtfulInput
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.physics.balance import PullIn
 from gelcone.physics.film.stored import film_from_json, read_film
+from gelcone.register.analyses import ANALYSES
 
 BASE = ConeModel(spring_stiffness=0.9, damping_ratio=0.05, drive_frequency=0.3, voltage=0.4)
 
@@ -64,8 +68,8 @@ def test_the_force_ends_at_the_voltage_above_which_the_film_is_slack():
     """Whatever the polynomials do there, and without a jump."""
     strong = dataclasses.replace(film(), stiffness=((1.0,),))
     x = np.array([0.2, 0.4])
-    t = x**2 / (x**2 + strong.variable)
-    highest = t * np.polynomial.polynomial.polyval(t, strong.slack_above)
+    t, most = (s / (s + strong.variable) for s in (x**2, strong.reach_squared))
+    highest = t * np.polynomial.chebyshev.chebval(2.0 * t / most - 1.0, strong.slack_above)
     pulls = [strong.force(x, share * highest, [], numbers())[0] for share in (0.5, 1.0 - 1e-9, 1.01)]
     assert (pulls[0] > 1e-3).all()
     np.testing.assert_allclose(pulls[1], 0.0, atol=1e-7)
@@ -103,6 +107,14 @@ def test_the_voltage_that_balances_a_pull_is_found():
     pull = force(x, squared)[0] / x
     np.testing.assert_allclose(film().balancing(x, pull, numbers()), squared, rtol=1e-9)
     assert (film().balancing(x, -0.1, numbers()) > 1e6).all()
+
+
+def test_a_force_that_is_poorly_fitted_is_doubted():
+    assert film().doubt() == ""
+    poor = dataclasses.replace(film(), errors=(("force", 0.07), ("pull-in voltage", 0.01)))
+    assert "wrong by up to 7%" in poor.doubt()
+    with pytest.warns(DoubtfulInput, match="take the wrinkling cone"):
+        arguments_of(ANALYSES["simulate"], Subject(BASE.replace(film=poor), initial=(0.1, 0.0)), {"periods": 2})
 
 
 def test_a_trajectory_is_slack_most_of_the_time_or_ends_where_it_pulls_in():
@@ -167,7 +179,7 @@ def test_files(tmp_path):
     gelcone.write_film(film(), tmp_path / "film.json")
     assert read_film(tmp_path / "film.json") == film()
     values = json.loads(film().to_json())
-    assert values["gelcone_film"] == 2
+    assert values["gelcone_film"] == 3
     damages = [{"stiffness": [[float("nan")]]}, {"reach": -1.0}, {"wall": 2.0}, {"gelcone_film": 99}]
     damages += [{"variable": 0.0}, {"rounding": -1.0}]
     for damage in damages:

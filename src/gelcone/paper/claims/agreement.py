@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 CLOSE = 0.05
 """Forces agree closely where they differ by at most this share of the continuum's largest: what a plot shows."""
 NEARLY_ALL = 0.95
-"""Share of the displacements at which the continuum needs a state in tension to be compared at a voltage."""
+"""Share of the displacements at which the continuum needs a state in tension, or slack where it wrinkles, to be
+compared at a voltage."""
 SURVIVES = 0.2
 """A threshold survives when the corrected one lies within this share of the cone's, in states that the film has."""
 
@@ -41,6 +42,7 @@ def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
     agrees = (reached >= NEARLY_ALL) & (off <= CLOSE)
     ratios, voltages = study["radius_ratio"].values, study["constant_voltage"].values
     limit, cone_limit = (study[name].values[0] for name in ("limit_displacement", "cone_limit_displacement"))
+    held = "in tension or slack" if '"relax"' in study.attrs.get("options", "") else "in tension"
 
     def deviation(i: int) -> float:
         return float(np.nanmax(np.abs(study["deviation"].values[i, 0])))
@@ -50,7 +52,7 @@ def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
         for i, r in enumerate(ratios)
     ]
     numbers += [
-        Number(f"share of the displacements with a film in tension, v = {v:g}, a/b = {r:g}", float(reached[i, k]))
+        Number(f"share of the displacements with a film {held}, v = {v:g}, a/b = {r:g}", float(reached[i, k]))
         for i, r in enumerate(ratios)
         for k, v in enumerate(voltages)
     ]
@@ -83,16 +85,20 @@ def _over_or_under(deviation: Array) -> str:
 
 
 def shares_in_tension(study: xr.Dataset) -> Array:
-    """Share of the displacements at which the continuum rests in tension and has not pulled in, (ratios, voltages)."""
-    held = (study["ending"] == Ending.CONVERGED) & (study["folds"] == 0)
-    return np.asarray(held.mean("displacement").values)
+    """Share of the displacements at which the continuum rests in tension, or slack where it wrinkles, and has not
+    pulled in, (ratios, voltages)."""
+    return np.asarray(_held(study).mean("displacement").values)
 
 
 def deviations(study: xr.Dataset) -> Array:
     """Largest difference of the forces over the continuum's largest, (ratios, voltages); infinite without any."""
-    force = study["continuum_force"].where((study["ending"] == Ending.CONVERGED) & (study["folds"] == 0))
+    force = study["continuum_force"].where(_held(study))
     off = abs(study["cone_force"] - force).max("displacement") / abs(force).max("displacement")
     return np.asarray(off.fillna(np.inf).values)
+
+
+def _held(study: xr.Dataset) -> xr.DataArray:
+    return study["ending"].isin([Ending.CONVERGED, Ending.SLACK]) & (study["folds"] == 0)
 
 
 def _why(agrees: Array, voltages: Array, largest: float, ratio: float) -> str:

@@ -3,19 +3,20 @@
 The membrane bears no compression (see `gelcone.continuum.density`), so that it never pushes the disc. It pulls the
 disc back with x k(s, V) at s = x^2 and the squared voltage V, where
 
-    k = D [S (P0 + P1 z + P2 z^2 + ...) + w s/(wall - s)],    D = (H - V)/((H - V)^2 + (H/50)^2)^(1/2),
+    k = (H - V)/M [S (P0 + P1 T1 + P2 T2 + ...) + w s/(wall - s)],    M = ((H - V)^2 + (H/50)^2)^(1/2),
 
-    S = V + b + t,    z = V/S,    t = r/(r + c),
+    S = V + (H - V + M)/2,    t = r/(r + c),
 
-with polynomials Pj of t, H = (b + t) times another one, and r = s. For b = 0, a film without tension while it is flat,
-this keeps the law of small heights k = s f(V/s). Where the hoop is stretched more than the meridian, rings move inwards
-and the film hangs loose beside the disc; its k then grows like |x|, and r = sqrt(s + e^2) - e with a small e. The term
-with ``wall`` is the stretch limit of the film as a whole.
+with Chebyshev polynomials Tj of 2 V/S - 1, sums Pj of those of 2 t/t_reach - 1, H = (b + t) times another such sum, and
+r = s. S is H below V = H, all but near it, and V above, so that both arguments lie between -1 and 1. For b = 0, a film
+without tension while it is flat, this keeps the law of small heights k = s f(V/s). Where the hoop is stretched more
+than the meridian, rings move inwards and the film hangs loose beside the disc; its k then grows like |x|, and
+r = sqrt(s + e^2) - e with a small e. The term with ``wall`` is the stretch limit of the film as a whole.
 
-The film is slack and has no force where the bracket is negative, and above V = H, which lies a little higher: there D,
-all but 1 below, ends what the polynomials do beyond. The switch ``pulls`` tells.
+The film is slack and has no force where the bracket is negative, and above V = H, which lies a little higher: there the
+factor before it, all but 1 below, ends what the polynomials do beyond. The switch ``pulls`` tells.
 
-It has pulled in above V = E(t), a polynomial, where the tension of its most stretched ring no longer grows with the
+It has pulled in above V = E(t), another such sum, where the tension of its most stretched ring no longer grows with the
 ring's length; below the height sqrt(``slack_first``) it falls slack before, and a slack film pulls in above
 ``slack_limit``, where it would thin without end.
 """
@@ -27,7 +28,7 @@ import operator
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,9 +42,11 @@ from gelcone.physics.quadrature import integral
 from gelcone.quantity import Array
 
 TINY = 1e-12
-"""Of S, so that a flat film without voltage has a force."""
+"""Of t, so that a flat film without voltage has a force."""
 FADE = 0.02
-"""Width, over H, in which D falls from 1 to 0."""
+"""Width, over H, in which (H - V)/M falls from 1 to 0."""
+DOUBTFUL = 0.05
+"""Error of the force above which every analysis warns."""
 BISECTIONS = 50
 STATES = ("in_tension", "slack")
 
@@ -57,14 +60,15 @@ class ContinuumFilm(FittedFilm):
     variable : c.
     rounding : e; 0 for r = s.
     flat_tension : b, the V that takes the tension of the flat film.
-    stiffness : the polynomials P0, P1, ...
-    slack_above : the polynomial of H.
+    stiffness : the coefficients of P0, P1, ...
+    slack_above : those of H.
     wall, wall_strength : the s at which the film as a whole reaches its stretch limit, more than reach^2; and w.
     disc_stretch : as ``stiffness``, for (deformed over mounted length along the meridian)^2 - 1 beside the disc.
     pull_in : E.
     slack_first : s up to which the film falls slack before it pulls in; negative if it does so nowhere.
     slack_limit : V above which a slack film has pulled in.
-    errors : of k over k + 2 % of k without voltage, and of pull-in voltages; at states fitted and between them.
+    errors : of k over k + 2 % of k without voltage, and of pull-in voltages; at states fitted and between them, there
+        on a finer mesh, and three tenths more (half more, where it hangs loose).
     """
 
     variable: float
@@ -80,7 +84,7 @@ class ContinuumFilm(FittedFilm):
     slack_limit: float
 
     name = "continuum"
-    form = 2
+    form = 3
     kinds = STATES
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
@@ -99,15 +103,18 @@ class ContinuumFilm(FittedFilm):
         """k of numbers, and 0 where the film is slack."""
         s, squared = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(squared, dtype=float))
         t = self._place(s)[0]
-        scale = t + (self.flat_tension + TINY)
-        S, highest = squared + scale, scale * np.polynomial.polynomial.polyval(t, self.slack_above)
-        bracket = S * np.polynomial.polynomial.polyval2d(t, squared / S, self._table)
-        bracket, rest = bracket + self.wall_strength * s / (self.wall - s), highest - squared
-        return np.where((bracket > 0.0) & (rest > 0.0), bracket * rest / np.hypot(rest, FADE * highest), 0.0)[()]
+        argument = self._argument(t)
+        highest = (t + (self.flat_tension + TINY)) * np.polynomial.chebyshev.chebval(argument, self.slack_above)
+        rest = highest - squared
+        root = np.hypot(rest, FADE * highest)
+        S = squared + 0.5 * (rest + root)
+        bracket = S * np.polynomial.chebyshev.chebval2d(argument, 2.0 * squared / S - 1.0, self._table)
+        bracket = bracket + self.wall_strength * s / (self.wall - s)
+        return np.where((bracket > 0.0) & (rest > 0.0), bracket * rest / root, 0.0)[()]
 
     @cached_property
     def _table(self) -> Array:
-        """The factors of t^i z^j, those of one j in a column."""
+        """The coefficients of the products of Chebyshev polynomials, those of one j in a column."""
         most = max(map(len, self.stiffness))
         return np.array([[*p, *[0.0] * (most - len(p))] for p in self.stiffness]).T
 
@@ -115,22 +122,36 @@ class ContinuumFilm(FittedFilm):
         """k, its derivatives by s and V, and what is positive where the film is in tension: where both the bracket and
         H - V are."""
         t, t_slope = self._place(s)
-        S = squared + (t + (self.flat_tension + TINY))
-        powers = _powers(t, max(map(len, (*self.stiffness, *self.disc_stretch, self.slack_above))))
-        bracket, by_t, by_v = _surface(self.stiffness, powers, S, squared)
+        values = _chebyshev(self._argument(t), max(map(len, (*self.stiffness, self.slack_above))))
+        scale = _Scale.of(*self._highest(t, values), squared)
+        bracket, by_t, by_v = _surface(self.stiffness, self._slopes, values, scale, squared)
         near = 1.0 / (self.wall - s)
         bracket = bracket + self.wall_strength * s * near
         by_s = by_t * t_slope + (self.wall_strength * self.wall) * near * near
-        share, slope = _value(self.slack_above, powers), _slope(self.slack_above, powers)
+        part, by_part = scale.part, bracket * t_slope
+        tightness = bracket + scale.rest - (bracket * bracket + scale.rest * scale.rest) ** 0.5
+        return part * bracket, part * by_s + by_part * scale.rise, part * by_v - bracket * scale.steep, tightness
+
+    def _highest(self, t: Any, values: list[Any]) -> tuple[Any, Any]:
+        """H and its derivative by t."""
+        share, slope = _value(self.slack_above, values), _value(self._derived(self.slack_above), values)
         scale = t + (self.flat_tension + TINY)
-        highest, rise = scale * share, (share + scale * slope) * t_slope
-        rest, width = highest - squared, FADE * highest
-        inverse = 1.0 / (rest * rest + width * width) ** 0.5
-        part = rest * inverse
-        steep = (width * inverse) * (width * inverse) * inverse  # -dD/dV
-        fade = bracket * steep
-        tightness = bracket + rest - (bracket * bracket + rest * rest) ** 0.5
-        return part * bracket, part * by_s + fade * (rise * squared / highest), part * by_v - fade, tightness
+        return scale * share, share + scale * slope
+
+    @cached_property
+    def _slopes(self) -> tuple[Polynomial, ...]:
+        """The coefficients of the derivatives of P0, P1, ... by t."""
+        return tuple(self._derived(p) for p in self.stiffness)
+
+    def _derived(self, p: Polynomial) -> Polynomial:
+        return tuple((np.polynomial.chebyshev.chebder(p) * (2.0 / self._largest_place)).tolist())
+
+    @cached_property
+    def _largest_place(self) -> float:
+        return float(self._place(self.reach_squared)[0])
+
+    def _argument(self, t: Any) -> Any:
+        return t * (2.0 / self._largest_place) - 1.0
 
     def _place(self, s: Any) -> tuple[Any, Any]:
         """t and its derivative by s."""
@@ -159,7 +180,7 @@ class ContinuumFilm(FittedFilm):
         return np.where(s < self.slack_first, self.slack_limit, self._pull_in(s))[()]
 
     def _pull_in(self, s: Any) -> Any:
-        return _value(self.pull_in, _powers(self._place(s)[0], len(self.pull_in)))
+        return _value(self.pull_in, _chebyshev(self._argument(self._place(s)[0]), len(self.pull_in)))
 
     # --- borders -----------------------------------------------------------------------------------------------------
 
@@ -273,8 +294,10 @@ class ContinuumFilm(FittedFilm):
         with np.errstate(all="ignore"):
             k, gone = self.pull(s, squared), squared > self.highest_squared_at(s)
             t = self._place(s)[0]
-            S = squared + (t + (self.flat_tension + TINY))
-            extra = _surface(self.disc_stretch, _powers(t, max(map(len, self.disc_stretch))), S, squared)[0]
+            values = _chebyshev(self._argument(t), max(map(len, (*self.disc_stretch, self.slack_above))))
+            S = _Scale.of(*self._highest(t, values), squared).S
+            factors = [_value(p, values) for p in self.disc_stretch]
+            extra = S * _value(factors, _chebyshev(2.0 * squared / S - 1.0, len(factors)))
         along = np.sqrt(np.where(k > 0.0, np.maximum(extra, 0.0), s))
         state = self._ring.state(along, np.broadcast_to(voltage, s.shape), self._ring_numbers(n))
         own = FilmState(*(np.where(gone, np.nan, values)[()] for values in state))
@@ -286,6 +309,16 @@ class ContinuumFilm(FittedFilm):
         reach = f"a/b = {self.radius_ratio:.4g}, up to |x| = {self.largest:.4g}"
         return f"film as a continuum that wrinkles, {reach}; largest error of the fit: {known}"
 
+    def doubt(self) -> str:
+        """Where the fit is poor."""
+        error = dict(self.errors).get("force", 0.0)
+        if error <= DOUBTFUL:
+            return ""
+        return (
+            f"the force of the continuum film is wrong by up to {error:.0%}: it could not be fitted better; take the "
+            "wrinkling cone (--film wrinkling), or look at the membrane itself (gelcone validate --wrinkles relax)"
+        )
+
     def sound(self) -> bool:
         """Whether its numbers are."""
         rows = [*self.stiffness, *self.disc_stretch, self.pull_in, self.slack_above]
@@ -294,34 +327,71 @@ class ContinuumFilm(FittedFilm):
         return bool(all(rows) and finite and 0.0 < self.variable < np.inf and 0.0 <= self.rounding < np.inf)
 
 
-def _surface(polynomials: tuple[Polynomial, ...], powers: list[Any], S: Any, squared: Any) -> tuple[Any, Any, Any]:
-    """S times the polynomial in z, and its derivatives by t and V."""
-    z = squared / S
-    places = _powers(z, len(polynomials))
-    values = [_value(p, powers) for p in polynomials]
-    total = _sum(value * place for value, place in zip(values, places, strict=True))
-    by_t = S * _sum(_slope(p, powers) * place for p, place in zip(polynomials, places, strict=True))
-    by_z = _sum((j + 1.0) * (value * place) for j, (value, place) in enumerate(zip(values[1:], places, strict=False)))
-    # S grows as t and V do, and z falls as t grows
-    return S * total, by_t + (total - z * by_z), total + (1.0 - z) * by_z
+class _Scale(NamedTuple):
+    """What H and V alone tell: ``rest`` H - V, ``part`` (H - V)/M, ``steep`` its fall with V, ``rise`` its rise with t;
+    S and its derivatives by t and V."""
+
+    rest: Any
+    part: Any
+    steep: Any
+    rise: Any
+    S: Any
+    by_t: Any
+    by_v: Any
+
+    @classmethod
+    def of(cls, highest: Any, rise: Any, squared: Any) -> _Scale:
+        """``rise``: the derivative of H by t."""
+        rest, width = highest - squared, FADE * highest
+        root = (rest * rest + width * width) ** 0.5
+        inverse = 1.0 / root
+        part, narrow = rest * inverse, width * inverse
+        return cls(
+            rest=rest,
+            part=part,
+            steep=narrow * narrow * inverse,
+            rise=FADE * narrow * (squared * inverse * inverse) * rise,
+            S=0.5 * (highest + squared + root),
+            by_t=0.5 * (1.0 + part + FADE * narrow) * rise,
+            by_v=0.5 * (1.0 - part),
+        )
 
 
-def _powers(t: Any, count: int) -> list[Any]:
-    """1, t, t^2, ...: shared by all polynomials, which then are sums without a product."""
-    found = [1.0 + 0.0 * t, t]
+def _surface(
+    polynomials: Sequence[Polynomial], slopes: Sequence[Polynomial], values: list[Any], scale: _Scale, squared: Any
+) -> tuple[Any, Any, Any]:
+    """S times the sum over the Tj of 2 V/S - 1, and its derivatives by t and V."""
+    share = squared / scale.S
+    places = _chebyshev(2.0 * share - 1.0, len(polynomials))
+    factors = [_value(p, values) for p in polynomials]
+    total = _value(factors, places)
+    by_share = 2.0 * _value(_derivative(factors), places)
+    by_t = _value([_value(p, values) for p in slopes], places)
+    # the share V/S falls as S grows
+    along = total - share * by_share
+    return scale.S * total, scale.S * by_t + scale.by_t * along, scale.by_v * along + by_share
+
+
+def _chebyshev(argument: Any, count: int) -> list[Any]:
+    """T0, T1, T2, ...: shared by all sums, which then have no other product."""
+    found = [1.0 + 0.0 * argument, argument]
     while len(found) < count:
-        found.append(found[len(found) // 2] * found[(len(found) + 1) // 2])
+        half, rest = len(found) // 2, (len(found) + 1) // 2
+        found.append(2.0 * (found[half] * found[rest]) - found[rest - half])
     return found[:count]
 
 
-def _value(coefficients: Polynomial, powers: list[Any]) -> Any:
-    return _sum(factor * power for factor, power in zip(coefficients, powers, strict=False))
+def _value(coefficients: Sequence[Any], values: Sequence[Any]) -> Any:
+    return _sum(factor * value for factor, value in zip(coefficients, values, strict=False))
 
 
-def _slope(coefficients: Polynomial, powers: list[Any]) -> Any:
-    return _sum(
-        (k + 1.0) * factor * power for k, (factor, power) in enumerate(zip(coefficients[1:], powers, strict=False))
-    )
+def _derivative(coefficients: Sequence[Any]) -> list[Any]:
+    """The coefficients of the derivative of a sum of Chebyshev polynomials by their argument."""
+    found: list[Any] = [0.0] * (len(coefficients) + 1)
+    for j in range(len(coefficients) - 1, 0, -1):
+        found[j - 1] = found[j + 1] + (2.0 * j) * coefficients[j]
+    found[0] = 0.5 * found[0]
+    return found[: max(1, len(coefficients) - 1)]
 
 
 def _sum(terms: Iterable[Any]) -> Any:
