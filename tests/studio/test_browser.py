@@ -122,6 +122,38 @@ def test_an_error_stands_beside_its_control_and_the_picture_stays(page):
     page.wait("document.querySelector('[data-name=disc_radius] .error').hidden")
 
 
+def test_an_error_of_a_quantity_stands_beside_the_control_that_gives_it(page):
+    page.js("document.getElementById('tab-Gel').click()")
+    type_in(page, "hoop_prestretch", "0.08")
+    page.wait("!document.querySelector('[data-name=hoop_prestretch] .error').hidden")
+    assert "pre-stretch" in page.js("document.querySelector('[data-name=hoop_prestretch] .error').textContent")
+
+
+def test_a_motion_that_ends_has_no_spectrum_and_the_panel_says_so(page):
+    texts = "window.texts = []; const own = CanvasRenderingContext2D.prototype.fillText;"
+    page.js(
+        f"(() => {{ {texts} CanvasRenderingContext2D.prototype.fillText = function (t, ...p) {{"
+        "texts.push(t); return own.call(this, t, ...p) }; })()"
+    )
+    page.js("document.querySelector('[data-tab=spectrum]').click()")
+    page.wait("texts.some((text) => /^10[\u2070-\u207e\u00b2\u00b3\u00b9]+$/.test(text))")
+    type_in(page, "voltage_amplitude", "3 kV")
+    page.wait("studio.looks.a.words.ended && studio.looks.a.spectrum && studio.looks.a.lines && true")
+    page.wait("texts.at(-1) === 'A motion that ends has no spectrum.'")
+
+
+def test_no_name_over_the_map_is_cut_short(page):
+    page.size(1024, 700)
+    pick(page, "#map select", "dielectric_strength")
+    page.js("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    cut = page.js(
+        "[...document.querySelectorAll('#map .bar select')].filter((own) => { const style = getComputedStyle(own),"
+        "g = document.createElement('canvas').getContext('2d'); g.font = style.font; g.letterSpacing = style.letterSpacing;"
+        "return g.measureText(own.selectedOptions[0].textContent).width + 16 > own.clientWidth }).length"
+    )
+    assert cut == 0
+
+
 def test_a_lock_keeps_a_value(page):
     page.js("document.querySelector('[data-name=frequency] .lock').click()")
     type_in(page, "frequency", "12 Hz")

@@ -87,8 +87,12 @@ export function spectrumPanel(host, looks) {
   const decades = new Range();
   return new Plot(host, {
     draw(p) {
-      const shown = sidesOf(looks).filter(([look]) => look.spectrum?.amplitude?.length);
-      if (!shown.length) return p.label("The actuator stands still, or its spectrum is under way.", p.w / 2, p.h / 2, { align: "center" });
+      const sides = sidesOf(looks), shown = sides.filter(([look]) => look.spectrum?.amplitude?.some(Number.isFinite));
+      if (!shown.length) {
+        const ended = sides.some(([look]) => look.words.ended);
+        const text = ended ? "A motion that ends has no spectrum." : "The actuator stands still, or its spectrum is under way.";
+        return p.label(text, p.w / 2, p.h / 2, { align: "center" });
+      }
       const { axes } = shown[0][0].about, top = Math.max(...shown.map(([look]) => look.spectrum.drive)) * 8;
       const most = Math.max(...shown.flatMap(([look]) => [...look.spectrum.amplitude.subarray(1)]), 1e-12);
       const log = (v) => Math.log10(Math.max(v, 1e-30)), y = decades.fit([log(most) - 6, log(most)]);
