@@ -29,6 +29,7 @@ from gelcone.studio.page import Page
 from gelcone.studio.pool import LANES
 from gelcone.studio.server import LARGEST_MESSAGE, Studio
 from gelcone.studio.setting import Shelf
+from gelcone.studio.slot import GRACE
 
 PUMP = {"device": "biased-pump"}
 ENDLESS = {**PUMP, "values": {"frequency": "1e999 Hz"}}
@@ -191,6 +192,25 @@ def test_the_newest_request_wins_and_is_answered(server):
             answered.append(answer(page, "response")[0]["id"])
         assert answered == sorted(answered)
         assert len(answered) < 60
+
+
+def test_a_picture_that_takes_longer_than_the_grace_comes_while_the_hand_still_moves(server, monkeypatch):
+    response = look.response
+
+    def slow(subject, periods):
+        time.sleep(1.5 * GRACE)
+        return response(subject, periods)
+
+    monkeypatch.setattr(look, "response", slow)
+    with server.page() as page:
+        for number in range(60):
+            ask(page, "look", number, side="a", setting=PUMP)
+            time.sleep(0.02)
+        answered = []
+        while not answered or answered[-1] != 59:
+            answered.append(answer(page, "response")[0]["id"])
+        assert answered == sorted(answered)
+        assert len(answered) >= 3
 
 
 def test_what_refines_an_older_picture_gives_way_to_a_newer_one_at_once(server, monkeypatch):

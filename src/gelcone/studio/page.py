@@ -49,7 +49,7 @@ class Page:
 
     def __init__(self, socket: WebSocket, shelf: Shelf, pool: Pool, saving: Pool) -> None:
         self.socket, self.shelf, self.pool, self.saving = socket, shelf, pool, saving
-        self.first, self.second = Slot(self._look), Slot(self._examine)
+        self.first, self.second = Slot(self._look, patient=True), Slot(self._examine)
         self._threads = ThreadPoolExecutor(THREADS)
         self._sending = asyncio.Lock()
         self._lanes = {name: self._pool(name).lane() for name in LANES}

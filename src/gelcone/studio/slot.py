@@ -1,7 +1,8 @@
 """What a page asks again and again while a hand moves: the newest request wins.
 
 A slot does one thing at a time; what arrives meanwhile replaces what waits. What runs is told to stop once it has had
-its grace: stopped at once, a slider that moves sixty times a second would never see an answer.
+its grace: stopped at once, a slider that moves sixty times a second would never see an answer. A patient slot lets what
+follows a stopped one run to its end: else nothing that takes longer than the grace would come before the hand rests.
 """
 
 from __future__ import annotations
@@ -23,11 +24,13 @@ GRACE = 0.15
 class Slot:
     """Does the newest of what it is given for each side of the page, one after the other."""
 
-    def __init__(self, work: Callable[[str, Any], Awaitable[None]]) -> None:
-        self.work, self.watch = work, Watch()
+    def __init__(self, work: Callable[[str, Any], Awaitable[None]], *, patient: bool = False) -> None:
+        self.work, self.patient, self.watch = work, patient, Watch()
         self.refines = False
         """Whether what runs only adds to what the page shows already."""
         self._next: dict[str, Any] = {}
+        self._unanswered: set[str] = set()
+        """Sides of a patient slot whose last request was stopped."""
         self._side = ""
         self._began = 0.0
         self._wake = asyncio.Event()
@@ -35,7 +38,11 @@ class Slot:
     @property
     def overtaken(self) -> bool:
         """Whether something newer waits and the grace is over."""
-        return self._side in self._next and time.monotonic() - self._began > GRACE
+        return self._gives_way and time.monotonic() - self._began > GRACE
+
+    @property
+    def _gives_way(self) -> bool:
+        return self._side in self._next and self._side not in self._unanswered
 
     def give(self, side: str, request: Any) -> None:
         self._next[side] = request
@@ -49,7 +56,7 @@ class Slot:
             self.watch.stop.set()
 
     def _overtake(self, watch: Watch) -> None:
-        if self._side in self._next and self.watch is watch:
+        if self._gives_way and self.watch is watch:
             watch.stop.set()
 
     async def run(self) -> None:
@@ -60,8 +67,13 @@ class Slot:
             self._side = next(iter(self._next))
             request = self._next.pop(self._side)
             self.watch, self._began, self.refines = Watch(), time.monotonic(), False
-            with suppress(Stopped, WebSocketDisconnect):
-                await self.work(self._side, request)
+            with suppress(WebSocketDisconnect):
+                try:
+                    await self.work(self._side, request)
+                    self._unanswered.discard(self._side)
+                except Stopped:
+                    if self.patient:
+                        self._unanswered.add(self._side)
 
     def end(self) -> None:
         self.watch.stop.set()
