@@ -8,6 +8,8 @@ import pytest
 pytest.importorskip("skfem")
 
 from gelcone.continuum import pull_in
+from gelcone.continuum.charged import Charged
+from gelcone.continuum.path import Ending
 from gelcone.continuum.pull_in import PullInCurve, find_pull_in_curve, pull_in_curve
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
@@ -30,6 +32,15 @@ def test_a_film_that_is_slack_at_any_voltage_pulls_in_only_where_it_is_in_tensio
     np.testing.assert_array_equal(found.voltage([0.0, 0.5, 1.0, 1.3]), np.inf)
     np.testing.assert_allclose(found.voltage([1.6, 2.0]), 1.0653, rtol=found.error)
     assert found.error < 0.02
+
+
+def test_a_height_at_which_the_search_fails_says_nothing(monkeypatch):
+    found = Charged([], 0.01, 0.0, Ending.NOT_CONVERGED), Charged([], 0.25, 0.0, Ending.PULLED_IN)
+    monkeypatch.setattr(pull_in, "HEIGHTS", (0.5, 0.75))
+    monkeypatch.setattr(pull_in, "charged", lambda film, start, *_, **__: found[start.height == 0.75])
+    curve = pull_in_curve(ConeModel())
+    assert curve.displacements == (0.0, 0.75)
+    assert curve.voltages[-1] == 0.5
 
 
 def test_a_curve_is_even_linear_between_its_points_and_level_beyond():

@@ -67,6 +67,8 @@ def pull_in_curve(model: ConeModel, radius_ratio: float = DEFAULT_RADIUS_RATIO) 
         slack = slack_squared(film, height) if known else np.inf
         highest = min(lowest, searched, SLACK_MARGIN * slack)
         found = charged(film, start, highest, min(highest, 1.2 * guess) / STEPS, tolerance=TOLERANCE)
+        if found.ending == Ending.NOT_CONVERGED:
+            continue  # nothing is known there: its neighbours tell
         if found.ending == Ending.PULLED_IN:
             lowest = min(lowest, found.end)
         x.append(height)

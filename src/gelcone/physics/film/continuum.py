@@ -68,7 +68,7 @@ class ContinuumFilm(FittedFilm):
     slack_first : s up to which the film falls slack before it pulls in; negative if it does so nowhere.
     slack_limit : V above which a slack film has pulled in.
     errors : of k over k + 2 % of k without voltage, and of pull-in voltages; at states fitted and between them, there
-        on a finer mesh, and three tenths more (half more, where it hangs loose).
+        on a finer mesh, and more by three tenths, or by seven where it hangs loose.
     """
 
     variable: float
