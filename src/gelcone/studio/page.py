@@ -364,7 +364,7 @@ class Page:
             if self.socket.application_state is WebSocketState.CONNECTED:
                 try:
                     await self.socket.send_bytes(frame)
-                except RuntimeError:  # closed meanwhile, as by a browser that is too busy to answer a ping
+                except RuntimeError:  # closed meanwhile
                     raise WebSocketDisconnect from None
 
 
