@@ -9,8 +9,10 @@ import pytest
 pytest.importorskip("skfem")
 
 from gelcone.continuum import fit
+from gelcone.continuum.charged import slack_limit
 from gelcone.continuum.fit import FLOOR, find_film, fit_film, kept_film, write_film
-from gelcone.continuum.membrane import membrane
+from gelcone.continuum.membrane import membrane, raised_film
+from gelcone.continuum.mesh import mesh_film
 from gelcone.continuum.path import Ending
 from gelcone.continuum.unwrinkled import fit_unwrinkled
 from gelcone.errors import InputError
@@ -201,3 +203,21 @@ def test_films_of_another_fit_have_their_own_file(kept, monkeypatch):
     assert kept_film(fit_another, ConeModel(), 0.2) == film()
     assert len(fits) == 1
     assert fit_unwrinkled.__name__ != fit_film.__name__
+
+
+STRETCHED = ConeModel(prestretch=1.2, prestretch_mode="equibiaxial", spring_stiffness=0.0)
+
+
+@pytest.mark.parametrize("check", [False, True])
+def test_states_are_dense_where_a_film_falls_slack(check):
+    """The force bends towards zero there: a gap between the last states hid errors of 3.5 %."""
+    film = mesh_film(
+        ConeModel(prestretch=1.2, prestretch_mode="equibiaxial", spring_stiffness=0.0), 0.2, 12, relaxed=True
+    )
+    column = fit._column(film, raised_film(film, [0.1])[0.1], slack_limit(film.model), 0.0, check=check)
+    shares = column.squared / column.charged.end
+    assert column.slackens
+    assert shares[-1] == pytest.approx(0.995)
+    assert np.diff(shares).max() < 0.07
+    assert np.diff(shares[shares > 0.93]).max() < 0.025
+    assert (np.diff(column.stiffness) < 0.0).all()

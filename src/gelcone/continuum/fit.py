@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial.chebyshev import chebvander
 
-from gelcone.continuum.charged import Charged, charged, flat_squared, slack_limit, slack_squared
+from gelcone.continuum.charged import Charged, charged, flat_squared, follow, slack_limit, slack_squared
 from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO, highest_span, limit_shares, raised_film, stress_state
 from gelcone.continuum.mesh import SLACK_STIFFNESS, Film, check_radius_ratio, import_skfem, mesh_film
 from gelcone.continuum.path import Ending, Point, reach
@@ -62,7 +62,7 @@ STEPS, CHECK_STEPS = 15, 22
 """Of the voltage squared, up to pull-in; at the heights between."""
 CHECK_SHARE = 0.4
 """Share of the work that these take."""
-MARGIN, LOOSE_MARGIN = 1.3, 1.7
+MARGIN, LOOSE_MARGIN = 1.5, 1.7
 """The error that a film states over the largest that was found: others lie between. More where it hangs loose."""
 SEARCHED = 4.0
 """V over 1/G up to which the end is sought of a film that does not pull in when slack."""
@@ -94,6 +94,8 @@ SCALED = 0.1
 """Weight of what was scaled to lower heights."""
 SLACK_MARGIN = 0.995
 """Share of the V at which the film falls slack up to which it is followed."""
+NEARLY_SLACK, CHECK_NEARLY_SLACK = (0.95, 0.97, 0.985), (0.94, 0.96, 0.978, 0.99)
+"""Shares of that V at which it is looked at besides: there the force bends towards zero."""
 NARROWINGS = 4
 """Heights between one at which the film falls slack and one at which it pulls in."""
 SOURCES = (
@@ -371,12 +373,25 @@ def _column(film: Film, start: Point, highest: float, guess: float, *, check: bo
     step = near / (CHECK_STEPS if check else STEPS)
     found = charged(film, start, min(highest, SLACK_MARGIN * slack) if known else highest, step)
     if known and found.ending == Ending.CONVERGED and SLACK_MARGIN * slack < highest:
-        found = found._replace(end=slack, ending=Ending.SLACK)
+        shares = CHECK_NEARLY_SLACK if check else NEARLY_SLACK
+        more = _between(film, found.points, [share * slack for share in shares])
+        found = found._replace(points=more, end=slack, ending=Ending.SLACK)
     elif known and found.ending == Ending.SLACK:
         found = found._replace(ending=Ending.PULLED_IN)
     c = float(film.coefficients["A"])
     disc = [stress_state(film, point.position, point.squared)[0][0] ** 2 / c - 1.0 for point in found.points]
     return _Column(start.height**2, found, start.force / start.height, np.array(disc), check)
+
+
+def _between(film: Film, points: list[Point], levels: list[float]) -> list[Point]:
+    """The states, with those at more V between them."""
+    found = list(points)
+    for level in levels:
+        below = max((point for point in found if point.squared < level), key=lambda point: point.squared)
+        point = follow(film, below, level)
+        if point is not None:
+            found.append(point)
+    return sorted(found, key=lambda point: point.squared)
 
 
 def _first_pull_in(film: Film, below: _Column | None, above: Point, highest: float) -> list[_Column]:
