@@ -262,3 +262,14 @@ def test_the_membranes_static_pull_in_is_found_above_the_voltages_that_were_aske
     curves, limits = envelope_module._static(WRINKLING, 0.2, membrane)
     assert curves["peak_voltage"][-1] == 0.2
     assert limits[STATIC_LIMITS.index("pull-in")] == pytest.approx(0.45, abs=2e-3)
+
+
+@pytest.mark.parametrize(("voltages", "expected"), [((np.inf, np.inf), np.inf), ((np.inf, 0.9), None)])
+def test_a_membrane_that_pulls_in_at_no_voltage_or_only_higher_up_has_a_static_limit(voltages, expected):
+    """Of a film with a low stretch limit, whose cone never pulls in."""
+    model = WRINKLING.replace(stretch_limit=5.0, rest_height=0.8, spring_stiffness=0.5)
+    _, limits = envelope_module._static(
+        model, 0.2, PullInCurve((0.0, 0.5, 2.0), (voltages[0], *voltages[1:] * 2), 0.01)
+    )
+    found = limits[STATIC_LIMITS.index("pull-in")]
+    assert found == expected if expected is not None else 0.9 <= found <= 1.8

@@ -6,6 +6,7 @@ to the constant peak voltage reached on a slow ramp; driven limits to the settle
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,6 +37,8 @@ STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stre
 PEAKS = (1.0 / 12.0, 2.0, 24)
 """Peak voltages over the model's own that are examined: from, to, how many."""
 STATIC_POINTS = 400
+LATER = 2.0
+"""Constant voltages up to which a membrane's pull-in is looked for, over the largest of its own."""
 COEXISTING_SHARE = 0.3
 """About the share of the work that goes into coexisting motions."""
 
@@ -377,7 +380,11 @@ def _static(model: ConeModel, highest: float, membrane: PullInCurve | None = Non
 
 def _membrane_pull_in(model: ConeModel, membrane: PullInCurve, highest: float) -> float:
     """Constant voltage up to ``highest`` at which the membrane pulls in where the ramp has led; infinity if none."""
-    levels = np.linspace(0.0, min(highest, 1.01 * max(membrane.voltages)), STATIC_POINTS + 1)
+    finite = [voltage for voltage in membrane.voltages if math.isfinite(voltage)]
+    if not finite:
+        return math.inf
+    # where it pulls in at all, it has at the largest of these; the ramp may come there later
+    levels = np.linspace(0.0, min(highest, LATER * max(finite)), STATIC_POINTS + 1)
     return _first(levels, levels - membrane.voltage(stroke_and_blocked_force(model, levels)["displacement"].values))
 
 
