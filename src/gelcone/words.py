@@ -222,8 +222,13 @@ def validity_in_words(result: xr.Dataset) -> list[str]:
         "the model holds: film away from its limits" if states else "the model holds: film taut, away from its limits"
     )
     lines = [*states, _how_often(failing, count) if failing else holds]
-    unknown_strength = known[FAILINGS["near_limit"]].size and not known[FAILINGS["breakdown"]].size
-    return [*lines, UNKNOWN_STRENGTH] if unknown_strength else lines
+    return [*lines, *strength_in_words(result)]
+
+
+def strength_in_words(result: xr.Dataset) -> list[str]:
+    """That the dielectric strength is missing, where the film's states are known and whether it breaks down is not."""
+    held, field = (np.isfinite(result[f"validity_{name}"]).any() for name in ("near_limit", "breakdown"))
+    return [UNKNOWN_STRENGTH] if held and not field else []
 
 
 def film_state_in_words(result: xr.Dataset) -> list[str]:

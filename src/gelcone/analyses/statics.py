@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.physics.balance import PullIn
-from gelcone.words import FAILINGS, UNKNOWN_STRENGTH, meaning_at, measured, members_of, shortened, unit_of
+from gelcone.words import FAILINGS, meaning_at, measured, members_of, shortened, strength_in_words, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,8 +106,7 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
             f"  {measured(one['constant_voltage'])}: rests at {', '.join(places) or 'nothing'}; "
             f"{', '.join(told) or 'beyond pull-in'}"
         )
-    held, field = (np.isfinite(member[f"validity_{name}"]).any() for name in ("near_limit", "breakdown"))
-    return ["constant voltage:", *shortened(lines), *([UNKNOWN_STRENGTH] if held and not field else [])]
+    return ["constant voltage:", *shortened(lines), *strength_in_words(member)]
 
 
 def _about(equilibrium: dict[str, Any]) -> list[str]:
