@@ -1,12 +1,14 @@
 """Files on disk: whole or not at all, never over another one unasked."""
 
 import os
+import socket
 import stat
+from pathlib import Path
 
 import pytest
 
-from gelcone import InputError
-from gelcone.files import check_writable, write_together, write_whole
+from gelcone import InputError, files, find_device, read_film
+from gelcone.files import check_writable, read_text, write_together, write_whole
 
 
 def write_text(text):
@@ -121,3 +123,73 @@ def test_a_name_that_no_folder_can_have_is_refused(tmp_path, name):
 def test_looking_whether_files_can_be_written_touches_nothing(tmp_path):
     check_writable([tmp_path / "new" / "a.nc", tmp_path / "b.nc"])
     assert os.listdir(tmp_path) == []
+
+
+# --- what is read -----------------------------------------------------------------------------------------------------
+
+
+def test_a_text_is_read_with_and_without_its_byte_order_mark(tmp_path):
+    for mark in (b"", b"\xef\xbb\xbf"):
+        (tmp_path / "a.txt").write_bytes(mark + "µ".encode())
+        assert read_text(tmp_path / "a.txt", "remedy") == "µ"
+
+
+def test_only_a_regular_file_is_read(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    listening = socket.socket(socket.AF_UNIX)
+    listening.bind(str(tmp_path / "socket"))
+    (tmp_path / "link").symlink_to("/dev/zero")
+    for path in ("/dev/zero", "/dev/stdin", tmp_path / "pipe", tmp_path / "socket", tmp_path / "link"):
+        with pytest.raises(InputError, match="is not a regular file; give another"):
+            read_text(Path(path), "give another")
+    with pytest.raises(InputError, match="is a folder; give another"):
+        read_text(tmp_path, "give another")
+    listening.close()
+
+
+def test_a_file_that_becomes_a_pipe_meanwhile_holds_up_nobody(tmp_path, monkeypatch):
+    os.mkfifo(tmp_path / "pipe")
+    regular = (tmp_path / "a.txt").write_text("") or (tmp_path / "a.txt").stat()
+    monkeypatch.setattr(Path, "stat", lambda self: regular)
+    assert read_text(tmp_path / "pipe", "remedy") == ""
+
+
+def test_a_file_that_is_too_large_is_refused_after_the_bytes_that_are_read_at_most(tmp_path, monkeypatch):
+    monkeypatch.setattr(files, "LARGEST_TEXT", 2**20)
+    path = tmp_path / "large.txt"
+    path.write_bytes(b"x" * 2**20)
+    assert len(read_text(path, "remedy")) == 2**20
+    path.write_bytes(b"x" * (2**20 + 1))
+    with pytest.raises(InputError, match=r"large.txt: is larger than 1 MB; give another"):
+        read_text(path, "give another")
+    with path.open("r+b") as file:
+        file.truncate(2**40)  # a file with a hole, of which reading all would end the memory
+    with pytest.raises(InputError, match="is larger than 1 MB"):
+        read_text(path, "give another")
+
+
+@pytest.mark.parametrize("read", [find_device, read_film])
+def test_devices_and_films_are_read_within_these_bounds(read, tmp_path, monkeypatch):
+    monkeypatch.setattr(files, "LARGEST_TEXT", 2**20)
+    (tmp_path / "large").write_bytes(b"#" * (2**20 + 1))
+    with pytest.raises(InputError, match="is larger than 1 MB"):
+        read(tmp_path / "large")
+    with pytest.raises(InputError, match="is not a regular file"):
+        read("/dev/zero")
+
+
+def test_texts_that_a_user_names_are_read_in_this_one_place():
+    """Other reads are of files that ship, or that gelcone wrote into a store or the user's cache."""
+    own = {
+        "__init__.py", "presets.py", "plots/style.py", "continuum/fit.py", "devices/materials.py", "cli/lists.py",
+        "atlas/store.py", "atlas/branches/journal.py", "atlas/processes.py", "motion/engine/compile.py",
+        "paper/report.py", "paper/stamp.py", "studio/server.py", "studio/exports.py",
+    }  # fmt: skip
+    package = Path(files.__file__).parent
+    reads = ("read_text(encoding", "read_bytes(", "np.load(", ".open(", " open(", "loadtxt", "genfromtxt", "fromfile(")
+    found = {
+        str(path.relative_to(package))
+        for path in package.rglob("*.py")
+        if any(read in path.read_text(encoding="utf-8") for read in reads)
+    }
+    assert found - own - {"files.py"} == set()

@@ -1,14 +1,53 @@
-"""Files that appear whole or not at all, and the checks before anything is written."""
+"""Files that are read within bounds, and files that appear whole or not at all."""
 
 from __future__ import annotations
 
 import errno
 import os
+import stat
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from gelcone.errors import InputError
+
+LARGEST_TEXT = 2**24
+"""Bytes of a text file, such as a device or a film, that are read at most."""
+
+
+def read_text(path: Path, remedy: str) -> str:
+    """The text of a regular file of at most `LARGEST_TEXT` bytes of UTF-8, with or without a byte-order mark.
+
+    Raises `InputError`, which ends in ``remedy``, for what cannot be read, for a folder, a device or a pipe, which are
+    not opened, and for a file that is larger.
+    """
+    shown = str(path) if str(path).isprintable() else repr(str(path))
+    try:
+        mode = path.stat().st_mode
+        if stat.S_ISDIR(mode):
+            raise InputError(f"{shown}: is a folder; {remedy}")
+        if not stat.S_ISREG(mode):
+            raise InputError(f"{shown}: is not a regular file; {remedy}")
+        with open(path, "rb", opener=_open_regular) as file:
+            data = file.read(LARGEST_TEXT + 1)
+    except FileNotFoundError:
+        raise InputError(f"{shown}: there is no such file; {remedy}") from None
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{shown}: cannot be read ({reason}); {remedy}") from None
+    if len(data) > LARGEST_TEXT:
+        raise InputError(f"{shown}: is larger than {LARGEST_TEXT // 2**20} MB; {remedy}")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{shown}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+
+
+def _open_regular(path: str, flags: int) -> int:
+    """Opens a file without waiting: one that has become a pipe meanwhile would never answer."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def write_whole(path: Path, write: Callable[[Path], None], *, force: bool = False) -> None:

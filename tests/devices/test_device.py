@@ -331,11 +331,17 @@ def test_bad_files_are_told_with_the_line(tmp_path, text, message):
 
 
 def test_files_that_cannot_be_read(tmp_path):
-    with pytest.raises(InputError, match=r"none\.toml: there is no such file; devices that ship: .*paper-table1"):
+    with pytest.raises(
+        InputError,
+        match=r"none\.toml: there is no such file; give a TOML file or a name; devices that ship: .*paper-table1",
+    ):
         find_device(tmp_path / "none.toml")
     with pytest.raises(InputError, match=r"is a folder; give a TOML file or a name; devices that ship"):
         find_device(tmp_path)
-    with pytest.raises(InputError, match=r"paper-tabel1: there is no such file; devices that ship: .*paper-table1"):
+    with pytest.raises(
+        InputError,
+        match=r"paper-tabel1: there is no such file; give a TOML file or a name; devices that ship: .*paper-table1",
+    ):
         find_device("paper-tabel1")
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(InputError, match=r"bytes\.toml: is not UTF-8 text \(byte 0\); save it as UTF-8"):

@@ -22,7 +22,7 @@ from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO, raised_film
 from gelcone.continuum.mesh import check_radius_ratio, mesh_film
 from gelcone.continuum.path import Ending
 from gelcone.errors import InputError
-from gelcone.files import write_whole
+from gelcone.files import read_text, write_whole
 from gelcone.physics.film.wrinkling import NEVER, WrinklingCone
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
@@ -97,8 +97,8 @@ def find_pull_in_curve(model: ConeModel, radius_ratio: float) -> PullInCurve | N
 
 @lru_cache(maxsize=64)
 def _kept(path: Path, alone: ConeModel, radius_ratio: float) -> PullInCurve | None:
-    with contextlib.suppress(OSError, ValueError, TypeError):
-        x, voltages, error = json.loads(path.read_text("utf-8"))
+    with contextlib.suppress(ValueError, TypeError):
+        x, voltages, error = json.loads(read_text(path, "remove it"))
         return PullInCurve(tuple(x), tuple(voltages), float(error))
     try:
         found = pull_in_curve(alone, radius_ratio)

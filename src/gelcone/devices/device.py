@@ -12,13 +12,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gelcone.devices.files import located, read_text, shipped_devices
+from gelcone.devices.files import located, shipped_devices, what_ships
 from gelcone.devices.materials import Material, find_material
 from gelcone.devices.record import Field, Record, unknown_field
 from gelcone.devices.scales import Scales, carried_mass
 from gelcone.devices.template import device_text
 from gelcone.devices.units import FieldError, format_si
 from gelcone.errors import DoubtfulInput, InputError, unknown_name
+from gelcone.files import read_text
 from gelcone.physics.drive import WAVEFORMS
 from gelcone.physics.film.fitted import FittedFilm
 from gelcone.physics.film.taut import PRESTRETCH_MODES
@@ -560,19 +561,29 @@ class Device(Record):
         Raises `InputError` with the file, and the line where it can be told, for a file that cannot be read or used.
         """
         path = Path(path)
-        source = read_text(path)
+        return cls._from_text(read_text(path, what_ships()), str(path), path.stem, path.parent)
+
+    @classmethod
+    def from_text(cls, text: str) -> Device:
+        """A device from the text of a device file; `InputError` as from `from_toml`."""
+        return cls._from_text(text, "the device file", "device", None)
+
+    @classmethod
+    def _from_text(cls, text: str, origin: str, name: str, folder: Path | None) -> Device:
+        """``origin`` is what messages call the text, ``name`` the device's if it states none; a film's file lies in
+        ``folder``."""
         try:
-            values = tomllib.loads(source)
+            values = tomllib.loads(text)
         except (ValueError, RecursionError) as error:
-            raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
+            raise InputError(f"{origin}: broken TOML: {error}; correct it there") from None
         try:
             film = values.get("film")
-            if isinstance(film, str) and film not in (*FILMS, "continuum"):
-                values["film"] = str(path.parent / film)
-            return cls(**{"name": path.stem} | values)
+            if folder is not None and isinstance(film, str) and film not in (*FILMS, "continuum"):
+                values["film"] = str(folder / film)
+            return cls(**{"name": name} | values)
         except FieldError as error:
             raise InputError(
-                "\n".join(located(path, source, one) for one in getattr(error, "errors", [error]))
+                "\n".join(located(origin, text, one) for one in getattr(error, "errors", [error]))
             ) from None
 
 

@@ -1,4 +1,4 @@
-"""Device files: the text of one, where a line of it is wrong, and those that ship."""
+"""Device files: where a line of one is wrong, and those that ship."""
 
 from __future__ import annotations
 
@@ -6,22 +6,6 @@ import re
 from pathlib import Path
 
 from gelcone.devices.units import FieldError
-from gelcone.errors import InputError
-
-
-def read_text(path: Path) -> str:
-    told = str(path) if str(path).isprintable() else repr(str(path))
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(f"{told}: there is no such file; {_what_ships()}") from None
-    except IsADirectoryError:
-        raise InputError(f"{told}: is a folder; give a TOML file or a name; {_what_ships()}") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{told}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{told}: cannot be read ({reason}); give a TOML file that can") from None
 
 
 def _line_of(field: str, source: str) -> int | None:
@@ -33,7 +17,7 @@ def _line_of(field: str, source: str) -> int | None:
     return None
 
 
-def located(path: Path, source: str, error: FieldError) -> str:
+def located(path: str | Path, source: str, error: FieldError) -> str:
     """An error with the file, and the line where it can be told."""
     line = _line_of(error.field, source)
     return f"{path}{f', line {line}' if line else ''}: {error}"
@@ -49,5 +33,6 @@ def shipped_devices() -> dict[str, Path]:
     return {}
 
 
-def _what_ships() -> str:
-    return f"devices that ship: {', '.join(shipped_devices()) or 'none'}"
+def what_ships() -> str:
+    """What to give in place of a device file that cannot be read."""
+    return f"give a TOML file or a name; devices that ship: {', '.join(shipped_devices()) or 'none'}"

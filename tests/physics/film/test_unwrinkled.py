@@ -230,7 +230,7 @@ def test_files(tmp_path, fitted):
     assert read_film(path) == fitted
     with pytest.raises(InputError, match="exists already"):
         gelcone.write_film(fitted, path)
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="there is no such file; give a film"):
         read_film(tmp_path / "none.json")
     values = json.loads(fitted.to_json())
     for damage in ({"rest": None}, {"reach": -1.0}, {"wall": 2.0}, {"gelcone_film": 99}, {"rest": [float("nan")]}):

@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 
 from gelcone.errors import InputError
+from gelcone.files import read_text
 from gelcone.physics.component import from_record
 from gelcone.physics.film.continuum import ContinuumFilm
 from gelcone.physics.film.unwrinkled import UnwrinkledFilm
@@ -43,12 +44,5 @@ def film_from_json(text: str, origin: str = "film") -> ContinuumFilm | Unwrinkle
 
 def read_film(path: str | Path) -> ContinuumFilm | UnwrinkledFilm:
     """The film in a JSON file; `InputError` for one that cannot be read or used."""
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(
-            f"{path}: cannot be read ({reason}); give a film that gelcone validate --fit wrote, taut, "
-            "wrinkling or continuum"
-        ) from None
-    return film_from_json(text, str(path))
+    remedy = "give a film that gelcone validate --fit wrote, taut, wrinkling or continuum"
+    return film_from_json(read_text(Path(path), remedy), str(path))
