@@ -11,7 +11,8 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "src" / "gelcone"
 FLOORS = [
-    ["_version", "errors", "codes", "quantity", "statistics", "progress", "files", "accessor", "register"],
+    ["_version", "errors", "codes", "quantity", "statistics", "progress", "files", "permission"],
+    ["accessor", "register"],
     ["physics"],
     ["presets", "dataset"],
     ["continuum"],

@@ -11,8 +11,8 @@ from gelcone.progress import Stopped, Watch, watching
 from gelcone.studio.branches import _scale, follow_branches, follow_loci
 from gelcone.studio.grids import Axis, Source
 
-PUMP = Source(str(shipped_devices()["biased-pump"]), {"settings": []})
-FAST = Source(None, {"preset": "fast", "settings": []})
+PUMP = Source(shipped_devices()["biased-pump"], None, {"settings": []})
+FAST = Source(None, None, {"preset": "fast", "settings": []})
 
 
 @pytest.mark.slow

@@ -12,8 +12,7 @@ from tests.toys import CubicBias, ThreeHarmonics
 @pytest.fixture(scope="module")
 def shelf():
     shelf = Shelf()
-    yield shelf
-    shelf.close()
+    return shelf
 
 
 def by_name(subject):

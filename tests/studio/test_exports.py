@@ -33,7 +33,7 @@ AXES = defaultdict(tuple) | {
 
 def saved(setting, wanted, form, shelf):
     path = shelf.path(setting)
-    return exports.make(Source(None if path is None else str(path), typed(setting)), wanted, form)
+    return exports.make(Source(path, setting.file, typed(setting)), wanted, form)
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,6 @@ def test_the_command_and_the_lines_give_the_same_bits(kind, name, command_line, 
     setting = exports.fitting(SETTINGS[kind], wanted)
     own = tmp_path / "own.nc"
     own.write_bytes(saved(setting, wanted, "nc", shelf))
-    shelf.close()
     expected = gelcone.load(own)
 
     device = shelf.called(setting)
@@ -74,7 +73,6 @@ def test_the_lines_give_an_analysis_what_the_command_gives_it(name, monkeypatch)
     monkeypatch.setattr(gelcone, "save", lambda result, path: None)
     exec(exports.lines(setting, wanted, shelf.called(setting)), {})
     assert given == arguments_of(wanted.analysis, shelf.subject(setting), wanted.given)
-    shelf.close()
 
 
 @pytest.mark.slow
@@ -83,7 +81,6 @@ def test_figures_are_files(tmp_path):
     wanted = exports.Wanted.read("regime", {}, ())
     assert saved(SETTINGS["device"], wanted, "png", shelf).startswith(b"\x89PNG")
     assert b"<svg" in saved(SETTINGS["device"], wanted, "svg", shelf)[:1000]
-    shelf.close()
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from gelcone.devices.files import shipped_devices
 from gelcone.studio.controls import controls_of
 from gelcone.studio.grids import IMPOSSIBLE, Source, axis, even_tasks, kinds, thresholds
 
-PUMP = Source(str(shipped_devices()["biased-pump"]), {"settings": []})
+PUMP = Source(shipped_devices()["biased-pump"], None, {"settings": []})
 
 
 def test_cells_of_a_device_are_those_of_regime():
@@ -32,7 +32,7 @@ def test_any_field_of_a_device_is_an_axis_and_what_cannot_be_built_says_so():
 
 
 def test_cells_of_a_preset_take_starts_too():
-    found = kinds(Source(None, {"preset": "base", "settings": []}), {"displacement": ["0.5", "1"]})
+    found = kinds(Source(None, None, {"preset": "base", "settings": []}), {"displacement": ["0.5", "1"]})
     assert found["regime"].tolist() == [gelcone.Regime.REST] * 2
 
 
@@ -53,7 +53,7 @@ def test_an_axis_holds_numbers_of_a_control():
 
 
 def test_thresholds_are_those_of_limits():
-    preset = Source(None, {"preset": "base", "settings": []})
+    preset = Source(None, None, {"preset": "base", "settings": []})
     lines = thresholds(preset, {"spring_stiffness": ["0.5", "0.9"]})
     model = gelcone.ConeModel.from_parameters(preset.subject().model.parameters()).replace(spring_stiffness=[0.5, 0.9])
     limits = gelcone.limits(model)

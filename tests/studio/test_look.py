@@ -12,8 +12,7 @@ from gelcone.studio.setting import Setting, Shelf
 @pytest.fixture(scope="module")
 def shelf():
     shelf = Shelf()
-    yield shelf
-    shelf.close()
+    return shelf
 
 
 def test_the_run_is_that_of_simulate(shelf):

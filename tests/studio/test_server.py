@@ -142,7 +142,6 @@ def test_an_answer_is_not_held_back_until_the_one_before_is_acknowledged():
 
     assert asyncio.run(options())
     studio.stop()
-    studio.shelf.close()
 
 
 def test_another_host_is_refused(server):

@@ -131,7 +131,7 @@ def example(device: Device | None, name: str) -> str:
 
 
 def read_subject(
-    device: str | None = None,
+    device: str | Device | None = None,
     *,
     preset: str | None = None,
     film: str | None = None,
@@ -174,12 +174,12 @@ def read_subject(
 
 
 def _of_device(
-    name: str, given: dict[str, str], film: str | None, initial: str | None, fitting: Callable[[], None]
+    device: str | Device, given: dict[str, str], film: str | None, initial: str | None, fitting: Callable[[], None]
 ) -> Subject:
     from gelcone.devices.device import DEVICE_FIELDS, find_device
 
     changes = {setting: read_field(f"--set {setting}", text, setting, DEVICE_FIELDS) for setting, text in given.items()}
-    found = find_device(name)
+    found = find_device(device) if isinstance(device, str) else device
     if film is not None:
         changes = {"film": film} | changes
     if changes:

@@ -62,15 +62,16 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
     from gelcone.devices.files import shipped_devices
     from gelcone.errors import DoubtfulInput
     from gelcone.studio.server import LOCAL, Studio, run
-    from gelcone.studio.setting import Setting, Shelf, check_single
+    from gelcone.studio.setting import Setting, Shelf, check_single, names_in
 
     warnings.simplefilter("ignore", DoubtfulInput)  # the page shows them
     name = device if device is not None or preset is not None else "biased-pump"
-    given = None
+    given, names = None, frozenset[str]()
     if name is not None and (name not in shipped_devices() or Path(name).is_file()):
-        check_single(find_device(name))
-        given = Path(name)
-    studio = Studio(Shelf(given), host)
+        found = find_device(name)
+        check_single(found)
+        given, names = Path(name), names_in(found)
+    studio = Studio(Shelf(given, names), host)
     listening = studio.listen(port)
     shown = {"preset": preset} if name is None else {"device": given.stem if given else name}
     address = studio.address(urlencode(shown))

@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial.chebyshev import chebvander
 
+from gelcone import permission
 from gelcone.continuum.charged import Charged, charged, flat_squared, follow, slack_limit, slack_squared
 from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO, highest_span, limit_shares, raised_film, stress_state
 from gelcone.continuum.mesh import SLACK_STIFFNESS, Film, check_radius_ratio, import_skfem, mesh_film
@@ -196,6 +197,7 @@ def find_film(
     if choice in FILMS:
         return choice
     if choice != "continuum":
+        permission.check("film", choice)
         return read_film(choice)
     return kept_film(fit_film, model, radius_ratio, starting=starting)
 

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from gelcone import permission
 from gelcone.devices.files import located, shipped_devices, what_ships
 from gelcone.devices.materials import Material, find_material
 from gelcone.devices.record import Field, Record, unknown_field
@@ -663,6 +664,7 @@ def find_device(name_or_path: str | Path) -> Device:
     """
     path = Path(name_or_path)
     shipped = shipped_devices()
+    permission.check("device", str(name_or_path))
     if str(name_or_path) in shipped and not path.is_file():
         return Device.from_toml(shipped[str(name_or_path)])
     return Device.from_toml(path)

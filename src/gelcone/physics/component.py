@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, ClassVar, TypeVar
 
+from gelcone import permission
 from gelcone.errors import InputError, unknown_name
 from gelcone.quantity import Quantity
 
@@ -82,9 +83,8 @@ def to_record(component: Component, shipped: Mapping[str, Component]) -> Any:
 
     One that does not ship is named by module and class, ``"module:Class"``.
     """
-    own = type(component)
-    ships = type(shipped.get(component.name)) is own
-    name = component.name if ships else f"{own.__module__}:{own.__qualname__}"
+    ships = type(shipped.get(component.name)) is type(component)
+    name = component.name if ships else _class_name(component)
     fields = {f.name: _plain(getattr(component, f.name)) for f in _fields(component)}
     return {"component": name, **fields} if fields else name
 
@@ -92,7 +92,8 @@ def to_record(component: Component, shipped: Mapping[str, Component]) -> Any:
 def from_record(kind: str, record: Any, shipped: Mapping[str, C], base: type[C]) -> C:
     """The component that `to_record` wrote; ``kind`` names it in messages.
 
-    Raises `InputError` for an unknown name, and for a class that cannot be imported or does not take the fields.
+    Raises `InputError` for an unknown name, for a class that cannot be imported or does not take the fields, and for
+    one that does not ship where `gelcone.permission` does not allow it.
     """
     fields = dict(record) if isinstance(record, Mapping) else {"component": record}
     name = fields.pop("component", None)
@@ -144,7 +145,23 @@ def _value(data: Any) -> Any:
     return tuple(_value(part) for part in data) if isinstance(data, list | tuple) else data
 
 
+def class_names(component: Component) -> set[str]:
+    """The names in files, ``"module:Class"``, of a component's class and of those of its parts."""
+    parts = [part for f in _fields(component) for part in _flat(getattr(component, f.name))]
+    return {_class_name(component)}.union(*map(class_names, parts))
+
+
+def _flat(value: Any) -> list[Component]:
+    values = value if isinstance(value, tuple | list) else [value]
+    return [part for part in values if isinstance(part, Component)]
+
+
+def _class_name(component: Component) -> str:
+    return f"{type(component).__module__}:{type(component).__qualname__}"
+
+
 def _imported(kind: str, name: str) -> type[Any]:
+    permission.check(kind, name)
     module, _, path = name.partition(":")
     try:
         found: Any = import_module(module)

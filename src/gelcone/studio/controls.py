@@ -9,12 +9,27 @@ from typing import Any
 
 from gelcone.analyses.subject import Subject
 from gelcone.devices.device import Device
+from gelcone.devices.materials import load_materials
 from gelcone.devices.record import Field
 from gelcone.devices.units import DIMENSIONS, format_si
-from gelcone.physics.records import bias_record
+from gelcone.physics.bias import BIASES
+from gelcone.physics.circuit import CIRCUITS
+from gelcone.physics.drive import WAVEFORMS
+from gelcone.physics.film.taut import PRESTRETCH_MODES
+from gelcone.physics.laws import LAWS
+from gelcone.physics.records import FILMS, bias_record
 from gelcone.quantity import Quantity
-from gelcone.studio.setting import CHOICES, Setting, leaf
 
+CHOICES: Mapping[str, Iterable[str]] = {
+    "film": FILMS,
+    "law": LAWS,
+    "bias": BIASES,
+    "waveform": WAVEFORMS,
+    "circuit": CIRCUITS,
+    "prestretch_mode": PRESTRETCH_MODES,
+    "material": load_materials(),
+}
+"""What a text may be, by the last part of its name."""
 NOT_SHOWN = ("name", "sources", "relative_permittivity_range", "young_modulus", "material")
 WIDER: Mapping[str, float] = {"voltage": 2.0}
 """Parameters whose interesting values go further than twice their default, and by how much."""
@@ -48,10 +63,9 @@ def controls_of(subject: Subject) -> list[Control]:
     return _of_device(subject.device) if subject.device is not None else _of_model(subject)
 
 
-def before_changes(setting: Setting) -> Setting:
-    """The setting with its choices but none of its numbers: what the controls start from and return to."""
-    kept = {name: value for name, value in setting.values.items() if leaf(name) in CHOICES}
-    return Setting(setting.device, setting.preset, setting.file, kept)
+def leaf(name: str) -> str:
+    """The last part of a dotted name."""
+    return name.rpartition(".")[2]
 
 
 def as_json(controls: Iterable[Control]) -> list[dict[str, Any]]:

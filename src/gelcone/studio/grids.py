@@ -10,6 +10,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -47,19 +48,36 @@ def even_tasks(cells: Array, workers: int, most: int) -> list[Array]:
 
 @dataclass(frozen=True)
 class Source:
-    """What a worker reads its subject from: a device file, or a preset among the ``options`` of `read_subject`."""
+    """What a worker reads its subject from: a device file by its ``path`` or its ``text``, or a preset among the
+    ``options`` of `read_subject`."""
 
-    path: str | None
+    path: Path | None
+    text: str | None
     options: Mapping[str, Any]
 
     def subject(self) -> Subject:
-        return _subject(self.path, json.dumps(self.options))
+        return _subject(self.path, changed(self.path), self.text, json.dumps(self.options))
 
 
 @lru_cache(maxsize=8)
-def _subject(path: str | None, options: str) -> Subject:
-    """Read once by each worker; the text of a file that changes gets another path."""
-    return read_subject(path, **json.loads(options))
+def _subject(path: Path | None, time: int, text: str | None, options: str) -> Subject:
+    """Read once by each worker."""
+    return read_subject(device_in(path, text), **json.loads(options))
+
+
+def changed(path: Path | None) -> int:
+    """When a file was changed; 0 for none, and for one that is gone, which who reads it will say."""
+    try:
+        return 0 if path is None else path.stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
+def device_in(path: Path | None, text: str | None) -> Device | None:
+    """The device in a file, or in the text of one; None without either."""
+    if path is not None:
+        return Device.from_toml(path)
+    return None if text is None else Device.from_text(text)
 
 
 @dataclass(frozen=True)

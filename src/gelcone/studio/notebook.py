@@ -23,14 +23,14 @@ class StudioFrame:
     ``address`` opens it in a browser of this machine; `close` ends it.
     """
 
-    def __init__(self, state: dict[str, str], height: int) -> None:
+    def __init__(self, state: dict[str, str], height: int, names: frozenset[str] = frozenset()) -> None:
         try:
             from gelcone.studio.server import Studio
         except ImportError:
             raise MissingDependency("the studio needs starlette and uvicorn: pip install 'gelcone[studio]'") from None
         from gelcone.studio.setting import Shelf
 
-        self._studio = Studio(Shelf())
+        self._studio = Studio(Shelf(names=names))
         listening = self._studio.listen()
         self.address, self.height = self._studio.address(urlencode(state)), height
         self._loop = asyncio.new_event_loop()
@@ -93,4 +93,6 @@ def studio(device: Device | str | None = None, *, preset: str | None = None, hei
         device = find_device(device)
     if device.shape:
         raise InputError(f"the studio shows one device, not an ensemble of shape {device.shape}")
-    return StudioFrame({"file": device.to_toml()}, height)
+    from gelcone.studio.setting import names_in
+
+    return StudioFrame({"file": device.to_toml()}, height, names_in(device))

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
+from gelcone import permission
 from gelcone._version import __version__
 from gelcone.analyses.subject import Subject
 from gelcone.atlas.processes import ProcessesEnded
@@ -23,7 +24,7 @@ from gelcone.errors import InputError, MissingDependency
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, watching
 from gelcone.studio import exports, look
-from gelcone.studio.controls import Control, as_json, before_changes, controls_of
+from gelcone.studio.controls import as_json
 from gelcone.studio.frames import pack
 from gelcone.studio.grids import Axis, Source, axis, load
 from gelcone.studio.long_work import Outdated, Work, draw_envelope, fill_map, fill_strip, make_file
@@ -50,7 +51,7 @@ class Page:
     def __init__(self, socket: WebSocket, shelf: Shelf, pool: Pool, saving: Pool) -> None:
         self.socket, self.shelf, self.pool, self.saving = socket, shelf, pool, saving
         self.first, self.second = Slot(self._look, patient=True), Slot(self._examine)
-        self._threads = ThreadPoolExecutor(THREADS)
+        self._threads = ThreadPoolExecutor(THREADS, initializer=permission.limit, initargs=(shelf.names,))
         self._sending = asyncio.Lock()
         self._lanes = {name: self._pool(name).lane() for name in LANES}
         self._tasks: set[asyncio.Task[None]] = set()
@@ -149,7 +150,7 @@ class Page:
             setting = request["setting"]
             more: dict[str, Any] = {}
             if request.get("controls"):
-                more["controls"] = as_json(self.controls(setting))
+                more["controls"] = as_json(self.shelf.controls(setting))
             subject = self.shelf.subject(setting)
             more["about"] = look.about(subject)
             return subject, look.response(subject, request.get("periods", look.PERIODS)), more
@@ -174,10 +175,6 @@ class Page:
             self.pool.warm(load)
             if name == "kind" and parts.words["regime"] in (Regime.CHAOTIC, Regime.QUASI_PERIODIC, Regime.TRANSIENT):
                 wanted.append("section")
-
-    def controls(self, setting: Setting) -> list[Control]:
-        """The controls of a setting; those used last are kept."""
-        return controls_of(self.shelf.subject(before_changes(setting)))
 
     async def _computed(self, slot: Slot, request: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
         """What ``compute`` gives, in a thread under the slot's watch; None after an error, which the page is told."""
@@ -208,7 +205,7 @@ class Page:
 
     def _over_two(self, request: Mapping[str, Any]) -> tuple[Source, Axis, Axis]:
         setting = Setting.read(request.get("setting"))
-        controls = self.controls(setting)
+        controls = self.shelf.controls(setting)
         x, y = (axis(controls, request.get(name), count) for name, count in (("x", MAP_CELLS[0]), ("y", MAP_CELLS[1])))
         if x.name == y.name:
             raise InputError(f"{x.name}: is on both axes; choose two parameters")
@@ -220,7 +217,7 @@ class Page:
 
     def _over_one(self, request: Mapping[str, Any]) -> tuple[Source, Axis]:
         setting = Setting.read(request.get("setting"))
-        return self.source(setting), axis(self.controls(setting), request.get("over"), STRIP_VALUES)
+        return self.source(setting), axis(self.shelf.controls(setting), request.get("over"), STRIP_VALUES)
 
     async def _envelope(self, request: dict[str, Any]) -> None:
         """The operating envelope of a device."""
@@ -279,7 +276,7 @@ class Page:
         setting, name = Setting.read(request.get("setting")), _text(request, "what")
         names = exports.OVER.get(name, ())
         counts = MAP_CELLS if len(names) == 2 else (STRIP_VALUES,)
-        controls = self.controls(setting) if names else []
+        controls = self.shelf.controls(setting) if names else []
         axes = tuple(axis(controls, request.get(n), count) for n, count in zip(names, counts, strict=False))
         wanted = exports.Wanted.read(name, request.get("options", {}), axes)
         return exports.fitting(setting, wanted), wanted
@@ -287,8 +284,7 @@ class Page:
     def source(self, setting: Setting) -> Source:
         """What a worker needs to read the subject of a setting; `InputError` as `Shelf.subject`."""
         self.shelf.subject(setting)
-        path = self.shelf.path(setting)
-        return Source(None if path is None else str(path), typed(setting))
+        return Source(self.shelf.path(setting), setting.file, typed(setting))
 
     def _begin(
         self,

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gelcone import permission
 from gelcone.atlas.processes import Process
 from gelcone.motion.flow import available_threads
 from gelcone.progress import Stopped, Watch, watching
@@ -39,10 +40,12 @@ class Busy(RuntimeError):
 
 class Pool:
     """Worker processes, started when they are first needed. Those in the ``background`` leave the processor to the
-    studio and the browser."""
+    studio and the browser; what does not ship they follow by ``names`` alone, see `gelcone.permission`."""
 
-    def __init__(self, size: int | None = None, *, background: bool = True) -> None:
-        self.size, self.background = size or available_threads(), background
+    def __init__(
+        self, size: int | None = None, *, background: bool = True, names: frozenset[str] = frozenset()
+    ) -> None:
+        self.size, self.background, self.names = size or available_threads(), background, names
         self._folder = TemporaryDirectory(prefix="gelcone-studio-", ignore_cleanup_errors=True)
         self._path = str(Path(self._folder.name) / "lanes")
         np.zeros((2, LANES)).tofile(self._path)
@@ -89,7 +92,7 @@ class Pool:
                 self._threads.submit(self._do, self._task(0, int(self._board.run[0]), function, ()))
 
     def _task(self, lane: int, run: int, function: Callable[..., Any], arguments: tuple[Any, ...]) -> _Task:
-        return _Task(self._path, self.background, lane, run, function, arguments)
+        return _Task(self._path, self.background, self.names, lane, run, function, arguments)
 
     def _start(self) -> None:
         if not self._workers:
@@ -134,6 +137,7 @@ def _board(path: str) -> _Board:
 class _Task(NamedTuple):
     path: str
     background: bool
+    names: frozenset[str]
     lane: int
     run: int
     function: Callable[..., Any]
@@ -175,7 +179,7 @@ def work(task: _Task) -> Any:
 
     threading.Thread(target=look, daemon=True).start()
     try:
-        with watching(watch):
+        with permission.only(task.names), watching(watch):
             return task.function(*task.arguments)
     except Stopped:
         return None

@@ -50,11 +50,15 @@ class Studio:
     shelf: Shelf
     host: str = LOCAL
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
-    pool: Pool = field(default_factory=Pool)
-    saving: Pool = field(default_factory=lambda: Pool(1, background=False))
+    pool: Pool = field(init=False)
+    saving: Pool = field(init=False)
     pages: set[Page] = field(default_factory=set)
     port: int = 0
     _server: _Server | None = None
+
+    def __post_init__(self) -> None:
+        self.pool = Pool(names=self.shelf.names)
+        self.saving = Pool(1, background=False, names=self.shelf.names)
 
     def listen(self, port: int = 0) -> socket.socket:
         """The bound socket, so that the address is known before the server runs. `InputError` if it is taken."""
@@ -113,7 +117,6 @@ class Studio:
             await self._server.serve(sockets=[listening])
         finally:
             self.stop()
-            self.shelf.close()
 
     def load(self, setting: Setting) -> None:
         """Loads what a first picture needs, while a browser comes; what is wrong with the setting the page will say."""

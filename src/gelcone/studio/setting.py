@@ -1,37 +1,32 @@
 """What the page is set to: a device or a preset, values of its parameters, an initial state; read with the checks of
-the command line, and never a path.
+the command line.
 
-A page names devices that ship, the one file that the studio was started with, or sends a file's text. Texts among its
-values must be among the choices of their control, so that no value can name a file or a module.
+A page names devices that ship, the one file that the studio was started with, or sends a file's text. Its values are
+those of controls that exist, and texts among them choices of these. That no name in them leads to a module or a file is
+the promise of `gelcone.permission`, under which a `Shelf` and the workers read them.
 """
 
 from __future__ import annotations
 
 import re
-import tomllib
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from hashlib import sha256
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
+from gelcone import permission
 from gelcone.analyses.subject import Subject, read_pairs, read_subject, read_value
 from gelcone.devices.device import DRIVE_NUMBERS, SWEPT_FIELDS, Device
 from gelcone.devices.files import shipped_devices
-from gelcone.devices.materials import load_materials
 from gelcone.devices.units import DIMENSIONS, FieldError
 from gelcone.errors import InputError, unknown_name
-from gelcone.physics.bias import BIASES
-from gelcone.physics.circuit import CIRCUITS
-from gelcone.physics.drive import WAVEFORMS
-from gelcone.physics.film.taut import PRESTRETCH_MODES
-from gelcone.physics.laws import LAWS
-from gelcone.physics.records import FILMS
+from gelcone.physics.component import class_names
 from gelcone.presets import load_presets
+from gelcone.studio.controls import CHOICES, Control, controls_of, leaf
+from gelcone.studio.grids import changed, device_in
 
 LONGEST_VALUE = 40
 LONGEST_FILE = 30_000
@@ -40,16 +35,6 @@ OWN_FILE = "device.toml"
 """What the text of a device file is called once it is saved."""
 MOST_VALUES = 60
 STATES = ("displacement", "velocity")
-CHOICES: Mapping[str, Iterable[str]] = {
-    "film": FILMS,
-    "law": LAWS,
-    "bias": BIASES,
-    "waveform": WAVEFORMS,
-    "circuit": CIRCUITS,
-    "prestretch_mode": PRESTRETCH_MODES,
-    "material": load_materials(),
-}
-"""What a text may be, by the last part of its name."""
 _UNITS = {unit for dimension in DIMENSIONS.values() for unit in dimension.powers}
 _NUMBER = re.compile(rf"[+-]?(inf|[\d.]+([eE][+-]?\d+)?) ?({'|'.join(map(re.escape, _UNITS))})", re.ASCII)
 """One number and one unit, or none: never several values, a path or a module."""
@@ -86,30 +71,31 @@ class Setting:
     @property
     def base(self) -> Setting:
         """The same without values."""
-        return Setting(self.device, self.preset, self.file)
+        return replace(self, values={})
+
+    @property
+    def chosen(self) -> Setting:
+        """The same with its choices, and none of its numbers."""
+        return replace(self, values={name: value for name, value in self.values.items() if leaf(name) in CHOICES})
 
 
 class Shelf:
-    """The devices and presets that a page may name: those that ship, ``given``, and files whose text it sent.
+    """The devices and presets that a page may name: those that ship, ``given``, and those whose text it sends.
 
-    ``given`` is the file that the studio was started with, as it was typed. Texts are kept as files of this process, so
-    that they are read as any device file is.
+    ``given`` is the file that the studio was started with, as it was typed, and ``names`` what a device of the person
+    who started it names and does not ship, see `names_in`. Nothing else is opened or imported, whatever a page sends.
     """
 
-    def __init__(self, given: Path | None = None) -> None:
-        self.given = given
-        self._folder = TemporaryDirectory(prefix="gelcone-studio-")
-        self.folder = Path(self._folder.name)
+    def __init__(self, given: Path | None = None, names: frozenset[str] = frozenset()) -> None:
+        self.given, self.names = given, names
         self.devices: Mapping[str, Path] = shipped_devices() | ({} if given is None else {given.stem: given.resolve()})
         """Name -> file."""
 
-    def close(self) -> None:
-        self._folder.cleanup()
-
     def path(self, setting: Setting) -> Path | None:
-        """The device file of a setting; None for a preset. `InputError` for an unknown name or a bad text."""
+        """The file of a setting's device; None for a preset, and for a device whose text was sent. `InputError` for an
+        unknown name."""
         if setting.file is not None:
-            return self._kept(setting.file)
+            return None
         if setting.device is None:
             if setting.preset not in load_presets():
                 raise unknown_name("preset of the paper", str(setting.preset), load_presets())
@@ -125,60 +111,82 @@ class Shelf:
         own = self.given is not None and setting.device == self.given.stem
         return str(self.given) if own else setting.device or ""
 
+    def controls(self, setting: Setting) -> list[Control]:
+        """The controls of a setting, from where they start and return to: its choices, and none of its numbers."""
+        with permission.only(self.names):
+            values = setting.chosen.values
+            return _controls(self, self._key(setting), setting.device, setting.preset, tuple(values.items()))
+
     def subject(self, setting: Setting) -> Subject:
         """What the analyses work on.
 
-        Raises `InputError` as the command line does, and for texts that are not among `CHOICES`.
+        Raises `InputError` as the command line does, for a value whose name is not that of a control of the device or
+        preset, and for a text that is not among the choices of its control.
         """
+        with permission.only(self.names):
+            self._check(setting)
+            key = self._key(setting)
+            if setting.preset is not None:
+                return read_subject(**typed(setting))
+            try:
+                texts = read_pairs(typed(setting)["settings"], device=True) if setting.values else {}
+                own = tuple((name, text) for name, text in sorted(texts.items()) if name not in DRIVE_NUMBERS)
+                found = _device(key, own)
+                found = found.redriven({name: read_value(texts[name]) for name in DRIVE_NUMBERS if name in texts})
+                return Subject(found.to_model(), found, _start(key, own))
+            except InputError as error:
+                if setting.file is None:
+                    raise
+                raise FieldError(getattr(error, "field", "file"), str(error)) from None
+
+    def _check(self, setting: Setting) -> None:
+        """`InputError` for values that are not of controls, which those of a setting with fewer values are."""
+        if not setting.values:
+            return
+        chosen = setting.chosen
+        known = {c.name: c for c in self.controls(setting.base if chosen.values == setting.values else chosen)}
         for name, value in setting.values.items():
-            if leaf(name) in CHOICES:
-                known = CHOICES[leaf(name)]
-                if not set(value.split("+")) <= set(known):  # several biases are joined by a plus
-                    raise FieldError(name, str(unknown_name(leaf(name).replace("_", " "), value, known)))
+            if name not in known:
+                raise FieldError(name[:LONGEST_VALUE], f"{name[:LONGEST_VALUE]!r}: is not a control of this subject")
+            if known[name].kind == "choice":
+                choices = CHOICES[leaf(name)]
+                if not set(value.split("+")) <= set(choices):  # several biases are joined by a plus
+                    raise FieldError(name, str(unknown_name(leaf(name).replace("_", " "), value, choices)))
             elif not _NUMBER.fullmatch(value):
                 raise FieldError(name, f"{name} = {value!r}: must be one number, with its unit")
-        path = self.path(setting)
-        if path is None:
-            return read_subject(**typed(setting))
-        try:
-            texts = read_pairs(typed(setting)["settings"], device=True) if setting.values else {}
-            own = tuple((name, text) for name, text in sorted(texts.items()) if name not in DRIVE_NUMBERS)
-            undriven = (path, path.stat().st_mtime_ns, own)
-            found = _device(*undriven)
-            found = found.redriven({name: read_value(texts[name]) for name in DRIVE_NUMBERS if name in texts})
-            return Subject(found.to_model(), found, _start(*undriven))
-        except InputError as error:
-            if setting.file is None:
-                raise
-            message = str(error).replace(str(path), "the device file")
-            raise FieldError(getattr(error, "field", "file"), message) from None
 
-    def _kept(self, text: str) -> Path:
-        try:
-            table = tomllib.loads(text)
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"the device file is broken TOML: {error}; correct it there") from None
-        _refuse_references(table)
-        path = self.folder / f"{sha256(text.encode()).hexdigest()[:16]}.toml"
-        if not path.exists():
-            path.write_text(text, encoding="utf-8")
-        return path
+    def _key(self, setting: Setting) -> _Key:
+        path = self.path(setting)
+        return path, changed(path), setting.file
+
+
+_Key = tuple[Path | None, int, str | None]
+"""A device: its file and when that was changed, or its text."""
 
 
 @lru_cache(maxsize=64)
-def _device(path: Path, changed: int, texts: tuple[tuple[str, str], ...] = ()) -> Device:
-    """The device in a file that was ``changed`` at a time, with other fields as they were typed."""
+def _controls(
+    shelf: Shelf, key: _Key, device: str | None, preset: str | None, values: tuple[tuple[str, str], ...]
+) -> list[Control]:
+    return controls_of(shelf.subject(Setting(device, preset, key[2], dict(values))))
+
+
+@lru_cache(maxsize=64)
+def _device(key: _Key, texts: tuple[tuple[str, str], ...] = ()) -> Device:
+    """A device with other fields as they were typed."""
     if texts:
-        return _device(path, changed).replace_quietly({name: read_value(text) for name, text in texts})
-    found = Device.from_toml(path)
+        return _device(key).replace_quietly({name: read_value(text) for name, text in texts})
+    path, _, text = key
+    found = device_in(path, text)
+    assert found is not None
     check_single(found)
     return found
 
 
 @lru_cache(maxsize=64)
-def _start(path: Path, changed: int, texts: tuple[tuple[str, str], ...]) -> Any:
+def _start(key: _Key, texts: tuple[tuple[str, str], ...]) -> Any:
     """`Device.initial_state` of a `_device`, which no drive changes."""
-    return _device(path, changed, texts).initial_state()
+    return _device(key, texts).initial_state()
 
 
 def check_single(device: Device) -> None:
@@ -189,9 +197,12 @@ def check_single(device: Device) -> None:
             raise FieldError(name, f"{name}: holds {count} values; give one, and sweep it in the studio's map or strip")
 
 
-def leaf(name: str) -> str:
-    """The last part of a dotted name."""
-    return name.rpartition(".")[2]
+def names_in(device: Device) -> frozenset[str]:
+    """The file of a device's film, and the classes of its components."""
+    system = device.to_model().system
+    films = [system.film] if system.second is None else [system.film, system.second.film]
+    classes = (class_names(part) for part in (*films, system.bias, system.waveform, system.circuit))
+    return frozenset({str(device.film)}.union(*classes))
 
 
 def typed(setting: Setting) -> dict[str, Any]:
@@ -207,16 +218,3 @@ def typed(setting: Setting) -> dict[str, Any]:
                 f"{default:g}" if state is None else state for state, default in zip(states, start, strict=True)
             )
     return options
-
-
-def _refuse_references(table: Any, name: str = "") -> None:
-    """`InputError` for a text that could name a file or a module; a name and sources are free texts."""
-    if isinstance(table, Mapping):
-        for key, value in table.items():
-            if key not in ("name", "sources"):
-                _refuse_references(value, str(key))
-    elif isinstance(table, list):
-        for value in table:
-            _refuse_references(value, name)
-    elif isinstance(table, str) and name != "material" and (":" in table or table.endswith((".toml", ".json", ".py"))):
-        raise FieldError(name, f"{name} = {table!r}: the studio opens no file or module that a device file names")

@@ -1,0 +1,256 @@
+"""What a page may send and a link may hold, by someone who means harm: no module is imported, no file is opened, and
+nothing is said about this machine."""
+
+import json
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from gelcone import InputError, find_device
+from gelcone.devices.files import shipped_devices
+from gelcone.physics.film.stored import read_film
+from gelcone.studio.frames import unpack
+from gelcone.studio.grids import Source, kinds
+from gelcone.studio.pool import Pool, work
+from gelcone.studio.setting import Setting, Shelf, names_in
+from tests.studio.test_server import PUMP, Running
+
+FILM = Path(__file__).parents[1] / "reference" / "continuum-film.json"
+PUMP_TEXT = shipped_devices()["biased-pump"].read_text(encoding="utf-8")
+
+
+def pump_with(line):
+    """The text of a device file with a line in place of the one of that name; at its end where it is a table."""
+    name = line.partition(" ")[0]
+    rows = [row for row in PUMP_TEXT.splitlines() if not row.startswith(f"{name} ")]
+    at = rows.index("[material]") if "[material]" in rows else len(rows)
+    return "\n".join([*rows, line] if line.startswith("[") else [*rows[:at], line, *rows[at:]])
+
+
+@pytest.fixture
+def trap(tmp_path, monkeypatch):
+    """A module that leaves a file where it is imported, in any process that finds it; it never should be."""
+    marker = tmp_path / "imported"
+    (tmp_path / "evilmod.py").write_text(
+        f"open({str(marker)!r}, 'w').close()\nimport gelcone\nclass K(gelcone.Waveform): name = 'k'\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(sys.path))
+    monkeypatch.chdir(tmp_path)
+    yield marker
+    sys.modules.pop("evilmod", None)
+
+
+NAMES = [
+    {"waveform=evilmod:K": "1"},
+    {"waveform=evilmod:K,voltage": "1"},
+    {"waveform": "evilmod:K"},
+    {"waveform": "sine+evilmod:K"},
+    {"waveform": "sine\n--set waveform=evilmod:K"},
+    {"bias": "spring+evilmod:K"},
+    {"bias=spring+evilmod:K #": "1"},
+    {"bias": "+"},
+    {"bias": ""},
+    {"circuit": "evilmod:K"},
+    {"film": "evilmod:K"},
+    {"film": "/etc/passwd"},
+    {"film": str(FILM)},
+    {"film": "continuum"},
+    {"film": '{"gelcone_film": 3, "law": "evilmod:K"}'},
+    {"film=/dev/zero;x": "1"},
+    {" film": "evilmod:K"},
+    {"film ": "evilmod:K"},
+    {"film.film": "taut"},
+    {"evilmod:K.film": "taut"},
+    {"film.x": "/etc/passwd"},
+    {"law": "evilmod:K"},
+    {"second_film": "evilmod:K"},
+    {"second_drive": "evilmod:K"},
+    {"pull_in": "evilmod:K"},
+    {"material": "/etc/passwd"},
+    {"material": "evilmod:K"},
+    {"material.law": "evilmod:K"},
+    {"material.name": "evilmod:K"},
+    {"material.sources": "evilmod:K"},
+    {"material=PVC-DBA 6:1\nfilm": "/etc/passwd"},
+    {"name": "evilmod:K"},
+    {"--film": "/etc/passwd"},
+    {"preset": "evilmod:K"},
+    {"component": "evilmod:K"},
+    {"displacement=0,0 --film": "1"},
+    {"voltage": "evilmod:K"},
+    {"voltage_amplitude": "evilmod:K"},
+    {"frequency": "1 Hz,2 Hz"},
+    {"frequency": "1 Hz:2 Hz:3"},
+    {"frequency": "1 Hz\nwaveform=evilmod:K"},
+    {"": "1"},
+    {"=": "1"},
+    {"x" * 60_000: "1"},
+]
+
+
+@pytest.mark.parametrize("subject", [{"device": "biased-pump"}, {"preset": "base"}, {"file": PUMP_TEXT}])
+@pytest.mark.parametrize("values", NAMES, ids=lambda values: str(values)[:40])
+def test_a_link_names_only_controls_that_exist_and_their_choices(trap, subject, values):
+    with pytest.raises(InputError) as refused:
+        Shelf().subject(Setting.read({**subject, "values": values}))
+    assert len(str(refused.value)) < 1000
+    assert not trap.exists()
+
+
+def test_a_control_of_another_choice_does_not_exist_until_it_is_chosen():
+    shelf = Shelf()
+    numbers = {"material.yeoh_c2": "0.1"}
+    with pytest.raises(InputError, match=r"material\.yeoh_c2.*is not a control"):
+        shelf.subject(Setting.read({**PUMP, "values": numbers}))
+    found = shelf.subject(Setting.read({**PUMP, "values": {"material.law": "yeoh"} | numbers}))
+    assert found.device.material.yeoh_c2 == 0.1
+
+
+FILES = [
+    'film = "/etc/shadow"',
+    'film = "/etc/passwd"',
+    'film = "/dev/zero"',
+    'film = "/no/such/file"',
+    'film = "pipe"',
+    'film = "film.json"',
+    f'film = "{FILM}"',
+    'film = "evilmod:K"',
+    'film = "C:evilmod"',
+    'film = ["taut", "/etc/passwd"]',
+    'film = {component = "evilmod:K"}',
+    'film = \'{"gelcone_film": 3, "law": "evilmod:K"}\'',
+    '[film]\ncomponent = "evilmod:K"',
+    '[[film]]\ncomponent = "evilmod:K"',
+    '[film.nested]\ncomponent = "evilmod:K"',
+    'film.component = "evilmod:K"',
+    'material = "/etc/passwd"',
+    'material = "evilmod:K"',
+    'material.law = "evilmod:K"',
+    'material.file = "/etc/passwd"',
+    '[[material]]\nlaw = "evilmod:K"',
+    'waveform = "evilmod:K"',
+    '[waveform]\ncomponent = "evilmod:K"',
+    'bias = "evilmod:K"',
+    '[[bias]]\ncomponent = "evilmod:K"',
+    'circuit = "evilmod:K"',
+    'second_film = "evilmod:K"',
+    'second_film = "/etc/passwd"',
+    'second_drive = "evilmod:K"',
+    'pull_in = "evilmod:K"',
+    'prestretch_mode = "evilmod:K"',
+    'law = "evilmod:K"',
+    'include = "/etc/passwd"',
+    'component = "evilmod:K"',
+]
+
+
+@pytest.mark.parametrize("line", FILES)
+def test_a_file_from_a_page_opens_no_other_and_imports_nothing(trap, line):
+    os.mkfifo(trap.parent / "pipe")
+    (trap.parent / "film.json").write_text(FILM.read_text())
+    with pytest.raises(InputError) as refused:
+        Shelf().subject(Setting.read({"file": pump_with(line)}))
+    told = str(refused.value)
+    assert not trap.exists()
+    assert "root:" not in told
+    assert "/tmp" not in told.replace(line.partition('"')[2].rstrip('"'), "")
+
+
+def test_a_refusal_does_not_say_whether_there_is_such_a_file(trap):
+    (trap.parent / "there").write_text("")
+    told = []
+    for path in ("/etc/passwd", "/dev/zero", "/root/secret", "/no/such/file", "there", "."):
+        with pytest.raises(InputError) as refused:
+            Shelf().subject(Setting.read({"file": pump_with(f'film = "{path}"')}))
+        told.append(str(refused.value).replace(repr(path), "PATH"))
+    assert len(set(told)) == 1
+
+
+def test_the_film_of_a_file_that_the_studio_was_started_with_is_read(tmp_path):
+    given = tmp_path / "mine.toml"
+    given.write_text(pump_with(f'film = "{FILM}"'))
+    film = read_film(FILM)
+    numbers = f'\n[material]\nshear_modulus = "9 kPa"\nrelative_permittivity = 5\nlaw = "{film.law.name}"\n'
+    numbers += "".join(f"{name} = {value}\n" for name, value in film.law_parameters)
+    rows = [row for row in given.read_text().partition("[material]")[0].splitlines() if "prestretch" not in row]
+    rows = [row for row in rows if not row.startswith(("material", "disc_radius"))]
+    lm, lh = film.prestretches
+    rows += [f"meridional_prestretch = {lm}", f"hoop_prestretch = {lh}", f"disc_radius = {0.03 * film.radius_ratio}"]
+    given.write_text("\n".join(rows) + numbers)
+    shelf = Shelf(given, names_in(find_device(given)))
+    setting = Setting.read({"device": "mine"})
+    assert shelf.subject(setting).model.system.film == film
+    source = Source(shelf.path(setting), None, {"settings": []})
+    assert in_worker(shelf.names, Source.subject, source).model.system.film == film
+    with pytest.raises(InputError, match="does not ship"):  # nor by anyone else
+        Shelf(given).subject(setting)
+
+
+def in_worker(names, function, *arguments):
+    """What a worker of a pool does with a task, here."""
+    pool = Pool(1, background=False, names=names)
+    try:
+        return work(pool._task(0, 0, function, arguments))
+    finally:
+        pool.close()
+
+
+def test_a_worker_follows_no_name_either(trap):
+    source = Source(None, None, {"preset": "base", "settings": ["waveform=evilmod:K"]})
+    with pytest.raises(InputError, match="does not ship"):
+        in_worker(frozenset(), kinds, source, {"voltage": ["1"]})
+    assert not trap.exists()
+
+
+# --- by messages ------------------------------------------------------------------------------------------------------
+
+PRESET = {"preset": "base"}
+EVIL = {"preset": "base", "values": {"waveform=evilmod:K": "1"}}
+MESSAGES = [
+    {"kind": "look", "side": "a", "setting": EVIL},
+    {"kind": "look", "side": "b", "setting": EVIL},
+    {"kind": "look", "side": "a", "setting": EVIL, "controls": True, "panels": ["spectrum", "statics"]},
+    {"kind": "look", "side": "a", "setting": {"file": pump_with('film = "/etc/passwd"')}, "controls": True},
+    {"kind": "map", "setting": EVIL, "x": ["voltage", 0, 1], "y": ["damping_ratio", 0, 1]},
+    {"kind": "map", "setting": PRESET, "x": ["waveform=evilmod:K", 0, 1], "y": ["voltage", 0, 1]},
+    {"kind": "map", "setting": PRESET, "x": ["voltage", 0, 1], "y": [["waveform", "evilmod:K"], 0, 1]},
+    {"kind": "map", "setting": PRESET, "x": ["voltage", "evilmod:K", 1], "y": ["damping_ratio", 0, 1]},
+    {"kind": "map", "setting": PRESET, "x": ["waveform", 0, 1], "y": ["film", 0, 1]},
+    {"kind": "strip", "setting": EVIL, "over": ["voltage", 0, 1]},
+    {"kind": "strip", "setting": PRESET, "over": ["film=/etc/passwd", 0, 1]},
+    {"kind": "envelope", "setting": EVIL},
+    {"kind": "envelope", "setting": {"file": pump_with('film = "evilmod:K"')}},
+    {"kind": "export", "setting": EVIL, "what": "simulate", "format": "nc"},
+    {"kind": "export", "setting": PRESET, "what": "evilmod:K", "format": "nc"},
+    {"kind": "export", "setting": PRESET, "what": "simulate", "format": "../../evil"},
+    {"kind": "export", "setting": PRESET, "what": "simulate", "options": {"film": "evilmod:K"}, "format": "nc"},
+    {"kind": "export", "setting": PRESET, "what": "map", "x": ["film", 0, 1], "y": ["voltage", 0, 1], "format": "nc"},
+    {"kind": "code", "setting": EVIL, "what": "simulate"},
+    {"kind": "code", "setting": {"preset": '"; import evilmod #'}, "what": "simulate"},
+    {"kind": "code", "setting": {"device": "x'); import evilmod #"}, "what": "simulate"},
+    {"kind": "code", "setting": PRESET, "what": "__import__"},
+    {"kind": "device", "setting": EVIL},
+    {"kind": "device", "setting": {"file": pump_with('film = "/etc/passwd"')}},
+    {"kind": "cancel", "grid": "evilmod:K"},
+    {"kind": "look", "side": "evilmod:K", "setting": PRESET},
+    {"kind": "evilmod:K", "setting": PRESET},
+]
+
+
+def test_no_message_leads_to_an_import_or_a_file(trap, caplog):
+    running = Running()
+    try:
+        with running.page() as page:
+            for number, message in enumerate(MESSAGES):
+                page.send(json.dumps({"id": number, **message}))
+                head = unpack(page.recv(timeout=60))[0]
+                assert head["kind"] == "error", (message, head)
+                assert "terminal" not in head["message"], message
+                assert not any(word in head["message"] for word in ("root:", "/tmp", "No such file", "Permission"))
+    finally:
+        running.close()
+    assert not trap.exists()
+    assert not caplog.records

@@ -1,0 +1,94 @@
+"""Names in texts are followed only where they may be: nothing is imported and no file is opened unasked."""
+
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+from gelcone import ConeModel, Device, InputError, find_device
+from gelcone.continuum.fit import find_film
+from gelcone.devices.files import shipped_devices
+from gelcone.permission import check, limit, only
+from gelcone.physics.component import class_names
+from gelcone.physics.film.stored import film_from_json
+from tests.toys import ThreeHarmonics
+
+
+@pytest.fixture
+def module(tmp_path, monkeypatch):
+    """A module that could be imported; its name is among `sys.modules` once it was."""
+    (tmp_path / "recorder.py").write_text("import gelcone\nclass K(gelcone.Waveform): name = 'k'\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    yield "recorder"
+    sys.modules.pop("recorder", None)
+
+
+@pytest.mark.parametrize("kind", ["waveform", "circuit", "bias", "film", "law", "second_film"])
+@pytest.mark.parametrize("name", ["recorder:K", "spring+recorder:K", {"component": "recorder:K"}])
+def test_no_component_is_imported(module, kind, name):
+    with only(frozenset()), pytest.raises(InputError):
+        ConeModel(**{kind: name})
+    assert module not in sys.modules
+
+
+def test_no_part_of_a_component_is_imported(module):
+    film = {"component": "taut", "law": {"nested": "recorder:K"}}
+    with only(frozenset()), pytest.raises(InputError, match="recorder:K"):
+        ConeModel(film=film)
+    with only(frozenset()), pytest.raises(InputError, match="recorder:K"):
+        film_from_json('{"gelcone_film": 3, "law_parameters": {}, "errors": {}, "law": "recorder:K"}')
+    assert module not in sys.modules
+
+
+def test_what_was_given_is_imported():
+    toy = ThreeHarmonics()
+    (name,) = class_names(toy)
+    with only(frozenset({name})):
+        assert ConeModel(waveform=name).system.waveform == toy
+        with pytest.raises(InputError):
+            ConeModel(circuit="tests.toys:FilteredVoltage")
+    assert ConeModel(circuit="tests.toys:FilteredVoltage").system.states  # anywhere else as ever
+
+
+def test_the_parts_of_a_component_are_named_too():
+    names = class_names(ConeModel(film="taut", law="yeoh").film)
+    assert names == {"gelcone.physics.film.taut:TautCone", "gelcone.physics.laws:Yeoh"}
+
+
+def test_no_file_is_opened(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    there = Path("there.json")
+    there.write_text("{}")
+    told = set()
+    for path in (there, Path("none.json")):
+        for read in (lambda name: find_film(name, ConeModel(), 0.2), find_device):
+            with only(frozenset()), pytest.raises(InputError, match="does not ship") as refused:
+                read(str(path))
+            told.add(str(refused.value).replace(str(path), "").replace("film", "device"))
+    assert len(told) == 1  # nothing says whether there is such a file
+    with only(frozenset({str(there)})), pytest.raises(InputError, match="no film that gelcone wrote"):
+        find_film(str(there), ConeModel(), 0.2)
+
+
+def test_the_text_of_a_device_is_read_as_its_file_is():
+    path = shipped_devices()["biased-pump"]
+    assert Device.from_text(path.read_text(encoding="utf-8")) == Device.from_toml(path)
+
+
+def test_a_permission_holds_for_its_block_and_its_thread_alone():
+    with only(frozenset({"a"})):
+        with only(frozenset()), pytest.raises(InputError):
+            check("film", "a")
+        check("film", "a")
+        thread = threading.Thread(target=limit, args=(frozenset(),))
+        thread.start()
+        thread.join()
+        check("film", "a")
+    check("film", "b")
+
+
+def test_a_long_name_is_shortened():
+    with only(frozenset()), pytest.raises(InputError) as refused:
+        check("film", "x" * 10_000)
+    assert len(str(refused.value)) < 200
