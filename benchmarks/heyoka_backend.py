@@ -23,7 +23,7 @@ from heyoka_batches import Batch, batches, run_batches, stretches
 from gelcone.codes import STEPS_PER_CALL, Outcome
 from gelcone.errors import MissingDependency
 from gelcone.motion.job import Job, Keep
-from gelcone.physics.system import ConeSystem, System
+from gelcone.physics.system import ConeSystem
 from gelcone.progress import Progress, Watch
 from gelcone.quantity import Array
 
@@ -84,7 +84,7 @@ def functions() -> SimpleNamespace:
     )
 
 
-def equations(system: System, keep: Keep) -> list[tuple[Any, Any]]:
+def equations(system: ConeSystem, keep: Keep) -> list[tuple[Any, Any]]:
     """The equations that are compiled, as heyoka (variable, derivative) pairs.
 
     ``"tangents"`` adds the columns of the tangent map, which share the film's division with the motion and so cost half
@@ -94,9 +94,11 @@ def equations(system: System, keep: Keep) -> list[tuple[Any, Any]]:
     n = {name: hk.par[i] for i, name in enumerate(system.numbers)}
     names = [state.name for state in system.states]
     z = list(hk.make_vars(*names))
-    rates, jacobian = system.flow(hk.time, z, n, xp)
+    rates = system.rates(hk.time, z, n, xp)
     equations = list(zip(z, rates, strict=True))
     if keep == "tangents":
+        every = [hk.expression(rate) if isinstance(rate, float) else rate for rate in rates]
+        jacobian = system.flow(hk.time, z, n, xp)[1] if system.planar else [[hk.diff(r, v) for v in z] for r in every]
         for column in range(len(z)):
             deviation = list(hk.make_vars(*(f"{name}_{column}" for name in names)))
             equations += [(one, _product(row, deviation)) for one, row in zip(deviation, jacobian, strict=True)]
@@ -117,7 +119,7 @@ def _product(row: list[Any], deviation: list[Any]) -> Any:
 
 
 @cache
-def _template(system: System, keep: Keep, tolerance: float) -> Any:
+def _template(system: ConeSystem, keep: Keep, tolerance: float) -> Any:
     hk = import_heyoka()
     compiled = equations(system, keep)
     return hk.taylor_adaptive_batch(compiled, np.zeros((len(compiled), LANES)), tol=tolerance)

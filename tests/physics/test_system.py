@@ -9,8 +9,8 @@ from gelcone.errors import InputError
 from gelcone.physics.bias import Bias, LinearSpring
 from gelcone.physics.circuit import IdealSource
 from gelcone.physics.component import State
+from gelcone.physics.differentiate import gradients
 from gelcone.physics.drive import Sine
-from gelcone.physics.dual import gradients
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
 from gelcone.physics.system import ConeSystem
@@ -69,7 +69,7 @@ def points(system, count=5):
 
 
 @every_model
-def test_the_jacobian_is_that_of_dual_numbers_and_of_central_differences(name):
+def test_the_jacobian_is_that_of_the_traced_rates_and_of_central_differences(name):
     model = MODELS[name]
     system, n, h = model.system, model.own_numbers, 1e-5
     for tau, z in points(system):

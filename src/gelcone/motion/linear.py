@@ -16,8 +16,8 @@ from gelcone.devices.device import Device
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.physics.component import State
+from gelcone.physics.differentiate import gradients
 from gelcone.physics.drive import PHASES
-from gelcone.physics.dual import gradients
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import rest_displacement
 from gelcone.quantity import Array
@@ -80,7 +80,8 @@ def state_space(model: ConeModel | Device, device: Device | None = None) -> Stat
     bias = float(model.voltage_bias)
     place = equilibrium_under_bias(model, float(np.abs(bias * system.circuit.gain(0.0, n))))
     at = [place, 0.0, *_settled_states(model, place, bias), bias]
-    slopes = gradients(lambda z, xp: system.rates_under(z[-1], z[:-1], n, xp), [np.float64(value) for value in at])
+    n = {**n, **system.switches_under(bias, [np.float64(value) for value in at[:-1]], n)}
+    slopes = gradients(lambda z, xp: system.rates_under(z[-1], z[:-1], n, xp), at)
     jacobian, states = np.array(slopes, dtype=float), system.states
     scales, time, volt = _scales(states, device)
     A, B = jacobian[:, :-1] * scales[:, None] / (scales * time), jacobian[:, -1:] * scales[:, None] / (time * volt)

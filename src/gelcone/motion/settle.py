@@ -18,7 +18,6 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
-from gelcone.physics.dual import derivative
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
@@ -61,12 +60,10 @@ def acceleration_at(members: Members, times: Array, states: Array) -> Array:
 
 def jerk_at(members: Members, times: Array, states: Array) -> Array:
     """The rate of the acceleration there, by the chain rule along the motion."""
-    rates, jacobian = members.flow(times, states)
     n, z = members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
-    waveform = members.system.waveform
-    commanded, change = waveform.voltage(times, n), waveform.voltage_rate(times, n)
-    by_voltage = derivative(lambda v, xp: members.system.rates_under(v, z, n, xp)[1], commanded)
-    return np.asarray(sum(slope * rate for slope, rate in zip(jacobian[1], rates, strict=True)) + by_voltage * change)
+    by_time, *by_state = members.system.slopes(times, z, n)[1]
+    rates = members.system.rates(times, z, n)
+    return np.asarray(sum((slope * rate for slope, rate in zip(by_state, rates, strict=True)), by_time))
 
 
 def inside(members: Members, displacement: npt.ArrayLike) -> npt.NDArray[np.bool_]:

@@ -96,6 +96,13 @@ class Waveform(Component):
         last = np.searchsorted(offsets, along, side="right") - 1
         return {SIDE: 1.0 - 2.0 * (last % 2), "since": along - offsets[last]}
 
+    def switches(self, tau: Any, n: Numbers) -> dict[str, Any]:
+        """The numbers that its corners switch, as the time gives them; none where it is smooth."""
+        if not self.corners:
+            return {}
+        place = self._place(np.asarray(n["drive_frequency"] * tau, dtype=float))
+        return {SIDE: place[SIDE], CORNER: tau - place["since"] / n["drive_frequency"]}
+
     def corners_between(self, start: Array, end: Array, n: Numbers) -> Corners:
         """The corners of members from the times ``start`` to ``end``, (members,)."""
         omega, count = np.asarray(n["drive_frequency"], dtype=float), len(self.corners)

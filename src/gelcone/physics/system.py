@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, Protocol
+from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +18,12 @@ from gelcone.errors import InputError
 from gelcone.physics.bias import Bias
 from gelcone.physics.circuit import CIRCUITS, Circuit
 from gelcone.physics.component import Component, Numbers, State
+from gelcone.physics.differentiate import evaluated, gradients, jacobian
 from gelcone.physics.drive import Waveform
-from gelcone.physics.dual import gradients
 from gelcone.physics.film.film import Film
+from gelcone.physics.implicit import traced
 from gelcone.physics.second import SecondFilm, renamed
+from gelcone.physics.trace import Graph, Node
 from gelcone.quantity import Array, Quantity
 
 DAMPING = {"damping_ratio": Quantity("zeta", "damping ratio c/(2 m Omega0)", 0.05, lower=0.0)}
@@ -35,25 +37,6 @@ DISC = (
     State("displacement", "displacement x = h/(b-a)", "length", mirrored=True),
     State("velocity", "velocity of the disc", "velocity", mirrored=True),
 )
-
-
-class System(Protocol):
-    """What a back end compiles: ordinary differential equations whose numbers have names.
-
-    ``states`` and ``numbers`` name the states and the numbers. `flow` gives the rates of change and their Jacobian
-    together, so that both share what they have in common; `powers` those of the film's force and of the dissipation.
-    Formulas take numbers by name and the functions of ``xp``. Equal systems share a program.
-    """
-
-    @property
-    def states(self) -> tuple[State, ...]: ...
-
-    @property
-    def numbers(self) -> tuple[str, ...]: ...
-
-    def flow(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[list[Any], list[list[Any]]]: ...
-
-    def powers(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]: ...
 
 
 @dataclass(frozen=True)
@@ -201,13 +184,39 @@ class ConeSystem:
     def flow(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[list[Any], list[list[Any]]]:
         """Rates of change, and their Jacobian [i][j]: the rate of state i by state j.
 
-        With two states the Jacobian shares the film's division with the rates; with more it comes from dual numbers.
+        With two states the Jacobian shares the film's division with the rates; with more the rates are differentiated.
         """
         commanded = self.waveform.voltage(tau, n, xp)
         rates, slope = self._rates_and_slope(commanded, z, n, xp)
         if self.planar:
             return rates, [[0.0, 1.0], [slope, -2.0 * n["damping_ratio"]]]
-        return rates, gradients(lambda at, functions: self.rates_under(commanded, at, n, functions), z, xp)
+        if traced(xp):
+            return rates, jacobian([xp.node(rate) for rate in rates], z)
+        return rates, [row[1:] for row in self.slopes(tau, z, n)]
+
+    def slopes(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[list[Any]]:
+        """Derivatives [i][j] of the rate of state i, by time (j = 0) or by state j - 1, of numbers or arrays."""
+        values = {**n, **self.switches(tau, z, n)}
+        leaves, rows = _slopes_of(self)
+        known = {leaves[name].index: values[name] for name in self.numbers}
+        known |= {leaf.index: at for leaf, at in zip(leaves.values(), (tau, *z), strict=False)}
+        with np.errstate(all="ignore"):
+            flat = evaluated([slope for row in rows for slope in row], known)
+        return [flat[i * len(rows[0]) : (i + 1) * len(rows[0])] for i in range(len(rows))]
+
+    def switches(self, tau: Any, z: Sequence[Any], n: Numbers) -> dict[str, Any]:
+        """The numbers that borders and corners switch, as time and states give them."""
+        return self.switches_under(self.waveform.voltage(tau, n), z, n) | self.waveform.switches(tau, n)
+
+    def switches_under(self, commanded: Any, z: Sequence[Any], n: Numbers) -> dict[str, Any]:
+        """Those of the borders, under a commanded voltage."""
+        found: dict[str, Any] = {}
+        if self.film.borders:
+            voltage = self.circuit.voltage(commanded, self.split(z)[2], n)
+            found |= self.film.switches(z[0], np.square(voltage), n)
+        if self.second is not None and self.second.borders:
+            found |= self.second.switches(z[0], np.square(self._second_voltage(commanded, z, n, np)), n)
+        return found
 
     def _rates_and_slope(self, commanded: Any, z: Sequence[Any], n: Numbers, xp: Any) -> tuple[list[Any], Any]:
         x, u = z[0], z[1]
@@ -320,6 +329,16 @@ class ConeSystem:
         )
 
 
+@lru_cache(maxsize=64)
+def _slopes_of(system: ConeSystem) -> tuple[dict[str, Node], list[list[Node]]]:
+    """The leaves of a graph, time and states first, and the graph of `ConeSystem.slopes`."""
+    graph = Graph()
+    at = {"time": graph.time} | {f"state {i}": graph.state(i) for i in range(len(system.states))}
+    n = {name: graph.switch(name) for name in system.numbers}
+    z = list(at.values())
+    return at | n, jacobian([graph.node(rate) for rate in system.rates(z[0], z[1:], n, graph)], z)
+
+
 _NO_CIRCUIT = CIRCUITS["ideal"]
 
 
@@ -327,6 +346,6 @@ def _rate(circuit: Circuit, commanded: Any, change: Any, own: list[Any], n: Numb
     """Rate of the voltage behind a circuit, from that of the commanded one and of its own states."""
     if not own:
         return change
-    by = gradients(lambda v, f: [circuit.voltage(v[0], v[1:], n, f)], [commanded, *own], xp)[0]
+    by = gradients(lambda v, f: [circuit.voltage(v[0], v[1:], n, f)], [commanded, *own])[0]
     rates = [change, *circuit.rates(commanded, own, n, xp)]
     return sum(slope * rate for slope, rate in zip(by, rates, strict=True))

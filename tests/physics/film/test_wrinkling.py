@@ -6,9 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gelcone.physics.dual import gradients
+from gelcone.motion.equilibrium import stroke_and_blocked_force
+from gelcone.motion.flow import integrate
+from gelcone.physics.differentiate import gradients
 from gelcone.physics.film.wrinkling import WrinklingCone
-from gelcone.physics.laws import LAWS
+from gelcone.physics.laws import LAWS, StrainEnergyLaw
+from gelcone.physics.model import ConeModel
+from gelcone.quantity import Quantity
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "wrinkling.json").read_text())
 
@@ -57,7 +61,7 @@ def relaxed(film, q, squared, n):
         if film.law.name == "gent":
             s = n["inverse_stretch_limit"]
             return [xp.log1p(-s * strain) * (-0.5 / s) - 0.5 * squared * (m * width)]
-        return [film.law.energy(strain, n) - 0.5 * squared * (m * width)]
+        return [film.law.energy(strain, n, xp) - 0.5 * squared * (m * width)]
 
     def slopes(z):
         return np.array(gradients(phi, list(z))[0])
@@ -87,3 +91,37 @@ def test_the_force_is_the_slope_of_the_relaxed_energy_in_every_state(law):
     np.testing.assert_allclose(film.lengths(x, squared, n), (m, width), atol=1e-9)
     kinds = 2 * (m > q + 1e-9) + (width > 1.0 + 1e-9)
     assert np.bincount(kinds, minlength=4).min() > 3
+
+
+class Fung(StrainEnergyLaw):
+    """W = (exp(b e) - 1)/(2 b), e = I1 - 3: a law of a user's own that needs more than arithmetic."""
+
+    name = "fung"
+    parameters = {"fung_b": Quantity("b", "how fast it stiffens", 0.05, positive=True)}
+
+    def energy(self, strain, n, xp=np):
+        return (xp.exp(n["fung_b"] * strain) - 1.0) / (2.0 * n["fung_b"])
+
+    def response(self, strain, n, xp=np):
+        return xp.exp(n["fung_b"] * strain)
+
+    def response_slope(self, strain, n, xp=np):
+        return n["fung_b"] * xp.exp(n["fung_b"] * strain)
+
+    def strain_limit(self, n):
+        return np.asarray(50.0)
+
+
+def test_statics_and_motion_of_a_film_whose_law_takes_functions():
+    """The static force of a wrinkled film is what the motion feels, and its slopes are those of differences."""
+    model = ConeModel(film=WrinklingCone(law=Fung()), rest_height=0.9, prestretch=1.1, spring_stiffness=3.0)
+    n = model.own_numbers
+    x, squared, h = np.linspace(0.2, 1.2, 9), 0.3, 1e-6
+    _, slope = model.film.force(x, squared, [], n)
+    ahead, behind = (model.film.force(x + step, squared, [], n)[0] for step in (h, -h))
+    np.testing.assert_allclose(slope, (ahead - behind) / (2.0 * h), rtol=1e-7, atol=1e-8)
+    up, down = (model.film.force(x, squared + step, [], n)[0] for step in (h, -h))
+    np.testing.assert_allclose(model.film.voltage_gain(x, squared, n), (down - up) / (2.0 * h), rtol=1e-7, atol=1e-8)
+    place = float(stroke_and_blocked_force(model, [0.4])["displacement"][0])
+    held = model.replace(voltage=0.0, voltage_bias=0.4, damping_ratio=0.5)
+    assert integrate(held, (place, 0.0), [200.0]).states[0, 0, 0] == pytest.approx(place, abs=1e-12)

@@ -1,6 +1,6 @@
 """A Taylor integrator for any system of gelcone's components, compiled once and run over many members.
 
-`trace` runs a system's formulas on graph nodes, `differentiate` gives derivatives of the graph, `recurrences` turns it
+`gelcone.physics.trace` runs a system's formulas on graph nodes, `recurrences` turns the graph
 into code for Taylor coefficients, `loop` puts that into a compiled loop over lanes (with `plan`, `step` and `service`),
 `events` finds where a border is crossed, `compile` makes and keeps the object code, and `program` is what the rest of
 the package calls.

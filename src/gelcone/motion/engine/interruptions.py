@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from gelcone.motion.engine.events import Event
 from gelcone.physics.drive import CORNER, SIDE
 from gelcone.physics.film.film import Border
@@ -40,11 +38,7 @@ def switches_at(system: ConeSystem, times: Array, states: Array, numbers: Mappin
     """The switches of the films and of the drive by name, as ``times`` (members,) and ``states`` (members, N) give
     them."""
     z = list(states.T)
-    found: dict[str, Any] = {}
-    if system.film.borders:
-        found |= system.film.switches(states[:, 0], np.square(system.film_voltage(times, z, numbers)), numbers)
-    if system.second is not None and system.second.borders:
-        found |= system.second.switches(states[:, 0], np.square(system.second_voltage(times, z, numbers)), numbers)
+    found = system.switches_under(system.waveform.voltage(times, numbers), z, numbers)
     if system.waveform.corners:
         there = system.waveform.corners_between(times, times, numbers)
         found |= {SIDE: there.side, CORNER: there.passed}

@@ -20,7 +20,7 @@ from gelcone.motion.engine.plan import SAME_THREAD, THREAD, Job, Layout, Plan
 from gelcone.motion.engine.recurrences import evaluate
 from gelcone.motion.engine.service import enter_function, refill_function, serve_function, vacate_function
 from gelcone.motion.engine.step import step_function
-from gelcone.motion.engine.trace import ordered
+from gelcone.physics.trace import ordered
 
 
 def module_text(plan: Plan) -> str:

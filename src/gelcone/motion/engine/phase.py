@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from gelcone.motion.engine.differentiate import Sensitivities
 from gelcone.motion.engine.interruptions import border_events, corner_numbers, corner_times, switches_at
 from gelcone.motion.engine.program import Program, Rerun
+from gelcone.physics.differentiate import derivatives
 from gelcone.physics.system import ConeSystem
+from gelcone.physics.trace import Graph, Node
 from gelcone.quantity import Array
 
 MOST_STEPS = 50_000.0
@@ -71,6 +72,52 @@ class PhaseSystem:
         slowness = 1.0 / own["drive_frequency"]
         rates, slopes = self.system.flow(phase, state, own | {"drive_frequency": 1.0}, xp)
         return [rate * slowness for rate in rates], [[slope * slowness for slope in row] for row in slopes]
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """A system whose states are those of ``system``, followed by their derivatives with respect to the numbers ``by``.
+
+    The derivative s = d state / d number obeys s' = J s + d rates / d number, with J the Jacobian, and starts from the
+    derivative of the initial state (zero where that does not depend on the number). It runs on a graph only, as
+    ``keep="states"``.
+
+    Parameters
+    ----------
+    system : the system, with ``states``, ``numbers`` and ``flow``.
+    by : names among its numbers, none of which an event switches.
+    """
+
+    system: Any
+    by: tuple[str, ...]
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states: "displacement", ..., "d displacement / d voltage", ..."""
+        base = tuple(self.system.states)
+        first = tuple(f"d {state} / d {name}" for name in self.by for state in base)
+        return base + first
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """Names of the numbers, which are the system's."""
+        return tuple(self.system.numbers)
+
+    def rates(self, time: Node, state: Sequence[Node], n: Mapping[str, Node], xp: Graph) -> list[Node]:
+        """Rates of change of the states and of their derivatives."""
+        size = len(self.system.states)
+        flow, slopes = self.system.flow(time, list(state[:size]), n, xp)
+        rates = [xp.node(rate) for rate in flow]
+        blocks = [list(state[size * (k + 1) : size * (k + 2)]) for k in range(len(self.by))]
+
+        first: dict[str, list[Node]] = {}
+        for name, block in zip(self.by, blocks, strict=True):
+            own = derivatives(rates, n[name])
+            first[name] = [
+                sum((slope * s for slope, s in zip(row, block, strict=True)), own_rate)
+                for row, own_rate in zip(slopes, own, strict=True)
+            ]
+        return rates + [rate for name in self.by for rate in first[name]]
 
 
 class PhaseProgram:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from gelcone.motion.engine.recurrences import Equation, held_values
-from gelcone.motion.engine.trace import Node
+from gelcone.physics.trace import Node
 
 CROWD = 4
 """Members that a thread works on, for each lane of each law: with 1 there is always a law whose lanes are full, with

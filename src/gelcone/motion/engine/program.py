@@ -29,7 +29,7 @@ from gelcone.motion.engine.plan import (
     Plan,
 )
 from gelcone.motion.engine.recurrences import equations_of
-from gelcone.motion.engine.trace import Graph, fingerprint, ordered
+from gelcone.physics.trace import Graph, fingerprint, ordered
 
 __all__ = [
     "ARRIVED",

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 
 from gelcone.motion.engine import functions
 from gelcone.motion.engine.code import Function, Value
-from gelcone.motion.engine.differentiate import derivatives
-from gelcone.motion.engine.trace import Node, ordered, partner
+from gelcone.physics.differentiate import derivatives
+from gelcone.physics.trace import Node, ordered, partner
 
 Coefficient = Value | None
 

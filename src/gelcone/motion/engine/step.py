@@ -16,7 +16,7 @@ from gelcone.motion.engine import functions
 from gelcone.motion.engine.code import Function, Value
 from gelcone.motion.engine.plan import THREAD, Border, Law, Layout, Plan
 from gelcone.motion.engine.recurrences import Jet
-from gelcone.motion.engine.trace import Node
+from gelcone.physics.trace import Node
 
 SMALLEST_NORM = 1e-8
 """Errors are relative to the largest state; where all are below this, to this."""

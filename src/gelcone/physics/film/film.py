@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from gelcone.codes import FilmPullIn, Outcome
 from gelcone.physics.component import Component, Numbers
-from gelcone.physics.dual import derivative
+from gelcone.physics.differentiate import derivative
 from gelcone.physics.quadrature import integral
 from gelcone.quantity import Array
 
@@ -125,7 +125,9 @@ class Film(Component):
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
         """-dF/dV: how fast the voltage weakens the force."""
-        return -derivative(lambda at, xp: self.force(x, at, [], n, xp)[0], squared)
+        own = {**n, **self.switches(x, squared, n)}
+        gain = -derivative(lambda at, xp: self.force(x, at, [], own, xp)[0], squared)
+        return np.where(np.isnan(self.force(x, squared, [], n)[0]), np.nan, gain)[()]
 
     def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
         """x dF/dx - F of the force F."""

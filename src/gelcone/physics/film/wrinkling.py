@@ -40,7 +40,6 @@ from gelcone.codes import FilmPullIn
 from gelcone.errors import unknown_name
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
-from gelcone.physics.dual import plain
 from gelcone.physics.film.film import Border, Film, FilmState
 from gelcone.physics.film.taut import TautCone, check_prestretch_mode
 from gelcone.physics.implicit import known, root, traced
@@ -209,21 +208,21 @@ class WrinklingCone(TautCone):
         """1 and 0: whether the width is held, and whether the film pulls; the latter unknown (None) for numbers."""
         if traced(xp):
             return 0.5 + 0.5 * n["width_held"], 0.5 + 0.5 * n["pulls"]
-        own = self.local(plain(xx), plain(squared), 0.0, n)
+        own = self.local(xx, squared, 0.0, n)
         return np.where((own.excess >= 0.0) & (own.hoop >= own.r), 1.0, 0.0), None
 
     def _at(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Local, Any, Any, Any]:
         """The film's own state, K s1/q (beyond the border of the force what has its sign), 1 where its width is held,
         and 1 where it pulls."""
         held, pulls = self._switches(xx, squared, n, xp)
-        name = f"natural width, {n['crumpled'].value}" if traced(xp) else "natural width"
+        name = f"natural width, {getattr(n['crumpled'], 'value', '')}"  # of either film of a double cone
         mixed = pulls is not None and known(pulls) != 1.0  # also without force, where s2 = 0 may have no root
 
         def free(xx: Any) -> Any:
             """The width at A q = B n: where its hoop is taut there, a film without force begins to pull."""
             return (n["A"] - n["B"]) / n["B"] + (n["A"] / n["B"]) * xx
 
-        def residual(y: Any, xx: Any, squared: Any) -> Any:
+        def residual(y: Any, xx: Any, squared: Any, xp: Any) -> Any:
             wide = self.local(xx, squared, y, n, xp).excess
             if mixed:
                 wide = pulls * wide + (1.0 - pulls) * (y - free(xx))
@@ -250,7 +249,7 @@ class WrinklingCone(TautCone):
         share = held + (1.0 - held) * (1.0 - pulls) if mixed else held
         pull = own.lead + share * own.excess
         if pulls is None:
-            pulls = np.where((plain(pull) > 0.0) & (plain(xx) > n["shortest"]), 1.0, 0.0)
+            pulls = np.where((pull > 0.0) & (xx > n["shortest"]), 1.0, 0.0)
         return own, pull, held, pulls
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
@@ -260,7 +259,7 @@ class WrinklingCone(TautCone):
         if traced(xp):
             pulls = pulls * self._whole(n)
         elif not self.goes_on:
-            pulls = np.where(self._gone(plain(xx), plain(squared), n), np.nan, pulls)
+            pulls = np.where(self._gone(xx, squared, n), np.nan, pulls)
         tension = pull / own.compliance
         stiffening = self.law.stiffening(own.strain, n, xp)
         a, b = own.meridian - own.r, own.hoop - own.r

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gelcone.motion.engine.trace import Graph, fingerprint, ordered
+from gelcone.physics.trace import Graph, fingerprint, ordered
 
 
 @pytest.fixture

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from numbers import Real
 from typing import Any
 
+import numpy as np
+
 LARGEST_INTEGER_POWER = 32
 """Integer powers up to this one are products; larger ones go by logarithm, like real powers."""
 
@@ -14,10 +16,10 @@ LARGEST_INTEGER_POWER = 32
 class Node:
     """One value of a graph.
 
-    ``operation`` is "constant", "number", "switch", "root", "time" or "state" for a leaf, whose only argument is its
-    value, name or index, else one of "add", "subtract", "multiply", "divide", "power", "sqrt", "exp", "log", "log1p",
-    "sin" and "cos". ``fixed`` says that the value depends on constants and numbers alone, so that it does not change
-    while a member is integrated.
+    ``operation`` is "constant", "array", "number", "switch", "root", "time" or "state" for a leaf, whose only argument
+    is its value, name or index, else one of "add", "subtract", "multiply", "divide", "power", "sqrt", "exp", "log",
+    "log1p", "sin" and "cos". ``fixed`` says that the value depends on constants and numbers alone, so that it does not
+    change while a member is integrated.
     """
 
     __slots__ = ("arguments", "fixed", "graph", "index", "operation", "value")
@@ -75,7 +77,7 @@ class Node:
 
 def _is_value(other: Any) -> bool:
     """Whether arithmetic with it is a node's; what is neither node nor number has rules of its own."""
-    return isinstance(other, Node | Real)
+    return isinstance(other, Node | Real | np.ndarray)
 
 
 class Graph:
@@ -103,13 +105,13 @@ class Graph:
         return self._leaf("switch", name)
 
     def root(self, name: str, residual: Callable[..., Any], at: Sequence[Any], first: Callable[..., Any]) -> Node:
-        """The root y of ``residual(y, *at)``, followed from step to step; from ``first(*at, graph)`` where a member
-        starts, or comes under a law that needs it.
+        """The root y of ``residual(y, *at, graph)``, followed from step to step; from ``first(*at, graph)`` where a
+        member starts, or comes under a law that needs it.
 
         ``name`` tells roots apart: an equal name stands for the same equation, else `ValueError`.
         """
         own = self._leaf("root", name)
-        equation = self.node(residual(own, *at))
+        equation = self.node(residual(own, *at, self))
         if self.equations.setdefault(own.index, equation) is not equation:
             raise ValueError(f"root {name!r}: stands for two equations; give one of them another name")
         self.guesses[own.index] = self.node(first(*at, self))
@@ -121,8 +123,12 @@ class Graph:
         return self._intern("constant", (), value, True, (value.hex(),))
 
     def node(self, value: Any) -> Node:
-        """``value`` itself if it is a node, else the constant."""
-        return value if isinstance(value, Node) else self.constant(value)
+        """``value`` itself if it is a node, else the constant; or a leaf that holds an array, which NumPy evaluates."""
+        if isinstance(value, Node):
+            return value
+        if np.ndim(value):  # the leaf keeps the array, so that its identity stays its own
+            return self._intern("array", (), value, False, (id(value),))
+        return self.constant(value)
 
     # --- arithmetic ----------------------------------------------------------------------------------------------
 

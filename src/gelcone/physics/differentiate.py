@@ -1,0 +1,148 @@
+"""Derivatives of formulas: graphs differentiated node by node, and evaluated by NumPy.
+
+A formula that runs on the nodes of a `gelcone.physics.trace.Graph` has exact derivatives, whether a program is compiled
+from them or they are evaluated for arrays. Griewank and Walther, Evaluating Derivatives (2008), chapter 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from gelcone.physics.trace import Graph, Node, ordered
+
+ENOUGH = 1e-9
+"""Newton's method squares its error: a correction by this share of the root leaves none that doubles hold."""
+MOST_STEPS = 60
+_NUMPY = {
+    "add": np.add,
+    "subtract": np.subtract,
+    "multiply": np.multiply,
+    "divide": np.divide,
+    "power": np.power,
+    "sqrt": np.sqrt,
+    "exp": np.exp,
+    "log": np.log,
+    "log1p": np.log1p,
+    "sin": np.sin,
+    "cos": np.cos,
+}
+
+
+def derivatives(values: Sequence[Node], by: Node, fixed: Sequence[Node] = ()) -> list[Node]:
+    """Partial derivatives of ``values`` with respect to the leaf ``by`` (a state, a number, a root or the time).
+
+    Forward mode, node by node; quotients, roots and exponentials reuse the value itself, so that the derivative of a
+    film's force shares its division. Roots of equations change with what these depend on, but for those in ``fixed``.
+    """
+    graph = by.graph
+    zero = graph.constant(0.0)
+    slope: dict[int, Node] = {by.index: graph.constant(1.0)} | {node.index: zero for node in fixed if node is not by}
+    for node in ordered(values):
+        if node.index not in slope and node.operation == "root":
+            equation = [graph.equations[node.index]]
+            (change,) = derivatives(equation, by, (*fixed, node))
+            (own,) = derivatives(equation, node, (*fixed, node))
+            slope[node.index] = zero if change is zero else -(change / own)
+        elif node.index not in slope:
+            inner = [slope[a.index] for a in node.arguments]
+            moving = any(d is not zero for d in inner)
+            slope[node.index] = _rule(graph, node, inner) if moving else zero
+    return [slope[value.index] for value in values]
+
+
+def _rule(graph: Graph, node: Node, inner: Sequence[Node]) -> Node:
+    """The chain rule: the derivative of ``node`` from its arguments' derivatives."""
+    a, da = node.arguments[0], inner[0]
+    b, db = (node.arguments[1], inner[1]) if len(inner) == 2 else (a, da)
+    match node.operation:
+        case "add":
+            return da + db
+        case "subtract":
+            return da - db
+        case "multiply":
+            return da * b + a * db
+        case "divide":
+            return (da - node * db) / b
+        case "power":  # (a^b)' = b a^b a'/a + a^b log(a) b'
+            rate = b * (node / a) * da
+            return rate if b.fixed and db.value == 0.0 else rate + node * graph.log(a) * db
+        case "sqrt":
+            return 0.5 * da / node
+        case "exp":
+            return node * da
+        case "log":
+            return da / a
+        case "log1p":
+            return da / (1.0 + a)
+        case "sin":
+            return graph.cos(a) * da
+        case "cos":
+            return -(graph.sin(a) * da)
+    raise ValueError(f"no derivative is known for {node.operation!r}")
+
+
+def jacobian(values: Sequence[Node], by: Sequence[Node]) -> list[list[Node]]:
+    """d value_i / d by_j, shape (values, by)."""
+    columns = [derivatives(values, leaf) for leaf in by]
+    return [[column[i] for column in columns] for i in range(len(values))]
+
+
+def evaluated(nodes: Sequence[Node], leaves: Mapping[int, Any]) -> list[Any]:
+    """Values of ``nodes`` by NumPy, given those of states, numbers, switches and time by the index of their node."""
+    values: dict[int, Any] = dict(leaves)
+    for node in ordered(nodes):
+        if node.index in values:
+            continue
+        if node.operation in ("constant", "array"):
+            values[node.index] = node.value
+        elif node.operation == "root":
+            values[node.index] = _root(node, values)
+        else:
+            values[node.index] = _NUMPY[node.operation](*(values[a.index] for a in node.arguments))
+    return [values[node.index] for node in nodes]
+
+
+def _root(node: Node, values: Mapping[int, Any]) -> Any:
+    """The value of a root of an equation whose other leaves have ``values``."""
+    equation = node.graph.equations[node.index]
+    (first,) = evaluated([node.graph.guesses[node.index]], values)
+
+    def residual(y: Any) -> Any:
+        return evaluated([equation], {**values, node.index: y})[0]
+
+    (slope,) = derivatives([equation], node)
+    return newton(residual, lambda y: evaluated([slope], {**values, node.index: y})[0], first)
+
+
+def newton(residual: Callable[[Any], Any], slope: Callable[[Any], Any], first: Any) -> Any:
+    """The root of ``residual``, elementwise, that Newton's method finds from ``first``."""
+    with np.errstate(all="ignore"):
+        y = first + np.zeros(np.shape(residual(first)))
+        moving = np.ones(y.shape, dtype=bool)
+        for _ in range(MOST_STEPS):
+            step = residual(y) / slope(y)
+            y = np.where(moving, y - step, y)
+            moving = moving & (np.abs(step) > ENOUGH * np.abs(y))
+            if not moving.any():
+                break
+    return y[()]
+
+
+def gradients(function: Callable[[list[Any], Any], Sequence[Any]], at: Sequence[Any]) -> list[list[Any]]:
+    """Partial derivatives [i][j] of the i-th value of ``function(variables, xp)`` by the j-th variable at numbers or
+    arrays ``at``. The function is traced: borders are told by its switches."""
+    graph = Graph()
+    leaves = [graph.state(i) for i in range(len(at))]
+    slopes = jacobian([graph.node(value) for value in function(list(leaves), graph)], leaves)
+    values = {leaf.index: np.asarray(value)[()] for leaf, value in zip(leaves, at, strict=True)}
+    with np.errstate(all="ignore"):
+        flat = evaluated([slope for row in slopes for slope in row], values)
+    return [flat[i * len(at) : (i + 1) * len(at)] for i in range(len(slopes))]
+
+
+def derivative(function: Callable[[Any, Any], Any], at: Any) -> Any:
+    """Derivative of ``function(variable, xp)`` by its variable."""
+    return gradients(lambda variables, xp: [function(variables[0], xp)], [at])[0][0]

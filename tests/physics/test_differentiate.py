@@ -1,0 +1,132 @@
+"""Derivatives of formulas against differences and SymPy, and their values by NumPy."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gelcone.physics.differentiate import derivative, derivatives, evaluated, gradients, jacobian
+from gelcone.physics.trace import Graph, ordered
+
+RULES = {
+    "add": lambda a, b: a + b,
+    "subtract": lambda a, b: a - b,
+    "multiply": lambda a, b: a * b,
+    "divide": lambda a, b: a / b,
+    "power": lambda a, b: a**b,
+    "sqrt": math.sqrt,
+    "exp": math.exp,
+    "log": math.log,
+    "log1p": math.log1p,
+    "sin": math.sin,
+    "cos": math.cos,
+}
+
+
+def value(node, leaves):
+    """The value of a node, for values of the leaves by index."""
+    values = dict(leaves)
+    for each in ordered([node]):
+        if each.index not in values:
+            arguments = [values[a.index] for a in each.arguments]
+            values[each.index] = each.value if each.operation == "constant" else RULES[each.operation](*arguments)
+    return values[node.index]
+
+
+FORMULAS = {
+    "arithmetic": lambda x, p, g: (x * x - 3.0 * p) / (1.0 + x * p) + x,
+    "powers": lambda x, p, g: (1.0 + x * x) ** 1.3 + (1.0 + x * x) ** p - x**-2,
+    "roots": lambda x, p, g: g.sqrt(1.0 + p * x) * x,
+    "exponential": lambda x, p, g: g.exp(-0.3 * x * p) + g.log(1.0 + x * x) + g.log1p(p * x),
+    "circular": lambda x, p, g: g.sin(p * x) * g.cos(x) - g.sin(p),
+}
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+@given(x=st.floats(0.2, 2.0), p=st.floats(0.2, 2.0))
+def test_derivatives_agree_with_differences(name, x, p):
+    graph = Graph()
+    leaves = graph.state(0), graph.number("p")
+    formula = FORMULAS[name](*leaves, graph)
+    at = {leaves[0].index: x, leaves[1].index: p}
+    small = 1e-5
+    for leaf in leaves:
+        (slope,) = derivatives([formula], leaf)
+        up = value(formula, at | {leaf.index: at[leaf.index] + small})
+        down = value(formula, at | {leaf.index: at[leaf.index] - small})
+        assert value(slope, at) == pytest.approx((up - down) / (2.0 * small), rel=1e-5, abs=1e-7)
+
+
+def test_what_does_not_depend_on_a_leaf_has_no_derivative():
+    graph = Graph()
+    x, y = graph.state(0), graph.state(1)
+    assert [[d.value for d in row] for row in jacobian([x, 2.0 * y], [x, y])] == [[1.0, 0.0], [0.0, 2.0]]
+
+
+# --- values by NumPy --------------------------------------------------------------------------------------------------
+
+SYMBOLIC = SimpleNamespace(
+    log1p=lambda z: sympy.log(1 + z), **{name: getattr(sympy, name) for name in ("sin", "cos", "exp", "log", "sqrt")}
+)
+VARIABLES = sympy.symbols("a b c", positive=True)
+
+
+def random_formula(rng, depth=4):
+    """A random formula of three positive variables that stays positive: ``formula(variables, xp)``."""
+    if depth == 0:
+        pick = int(rng.integers(3))
+        return lambda z, xp: z[pick]
+    one, other = (random_formula(rng, depth - 1) for _ in range(2))
+    number = float(rng.integers(1, 9)) / 4.0
+    return [
+        lambda z, xp: one(z, xp) + other(z, xp),
+        lambda z, xp: one(z, xp) - 0.125 * other(z, xp) * one(z, xp) / (1.0 + other(z, xp)),
+        lambda z, xp: one(z, xp) / (1.0 + other(z, xp)),
+        lambda z, xp: number / (number + one(z, xp)),
+        lambda z, xp: 9.0 - xp.sin(one(z, xp)) - xp.cos(number * other(z, xp)),
+        lambda z, xp: xp.exp(-one(z, xp) * number) + other(z, xp),
+        lambda z, xp: xp.log1p(one(z, xp)) * number + xp.log(1.0 + other(z, xp)),
+        lambda z, xp: xp.sqrt(one(z, xp)) + other(z, xp) ** 2,
+        lambda z, xp: (1.0 + one(z, xp)) ** -1.5,
+        lambda z, xp: 4.0 - (-one(z, xp)) / number,
+    ][int(rng.integers(10))]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_gradients_of_random_formulas_are_sympys(seed):
+    rng = np.random.default_rng(seed)
+    formula = random_formula(rng)
+    exact = formula(VARIABLES, SYMBOLIC)
+    points = rng.uniform(0.2, 2.0, (3, 4))
+    (parts,) = gradients(lambda z, xp: [formula(z, xp)], list(points))
+    for variable, part in zip(VARIABLES, parts, strict=True):
+        slope = sympy.diff(exact, variable)
+        expected = [float(slope.subs(dict(zip(VARIABLES, point, strict=True))).evalf(30)) for point in points.T]
+        np.testing.assert_allclose(np.broadcast_to(part, 4), expected, rtol=1e-12, atol=1e-14)
+
+
+def test_arrays_that_a_formula_holds_leave_their_arithmetic_to_nodes():
+    numbers = np.array([1.0, 2.0, 5.0])
+    for formula, slope in (
+        (lambda z: numbers + z, np.ones(3)),
+        (lambda z: numbers - z, -np.ones(3)),
+        (lambda z: z * numbers, numbers),
+        (lambda z: numbers / z, -numbers / 9.0),
+    ):
+        found = derivative(lambda z, xp, formula=formula: formula(z), 3.0)
+        np.testing.assert_allclose(np.broadcast_to(found, 3), slope, rtol=1e-15)
+
+
+def test_a_root_of_a_graph_is_evaluated_with_what_it_depends_on():
+    graph = Graph()
+    a = graph.number("a")
+    root = graph.root("y", lambda y, at, xp: y * xp.exp(y) - at, [a], lambda at, xp: xp.log1p(at))
+    (slope,) = derivatives([root * root], a)
+    wanted = np.array([0.1, 0.7, 2.0])
+    found = evaluated([root, slope], {a.index: wanted * np.exp(wanted)})
+    np.testing.assert_allclose(found[0], wanted, rtol=1e-15)
+    np.testing.assert_allclose(found[1], 2.0 * wanted / (np.exp(wanted) * (1.0 + wanted)), rtol=1e-13)
