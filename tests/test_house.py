@@ -11,7 +11,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "src" / "gelcone"
 FLOORS = [
-    ["_version", "errors", "codes", "quantity", "statistics", "progress", "files", "permission"],
+    ["_version", "errors", "codes", "quantity", "statistics", "progress", "files", "netcdf", "permission"],
     ["accessor", "register"],
     ["physics"],
     ["presets", "dataset"],

@@ -20,6 +20,7 @@ from gelcone._version import __version__
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.files import write_whole
+from gelcone.netcdf import read_netcdf, write_netcdf
 from gelcone.physics.members import Ensemble
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
@@ -137,20 +138,12 @@ def save(dataset: xr.Dataset, path: str | Path, *, force: bool = False) -> None:
     write_whole(Path(path), lambda to: write_netcdf(dataset, to), force=force)
 
 
-def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
-    """What `save` writes, straight to ``path``."""
-    dataset.to_netcdf(path, engine="h5netcdf")
-
-
 def load(path: str | Path) -> xr.Dataset:
-    """Reads a Dataset that `save` wrote, equal to what it was; `InputError` for a file that is not one."""
-    import xarray as xr
-
+    """Read a Dataset that `save` wrote, equal to what it was; `InputError` for a file that is not one."""
     import gelcone.accessor  # noqa: F401  (gives Datasets their methods)
 
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            return dataset.load()
+        return read_netcdf(Path(path))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except (KeyboardInterrupt, MemoryError):

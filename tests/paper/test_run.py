@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
-from gelcone import cli
+from gelcone import cli, dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import load, save
 from gelcone.errors import InputError
@@ -220,10 +220,10 @@ def test_a_figure_that_cannot_be_drawn_stops_the_run_and_keeps_the_data(laborato
 
 
 def test_an_interrupted_write_leaves_no_file(laboratory, tmp_path, monkeypatch):
-    def interrupted(dataset, path, **options):
+    def interrupted(result, path):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", interrupted)
+    monkeypatch.setattr(dataset, "write_netcdf", interrupted)
     with pytest.raises(KeyboardInterrupt):
         run(["3"], quick=True, out=tmp_path, paper=laboratory.paper)
     assert contents(tmp_path) == []

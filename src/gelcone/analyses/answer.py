@@ -300,8 +300,8 @@ def check_folder(out: Path | None, name: str, force: bool) -> None:
 
 def write_results(out: Path, name: str, result: xr.Dataset, figure: Figure, force: bool) -> tuple[Path, Path]:
     """Writes NAME.nc and NAME.png; both appear whole or none does."""
-    from gelcone.dataset import write_netcdf
     from gelcone.files import write_together
+    from gelcone.netcdf import write_netcdf
     from gelcone.plots import style
 
     data, picture = result_paths(out, name)

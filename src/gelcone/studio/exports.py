@@ -84,7 +84,7 @@ def over_text(axis: Axis) -> str:
 
 def make(source: Source, wanted: Wanted, form: str) -> bytes:
     """The bytes of a file: netCDF of the result, or its figure."""
-    from gelcone.dataset import write_netcdf
+    from gelcone.netcdf import write_netcdf
     from gelcone.plots import plot, style
 
     if form not in FORMATS:
