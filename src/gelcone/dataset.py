@@ -71,8 +71,7 @@ def label(
         if values.ndim == len(dims) + 1:
             values = values.reshape(model.shape + values.shape[1:])
             dims = members + dims
-        attrs = {"long_name": long_name, "units": "1", "quantity": quantity}
-        return xr.DataArray(values, dims=dims, attrs=attrs)
+        return xr.DataArray(values, dims=dims, attrs=attributes(long_name, quantity))
 
     scalars: dict[str, Any] = {}
     parameter_coords = {}
@@ -81,7 +80,7 @@ def label(
             scalars[name] = "inf" if value == np.inf else value
         else:
             spread = np.broadcast_to(value, model.shape)
-            attrs = {"long_name": model.system.parameters[name].meaning, "units": "1", "quantity": "parameter"}
+            attrs = attributes(model.system.parameters[name].meaning, "parameter")
             parameter_coords[name] = xr.DataArray(spread.copy(), dims=members, attrs=attrs)
     data = {name: array(spec) for name, spec in variables.items()}
     if outcome is not None:
@@ -98,6 +97,11 @@ def label(
     )
 
 
+def attributes(long_name: str, quantity: str) -> dict[str, str]:
+    """The attributes of a dimensionless variable."""
+    return {"long_name": long_name, "units": "1", "quantity": quantity}
+
+
 def flags(codes: type[IntEnum]) -> dict[str, Any]:
     """The CF attributes of a variable that holds these codes."""
     return {
@@ -107,7 +111,7 @@ def flags(codes: type[IntEnum]) -> dict[str, Any]:
 
 
 def flags_of(names: Sequence[str]) -> dict[str, Any]:
-    """The same of a variable that holds places in ``names``."""
+    """The CF attributes of a variable that holds indices into ``names``."""
     return {"flag_values": np.arange(len(names), dtype=np.int8), "flag_meanings": " ".join(names)}
 
 
@@ -115,8 +119,10 @@ def outcome_array(values: Any, dims: tuple[str, ...]) -> xr.DataArray:
     """Outcome codes as a CF flag variable."""
     import xarray as xr
 
-    about = {"long_name": "how the run of the member ended", "units": "1"}
-    return xr.DataArray(np.asarray(values, dtype=np.int8), dims=dims, attrs=about | flags(Outcome))
+    return xr.DataArray(np.asarray(values, dtype=np.int8), dims=dims, attrs=OUTCOME_ATTRIBUTES)
+
+
+OUTCOME_ATTRIBUTES = {"long_name": "how the run of the member ended", "units": "1"} | flags(Outcome)
 
 
 def model_of(dataset: xr.Dataset) -> ConeModel:

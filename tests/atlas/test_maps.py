@@ -29,7 +29,7 @@ def test_cells_do_not_depend_on_order_or_grouping():
     order = np.random.default_rng(1).permutation(plan.size)
     for part in (order[:4], order[4:]):
         cells = compute(plan, analysis, part, ["section"])
-        for name in cells.data_vars:
+        for name in cells:
             alone = whole[name].transpose("member", ...).values[part]
             np.testing.assert_array_equal(cells[name].values, alone, str(name))
 

@@ -160,19 +160,24 @@ def _reporter(watch: Callable[[Tally], None] | None, progress: Progress) -> Call
     return report
 
 
-def compute(plan: Plan, analysis: Analysis, cells: Cells, keep: Sequence[str] = ()) -> xr.Dataset:
-    """An analysis of some cells of the flattened grid, over ``member`` in the order given; the plan has all options."""
+def compute(plan: Plan, analysis: Analysis, cells: Cells, keep: Sequence[str] = ()) -> dict[str, Field]:
+    """Compute an analysis of some cells of the flattened grid, in the order given; the plan has all options.
+
+    The fields are plain arrays, so that a process that computes cells never loads xarray.
+    """
     model, states = plan.at(plan.values(cells))
     members = model.members()
     found = analysis.compute(members, complete(members, states), threads=1, **plan.options)
-    kept = {name: v for name, v in found.variables.items() if name in keep or name not in analysis.bulky}
-    result = dataset.label(members, kept, outcome=found.outcome, options={}, title=analysis.name)
-    if "regime" in result:
-        result["regime"].attrs |= {
-            "flag_values": np.array([kind.value for kind in Regime], dtype=np.int8),
-            "flag_meanings": " ".join(kind.name.lower() for kind in Regime),
-        }
-    return result.reset_coords(drop=True)
+    fields = {
+        name: Field(dims, np.asarray(values), dataset.attributes(long_name, quantity))
+        for name, (dims, values, long_name, quantity) in found.variables.items()
+        if name in keep or name not in analysis.bulky
+    }
+    if "regime" in fields:
+        fields["regime"] = replace(
+            fields["regime"], attributes={**fields["regime"].attributes, **dataset.flags(Regime)}
+        )
+    return fields | {"outcome": Field((), np.asarray(found.outcome, dtype=np.int8), dataset.OUTCOME_ATTRIBUTES)}
 
 
 def _all(size: int) -> Generator[Cells, Kinds, Refined]:
@@ -192,7 +197,9 @@ def _follow(wanted: Generator[Cells, Kinds, Refined], answer: Callable[[Cells], 
         return refined
 
 
-Task = Callable[[Cells], "list[tuple[Cells, xr.Dataset | None]]"]
+Part = tuple[Cells, dict[str, Field] | None]
+"""Some cells and their fields; none for a cell whose analysis raised an error."""
+Task = Callable[[Cells], list[Part]]
 
 
 def _work(cells: _Cells, team: Team, task: Task, progress: Callable[[Tally], None], asked: Cells) -> Kinds:
@@ -218,7 +225,7 @@ def _tasks(cells: Cells, team: int) -> Iterator[Cells]:
         first = last
 
 
-def _task(plan: Plan, analysis: Analysis, keep: tuple[str, ...], cells: Cells) -> list[tuple[Cells, xr.Dataset | None]]:
+def _task(plan: Plan, analysis: Analysis, keep: tuple[str, ...], cells: Cells) -> list[Part]:
     """Computes some cells. Where that raises an error they are tried one by one; those that raise it have no result."""
     try:
         return [(cells, compute(plan, analysis, cells, keep))]
@@ -240,7 +247,7 @@ class _Cells:
         self.computed = np.zeros(plan.size, dtype=bool)
         self.tally = Tally(plan.size)
         self._store: Store | None = None
-        self._untaken: list[tuple[Cells, xr.Dataset | None]] = []
+        self._untaken: list[Part] = []
         self._unwritten: list[Cells] = []
         self._write_at = time.monotonic() + FLUSH_SECONDS
 
@@ -257,7 +264,7 @@ class _Cells:
         self.tally = replace(tally, asked=tally.asked + cells.size, found=tally.found + found)
         self._count(cells[self.computed[cells]])
 
-    def take(self, parts: list[tuple[Cells, xr.Dataset | None]], steps: int) -> None:
+    def take(self, parts: list[Part], steps: int) -> None:
         """Puts the results of a task in their places; cells without one carry that in their outcome."""
         self.tally = replace(self.tally, steps=self.tally.steps + steps)
         known = [result for _, result in parts if result is not None]
@@ -268,8 +275,8 @@ class _Cells:
             return
         for cells, result in self._untaken:
             self.fields["outcome"].values[cells] = Outcome.ERROR
-            for name, variable in result.data_vars.items() if result is not None else ():
-                self.fields[str(name)].values[cells] = variable.values
+            for name, field in (result or {}).items():
+                self.fields[name].values[cells] = field.values
             self.fields["status"].values[cells] = Status.COMPUTED
             self.computed[cells] = True
             self._count(cells)
@@ -289,11 +296,11 @@ class _Cells:
             chaotic=tally.chaotic + chaotic,
         )
 
-    def _begin(self, result: xr.Dataset) -> None:
+    def _begin(self, result: dict[str, Field]) -> None:
         size = self.plan.size
-        for name, variable in result.data_vars.items():
-            values = np.full((size, *variable.shape[1:]), fill_of(variable.dtype), dtype=variable.dtype)
-            self.fields[str(name)] = Field(tuple(map(str, variable.dims[1:])), values, dict(variable.attrs))
+        for name, field in result.items():
+            of = field.values
+            self.fields[name] = replace(field, values=np.full((size, *of.shape[1:]), fill_of(of.dtype), dtype=of.dtype))
         self.fields["status"] = Field((), np.zeros(size, dtype=np.uint8), STATUS_ATTRIBUTES)
         if self._store is not None:
             self._store.begin(self.fields, coordinates(self.plan))
