@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip("skfem")
 
 from gelcone.continuum.path import Ending
-from gelcone.continuum.solid import assembled, mesh_solid, solid
+from tests.continuum.solid import assembled, mesh_solid, solid
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
 from tests.continuum.films import EQUIBIAXIAL, MODELS
