@@ -6,10 +6,10 @@ import pytest
 pytest.importorskip("skfem")
 
 from gelcone.continuum.path import Ending
-from tests.continuum.solid import assembled, mesh_solid, solid
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
 from tests.continuum.films import EQUIBIAXIAL, MODELS
+from tests.continuum.solid import assembled, mesh_solid, solid
 
 
 @pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)

@@ -3,7 +3,19 @@
 from dataclasses import dataclass
 from typing import Any
 
+import llvmlite.binding as llvm
 import numpy as np
+
+from gelcone.motion.engine import compile as compiler
+
+
+def assembly(text, machine):
+    """The machine code of a module in words."""
+    target = compiler._target_machine(machine, machine.triple == compiler.host().triple)
+    module = llvm.parse_assembly(text)
+    module.triple = target.triple
+    module.data_layout = str(target.target_data)
+    return str(target.emit_assembly(module))
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from engine_systems import Cone, cone_numbers
+from engine_systems import Cone, assembly, cone_numbers
 
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine import program as programs
@@ -96,7 +96,7 @@ def test_a_processor_without_wide_vectors(kind):
         pytest.skip("the processors named here are of another kind")
     haswell = compiler.Machine(host.triple, "haswell", "")
     program = Program(Cone(), keep, tolerance, machine=haswell)
-    text = compiler.assembly(program.module_text(8), haswell)
+    text = assembly(program.module_text(8), haswell)
     assert "zmm" not in text
     assert "vfmadd" in text
     assert_same_bits(raw, run(program))

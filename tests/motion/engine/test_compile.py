@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from engine_systems import Cone, cone_numbers
+from engine_systems import Cone, assembly, cone_numbers
 
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine.program import Program
@@ -206,7 +206,7 @@ def test_code_for_other_systems_calls_nothing_from_outside(triple, processor, ma
     for keep in ("states", "tangents"):
         text = Program(Cone(), keep, 1e-6).module_text(machine.vector)
         assert re.match(magic, compiler.object_code(text, machine), re.DOTALL)
-        words = compiler.assembly(text, machine)
+        words = assembly(text, machine)
         defined = set(re.findall(r"^([\w.$]+):", words, re.MULTILINE))
         called = set(re.findall(r"^\s+(?:callq?|bl|b|jmpq?)\s+([A-Za-z_]\w*)\s*(?:[#;/].*)?$", words, re.MULTILINE))
         assert "refill" in {name.lstrip("_") for name in called}

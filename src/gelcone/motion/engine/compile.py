@@ -84,23 +84,11 @@ def _target_machine(machine: Machine, in_process: bool) -> Any:
 def object_code(text: str, machine: Machine) -> bytes:
     """Object code of an LLVM module for a machine, also for one of another system than this one's."""
     with _lock:
-        module, target = _module(text, machine)
+        target = _target_machine(machine, machine.triple == host().triple)
+        module = llvm.parse_assembly(text)
+        module.triple = target.triple
+        module.data_layout = str(target.target_data)
         return bytes(target.emit_object(module))
-
-
-def assembly(text: str, machine: Machine) -> str:
-    """The same code in words."""
-    with _lock:
-        module, target = _module(text, machine)
-        return str(target.emit_assembly(module))
-
-
-def _module(text: str, machine: Machine) -> tuple[Any, Any]:
-    target = _target_machine(machine, machine.triple == host().triple)
-    module = llvm.parse_assembly(text)
-    module.triple = target.triple
-    module.data_layout = str(target.target_data)
-    return module, target
 
 
 class Library:

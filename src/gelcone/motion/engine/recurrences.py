@@ -12,7 +12,7 @@ with it what is missing in every node N of the equation, (dN/dy) y_n.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from gelcone.motion.engine import functions
@@ -83,32 +83,23 @@ def held_values(roots: Sequence[Node]) -> list[Node]:
 
 def evaluate(f: Function, node: Node, values: Sequence[Value]) -> Value:
     """The value of a node from those of its arguments."""
-    match node.operation:
-        case "constant":
-            return f.real(node.value)
-        case "add":
-            return f.add(*values)
-        case "subtract":
-            return f.subtract(*values)
-        case "multiply":
-            return f.multiply(*values)
-        case "divide":
-            return f.divide(*values)
-        case "power":
-            return functions.power(f, *values)
-        case "sqrt":
-            return f.sqrt(*values)
-        case "exp":
-            return functions.exponential(f, *values)
-        case "log":
-            return functions.logarithm(f, *values)[0]
-        case "log1p":
-            return functions.logarithm_of_one_plus(f, *values)
-        case "sin":
-            return functions.sine_cosine(f, *values)[0]
-        case "cos":
-            return functions.sine_cosine(f, *values)[1]
-    raise ValueError(f"{node.operation!r} has no arguments to be computed from")
+    operation = node.operation
+    if operation == "constant":
+        return f.real(node.value)
+    if operation in ("add", "subtract", "multiply", "divide", "sqrt"):
+        value: Value = getattr(f, operation)(*values)
+        return value
+    return _FUNCTIONS[operation](f, *values)
+
+
+_FUNCTIONS: dict[str, Callable[..., Value]] = {
+    "power": functions.power,
+    "exp": functions.exponential,
+    "log": lambda f, value: functions.logarithm(f, value)[0],
+    "log1p": functions.logarithm_of_one_plus,
+    "sin": lambda f, angle: functions.sine_cosine(f, angle)[0],
+    "cos": lambda f, angle: functions.sine_cosine(f, angle)[1],
+}
 
 
 class Jet:
