@@ -28,8 +28,12 @@ from gelcone.quantity import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-Variable = tuple[tuple[str, ...], Any, str, str]
-"""Dims behind the member dims, values, long name, and the quantity it is scaled with."""
+Of = str | type[IntEnum] | Mapping[str, Any]
+"""What a variable holds: the quantity it is scaled with, codes, or values of the parameter with these attributes."""
+Table = Mapping[str, tuple[Any, str, Of]]
+"""Names of variables -> values, long name, and what they hold."""
+Variable = tuple[tuple[str, ...], Any, str, Of]
+"""Dims behind the member dims, values, long name, and what it holds."""
 
 
 class Findings(NamedTuple):
@@ -66,12 +70,12 @@ def label(
     members = member_dims(model)
 
     def array(spec: Variable) -> xr.DataArray:
-        dims, values, long_name, quantity = spec
+        dims, values, long_name, of = spec
         values = np.asarray(values)
         if values.ndim == len(dims) + 1:
             values = values.reshape(model.shape + values.shape[1:])
             dims = members + dims
-        return xr.DataArray(values, dims=dims, attrs=attributes(long_name, quantity))
+        return xr.DataArray(values, dims=dims, attrs=attributes(long_name, of))
 
     scalars: dict[str, Any] = {}
     parameter_coords = {}
@@ -97,9 +101,19 @@ def label(
     )
 
 
-def attributes(long_name: str, quantity: str) -> dict[str, str]:
-    """The attributes of a dimensionless variable."""
-    return {"long_name": long_name, "units": "1", "quantity": quantity}
+def attributes(long_name: str, of: Of) -> dict[str, Any]:
+    """The attributes of a variable; one that holds values of a parameter keeps its meaning unless it is given one."""
+    if isinstance(of, str):
+        return {"long_name": long_name, "units": "1", "quantity": of}
+    if isinstance(of, Mapping):
+        return {**of, **({"long_name": long_name} if long_name else {})}
+    return attributes(long_name, "flag") | flags(of)
+
+
+def columns(dims: str | tuple[str, ...], table: Table) -> dict[str, Any]:
+    """Variables with the same dims, as `Dataset.assign` takes them, from a table of values, long names and what they
+    hold."""
+    return {name: (dims, np.asarray(values), attributes(meaning, of)) for name, (values, meaning, of) in table.items()}
 
 
 def flags(codes: type[IntEnum]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -233,23 +233,19 @@ def _thresholds(
 
     refine(found, classified, bisections, progress)
 
-    def column(values: Any, kind: Any, long_name: str, of: Mapping[str, str]) -> tuple[str, Any, dict[str, str]]:
-        return "threshold", np.asarray(values, dtype=kind), {**of, "long_name": long_name}
+    def column(field: str, kind: Any) -> Any:
+        return np.array([getattr(threshold, field) for threshold in found], dtype=kind)
 
-    code, swept = {"units": "1", "quantity": "code"}, about(plan, name)
-
-    return {
-        "threshold_branch": column([t.branch for t in found], str, "branch on which the regime changes", code),
-        "threshold_from": column([t.below for t in found], np.int8, "regime below the change", code),
-        "threshold_to": column([t.above for t in found], np.int8, "regime above the change", code),
-        "threshold_low": column(
-            [t.low for t in found], float, "last value up to which all starts are of the one kind", swept
-        ),
-        "threshold_high": column([t.high for t in found], float, "first value from which on none is any more", swept),
-        "threshold_cascade": column(
-            [t.cascade for t in found], np.int8, "1 if chaos begins by doublings of the period", code
-        ),
+    swept = about(plan, name)
+    table: dataset.Table = {
+        "threshold_branch": (column("branch", str), "branch on which the regime changes", "code"),
+        "threshold_from": (column("below", np.int8), "regime below the change", "code"),
+        "threshold_to": (column("above", np.int8), "regime above the change", "code"),
+        "threshold_low": (column("low", float), "last value up to which all starts are of the one kind", swept),
+        "threshold_high": (column("high", float), "first value from which on none is any more", swept),
+        "threshold_cascade": (column("cascade", np.int8), "1 if chaos begins by doublings of the period", "code"),
     }
+    return dataset.columns("threshold", table)
 
 
 def _met(plans: dict[str, Plan], threshold: Threshold, evidence: Evidence, values: Array) -> Array:

@@ -360,11 +360,8 @@ def _with_branches(
         model, "drive_frequency", grid[0], grid[-1], tuple(initial[0]), start=runs, progress=progress, **flow
     )
     result = put_beside(result, followed)
-    result["fixed_stroke"] = (
-        ("start", "drive_frequency"),
-        2.0 * fixed.amplitude.reshape(len(starts), -1),
-        {"long_name": "stroke of the settled motion from a fixed state", "units": "1", "quantity": "length"},
-    )
+    told = dataset.attributes("stroke of the settled motion from a fixed state", "length")
+    result["fixed_stroke"] = ("start", "drive_frequency"), 2.0 * fixed.amplitude.reshape(len(starts), -1), told
     return result.assign(_jump_events(result, followed))
 
 
@@ -379,15 +376,11 @@ def _jump_events(result: xr.Dataset, followed: xr.Dataset) -> dict[str, Any]:
         if near.size:
             best = near[np.lexsort((kinds[near], off[near]))[0]]
             events[k], codes[k] = at[best], kinds[best]
-    about = followed["event_kind"].attrs
-    return {
-        "jump_event": (
-            "jump",
-            events,
-            {"long_name": "drive frequency of the bifurcation behind the jump", "units": "1", "quantity": "frequency"},
-        ),
-        "jump_event_kind": ("jump", codes, about | {"long_name": "its kind, -1 for none"}),
+    table: dataset.Table = {
+        "jump_event": (events, "drive frequency of the bifurcation behind the jump", "frequency"),
+        "jump_event_kind": (codes, "its kind, -1 for none", followed["event_kind"].attrs),
     }
+    return dataset.columns("jump", table)
 
 
 # --- labels -----------------------------------------------------------------------------------------------------------
@@ -400,7 +393,6 @@ def _label(
 
     step = "drive_frequency" if shared else "step"
     each, wave, linear_wave = ("branch", step), ("branch", "harmonic", step), ("harmonic", step)
-    shape = (-1, len(BRANCHES))
     harmonics = np.moveaxis(swept.harmonics, -1, 2)
     phase = np.where(np.abs(harmonics) > 0.0, np.degrees(np.angle(harmonics)), np.nan)
     linear = [linear_response(model.take(i), own) for i, own in enumerate(grid)]
@@ -418,22 +410,15 @@ def _label(
         "linear_stroke": ((step,), np.stack([one.stroke for one in linear]), "stroke by linear theory", "length"),
         "linear_amplitude": (linear_wave, np.abs(lines), "amplitude of a harmonic by linear theory", "length"),
         "linear_phase": (linear_wave, line_phase, "phase of the harmonic by linear theory, degrees", "angle"),
-        "peak_frequency": (
-            ("branch",),
-            peaks.frequency.reshape(shape),
-            "drive frequency of the highest peak",
-            "frequency",
-        ),
-        "peak_low": (("branch",), peaks.low.reshape(shape), "the peak lies above this frequency", "frequency"),
-        "peak_high": (("branch",), peaks.high.reshape(shape), "the peak lies below this frequency", "frequency"),
-        "peak_amplitude": (("branch",), peaks.amplitude.reshape(shape), "amplitude at the peak", "length"),
-        "peak_amplitude_error": (
-            ("branch",),
-            peaks.error.reshape(shape),
-            "error of the amplitude at the peak",
-            "length",
-        ),
     }
+    for name, values, meaning, quantity in (
+        ("peak_frequency", peaks.frequency, "drive frequency of the highest peak", "frequency"),
+        ("peak_low", peaks.low, "the peak lies above this frequency", "frequency"),
+        ("peak_high", peaks.high, "the peak lies below this frequency", "frequency"),
+        ("peak_amplitude", peaks.amplitude, "amplitude at the peak", "length"),
+        ("peak_amplitude_error", peaks.error, "error of the amplitude at the peak", "length"),
+    ):
+        variables[name] = ("branch",), values.reshape(-1, len(BRANCHES)), meaning, quantity
     variables |= validity_variables(swept.validity, swept.outcome, model.system, each)
     over = grid[0] if shared else grid
     coords: dict[str, dataset.Variable] = {
@@ -447,15 +432,13 @@ def _label(
 
 
 def _jump_variables(jumps: _Jumps, ensemble: bool) -> dict[str, Any]:
-    def column(values: Any, long_name: str, quantity: str) -> tuple[str, Any, dict[str, str]]:
-        return "jump", np.asarray(values), {"long_name": long_name, "units": "1", "quantity": quantity}
-
-    names = np.array(BRANCHES)[jumps.branch]
-    member = {"jump_member": column(jumps.member, "member of the ensemble that jumps", "count")}
-    return {
-        "jump_branch": column(names, "sweep that jumps", "code"),
-        "jump_low": column(jumps.low, "the jump lies above this frequency", "frequency"),
-        "jump_high": column(jumps.high, "and at or below this one", "frequency"),
-        "jump_from": column(2.0 * jumps.before, "stroke before the jump, peak to peak", "length"),
-        "jump_to": column(2.0 * jumps.after, "stroke after the jump, peak to peak", "length"),
-    } | (member if ensemble else {})
+    table: dict[str, tuple[Any, str, dataset.Of]] = {
+        "jump_branch": (np.array(BRANCHES)[jumps.branch], "sweep that jumps", "code"),
+        "jump_low": (jumps.low, "the jump lies above this frequency", "frequency"),
+        "jump_high": (jumps.high, "and at or below this one", "frequency"),
+        "jump_from": (2.0 * jumps.before, "stroke before the jump, peak to peak", "length"),
+        "jump_to": (2.0 * jumps.after, "stroke after the jump, peak to peak", "length"),
+    }
+    if ensemble:
+        table["jump_member"] = jumps.member, "member of the ensemble that jumps", "count"
+    return dataset.columns("jump", table)

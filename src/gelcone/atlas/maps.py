@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from gelcone import dataset
 from gelcone.atlas.plan import DEFAULT_INITIAL, Plan
 from gelcone.atlas.sweep import sweep
 from gelcone.codes import Regime
@@ -115,27 +116,23 @@ def basin(
     ends = np.where(flat["period"] > 0, Regime.PERIODIC, Regime.REST)
     flat["regime"] = np.where(flat["regime"] == Regime.TRANSIENT_CHAOS, ends, flat["regime"])
     numbers, first = attractors(flat)
-    result["attractor"] = (
-        tuple(plan.over),
-        numbers.reshape(plan.shape),
-        {"long_name": "number of the attractor, -1 if none", "units": "1", "quantity": "code"},
-    )
     shares = np.array([(numbers == n).mean() for n in range(len(first))])
-
-    def column(values: Any, long_name: str, quantity: str) -> tuple[str, Any, dict[str, str]]:
-        return "attractor_number", values, {"long_name": long_name, "units": "1", "quantity": quantity}
-
-    return result.assign(
-        attractor_share=column(shares, "share of the initial states", "share"),
-        attractor_regime=column(flat["regime"][first], "kind of motion", "code"),
-        attractor_period=column(flat["period"][first], "period in forcing periods, 0 if none", "count"),
-        attractor_lowest=column(flat["lowest"][first], "lowest displacement", "length"),
-        attractor_highest=column(flat["highest"][first], "highest displacement", "length"),
-        attractor_lyapunov=column(flat["lyapunov"][first], "largest Lyapunov exponent per unit time", "rate"),
-    )
+    table: dict[str, tuple[Any, str, dataset.Of]] = {
+        "attractor_share": (shares, "share of the initial states", "share")
+    }
+    table |= {f"attractor_{name}": (flat[name][first], *described) for name, described in _TELLING.items()}
+    result["attractor"] = tuple(plan.over), numbers.reshape(plan.shape), dataset.attributes(*_NUMBER)
+    return result.assign(dataset.columns("attractor_number", table))
 
 
-_TELLING = ("regime", "period", "lowest", "highest", "lyapunov")
+_TELLING = {
+    "regime": ("kind of motion", "code"),
+    "period": ("period in forcing periods, 0 if none", "count"),
+    "lowest": ("lowest displacement", "length"),
+    "highest": ("highest displacement", "length"),
+    "lyapunov": ("largest Lyapunov exponent per unit time", "rate"),
+}
+_NUMBER = ("number of the attractor, -1 if none", "code")
 
 
 def attractors(cells: Mapping[str, npt.NDArray[Any]]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.intp]]:

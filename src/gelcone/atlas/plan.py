@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.dataset import attributes
 from gelcone.devices.analysis import check_model, dimensionless
 from gelcone.devices.device import Device
 from gelcone.devices.points import at, device_at, field_attributes, read_state, read_swept
@@ -180,4 +181,4 @@ def about(plan: Plan, name: str) -> dict[str, str]:
         return field_attributes(name)
     meaning = STATES[name].meaning if name in STATES else plan.cone.system.parameters[name].meaning
     quantity = {"displacement": "length", "velocity": "velocity"}.get(name, "parameter")
-    return {"long_name": meaning, "units": "1", "quantity": quantity}
+    return attributes(meaning, quantity)

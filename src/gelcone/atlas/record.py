@@ -160,7 +160,7 @@ def label(
     options = {"initial": plan.initial, **analysis.settings(plan.options)}
     result = dataset.label(plan.cone, {}, options=options, title=title)
     if sources is not None:
-        whose = {"long_name": "flattened index of the cell whose values it carries", "units": "1", "quantity": "code"}
+        whose = dataset.attributes("flattened index of the cell whose values it carries", "code")
         fields = {**fields, "source": Field((), sources, whose)}
     variables = {
         name: (plan.dims + f.dims, f.values.reshape(plan.shape + f.values.shape[1:]), dict(f.attributes))

@@ -142,14 +142,11 @@ def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence:
     share = np.where(n > 0, k / np.maximum(n, 1), np.nan)
     options = {"kind": kind.label, "confidence": confidence}
     result = dataset.label(dataset.model_of(cells), {}, options=options, title=f"probability: {kind.label}")
-    about = {
+    table: dataset.Table = {
         "probability": (share, f"probability that the motion is {kind.label}", "share"),
         "low": (np.where(n > 0, low, 0.0), f"lower end of its {100.0 * confidence:g} % interval", "share"),
         "high": (np.where(n > 0, high, 1.0), f"upper end of its {100.0 * confidence:g} % interval", "share"),
         "decided": (n.values, "draws that are decided", "count"),
     }
-    variables = {
-        name: (n.dims, values, {"long_name": meaning, "units": "1", "quantity": quantity})
-        for name, (values, meaning, quantity) in about.items()
-    }
-    return result.assign_coords({str(dim): cells[dim] for dim in n.dims}).assign(variables)
+    coords = {str(dim): cells[dim] for dim in n.dims}
+    return result.assign_coords(coords).assign(dataset.columns(tuple(coords), table))

@@ -150,10 +150,6 @@ def membrane(
         options={"elements": elements, "wrinkles": wrinkles},
         title="film as a membrane",
     )
-    result["ending"].attrs |= {
-        "flag_values": np.array([ending.value for ending in Ending], dtype=np.int8),
-        "flag_meanings": " ".join(ending.name.lower() for ending in Ending),
-    }
     return result
 
 
@@ -441,7 +437,7 @@ def _variables(fields: dict[str, Array]) -> dict[str, dataset.Variable]:
     return {
         "force": (at, fields["force"], "static force that holds the disc against film and field", "force"),
         "force_error": (at, fields["force_error"], "estimated error of the force by the mesh", "force"),
-        "ending": (at, fields["ending"].astype(np.int8), "how the search for the point ended", "flag"),
+        "ending": (at, fields["ending"].astype(np.int8), "how the search for the point ended", Ending),
         "reached_voltage": (at, fields["reached_voltage"], "voltage up to which the film could be followed", "voltage"),
         "folds": (at, fields["folds"], "folds of the voltage passed on the way; from one on it has pulled in", "count"),
         "stable": (at, fields["stable"] == 1, "whether the energy of the film has a minimum", "flag"),

@@ -202,7 +202,9 @@ def validity_variables(
     columns["pulled_in"] = np.where(np.asarray(outcome) == Outcome.PULLED_IN, 1.0, ran_on)
     names = {name: f"share of the {of} with {untrue_by(name)}" for name in ASSUMPTIONS}
     names["error"] = "largest standard error of these shares"
-    told = {f"validity_{name}": (dims, columns[name], meaning, "share") for name, meaning in names.items()}
+    told: dict[str, Variable] = {
+        f"validity_{name}": (dims, columns[name], meaning, "share") for name, meaning in names.items()
+    }
     for film, prefix, rows in zip((system.film, system.second), ("", PREFIX), own, strict=True):
         for kind, row in zip(() if film is None else kinds_of(film), rows, strict=False):
             meaning = f"share of the {of} with {'the second' if prefix else 'the'} film {kind.replace('_', ' ')}"

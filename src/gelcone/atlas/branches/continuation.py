@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from hashlib import sha256
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +13,8 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone._version import __version__
-from gelcone.atlas.branches.branch import Branch, Ending, EventKind, Walk, multipliers_of_period
-from gelcone.atlas.branches.check import FLAGS, Checked, Flag, Runs, brute_force, cover, polished, run_beside, shortest
+from gelcone.atlas.branches.branch import Branch, Ending, Event, EventKind, Walk, multipliers_of_period
+from gelcone.atlas.branches.check import FLAGS, Checked, Runs, brute_force, cover, polished, run_beside, shortest
 from gelcone.atlas.branches.follow import follow
 from gelcone.atlas.branches.journal import journal_in
 from gelcone.atlas.branches.point import Metric, Point, at_value
@@ -299,115 +300,120 @@ def _orbits_of(start: xr.Dataset, varied: Varied) -> Runs:
 
 
 def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: dict[str, Any]) -> xr.Dataset:
-    branches, scale = tree.branches, float(varied.scales[0])
+    branches, scale, along = tree.branches, float(varied.scales[0]), varied.attributes()
     events = [event for branch in branches for event in branch.events]
-    number = {id(event): k for k, event in enumerate(events)}
-    size = branches[0].shooting.size
-    longest = max(len(branch.points) for branch in branches)
     nodes = max(_kept(branch.shooting)[1] for branch in branches)
-    whole = np.full((len(branches), longest), np.nan)
-    value, lowest, highest, growth = (whole.copy() for _ in range(4))
-    stable, holds = np.full(whole.shape, -1, dtype=np.int8), unknown(*whole.shape)
-    orbit = np.full((*whole.shape, nodes, size), np.nan)
-    multiplier = np.full((*whole.shape, size), np.nan, dtype=complex)
-    for k, branch in enumerate(branches):
-        count, (stride, kept) = len(branch.points), _kept(branch.shooting)
-        value[k, :count] = scale * branch.values
-        found = np.array([multipliers_of_period(branch.map, p.multipliers) for p in branch.points])
-        multiplier[k, :count] = found
-        stable[k, :count] = np.abs(found[:, 0]) < 1.0
-        periods = np.array([branch.map.period * branch.shooting.repeat_time((p.value,)) for p in branch.points])
-        growth[k, :count] = np.log(np.maximum(np.abs(found[:, 0]), 1e-300)) / periods
-        all_nodes = np.stack([whole_period(branch.shooting, p.nodes) for p in branch.points])
-        orbit[k, :count, :kept] = all_nodes[:, ::stride]
-        lowest[k, :count], highest[k, :count], holds[k, :count] = _extent(branch)
-    each, at, of = ("branch", "point"), ("event",), ("branch",)
-    event_orbit = np.full((len(events), nodes, size), np.nan)
-    event_multiplier = np.full((len(events), size), np.nan, dtype=complex)
-    for k, event in enumerate(events):
-        shooting = branches[event.branch].shooting
-        stride, kept = _kept(shooting)
-        event_orbit[k, :kept] = whole_period(shooting, event.orbit.nodes)[::stride]
-        event_multiplier[k] = multipliers_of_period(event.map, event.orbit.multipliers)
-    born = [-1 if branch.parent is None else number[id(branch.parent)] for branch in branches]
-    ended = np.array([branch.ended for branch in branches], dtype=np.int8)
-    super_ = [-1 if event.supercritical is None else int(event.supercritical) for event in events]
-    curvature = [np.nan if event.born is None else event.born.curvature for event in events]
+    kinds = np.array([FLAGS.index(flag.kind) for flag in checked.flags], dtype=np.int8)
+    section = runs.section[:, -MOST_SECTIONS:]
     variables: dict[str, dataset.Variable] = {
-        "value": (each, value, "", ""),
-        "orbit": ((*each, "node", "state"), orbit, "states over one period, from phase 0 on", "state"),
-        "multiplier_real": ((*each, "multiplier"), multiplier.real, "real part of the multiplier", "multiplier"),
-        "multiplier_imag": ((*each, "multiplier"), multiplier.imag, "imaginary part of the multiplier", "multiplier"),
-        "stable": (each, stable, "whether the orbit is stable, -1 where there is none", "flag"),
-        "lyapunov": (each, growth, "largest Lyapunov exponent", "rate"),
-        "lowest": (each, lowest, "lowest displacement", "length"),
-        "highest": (each, highest, "highest displacement", "length"),
-        "period": (of, np.array([b.map.period for b in branches]), "period in forcing periods", "count"),
-        "symmetric": (of, np.array([b.map.reflected for b in branches], dtype=np.int8), "own mirror image", "flag"),
-        "resting": (of, np.array([b.resting for b in branches], dtype=np.int8), "whether the disc rests", "flag"),
-        "nodes_per_repeat": (
-            of,
-            np.array([b.shooting.segments // _kept(b.shooting)[0] for b in branches]),
-            "nodes in one forcing period",
-            "count",
-        ),
-        "level": (of, np.array([b.level for b in branches]), "switches since the first branch", "count"),
-        "born": (of, np.array(born), "event at which the branch is born, -1 for none", "count"),
-        "ended": ((*of, "end"), ended, "why the branch ends", "flag"),
-        "event_kind": (at, np.array([e.kind for e in events], dtype=np.int8), "kind of event", "flag"),
-        "event_value": (at, scale * np.array([e.value for e in events]), "", ""),
-        "event_error": (at, scale * np.array([e.orbit.errors[0] for e in events]), "error of the value", ""),
-        "event_branch": (at, np.array([e.branch for e in events], dtype=int), "branch of the event", "count"),
-        "event_point": (at, np.array([e.after for e in events], dtype=int), "point of the branch before it", "count"),
-        "event_born_branch": (at, np.array([e.born_branch for e in events], dtype=int), "branch born there", "count"),
-        "event_supercritical": (at, np.array(super_, dtype=np.int8), "1 supercritical, 0 subcritical, -1 none", "flag"),
-        "event_curvature": (at, scale * np.array(curvature), "curvature of the branch that is born", ""),
-        "event_resolved": (at, np.array([e.resolved for e in events], dtype=np.int8), "whether it converged", "flag"),
-        "event_orbit": ((*at, "node", "state"), event_orbit, "states over one period at the event", "state"),
-        "event_multiplier_real": ((*at, "multiplier"), event_multiplier.real, "real part", "multiplier"),
-        "event_multiplier_imag": ((*at, "multiplier"), event_multiplier.imag, "imaginary part", "multiplier"),
-        **validity_variables(holds, np.zeros(whole.shape, dtype=np.int8), varied.plan.cone.system, each, "orbit"),
-        **_run_variables(scale, runs),
-        **_flag_variables(scale, checked.flags),
+        **_point_variables(branches, nodes, scale, along),
+        **_branch_variables(branches, events),
+        **_event_variables(branches, events, nodes, scale, along),
+        "run_value": (("run",), scale * runs.values, "", along),
+        "run_period": (("run",), runs.period, "period of the settled motion, 0 for none", "count"),
+        "run_section": (("run", "repeat", "state"), section, "settled motion once every forcing period", "state"),
+        "flag_kind": (("flag",), kinds, "contradiction between branches and brute force", "flag"),
+        "flag_explanation": (("flag",), _of(checked.flags, "explanation", str), "its explanation", "code"),
+        "flag_branch": (("flag",), _of(checked.flags, "branch", int), "its branch", "count"),
+        "flag_value": (("flag",), scale * _of(checked.flags, "value", float), "", along),
         "checked_cycles": ((), np.array(checked.cycles), "settled cycles looked for on the branches", "count"),
         "checked_orbits": ((), np.array(checked.orbits), "stable orbits that were run beside", "count"),
         "seeded": ((), np.array(checked.seeded), "branches that a settled cycle started", "count"),
     }
-    cone = varied.plan.cone
-    result = dataset.label(cone, variables, outcome=np.array(Outcome.OK), options=options, title=TITLE)
-    for name in ("value", "event_value", "event_error", "event_curvature", "run_value", "flag_value"):
-        told = result[name].attrs["long_name"]
-        result[name].attrs |= varied.attributes() | ({"long_name": told} if told else {})
+    result = dataset.label(varied.plan.cone, variables, outcome=np.array(Outcome.OK), options=options, title=TITLE)
     for variable in result.variables.values():
         place = PLACES.get(str(next(iter(variable.dims), "")))
         if place:
             variable.attrs |= varied.along(place)
-    result["ended"].attrs |= dataset.flags(Ending)
-    result["event_kind"].attrs |= dataset.flags(EventKind)
-    result["flag_kind"].attrs |= {
-        "flag_values": np.arange(len(FLAGS), dtype=np.int8),
-        "flag_meanings": " ".join(flag.replace(" ", "_") for flag in FLAGS),
-    }
+    result["flag_kind"].attrs |= dataset.flags_of([flag.replace(" ", "_") for flag in FLAGS])
     return result.assign_attrs(parameter=varied.names[0], mirror=int(branches[0].shooting.symmetric), **varied.about)
 
 
-def _run_variables(scale: float, runs: Runs) -> dict[str, dataset.Variable]:
-    section = runs.section[:, -MOST_SECTIONS:]
+def _of(items: Sequence[Any], field: str, kind: Any) -> Any:
+    """A field of each item, given by its dotted name."""
+    return np.array([attrgetter(field)(item) for item in items], dtype=kind)
+
+
+def _point_variables(
+    branches: Sequence[Branch], nodes: int, scale: float, along: Mapping[str, Any]
+) -> dict[str, dataset.Variable]:
+    """Variables over the points of the branches, of whose orbits up to ``nodes`` nodes are kept."""
+    size, system = branches[0].shooting.size, branches[0].shooting.system
+    each = len(branches), max(len(branch.points) for branch in branches)
+    value, lowest, highest, growth = (np.full(each, np.nan) for _ in range(4))
+    stable, holds = np.full(each, -1, dtype=np.int8), unknown(*each)
+    orbit, multiplier = np.full((*each, nodes, size), np.nan), np.full((*each, size), np.nan, dtype=complex)
+    for k, branch in enumerate(branches):
+        own = k, slice(len(branch.points))
+        found = np.array([multipliers_of_period(branch.map, p.multipliers) for p in branch.points])
+        periods = np.array([branch.map.period * branch.shooting.repeat_time((p.value,)) for p in branch.points])
+        value[own], multiplier[own], stable[own] = scale * branch.values, found, np.abs(found[:, 0]) < 1.0
+        growth[own] = np.log(np.maximum(np.abs(found[:, 0]), 1e-300)) / periods
+        kept = np.stack([_kept_nodes(branch.shooting, p.nodes) for p in branch.points])
+        orbit[(*own, slice(kept.shape[1]))] = kept
+        lowest[own], highest[own], holds[own] = _extent(branch)
+    at = ("branch", "point")
     return {
-        "run_value": (("run",), scale * runs.values, "", ""),
-        "run_period": (("run",), runs.period, "period of the settled motion, 0 for none", "count"),
-        "run_section": (("run", "repeat", "state"), section, "settled motion once every forcing period", "state"),
+        "value": (at, value, "", along),
+        "orbit": ((*at, "node", "state"), orbit, "states over one period, from phase 0 on", "state"),
+        "multiplier_real": ((*at, "multiplier"), multiplier.real, "real part of the multiplier", "multiplier"),
+        "multiplier_imag": ((*at, "multiplier"), multiplier.imag, "imaginary part of the multiplier", "multiplier"),
+        "stable": (at, stable, "whether the orbit is stable, -1 where there is none", "flag"),
+        "lyapunov": (at, growth, "largest Lyapunov exponent", "rate"),
+        "lowest": (at, lowest, "lowest displacement", "length"),
+        "highest": (at, highest, "highest displacement", "length"),
+        **validity_variables(holds, np.zeros(each, dtype=np.int8), system, at, "orbit"),
     }
 
 
-def _flag_variables(scale: float, flags: Sequence[Flag]) -> dict[str, dataset.Variable]:
-    kinds = np.array([FLAGS.index(flag.kind) for flag in flags], dtype=np.int8)
+def _branch_variables(branches: Sequence[Branch], events: Sequence[Event]) -> dict[str, dataset.Variable]:
+    """Variables over the branches."""
+    number, at = {id(event): k for k, event in enumerate(events)}, ("branch",)
+    born = [-1 if branch.parent is None else number[id(branch.parent)] for branch in branches]
+    nodes = [branch.shooting.segments // _kept(branch.shooting)[0] for branch in branches]
     return {
-        "flag_kind": (("flag",), kinds, "contradiction between branches and brute force", "flag"),
-        "flag_explanation": (("flag",), np.array([f.explanation for f in flags], dtype=str), "its explanation", "code"),
-        "flag_branch": (("flag",), np.array([flag.branch for flag in flags], dtype=int), "its branch", "count"),
-        "flag_value": (("flag",), scale * np.array([flag.value for flag in flags]), "", ""),
+        "period": (at, _of(branches, "map.period", int), "period in forcing periods", "count"),
+        "symmetric": (at, _of(branches, "map.reflected", np.int8), "own mirror image", "flag"),
+        "resting": (at, _of(branches, "resting", np.int8), "whether the disc rests", "flag"),
+        "nodes_per_repeat": (at, np.array(nodes), "nodes in one forcing period", "count"),
+        "level": (at, _of(branches, "level", int), "switches since the first branch", "count"),
+        "born": (at, np.array(born), "event at which the branch is born, -1 for none", "count"),
+        "ended": ((*at, "end"), _of(branches, "ended", np.int8), "why the branch ends", Ending),
     }
+
+
+def _event_variables(
+    branches: Sequence[Branch], events: Sequence[Event], nodes: int, scale: float, along: Mapping[str, Any]
+) -> dict[str, dataset.Variable]:
+    """Variables over the events of the branches."""
+    orbit = np.full((len(events), nodes, branches[0].shooting.size), np.nan)
+    multiplier = np.full((len(events), branches[0].shooting.size), np.nan, dtype=complex)
+    for k, event in enumerate(events):
+        kept = _kept_nodes(branches[event.branch].shooting, event.orbit.nodes)
+        orbit[k, : len(kept)] = kept
+        multiplier[k] = multipliers_of_period(event.map, event.orbit.multipliers)
+    side = np.array([-1 if event.supercritical is None else event.supercritical for event in events], dtype=np.int8)
+    curvature = scale * np.array([np.nan if event.born is None else event.born.curvature for event in events])
+    error, at = scale * np.array([event.orbit.errors[0] for event in events]), ("event",)
+    return {
+        "event_kind": (at, _of(events, "kind", np.int8), "kind of event", EventKind),
+        "event_value": (at, scale * _of(events, "value", float), "", along),
+        "event_error": (at, error, "error of the value", along),
+        "event_branch": (at, _of(events, "branch", int), "branch of the event", "count"),
+        "event_point": (at, _of(events, "after", int), "point of the branch before it", "count"),
+        "event_born_branch": (at, _of(events, "born_branch", int), "branch born there", "count"),
+        "event_supercritical": (at, side, "1 supercritical, 0 subcritical, -1 none", "flag"),
+        "event_curvature": (at, curvature, "curvature of the branch that is born", along),
+        "event_resolved": (at, _of(events, "resolved", np.int8), "whether it converged", "flag"),
+        "event_orbit": ((*at, "node", "state"), orbit, "states over one period at the event", "state"),
+        "event_multiplier_real": ((*at, "multiplier"), multiplier.real, "real part", "multiplier"),
+        "event_multiplier_imag": ((*at, "multiplier"), multiplier.imag, "imaginary part", "multiplier"),
+    }
+
+
+def _kept_nodes(shooting: Shooting, nodes: Array) -> Array:
+    """The nodes of an orbit that are kept, over its whole period."""
+    return whole_period(shooting, nodes)[:: _kept(shooting)[0]]
 
 
 def _kept(shooting: Shooting) -> tuple[int, int]:

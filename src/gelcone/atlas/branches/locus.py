@@ -213,60 +213,52 @@ def _known(curves: list[Curve], shooting: Shooting, orbit: Singular, first: floa
 
 
 def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.Dataset:
-    names = varied.names
     special = [(number, point, after) for number, curve in enumerate(curves) for point, after in curve.special]
-    longest = max(len(curve.points) for curve in curves)
     size = curves[0].shooting.size
-    blank = np.full((len(curves), longest), np.nan)
-    values = [blank.copy(), blank.copy()]
-    coefficient, curvature = blank.copy(), blank.copy()
+    blank = np.full((len(curves), max(len(curve.points) for curve in curves)), np.nan)
+    values, coefficient, curvature = np.stack([blank, blank]), blank.copy(), blank.copy()
     orbit = np.full((*blank.shape, size), np.nan)
     for k, curve in enumerate(curves):
-        count = len(curve.points)
-        for axis in range(2):
-            values[axis][k, :count] = [varied.scales[axis] * point.values[axis] for point in curve.points]
-        coefficient[k, :count] = curve.tests
-        orbit[k, :count] = [point.nodes[0] for point in curve.points]
+        own = slice(len(curve.points))
+        values[:, k, own] = (varied.scales * [point.values for point in curve.points]).T
+        coefficient[k, own] = curve.tests
+        orbit[k, own] = [point.nodes[0] for point in curve.points]
         if curve.kind != EventKind.FOLD:
-            curvature[k, :count] = [_curvature(curve.shooting, point) for point in curve.points]
+            curvature[k, own] = [_curvature(curve.shooting, point) for point in curve.points]
     multipliers = np.array(
         [multipliers_of_period(curves[n].shooting.kind, p.multipliers) for n, p, _ in special], dtype=complex
     ).reshape(-1, size)
-    kinds = [SPECIAL[curves[number].kind] for number, _, _ in special]
+    kinds = np.array([SPECIAL[curves[number].kind] for number, _, _ in special], dtype=np.int8)
     each, of, at = ("curve", "point"), ("curve",), ("event",)
-    reflected = np.array([curve.shooting.kind.reflected for curve in curves], dtype=np.int8)
     states = np.array([point.nodes[0] for _, point, _ in special]).reshape(-1, size)
+    periods, reflected = (np.array([getattr(c.shooting.kind, n) for c in curves]) for n in ("period", "reflected"))
     variables: dict[str, dataset.Variable] = {
         "orbit": ((*each, "state"), orbit, "states at phase 0", "state"),
         "coefficient": (each, coefficient, "coefficient that passes 0 at a point of codimension two", "coefficient"),
         "curvature": (each, curvature, "curvature of the branch that is born", "coefficient"),
-        "period": (of, np.array([c.shooting.kind.period for c in curves]), "period in forcing periods", "count"),
-        "symmetric": (of, reflected, "own mirror image", "flag"),
-        "ended": ((*of, "end"), np.array([c.ended for c in curves], dtype=np.int8), "why the curve ends", "flag"),
-        "event_kind": (at, np.array(kinds, dtype=np.int8), "kind of point", "flag"),
+        "period": (of, periods, "period in forcing periods", "count"),
+        "symmetric": (of, reflected.astype(np.int8), "own mirror image", "flag"),
+        "ended": ((*of, "end"), np.array([c.ended for c in curves], dtype=np.int8), "why the curve ends", Ending),
+        "event_kind": (at, kinds, "kind of point", EventKind),
         "event_curve": (at, np.array([n for n, _, _ in special], dtype=int), "its curve", "count"),
         "event_point": (at, np.array([k for _, _, k in special], dtype=int), "point of the curve before it", "count"),
         "event_orbit": ((*at, "state"), states, "states at phase 0", "state"),
         "event_multiplier_real": ((*at, "multiplier"), multipliers.real, "real part", "multiplier"),
         "event_multiplier_imag": ((*at, "multiplier"), multipliers.imag, "imaginary part", "multiplier"),
     }
-    for k, (place, name) in enumerate(zip(("first", "second"), names, strict=True)):
-        own = np.array([point.values[k] for _, point, _ in special])
-        variables[name] = (each, values[k], "", "")
-        variables[f"event_{place}"] = (at, varied.scales[k] * own, "", "")
-        errors = varied.scales[k] * np.array([point.errors[k] for _, point, _ in special])
-        variables[f"event_{place}_error"] = (at, errors, "error of the value", "")
+    for k, (place, name) in enumerate(zip(("first", "second"), varied.names, strict=True)):
+        own_values, errors = (
+            varied.scales[k] * np.array([getattr(point, field)[k] for _, point, _ in special])
+            for field in ("values", "errors")
+        )
+        variables[name] = (each, values[k], "", varied.attributes(k))
+        variables[f"event_{place}"] = (at, own_values, "", varied.attributes(k))
+        variables[f"event_{place}_error"] = (at, errors, "error of the value", varied.attributes(k))
     cone = varied.plan.cone
     result = dataset.label(cone, variables, outcome=np.array(Outcome.OK), options=options, title="locus")
-    for k, (place, name) in enumerate(zip(("first", "second"), names, strict=True)):
-        for own_name in (name, f"event_{place}", f"event_{place}_error"):
-            told = result[own_name].attrs["long_name"]
-            result[own_name].attrs |= varied.attributes(k) | ({"long_name": told} if told else {})
-    result["orbit"].attrs |= varied.along(*names)
+    result["orbit"].attrs |= varied.along(*varied.names)
     result["event_orbit"].attrs |= varied.along("event_first", "event_second")
-    result["ended"].attrs |= dataset.flags(Ending)
-    result["event_kind"].attrs |= dataset.flags(EventKind)
-    return result.assign_attrs(parameters=",".join(names), event=curves[0].kind.label, **varied.about)
+    return result.assign_attrs(parameters=",".join(varied.names), event=curves[0].kind.label, **varied.about)
 
 
 def _curvature(shooting: Shooting, point: Singular) -> float:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.atlas.plan import STATES, Plan
+from gelcone.dataset import attributes
 from gelcone.devices.device import Device
 from gelcone.devices.points import at, field_attributes, read_swept
 from gelcone.devices.si import PARAMETERS, STATE, device_attributes, factor
@@ -126,7 +127,7 @@ class Varied:
         if self.device is not None:
             return field_attributes(name)
         quantity = PARAMETERS[name][0] if name in PARAMETERS else "parameter value"
-        return {"long_name": self.plan.cone.system.parameters[name].meaning, "units": "1", "quantity": quantity}
+        return attributes(self.plan.cone.system.parameters[name].meaning, quantity)
 
     @property
     def about(self) -> dict[str, str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.atlas.branches.branch import EventKind
 from gelcone.atlas.branches.continuation import continue_branch
-from gelcone.paper.studies.study import meaning
+from gelcone.dataset import attributes
 from gelcone.physics.model import ConeModel
 from gelcone.words import event_label
 
@@ -51,13 +51,13 @@ def _told(followed: xr.Dataset, doublings: list[float], born: int | None) -> dic
     values = followed["event_value"].values
     told = {"born": "" if born is None else event_label(followed["event_kind"][born])}
     return {
-        "doubling": ("doubling", np.array(doublings), meaning("period doublings of one cascade", "parameter value")),
-        "cascade_end": ((), ends[-1], meaning("where the doublings end", "parameter value")),
-        "cascade_end_error": ((), abs(ends[-1] - ends[-2]), meaning("error of that", "parameter value")),
+        "doubling": ("doubling", np.array(doublings), attributes("period doublings of one cascade", "parameter value")),
+        "cascade_end": ((), ends[-1], attributes("where the doublings end", "parameter value")),
+        "cascade_end_error": ((), abs(ends[-1] - ends[-2]), attributes("error of that", "parameter value")),
         "cascade_born": (
             (),
             np.nan if born is None else float(values[born]),
-            meaning("where the branch of the cascade is born", "parameter value") | told,
+            attributes("where the branch of the cascade is born", "parameter value") | told,
         ),
     }
 

@@ -10,6 +10,7 @@ import numpy as np
 from gelcone.atlas.bifurcation import bifurcation
 from gelcone.atlas.branches.beside import branches_beside
 from gelcone.atlas.plan import Plan
+from gelcone.dataset import Table, attributes, columns
 from gelcone.motion.floquet import floquet_multipliers
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.paper.effort import Effort
@@ -32,6 +33,9 @@ PANELS: dict[tuple[str, str], float] = {
     ("fast", "stretch_limit"): 1.005,
 }
 """Parameter set and swept parameter -> voltage of the panel (reconstructed; no effect where it is itself swept)."""
+
+
+FINITE = ("Lyapunov exponents over the window from the start", "rate")
 
 
 def values_of(preset: str, parameter: str, effort: Effort) -> Array:
@@ -73,11 +77,7 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
     )
     ensemble, states = Plan(model, {parameter: values}, preset.initial).at({parameter: values})
     finite, _ = finite_exponents(ensemble.members(), states, effort.window, {})
-    result["finite"] = (
-        (parameter, "exponent"),
-        finite,
-        {"long_name": "Lyapunov exponents over the window from the start", "units": "1", "quantity": "rate"},
-    )
+    result["finite"] = (parameter, "exponent"), finite, attributes(*FINITE)
     followed = branches_beside(result)
     if followed is not None:
         result = result.assign(cascade(model, followed))
@@ -90,14 +90,11 @@ def rest_stability(ensemble: ConeModel, dims: tuple[str, ...]) -> dict[str, Any]
     flat = ensemble.members()
     growth = floquet_multipliers(flat)["growth_rate"].values.reshape(shape)
     static = np.asarray(flat.stiffness(np.zeros(flat.size), flat.voltage)).reshape(shape)
-
-    def variable(values: Array, long_name: str, quantity: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
-        return dims, values, {"long_name": long_name, "units": "1", "quantity": quantity}
-
-    return {
-        "rest_growth": variable(growth, "growth rate of deviations from rest under the drive", "rate"),
-        "static_stiffness": variable(static, "small-signal stiffness of rest at the peak voltage", "stiffness"),
+    table: Table = {
+        "rest_growth": (growth, "growth rate of deviations from rest under the drive", "rate"),
+        "static_stiffness": (static, "small-signal stiffness of rest at the peak voltage", "stiffness"),
     }
+    return columns(dims, table)
 
 
 STUDIES = tuple(

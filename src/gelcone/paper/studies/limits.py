@@ -15,6 +15,7 @@ from gelcone.paper.effort import Effort
 from gelcone.paper.fixed_step import fixed_step
 from gelcone.paper.studies.study import Progress, Study
 from gelcone.physics.model import ConeModel
+from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,19 +30,15 @@ def linear_limit(effort: Effort, progress: Progress) -> xr.Dataset:
     """Period of the free undamped neo-Hookean oscillator over its amplitude, against 2 pi/sqrt(kappa)."""
     amplitudes = np.geomspace(1e-3, 1.0, 31)
     stiffness = float(effort.preset("base").model.spring_stiffness)
-    model = ConeModel(
-        damping_ratio=0.0,
-        voltage=0.0,
-        stretch_limit=np.inf,
-        spring_stiffness=np.full(len(amplitudes), stiffness),
-    )
+    free = ConeModel(damping_ratio=0.0, voltage=0.0, stretch_limit=np.inf)
+    model = free.replace(spring_stiffness=np.full(len(amplitudes), stiffness))
     linear = 2.0 * np.pi / np.sqrt(stiffness)
     times = linear * np.linspace(0.0, 1.2, 4001)
     states = np.stack([amplitudes, np.zeros_like(amplitudes)], axis=1)
     run = integrate(model, states, times)
     period = np.array([_quarter(times, x) * 4.0 for x in run.states[..., 0]])
     progress(1.0)
-    result = dataset.label(
+    return dataset.label(
         model,
         {"period_ratio": ((), period / linear, "period over that of the linear oscillator", "share")},
         coords={"amplitude": ((), amplitudes, "initial displacement", "length")},
@@ -49,7 +46,6 @@ def linear_limit(effort: Effort, progress: Progress) -> xr.Dataset:
         options={},
         title="linear limit",
     )
-    return result
 
 
 def _quarter(times: Any, displacement: Any) -> float:
@@ -61,21 +57,21 @@ def _quarter(times: Any, displacement: Any) -> float:
 
 def limit_map(effort: Effort, progress: Progress) -> xr.Dataset:
     """Regimes over voltage and stretch limit, at the fast set."""
-    preset = effort.preset("fast")
     voltages, limits = effort.limit_map
     over = {"voltage": np.linspace(0.7, 1.6, voltages), "stretch_limit": np.geomspace(0.52, 50.0, limits)}
-    return maps.map(preset.model, over, preset.initial, patience=effort.patience, progress=progress).assign_attrs(
-        preset="fast"
-    )
+    return _map("fast", over, effort, progress)
 
 
 def damping_map(effort: Effort, progress: Progress) -> xr.Dataset:
     """Regimes over voltage and damping ratio, at the base set."""
-    preset = effort.preset("base")
     over = {"voltage": np.linspace(0.5, 2.0, 2 * effort.limit_map[0] - 1), "damping_ratio": np.linspace(0.02, 2.0, 34)}
-    return maps.map(preset.model, over, preset.initial, patience=effort.patience, progress=progress).assign_attrs(
-        preset="base"
-    )
+    return _map("base", over, effort, progress)
+
+
+def _map(name: str, over: dict[str, Array], effort: Effort, progress: Progress) -> xr.Dataset:
+    preset = effort.preset(name)
+    result = maps.map(preset.model, over, preset.initial, patience=effort.patience, progress=progress)
+    return result.assign_attrs(preset=name)
 
 
 def beyond(effort: Effort, progress: Progress) -> xr.Dataset:
@@ -86,7 +82,7 @@ def beyond(effort: Effort, progress: Progress) -> xr.Dataset:
     model = preset.model.replace(stretch_limit=limits)
     run = fixed_step(model, preset.initial, STEP, int(effort.window / STEP))
     progress(0.5)
-    half = 0.5 * _reach(model)
+    half, start = 0.5 * _reach(model), np.full(len(limits), preset.initial[0])
     inside = np.stack([half, np.zeros_like(half)], axis=1)
     evidence = classify(model.members(), inside, patience=effort.patience)
     progress(0.5)
@@ -95,12 +91,7 @@ def beyond(effort: Effort, progress: Progress) -> xr.Dataset:
         {
             "fixed_step_exponent": ((), run.exponent, "largest exponent of the fixed-step run over the window", "rate"),
             "fixed_step_beyond": ((), run.beyond, "share of its steps beyond the stretch limit", "share"),
-            "initial_strain": (
-                (),
-                model.strain(np.full(len(limits), preset.initial[0])),
-                "I1 - 3 at the start",
-                "share",
-            ),
+            "initial_strain": ((), model.strain(start), "I1 - 3 at the start", "share"),
             "inside_start": ((), half, "displacement from which the true motion starts", "length"),
             "lyapunov": (("exponent",), evidence.exponents, "Lyapunov exponents of the true motion", "rate"),
             "standard_error": (("exponent",), evidence.standard_error, "standard error of the exponents", "rate"),
@@ -143,6 +134,7 @@ def large_limits(effort: Effort, progress: Progress) -> xr.Dataset:
     progress(0.8)
     late = swing(nearby.members(), evidence.final)
     progress(0.1)
+    regime = evidence.regime.reshape(model.size, STARTS)
     ends = {name: getattr(late, name).reshape(model.size, STARTS) for name in ("lowest", "highest")}
     return dataset.label(
         model,
@@ -150,12 +142,7 @@ def large_limits(effort: Effort, progress: Progress) -> xr.Dataset:
             "displacement": (("time",), run.states[..., 0], "displacement x = h/(b-a)", "length"),
             "highest": (("start",), ends["highest"], "highest displacement in the long run, nearby starts", "length"),
             "lowest": (("start",), ends["lowest"], "lowest displacement in the long run, nearby starts", "length"),
-            "regime": (
-                ("start",),
-                evidence.regime.reshape(model.size, STARTS),
-                "kind of motion in the long run",
-                "code",
-            ),
+            "regime": (("start",), regime, "kind of motion in the long run", "code"),
         },
         coords={"time": (("time",), times, "time", "time")},
         outcome=run.outcome,

@@ -9,9 +9,10 @@ import numpy as np
 
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import sweep
+from gelcone.dataset import attributes
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.paper.effort import Effort
-from gelcone.paper.studies.diagrams import rest_stability
+from gelcone.paper.studies.diagrams import FINITE, rest_stability
 from gelcone.paper.studies.study import Progress, Study
 from gelcone.quantity import Array
 
@@ -41,11 +42,7 @@ def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
     model, states = plan.at(plan.grid)
     finite, _ = finite_exponents(model.members(), states, effort.window, {})
     progress(0.1)
-    result["finite"] = (
-        (*plan.over, "exponent"),
-        finite.reshape((*plan.shape, 2)),
-        {"long_name": "Lyapunov exponents over the window from the start", "units": "1", "quantity": "rate"},
-    )
+    result["finite"] = (*plan.over, "exponent"), finite.reshape((*plan.shape, 2)), attributes(*FINITE)
     theory = {
         name: (dims, values.reshape(plan.shape), attrs)
         for name, (dims, values, attrs) in rest_stability(model, tuple(plan.over)).items()

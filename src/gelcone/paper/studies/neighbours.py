@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone import dataset
+from gelcone.motion.evidence import Evidence
 from gelcone.motion.regime import classify
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study
@@ -51,47 +52,40 @@ def neighbours(effort: Effort, progress: Progress) -> xr.Dataset:
     order = _kinds(preset.model.replace(**drawn, **changes, **{parameter: np.array(stretches)}), preset.initial, effort)
     progress(0.2)
     offsets = NEARBY * np.linspace(-1.0, 1.0, STARTS)[:, None]
-    own = preset.model.replace(voltage=voltages + 0.0 * offsets)
-    starts = np.tile(preset.initial, (own.size, 1)) + np.stack([np.repeat(offsets, voltages.size)] * 2, axis=1)
-    extents = classify(own.members(), starts, patience=effort.patience)
+    model = preset.model.replace(voltage=voltages + 0.0 * offsets)
+    starts = np.tile(preset.initial, (model.size, 1)) + np.stack([np.repeat(offsets, voltages.size)] * 2, axis=1)
+    own, start = classify(model.members(), starts, patience=effort.patience), model.shape
     progress(0.3)
     single = dataset.label(preset.model, {}, options={"factor": FACTOR, "seed": SEED}, title="near the base set")
-    size = np.fmax(np.abs(extents.lowest), np.abs(extents.highest)).reshape(own.shape)
-    return single.assign(
-        regime=(("set", "voltage"), found.regime.reshape(count, -1), _about("kind of motion", "code")),
-        lyapunov=(("set", "voltage", "exponent"), _exponents(found.exponents, count), _about("exponents", "rate")),
-        standard_error=(
-            ("set", "voltage", "exponent"),
-            _exponents(found.standard_error, count),
-            _about("standard error of the exponents", "rate"),
-        ),
-        extent=(
-            ("set", "voltage"),
-            np.fmax(np.abs(found.lowest), np.abs(found.highest)).reshape(count, -1),
-            _about("largest displacement in the long run", "length"),
-        ),
-        prestretch_kind=(("set", "prestretch"), order.regime.reshape(count, -1), _about("kind of motion", "code")),
-        own_extent=(("start", "voltage"), size, _about("largest displacement of the base set", "length")),
-        own_regime=(("start", "voltage"), extents.regime.reshape(own.shape), _about("kind of motion", "code")),
-    ).assign_coords(
-        {name: ("set", values[:, 0], _about(name.replace("_", " "), "share")) for name, values in drawn.items()}
-        | {
-            "voltage": ("voltage", voltages, _about("voltage amplitude", "voltage")),
-            "prestretch": ("prestretch", np.array(stretches), _about("pre-stretch", "share")),
-        }
+
+    def size(evidence: Evidence, shape: tuple[int, ...]) -> Array:
+        return np.fmax(np.abs(evidence.lowest), np.abs(evidence.highest)).reshape(shape)
+
+    shape = count, voltages.size
+    exponents, errors = (v.reshape(*shape, -1) for v in (found.exponents, found.standard_error))
+    variables = (
+        ("regime", ("set", "voltage"), found.regime.reshape(shape), "kind of motion", "code"),
+        ("lyapunov", ("set", "voltage", "exponent"), exponents, "exponents", "rate"),
+        ("standard_error", ("set", "voltage", "exponent"), errors, "standard error of the exponents", "rate"),
+        ("extent", ("set", "voltage"), size(found, shape), "largest displacement in the long run", "length"),
+        ("prestretch_kind", ("set", "prestretch"), order.regime.reshape(count, -1), "kind of motion", "code"),
+        ("own_extent", ("start", "voltage"), size(own, start), "largest displacement of the base set", "length"),
+        ("own_regime", ("start", "voltage"), own.regime.reshape(start), "kind of motion", "code"),
     )
+    coords = (
+        *((name, "set", values[:, 0], name.replace("_", " "), "share") for name, values in drawn.items()),
+        ("voltage", "voltage", voltages, "voltage amplitude", "voltage"),
+        ("prestretch", "prestretch", np.array(stretches), "pre-stretch", "share"),
+    )
+    named: list[dict[str, Any]] = [
+        {name: (dims, values, dataset.attributes(*of)) for name, dims, values, *of in rows}
+        for rows in (variables, coords)
+    ]
+    return single.assign(named[0]).assign_coords(named[1])
 
 
-def _kinds(model: ConeModel, initial: tuple[float, float], effort: Effort) -> Any:
+def _kinds(model: ConeModel, initial: tuple[float, float], effort: Effort) -> Evidence:
     return classify(model.members(), np.tile(initial, (model.size, 1)), patience=effort.patience)
-
-
-def _exponents(values: Array, count: int) -> Array:
-    return values.reshape(count, -1, values.shape[-1])
-
-
-def _about(long_name: str, quantity: str) -> dict[str, str]:
-    return {"long_name": long_name, "units": "1", "quantity": quantity}
 
 
 STUDIES = (Study("neighbours", neighbours, work=6.0),)

@@ -10,8 +10,9 @@ from gelcone import dataset
 from gelcone.atlas.branches.branch import EventKind
 from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.atlas.frequency import frequency as frequency_response
+from gelcone.dataset import attributes
 from gelcone.paper.effort import Effort
-from gelcone.paper.studies.study import Progress, Study, about, meaning
+from gelcone.paper.studies.study import Progress, Study, about
 from gelcone.paper.studies.triples import motions
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import balances_of
@@ -69,10 +70,10 @@ def _branches(model: ConeModel, initial: tuple[float, float], grid: Array) -> di
         folds = found["event_value"].values[found["event_kind"].values == EventKind.FOLD]
         columns["fold"].append(folds)
     meanings = {
-        "frequency": meaning("drive frequency along branches", "frequency"),
-        "amplitude": meaning("half of what the orbit covers", "length"),
-        "stable": meaning("whether the orbit is stable", "flag"),
-        "fold": meaning("drive frequency of a fold", "frequency"),
+        "frequency": attributes("drive frequency along branches", "frequency"),
+        "amplitude": attributes("half of what the orbit covers", "length"),
+        "stable": attributes("whether the orbit is stable", "flag"),
+        "fold": attributes("drive frequency of a fold", "frequency"),
     }
     return {
         f"branch_{name}": (("member", "fold" if name == "fold" else "orbit"), _padded(rows), meanings[name])

@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.dataset import attributes
 from gelcone.motion.equilibrium import static as static_curves
 from gelcone.paper.effort import Effort
-from gelcone.paper.studies.study import Progress, Study, about, meaning
+from gelcone.paper.studies.study import Progress, Study, about
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -27,7 +28,7 @@ def static(effort: Effort, progress: Progress) -> xr.Dataset:
     x, voltage = result["displacement"].values, result["constant_voltage"].values
     slack = _slack(preset.model, x, voltage[:, None]).astype(np.int8)
     dims = ("constant_voltage", "displacement")
-    result["slack"] = (dims, slack, meaning("1 where the film is slack", "code"))
+    result["slack"] = (dims, slack, attributes("1 where the film is slack", "code"))
     progress(1.0)
     return result.assign_attrs(preset=preset.name, parameter="constant_voltage")
 
@@ -83,10 +84,10 @@ def _surfaces(base: ConeModel) -> dict[str, Any]:
     total = potential[:, :, None] + 0.5 * velocity**2
     plane = ("surface_limit", "surface_displacement", "surface_velocity")
     return {
-        "surface_energy": (plane, total, meaning("energy of film, spring and motion without voltage", "energy")),
-        "surface_limit": ("surface_limit", np.array(SURFACES), meaning("stretch limit", "parameter of a surface")),
-        "surface_displacement": ("surface_displacement", x, meaning("displacement x = h/(b-a)", "length")),
-        "surface_velocity": ("surface_velocity", velocity, meaning("velocity of the disc", "velocity")),
+        "surface_energy": (plane, total, attributes("energy of film, spring and motion without voltage", "energy")),
+        "surface_limit": ("surface_limit", np.array(SURFACES), attributes("stretch limit", "parameter of a surface")),
+        "surface_displacement": ("surface_displacement", x, attributes("displacement x = h/(b-a)", "length")),
+        "surface_velocity": ("surface_velocity", velocity, attributes("velocity of the disc", "velocity")),
     }
 
 

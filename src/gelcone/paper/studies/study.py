@@ -63,7 +63,3 @@ def about(
     """The result with the attributes of all studies, and those that ``model_from`` has of the model."""
     result.attrs = dict(model_from.attrs) | {"title": title, "options": json.dumps(dict(options))}
     return result.assign_attrs(preset=preset, parameter=parameter, window=effort.window)
-
-
-def meaning(long_name: str, quantity: str) -> dict[str, str]:
-    return {"long_name": long_name, "units": "1", "quantity": quantity}

@@ -13,11 +13,12 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Outcome
+from gelcone.dataset import attributes
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.motion.response import simulate
 from gelcone.motion.section import section
 from gelcone.paper.effort import Effort
-from gelcone.paper.studies.study import Progress, Study, about, kinds_of, meaning, merged
+from gelcone.paper.studies.study import Progress, Study, about, kinds_of, merged
 from gelcone.physics.model import ConeModel
 from gelcone.presets import Preset
 from gelcone.progress import Progress as MaybeProgress
@@ -107,17 +108,19 @@ def _window(model: ConeModel, states: npt.ArrayLike, length: float, name: str, p
     run = simulate(model, states, times=times, progress=progress)
     slack = (run["hoop_stress"] < 0.0) | (run["meridional_stress"] < 0.0)
     kept = run[["displacement", "velocity"]]
-    kept = kept.assign(slack=slack.astype(np.int8).assign_attrs(meaning("1 where the film is slack", "code")))
+    kept = kept.assign(slack=slack.astype(np.int8).assign_attrs(attributes("1 where the film is slack", "code")))
     shares = {str(n): f"{name}_{n}" for n in run if str(n).startswith("validity_") and n != "validity_breakdown"}
-    ends = {"lowest": run["displacement"].min("time"), "highest": run["displacement"].max("time")}
     described = {
-        f"{name}_validity_slack": kept["slack"].mean("time").assign_attrs(meaning("share of slack film", "share"))
-    } | {f"{name}_{end}": value.assign_attrs(meaning(f"{end} displacement", "length")) for end, value in ends.items()}
+        f"{name}_validity_slack": (kept["slack"].mean("time"), "share of slack film", "share"),
+        f"{name}_lowest": (run["displacement"].min("time"), "lowest displacement", "length"),
+        f"{name}_highest": (run["displacement"].max("time"), "highest displacement", "length"),
+    }
+    ends = {n: values.assign_attrs(attributes(*of)) for n, (values, *of) in described.items()}
     if name == "late":
         kept = kept.rename({n: f"late_{n}" for n in ("displacement", "velocity", "slack", "time")})
     else:
         kept = kept.assign(initial=run["initial"])
-    return merged(kept.assign(described), run[list(shares)].rename(shares))
+    return merged(kept.assign(ends), run[list(shares)].rename(shares))
 
 
 def _finite(model: ConeModel, finite: tuple[Array, Array]) -> xr.Dataset:
