@@ -72,8 +72,8 @@ def test_what_the_script_defines_is_done_by_threads(monkeypatch):
         assert list(team.run(own, range(3))) == [(os.getpid(), 0)] * 3
     own.__module__, own.__qualname__ = "__main__", "own"
     monkeypatch.setattr(sys.modules["__main__"], "own", own, raising=False)
-    assert module._portable(own) is None
-    assert module._portable(math.sqrt) is not None
+    assert module.portable(own) is None
+    assert module.portable(math.sqrt) is not None
 
 
 def kind(workers):

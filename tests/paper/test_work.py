@@ -66,39 +66,57 @@ def test_an_error_comes_home_as_it_was(workers):
 
 
 def test_a_process_that_dies_is_an_error_and_not_a_wait_for_ever():
-    with pytest.raises(RuntimeError, match="making bad: its process has ended"):
+    with pytest.raises(InputError, match="making bad: ended its processes"):
         list(do([job("bad", call=vanish), job("other")], 2, lambda *_: None))
 
 
-SLOW = """
-    import multiprocessing
+SLOW_JOB = """
+    import os
     import time
-    from gelcone.paper.work import Job, do
+    from pathlib import Path
 
     def sleep(given, progress):
-        time.sleep(30.0)
-
-    if __name__ == "__main__":
-        jobs = [Job(name, name, 10.0, frozenset(), sleep) for name in "ab"]
+        Path(f"{os.getpid()}.pid").touch()
         try:
-            list(do(jobs, 2, lambda label, share: print(label, flush=True)))
-        except KeyboardInterrupt:
-            print("interrupted", multiprocessing.active_children(), flush=True)
+            time.sleep(30.0)
+        finally:
+            Path(f"{os.getpid()}.pid").unlink()
+"""
+SLOW = """
+    from slow_job import sleep
+    from gelcone.paper.work import Job, do
+
+    jobs = [Job(name, name, 10.0, frozenset(), sleep) for name in "ab"]
+    try:
+        list(do(jobs, 2, lambda label, share: print(label, flush=True)))
+    except KeyboardInterrupt:
+        print("interrupted", flush=True)
 """
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals to a group of processes")
 @pytest.mark.parametrize("send", [os.killpg, os.kill])
 def test_an_interrupt_ends_all_processes_at_once_and_quietly(tmp_path, send):
+    (tmp_path / "slow_job.py").write_text(textwrap.dedent(SLOW_JOB))
     script = tmp_path / "slow.py"
     script.write_text(textwrap.dedent(SLOW))
     run = subprocess.Popen(
-        [sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        [sys.executable, script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        cwd=tmp_path,
     )
     assert [run.stdout.readline() for _ in range(2)] == ["a\n", "b\n"]
-    time.sleep(0.3)
+    while len(pids := [int(path.stem) for path in tmp_path.glob("*.pid")]) < 2:
+        time.sleep(0.05)
     begin = time.monotonic()
     send(run.pid, signal.SIGINT)
     out, errors = run.communicate(timeout=20)
-    assert (out, errors) == ("interrupted []\n", "")
+    assert (out, errors) == ("interrupted\n", "")
     assert time.monotonic() - begin < 10.0
+    for pid in pids:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
+    assert not list(tmp_path.glob("*.pid"))  # each had time to clean up

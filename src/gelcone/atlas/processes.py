@@ -11,9 +11,12 @@ import multiprocessing
 import os
 import pickle
 import queue
+import signal
 import subprocess
 import sys
 import threading
+import time
+import traceback
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -29,7 +32,15 @@ LARGE = 1024
 DEATHS = 2
 """A task that has ended so many processes is given up."""
 
+PATIENCE = 5.0
+"""Seconds that a process has to clean up when it is asked to end."""
+REPORT_EVERY = 0.1
+"""Seconds between two reports of progress."""
+
 _serving = False
+_answers: IO[bytes]
+_reporting = threading.Lock()
+_pending, _told = 0.0, 0.0
 
 
 class ProcessesEnded(InputError):
@@ -49,7 +60,7 @@ def usual_workers(cells: int, count: int | None = None) -> Workers:
 
 
 def processes(count: int | None = None) -> Workers:
-    """Processes of this machine; by default one a core. Leaving the context ends them at once.
+    """Processes of this machine; by default one a core. Leaving the context ends them.
 
     What a component of the running script itself needs they do not find; threads of this process do those tasks.
 
@@ -62,39 +73,56 @@ def processes(count: int | None = None) -> Workers:
 
     @contextmanager
     def start() -> Iterator[Team]:
-        size, stop = count or available_threads(), threading.Event()
-        pool, helpers = ThreadPoolExecutor(size), [Process() for _ in range(size)]
-        idle: queue.SimpleQueue[Process] = queue.SimpleQueue()
-        for helper in helpers:
-            idle.put(helper)
+        pool, stop = Pool(count or available_threads()), threading.Event()
 
         def run(function: Callable[[Task], Answer], tasks: Iterable[Task]) -> Iterator[tuple[Answer, int]]:
-            content = _portable(function)
+            content = portable(function)
 
             def work(task: Task) -> tuple[Answer, int]:
                 if content is None:
                     return watched(function, task, stop)
-                helper = idle.get()
-                try:
-                    answer: tuple[Answer, int] = helper.do(content, task)
-                    return answer
-                finally:
-                    idle.put(helper)
+                answer: tuple[Answer, int] = pool.do(content, task)
+                return answer
 
-            return as_they_come(pool, size, work, tasks)
+            return as_they_come(pool.threads, pool.size, work, tasks)
 
         try:
-            yield Team(size, run)
+            yield Team(pool.size, run)
         finally:
             stop.set()
-            for helper in helpers:
-                helper.end()
-            pool.shutdown(cancel_futures=True)
+            pool.close()
 
     return start
 
 
-def _portable(function: Callable[[Any], Any]) -> bytes | None:
+class Pool:
+    """Processes of this machine, and as many ``threads`` of this process, which hand tasks to them and wait."""
+
+    def __init__(self, size: int) -> None:
+        self.size, self.threads = size, ThreadPoolExecutor(size)
+        self._processes = [Process() for _ in range(size)]
+        self._idle: queue.SimpleQueue[Process] = queue.SimpleQueue()
+        for process in self._processes:
+            self._idle.put(process)
+
+    def do(self, function: bytes, task: Any, tell: Callable[[float], None] = lambda share: None) -> Any:
+        """The answer of a pickled function to a task, from the next process that is idle; see `Process.do`."""
+        process = self._idle.get()
+        try:
+            return process.do(function, task, tell)
+        finally:
+            self._idle.put(process)
+
+    def close(self) -> None:
+        """Ends the processes, in the middle of their work too."""
+        self.threads.shutdown(wait=False, cancel_futures=True)
+        for end in (Process.stop, Process.end):
+            for process in self._processes:
+                end(process)
+        self.threads.shutdown()
+
+
+def portable(function: Callable[[Any], Any]) -> bytes | None:
     """The function as another process can read it; None for one that needs what the running script defines."""
     try:
         content = pickle.dumps(function)
@@ -110,16 +138,18 @@ class Process:
         self._lock, self._ended = threading.Lock(), False
         self._process = _start()
 
-    def do(self, function: bytes, task: Any) -> Any:
-        """The answer to a task; raises what it raised."""
+    def do(self, function: bytes, task: Any, tell: Callable[[float], None]) -> Any:
+        """The answer to a task; raises what it raised. ``tell`` takes the shares of the work that it reports."""
         for _ in range(DEATHS):
             try:
                 pickle.dump(pickle.dumps((function, task)), _pipe(self._process.stdin))
                 _pipe(self._process.stdin).flush()
-                error, answer = pickle.load(_pipe(self._process.stdout))
-            except (EOFError, OSError, pickle.UnpicklingError):
+                while isinstance(message := pickle.load(_pipe(self._process.stdout)), float):
+                    tell(message)
+            except (EOFError, OSError, ValueError, pickle.UnpicklingError):  # it has ended, or its pipes are closed
                 self._restart()
                 continue
+            error, answer = message
             if error is not None:
                 raise error
             return answer
@@ -132,13 +162,23 @@ class Process:
         with self._lock:
             if self._ended:
                 raise Stopped
-            _kill(self._process)
+            self._process.kill()
+            _close(self._process)
             self._process = _start()
 
-    def end(self) -> None:
+    def stop(self) -> None:
+        """Asks the process to end."""
         with self._lock:
             self._ended = True
-            _kill(self._process)
+            self._process.terminate()
+
+    def end(self) -> None:
+        """Ends the process, which had time to clean up since it was asked to."""
+        try:
+            self._process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+        _close(self._process)
 
 
 def _start() -> subprocess.Popen[bytes]:
@@ -151,8 +191,7 @@ def _start() -> subprocess.Popen[bytes]:
     return subprocess.Popen(command, stdin=pipe, stdout=pipe, process_group=0)
 
 
-def _kill(process: subprocess.Popen[bytes]) -> None:
-    process.kill()
+def _close(process: subprocess.Popen[bytes]) -> None:
     process.wait()
     for stream in (process.stdin, process.stdout):
         with suppress(OSError):  # what was not yet written has no reader any more
@@ -169,16 +208,35 @@ def _pipe(stream: IO[bytes] | None) -> IO[bytes]:
 
 def serve() -> None:
     """Answers tasks until the standard input ends. What else is printed goes to the standard error."""
-    global _serving
+    global _serving, _answers
     _serving = True
-    given, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    given, _answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)
     tasks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(given, tasks), daemon=True).start()
-    while True:
-        answers.write(_answer(tasks.get()))
-        answers.flush()
+    with suppress(KeyboardInterrupt):
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        while True:
+            answer = _answer(tasks.get())
+            report(0.0, last=True)
+            _send(answer)
+
+
+def report(share: float, *, last: bool = False) -> None:
+    """Passes on a share of the task's work that is done, from any thread, but not more often than a progress bar can
+    show, and the ``last`` one."""
+    global _pending, _told
+    with _reporting:
+        _pending += share
+        if _pending and (last or time.monotonic() - _told >= REPORT_EVERY):
+            _send(pickle.dumps(_pending))
+            _pending, _told = 0.0, time.monotonic()
+
+
+def _send(message: bytes) -> None:
+    _answers.write(message)
+    _answers.flush()
 
 
 def _listen(given: IO[bytes], tasks: queue.SimpleQueue[bytes]) -> None:
@@ -195,6 +253,7 @@ def _answer(content: bytes) -> bytes:
         function, task = pickle.loads(content)
         return pickle.dumps((None, watched(pickle.loads(function), task)))
     except Exception as error:
+        error.add_note(traceback.format_exc())
         try:
             pickle.loads(told := pickle.dumps((error, None)))
         except Exception:

@@ -110,8 +110,7 @@ def run(
     quick : compute on coarser grids and over fewer periods.
     out : folder; by default ``paper-results``, for quick runs ``paper-results-quick``.
     force : compute again also what is there.
-    workers : parallel processes; the data are the same to the last bit. Default 1, all in this process. With
-        more, a script that calls this needs the usual ``if __name__ == "__main__":``.
+    workers : parallel processes; the data are the same to the last bit. Default 1, all in this process.
     progress : called with what is being worked on and the share of the work done since the last call.
     paper : other studies, figures and claims than those of the source paper.
 

@@ -10,11 +10,9 @@ from __future__ import annotations
 import asyncio
 import os
 import pickle
-import queue
 import threading
 import warnings
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import cache, lru_cache
 from pathlib import Path
@@ -24,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gelcone import permission
-from gelcone.atlas.processes import Process
+from gelcone.atlas import processes
 from gelcone.motion.flow import available_threads
 from gelcone.progress import Stopped, Watch, watching
 
@@ -51,9 +49,7 @@ class Pool:
         np.zeros((2, LANES)).tofile(self._path)
         self._board = _board(self._path)
         self._free = list(range(LANES))
-        self._threads = ThreadPoolExecutor(self.size)
-        self._workers: list[Process] = []
-        self._idle: queue.SimpleQueue[Process] = queue.SimpleQueue()
+        self._processes: processes.Pool | None = None
 
     def lane(self) -> int:
         """A free lane; `Busy` when there is none."""
@@ -79,43 +75,39 @@ class Pool:
     async def do(self, lane: int, run: int, function: Callable[..., Any], *arguments: Any) -> Any:
         """``function(*arguments)`` in a worker; None if the run is out of date. Raises what it raises, and
         `ProcessesEnded`."""
-        self._start()
-        task = asyncio.wrap_future(self._threads.submit(self._do, self._task(lane, run, function, arguments)))
-        task.add_done_callback(lambda done: done.cancelled() or done.exception())
-        return await asyncio.shield(task)  # who waits may be cancelled; the task finds out by its lane
+        pool, task = self._started(), self._task(lane, run, function, arguments)
+        asked = asyncio.wrap_future(pool.threads.submit(_do, pool, task))
+        asked.add_done_callback(lambda done: done.cancelled() or done.exception())
+        return await asyncio.shield(asked)  # who waits may be cancelled; the task finds out by its lane
 
     def warm(self, function: Callable[[], None]) -> None:
         """Starts the workers, unless they run, and lets them load the module of a function."""
-        if not self._workers:
-            self._start()
+        if self._processes is None:
+            pool = self._started()
             for _ in range(self.size):
-                self._threads.submit(self._do, self._task(0, int(self._board.run[0]), function, ()))
+                pool.threads.submit(_do, pool, self._task(0, int(self._board.run[0]), function, ()))
 
     def _task(self, lane: int, run: int, function: Callable[..., Any], arguments: tuple[Any, ...]) -> _Task:
         return _Task(self._path, self.background, self.names, lane, run, function, arguments)
 
-    def _start(self) -> None:
-        if not self._workers:
-            self._workers = [Process() for _ in range(self.size)]
-            for worker in self._workers:
-                self._idle.put(worker)
-
-    def _do(self, task: _Task) -> Any:
-        worker = self._idle.get()
-        try:
-            return worker.do(pickle.dumps(work), task)[0]
-        except Stopped:  # the pool is closed
-            return None
-        finally:
-            self._idle.put(worker)
+    def _started(self) -> processes.Pool:
+        if self._processes is None:
+            self._processes = processes.Pool(self.size)
+        return self._processes
 
     def close(self) -> None:
         """Ends the workers, in the middle of their work too."""
         self._board.run[:] += 1
-        self._threads.shutdown(wait=False, cancel_futures=True)
-        for worker in self._workers:
-            worker.end()
+        if self._processes is not None:
+            self._processes.close()
         self._folder.cleanup()
+
+
+def _do(pool: processes.Pool, task: _Task) -> Any:
+    try:
+        return pool.do(pickle.dumps(work), task)[0]
+    except Stopped:  # the pool is closed
+        return None
 
 
 class _Board(NamedTuple):
