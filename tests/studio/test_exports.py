@@ -83,8 +83,26 @@ def test_figures_are_files(tmp_path):
     assert b"<svg" in saved(SETTINGS["device"], wanted, "svg", shelf)[:1000]
 
 
+def test_the_lines_write_a_number_as_python_reads_it():
+    values = {"stretch_limit": "inf", "voltage": "+1e-1", "law": "gent"}
+    setting, wanted = (
+        Setting(preset="base", values=values),
+        exports.Wanted.read("simulate", {"periods": 123.456789}, ()),
+    )
+    lines = exports.lines(setting, wanted, "")
+    given = {}
+    exec(lines.partition("result =")[0], given)
+    assert (given["model"].stretch_limit, given["model"].voltage) == (float("inf"), 0.1)
+    assert "periods=123.456789" in lines
+    assert "--periods 123.456789" in exports.command(setting, wanted, "")
+
+
+PERIODS = [-3, 0, 0.5, 1e300, 501, 10**400, True, None, "9", float("nan"), float("inf"), [20]]
+
+
 @pytest.mark.parametrize(
-    ("name", "options"), [("os", {}), ("simulate", {"tolerance": 1}), ("simulate", {"periods": "9"}), ("regime", [])]
+    ("name", "options"),
+    [("os", {}), ("simulate", {"tolerance": 1}), ("regime", []), *(("simulate", {"periods": p}) for p in PERIODS)],
 )
 def test_nothing_else_can_be_asked_for(name, options):
     with pytest.raises(gelcone.InputError):

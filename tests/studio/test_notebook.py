@@ -20,7 +20,11 @@ def test_the_frame_shows_the_page_of_the_device_and_ends():
     device = gelcone.find_device("biased-pump").replace(frequency="9 Hz")
     frame = gelcone.studio(device)
     try:
-        assert "<iframe" in frame._repr_html_()
+        shown = frame._repr_html_()
+        assert "<iframe" in shown
+        token = frame._studio.token
+        assert token in frame.address
+        assert token not in shown + repr(frame) + str(vars(frame))  # a notebook is stored with what it shows
         assert "frequency" in frame.address
         with urllib.request.urlopen(frame.address.partition("#")[0]) as answer:
             assert b"gelcone studio" in answer.read()

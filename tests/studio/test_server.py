@@ -20,6 +20,7 @@ from starlette.websockets import WebSocketDisconnect, WebSocketState
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+import gelcone.studio.server
 from gelcone.codes import Regime
 from gelcone.errors import InputError
 from gelcone.progress import Stopped, current_watch
@@ -38,8 +39,8 @@ ENDLESS = {**PUMP, "values": {"frequency": "1e999 Hz"}}
 class Running:
     """A studio in a thread of its own."""
 
-    def __init__(self):
-        self.studio = Studio(Shelf())
+    def __init__(self, host="127.0.0.1"):
+        self.studio = Studio(Shelf(), host)
         listening = self.studio.listen()
         self.loop = asyncio.new_event_loop()
 
@@ -145,17 +146,123 @@ def test_an_answer_is_not_held_back_until_the_one_before_is_acknowledged():
 
 
 def test_another_host_is_refused(server):
-    assert server.get(f"/?token={server.studio.token}", Host="evil.example")[0] == 421
+    for host in (
+        "evil.example",
+        f"evil.example:{server.studio.port}",
+        "127.0.0.1",
+        "",
+        f"127.0.0.2:{server.studio.port}",
+    ):
+        assert server.get(f"/?token={server.studio.token}", Host=host)[0] == 421
+    with pytest.raises(InvalidStatus) as refused, server.page(additional_headers={"Host": "evil.example"}):
+        pass
+    assert refused.value.response.status_code in (400, 421)  # two of them are no request at all
+
+
+def test_the_address_of_this_machine_is_ours_where_it_listens_on_all():
+    running = Running("0.0.0.0")
+    try:
+        port, token = running.studio.port, running.studio.token
+        for host in ("127.0.0.1", "127.0.0.2", "localhost", socket.gethostname()):
+            running.origin = f"http://127.0.0.2:{port}"
+            assert running.get(f"/?token={token}", Host=f"{host}:{port}")[0] == 200
+        with connect(f"ws://127.0.0.2:{port}/ws?token={token}", origin=f"http://127.0.0.2:{port}") as page:
+            ask(page, "hello")
+            answer(page, "hello")
+        for host in ("0.0.0.0", "127.0.0.3", "10.9.8.7", "evil.example"):
+            status = running.get(f"/?token={token}", Host=f"{host}:{port}")[0]
+            assert status == (200 if host == "0.0.0.0" else 421), host
+    finally:
+        running.close()
+
+
+def test_refusals_bind_the_browser_too(server):
+    token = server.studio.token
+    for path, headers in {
+        "/": {},
+        "/static/none.js": {},
+        "/nowhere": {},
+        f"/?token={token}": {"Host": "evil.example"},
+        "/ws": {},
+    }.items():
+        status, found, _ = server.get(path, **headers)
+        assert status >= 400
+        assert binds(found), path
+
+
+def binds(headers):
+    """Whether an answer holds the policy that binds the browser, and the rest of it."""
+    found = {name.lower(): value for name, value in headers.items()}
+    names = ("x-content-type-options", "referrer-policy", "cross-origin-resource-policy", "cache-control")
+    return "default-src 'none'" in found.get("content-security-policy", "") and all(name in found for name in names)
+
+
+def test_connections_that_ask_for_nothing_are_closed(monkeypatch):
+    monkeypatch.setattr(gelcone.studio.server, "IDLE_SECONDS", 0.3)
+    running = Running()
+    begun = {
+        "nothing": b"",
+        "half a request": b"GET / HTTP/1.1\r\nHost: 127.0.0.1",
+        "a request, then nothing": f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{running.studio.port}\r\n\r\n".encode(),
+        "a request, then half of one": f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{running.studio.port}\r\n\r\nGET".encode(),
+    }
+    try:
+        with running.page() as page:
+            sockets = {name: socket.create_connection(("127.0.0.1", running.studio.port)) for name in begun}
+            for name, own in sockets.items():
+                own.settimeout(3.0)
+                own.sendall(begun[name])
+            for own in sockets.values():
+                while own.recv(65_536):  # until it is closed
+                    pass
+                own.close()
+            ask(page, "hello")
+            answer(page, "hello")  # a page that asks for nothing is left alone
+    finally:
+        running.close()
+
+
+def test_a_ticket_opens_the_page_once(server):
+    address = server.studio.ticket("preset=base")
+    assert address.endswith("#preset=base")
+    path = address.removeprefix(server.origin).partition("#")[0]
+    with urllib.request.urlopen(server.origin + path) as answer:
+        assert answer.url.endswith(f"/?token={server.studio.token}")
+    assert not server.studio.tickets
+    with urllib.request.urlopen(
+        server.origin + path
+    ) as answer:  # what a frame that is loaded again gets: the page, and no token
+        assert answer.url.endswith(path)
+        assert server.studio.token.encode() not in answer.read()
+
+
+def test_the_token_is_not_printed(server):
+    assert server.studio.token not in repr(server.studio)
 
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"origin": "http://evil.example"}, {"origin": "null"}, {"origin": None}, {"token": "wrong"}, {"token": ""}],
+    [
+        {"origin": "http://evil.example"},
+        {"origin": "null"},
+        {"origin": None},
+        {"origin": "127.0.0.1:PORT"},
+        {"origin": "//127.0.0.1:PORT"},
+        {"origin": "https://127.0.0.1:PORT"},
+        {"origin": "http://127.0.0.1"},
+        {"origin": "http://127.0.0.1:PORT.evil.example"},
+        {"origin": "http://http://127.0.0.1:PORT"},
+        {"token": "wrong"},
+        {"token": ""},
+    ],
 )
 def test_a_foreign_page_cannot_talk(server, wrong):
+    if wrong.get("origin"):
+        wrong = {"origin": wrong["origin"].replace("PORT", str(server.studio.port))}
     with pytest.raises(InvalidStatus) as refused, server.page(**wrong):
         pass
     assert refused.value.response.status_code == 403
+    assert binds(refused.value.response.headers)
 
 
 def test_a_look_is_answered_in_parts(server):
@@ -268,6 +375,18 @@ def malformed(number):
             json.dumps({"kind": "code", "id": 1, "setting": PUMP, "what": draw.choice(["os", 5, None])}),
             json.dumps({"kind": "cancel", "id": 1, "grid": draw.choice(["x", None, []])}),
             '{"kind": "look", "id": NaN}',
+            '{"kind": "look", "id": 1%s}' % ("0" * 400),
+            json.dumps({"kind": "look", "id": 1, "side": "a", "setting": PUMP, "periods": 10**400}),
+            json.dumps({"kind": "look", "id": 1, "side": "a", "setting": PUMP, "periods": True}),
+            '{"kind": "look", "id": 1, "side": "a", "setting": {"device": "biased-pump"}, "periods": 1e999}',
+            json.dumps(
+                {"kind": "map", "id": 1, "setting": PUMP, "x": ["frequency", 10**400, 1], "y": ["payload", 0, 1]}
+            ),
+            json.dumps({"kind": "strip", "id": 1, "setting": PUMP, "over": ["frequency", -(10**400), 10**400]}),
+            json.dumps(
+                {"kind": "export", "id": 1, "setting": PUMP, "what": "simulate", "options": {"periods": 10**400}}
+            ),
+            json.dumps({"kind": "look", "id": 1, "side": "a", "setting": {"file": "a." * 14_000 + "a=1"}}),
             json.dumps(
                 {"kind": "look", "id": 1, "side": "a", "setting": {**PUMP, "values": {"frequency": "1e999 Hz"}}}
             ),

@@ -1,5 +1,7 @@
 """What a page may ask about: devices and presets by name, values with the checks of the command line, never a path."""
 
+import time
+
 import pytest
 
 from gelcone import InputError
@@ -83,6 +85,24 @@ def test_no_value_names_a_file_a_module_or_several_values(shelf, values):
 def test_what_is_no_setting_is_refused(given):
     with pytest.raises(InputError):
         Setting.read(given)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a." * 14_000 + "a = 1",
+        "x = {" + "a." * 14_000 + "a = 1}",
+        "[" + "a." * 14_000 + "a]",
+        "x = " + "[\n" * 14_000,
+        "\n".join(f"k{i}" + ".a" * 240 + " = 1" for i in range(60)),
+        "film_radius = [" + "1,\n" * 9_000 + "]",
+    ],
+)
+def test_a_file_made_to_take_long_is_refused_at_once(shelf, text):
+    began = time.process_time()
+    with pytest.raises(InputError):
+        shelf.subject(Setting.read({"file": text}))
+    assert time.process_time() - began < 1.0
 
 
 def test_an_error_of_a_file_names_its_line(shelf):

@@ -7,7 +7,9 @@ import sys
 import threading
 import warnings
 import webbrowser
+from html import escape
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from urllib.parse import urlencode
 
 import click
@@ -44,6 +46,17 @@ def studio_command() -> click.Command:
         start(device, preset, port, host, no_browser)
 
     return command
+
+
+def leading_page(address: str, folder: Path) -> Path:
+    """A page in a folder of the user's own that leads to an address: what a browser is started with, all users of the
+    machine can read, and the address holds the token."""
+    page = folder / "studio.html"
+    page.touch(0o600)
+    page.write_text(
+        f'<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="0; url={escape(address)}">'
+    )
+    return page
 
 
 def start(device: str | None, preset: str | None, port: int, host: str, no_browser: bool) -> None:
@@ -83,8 +96,10 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
         )
     click.echo(f"gelcone studio: {address}\nCtrl-C ends it.")
     sys.stdout.flush()
-    browse = threading.Thread(target=webbrowser.open, args=(address,), daemon=True)
-    run(studio, listening, Setting(**shown), (lambda: None) if no_browser else browse.start)
+    with TemporaryDirectory(prefix="gelcone-studio-") as folder:
+        leading = leading_page(address, Path(folder))
+        browse = threading.Thread(target=webbrowser.open, args=(leading.as_uri(),), daemon=True)
+        run(studio, listening, Setting(**shown), (lambda: None) if no_browser else browse.start)
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0)  # all is closed; a thread in the middle of a formula, which would be waited for, is not

@@ -4,8 +4,9 @@ that give the same numbers."""
 from __future__ import annotations
 
 import inspect
+import math
 import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,12 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 from gelcone.analyses.answer import in_si
 from gelcone.analyses.ask import arguments_of
+from gelcone.analyses.subject import is_number
 from gelcone.devices.device import Device
 from gelcone.devices.units import parse
 from gelcone.errors import InputError, unknown_name
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
 from gelcone.studio.grids import Axis, Source
+from gelcone.studio.look import check_periods
 from gelcone.studio.setting import STATES, Setting, typed
 
 if TYPE_CHECKING:
@@ -26,17 +29,17 @@ if TYPE_CHECKING:
 
     from gelcone.analyses.subject import Subject
 
-OPTIONS: Mapping[str, tuple[str, ...]] = {
-    "simulate": ("periods",),
-    "section": (),
-    "spectrum": (),
-    "regime": (),
-    "static": (),
-    "map": (),
-    "bifurcation": (),
-    "envelope": (),
+OPTIONS: Mapping[str, Mapping[str, Callable[[Any], float]]] = {
+    "simulate": {"periods": check_periods},
+    "section": {},
+    "spectrum": {},
+    "regime": {},
+    "static": {},
+    "map": {},
+    "bifurcation": {},
+    "envelope": {},
 }
-"""Results that the page saves -> options of the analysis that it sends."""
+"""Results that the page saves -> options of the analysis that it sends, and their checks."""
 OVER: Mapping[str, tuple[str, ...]] = {"map": ("x", "y"), "bifurcation": ("over",)}
 """Those over parameters -> the axes that the page sends."""
 FORMATS = ("nc", "png", "svg")
@@ -57,9 +60,8 @@ class Wanted:
             raise unknown_name("result that can be saved", str(name), OPTIONS)
         if not isinstance(options, dict) or not options.keys() <= set(OPTIONS[name]):
             raise InputError(f"options of {name}: must be among {', '.join(OPTIONS[name]) or 'none'}")
-        if not all(isinstance(value, int | float) for value in options.values()):
-            raise InputError(f"options of {name}: must be numbers")
-        return cls(find_analysis(name), {k: float(v) for k, v in options.items()}, tuple(over_text(a) for a in axes))
+        checked = {option: OPTIONS[name][option](value) for option, value in options.items()}
+        return cls(find_analysis(name), checked, tuple(over_text(a) for a in axes))
 
     @property
     def given(self) -> dict[str, Any]:
@@ -124,7 +126,7 @@ def command(setting: Setting, wanted: Wanted, device: str) -> str:
     words += [word for value in options["settings"] for word in ("--set", value)]
     words += ["--initial", options["initial"]] if "initial" in options else []
     words += [word for value in wanted.over for word in ("--over", value)]
-    words += [w for name, value in wanted.options.items() for w in (f"--{name.replace('_', '-')}", f"{value:g}")]
+    words += [w for name, value in wanted.options.items() for w in (f"--{name.replace('_', '-')}", f"{value:.15g}")]
     words += ["--uniform"] if wanted.analysis.name == "map" else []
     return shlex.join([*words, "--out", "results"])
 
@@ -156,7 +158,7 @@ def lines(setting: Setting, wanted: Wanted, device: str) -> str:
         del arguments["initial"]
     text += _swept(setting, wanted)
     passed = [f"{n}={value}" for n, value in arguments.items() if n in known]
-    passed += [f"{n}={value:g}" for n, value in wanted.options.items()]
+    passed += [f"{n}={value:.15g}" for n, value in wanted.options.items()]
     given = {"map": ["over"], "bifurcation": ["parameter", "values"]}.get(name, [])
     text.append(f"result = gelcone.{name}({', '.join([first, *given, *passed])})")
     text.append(f'gelcone.save({saved}, "{analysis.command}.nc")')
@@ -181,8 +183,6 @@ def _swept(setting: Setting, wanted: Wanted) -> list[str]:
 
 def _plain(value: str) -> str:
     """A value as it is written in Python: a number, or else a text."""
-    try:
-        float(value)
-    except ValueError:
+    if not is_number(value):
         return repr(value)
-    return value
+    return value if math.isfinite(float(value)) else f"float({value!r})"

@@ -15,6 +15,7 @@ from gelcone.analyses.subject import Subject
 from gelcone.codes import Outcome, Regime
 from gelcone.dataset import Findings
 from gelcone.devices.si import READ_AS, factor
+from gelcone.errors import InputError
 from gelcone.motion.equilibrium import static
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import Trajectories
@@ -37,6 +38,8 @@ PER_PERIOD, PER_OSCILLATION, MOST_SAMPLES = 100, 20, 8000
 """Samples of a run on the screen: each period of the voltage, each oscillation at the fastest rate, and in all."""
 PERIODS = 20
 """Periods of the voltage that a run lasts where nothing else is asked for."""
+FEWEST, MOST = 1, 500
+"""Periods that may be asked for."""
 JUST_BEFORE = 1.0 - 1e-9
 SECTION_POINTS = 600
 """Section points of a motion that does not repeat."""
@@ -63,6 +66,13 @@ class Parts:
 
     arrays: dict[str, Any] = field(default_factory=dict)
     words: dict[str, Any] = field(default_factory=dict)
+
+
+def check_periods(periods: Any) -> float:
+    """The periods that a page asks for; `InputError` for what is not a number from `FEWEST` to `MOST`."""
+    if isinstance(periods, bool) or not isinstance(periods, int | float) or not FEWEST <= periods <= MOST:
+        raise InputError(f"periods: must be a number from {FEWEST} to {MOST}")
+    return float(periods)
 
 
 def scales(subject: Subject) -> dict[str, tuple[float, str]]:

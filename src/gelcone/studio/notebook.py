@@ -20,7 +20,8 @@ HEIGHT = 720
 class StudioFrame:
     """A running studio, which a notebook shows as a frame of ``height`` pixels.
 
-    ``address`` opens it in a browser of this machine; `close` ends it.
+    ``address`` opens it in a browser of this machine; `close` ends it. What a notebook stores of the frame opens it
+    once: a notebook that is passed on gives no access.
     """
 
     def __init__(self, state: dict[str, str], height: int, names: frozenset[str] = frozenset()) -> None:
@@ -32,7 +33,7 @@ class StudioFrame:
 
         self._studio = Studio(Shelf(names=names))
         listening = self._studio.listen()
-        self.address, self.height = self._studio.address(urlencode(state)), height
+        self._state, self.height = urlencode(state), height
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, args=(listening,), name="gelcone studio", daemon=True)
         self._thread.start()
@@ -47,15 +48,20 @@ class StudioFrame:
             self._loop.call_soon_threadsafe(self._studio.stop)
             self._thread.join()
 
+    @property
+    def address(self) -> str:
+        """The page's address with the token that gives access to it."""
+        return self._studio.address(self._state)
+
     def _repr_html_(self) -> str:
-        source = html.escape(self.address, quote=True)
+        source = html.escape(self._studio.ticket(self._state), quote=True)
         return (
             f'<iframe src="{source}" title="gelcone studio" width="100%" height="{self.height}" '
             'style="border:0" allow="clipboard-write"></iframe>'
         )
 
     def __repr__(self) -> str:
-        return f"gelcone studio: {self.address}"
+        return f"gelcone studio at port {self._studio.port}; .address opens it in a browser, .close() ends it"
 
 
 def studio(device: Device | str | None = None, *, preset: str | None = None, height: int = HEIGHT) -> StudioFrame:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import math
 import time
 from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -36,7 +37,6 @@ _log = logging.getLogger(__name__)
 RATE, BURST = 200.0, 400
 """Messages a second that are read, and how many at once."""
 LONGEST_ID = 2**53
-PERIODS = (1, 500)
 THREADS = 3
 """Of a page: one for each slot, and one in which other requests are read."""
 LANES = ("map", "strip", "envelope", "export")
@@ -130,9 +130,7 @@ class Page:
 
     async def _take_look(self, request: dict[str, Any]) -> None:
         request["setting"] = Setting.read(request.get("setting"))
-        periods = request.get("periods", look.PERIODS)
-        if not (isinstance(periods, int | float) and PERIODS[0] <= periods <= PERIODS[1]):
-            raise InputError(f"periods: must be from {PERIODS[0]} to {PERIODS[1]}")
+        request["periods"] = look.check_periods(request.get("periods", look.PERIODS))
         if _text(request, "side") not in ("a", "b"):
             raise InputError("side: must be a or b")
         panels = request.setdefault("panels", [])
@@ -153,7 +151,7 @@ class Page:
                 more["controls"] = as_json(self.shelf.controls(setting))
             subject = self.shelf.subject(setting)
             more["about"] = look.about(subject)
-            return subject, look.response(subject, request.get("periods", look.PERIODS)), more
+            return subject, look.response(subject, request["periods"]), more
 
         found = await self._computed(self.first, request, compute)
         if found is None:
@@ -383,15 +381,15 @@ def _request(text: str | None) -> dict[str, Any]:
     if text is None:
         raise InputError("the message is not text; send JSON")
     try:
-        request = json.loads(text, parse_constant=_refuse)
+        request = json.loads(text, parse_constant=_number, parse_int=_number, parse_float=_number)
     except (ValueError, RecursionError):
         raise InputError("the message is not JSON") from None
     if not isinstance(request, dict) or _text(request, "kind") not in _KINDS:
         raise InputError("the message must be an object whose kind is one of: " + ", ".join(_KINDS))
     number = request.get("id")
-    if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < LONGEST_ID:
+    if isinstance(number, bool) or not isinstance(number, int | float) or not 0 <= number < LONGEST_ID or number % 1:
         raise InputError("id: must be a whole number")
-    return request
+    return request | {"id": int(number)}
 
 
 def _text(request: Mapping[str, Any], name: str) -> str:
@@ -402,5 +400,9 @@ def _text(request: Mapping[str, Any], name: str) -> str:
     return value
 
 
-def _refuse(constant: str) -> Any:
-    raise ValueError(constant)
+def _number(text: str) -> float:
+    """A number of a message; `ValueError` for one that is not finite, such as 1e999 or NaN."""
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(text)
+    return number

@@ -7,20 +7,24 @@ import secrets
 import signal
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
+from typing import Any
+from weakref import WeakKeyDictionary
 
 import uvicorn
 from starlette.applications import Starlette
 from starlette.datastructures import Headers
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, Response
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from gelcone.errors import InputError
 from gelcone.studio import look
@@ -29,6 +33,8 @@ from gelcone.studio.pool import Pool
 from gelcone.studio.setting import Setting, Shelf
 
 LOCAL = "127.0.0.1"
+IDLE_SECONDS = 5.0
+"""After which a connection that asks for nothing is closed."""
 LARGEST_MESSAGE = 65_536
 MOST_PAGES = 32
 FAREWELL_SECONDS = 0.05
@@ -49,7 +55,9 @@ class Studio:
 
     shelf: Shelf
     host: str = LOCAL
-    token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
+    token: str = field(default_factory=lambda: secrets.token_urlsafe(24), repr=False)
+    tickets: set[str] = field(default_factory=set, repr=False)
+    """Each opens the page once, and is worth nothing to who finds it later."""
     pool: Pool = field(init=False)
     saving: Pool = field(init=False)
     pages: set[Page] = field(default_factory=set)
@@ -81,16 +89,27 @@ class Studio:
 
     def address(self, state: str = "") -> str:
         """The page's address with its token; ``state`` follows the ``#``."""
+        return self._address(f"token={self.token}", state)
+
+    def _address(self, key: str, state: str) -> str:
         shown = {"0.0.0.0": socket.gethostname(), "::": socket.gethostname()}.get(self.host, self.host)
         host = f"[{shown}]" if ":" in shown else shown
-        return f"http://{host}:{self.port}/?token={self.token}" + (f"#{state}" if state else "")
+        return f"http://{host}:{self.port}/?{key}" + (f"#{state}" if state else "")
 
-    def hosts(self) -> set[str]:
-        """Values of the header Host that are ours."""
-        names = {LOCAL, "localhost", "[::1]"}
+    def ticket(self, state: str = "") -> str:
+        """An address that opens the page once, see `tickets`."""
+        self.tickets.add(new := secrets.token_urlsafe(24))
+        return self._address(f"ticket={new}", state)
+
+    def hosts(self, reached: str) -> set[str]:
+        """Values of the header Host that are ours; ``reached`` is the address at which a connection came in.
+
+        A page of another name that resolves to this machine has that name there, and is refused.
+        """
+        names = {LOCAL, "localhost", "::1"}
         if self.host != LOCAL:
-            names |= {f"[{self.host}]" if ":" in self.host else self.host, socket.gethostname(), socket.getfqdn()}
-        return {f"{name.lower()}:{self.port}" for name in names}
+            names |= {self.host, socket.gethostname(), socket.getfqdn(), reached, reached.removeprefix("::ffff:")}
+        return {f"[{name}]:{self.port}" if name.count(":") > 1 else f"{name.lower()}:{self.port}" for name in names}
 
     def app(self) -> ASGIApp:
         routes = [
@@ -136,6 +155,12 @@ class Studio:
         return secrets.compare_digest((token or "").encode(), self.token.encode())
 
     async def _page(self, request: Request) -> Response:
+        ticket = request.query_params.get("ticket")
+        if ticket in self.tickets:
+            self.tickets.remove(ticket)
+            return RedirectResponse(f"/?token={self.token}", 303)
+        if ticket is not None:  # a frame that is loaded again has the token in the memory of its tab
+            return _file("index.html")
         if not self.is_ours(request.query_params.get("token")):
             return PlainTextResponse("The address lacks its token; take the one that gelcone studio printed.", 403)
         return _file("index.html")
@@ -144,11 +169,10 @@ class Studio:
         return _file(request.path_params["name"])
 
     async def _talk(self, socket: WebSocket) -> None:
-        origin = socket.headers.get("origin", "")
-        if origin.removeprefix("http://").lower() not in self.hosts() or not self.is_ours(
-            socket.query_params.get("token")
-        ):
-            await socket.close(1008)  # before the connection is accepted this is an answer 403
+        ours = {f"http://{host}" for host in self.hosts(socket.scope["server"][0])}
+        origin = socket.headers.get("origin", "").lower()
+        if origin not in ours or not self.is_ours(socket.query_params.get("token")):
+            await socket.send_denial_response(PlainTextResponse("This page may not talk to the studio.", 403))
             return
         await socket.accept()
         if len(self.pages) >= MOST_PAGES:
@@ -170,20 +194,16 @@ class Guard:
         self.app, self.studio = app, studio
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if Headers(scope=scope).get("host", "").lower() not in self.studio.hosts():
-            refused = PlainTextResponse("This is not the host that you asked for.", 421)
-            if scope["type"] == "websocket":
-                await WebSocket(scope, receive, send).close(1008)
-            else:
-                await refused(scope, receive, send)
-            return
 
         async def with_headers(message: Message) -> None:
-            if message["type"] == "http.response.start":
+            if message["type"] in ("http.response.start", "websocket.http.response.start"):
                 message["headers"] = [*message.get("headers", []), *_HEADERS]
             await send(message)
 
-        await self.app(scope, receive, with_headers)
+        app = self.app
+        if Headers(scope=scope).get("host", "").lower() not in self.studio.hosts(scope["server"][0]):
+            app = PlainTextResponse("This is not the host that you asked for.", 421)
+        await app(scope, receive, with_headers)
 
 
 _HEADERS = [
@@ -209,11 +229,26 @@ def _file(name: str) -> Response:
 
 
 class _Server(uvicorn.Server):
-    """A server that leaves signals to those who started it, and waits for no page when it ends."""
+    """A server that leaves signals to those who started it, closes connections on which no request comes, and waits for
+    no page when it ends."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self._waiting: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
+        """Connections without a request, and since when."""
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
         yield
+
+    async def on_tick(self, counter: int) -> bool:
+        now = time.monotonic()
+        for connection in list(self.server_state.connections):
+            if isinstance(connection, WebSocketsSansIOProtocol) or not _is_idle(connection):
+                self._waiting.pop(connection, None)
+            elif now - self._waiting.setdefault(connection, now) > IDLE_SECONDS:
+                connection.transport.close()
+        return await super().on_tick(counter)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         for server in self.servers:
@@ -225,6 +260,11 @@ class _Server(uvicorn.Server):
             connection.transport.abort()  # a page that does not read would hold it
         if self.server_state.tasks:
             await asyncio.wait(self.server_state.tasks, timeout=LEAVING_SECONDS)
+
+
+def _is_idle(connection: Any) -> bool:
+    """Whether no request of a connection is being answered: none has come, or not the whole of it, or all are."""
+    return connection.cycle is None or connection.cycle.response_complete
 
 
 def run(studio: Studio, listening: socket.socket, first: Setting, ready: Callable[[], None]) -> None:

@@ -29,8 +29,9 @@ from gelcone.studio.controls import CHOICES, Control, controls_of, leaf
 from gelcone.studio.grids import changed, device_in
 
 LONGEST_VALUE = 40
-LONGEST_FILE = 30_000
-"""Characters of a value, and of a device file, that the page may send."""
+LONGEST_FILE, LONGEST_LINE = 30_000, 500
+"""Characters of a value, and of a device file and its lines, that the page may send: the time that it takes to read a
+key grows with the square of its length."""
 OWN_FILE = "device.toml"
 """What the text of a device file is called once it is saved."""
 MOST_VALUES = 60
@@ -60,6 +61,8 @@ class Setting:
         ((kind, text),) = names.items()
         if not isinstance(text, str) or len(text) > (LONGEST_FILE if kind == "file" else LONGEST_VALUE):
             raise InputError(f"{kind}: must be a text of at most {LONGEST_FILE} characters")
+        if kind == "file" and any(len(line) > LONGEST_LINE for line in text.splitlines()):
+            raise InputError(f"file: has a line of more than {LONGEST_LINE} characters; break it into several")
         values = given.get("values", {})
         if not isinstance(values, dict) or len(values) > MOST_VALUES:
             raise InputError("values: must be names and texts")

@@ -1,7 +1,17 @@
 // The connection to the server: says when it is lost, and comes back by itself.
 import { unpack } from "./frames.js";
 
+const KEY = "gelcone-token";
 const SOONEST = 300, LATEST = 3000;
+
+// The token in the address, or that of the last one: the frame of a notebook is loaded again with an address without.
+export function tokenOf(search, memory) {
+  const given = new URLSearchParams(search).get("token");
+  try {
+    if (given) memory().setItem(KEY, given);
+    return given ?? memory().getItem(KEY) ?? "";
+  } catch { return given ?? ""; } // a frame without storage
+}
 
 export class Link {
   constructor(token, { opened, lost, message }) {

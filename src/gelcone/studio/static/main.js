@@ -6,7 +6,7 @@ import { colours, setTheme } from "./colours.js";
 import { Cone } from "./cone.js";
 import { Controls, format, icon, make, say } from "./controls.js";
 import { GridPanels } from "./grids.js";
-import { Link } from "./link.js";
+import { Link, tokenOf } from "./link.js";
 import { portraitPanel, spectrumPanel, staticsPanel, timePanel } from "./panels.js";
 import { extent } from "./plot.js";
 import { Saver } from "./save.js";
@@ -70,7 +70,7 @@ const grids = new GridPanels({
   page: { ask: (kind, content) => link.ask(kind, content), setting, state: () => state, legend: () => hello, controls: () => controls, look: () => looks[state.side], go: change, keep },
 });
 const saver = new Saver($("saver"), { ask: (kind, content) => link.ask(kind, content), state: () => state, setting, toast, grids });
-const link = new Link(new URLSearchParams(location.search).get("token") ?? "", {
+const link = new Link(tokenOf(location.search, () => sessionStorage), {
   opened: () => { $("lost").hidden = true; link.ask("hello"); },
   lost: () => { $("lost").hidden = false; grids.lost(); },
   message,
