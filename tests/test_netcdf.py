@@ -1,11 +1,15 @@
-"""netCDF files: the same objects, attributes and numbers that xarray writes and reads with h5netcdf."""
+"""netCDF files: read back as they were, or refused where they are not what was written."""
 
-import h5py
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import xarray as xr
 
-from gelcone.netcdf import read_netcdf, write_netcdf
+import gelcone
+from gelcone.errors import InputError
+from gelcone.netcdf import CHECKSUM, read_netcdf, write_netcdf
 
 DATASET = xr.Dataset(
     {
@@ -28,52 +32,87 @@ DATASET = xr.Dataset(
 )
 
 
-def contents(path):
-    """Everything that a file holds by name: shapes, types, values, attributes with their types, and attached dims."""
-
-    def attribute(part, name):
-        kind, value = part.attrs.get_id(name).dtype, part.attrs[name]
-        if name == "DIMENSION_LIST":
-            value = [[part.file[reference].name for reference in scales] for scales in value]
-        if name == "REFERENCE_LIST":
-            value = sorted((part.file[reference].name, int(place)) for reference, place in value)
-        return repr((name, str(kind), value))
-
-    with h5py.File(path) as file:
-        parts = {name: (part.shape, part.dtype, part.maxshape, repr(part[()])) for name, part in file.items()}
-        return parts | {
-            f"{name} attributes": sorted(attribute(part, key) for key in part.attrs)
-            for name, part in {**file, "/": file}.items()
-        }
-
-
 @pytest.fixture(scope="module")
-def files(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("files")
-    write_netcdf(DATASET, folder / "own.nc")
-    DATASET.to_netcdf(folder / "xarray.nc", engine="h5netcdf")
-    return folder
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("files") / "all.nc"
+    write_netcdf(DATASET, path)
+    return path
 
 
-def test_a_file_holds_what_xarray_writes(files):
-    own, other = contents(files / "own.nc"), contents(files / "xarray.nc")
-    assert list(own) == list(other)
-    for name in own:
-        assert own[name] == other[name], name
-
-
-@pytest.mark.parametrize("name", ["own.nc", "xarray.nc"])
-def test_a_file_is_read_as_xarray_reads_it(files, name):
-    found = read_netcdf(files / name)
-    with xr.open_dataset(files / name, engine="h5netcdf") as dataset:
-        expected = dataset.load()
-    xr.testing.assert_identical(found, expected)
+def test_what_is_written_reads_back_equal(file, tmp_path):
+    found = read_netcdf(file)
     xr.testing.assert_identical(found, DATASET)
     assert list(found.data_vars) == list(DATASET.data_vars)
-    types = {key: type(value) for part in [found, *found.variables.values()] for key, value in part.attrs.items()}
-    assert types == {key: type(v) for part in [expected, *expected.variables.values()] for key, v in part.attrs.items()}
-
-
-def test_what_was_read_is_written_again(files, tmp_path):
-    write_netcdf(read_netcdf(files / "own.nc"), tmp_path / "again.nc")
+    assert {name: v.dtype for name, v in found.items()} == {name: v.dtype for name, v in DATASET.items()}
+    write_netcdf(found, tmp_path / "again.nc")
     xr.testing.assert_identical(read_netcdf(tmp_path / "again.nc"), DATASET)
+
+
+def test_other_tools_read_it_and_see_the_checksum(file):
+    with xr.open_dataset(file) as found:
+        assert len(found.attrs[CHECKSUM]) == 32
+        xr.testing.assert_equal(found.load(), DATASET)
+
+
+def test_a_flipped_bit_is_found_wherever_it_changes_what_is_read(file, tmp_path):
+    whole, damaged = file.read_bytes(), tmp_path / "damaged.nc"
+    numbers = whole.index(np.arange(6.0).tobytes())
+    for place in {numbers + 13, whole.index(b"force") + 1, *range(7, len(whole), len(whole) // 150)}:
+        changed = bytearray(whole)
+        changed[place] ^= 0x10
+        damaged.write_bytes(changed)
+        try:
+            found = gelcone.load(damaged)
+        except InputError as error:
+            assert "damaged.nc" in str(error)  # noqa: PT017
+            continue
+        found.attrs = {name: value for name, value in found.attrs.items() if name in DATASET.attrs}
+        assert place != numbers + 13
+        xr.testing.assert_identical(found, DATASET)
+
+
+def test_a_changed_number_or_attribute_does_not_match_the_checksum(file, tmp_path):
+    stored = xr.load_dataset(file)
+    for changed in (
+        stored.assign(force=stored["force"] * 1.5),
+        stored.assign_attrs(title="another"),
+        stored.assign(force=stored["force"].assign_attrs(units="mN")),
+        stored.assign(name=("place", ["rest", "grosser"])),
+        stored.drop_vars("single"),
+    ):
+        changed.to_netcdf(tmp_path / "changed.nc")
+        with pytest.raises(InputError, match="do not match its checksum"):
+            gelcone.load(tmp_path / "changed.nc")
+        (tmp_path / "changed.nc").unlink()
+
+
+def test_a_file_without_a_checksum_is_read(tmp_path):
+    DATASET.to_netcdf(tmp_path / "older.nc")
+    xr.testing.assert_identical(gelcone.load(tmp_path / "older.nc"), DATASET)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit of file sizes")
+@pytest.mark.parametrize(
+    ("name", "write", "reason"),
+    [
+        ("result.nc", "gelcone.save", "NetCDF: HDF error"),
+        ("result.svg", "lambda r, path: save_figure(r.gelcone.plot(), path)", "File too large"),
+    ],
+)
+def test_a_full_disk_is_one_line_and_leaves_no_half_file(tmp_path, name, write, reason):
+    """A limit of 8 kB stands for a disk that fills up."""
+    path = tmp_path / name
+    code = f"""
+import resource, signal, gelcone
+from gelcone.plots.style import save_figure
+r = gelcone.simulate(gelcone.find_device("biased-pump"), periods=5)
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (8192, 8192))
+try:
+    ({write})(r, {str(path)!r})
+except gelcone.InputError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == f"{path}: cannot be written ({reason}); free some space or choose another folder\n"
+    assert list(tmp_path.iterdir()) == []

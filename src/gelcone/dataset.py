@@ -166,6 +166,8 @@ def load(path: str | Path) -> xr.Dataset:
         return read_netcdf(Path(path))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
+    except InputError as error:
+        raise InputError(f"{path}: {error}; run it again, or open it with xarray.open_dataset") from None
     except (KeyboardInterrupt, MemoryError):
         raise
     except Exception as error:  # the readers raise many kinds on damaged files

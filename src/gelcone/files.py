@@ -65,8 +65,12 @@ def write_together(writers: Mapping[Path, Callable[[Path], None]], *, force: boo
     try:
         for path, write in writers.items():
             temporaries[path] = temporary = _temporary(path)
-            write(temporary)
-            temporary.chmod(0o666 & ~_umask())
+            try:
+                write(temporary)
+                temporary.chmod(0o666 & ~_umask())
+            except OSError as error:
+                remedy = "free some space or choose another folder"
+                raise InputError(f"{path}: cannot be written ({error.strerror or error}); {remedy}") from None
         for path, temporary in temporaries.items():
             temporary.replace(path)
     finally:

@@ -372,7 +372,7 @@ def test_help_and_version(run):
     assert run("--version")[1] == f"gelcone, version {gelcone.__version__}\n"
 
 
-HEAVY = {"llvmlite", "matplotlib", "pandas", "xarray", "scipy", "pydantic", "h5py"}
+HEAVY = {"llvmlite", "matplotlib", "pandas", "xarray", "scipy", "pydantic", "netCDF4"}
 
 
 @pytest.mark.parametrize(
