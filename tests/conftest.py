@@ -32,3 +32,14 @@ def undrawn(monkeypatch):
     from gelcone.plots import style
 
     monkeypatch.setattr(style, "draw_file", lambda figure, path: path.write_bytes(f"{len(figure.axes)} axes".encode()))
+
+
+@pytest.fixture
+def delivered(monkeypatch):
+    """The results that commands would write, in the order of the commands; nothing is drawn or written."""
+    from gelcone.cli import output
+
+    results = []
+    monkeypatch.setattr(output, "plot", lambda result, **options: None)
+    monkeypatch.setattr(output, "write_results", lambda out, name, result, figure, force: results.append(result) or ())
+    return results
