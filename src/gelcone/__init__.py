@@ -41,20 +41,74 @@ from typing import TYPE_CHECKING, Any
 from gelcone._version import __version__ as __version__
 
 # The public names, listed here alone: type checkers and editors follow these imports, and `__getattr__` makes them when
-# a name is first used, so that ``import gelcone`` stays light.
+# a name is first used, so that ``import gelcone`` stays light. A name with a line about it is an analysis; its command
+# has this place in the list of commands.
 if TYPE_CHECKING:
-    from gelcone import plots as plots
+    from gelcone.motion.response import simulate as simulate
+
+    """How it moves: time response, stresses, energies, validity."""
+    from gelcone.motion.section import section as section
+
+    """Poincare section: the motion once every forcing period."""
+    from gelcone.motion.section import extrema as extrema
+
+    """The maxima and minima of the displacement."""
+    from gelcone.motion.spectrum import spectrum as spectrum
+
+    """Amplitude spectrum, its lines and its flatness."""
+    from gelcone.motion.lyapunov import lyapunov as lyapunov
+
+    """Lyapunov exponents, over a window and in the long run, with errors."""
+    from gelcone.motion.regime import regime as regime
+
+    """What kind of motion it is, with the evidence."""
+    from gelcone.motion.equilibrium import static as static
+
+    """Equilibria under constant voltage, pitchfork, folds, pull-in, stroke."""
+    from gelcone.motion.limits import limits as limits
+
+    """Voltages that bound the use: loss of stability of rest, pitchfork, pull-in."""
+    from gelcone.motion.settled import settled as settled
+
+    """The settled motion: stroke, period, harmonics, and the linear stroke."""
+    from gelcone.motion.envelope import operating_limits as operating_limits
+
+    """Peak voltages at which film slack, chaos, pull-in and so on begin."""
+    from gelcone.motion.floquet import tongues as tongues
+
+    """Where the drive makes rest unstable: onset voltage and tongues."""
     from gelcone.atlas.bifurcation import bifurcation as bifurcation
-    from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
+
+    """What the motion is along one parameter, and where it changes."""
     from gelcone.atlas.branches.continuation import continue_branch as continue_branch
+
+    """Branches of periodic orbits, stable or not, and their bifurcations."""
     from gelcone.atlas.branches.locus import locus as locus
-    from gelcone.atlas.cluster import cluster as cluster
-    from gelcone.atlas.frequency import frequency as frequency
-    from gelcone.atlas.maps import basin as basin
+
+    """Folds, period doublings or symmetry breakings in two parameters."""
     from gelcone.atlas.maps import map as map
-    from gelcone.atlas.plan import Plan as Plan
-    from gelcone.atlas.record import show as show
+
+    """Exponent and regime over two parameters."""
     from gelcone.atlas.sweep import sweep as sweep
+
+    """Any analysis over any parameters, and the probability of chaos."""
+    from gelcone.atlas.record import show as show
+
+    """What the store of a map or sweep holds by now."""
+    from gelcone.atlas.maps import basin as basin
+
+    """Which motions coexist: the attractor of each initial state."""
+    from gelcone.atlas.frequency import frequency as frequency
+
+    """Stroke over drive frequency, swept up and down: resonances and jumps."""
+    from gelcone.motion.envelope import envelope as envelope
+
+    """Where a device is safe to drive, and which limit comes first."""
+
+    from gelcone import plots as plots
+    from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
+    from gelcone.atlas.cluster import cluster as cluster
+    from gelcone.atlas.plan import Plan as Plan
     from gelcone.atlas.uncertain import Normal as Normal
     from gelcone.atlas.uncertain import Uniform as Uniform
     from gelcone.atlas.uncertain import draw as draw
@@ -73,28 +127,16 @@ if TYPE_CHECKING:
     from gelcone.devices.si import to_si as to_si
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
-    from gelcone.motion.envelope import envelope as envelope
-    from gelcone.motion.envelope import operating_limits as operating_limits
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages
     from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
     from gelcone.motion.equilibrium import pull_in_voltage as pull_in_voltage
-    from gelcone.motion.equilibrium import static as static
     from gelcone.motion.equilibrium import stroke_and_blocked_force as stroke_and_blocked_force
     from gelcone.motion.floquet import Onset as Onset
     from gelcone.motion.floquet import floquet_multipliers as floquet_multipliers
     from gelcone.motion.floquet import onset_voltage as onset_voltage
-    from gelcone.motion.floquet import tongues as tongues
     from gelcone.motion.flow import integrate as integrate
-    from gelcone.motion.limits import limits as limits
     from gelcone.motion.linear import small_signal_response as small_signal_response
     from gelcone.motion.linear import state_space as state_space
-    from gelcone.motion.lyapunov import lyapunov as lyapunov
-    from gelcone.motion.regime import regime as regime
-    from gelcone.motion.response import simulate as simulate
-    from gelcone.motion.section import extrema as extrema
-    from gelcone.motion.section import section as section
-    from gelcone.motion.settled import settled as settled
-    from gelcone.motion.spectrum import spectrum as spectrum
     from gelcone.physics.balance import PullIn as PullIn
     from gelcone.physics.bias import Bias as Bias
     from gelcone.physics.bias import BuckledBeam as BuckledBeam
@@ -126,26 +168,33 @@ if TYPE_CHECKING:
 
 
 @cache
-def _homes() -> dict[str, str]:
-    """Public name -> the module that it comes from, read from the imports above."""
+def _listing() -> dict[str, tuple[str, str]]:
+    """Public name -> the module that it comes from and the line about it, read from the imports above."""
     import ast
     from pathlib import Path
 
     listing = ast.parse(Path(__file__).read_text(encoding="utf-8"))
     nodes = [node for block in listing.body if isinstance(block, ast.If) for node in block.body]
-    imports = [node for node in nodes if isinstance(node, ast.ImportFrom)]
-    return {alias.name: str(node.module) for node in imports for alias in node.names}
+    found: dict[str, tuple[str, str]] = {}
+    for node, behind in zip(nodes, [*nodes[1:], None], strict=True):
+        if isinstance(node, ast.ImportFrom):
+            about = (
+                behind.value.value if isinstance(behind, ast.Expr) and isinstance(behind.value, ast.Constant) else ""
+            )
+            found |= {alias.name: (str(node.module), str(about)) for alias in node.names}
+    return found
 
 
 def __getattr__(name: str) -> Any:
     """A public name, loaded when it is first used."""
-    if name.startswith("_") or name not in _homes():
+    if name.startswith("_") or name not in _listing():
         raise AttributeError(f"module 'gelcone' has no attribute {name!r}")
-    if _homes()[name] == "gelcone":
+    module, _ = _listing()[name]
+    if module == "gelcone":
         return import_module(f"gelcone.{name}")
-    value = globals()[name] = getattr(import_module(_homes()[name]), name)
+    value = globals()[name] = getattr(import_module(module), name)
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted(["__version__", *_homes()])
+    return sorted(["__version__", *_listing()])

@@ -6,7 +6,7 @@ import math
 import operator
 import reprlib
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,14 @@ import numpy.typing as npt
 from gelcone.errors import InputError
 
 Array = npt.NDArray[np.float64]
+Time = Annotated[float, "time"]
+Times = Annotated[npt.ArrayLike, "time"]
+Voltage = Annotated[float, "voltage"]
+Voltages = Annotated[npt.ArrayLike, "voltage"]
+VoltageArray = Annotated[Array, "voltage"]
+Frequencies = Annotated[npt.ArrayLike, "frequency"]
+Lengths = Annotated[npt.ArrayLike, "length"]
+"""Numbers of public functions that have a unit with a device, each annotated with its quantity."""
 LARGEST = 1e30
 """Largest size of a parameter: squares and products of some stay far from overflow."""
 

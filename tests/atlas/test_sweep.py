@@ -25,7 +25,7 @@ from gelcone.errors import InputError
 from gelcone.motion.envelope import envelope
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
-from gelcone.register.analyses import SWEEPABLE
+from gelcone.register.analyses import sweepable
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
 QUICK = {"transient": 100.0, "budget": 300.0, "patience": 100.0}
@@ -112,7 +112,7 @@ def test_who_computes_and_in_which_tasks_changes_no_bit(whole, monkeypatch):
 OF_ITS_OWN = {"regime": QUICK, "lyapunov": {"transient": 60.0, "budget": 100.0, "window": 30.0}}
 
 
-@pytest.mark.parametrize("name", SWEEPABLE)
+@pytest.mark.parametrize("name", sweepable())
 def test_every_sweep_marks_the_cells_that_cannot_start(name):
     plan = Plan(FAST, {"stretch_limit": [0.3, 60.0]}, options=OF_ITS_OWN.get(name, {}))
     result = sweep(plan, name)

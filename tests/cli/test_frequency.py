@@ -85,8 +85,8 @@ def test_without_frequencies_the_band_lies_around_the_natural_one(gelcone):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--over", "voltage=0:1:5"], "which takes drive_frequency"),
-        ([*BAND, "--over", "voltage=0:1:5"], "which takes drive_frequency"),
+        (["--over", "voltage=0:1:5"], "sweeps drive_frequency"),
+        ([*BAND, "--over", "voltage=0:1:5"], "sweeps drive_frequency"),
         (["--set", "voltage_bias=5", "--set", "stretch_limit=inf"], "beyond pull-in"),
         (["--over", "drive_frequency=1"], "at least two values"),
         (["--over", "drive_frequency=9 Hz:13 Hz:5"], "units need a device"),

@@ -139,7 +139,7 @@ def test_tongues_of_a_device_are_also_in_volts_and_hertz(as_json, undrawn, tmp_p
         (["static", "--voltages", "-1"], "must be at least 0"),
         (["static", "--voltages", "2:1:3"], "empty or reversed"),
         (["static", "--set", "prestretch=0.2", "--set", "stretch_limit=1"], "stretch_limit = 1: must exceed"),
-        (["tongues", "--over", "damping_ratio=0:1:5"], "which takes drive_frequency and voltage"),
+        (["tongues", "--over", "damping_ratio=0:1:5"], "sweeps drive_frequency and voltage"),
         (["tongues", "--set", "rest_height=0.1"], "rest_height = 0.1: must be 0"),
         (["tongues", "--set", "voltage=0,1"], "one actuator"),
         (["tongues", "--highest", "0"], "highest = 0: must be greater than 0"),

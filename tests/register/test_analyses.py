@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -13,8 +16,8 @@ from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import sweep
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
-from gelcone.register.analyses import ANALYSES, SWEEPABLE, find_analysis
-from gelcone.register.analysis import NOT_OPTIONS, default_of, explanations, first_sentence
+from gelcone.register.analyses import ANALYSES, find_analysis, sweepable
+from gelcone.register.analysis import NOT_OPTIONS, annotation_of, explanations
 
 MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.6, voltage=0.6, dielectric_strength=0.8)
 VOLTAGES = [0.4, 1.0, 1.4]
@@ -24,7 +27,7 @@ SHORT = {
 }
 
 
-@pytest.mark.parametrize("name", SWEEPABLE)
+@pytest.mark.parametrize("name", sweepable())
 def test_a_sweep_gives_what_the_analysis_gives_to_the_last_bit_on_any_threads(name):
     analysis = find_analysis(name)
     options = SHORT.get(name, {})
@@ -39,7 +42,7 @@ def test_a_sweep_gives_what_the_analysis_gives_to_the_last_bit_on_any_threads(na
             assert cells[variable].attrs.get(attribute) == alone[variable].attrs.get(attribute)
 
 
-@pytest.mark.parametrize("name", [name for name in SWEEPABLE if find_analysis(name).bulky])
+@pytest.mark.parametrize("name", [name for name in sweepable() if find_analysis(name).bulky])
 def test_what_a_sweep_leaves_out_is_all_that_it_leaves_out(name):
     plan = Plan(MODEL, {"voltage": [0.4, 0.5]}, options=SHORT.get(name, {}))
     few, all_ = sweep(plan, name), sweep(plan, name, keep=find_analysis(name).bulky)
@@ -51,14 +54,15 @@ def test_the_public_name_is_that_of_the_register(name):
     analysis = ANALYSES[name]
     public = getattr(gelcone, name)
     assert inspect.getdoc(public)
-    assert analysis.summary.endswith(".")
+    assert analysis.name == name
+    assert ANALYSES.summaries[name].endswith(".")
     answers = answers_of(analysis)
     assert callable(answers.words)
     assert callable(answers.json)
     assert analysis.call is public
 
 
-@pytest.mark.parametrize("name", SWEEPABLE)
+@pytest.mark.parametrize("name", sweepable())
 def test_cells_take_the_options_of_the_public_function(name):
     analysis = ANALYSES[name]
     cells = inspect.signature(analysis.compute).parameters
@@ -113,32 +117,58 @@ def test_an_unknown_analysis_is_refused_with_the_nearest():
 
 
 def test_explanations_come_from_docstrings():
-    text = """Does it.
+    def does():
+        """Does it.
 
-    Parameters
-    ----------
-    model : one actuator.
-    budget, window : longest time; taken
-        together. Default `all`.
-    transient : as in `regime`.
-    none : whether not.
+        Parameters
+        ----------
+        model : one actuator.
+        budget, window : longest time; taken
+            together. Default `all`.
+        transient : as in `regime`.
+        threads : shares; default one a core. Does not matter.
+        none : whether not.
 
-    Returns
-    -------
-    result : something.
-    """
-    found = explanations(text)
-    assert list(found) == ["model", "budget", "window", "transient", "none"]
-    assert found["budget"] == found["window"] == "longest time; taken together. Default `all`."
-    assert found["transient"].startswith("time after which")
-    assert first_sentence(found["budget"]) == "Longest time."
-    assert default_of(found["budget"]) == "all"
-    assert first_sentence("shares; default one a core. Does not matter.") == "Shares."
-    assert default_of("shares; default one a core. Does not matter.") == "one a core"
-    assert default_of("no word of it.") == ""
-    assert explanations("No parameters.") == {}
+        Returns
+        -------
+        result : something.
+        """
+
+    def nothing():
+        """No parameters."""
+
+    found = explanations(does)
+    assert list(found) == ["model", "budget", "window", "transient", "threads", "none"]
+    assert found["budget"] == found["window"] == ("Longest time.", "all")
+    assert found["transient"][0].startswith("Time after which")
+    assert found["transient"][1].startswith("by damping")
+    assert found["threads"] == ("Shares.", "one a core")
+    assert found["none"] == ("Whether not.", "")
+    assert explanations(nothing) == {}
+
+
+def test_quantities_come_from_annotations():
+    assert annotation_of(gelcone.regime, "budget") == (float, "time")
+    assert annotation_of(gelcone.regime, "transient") == (float, "time")
+    assert annotation_of(gelcone.regime, "tolerance") == (float, "")
+    assert annotation_of(gelcone.static, "displacements") == (None, "length")
+    assert annotation_of(gelcone.pitchfork_voltage, "return") == (None, "voltage")
+    assert annotation_of(gelcone.section, "repeats") == (int, "")
+    assert annotation_of(gelcone.regime, "initial") == (None, "")
+
+
+def test_the_list_of_commands_loads_no_analysis():
+    """`gelcone --help` and the names of the register come without the code of any analysis."""
+    code = "import sys, gelcone.cli; list(gelcone.cli.COMMANDS); assert 'numpy' not in sys.modules, 'numpy'"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_an_analysis_travels_by_its_name():
+    analysis = find_analysis("regime")
+    assert pickle.loads(pickle.dumps(analysis)).call is gelcone.regime
+    assert len(pickle.dumps(analysis)) < 200
 
 
 def test_options_leave_out_what_is_computed():
     for analysis in ANALYSES.values():
-        assert not set(analysis.options) & set(NOT_OPTIONS)
+        assert not set(analysis.options) & set(NOT_OPTIONS) - set(analysis.flags)

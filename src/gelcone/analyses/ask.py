@@ -5,16 +5,19 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from gelcone.analyses import tables
 from gelcone.analyses.subject import measure_reader, read_measures
 from gelcone.errors import DoubtfulInput, InputError
-from gelcone.register.analysis import Analysis, load
+from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses import tables
+from gelcone.analyses.subject import Subject
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,10 @@ class Answers:
 
 def answers_of(analysis: Analysis) -> Answers:
     """How the command of an analysis answers."""
-    words, as_json = (load(f"{analysis.answers}:{analysis.name}_{form}") for form in ("words", "json"))
+    home = import_module(f"gelcone.analyses.{analysis.answers}")
+    words, as_json = (
+        getattr(home, f"{analysis.name}_{form}", getattr(tables, f"table_{form}")) for form in ("words", "json")
+    )
     return Answers(analysis.command, words, as_json)
 
 
@@ -46,7 +52,14 @@ def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
     given = {**given, **read_options(analysis, subject, given)}
     if told := subject.model.film.doubt():
         warnings.warn(told, DoubtfulInput, stacklevel=2)
-    arguments: dict[str, Any] = load(analysis.reader)(subject, given) if analysis.reader else dict(given)
+    reader = getattr(import_module(f"gelcone.analyses.{analysis.answers}"), f"{analysis.name}_arguments", None)
+    arguments: dict[str, Any] = reader(subject, given) if reader else dict(given)
+    if analysis.axes:
+        arguments |= subject.axes(arguments.pop("over", ()), analysis)
+    if "radius_ratio" in analysis.options and subject.device is not None:
+        from gelcone.devices.analysis import radius_ratio_of
+
+        arguments.setdefault("radius_ratio", radius_ratio_of(subject.device))
     if "initial" in analysis.signature.parameters:
         arguments["initial"] = subject.beginning if analysis.planned else subject.initial
         warn_at_rest(subject)
@@ -73,7 +86,7 @@ def read_options(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
     measured = {name: option for name, option in analysis.options.items() if option.quantity and name in texts}
     numbers: dict[str, Any] = {}
     for name, option in measured.items():
-        shown, text = f"--{name.replace('_', '-')}", str(given[name])
+        shown, text = option.flags[0], str(given[name])
         if option.kind is None:
             numbers[name] = read_measures(shown, text, option.quantity, subject.device, in_si=analysis.planned)
         else:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gelcone.analyses.answer import heading, periods_json
-from gelcone.analyses.subject import Axis
 from gelcone.codes import Outcome, Regime
 from gelcone.words import FAILINGS, motion_in_words, outcome_in_words, shortened, unit_of
 
@@ -19,24 +18,11 @@ if TYPE_CHECKING:
 
     from gelcone.analyses.subject import Subject
 
-AXES = {
-    "frequencies": Axis("drive_frequency", "frequency", "frequency"),
-    "peaks": Axis("voltage", "peak_voltage", "voltage"),
-}
 _STATIC = ("peak_voltage", "stroke", "blocked_force", "natural_frequency")
 _DRIVEN = ("driven_peak", "driven_stroke", "driven_power", "driven_apparent_power")
 _WINDOW = ("drive_frequency", "recommended_peak", "window_stroke", "window_power", "window_apparent_power")
 _HEADS = ("frequency", "up to", "stroke", "power", "apparent")
 _WIDTHS = (18, 12, 14, 14, 16)
-
-
-def envelope_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of `gelcone.envelope`."""
-    subject.without_initial("an envelope starts from the device's rest; leave it out")
-    own = {n: v for n, v in given.items() if n != "over"}
-    if subject.device is not None and own.get("radius_ratio") is None:
-        own["radius_ratio"] = float(np.ravel(subject.device.disc_radius / subject.device.film_radius)[0])
-    return own | subject.axes(given.get("over", ()), AXES)
 
 
 def envelope_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

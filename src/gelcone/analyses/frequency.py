@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines, periods_json
 from gelcone.analyses.branches import followed_json, followed_lines
-from gelcone.analyses.subject import Axis
 from gelcone.words import event_label, kinds_of_motion, shortened, unit_of, validity_in_words
 
 if TYPE_CHECKING:
@@ -17,15 +15,8 @@ if TYPE_CHECKING:
 
     from gelcone.analyses.subject import Subject
 
-AXES = {"frequencies": Axis("drive_frequency", "frequency", "frequency", replaces=True)}
 _JUMP = ("jump_low", "jump_high", "jump_from", "jump_to")
 _CURVES = ("stroke", "lowest", "highest", "harmonic_amplitude", "harmonic_phase")
-
-
-def frequency_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of `gelcone.frequency`."""
-    others = {name: value for name, value in given.items() if name != "over"}
-    return {"frequencies": None, **subject.axes(given.get("over", ()), AXES), **others}
 
 
 def frequency_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines
-from gelcone.analyses.subject import Axis
 from gelcone.motion.floquet import Onset
 from gelcone.words import measured, unit_of
 
@@ -16,19 +14,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.subject import Subject
-
-AXES = {
-    "frequencies": Axis("drive_frequency", "frequency", "frequency"),
-    "voltages": Axis("voltage", "voltage_amplitude", "voltage"),
-}
-DEFAULT_OVER = {"frequencies": np.linspace(0.2, 3.0, 120), "voltages": np.linspace(0.0, 2.0, 100)}
-"""Axes that are not given, dimensionless."""
-
-
-def tongues_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of `gelcone.tongues`; axes that are not given take their defaults."""
-    others = {name: value for name, value in given.items() if name != "over"}
-    return DEFAULT_OVER | subject.axes(given.get("over", ()), AXES) | others
 
 
 def tongues_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

@@ -17,6 +17,7 @@ import numpy as np
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.model import ConeModel, parameter_names, parameter_quantity
 from gelcone.quantity import Array
+from gelcone.register.analysis import Analysis, annotation_of
 
 if TYPE_CHECKING:
     from gelcone.atlas.uncertain import Distribution
@@ -73,23 +74,26 @@ class Subject:
         self._not_set(swept)
         return swept
 
-    def axes(self, texts: Iterable[str], names: Mapping[str, Axis]) -> dict[str, Array]:
+    def axes(self, texts: Iterable[str], analysis: Analysis) -> dict[str, Array]:
         """The values of ``--over`` for an analysis with axes of its own: keyword -> dimensionless values.
 
-        ``names`` holds keyword -> axis. Raises `InputError` for another name, and what `read_over` refuses.
+        Raises `InputError` for another name, and what `read_over` refuses.
         """
-        known = {axis.name(self.device): keyword for keyword, axis in names.items()}
+        named = {k: a.of_model if self.device is None else a.of_device for k, a in analysis.axes.items()}
+        known = {name: keyword for keyword, name in named.items()}
         found: dict[str, Array] = {}
         for name, values in _pairs(texts, f"name=from:to:count, for example {example(self.device, next(iter(known)))}"):
             if name not in known:
-                raise InputError(f"--over {name}: is no axis of this analysis, which takes {' and '.join(known)}")
+                own = " and ".join(known)
+                raise InputError(f"--over {name}: cannot be swept here; {analysis.command} sweeps {own}")
             if known[name] in found:
                 raise InputError(f"--over {name}: is given twice; give it once")
-            axis = names[known[name]]
-            numbers = read_numbers(f"--over {name}", values, measure_reader(axis.quantity, self.device))
+            _, quantity = annotation_of(analysis.call, known[name])
+            numbers = read_measures(f"--over {name}", values, quantity, self.device)
             found[known[name]] = increasing(f"--over {name}", np.atleast_1d(numbers))
-        self._not_set(axis.name(self.device) for keyword, axis in names.items() if keyword in found and axis.replaces)
-        return found
+        self._not_set(named[keyword] for keyword in found if analysis.axes[keyword].replaces)
+        defaults = {k: np.linspace(*a.default) for k, a in analysis.axes.items() if a.default is not None}
+        return defaults | found
 
     def _not_set(self, swept: Iterable[str]) -> None:
         for name in swept:
@@ -106,20 +110,6 @@ class Subject:
         """`InputError` with the remedy where an initial state was stated."""
         if self.starts:
             raise InputError(f"--initial: {remedy}")
-
-
-@dataclass(frozen=True)
-class Axis:
-    """An axis of an analysis: its name for a model and for a device, its quantity, and whether it ``replaces`` the
-    actuator's own value, which then must not be set."""
-
-    of_model: str
-    of_device: str
-    quantity: str
-    replaces: bool = False
-
-    def name(self, device: Device | None) -> str:
-        return self.of_model if device is None else self.of_device
 
 
 def example(device: Device | None, name: str) -> str:

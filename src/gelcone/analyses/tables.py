@@ -1,4 +1,4 @@
-"""Answers that are a few numbers for each member, by their long names: limits, settled motions, operating limits."""
+"""The answer that follows from the labels of a result: every variable by its name, every number by its long name."""
 
 from __future__ import annotations
 
@@ -16,12 +16,14 @@ if TYPE_CHECKING:
     from gelcone.analyses.subject import Subject
 
 
-def _json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def table_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object: every variable by its name."""
     own = [name for name in map(str, result.data_vars) if not name.startswith(("outcome", "initial", "validity_"))]
     return {name: variable_json(result, name) for name in own}
 
 
-def _words(shown: xr.Dataset, subject: Subject) -> str:
+def table_words(shown: xr.Dataset, subject: Subject) -> str:
+    """A line for each number, or for each member of an ensemble."""
     lines = [*heading(subject), *outcome_lines(shown)]
     if shown["outcome"].dims:
         return "\n".join(
@@ -46,7 +48,3 @@ def _number(variable: xr.DataArray) -> str:
     if np.isnan(value):
         return "none"
     return "not reached" if np.isinf(value) else f"{value:.5g}{unit_of(variable)}"
-
-
-limits_json = settled_json = operating_limits_json = _json
-limits_words = settled_words = operating_limits_words = _words

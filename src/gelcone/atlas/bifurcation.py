@@ -14,7 +14,7 @@ from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.atlas.plan import DEFAULT_INITIAL, STATES, Plan, about
 from gelcone.atlas.threshold import Threshold, changes, refine
 from gelcone.codes import Outcome, Regime
-from gelcone.devices.analysis import for_swept_devices, plain
+from gelcone.devices.analysis import analysis, plain
 from gelcone.devices.device import Device
 from gelcone.devices.points import read_state
 from gelcone.devices.si import device_attributes
@@ -34,7 +34,7 @@ from gelcone.motion.settle import (
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
-from gelcone.quantity import Array
+from gelcone.quantity import Array, Time
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,7 +50,16 @@ BRANCHES_SHARE = 0.9
 """Share of the progress that goes to the branches; the rest is for the thresholds."""
 
 
-@for_swept_devices
+@analysis(
+    answers="grids",
+    over="The parameter to sweep, or the field of a device: name=from:to:count or name=v1,v2,...",
+    single=True,
+    takes="device",
+    examples=(
+        "--over voltage=0:2:401 --set drive_frequency=0.1 --out results",
+        'paper-table1 --over "voltage_amplitude=0 kV:10 kV:101" --sweeps up --json',
+    ),
+)
 def bifurcation(
     model: ConeModel | Device,
     parameter: str,
@@ -60,9 +69,9 @@ def bifurcation(
     sweeps: Sequence[str] = ("up", "down"),
     bisections: int = BISECTIONS,
     branches: bool = False,
-    transient: float | None = None,
-    patience: float | None = None,
-    budget: float = 20_000.0,
+    transient: Time | None = None,
+    patience: Time | None = None,
+    budget: Time = 20_000.0,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,

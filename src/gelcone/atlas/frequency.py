@@ -17,7 +17,7 @@ from gelcone.atlas.branches.beside import put_beside
 from gelcone.atlas.branches.check import Runs
 from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.codes import Outcome
-from gelcone.devices.analysis import for_devices
+from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.examination import REST_TOLERANCE
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -30,7 +30,8 @@ from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
-from gelcone.quantity import Array
+from gelcone.quantity import Array, Frequencies
+from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,10 +58,20 @@ SWEEPS_SHARE = 0.6
 """Share of the progress that goes to the sweeps where branches follow."""
 
 
-@for_devices
+@analysis(
+    axes={"frequencies": Axis("drive_frequency", "frequency", replaces=True)},
+    answers="frequency",
+    over="The drive frequencies, drive_frequency=from:to:count or =f1,f2,... (device: 'frequency=4 Hz:9 Hz:80').",
+    single=True,
+    examples=(
+        "biased-pump",
+        'biased-pump --over "frequency=4 Hz:20 Hz:80" --out results',
+        "--preset spring --set spring_stiffness=0.1 --over drive_frequency=0.2:1:81 --json",
+    ),
+)
 def frequency(
     model: ConeModel,
-    frequencies: npt.ArrayLike | None = None,
+    frequencies: Frequencies | None = None,
     initial: npt.ArrayLike = (1.0, 0.0),
     *,
     branches: bool = False,

@@ -13,10 +13,11 @@ from gelcone import dataset
 from gelcone.atlas.plan import DEFAULT_INITIAL, Plan
 from gelcone.atlas.sweep import sweep
 from gelcone.codes import Regime
-from gelcone.devices.analysis import for_swept_devices, plain
+from gelcone.devices.analysis import analysis, plain
 from gelcone.devices.device import Device
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.physics.model import ConeModel
+from gelcone.quantity import Time
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,15 +26,27 @@ SAME_ATTRACTOR = 1e-3
 """Two cycles are one when their highest turning points agree to this share of the size of the larger one."""
 
 
-@for_swept_devices
+@analysis(
+    answers="grids",
+    over="A parameter of the map, or a field of a device: name=from:to:count or name=v1,v2,...; give two, the "
+    "first one is drawn along x.",
+    single=True,
+    takes="device",
+    examples=(
+        "--preset base --over voltage=0:2:101 --over prestretch=0.4:2:81 --out results",
+        'biased-pump --over "film_thickness=0.1 mm:0.3 mm:41" --over "frequency=5 Hz:20 Hz:61" --out results',
+        "--preset base --over voltage=0:2:512 --over prestretch=0.4:2:512 --store map.zarr",
+        "--resume map.zarr --out results",
+    ),
+)
 def map(
     model: ConeModel | Device,
     over: Mapping[str, npt.ArrayLike],
     initial: tuple[float, float] = DEFAULT_INITIAL,
     *,
-    transient: float | None = None,
-    patience: float | None = None,
-    budget: float = 20_000.0,
+    transient: Time | None = None,
+    patience: Time | None = None,
+    budget: Time = 20_000.0,
     tolerance: float = DEFAULT_TOLERANCE,
     coarsest: int | None = None,
     store: str | Path | None = None,
@@ -73,14 +86,23 @@ def map(
     return result.assign_attrs(title="parameter map")
 
 
-@for_swept_devices
+@analysis(
+    answers="grids",
+    over="Initial displacements or velocities, from:to:count or v1,v2,... (with a device '-5 mm:5 mm:41').",
+    single=True,
+    takes="device",
+    examples=(
+        "--set voltage=1.04 --set drive_frequency=0.1 --out results",
+        "--set voltage=1.2 --over displacement=-1:1:41 --over velocity=-1:1:41 --json",
+    ),
+)
 def basin(
     model: ConeModel | Device,
     over: Mapping[str, npt.ArrayLike],
     *,
-    transient: float | None = None,
-    patience: float | None = None,
-    budget: float = 20_000.0,
+    transient: Time | None = None,
+    patience: Time | None = None,
+    budget: Time = 20_000.0,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,

@@ -21,6 +21,7 @@ from gelcone.devices.points import at, device_at, field_attributes, read_state, 
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Quantity
+from gelcone.register.analyses import sweepable
 
 STATES = {
     "displacement": Quantity("x(0)", "initial displacement", 1.0),
@@ -87,7 +88,10 @@ class Plan:
         """The options, of a device those in SI scaled to the model."""
         if self.device is None:
             return dict(self.options)
-        return dimensionless("", self.options, at(self.device, self.grid).scales)
+        if not self.options:
+            return {}
+        known = {name: option.quantity for own in sweepable().values() for name, option in own.options.items()}
+        return dimensionless(known, self.options, at(self.device, self.grid).scales)
 
     def _initial(self) -> tuple[float, ...] | None:
         """The checked initial state; None for a device that starts from its own."""

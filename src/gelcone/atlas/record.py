@@ -15,7 +15,7 @@ from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.atlas.plan import Plan, about
 from gelcone.atlas.store import Field, Status, Store, read_plan
-from gelcone.devices.analysis import scaled
+from gelcone.devices.analysis import analysis, scaled
 from gelcone.devices.device import Device
 from gelcone.devices.si import DRAWN, device_attributes
 from gelcone.errors import InputError
@@ -109,6 +109,7 @@ def stored_sweep(path: str | Path) -> StoredSweep:
     return StoredSweep(plan, record["analysis"], record["coarsest"], tuple(record["keep"]))
 
 
+@analysis(takes="store", answers="grids", examples=("map.zarr --out results",))
 def show(path: str | Path) -> xr.Dataset:
     """What a store holds by now, also while its run continues, labelled as by `gelcone.sweep`.
 

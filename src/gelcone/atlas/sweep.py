@@ -25,7 +25,7 @@ from gelcone.atlas.refinement import Cells, Kinds, Refined, border_dimension, re
 from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of, open_store
 from gelcone.atlas.workers import Team, Workers
 from gelcone.codes import Outcome, Regime
-from gelcone.devices.analysis import for_plans
+from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.settle import check_budgets, complete, start_states
 from gelcone.progress import Progress, Stopped
@@ -47,7 +47,17 @@ LARGEST_KIND = 64
 """Values of the variables that tell kinds of cells apart lie between -1 and this."""
 
 
-@for_plans
+@analysis(
+    takes="plan",
+    answers="grids",
+    over="A parameter of the grid, or a field of a device: name=from:to:count or name=v1,v2,...; any number.",
+    single=True,
+    examples=(
+        "--preset base --over voltage=0:2:21 --over prestretch=0.6:1.4:5 --over damping_ratio=0.01,0.1",
+        "--preset base --over voltage=0.8:1.2:21 --uncertain prestretch=1~0.02 --count 128",
+        'soft-film --over "voltage_amplitude=400 V:600 V:5" --uncertain "film_thickness=100 um~5 um"',
+    ),
+)
 def sweep(
     plan: Plan,
     analysis: str = "regime",
@@ -69,7 +79,7 @@ def sweep(
     Parameters
     ----------
     plan : which parameters are swept over which values, which are drawn, and the options of the analysis.
-    analysis : an analysis of `gelcone.register.analyses.SWEEPABLE`: regime, lyapunov, limits, settled or
+    analysis : an analysis that can be swept: regime, lyapunov, limits, settled or
         operating_limits. Default ``"regime"``.
     coarsest : computes only a lattice of at least so many points along each axis, and what is needed to follow every
         change of regime, or of the exponent's sign, down to the finest cell. Default: all cells are computed.
@@ -131,7 +141,7 @@ def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: 
 
     Raises `InputError` where the analysis cannot be swept, or not like this.
     """
-    if analysis.cells is None:
+    if not analysis.swept:
         raise InputError(f"{analysis.name}: cannot be swept; use gelcone.{analysis.name}")
     for name in keep:
         if name not in analysis.bulky:

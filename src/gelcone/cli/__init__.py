@@ -9,7 +9,7 @@ from typing import NoReturn
 import click
 
 from gelcone._version import __version__
-from gelcone.register.analyses import ANALYSES
+from gelcone.register import analyses
 
 OWN_COMMANDS = {
     "studio": ("A page in the browser in which every control answers at once.", "studio:studio_command"),
@@ -19,17 +19,19 @@ OWN_COMMANDS = {
     "help": ("Explain a subject: the fields of a device, or a command.", "own:help_command"),
     "devices": ("List the device files that ship, or print one.", "lists:devices_command"),
     "materials": ("List the measured gels that ship.", "lists:materials_command"),
-    "continue": (ANALYSES["continue_branch"].summary, "branches:continue_command"),
-    "locus": (ANALYSES["locus"].summary, "branches:locus_command"),
-    "map": (ANALYSES["map"].summary, "grids:map_command"),
-    "sweep": (ANALYSES["sweep"].summary, "grids:sweep_command"),
-    "show": (ANALYSES["show"].summary, "grids:show_command"),
 }
-"""Commands that are more than an analysis of one model: the line in the list of commands, and who makes them."""
+"""Commands that are not an analysis: the line in the list of commands, and who makes them."""
+SPECIAL = {
+    "locus": "branches:locus_command",
+    "map": "grids:map_command",
+    "sweep": "grids:sweep_command",
+    "show": "grids:show_command",
+}
+"""Commands that take more than their analysis declares, and who makes them."""
 COMMANDS = {
     "paper": OWN_COMMANDS["paper"][0],
     "studio": OWN_COMMANDS["studio"][0],
-    **{analysis.command: analysis.summary for analysis in ANALYSES.values()},
+    **{command: analyses.ANALYSES.summaries[name] for command, name in analyses.COMMANDS.items()},
     **{name: summary for name, (summary, _) in OWN_COMMANDS.items()},
 }
 
@@ -43,13 +45,14 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
-        if name in OWN_COMMANDS:
-            module, _, maker = OWN_COMMANDS[name][1].partition(":")
+        if name in OWN_COMMANDS or name in SPECIAL:
+            place = OWN_COMMANDS[name][1] if name in OWN_COMMANDS else SPECIAL[name]
+            module, _, maker = place.partition(":")
             command: click.Command = getattr(import_module(f"gelcone.cli.{module}"), maker)()
             return command
         from gelcone.cli.command import command_of
 
-        return command_of(ANALYSES[name.replace("-", "_")])
+        return command_of(analyses.find_analysis(analyses.COMMANDS[name]))
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

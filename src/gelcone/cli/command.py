@@ -22,6 +22,7 @@ from gelcone.cli.options import (
 from gelcone.cli.output import deliver, progress_bar
 from gelcone.devices.analysis import device_words, plain
 from gelcone.plots import plot
+from gelcone.register.analyses import ANALYSES
 from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
@@ -30,15 +31,18 @@ if TYPE_CHECKING:
 
 def command_of(analysis: Analysis) -> click.Command:
     """The command that runs an analysis."""
+    arguments = [click.Argument([name], metavar=shown) for name, shown in analysis.arguments.items()]
     options = option_parameters(analysis.options.values())
-    params = [*subject_parameters(), *over_parameter(analysis), *options, *output_parameters()]
+    params = [*arguments, *subject_parameters(), *over_parameter(analysis), *options, *output_parameters()]
     return click.Command(analysis.command, params=params, callback=partial(run, analysis), help=help_of(analysis))
 
 
-def help_of(analysis: Analysis, text: str | None = None) -> str:
-    """A text, by default the first paragraph of the public function's docstring, and examples."""
-    if text is None:
-        text = inspect.cleandoc(analysis.call.__doc__ or analysis.summary).split("\n\n")[0].replace("`", "")
+def help_of(analysis: Analysis) -> str:
+    """What an analysis does, and examples: the docstring of a function of one model begins with it."""
+    if analysis.takes in ("plan", "store") or analysis.name == "map":
+        text = ANALYSES.summaries[analysis.name]
+    else:
+        text = inspect.cleandoc(analysis.call.__doc__ or "").split("\n\n")[0].replace("`", "")
     examples = "\n".join(f"gelcone {analysis.command} {example}" for example in analysis.examples)
     return f"{text}\n\n\b\n{examples}" if examples else text
 

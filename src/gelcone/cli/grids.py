@@ -29,13 +29,13 @@ from gelcone.cli.options import (
 from gelcone.cli.output import deliver, tally_shown
 from gelcone.devices.analysis import device_words, plain
 from gelcone.errors import InputError
-from gelcone.register.analyses import ANALYSES, SWEEPABLE, find_analysis
+from gelcone.register.analyses import find_analysis, sweepable
 from gelcone.register.analysis import Analysis, Option
 
 if TYPE_CHECKING:
     from gelcone.atlas.workers import Workers
 
-MAP, SWEEP, SHOW = (ANALYSES[name] for name in ("map", "sweep", "show"))
+MAP, SWEEP, SHOW = (find_analysis(name) for name in ("map", "sweep", "show"))
 COARSEST = 64
 _RUN = ("store", "resume", "threads", "workers", "scheduler")
 """Arguments that say how a sweep is run, not which."""
@@ -81,7 +81,7 @@ def run_parameters() -> list[click.Parameter]:
 def sweep_options() -> list[Option]:
     """The options of all analyses that can be swept, each with the analyses that take it."""
     takers: dict[str, list[Analysis]] = {}
-    for analysis in SWEEPABLE.values():
+    for analysis in sweepable().values():
         for name in analysis.options:
             if name != "threads":
                 takers.setdefault(name, []).append(analysis)
@@ -109,7 +109,7 @@ def map_command() -> click.Command:
         *run_parameters(),
         *output_parameters(),
     ]
-    return click.Command("map", params=params, callback=run_map, help=help_of(MAP, MAP.summary))
+    return click.Command("map", params=params, callback=run_map, help=help_of(MAP))
 
 
 def run_map(*, over: tuple[str, ...], coarsest: int, uniform: bool, resume: Path | None, **typed: Any) -> int:
@@ -156,7 +156,7 @@ def sweep_command() -> click.Command:
             ["--analysis"],
             default="regime",
             show_default=True,
-            help=f"What is computed in every cell: {', '.join(SWEEPABLE)}.",
+            help=f"What is computed in every cell: {', '.join(sweepable())}.",
         ),
         click.Option(
             ["--keep"],
@@ -168,7 +168,7 @@ def sweep_command() -> click.Command:
         *run_parameters(),
         *output_parameters(),
     ]
-    return click.Command("sweep", params=params, callback=run_sweep, help=help_of(SWEEP, SWEEP.summary))
+    return click.Command("sweep", params=params, callback=run_sweep, help=help_of(SWEEP))
 
 
 def run_sweep(
@@ -223,9 +223,7 @@ def run(
 def show_command() -> click.Command:
     """`gelcone show`."""
     store = click.Argument(["store"], type=PLACE)
-    return click.Command(
-        "show", params=[store, *output_parameters()], callback=run_show, help=help_of(SHOW, SHOW.summary)
-    )
+    return click.Command("show", params=[store, *output_parameters()], callback=run_show, help=help_of(SHOW))
 
 
 def run_show(*, store: Path, out: Path | None, force: bool, as_json: bool) -> int:
@@ -238,7 +236,7 @@ def _plan(
     analysis: Analysis, subject: Subject, over: dict[str, Any], draws: dict[str, Any], typed: dict[str, Any]
 ) -> Plan:
     """The plan of a sweep; options that the analysis does not have are refused with the plan."""
-    planned = replace(analysis, planned=True)
+    planned = replace(analysis, takes="device")
     options = {**typed, **read_options(planned, subject, typed)}
     return Plan(subject.target, over, subject.beginning, draws, options)
 

@@ -81,11 +81,11 @@ def over_parameter(analysis: Analysis) -> list[click.Parameter]:
 def option_parameters(options: Iterable[Option]) -> list[click.Parameter]:
     """Options of analyses; None stands for one that is not given."""
     return [
-        click.Option([f"--{option.name.replace('_', '-')}", option.name], is_flag=True, help=option.help)
+        click.Option([*option.flags, option.name], is_flag=True, help=option.help)
         if option.kind is bool
         else click.Option(
-            [f"--{option.name.replace('_', '-')}", option.name],
-            type=str if option.quantity else option.kind or str,
+            [*option.flags, option.name],
+            type=str if option.quantity else PLACE if option.kind is Path else option.kind or str,
             metavar=_metavar(option),
             help=_help(option),
         )

@@ -18,7 +18,7 @@ from gelcone.devices.si import in_device_words, to_si
 from gelcone.devices.units import FieldError, parse_many
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.physics.members import Ensemble
-from gelcone.register.analysis import quantity_of_option
+from gelcone.register.analysis import Analysis, annotation_of
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -43,6 +43,22 @@ def scaled(value: Any) -> Any:
     return Scaled(value) if isinstance(value, float) else value
 
 
+def analysis(**declared: Any) -> Callable[[Callable[Concatenate[Any, P], R]], Callable[Concatenate[Any, P], R]]:
+    """Declares a public function as an analysis, with the fields of `gelcone.register.analysis.Analysis`.
+
+    The function takes a device, too.
+    """
+    wraps = {"model": for_devices, "device": for_swept_devices, "plan": for_plans}
+
+    def declare(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
+        takes = declared.get("takes", "model")
+        run: Any = wraps[takes](function) if takes in wraps else function
+        run.analysis = Analysis(run, **declared)
+        return cast(Any, run)
+
+    return declare
+
+
 def for_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
     """A public analysis that takes a `Device` too.
 
@@ -65,14 +81,14 @@ def for_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concaten
             result = call(model.to_model(), **arguments)
         if hasattr(result, "data_vars"):
             return to_si(result, model)  # type: ignore[return-value]
-        returned = quantity_of_option(function.__name__, "returns")
+        _, returned = annotation_of(function, "return")
         return result * getattr(model.scales, returned) if returned else result
 
     return cast(Any, run)
 
 
 def for_swept_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
-    """The same of an analysis that makes a plan, and so takes the device and SI values itself."""
+    """A public analysis that makes a plan, and so takes the device and SI values itself."""
 
     @functools.wraps(function)
     def run(model: Any, *args: P.args, **options: P.kwargs) -> R:
@@ -103,7 +119,7 @@ def device_words(device: Device | None) -> Iterator[None]:
 
 
 def for_plans(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
-    """The same of one that takes a plan."""
+    """A public analysis of a plan, whose result is in SI units where the plan has a device."""
 
     @functools.wraps(function)
     def run(plan: Any, *args: P.args, **options: P.kwargs) -> R:
@@ -146,13 +162,18 @@ def check_workers(name: str, options: Mapping[str, Any]) -> None:
 def arguments_for(function: Callable[..., Any], device: Device, given: Mapping[str, Any]) -> dict[str, Any]:
     """The dimensionless arguments of an analysis for a device, from those given in SI."""
     check_workers(function.__name__, given)
-    arguments = dimensionless(function.__name__, given, device.scales)
+    arguments = dimensionless({name: annotation_of(function, name)[1] for name in given}, given, device.scales)
     taken = inspect.signature(function).parameters
     if "radius_ratio" in taken and given.get("radius_ratio") is None:
-        arguments["radius_ratio"] = float(np.ravel(device.disc_radius / device.film_radius)[0])
+        arguments["radius_ratio"] = radius_ratio_of(device)
     if "initial" in taken:
         arguments["initial"] = state_of(device, given.get("initial"))
     return arguments
+
+
+def radius_ratio_of(device: Device) -> float:
+    """The disc's radius over the film's, of the first of several devices."""
+    return float(np.ravel(device.disc_radius / device.film_radius)[0])
 
 
 def state_of(device: Device, initial: Any = None) -> Any:
@@ -184,14 +205,14 @@ def at_rest(device: Device, state: Any) -> str:
     )
 
 
-def dimensionless(analysis: str, options: Mapping[str, Any], scales: Scales) -> dict[str, Any]:
-    """Options of an analysis, those in SI scaled to the model.
+def dimensionless(quantities: Mapping[str, str], options: Mapping[str, Any], scales: Scales) -> dict[str, Any]:
+    """Options with their quantities, those in SI scaled to the model.
 
     Where the devices of a sweep differ in their time, a time is taken such that it is at least as long in each.
     """
     taken = dict(options)
     for name, value in options.items():
-        quantity = quantity_of_option(analysis, name)
+        quantity = quantities.get(name, "")
         if value is not None and quantity and not isinstance(value, Scaled):
             number = parse_many(name, value, SI_UNITS[quantity])
             taken[name] = scaled(number / option_scale(name, quantity, scales))

@@ -17,7 +17,7 @@ from gelcone.codes import Outcome
 from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO
 from gelcone.continuum.pull_in import PullInCurve, find_pull_in_curve
 from gelcone.dataset import Findings
-from gelcone.devices.analysis import for_devices
+from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.coexisting import coexisting
 from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE, DriveShape, Plane, driven, is_flat, peak_of
@@ -28,7 +28,8 @@ from gelcone.motion.validity import NEAR_LIMIT, validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
-from gelcone.quantity import Array
+from gelcone.quantity import Array, Frequencies, Voltages
+from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,12 +44,18 @@ COEXISTING_SHARE = 0.3
 """About the share of the work that goes into coexisting motions."""
 
 
-@for_devices
+@analysis(
+    axes={"frequencies": Axis("drive_frequency", "frequency"), "peaks": Axis("voltage", "peak_voltage")},
+    answers="envelope",
+    over="Drive frequencies or peak voltages in place of the default ones: drive_frequency=from:to:count, "
+    "voltage=from:to:count (of a device: 'frequency=5 Hz:20 Hz:31', 'peak_voltage=500 V:2 kV:16').",
+    examples=("biased-pump --out results", 'my-device.toml --over "frequency=5 Hz:20 Hz:31" --margin 0.3 --json'),
+)
 def envelope(
     model: ConeModel,
     *,
-    peaks: npt.ArrayLike | None = None,
-    frequencies: npt.ArrayLike | None = None,
+    peaks: Voltages | None = None,
+    frequencies: Frequencies | None = None,
     margin: float = 0.2,
     radius_ratio: float | None = None,
     threads: int | None = None,
@@ -64,7 +71,7 @@ def envelope(
     frequencies : increasing drive frequencies; default some 30 from a tenth to three times the natural frequency at
         rest, the first resonances and the model's own among them, and more where the lowest limit changes steeply.
     margin : share of the lowest limit that the recommended voltage stays below it. Default 0.2.
-    radius_ratio : a/b, the disc's radius over the film's, for the pull-in of the film as a membrane; default 0.2 for a
+    radius_ratio : the disc's radius over the film's, for the pull-in of the film as a membrane; default 0.2 for a
         model, a device has its own.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -174,7 +181,7 @@ def envelope(
     )
 
 
-@for_devices
+@analysis(swept=True, examples=("biased-pump",))
 def operating_limits(
     model: ConeModel,
     *,

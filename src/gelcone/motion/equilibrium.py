@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Outcome
-from gelcone.devices.analysis import for_devices
+from gelcone.devices.analysis import analysis, for_devices
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS, kinds_of, outside, untrue_by
 from gelcone.physics.balance import (
@@ -34,7 +34,7 @@ from gelcone.physics.pair import PairBalance
 from gelcone.physics.second import PREFIX
 from gelcone.physics.statics import balances_of, each, every_balance
 from gelcone.progress import Counted, Progress
-from gelcone.quantity import Array
+from gelcone.quantity import Array, Lengths, VoltageArray, Voltages
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,11 +42,17 @@ if TYPE_CHECKING:
 FORCE_SAMPLES = 401
 
 
-@for_devices
+@analysis(
+    answers="statics",
+    examples=(
+        "--set spring_stiffness=1.5 --voltages 0,1,1.5 --out results",
+        'paper-table1 --voltages "0 kV:10 kV:11" --json',
+    ),
+)
 def static(
     model: Ensemble,
-    voltages: npt.ArrayLike | None = None,
-    displacements: npt.ArrayLike | None = None,
+    voltages: Voltages | None = None,
+    displacements: Lengths | None = None,
     *,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -155,7 +161,7 @@ def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: A
 
 
 @for_devices
-def pitchfork_voltage(model: Ensemble) -> Array:
+def pitchfork_voltage(model: Ensemble) -> VoltageArray:
     """Constant voltage at which the flat film loses its stability, of the ensemble's shape.
 
     It is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of a continuum film. NaN
@@ -193,7 +199,7 @@ def fold_voltages(model: Ensemble) -> xr.Dataset:
 
 
 @for_devices
-def pull_in_voltage(model: Ensemble, start: npt.ArrayLike | None = None) -> xr.Dataset:
+def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset:
     """Where the stable equilibrium loses its stability on a slow (quasi-static) voltage ramp from 0.
 
     Parameters
@@ -215,9 +221,7 @@ def pull_in_voltage(model: Ensemble, start: npt.ArrayLike | None = None) -> xr.D
 
 
 @for_devices
-def stroke_and_blocked_force(
-    model: Ensemble, voltages: npt.ArrayLike, start: npt.ArrayLike | None = None
-) -> xr.Dataset:
+def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths | None = None) -> xr.Dataset:
     """What the actuator delivers at constant voltages reached on a slow ramp from 0: stroke and blocked force.
 
     Parameters

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.devices.analysis import for_devices
+from gelcone.devices.analysis import analysis, for_devices
 from gelcone.errors import InputError
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.equilibrium import pitchfork_voltage
@@ -28,7 +28,8 @@ from gelcone.motion.settle import start_states
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
-from gelcone.quantity import Array
+from gelcone.quantity import Array, Frequencies, Voltage, Voltages
+from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -138,7 +139,7 @@ _MARGIN = ("instability margin of rest, positive where it is unstable", "margin"
 def onset_voltage(
     model: Ensemble,
     *,
-    highest: npt.ArrayLike | None = None,
+    highest: Voltages | None = None,
     steps: int | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
@@ -198,13 +199,26 @@ def onset_voltage(
     return result
 
 
-@for_devices
+@analysis(
+    axes={
+        "frequencies": Axis("drive_frequency", "frequency", default=(0.2, 3.0, 120)),
+        "voltages": Axis("voltage", "voltage_amplitude", default=(0.0, 2.0, 100)),
+    },
+    answers="stability",
+    over="drive_frequency or voltage (of a device: frequency or voltage_amplitude), with its values as "
+    "from:to:count or v1,v2,...; may be given for both.",
+    single=True,
+    examples=(
+        "--over drive_frequency=0.2:3:120 --over voltage=0:2:100 --out results",
+        "--set damping_ratio=0.01 --set drive_frequency=0.1 --json",
+    ),
+)
 def tongues(
     model: ConeModel,
-    frequencies: npt.ArrayLike,
-    voltages: npt.ArrayLike,
+    frequencies: Frequencies,
+    voltages: Voltages,
     *,
-    highest: float | None = None,
+    highest: Voltage | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress | None = None,

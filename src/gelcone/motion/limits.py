@@ -9,7 +9,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import Findings
-from gelcone.devices.analysis import for_devices
+from gelcone.devices.analysis import analysis
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@for_devices
+@analysis(swept=True, examples=("--preset base --set prestretch=0.8:1.2:5", "paper-table1 --json"))
 def limits(
     model: ConeModel,
     *,

@@ -20,7 +20,7 @@ from gelcone.physics.differentiate import gradients
 from gelcone.physics.drive import PHASES
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import rest_displacement
-from gelcone.quantity import Array
+from gelcone.quantity import Array, Frequencies
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -211,7 +211,7 @@ def _under_both(model: ConeModel, squared: float, second_squared: float) -> tupl
 
 
 @for_devices
-def small_signal_response(model: ConeModel, frequencies: npt.ArrayLike) -> xr.Dataset:
+def small_signal_response(model: ConeModel, frequencies: Frequencies) -> xr.Dataset:
     """Gain and phase from a small voltage about the bias to the displacement, over angular drive frequency.
 
     Parameters

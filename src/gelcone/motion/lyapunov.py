@@ -20,7 +20,7 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import Findings
-from gelcone.devices.analysis import for_devices
+from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.course import cycles_reached
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -38,7 +38,7 @@ from gelcone.motion.tangents import CERTAIN, FLOOR, TangentRun, advance
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
-from gelcone.quantity import Array
+from gelcone.quantity import Array, Time
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -219,14 +219,22 @@ def running_estimate(growth: Array, clock: Clock) -> Array:
     return out
 
 
-@for_devices
+@analysis(
+    swept=True,
+    answers="motions",
+    bulky=("running_time", "running_exponent", "finite_time", "finite_exponent"),
+    examples=(
+        "--set voltage=1.7 --set drive_frequency=0.1 --out results",
+        "--set voltage=0.5,1,1.5 --budget 5000 --json",
+    ),
+)
 def lyapunov(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),
     *,
-    window: float = 500.0,
-    transient: float | None = None,
-    budget: float | None = None,
+    window: Time = 500.0,
+    transient: Time | None = None,
+    budget: Time | None = None,
     precision: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,

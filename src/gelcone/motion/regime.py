@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.dataset import Findings
-from gelcone.devices.analysis import for_devices
+from gelcone.devices.analysis import analysis
 from gelcone.motion.arrival import find_ended, follow_starts, tell_how_long
 from gelcone.motion.evidence import Evidence, label_regimes
 from gelcone.motion.examination import alive, examine, examine_returns, judge, look, measure, second_opinion
@@ -31,7 +31,7 @@ from gelcone.motion.settle import check_budgets, repeats_lasting, settle, start_
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress
-from gelcone.quantity import Array
+from gelcone.quantity import Array, Time
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,14 +110,23 @@ def _settle(
     evidence.settled_time[rows] = duration[rows]
 
 
-@for_devices
+@analysis(
+    swept=True,
+    answers="motions",
+    kinds=("regime", "sign"),
+    bulky=("section",),
+    examples=(
+        "--set voltage=1.04 --set drive_frequency=0.1 --json",
+        'paper-table1 --set "voltage_amplitude=5 kV,8 kV" --out results',
+    ),
+)
 def regime(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),
     *,
-    transient: float | None = None,
-    patience: float | None = None,
-    budget: float = 20_000.0,
+    transient: Time | None = None,
+    patience: Time | None = None,
+    budget: Time = 20_000.0,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Outcome
-from gelcone.devices.analysis import for_devices
+from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
@@ -24,7 +24,7 @@ from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.second import PREFIX
 from gelcone.progress import Progress
-from gelcone.quantity import Array
+from gelcone.quantity import Array, Times
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,13 +34,17 @@ SAMPLES_PER_OSCILLATION = 20
 MOST_SAMPLES = 20_000
 
 
-@for_devices
+@analysis(
+    answers="trajectories",
+    exclusive=(("periods", "times"),),
+    examples=("--set voltage=1.04 --set drive_frequency=0.1 --json", "paper-table1 --periods 30 --out results"),
+)
 def simulate(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),
     *,
     periods: float = 20.0,
-    times: npt.ArrayLike | None = None,
+    times: Times | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,

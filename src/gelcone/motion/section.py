@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.dataset import Findings, with_initial
-from gelcone.devices.analysis import for_devices
+from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.settle import (
@@ -39,7 +39,9 @@ SMALL_STEP = 1e-3
 MOST_POLISHINGS = 60
 
 
-@for_devices
+@analysis(
+    answers="trajectories", examples=("--set voltage=1.7 --set drive_frequency=0.1 --repeats 2000 --out results",)
+)
 def section(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),
@@ -132,7 +134,7 @@ def section_cells(
     )
 
 
-@for_devices
+@analysis(answers="trajectories", examples=("paper-table1 --json",))
 def extrema(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),

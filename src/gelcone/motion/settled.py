@@ -11,7 +11,7 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import Findings
-from gelcone.devices.analysis import for_devices
+from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.cycle import periods_of
 from gelcone.motion.examination import REST_TOLERANCE
@@ -88,7 +88,7 @@ class Swing:
         return 0.5 * (self.highest + self.lowest)
 
 
-@for_devices
+@analysis(swept=True, examples=("biased-pump", "--preset spring --set drive_frequency=0.3,0.4 --json"))
 def settled(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),

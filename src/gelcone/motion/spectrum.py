@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.dataset import Findings, with_initial
-from gelcone.devices.analysis import for_devices
+from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.section import STILL
@@ -56,7 +56,10 @@ MOST_SAMPLES = 2**21
 """A record is not refined beyond this."""
 
 
-@for_devices
+@analysis(
+    answers="trajectories",
+    examples=("--set voltage=1.7 --set drive_frequency=0.1 --out results", "paper-table1 --json"),
+)
 def spectrum(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),

@@ -1,41 +1,39 @@
-"""What an analysis is: its public function, and what sweeps, command line and figures need to know of it.
+"""An analysis as it is declared: a public function, and what sweeps and commands need to know beyond it.
 
-An `Analysis` holds names only and loads what they stand for when it is used: it stands on the ground floor, and every
-folder may read the register without importing what is above it. Its options are read from the signature
-and the docstring of the public function, so that Python, sweeps, stores and the command line share names, defaults and
-explanations.
+The decorator `gelcone.devices.analysis.analysis` makes the declaration where the function is written. Names, types and
+defaults of options come from its signature, their quantities from annotations such as `gelcone.quantity.Time`, and
+their explanations from the section "Parameters" of its docstring, each written there alone.
 """
 
 from __future__ import annotations
 
 import inspect
-import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
 from gelcone.errors import InputError, unknown_name
 
 if TYPE_CHECKING:
     import xarray as xr
 
-NOT_OPTIONS = (
-    *("model", "plan", "path", "store", "over", "parameter", "values", "low", "high", "event", "initial", "progress"),
-)
+NOT_OPTIONS = ("model", "plan", "path", "store", "over", "parameter", "values", "initial", "progress")
 """Parameters of public functions that say what is computed, or that make no difference to it."""
-QUANTITIES: Mapping[str, str] = {
-    **dict.fromkeys(("transient", "patience", "budget", "window", "times"), "time"),
-    **dict.fromkeys(
-        ("voltages", "peaks", "tongues.highest", "onset_voltage.highest", "pitchfork_voltage.returns"), "voltage"
-    ),
-    "frequencies": "frequency",
-    **dict.fromkeys(("displacements", "start"), "length"),
-    **dict.fromkeys(("continue_branch.start", "locus.start"), ""),
-}
-"""Options that have a unit with a device, by their names (of one analysis: behind its name) -> the quantity."""
-_KINDS: Mapping[str, type] = {"float": float, "int": int, "bool": bool, "str": str}
+_KINDS: Mapping[str, type] = {"float": float, "int": int, "bool": bool, "str": str, "str | Path": Path}
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis of an analysis: its name for a model and for a device, whether it ``replaces`` the actuator's own value,
+    which then must not be set, and from where to where, in how many steps, it runs by default."""
+
+    of_model: str
+    of_device: str
+    replaces: bool = False
+    default: tuple[float, float, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,7 @@ class Option:
     """An option of an analysis: its name, its default, its type (None: text to be read), and a line of explanation.
 
     ``unset`` says what happens by default where ``default`` is None. ``quantity`` is what it measures, with a device in
-    SI units; empty for a pure number.
+    SI units; empty for a pure number. ``flags`` are those of the command line.
     """
 
     name: str
@@ -51,7 +49,8 @@ class Option:
     kind: type | None
     help: str
     unset: str
-    quantity: str = ""
+    quantity: str
+    flags: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -60,55 +59,61 @@ class Analysis:
 
     Attributes
     ----------
-    name, summary : what it is called in Python and on the command line, and a line about it.
-    function : the public function, as ``module:name`` below ``gelcone``.
-    answers : the module with ``NAME_words``, the text, and ``NAME_json``, the object, of a result.
-    cells : the function of one cell that the public function calls too, for sweeps; none where it cannot be swept.
+    call : the public function.
+    answers : the module of `gelcone.analyses` with ``NAME_words``, the text of a result, ``NAME_json``, its JSON,
+        and ``NAME_arguments``, which reads what was typed; what it lacks follows from the labels of the result.
     kinds : variables, of small whole numbers, that tell kinds of cells apart; a map is refined where they change.
-    bulky : variables that a sweep leaves out unless it is asked to keep them, because they hold many values a cell.
+    bulky : variables that a sweep leaves out unless it is asked for them, because they hold many values a cell.
     over : help text of ``--over``; empty where the command takes none.
-    from_over : keywords that ``--over`` sets instead of an option of their own.
-    reader : the function that makes keyword arguments of a subject and the values typed; none where these are the
-        options as they are.
-    called : its name on the command line, where that is not the function's.
+    axes : keyword -> the axis that ``--over`` sets.
+    arguments : keyword -> what stands for it in the help, of arguments in the order of the command line.
+    flags : keyword -> flags of the command line, where they are not ``--`` and the keyword.
+    swept : whether it can be asked of every cell of a sweep, by the function ``NAME_cells`` of its module.
     single : whether it takes one model only, no ensemble.
     exclusive : pairs of options of which one is given at most.
-    planned : whether it makes a plan of what it is given, and so takes the device in place of its model.
+    takes : what its first argument is: ``model``, which a device is turned into; ``device``, or a model, of which it
+        makes a plan; ``plan``; or ``store``.
     examples : command lines, without ``gelcone`` and the name.
     """
 
-    name: str
-    summary: str
-    function: str
-    answers: str
-    cells: str | None = None
+    call: Callable[..., xr.Dataset]
+    answers: str = "tables"
     kinds: tuple[str, ...] = ()
     bulky: tuple[str, ...] = ()
     over: str = ""
-    from_over: tuple[str, ...] = ()
-    reader: str | None = None
-    called: str = ""
+    axes: Mapping[str, Axis] = field(default_factory=dict)
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    flags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    swept: bool = False
     single: bool = False
     exclusive: tuple[tuple[str, str], ...] = ()
-    planned: bool = False
+    takes: str = "model"
     examples: tuple[str, ...] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _declared, (self.call,)
+
+    @property
+    def name(self) -> str:
+        """The name in Python."""
+        return self.call.__name__
+
+    @property
+    def planned(self) -> bool:
+        """Whether it makes a plan of what it is given, and so takes the device in place of its model."""
+        return self.takes == "device"
 
     @property
     def command(self) -> str:
         """The name on the command line."""
-        return self.called or self.name.replace("_", "-")
-
-    @property
-    def call(self) -> Callable[..., xr.Dataset]:
-        """The public function."""
-        return load(self.function)
+        return command_name(self.name)
 
     @property
     def compute(self) -> Callable[..., Any]:
         """The function of cells: (members, states, **options) -> findings; `InputError` where there is none."""
-        if self.cells is None:
+        if not self.swept:
             raise InputError(f"{self.name}: cannot be swept; use gelcone.{self.name}")
-        return load(self.cells)
+        return getattr(import_module(self.call.__module__), f"{self.name}_cells")
 
     @cached_property
     def signature(self) -> inspect.Signature:
@@ -118,17 +123,23 @@ class Analysis:
     @cached_property
     def options(self) -> Mapping[str, Option]:
         """The options by name, in the order of the signature."""
-        explained = explanations(self.call.__doc__ or "")
+        explained = explanations(self.call)
         return {
-            name: _option(self.name, name, parameter, explained.get(name, ""))
+            name: self._option(name, parameter, *explained.get(name, ("", "")))
             for name, parameter in self.signature.parameters.items()
-            if name not in (*NOT_OPTIONS, *self.from_over)
+            if name in self.flags or name not in (*NOT_OPTIONS, *self.arguments, *self.axes)
         }
+
+    def _option(self, name: str, parameter: inspect.Parameter, explanation: str, unset: str) -> Option:
+        default = None if parameter.default is inspect.Parameter.empty else parameter.default
+        type_, quantity = annotation_of(self.call, name)
+        flags = self.flags.get(name, (f"--{name.replace('_', '-')}",))
+        return Option(name, default, type_, explanation, unset if default is None else "", quantity, flags)
 
     def settings(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """All options that decide a cell's numbers, those not given at their defaults.
 
-        Raises `InputError` for a name that is not an option (with the nearest that is) and for a value that is no
+        Raises `InputError` for a name that is not an option (with the nearest that is) and for a value that is not a
         number where one is needed.
         """
         known = {name: option for name, option in self.options.items() if name != "threads"}
@@ -138,22 +149,65 @@ class Analysis:
         return {name: _checked(option, given.get(name, option.default)) for name, option in known.items()}
 
 
-def load(reference: str) -> Any:
-    """What a ``module:name`` below ``gelcone`` stands for."""
-    module, _, name = reference.partition(":")
-    return getattr(import_module(f"gelcone.{module}"), name)
+def _declared(call: Any) -> Analysis:
+    return call.analysis
 
 
-def quantity_of_option(analysis: str, name: str) -> str:
-    """What an option of an analysis measures; empty for a pure number."""
-    return QUANTITIES.get(f"{analysis}.{name}", QUANTITIES.get(name, ""))
+def command_name(name: str) -> str:
+    """The command of a public function; Python reserves the word ``continue``."""
+    return "continue" if name == "continue_branch" else name.replace("_", "-")
 
 
-def _option(analysis: str, name: str, parameter: inspect.Parameter, explanation: str) -> Option:
-    default = None if parameter.default is inspect.Parameter.empty else parameter.default
-    kind = _KINDS.get(str(parameter.annotation).removesuffix("| None").strip())
-    unset = default_of(explanation) if default is None else ""
-    return Option(name, default, kind, first_sentence(explanation), unset, quantity_of_option(analysis, name))
+@cache
+def annotation_of(function: Callable[..., Any], name: str) -> tuple[type | None, str]:
+    """The type of a parameter (None: not a plain number or text), and the quantity that it measures or an empty text.
+
+    ``return`` is the name of the value that is returned.
+    """
+    function = inspect.unwrap(function)
+    text = str(function.__annotations__.get(name, "")).removesuffix(" | None")
+    alias = function.__globals__.get(text)
+    if get_origin(alias) is not Annotated:
+        return _KINDS.get(text), ""
+    own, quantity = get_args(alias)
+    return (own if own is float else None), quantity
+
+
+@cache
+def explanations(function: Callable[..., Any]) -> Mapping[str, tuple[str, str]]:
+    """Parameter -> what it is, as a sentence, and what its default is, both from the docstring.
+
+    An entry reads ``names : explanation. Default what is taken.``; ``as in `other` `` takes that of another public
+    function.
+    """
+    lines = iter(inspect.cleandoc(function.__doc__ or "").splitlines())
+    entries: dict[str, str] = {}
+    for line in lines:
+        if line == "Parameters":
+            break
+    next(lines, "")
+    for line in lines:
+        if not line.strip():
+            break
+        names, is_entry, text = line.partition(" : ")
+        if line.startswith(" ") or not is_entry:
+            entries[list(entries)[-1]] += f" {line.strip()}"
+        else:
+            entries[names] = text
+    return {name: _explanation(name, text) for names, text in entries.items() for name in names.split(", ")}
+
+
+def _explanation(name: str, text: str) -> tuple[str, str]:
+    """The first sentence of an entry of a docstring, and what it says of the default."""
+    if text.startswith("as in `"):
+        import gelcone
+
+        other = text.split("`")[1].removeprefix("gelcone.")
+        return explanations(getattr(gelcone, other)).get(name, ("", ""))
+    text = f"{text} ".replace("`", "").replace("; default ", ". Default ").replace(". Default: ", ". Default ")
+    sentences = text.replace("; ", ". ").split(". ")
+    default = next((s.removeprefix("Default ") for s in sentences if s.startswith("Default ")), "")
+    return f"{sentences[0][:1].upper()}{sentences[0][1:].rstrip('. ')}.", default.rstrip(". ")
 
 
 def _checked(option: Option, value: Any) -> Any:
@@ -167,48 +221,3 @@ def _checked(option: Option, value: Any) -> Any:
             raise InputError(f"{option.name} = {value}: must be a whole number")
         return int(value)
     return value if isinstance(value, float) else float(value)
-
-
-@cache
-def explanations(docstring: str) -> dict[str, str]:
-    """Name -> explanation, from the section "Parameters" of a docstring; "as in `x`" is looked up there."""
-    lines = inspect.cleandoc(docstring).splitlines()
-    if "Parameters" not in lines:
-        return {}
-    found: dict[str, list[str]] = {}
-    names: Sequence[str] = ()
-    for line in lines[lines.index("Parameters") + 2 :]:
-        if re.fullmatch(r"-{3,}", line):  # the heading of the next section has been taken for text
-            break
-        begin = re.match(r"(\w+(?:, \w+)*) : (.*)", line)
-        if begin:
-            names = begin[1].split(", ")
-            found |= {name: [begin[2]] for name in names}
-        elif line.startswith(" "):
-            for name in names:
-                found[name].append(line.strip())
-        else:
-            names = ()
-    return {name: _looked_up(name, " ".join(parts)) for name, parts in found.items()}
-
-
-def _looked_up(name: str, explanation: str) -> str:
-    """An explanation, or the one of the public function that it refers to."""
-    other = re.match(r"as in `(?:gelcone\.)?(\w+)`", explanation)
-    if other is None:
-        return explanation
-    function = getattr(import_module("gelcone"), other[1])
-    return explanations(function.__doc__ or "").get(name, explanation)
-
-
-def first_sentence(explanation: str) -> str:
-    """The first sentence of an explanation, as a help text."""
-    text = re.split(r"[.;] |[.;]$", explanation.replace("`", ""))[0]
-    text = re.sub(r"[,;:]? ?\bdefault\b.*", "", text)
-    return f"{text[:1].upper()}{text[1:]}." if text else ""
-
-
-def default_of(explanation: str) -> str:
-    """What an explanation says of the default."""
-    stated = re.search(r"\bdefault:? (.*?)(?:[.;] |[.;]$|$)", explanation.replace("`", ""), flags=re.IGNORECASE)
-    return stated[1] if stated else ""

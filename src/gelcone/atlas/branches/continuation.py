@@ -22,7 +22,7 @@ from gelcone.atlas.branches.tree import Tree, kind_of, whole_period
 from gelcone.atlas.branches.varied import Varied, vary
 from gelcone.atlas.plan import DEFAULT_INITIAL
 from gelcone.codes import Outcome, Regime
-from gelcone.devices.analysis import for_swept_devices
+from gelcone.devices.analysis import analysis
 from gelcone.devices.device import Device
 from gelcone.devices.si import in_field_units
 from gelcone.errors import InputError, unknown_name
@@ -52,7 +52,18 @@ PLACES = {"branch": "value", "event": "event_value", "run": "run_value"}
 """First dim of variables -> the variable that holds the value of the parameter they belong to."""
 
 
-@for_swept_devices
+@analysis(
+    arguments={"parameter": "PARAMETER", "low": "FROM", "high": "TO"},
+    flags={"start": ("--from",), "store": ("--store", "--resume")},
+    answers="branches",
+    single=True,
+    takes="device",
+    examples=(
+        "voltage 0.9 1.4 --preset base --out results",
+        'film_thickness "0.15 mm" "0.25 mm" biased-pump --from settled --json',
+        "drive_frequency 0.1 3 --preset spring --set damping_ratio=0.01 --from settled --switch 0",
+    ),
+)
 def continue_branch(
     model: ConeModel | Device,
     parameter: str,
@@ -81,15 +92,15 @@ def continue_branch(
     parameter : the parameter of the model, or the field of the device, that changes.
     low, high : its interval; ``low`` is below ``high``. Of a device in SI, or texts with units.
     initial : displacement and velocity from which brute force settles. Default (1, 0), or the device's own.
-    start : where branches begin: "rest", the flat film and what is born there (where it is no equilibrium: the response
-        near equilibrium); "settled", the settled motion at either end of the interval; or a result of `bifurcation` or
-        `continue_branch`, whose cycles it takes. Default "rest".
+    start : where branches begin: "rest", "settled" (the settled motions at the ends of the interval), or a result of
+        bifurcation or continue, whose cycles it takes. At rest: the flat film and what is born there; where it is not
+        an equilibrium, the response near equilibrium. Default "rest".
     switch : levels of branches born at doublings and symmetry breakings that are followed. Default 1.
     checks : values of the parameter at which brute force settles, at least 2. Default 24.
     points : most points of a branch, at least 2. Default 2000.
     tolerance : relative error of one step of the integrator. Default 1e-15.
-    store : folder that keeps what is found while it comes. A run that was stopped goes on from there when it is called
-        again with the same arguments, and gives the same bits. Default none.
+    store : folder that stores what is found as it is found, from which the same command continues after an
+        interruption. It gives the same bits. Default none.
     threads : worker threads of brute force; default one a core.
     progress : called with the share of the work just done (the shares add up to 1).
 

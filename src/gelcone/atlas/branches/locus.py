@@ -23,7 +23,7 @@ from gelcone.atlas.branches.tree import distance
 from gelcone.atlas.branches.varied import Varied, vary
 from gelcone.atlas.plan import DEFAULT_INITIAL
 from gelcone.codes import Outcome
-from gelcone.devices.analysis import for_swept_devices
+from gelcone.devices.analysis import analysis
 from gelcone.devices.device import Device
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.flow import DEFAULT_TOLERANCE, check_flow
@@ -46,7 +46,20 @@ CURVES = 60
 """Most curves that are followed."""
 
 
-@for_swept_devices
+@analysis(
+    arguments={"event": "EVENT"},
+    flags={"start": ("--from",)},
+    answers="branches",
+    over="One of the two parameters, or fields of a device, NAME=from:to; the second interval holds the value that "
+    "is set.",
+    single=True,
+    takes="device",
+    examples=(
+        "fold --preset base --over voltage=0.95:1.5 --over drive_frequency=0.07:0.13 --out results",
+        "fold --preset base --over voltage=0.95:1.5 --over drive_frequency=0.07:0.13 --on map.nc --out results",
+        "doubling --preset base --over voltage=0.9:1.8 --over hoop_prestretch=0.7:1.4 --set hoop_prestretch=1",
+    ),
+)
 def locus(
     model: ConeModel | Device,
     event: str,
@@ -73,7 +86,9 @@ def locus(
     over : the two parameters of the model, or fields of the device, each with the ends of its interval, of a device in
         SI or texts with units; the second interval holds the model's own value.
     initial : displacement and velocity from which brute force settles. Default (1, 0), or the device's own.
-    start, switch, checks : as in `continue_branch`.
+    start : where the branches begin that hold the events: "rest" and what is born there, or "settled", the motions at
+        the ends of the first interval. Default "rest".
+    switch, checks : as in `continue_branch`.
     points : most points of a curve, at least 2. Default 1000.
     tolerance : relative error of one step of the integrator. Default 1e-15.
     threads : worker threads of brute force; default one a core.
