@@ -25,11 +25,11 @@ from typing import Any
 import numpy as np
 
 import gelcone
-from gelcone.atlas.branches.birth import born_start
 from gelcone.atlas.branches.branch import EventKind, Walk
 from gelcone.atlas.branches.curve import Window, follow_curve
 from gelcone.atlas.branches.follow import follow
 from gelcone.atlas.branches.point import Metric, at_value
+from gelcone.atlas.branches.switching import first_points
 from gelcone.atlas.branches.varied import vary
 from gelcone.presets import find_preset
 
@@ -110,7 +110,7 @@ def times() -> None:
     rest = at_value(shooting, nodes, 0.93, Metric.of(nodes, walk.scale)).point
     assert rest is not None
     onset = follow(shooting, rest, Walk(0.929, 0.95), both_ways=False, resting=True).events[0]
-    started = born_start(shooting, onset, walk)
+    started = first_points(shooting, onset, walk)
     assert started is not None
     child, _, point = started
     took, branch = shortest(lambda: follow(child, point, walk, both_ways=False))

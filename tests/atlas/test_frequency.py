@@ -8,7 +8,7 @@ import pytest
 import gelcone
 from gelcone.analyses.frequency import frequency_json, frequency_words
 from gelcone.analyses.subject import Subject
-from gelcone.atlas.branches.beside import branches_beside
+from gelcone.atlas.branches.attached import attached_branches
 from gelcone.atlas.branches.branch import EventKind
 from gelcone.atlas.frequency import frequency
 from gelcone.codes import Outcome
@@ -182,7 +182,7 @@ def test_hysteresis_ends_at_the_folds_of_the_branch(bent):
 
 
 def test_the_part_between_the_folds_is_unstable_and_brute_force_lies_on_the_rest(bent):
-    own = branches_beside(bent).isel(branch=0)
+    own = attached_branches(bent).isel(branch=0)
     between = own["stable"].values == 0
     middle = own["value"].values[between]
     assert between.any()
@@ -209,7 +209,7 @@ def test_a_well_that_no_sweep_enters_has_its_branch():
     wells = ConeModel(damping_ratio=0.1, voltage=0.02, voltage_bias=1.5, rest_height=0.01, stretch_limit=1e6)
     found = frequency(wells, [0.5, 0.6], (1.0, 0.0), branches=True)
     assert float(found["lowest"].min()) > 0.0
-    followed = branches_beside(found)
+    followed = attached_branches(found)
     assert sorted(np.sign(followed["highest"].max("point").values)) == [-1.0, 1.0]
     assert followed.sizes["flag"] == 0
 

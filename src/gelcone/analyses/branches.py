@@ -10,7 +10,7 @@ import numpy as np
 
 from gelcone.analyses.answer import heading
 from gelcone.analyses.subject import read_over
-from gelcone.atlas.branches.beside import branches_beside
+from gelcone.atlas.branches.attached import attached_branches
 from gelcone.errors import InputError
 from gelcone.words import branch_endings, event_label, flag_label, shortened, unit_of, validity_in_words
 
@@ -93,7 +93,7 @@ def branches_json(result: xr.Dataset) -> dict[str, Any]:
 
 def followed_json(diagram: xr.Dataset) -> dict[str, Any] | None:
     """The branches beside a bifurcation diagram; null where it has none."""
-    followed = branches_beside(diagram)
+    followed = attached_branches(diagram)
     if followed is None:
         return None
     return branches_json(followed)
@@ -101,7 +101,7 @@ def followed_json(diagram: xr.Dataset) -> dict[str, Any] | None:
 
 def followed_lines(shown: xr.Dataset, name: str = "") -> list[str]:
     """The branches beside a diagram in words; ``name`` is what the parameter is called there."""
-    followed = branches_beside(shown)
+    followed = attached_branches(shown)
     if followed is None:
         return []
     return branch_lines(followed, name)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.atlas.branches.beside import put_beside
+from gelcone.atlas.branches.attached import attach
 from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.atlas.plan import DEFAULT_INITIAL, STATES, Plan, about
 from gelcone.atlas.threshold import Threshold, changes, refine
@@ -136,7 +136,7 @@ def bifurcation(
     if branches:
         ends = float(first.over[parameter][0]), float(first.over[parameter][-1])
         followed = plain(continue_branch)(model, parameter, *ends, first.initial, start=result, threads=threads)
-        result = put_beside(result, followed)
+        result = attach(result, followed)
     counted.finish()
     return result
 

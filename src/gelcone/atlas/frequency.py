@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.atlas.branches.beside import put_beside
+from gelcone.atlas.branches.attached import attach
 from gelcone.atlas.branches.check import Runs
 from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.codes import Outcome
@@ -370,7 +370,7 @@ def _with_branches(
     followed = continue_branch(
         model, "drive_frequency", grid[0], grid[-1], tuple(initial[0]), start=runs, progress=progress, **flow
     )
-    result = put_beside(result, followed)
+    result = attach(result, followed)
     told = dataset.attributes("stroke of the settled motion from a fixed state", "length")
     result["fixed_stroke"] = ("start", "drive_frequency"), 2.0 * fixed.amplitude.reshape(len(starts), -1), told
     return result.assign(_jump_events(result, followed))

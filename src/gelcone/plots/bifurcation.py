@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gelcone.atlas.branches.beside import branches_beside
+from gelcone.atlas.branches.attached import attached_branches
 from gelcone.codes import Regime
 from gelcone.plots.branches import BRUTE_FORCE, event_ticks, events, exponents, flags, orbits
 from gelcone.plots.branches import legend as branch_legend
@@ -57,7 +57,7 @@ MOST_LINES = 12
 def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"] = "exponent") -> Figure:
     """Section points over the parameter, its largest exponent (or the extent of the motion) and the regime."""
     name = diagram.attrs["parameter"]
-    rows, followed = diagram.sizes["branch"], branches_beside(diagram)
+    rows, followed = diagram.sizes["branch"], attached_branches(diagram)
     slack = slack_states(diagram)
     heights = [2.4 if followed is None else 5.0, 1.5, *([0.7] if slack else []), 0.22 * rows]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.atlas.branches.beside import branches_beside
+from gelcone.atlas.branches.attached import attached_branches
 from gelcone.motion.validity import invalid
 from gelcone.plots.branches import (
     BRUTE_FORCE,
@@ -51,7 +51,7 @@ WIDE = 5.0
 def frequency_figure(response: xr.Dataset) -> Figure:
     """Stroke over drive frequency above the phase of the driven harmonic, for a single actuator; with branches beside,
     the sweeps grey below them."""
-    followed = branches_beside(response)
+    followed = attached_branches(response)
 
     def draw(figure: Figure) -> None:
         stroke, phase = figure.subplots(2, 1, sharex=True, height_ratios=[2.2 if followed is None else 3.0, 1.0])

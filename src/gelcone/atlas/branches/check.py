@@ -201,7 +201,7 @@ def shortest(shooting: Shooting, point: Point, scale: float) -> tuple[Shooting, 
 
 
 @dataclass(frozen=True)
-class _Beside:
+class _Perturbed:
     """A run that starts beside an orbit: of which branch, at which point, for which event, and for how many periods."""
 
     number: int
@@ -211,7 +211,7 @@ class _Beside:
     periods: int
 
 
-def run_beside(tree: Tree, **flow: Any) -> Checked:
+def run_perturbed(tree: Tree, **flow: Any) -> Checked:
     """Runs from 1e-5 beside stable orbits, which have to return, and beside the unstable orbits behind every event at
     which a branch loses stability, which have to leave."""
     stable = [b for number, branch in enumerate(tree.branches) for b in _stable(number, branch)]
@@ -234,16 +234,16 @@ def run_beside(tree: Tree, **flow: Any) -> Checked:
     return Checked(0, 0, len(stable), flags)
 
 
-def _stable(number: int, branch: Branch) -> Iterator[_Beside]:
+def _stable(number: int, branch: Branch) -> Iterator[_Perturbed]:
     """Stable orbits of a branch, evenly chosen, that take no too long to return to."""
     inner = [k for k, point in enumerate(branch.points) if point.stable and not _at_end(branch, k)]
     for k in [inner[int(i)] for i in np.linspace(0, len(inner) - 1, min(ORBITS, len(inner)))]:
         periods = _periods(branch, branch.points[k])
         if periods <= MOST_PERIODS:
-            yield _Beside(number, branch, branch.points[k], None, periods)
+            yield _Perturbed(number, branch, branch.points[k], None, periods)
 
 
-def _lost(number: int, branch: Branch) -> Iterator[_Beside]:
+def _lost(number: int, branch: Branch) -> Iterator[_Perturbed]:
     """The unstable orbit next to every event at which a branch loses or gains its stability."""
     for event in branch.events:
         before, after = branch.points[event.after], branch.points[event.after + 1]
@@ -252,7 +252,7 @@ def _lost(number: int, branch: Branch) -> Iterator[_Beside]:
         unstable = after if before.stable else before
         periods = _periods(branch, unstable)
         if periods <= MOST_PERIODS:
-            yield _Beside(number, branch, unstable, event, periods)
+            yield _Perturbed(number, branch, unstable, event, periods)
 
 
 def _at_end(branch: Branch, k: int) -> bool:
@@ -280,14 +280,14 @@ def _periods(branch: Branch, point: Point) -> int:
     return max(periods, 2)
 
 
-def _apart(journal: Journal, runs: list[_Beside], beside: float, **flow: Any) -> Array:
+def _apart(journal: Journal, runs: list[_Perturbed], beside: float, **flow: Any) -> Array:
     """How far each run ends from its orbit, over how far it began from it, ``beside`` times the orbit's size."""
     if not runs:
         return np.zeros(0)
     return np.asarray(journal.entry(lambda: {"apart": _ran(runs, beside, **flow)})["apart"])
 
 
-def _ran(runs: list[_Beside], beside: float, **flow: Any) -> Array:
+def _ran(runs: list[_Perturbed], beside: float, **flow: Any) -> Array:
     shooting = runs[0].branch.shooting
     members = shooting.members_at((np.array([run.point.value for run in runs]),))
     orbits = np.stack([run.point.nodes[0] for run in runs])
@@ -300,7 +300,7 @@ def _ran(runs: list[_Beside], beside: float, **flow: Any) -> Array:
     return np.where((outcome == Outcome.OK) & np.isfinite(apart), apart, np.inf)
 
 
-def _staying(journal: Journal, runs: list[_Beside], **flow: Any) -> list[_Beside]:
+def _staying(journal: Journal, runs: list[_Perturbed], **flow: Any) -> list[_Perturbed]:
     """The runs that do not leave their unstable orbits. Chaos next to one comes back now and then: what is near it has
     to be so half as many periods later, too."""
     for longer in (1.0, 1.5):
@@ -314,7 +314,7 @@ def _narrow(returns_from: float) -> str:
     return f"its basin is narrower than {BESIDE:.0e} there: from {returns_from:.0e} beside the motion returns"
 
 
-def _repeats_sooner(beside: _Beside) -> bool:
+def _repeats_sooner(beside: _Perturbed) -> bool:
     """Whether an orbit has a shorter period than its branch."""
     shooting = beside.branch.shooting
     kind, nodes = shooting.kind, beside.point.nodes

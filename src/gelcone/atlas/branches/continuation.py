@@ -14,7 +14,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.atlas.branches.branch import Branch, Ending, Event, EventKind, Walk, multipliers_of_period
-from gelcone.atlas.branches.check import FLAGS, Checked, Runs, brute_force, cover, polished, run_beside, shortest
+from gelcone.atlas.branches.check import FLAGS, Checked, Runs, brute_force, cover, polished, run_perturbed, shortest
 from gelcone.atlas.branches.follow import follow
 from gelcone.atlas.branches.journal import journal_in
 from gelcone.atlas.branches.point import Metric, Point, at_value
@@ -151,7 +151,7 @@ def continue_branch(
         counted(0.2)
         covered = cover(tree, shooting, runs, **flow)
         counted(0.2)
-        beside = run_beside(tree, **flow)
+        beside = run_perturbed(tree, **flow)
     if not tree.branches:
         raise InputError(
             f"start = {start!r}: is no orbit: neither the motion at {parameter} = {varied.said(bottom)} nor any other "

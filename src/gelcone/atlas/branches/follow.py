@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from gelcone.atlas.branches.branch import Branch, Ending, Walk
+from gelcone.atlas.branches.checkpoint import Checkpoint
 from gelcone.atlas.branches.crossing import events_between
 from gelcone.atlas.branches.event import DOUBLE, Singular, locate
-from gelcone.atlas.branches.followed import Followed
 from gelcone.atlas.branches.point import (
     Corrected,
     Direction,
@@ -56,10 +56,10 @@ def follow(shooting: Shooting, start: Point, walk: Walk, *, both_ways: bool = Tr
     return Branch(shooting, turned + forward.points, events, (backward.ended, forward.ended), merges, resting=resting)
 
 
-def _follow(shooting: Shooting, start: Point, walk: Walk, resting: bool) -> Followed:
+def _follow(shooting: Shooting, start: Point, walk: Walk, resting: bool) -> Checkpoint:
     """The branch from ``start`` onwards; what the journal holds of it is taken from there."""
     entry, whole = walk.journal.begin()
-    way = Followed.of(entry, shooting.kind) if entry else Followed([start], FIRST_STEP)
+    way = Checkpoint.of(entry, shooting.kind) if entry else Checkpoint([start], FIRST_STEP)
     if whole:
         return way
     if not walk.low <= start.value + 1e-12 * walk.scale * np.sign(start.tangent.value) <= walk.high:
@@ -71,7 +71,7 @@ def _follow(shooting: Shooting, start: Point, walk: Walk, resting: bool) -> Foll
     return way
 
 
-def _go_on(shooting: Shooting, way: Followed, walk: Walk, resting: bool) -> None:
+def _go_on(shooting: Shooting, way: Checkpoint, walk: Walk, resting: bool) -> None:
     """Takes a step: to the next point, to the end, or none but a shorter one next time."""
     points, here = way.points, way.points[-1]
     metric = Metric.of(here.nodes, walk.scale)

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gelcone.atlas.branches.birth import born_start
 from gelcone.atlas.branches.branch import Branch, Ending, Event, EventKind, Walk, born_map
 from gelcone.atlas.branches.event import Singular
 from gelcone.atlas.branches.follow import follow
 from gelcone.atlas.branches.point import SMALLEST, Metric, Point, at_value, between, shares_at
+from gelcone.atlas.branches.switching import first_points
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.quantity import Array
 
@@ -67,7 +67,7 @@ class Tree:
             if event.born_branch >= 0 or (deep and level >= self.switch):
                 continue
             parent = self.branches[event.branch]
-            found = born_start(parent.shooting, event, self.walk)
+            found = first_points(parent.shooting, event, self.walk)
             if found is None or self.holds(found[0], found[2]):
                 continue
             child, start, point = found

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.atlas.branches.beside import branches_beside
+from gelcone.atlas.branches.attached import attached_branches
 from gelcone.codes import Regime
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.studies.diagrams import PANELS, diagram_name
@@ -87,7 +87,7 @@ def _sections(study: xr.Dataset, parameter: str, axes: Axes) -> None:
             points = branch["section"].values[:, -32:, 0]
             at = np.broadcast_to(values[:, None], points.shape)
             axes.plot(at.ravel(), points.ravel(), ".", ms=size, color=colour, mec="none", rasterized=True, label=label)
-    followed = branches_beside(study)
+    followed = attached_branches(study)
     if followed is not None:
         _branches(followed, axes)
     if "cascade_end" in study:

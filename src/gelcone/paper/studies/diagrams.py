@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.atlas.bifurcation import bifurcation
-from gelcone.atlas.branches.beside import branches_beside
+from gelcone.atlas.branches.attached import attached_branches
 from gelcone.atlas.plan import Plan
 from gelcone.dataset import Table, attributes, columns
 from gelcone.motion.floquet import floquet_multipliers
@@ -58,8 +58,8 @@ def diagram_name(preset: str, parameter: str) -> str:
 def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress) -> xr.Dataset:
     """The diagram of one panel, with ``finite`` (parameter, exponent): the exponents over the window from the start.
 
-    Over the voltage branches of periodic orbits stand beside it, see `gelcone.atlas.branches.beside`, and the doublings
-    that lead to chaos, see `gelcone.paper.studies.cascade`.
+    Over the voltage, branches of periodic orbits are attached (`gelcone.atlas.branches.attached`), and the doublings
+    that lead to chaos (`gelcone.paper.studies.cascade`).
     """
     preset = effort.preset(preset_name)
     model = preset.model.replace(voltage=PANELS[preset_name, parameter])
@@ -78,7 +78,7 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
     ensemble, states = Plan(model, {parameter: values}, preset.initial).at({parameter: values})
     finite, _ = finite_exponents(ensemble.members(), states, effort.window, {})
     result["finite"] = (parameter, "exponent"), finite, attributes(*FINITE)
-    followed = branches_beside(result)
+    followed = attached_branches(result)
     if followed is not None:
         result = result.assign(cascade(model, followed))
     return result.assign(rest_stability(ensemble, (parameter,))).assign_attrs(preset=preset_name, window=effort.window)

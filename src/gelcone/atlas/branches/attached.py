@@ -1,4 +1,4 @@
-"""Branches kept beside the bifurcation diagram that they belong to, in one Dataset."""
+"""Branches of periodic orbits attached to the diagram along the same parameter, in one Dataset."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ KEPT = ("mirror", "parameter")
 """Attributes that go along."""
 
 
-def put_beside(diagram: xr.Dataset, followed: xr.Dataset) -> xr.Dataset:
-    """The diagram with the branches of `gelcone.continue_branch` beside it."""
+def attach(diagram: xr.Dataset, followed: xr.Dataset) -> xr.Dataset:
+    """The diagram with the branches of `gelcone.continue_branch` attached."""
     names = [*map(str, followed.variables), *map(str, followed.dims)]
-    beside = followed.rename({name: PREFIX + name for name in names})
-    for variable in beside.variables.values():
+    renamed = followed.rename({name: PREFIX + name for name in names})
+    for variable in renamed.variables.values():
         if "along" in variable.attrs:
             variable.attrs["along"] = variable.attrs["along"].replace("=", f"={PREFIX}")
-    return diagram.merge(beside).assign_attrs({PREFIX + name: followed.attrs[name] for name in KEPT})
+    return diagram.merge(renamed).assign_attrs({PREFIX + name: followed.attrs[name] for name in KEPT})
 
 
-def branches_beside(diagram: xr.Dataset) -> xr.Dataset | None:
-    """The branches beside a diagram, as `gelcone.continue_branch` gave them; None where there are none."""
+def attached_branches(diagram: xr.Dataset) -> xr.Dataset | None:
+    """The branches attached to a diagram, as `gelcone.continue_branch` gave them; None where there are none."""
     own = [str(name) for name in diagram.variables if str(name).startswith(PREFIX)]
     if not own:
         return None

@@ -1,4 +1,4 @@
-"""How the branch begins that is born at an event."""
+"""Branch switching: the first points of the branch that is born at an event."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LARGEST_SHIFT = 0.01
 """And how far the parameter may move to it, as a share of its interval."""
 
 
-def born_start(shooting: Shooting, event: Event, walk: Walk) -> tuple[Shooting, Point, Point] | None:
+def first_points(shooting: Shooting, event: Event, walk: Walk) -> tuple[Shooting, Point, Point] | None:
     """The first two points of the branch that is born at an event: the event, and an orbit beside it.
 
     The amplitude is taken smaller until the orbit lies before its own doubling; None where none is found.

@@ -5,7 +5,7 @@ import pytest
 
 import gelcone
 from gelcone.analyses.branches import followed_json
-from gelcone.atlas.branches.beside import branches_beside
+from gelcone.atlas.branches.attached import attached_branches
 from gelcone.presets import find_preset
 
 BASE = find_preset("base").model
@@ -18,7 +18,7 @@ def diagram():
 
 
 def test_every_settled_cycle_lies_on_a_branch(diagram):
-    followed = branches_beside(diagram)
+    followed = attached_branches(diagram)
     assert int(followed["checked_cycles"]) == 2
     assert int(followed["seeded"]) == 0
     assert not followed.sizes["flag"]
@@ -26,9 +26,11 @@ def test_every_settled_cycle_lies_on_a_branch(diagram):
 
 def test_branches_survive_the_file(diagram, tmp_path):
     gelcone.save(diagram, tmp_path / "diagram.nc")
-    again = branches_beside(gelcone.load(tmp_path / "diagram.nc"))
-    np.testing.assert_array_equal(again["orbit"], branches_beside(diagram)["orbit"])
-    assert branches_beside(diagram.drop_vars([v for v in diagram.variables if str(v).startswith("followed_")])) is None
+    again = attached_branches(gelcone.load(tmp_path / "diagram.nc"))
+    np.testing.assert_array_equal(again["orbit"], attached_branches(diagram)["orbit"])
+    assert (
+        attached_branches(diagram.drop_vars([v for v in diagram.variables if str(v).startswith("followed_")])) is None
+    )
 
 
 def test_figure_and_json_hold_the_branches(diagram):
