@@ -13,6 +13,7 @@ PACKAGE = Path(__file__).parents[1] / "src" / "gelcone"
 FLOORS = [
     ["_version", "errors", "codes", "quantity", "statistics", "progress", "files", "netcdf", "permission"],
     ["accessor", "register"],
+    ["membrane"],
     ["physics"],
     ["presets", "dataset"],
     ["continuum"],

@@ -1,0 +1,159 @@
+"""One ring of a wrinkling membrane: tensions and firmness of the relaxed energy under voltage.
+
+m and n are the squared true meridional and hoop length over the mounted ones, A = lm^2, B = lh^2 and G = 1/(A B) of the
+pre-stretches, V the squared voltage. A ring has the energy phi = W(A m + B n + G/(m n) - 3) - V m n/2 per mounted
+volume over mu. Its hoop is held (n = l2^2) while it is in tension, and takes the natural width n > l2^2 of zero hoop
+stress where it would be compressed: the ring then wrinkles along its meridian (tension-field theory, see
+`gelcone.physics.film.wrinkling`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+Array = np.ndarray[Any, np.dtype[Any]]
+HALVINGS = 50
+ENOUGH = 25
+"""Newton steps that find a natural width from anywhere."""
+WARM = 3
+"""Newton steps that find it from that of the step before."""
+MOST_STRETCHED = 1e4
+"""Largest squared stretch at which the hump of the crumpling voltage is looked for."""
+
+
+class Law(Protocol):
+    """A strain-energy law: 1/(2 dW/dI1) and minus its derivative; the largest I1 - 3."""
+
+    def compliance(self, strain: Any, n: Any, xp: Any = np) -> Any: ...
+
+    def stiffening(self, strain: Any, n: Any, xp: Any = np) -> Any: ...
+
+    def strain_limit(self, n: Any) -> Any: ...
+
+
+class Ring(NamedTuple):
+    """Derivatives of a ring's energy by l1 and l2: T1, T2, T11 and T12; and its squared width n."""
+
+    meridional: Array
+    hoop: Array
+    firmness: Array
+    coupling: Array
+    width: Array
+
+
+@dataclass(frozen=True)
+class Gel:
+    """A strain-energy law with its numbers, and the squares of the meridional and hoop pre-stretch."""
+
+    law: Law
+    numbers: Mapping[str, float]
+    A: float
+    B: float
+
+    @property
+    def G(self) -> float:
+        return 1.0 / (self.A * self.B)
+
+    @property
+    def strain_limit(self) -> float:
+        return float(self.law.strain_limit(self.numbers))
+
+    def strain(self, m: Array, n: Array) -> Array:
+        """I1 - 3."""
+        found: Array = self.A * m + self.B * n + self.G / (m * n) - 3.0
+        return found
+
+    def natural(self, m: Array, V: Array, guess: Array, steps: int = ENOUGH) -> Array:
+        """The squared width n of zero hoop stress, B - r/n = V m K with r = G/(m n) and the compliance K.
+
+        The left side less the right one rises and is concave (Gent, neo-Hookean), so that Newton's method converges
+        from below.
+        """
+        n, least = guess, np.sqrt(self.G / (self.B * m))
+        for _ in range(steps):
+            r = self.G / (m * n)
+            strain, thin = self.A * m + self.B * n + r - 3.0, self.B - r / n
+            excess = thin - V * m * self.law.compliance(strain, self.numbers)
+            slope = 2.0 * r / (n * n) + V * m * self.law.stiffening(strain, self.numbers) * thin
+            n = np.clip(n - excess / slope, np.maximum(least, 0.4 * n), 3.0 * n)
+        return n
+
+    def width(self, l1: Array, l2: Array, V: Array) -> Array:
+        """The squared width of rings, natural where their hoop is slack."""
+        m = l1 * l1
+        slack = self.hoop(l1, l2, V) < 0.0
+        natural = self.natural(m, V, np.maximum(l2 * l2, np.sqrt(self.G / (self.B * m))))
+        return np.where(slack, natural, l2 * l2)
+
+    def hoop(self, l1: Array, l2: Array, V: Array) -> Array:
+        """K times the hoop stress of an unwrinkled ring: negative where it wrinkles."""
+        m, h = l1 * l1, l2 * l2
+        r = self.G / (m * h)
+        compliance = self.law.compliance(self.A * m + self.B * h + r - 3.0, self.numbers)
+        found: Array = self.B * h - r - V * m * h * compliance
+        return found
+
+    def ring(self, l1: Array, l2: Array, V: Array, slack: Array, guess: Array, steps: int = WARM) -> Ring:
+        """Tensions of rings; ``slack`` says whose hoop is, ``guess`` is near their width."""
+        m = l1 * l1
+        n = l2 * l2
+        if slack.any():
+            n = np.where(slack, self.natural(m, V, guess, steps), n)
+        r = self.G / (m * n)
+        strain, along, across = self.A * m + self.B * n + r - 3.0, self.A - r / m, self.B - r / n
+        response = 1.0 / self.law.compliance(strain, self.numbers)
+        rise = 0.5 * self.law.stiffening(strain, self.numbers) * (response * response)
+        by_m, by_n = 0.5 * (response * along - V * n), 0.5 * (response * across - V * m)
+        firm = response * r
+        by_mm = rise * along * along + firm / (m * m)
+        by_mn = rise * along * across + 0.5 * (firm / (m * n) - V)
+        by_nn = rise * across * across + firm / (n * n)
+        softer = np.where(slack, by_mn * by_mn / by_nn, 0.0)
+        held = ~slack
+        return Ring(
+            2.0 * l1 * by_m,
+            held * (2.0 * l2 * by_n),
+            2.0 * by_m + 4.0 * m * (by_mm - softer),
+            held * (4.0 * l1 * l2 * by_mn),
+            n,
+        )
+
+    def at(self, l1: Array, l2: Array, V: Array) -> Ring:
+        """Tensions of rings of which nothing is known before."""
+        l1, l2, V = np.broadcast_arrays(l1, l2, V)
+        return self.ring(l1, l2, V, self.hoop(l1, l2, V) < 0.0, np.maximum(self.width(l1, l2, V), 1e-12))
+
+    # --- an equibiaxially stretched film without stress ---------------------------------------------------------------
+
+    def crumpling(self, t: Any) -> Any:
+        """Vb(t) = R (1 - t^-3)/t, the V G that takes the stress of a film stretched equibiaxially by t^(1/2)."""
+        t = np.asarray(t, dtype=float)
+        strain = 2.0 * t + t**-2.0 - 3.0
+        with np.errstate(all="ignore"):
+            found = (1.0 - t**-3.0) / (t * self.law.compliance(strain, self.numbers))
+        return np.where(strain < self.strain_limit, found, np.inf)[()]
+
+    def hump(self) -> float:
+        """The t of the first maximum of Vb; infinite without one."""
+        top = min(MOST_STRETCHED, 0.5 * (self.strain_limit + 3.0) * (1.0 - 1e-6))
+        t = np.geomspace(1.0 + 1e-6, top, 4001)
+        falls = np.diff(self.crumpling(t)) < 0.0
+        if not falls.any():
+            return np.inf
+        first = int(np.argmax(falls))
+        fine = np.linspace(t[max(first - 1, 0)], t[first + 1], 20001)
+        return float(fine[np.argmax(self.crumpling(fine))])
+
+
+def bisected(value: Callable[[Array], Array], negative: Array, positive: Array) -> Array:
+    """Roots between places where ``value`` is not positive and positive."""
+    low, high = np.array(negative, dtype=float), np.array(positive, dtype=float)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        above = value(middle) > 0.0
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    return 0.5 * (low + high)
