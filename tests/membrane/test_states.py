@@ -67,11 +67,11 @@ def test_no_film_pulls_in_below_its_lowest_voltage():
 
 def test_force_and_charge_come_from_one_energy():
     """Maxwell: dF/dV = -(dA/dx)/2, where rings wrinkle too."""
-    film, step = gent(0.3, 1.3, 1.1, 12.0), 1e-4
-    x, V = 0.4, 0.7
+    film, step = gent(0.2, 1.0, 1.0, 50.0), 5e-4
+    x, V = 0.5, 0.25
     found = film.at(np.array([x, x, x - step, x + step]), np.array([V - step, V + step, V, V]))
     by_voltage = (found.force[1] - found.force[0]) / (2.0 * step)
-    assert by_voltage == pytest.approx(-(found.area[3] - found.area[2]) / (4.0 * step), rel=1e-6)
+    assert by_voltage == pytest.approx(-(found.area[3] - found.area[2]) / (4.0 * step), rel=3e-6)
 
 
 @pytest.mark.parametrize(("law", "numbers"), [("yeoh", {"yeoh_c2": 0.02, "yeoh_c3": 0.001}), ("neo-hookean", {})])
