@@ -191,6 +191,25 @@ def test_a_border_that_is_seldom_near_is_found_as_exactly_as_another(tolerance, 
     assert (raws[1].steps < raws[0].steps + 40).all()
 
 
+@pytest.mark.parametrize(("tolerance", "bound"), [(1e-6, 1e-7), (1e-15, 3e-14)])
+def test_borders_that_are_seldom_near_have_their_own_sides(tolerance, bound):
+    """The first border holds a member above it, the second below."""
+
+    def far(time, state, n, xp):
+        return 20.0 + state[0] * state[1]
+
+    def quartic(time, state, n, xp):
+        return n["level"] - state[0] ** 4 - state[0] * state[1]
+
+    levels = np.linspace(-0.15, 0.9, 40)
+    given = {"level": levels, "gain": 0.0}, np.tile([1.0, 0.0], (40, 1)), 0.0, np.full((40, 1), 1.5)
+    events = [Event(far, -1, inside=True, seldom=True), Event(quartic, 1, inside=True, seldom=True)]
+    exact = Program(Harmonic(), "states", 1e-15, [Event(quartic, 1)]).run(*given)
+    raw = Program(Harmonic(), "states", tolerance, events).run(*given)
+    np.testing.assert_array_equal(raw.status, TERMINAL_EVENT + 1)
+    np.testing.assert_allclose(raw.end_time, exact.end_time, rtol=0.0, atol=bound)
+
+
 def test_an_event_at_the_last_sample_comes_too_late():
     program = Program(Harmonic(), "states", 1e-15, [Event(lambda t, s, n, xp: 1.0 - t, -1)])
     raw = program.run({"level": 0.0, "gain": 0.0}, [[1.0, 0.0]], 0.0, [[0.5, 1.0]])
@@ -219,6 +238,8 @@ def test_a_border_without_its_switch_flips_only_where_it_counts():
 def test_events_that_cannot_be_used_are_refused():
     with pytest.raises(ValueError, match="direction = 2"):
         Event(level, 2)
+    with pytest.raises(ValueError, match="inside=True"):
+        Event(level, -1, seldom=True)
     with pytest.raises(ValueError, match="switch = 'side'"):
         Program(Harmonic(), "states", 1e-6, [Event(level, -1, "side")])
     with pytest.raises(ValueError, match="direction = 0"):

@@ -68,6 +68,9 @@ class Event:
     def __post_init__(self) -> None:
         if self.inside and not self.direction:
             raise ValueError("direction = 0: a border with a side where members belong takes -1 or 1")
+        if self.seldom and not self.inside:
+            # in a member's first step its side is not known, and the bound that replaces g would be found in its place
+            raise ValueError("seldom: needs a border with a side where members belong; give inside=True")
         if self.direction not in (-1, 0, 1):
             raise ValueError(f"direction = {self.direction!r}: must be -1 (g falls), 1 (g rises) or 0 (both)")
 
