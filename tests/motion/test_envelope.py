@@ -12,13 +12,14 @@ from gelcone.codes import Outcome, Regime
 from gelcone.continuum.pull_in import PullInCurve
 from gelcone.errors import InputError
 from gelcone.motion import driven as driven_module
-from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven
+from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven, peak_of
 from gelcone.motion.envelope import STATIC_LIMITS, envelope
 from gelcone.motion.evidence import Evidence
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import simulate
 from gelcone.physics.model import ConeModel
+from tests.toys import ThreeHarmonics
 
 envelope_module = importlib.import_module("gelcone.motion.envelope")
 TAUT = ConeModel(
@@ -177,6 +178,32 @@ def test_under_a_sine_the_natural_frequency_is_that_of_its_root_mean_square():
         assert plane.natural_frequency(peak) == pytest.approx(np.sqrt(at_rest - 0.5 * peak**2), rel=1e-12)
     biased = Plane(FLAT, DriveShape(0.0, 1.0), 0.0, None)
     assert biased.natural_frequency(0.4) == pytest.approx(np.sqrt(at_rest - 0.4**2), rel=1e-12)
+
+
+@pytest.mark.parametrize("bias", [0.0, 0.3])
+@pytest.mark.parametrize("waveform", ["triangle", ThreeHarmonics()])
+def test_peak_and_mean_square_are_those_of_the_waveform(waveform, bias):
+    """Against the voltage of a million times of a period."""
+    model = FLAT.replace(waveform=waveform, voltage=0.8, voltage_bias=bias)
+    drive = model.system.waveform.voltage(2.0 * np.pi * np.arange(10**6) / 10**6, model.own_numbers)
+    peak = np.abs(drive).max()
+    plane = Plane(model, DriveShape.of(model), 0.0, None)
+    assert peak_of(model) == pytest.approx(peak, rel=1e-4)
+    assert plane.natural_frequency(peak / 2) == pytest.approx(
+        np.sqrt(float(FLAT.stiffness(0.0)) - np.mean(drive**2) / 4), rel=1e-4
+    )
+    at = plane.at(np.array([1.0]), np.array([2 * peak]))
+    assert (float(at.voltage[0]), float(at.voltage_bias[0])) == pytest.approx((1.6, 2 * bias), rel=1e-4)
+
+
+def test_the_onset_of_rest_is_a_peak_voltage_of_the_waveform(flat):
+    """The onset is an amplitude; the peak of three harmonics lies above it."""
+    model = FLAT.replace(waveform=ThreeHarmonics(), drive_frequency=0.9)
+    shape = DriveShape.of(model)
+    assert shape.amplitude < 0.97
+    plane = Plane(model, shape, 0.0, None)
+    onset = float(onset_voltage(model, highest=2.4)["onset_voltage"])
+    assert driven_module._onset(plane, np.array([0.9]), 2.4)[0] == pytest.approx(onset / shape.amplitude, rel=1e-9)
 
 
 def test_a_motion_that_leaves_the_domain_meets_every_limit_of_the_film():

@@ -68,8 +68,8 @@ class DriveShape:
 
 
 def peak_of(model: ConeModel) -> float:
-    """The highest voltage of a single model's drive."""
-    return abs(float(model.voltage_bias)) + float(model.voltage)
+    """The largest absolute voltage of a single model's drive."""
+    return float(model.peak_voltage)
 
 
 @dataclass(frozen=True)
@@ -90,8 +90,9 @@ class Plane:
 
     def natural_frequency(self, peak: float = 0.0) -> float:
         """About the equilibrium under the drive's mean-square voltage; NaN where there is no stable one."""
-        level = peak * float(np.hypot(self.shape.bias, self.shape.amplitude / np.sqrt(2.0)))
-        return float(natural_frequency(self.model, level))
+        drive = self.model.replace(voltage=self.shape.amplitude * peak, voltage_bias=self.shape.bias * peak)
+        mean_square = self.model.system.waveform.mean_square(drive.own_numbers)
+        return float(natural_frequency(self.model, float(np.sqrt(mean_square))))
 
     def default_frequencies(self, own_peak: float) -> Array:
         """Frequencies around the natural one, those of the first resonances and the model's own among them."""
@@ -233,12 +234,13 @@ def _limits(
 
 
 def _onset(plane: Plane, omegas: Array, highest: float) -> tuple[Any, Any]:
-    """Peak voltages at which flat rest loses stability under a pure sine; NaN where rest is not flat or biased."""
+    """Peak voltages at which flat rest loses stability under an unbiased drive; NaN where rest is not flat."""
     if not is_flat(plane.model) or plane.shape.bias != 0.0:
         return np.nan, np.nan
-    found = onset_voltage(plane.model.replace(drive_frequency=omegas), highest=highest)
+    amplitude = plane.shape.amplitude
+    found = onset_voltage(plane.model.replace(drive_frequency=omegas), highest=amplitude * highest)
     onset = np.where(np.isnan(found["onset_voltage"].values), np.inf, found["onset_voltage"].values)
-    return onset, onset + np.nan_to_num(found["onset_error"].values)
+    return onset / amplitude, (onset + np.nan_to_num(found["onset_error"].values)) / amplitude
 
 
 def is_flat(model: ConeModel) -> bool:

@@ -1,7 +1,8 @@
 """Operating envelope of a device: which limit comes first on the way up, at rest and at every drive frequency.
 
-The drive is scaled as a whole; its peak is bias plus amplitude. Quasi-static limits belong
-to the constant peak voltage reached on a slow ramp; driven limits to the settled motion that grows out of rest.
+The drive is scaled as a whole; its peak is the largest absolute voltage of its waveform with the bias. Quasi-static
+limits belong to the constant peak voltage reached on a slow ramp; driven limits to the settled motion that grows out of
+rest.
 """
 
 from __future__ import annotations
