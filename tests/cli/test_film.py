@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.motion.engine.compile import cache_folder
+from gelcone import disk_cache
+from gelcone.continuum.fit import FITS
 from tests.answers import result
 from tests.physics.film.test_unwrinkled import film_like_the_cone
 
@@ -26,8 +27,8 @@ COMMANDS = {
 @pytest.fixture
 def run(monkeypatch, command_line, tmp_path):
     """Runs a command in an empty folder that holds ``film.json``."""
-    monkeypatch.setenv("GELCONE_CACHE", str(cache_folder() or ""))  # the code of programs stays where it is kept
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    usual = disk_cache.folder
+    monkeypatch.setattr(disk_cache, "folder", lambda kind: tmp_path / kind if kind == FITS else usual(kind))
     gelcone.write_film(film_like_the_cone(errors=(("taut", 0.0123),)), tmp_path / "film.json")
     return command_line
 

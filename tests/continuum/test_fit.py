@@ -10,7 +10,7 @@ pytest.importorskip("skfem")
 
 from gelcone.continuum import fit
 from gelcone.continuum.charged import slack_limit
-from gelcone.continuum.fit import FLOOR, find_film, fit_film, kept_film, write_film
+from gelcone.continuum.fit import FLOOR, cached_film, find_film, fit_film, write_film
 from gelcone.continuum.membrane import membrane, raised_film
 from gelcone.continuum.mesh import mesh_film
 from gelcone.continuum.path import Ending
@@ -105,7 +105,7 @@ def test_heights_are_densest_near_the_lowest_and_the_largest():
 def kept(tmp_path, monkeypatch):
     """Finds a film with a fit that takes no time; the number of fits and of files so far."""
     fits = []
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
 
     def fitting(model, ratio):
         fits.append((model, ratio))
@@ -115,7 +115,7 @@ def kept(tmp_path, monkeypatch):
 
     def find(model, ratio=0.2):
         assert find_film("continuum", model, ratio) == film()
-        files = list((tmp_path / "gelcone" / "films").glob("*.json"))
+        files = list((tmp_path / "films").iterdir())
         assert len(files) == len(fits)
         return len(files)
 
@@ -155,17 +155,44 @@ def test_parameters_of_a_law_tell_films_apart(kept):
 
 def test_a_film_of_another_program_is_fitted_again(kept, monkeypatch):
     kept(ConeModel())
-    monkeypatch.setattr(fit, "_program", lambda: "another")
+    monkeypatch.setattr(fit, "_program", lambda of_law: "another")
     assert kept(ConeModel()) == 2
+
+
+OWN_LAW = """
+from gelcone.physics.laws import NeoHookean
+
+class Own(NeoHookean):
+    name = "own"
+"""
+
+
+def test_a_film_of_a_law_whose_source_has_changed_is_fitted_again(kept, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    for number, text in enumerate((OWN_LAW, OWN_LAW + "    # edited\n", OWN_LAW), start=1):
+        (tmp_path / "own_law.py").write_text(text)
+        fit._program.cache_clear()
+        assert kept(ConeModel(law="own_law:Own")) == min(number, 2)
+
+
+def test_a_film_of_a_law_without_a_source_is_not_stored(tmp_path, monkeypatch):
+    session: dict = {"__name__": "__main__"}
+    exec(OWN_LAW, session)
+    monkeypatch.setattr(fit.inspect, "getfile", lambda own: (_ for _ in ()).throw(TypeError("a class of a session")))
+    monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
+    monkeypatch.setattr(fit, "fit_film", lambda model, ratio: film())
+    assert find_film("continuum", ConeModel(law=session["Own"]())) == film()
+    assert not (tmp_path / "films").exists()
 
 
 def test_a_kept_file_that_cannot_be_read_is_fitted_again(kept, tmp_path):
     kept(ConeModel())
-    (path,) = tmp_path.rglob("*.json")
+    (path,) = (tmp_path / "films").iterdir()
+    whole = path.read_bytes()
     path.write_text("{}")
     find_film("continuum", ConeModel())
     assert len(kept.fits) == 2
-    assert read_film(path) == film()
+    assert path.read_bytes() == whole
 
 
 def test_a_sweep_over_what_a_film_is_fitted_for_is_refused():
@@ -183,8 +210,8 @@ def test_the_taut_cone_is_no_continuum_film_and_a_file_is_read(tmp_path):
 
 
 def test_a_place_where_nothing_can_be_kept_does_not_keep_from_fitting(tmp_path, monkeypatch):
-    (tmp_path / "gelcone").write_text("a file where a folder should be")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    (tmp_path / "films").write_text("a file where a folder should be")
+    monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
     monkeypatch.setattr(fit, "fit_film", lambda model, ratio: film())
     started = []
     assert find_film("continuum", ConeModel(), starting=lambda: started.append(1)) == film()
@@ -200,7 +227,7 @@ def test_films_of_another_fit_have_their_own_file(kept, monkeypatch):
         fits.append(model)
         return film()
 
-    assert kept_film(fit_another, ConeModel(), 0.2) == film()
+    assert cached_film(fit_another, ConeModel(), 0.2) == film()
     assert len(fits) == 1
     assert fit_unwrinkled.__name__ != fit_film.__name__
 

@@ -7,13 +7,12 @@ others between them, on a finer mesh, which take no part in the least squares.
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
+import functools
 import hashlib
+import inspect
 import json
-import os
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -21,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial.chebyshev import chebvander
 
-from gelcone import permission
+from gelcone import disk_cache, permission
 from gelcone.continuum.charged import Charged, charged, flat_squared, follow, slack_limit, slack_squared
 from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO, highest_span, limit_shares, raised_film, stress_state
 from gelcone.continuum.mesh import SLACK_STIFFNESS, Film, check_radius_ratio, import_skfem, mesh_film
@@ -31,7 +30,7 @@ from gelcone.files import write_whole
 from gelcone.physics.component import to_record
 from gelcone.physics.film.continuum import FADE, ContinuumFilm
 from gelcone.physics.film.fitted import FittedFilm, Polynomial
-from gelcone.physics.film.stored import read_film
+from gelcone.physics.film.stored import film_from_json, read_film
 from gelcone.physics.film.wrinkling import NEVER
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import ConeModel
@@ -107,7 +106,9 @@ SOURCES = (
     "physics/laws.py",
     "physics/model.py",
 )
-"""What a fit depends on beside the files of this folder."""
+"""Sources that a fit depends on, besides those of this folder."""
+FITS = "films"
+"""Kind of the entries of the cache."""
 Fitted = TypeVar("Fitted", bound=FittedFilm)
 
 
@@ -199,36 +200,43 @@ def find_film(
     if choice != "continuum":
         permission.check("film", choice)
         return read_film(choice)
-    return kept_film(fit_film, model, radius_ratio, starting=starting)
+    return cached_film(fit_film, model, radius_ratio, starting=starting)
 
 
-def kept_film(
+def cached_film(
     fit: Callable[[ConeModel, float], Fitted],
     model: ConeModel,
     radius_ratio: float,
     *,
     starting: Callable[[], None] = lambda: None,
 ) -> Fitted:
-    """The film that ``fit`` gives, from the user's cache if it is there; otherwise as for `find_film`."""
-    path, alone = kept_path(fit.__name__, model, radius_ratio)
-    with contextlib.suppress(InputError):
-        return read_film(path)  # type: ignore[return-value]
+    """The film that ``fit`` gives, from the disk cache if it is there; otherwise as for `find_film`."""
+    key, alone = film_key(fit.__name__, model, radius_ratio)
+    stored = disk_cache.read(FITS, key)
+    if stored is not None:
+        return film_from_json(stored.decode())  # type: ignore[return-value]
     import_skfem()
     starting()
     film = fit(alone, radius_ratio)
-    with contextlib.suppress(InputError):  # no place to keep it: it is fitted again next time
-        write_film(film, path, force=True)
+    disk_cache.write(FITS, key, film.to_json().encode())
     return film
 
 
-def kept_path(kind: str, model: ConeModel, radius_ratio: float) -> tuple[Path, ConeModel]:
-    """Where what was found for a film is kept, and the film alone; `InputError` for a sweep over what it depends on."""
+def film_key(kind: str, model: ConeModel, radius_ratio: float) -> tuple[str, ConeModel]:
+    """The key in the cache of a result about a film, empty for one not to be stored, and the film alone.
+
+    Raises `InputError` for a sweep over a value that the film depends on.
+    """
     law = model.gel_law()
     own = {name: model.values[name] for name in law.parameters}
     fixed = {"prestretch": model.stretches, "law": list(own.values())}
     for name, values in fixed.items():
         if any(np.ndim(value) for value in values):
             raise InputError(f"{name}: a continuum film is fitted for one {name}; sweep it with --film taut")
+    try:
+        source = inspect.getfile(type(law))
+    except (TypeError, OSError):  # a law that was defined in a session may be another one in the next
+        source = ""
     lm, lh = model.stretches
     parameters = own | {"meridional_prestretch": lm, "hoop_prestretch": lh}
     alone = ConeModel(law=law, spring_stiffness=0.0, **parameters)
@@ -236,11 +244,11 @@ def kept_path(kind: str, model: ConeModel, radius_ratio: float) -> tuple[Path, C
         "fit": kind,
         "law": to_record(law, LAWS),
         "radius_ratio": float(radius_ratio),
-        "program": _program(),
+        "program": _program(source),
     }
     key = own_key | {name: float(value) for name, value in parameters.items()}
-    path = _cache_folder() / f"{hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:24]}.json"
-    return path, alone
+    digest = hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()
+    return digest if source else "", alone
 
 
 def write_film(film: FittedFilm, path: str | Path, *, force: bool = False) -> None:
@@ -252,22 +260,15 @@ def _write_text(path: Path, text: str) -> None:
     path.write_text(text + "\n", encoding="utf-8")
 
 
-@cache
-def _program() -> str:
-    """Digest of the sources that a fit depends on: a cached film is not used after one of them has changed."""
+@functools.cache
+def _program(of_law: str) -> str:
+    """Digest of the sources that a fit depends on, that of the law too: a cached film is not used after one of them has
+    changed."""
     here = Path(__file__).parent
     sources = sorted(
-        [
-            *here.glob("*.py"),
-            *(here.parent / name for name in SOURCES),
-        ]
+        {*here.glob("*.py"), *(here.parent / name for name in SOURCES), Path(of_law or __file__).resolve()}
     )
     return hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()
-
-
-def _cache_folder() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    return Path(base) / "gelcone" / "films"
 
 
 def hangs_loose(film: Film) -> bool:

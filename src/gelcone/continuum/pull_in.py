@@ -6,23 +6,20 @@ falls slack first, it pulls in as a free film does.
 
 from __future__ import annotations
 
-import contextlib
 import importlib.util
 import json
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
+from gelcone import disk_cache
 from gelcone.continuum.charged import charged, slack_limit, slack_squared
-from gelcone.continuum.fit import SEARCHED, SLACK_MARGIN, kept_path
+from gelcone.continuum.fit import FITS, SEARCHED, SLACK_MARGIN, film_key
 from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO, raised_film
 from gelcone.continuum.mesh import check_radius_ratio, mesh_film
 from gelcone.continuum.path import Ending
 from gelcone.errors import InputError
-from gelcone.files import read_text, write_whole
 from gelcone.physics.film.wrinkling import NEVER, WrinklingCone
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
@@ -91,24 +88,14 @@ def find_pull_in_curve(model: ConeModel, radius_ratio: float) -> PullInCurve | N
     single = isinstance(model.film, WrinklingCone) and model.film.pull_in == "first" and model.system.second is None
     if not single or model.shape or importlib.util.find_spec("skfem") is None:
         return None
-    path, alone = kept_path("pull-in", model, check_radius_ratio(radius_ratio))
-    return _kept(path, alone, float(radius_ratio))
-
-
-@lru_cache(maxsize=64)
-def _kept(path: Path, alone: ConeModel, radius_ratio: float) -> PullInCurve | None:
-    with contextlib.suppress(ValueError, TypeError):
-        x, voltages, error = json.loads(read_text(path, "remove it"))
+    key, alone = film_key("pull-in", model, check_radius_ratio(radius_ratio))
+    stored = disk_cache.read(FITS, key)
+    if stored is not None:
+        x, voltages, error = json.loads(stored)
         return PullInCurve(tuple(x), tuple(voltages), float(error))
     try:
-        found = pull_in_curve(alone, radius_ratio)
+        found = pull_in_curve(alone, float(radius_ratio))
     except InputError:
         return None
-    text = json.dumps([found.displacements, found.voltages, found.error])
-    with contextlib.suppress(InputError):  # no place to keep it
-        write_whole(path, lambda to: _write(to, text), force=True)
+    disk_cache.write(FITS, key, json.dumps([found.displacements, found.voltages, found.error]).encode())
     return found
-
-
-def _write(path: Path, text: str) -> None:
-    path.write_text(text + "\n", encoding="utf-8")

@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import hashlib
-import os
 import platform
-import sys
-import tempfile
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
 
+from gelcone import disk_cache
 from gelcone._version import __version__
 
-CACHE_BYTES = 64 * 2**20
-"""Bound of the cache; the entries used longest ago go first."""
-CACHE_VARIABLE = "GELCONE_CACHE"
-"""Environment variable that names another cache folder; empty for none."""
-_MAGIC = b"gelcone object code 1\n"
+CODE = f"code-{platform.machine()}"
+"""Kind of the entries of the cache."""
 _lock = threading.Lock()
 
 
@@ -43,7 +38,7 @@ class Machine:
         return 8 if "+avx512f" in self.features.split(",") else 4
 
 
-@cache
+@functools.cache
 def host() -> Machine:
     """The machine that this process runs on."""
     _initialize()
@@ -55,13 +50,13 @@ def host() -> Machine:
     return Machine(llvm.get_process_triple(), llvm.get_host_cpu_name(), told)
 
 
-@cache
+@functools.cache
 def _initialize() -> None:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
 
 
-@cache
+@functools.cache
 def _initialize_all() -> None:
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
@@ -124,108 +119,15 @@ def library(content: str, text: Callable[[], str], machine: Machine | None = Non
     """
     machine = machine or host()
     key = hashlib.sha256(repr((content, machine, llvm.llvm_version_info, __version__, _sources())).encode()).hexdigest()
-    code = _read(key)
+    code = disk_cache.read(CODE, key)
     if code is None:
         code = object_code(text(), machine)
-        _write(key, code)
+        disk_cache.write(CODE, key, code)
     return Library(code, machine)
 
 
-@cache
+@functools.cache
 def _sources() -> str:
     """What the engine itself looks like: other sources make other code."""
     folder = Path(__file__).parent
     return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(folder.glob("*.py")))).hexdigest()
-
-
-# --- the cache -----------------------------------------------------------------------------------------------------
-
-
-def cache_folder() -> Path | None:
-    """The folder of the cache; None where there is no home folder, or none is wanted."""
-    chosen = os.environ.get(CACHE_VARIABLE)
-    if chosen is not None:
-        return Path(chosen) if chosen else None
-    try:
-        if sys.platform == "win32":
-            base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
-        elif sys.platform == "darwin":
-            base = Path.home() / "Library" / "Caches"
-        else:
-            base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    except RuntimeError:
-        return None
-    return base / "gelcone" / f"code-{platform.machine()}" if base.is_absolute() else None
-
-
-def _entry(key: str) -> Path | None:
-    folder = cache_folder()
-    return None if folder is None else folder / f"{key}.o"
-
-
-def _read(key: str) -> bytes | None:
-    """The code kept under this key; None when there is none, or it is not what was written there."""
-    path = _entry(key)
-    if path is None:
-        return None
-    try:
-        with path.open("rb") as file:
-            owner = os.fstat(file.fileno()).st_uid
-            content = file.read()
-        if hasattr(os, "getuid") and owner != os.getuid():  # what someone else left there is not run
-            return None
-        head, digest, code = (
-            content[: len(_MAGIC)],
-            content[len(_MAGIC) : len(_MAGIC) + 32],
-            content[len(_MAGIC) + 32 :],
-        )
-        if head != _MAGIC or digest != _digest(key, code):
-            return None
-        os.utime(path)
-    except OSError:
-        return None
-    return code
-
-
-def _digest(key: str, code: bytes) -> bytes:
-    """Of code and key together: an entry that was copied to another key is no entry."""
-    return hashlib.sha256(key.encode() + code).digest()
-
-
-def _write(key: str, code: bytes) -> None:
-    """Keeps code, whole or not at all; without a folder that can be written to, it is not kept."""
-    path = _entry(key)
-    if path is None:
-        return
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=key[:16], suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(_MAGIC + _digest(key, code) + code)
-            os.replace(name, path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
-        _trim(path.parent)
-    except OSError:
-        return
-
-
-def _trim(folder: Path) -> None:
-    """Removes the entries used longest ago, down to nine tenths of `CACHE_BYTES`."""
-    entries = []
-    for path in folder.iterdir():
-        try:
-            status = path.stat()
-        except OSError:  # another process removed it
-            continue
-        entries.append((status.st_mtime, status.st_size, path))
-    total = sum(size for _, size, _ in entries)
-    if total <= CACHE_BYTES:
-        return
-    for _, size, path in sorted(entries):
-        if total <= 0.9 * CACHE_BYTES:
-            break
-        path.unlink(missing_ok=True)
-        total -= size

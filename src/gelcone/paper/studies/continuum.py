@@ -137,10 +137,10 @@ def _thresholds(effort: Effort, progress: Progress) -> tuple[list[Threshold], di
 
 def _film(model: ConeModel) -> UnwrinkledFilm:
     """The continuum of the paper's film, which bears compression."""
-    from gelcone.continuum.fit import kept_film
+    from gelcone.continuum.fit import cached_film
     from gelcone.continuum.unwrinkled import fit_unwrinkled
 
-    return kept_film(fit_unwrinkled, model, RADIUS_RATIOS[0])
+    return cached_film(fit_unwrinkled, model, RADIUS_RATIOS[0])
 
 
 def _missing(model: ConeModel, error: MissingDependency) -> xr.Dataset:

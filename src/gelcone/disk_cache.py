@@ -1,0 +1,100 @@
+"""The disk cache: compiled code, fitted films and pull-in curves, under keys that name all that they depend on.
+
+An entry with an empty key is neither stored nor found.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+VARIABLE = "GELCONE_CACHE"
+"""Environment variable that names another cache folder; empty for none."""
+MOST_BYTES = 64 * 2**20
+"""Bound of each kind of entry; those used longest ago are removed first."""
+_MAGIC = b"gelcone cache 2\n"
+
+
+def folder(kind: str) -> Path | None:
+    """Folder of the entries of a kind; None where there is no home folder, or no cache is wanted."""
+    chosen = os.environ.get(VARIABLE)
+    if chosen is not None:
+        return Path(chosen) / kind if chosen else None
+    try:
+        if sys.platform == "win32":
+            base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+        elif sys.platform == "darwin":
+            base = Path.home() / "Library" / "Caches"
+        else:
+            base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError:
+        return None
+    return base / "gelcone" / kind if base.is_absolute() else None
+
+
+def read(kind: str, key: str) -> bytes | None:
+    """The content under this key; None when there is none, or it is not the content that was written there."""
+    home = folder(kind)
+    if home is None or not key:
+        return None
+    path = home / key
+    try:
+        with path.open("rb") as file:
+            owner = os.fstat(file.fileno()).st_uid
+            stored = file.read()
+        if hasattr(os, "getuid") and owner != os.getuid():  # another user's entry may be compiled code: it is not used
+            return None
+        content = stored[len(_MAGIC) + 32 :]
+        if stored != _MAGIC + _digest(key, content) + content:
+            return None
+        os.utime(path)
+    except OSError:
+        return None
+    return content
+
+
+def write(kind: str, key: str, content: bytes) -> None:
+    """Stores content under a key, whole or not at all; without a folder that can be written to, it is not stored."""
+    home = folder(kind)
+    if home is None or not key:
+        return
+    try:
+        home.mkdir(parents=True, exist_ok=True, mode=0o700)
+        handle, name = tempfile.mkstemp(dir=home, prefix=key[:16], suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(_MAGIC + _digest(key, content) + content)
+            os.replace(name, home / key)
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+        _trim(home)
+    except OSError:
+        return
+
+
+def _digest(key: str, content: bytes) -> bytes:
+    """Of content and key together: an entry that was copied to another key is not an entry."""
+    return hashlib.sha256(key.encode() + content).digest()
+
+
+def _trim(home: Path) -> None:
+    """Removes the entries used longest ago, down to nine tenths of `MOST_BYTES`."""
+    entries = []
+    for path in home.iterdir():
+        try:
+            status = path.stat()
+        except OSError:  # another process removed it
+            continue
+        entries.append((status.st_mtime, status.st_size, path))
+    total = sum(size for _, size, _ in entries)
+    if total <= MOST_BYTES:
+        return
+    for _, size, path in sorted(entries):
+        if total <= 0.9 * MOST_BYTES:
+            break
+        path.unlink(missing_ok=True)
+        total -= size
