@@ -37,6 +37,10 @@ class Quantity:
     """What a parameter means and which values it may take.
 
     ``lower`` is allowed itself unless ``positive`` is set; infinity only where ``infinite`` is.
+
+    A device gives the parameter in SI units: ``scale`` names the quantity whose unit that is, one of
+    `gelcone.devices.scales.MEASURES` (``"1"``: a pure number), ``typical`` its lowest and highest usual value in SI, and
+    ``near`` other names that people use for it.
     """
 
     symbol: str
@@ -45,6 +49,9 @@ class Quantity:
     lower: float = -np.inf
     positive: bool = False
     infinite: bool = False
+    scale: str = "1"
+    typical: tuple[float, float] | None = None
+    near: tuple[str, ...] = ()
 
     def check(self, name: str, value: Any) -> float | Array:
         """``value`` as a float, or as a float array when it is one; `InputError` when out of bounds."""

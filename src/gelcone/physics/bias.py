@@ -63,8 +63,8 @@ class LinearSpring(Bias):
 
     name = "spring"
     parameters = {
-        "spring_stiffness": Quantity("kappa", "spring stiffness k (b-a)^2/(mu Vol)", 1.5, lower=0.0),
-        "rest_height": Quantity("x0", "height at which the spring is free, h0/(b-a)", 0.0),
+        "spring_stiffness": Quantity("kappa", "spring stiffness k (b-a)^2/(mu Vol)", 1.5, lower=0.0, scale="stiffness"),
+        "rest_height": Quantity("x0", "height at which the spring is free, h0/(b-a)", 0.0, scale="length"),
     }
 
     def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
@@ -100,9 +100,13 @@ class BuckledBeam(Bias):
 
     name = "beam"
     parameters = {
-        "beam_stiffness": Quantity("k1", "beam's stiffness where it is straight, over mu Vol/(b-a)^2", -0.5),
-        "beam_cubic": Quantity("k3", "beam's cubic stiffness, over mu Vol/(b-a)^4", 1.0, lower=0.0),
-        "beam_height": Quantity("xb", "height at which the beam is straight, over b-a", 0.0),
+        "beam_stiffness": Quantity(
+            "k1", "beam's stiffness where it is straight, over mu Vol/(b-a)^2", -0.5, scale="stiffness"
+        ),
+        "beam_cubic": Quantity(
+            "k3", "beam's cubic stiffness, over mu Vol/(b-a)^4", 1.0, lower=0.0, scale="cubic stiffness"
+        ),
+        "beam_height": Quantity("xb", "height at which the beam is straight, over b-a", 0.0, scale="length"),
     }
 
     def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
@@ -139,7 +143,9 @@ class Weight(Bias):
     """
 
     name = "weight"
-    parameters = {"weight": Quantity("W", "weight m g (b-a)/(mu Vol), positive where it pulls the disc down", 0.1)}
+    parameters = {
+        "weight": Quantity("W", "weight m g (b-a)/(mu Vol), positive where it pulls the disc down", 0.1, scale="force")
+    }
 
     def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         return n["weight"] + 0.0 * x, 0.0 * x
@@ -155,7 +161,11 @@ class ConstantForce(Bias):
     """F = -P: a force that pushes the disc away from the film's plane wherever it is."""
 
     name = "force"
-    parameters = {"push": Quantity("P", "constant force over mu Vol/(b-a), positive where it pushes the disc up", 0.1)}
+    parameters = {
+        "push": Quantity(
+            "P", "constant force over mu Vol/(b-a), positive where it pushes the disc up", 0.1, scale="force"
+        )
+    }
 
     def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         return 0.0 * x - n["push"], 0.0 * x

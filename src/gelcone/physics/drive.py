@@ -20,9 +20,9 @@ PHASES = 720
 """Phases of a period at which a shape is evaluated for its peak and its mean square."""
 
 VOLTAGE = {
-    "voltage": Quantity("v", "voltage amplitude Phi sqrt(eps/mu)/H", 0.5, lower=0.0),
-    "voltage_bias": Quantity("v0", "constant part of the voltage, in the same scale", 0.0),
-    "drive_frequency": Quantity("omega", "drive frequency 2 pi f/Omega0", 1.0, positive=True),
+    "voltage": Quantity("v", "voltage amplitude Phi sqrt(eps/mu)/H", 0.5, lower=0.0, scale="voltage"),
+    "voltage_bias": Quantity("v0", "constant part of the voltage, in the same scale", 0.0, scale="voltage"),
+    "drive_frequency": Quantity("omega", "drive frequency 2 pi f/Omega0", 1.0, positive=True, scale="frequency"),
 }
 """What every waveform takes; one with more numbers adds them: ``parameters = VOLTAGE | {...}``."""
 

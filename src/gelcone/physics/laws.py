@@ -70,7 +70,15 @@ class Gent(StrainEnergyLaw):
 
     name = "gent"
     parameters = {
-        "stretch_limit": Quantity("J", "stretch limit: largest I1 - 3 of the film", 50.0, positive=True, infinite=True)
+        "stretch_limit": Quantity(
+            "J",
+            "stretch limit: largest I1 - 3 of the film",
+            50.0,
+            positive=True,
+            infinite=True,
+            typical=(1.0, 200.0),
+            near=("j", "jm", "j_m", "limit"),
+        )
     }
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
@@ -146,8 +154,8 @@ class Yeoh(StrainEnergyLaw):
 
     name = "yeoh"
     parameters = {
-        "yeoh_c2": Quantity("c2", "Yeoh's second coefficient over the first, C20/C10", 0.0),
-        "yeoh_c3": Quantity("c3", "Yeoh's third coefficient over the first, C30/C10", 0.0),
+        "yeoh_c2": Quantity("c2", "Yeoh's second coefficient over the first, C20/C10", 0.0, near=("c2", "c20")),
+        "yeoh_c3": Quantity("c3", "Yeoh's third coefficient over the first, C30/C10", 0.0, near=("c3", "c30")),
     }
 
     def energy(self, strain: Any, n: Numbers, xp: Any = np) -> Any:

@@ -26,8 +26,8 @@ from gelcone.quantity import Array, Quantity
 PREFIX = "second_"
 DRIVES = ("same", "opposite", "constant")
 """The second film's voltage: the first's; in opposite phase about the same bias, 2 v0 - v; or one that is constant."""
-FLAT_HEIGHT = Quantity("d", "height of the disc at which the second film is flat, over b-a", 0.0)
-CONSTANT_VOLTAGE = Quantity("v2", "constant voltage on the second film", 0.0)
+FLAT_HEIGHT = Quantity("d", "height of the disc at which the second film is flat, over b-a", 0.0, scale="length")
+CONSTANT_VOLTAGE = Quantity("v2", "constant voltage on the second film", 0.0, scale="voltage")
 
 
 @dataclass(frozen=True)
