@@ -39,7 +39,7 @@ class Quantity:
     ``lower`` is allowed itself unless ``positive`` is set; infinity only where ``infinite`` is.
 
     A device gives the parameter in SI units: ``scale`` names the quantity whose unit that is, one of
-    `gelcone.devices.scales.MEASURES` (``"1"``: a pure number), ``typical`` its lowest and highest usual value in SI, and
+    `gelcone.devices.scales.MEASURES` (``"1"``: a pure number), ``typical`` its lowest and highest usual value in SI,
     ``near`` other names that people use for it.
     """
 

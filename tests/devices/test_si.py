@@ -5,8 +5,9 @@ import pytest
 import xarray as xr
 
 import gelcone
-from gelcone.devices import si
-from gelcone.devices.si import READ_AS, device_of, factor, to_si
+from gelcone.devices.scales import MEASURES
+from gelcone.devices.si import device_of, to_si
+from gelcone.devices.units import DIMENSIONS, parse
 
 
 @pytest.fixture(scope="module")
@@ -31,15 +32,18 @@ def device():
         ("stress", "kPa", lambda s: 1e-3 * s.stress),
         ("frequency", "Hz", lambda s: 1.0 / (2.0 * np.pi * s.time)),
         ("rate", "1/s", lambda s: 1.0 / s.time),
+        ("cubic stiffness", "N/m^3", lambda s: s.force / s.length**3),
+        ("resistance", "Mohm", lambda s: 1e-6 * s.voltage**2 / s.power),
+        ("charge", "uC", lambda s: 1e6 * s.energy / s.voltage),
     ],
 )
 def test_a_quantity_has_its_unit_and_scale(device, quantity, unit, scale):
-    assert READ_AS[quantity][0] == unit
-    assert factor(device.scales, quantity) == pytest.approx(scale(device.scales), rel=1e-12)
+    assert MEASURES[quantity].shown == unit
+    assert device.scales.shown(quantity) == pytest.approx(scale(device.scales), rel=1e-12)
 
 
 def test_every_quantity_that_is_read_in_si_is_tested():
-    assert len(READ_AS) == 14
+    assert len(MEASURES) == 17
 
 
 def test_variables_and_coordinates_are_scaled_up_and_others_left_alone(device):
@@ -76,7 +80,11 @@ def test_results_of_a_device_are_scaled_once():
     xr.testing.assert_identical(gelcone.to_si(shown, device), shown)
 
 
-def test_every_scaled_quantity_has_a_unit():
-    device = gelcone.find_device("soft-film")
-    for quantity in si.READ_AS:
-        assert si.factor(device.scales, quantity) > 0.0
+@pytest.mark.parametrize("quantity", MEASURES)
+def test_the_units_of_a_quantity_agree(device, quantity):
+    """What is read, shown and scaled is one size: the shown unit is one of the SI unit's, where these can be read."""
+    unit, shown, per_unit = MEASURES[quantity]
+    if unit in DIMENSIONS:
+        assert parse("", f"1 {shown}", unit) * per_unit == pytest.approx(1.0, rel=1e-15)
+    value = 3.0 * device.scales.size(quantity)
+    assert device.scales.dimensionless(quantity, value) == pytest.approx(3.0, rel=1e-14)

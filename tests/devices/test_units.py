@@ -168,6 +168,8 @@ WORTH = {
     **{"V/m": 1.0, "kV/m": 1e3, "V/mm": 1e3, "MV/m": 1e6, "kV/mm": 1e6, "V/um": 1e6},
     **{"m/s^2": 1.0, "m/s2": 1.0, "mm/s^2": 1e-3},
     **{"N/m^3": 1.0, "kN/m^3": 1e3, "MN/m^3": 1e6, "N/mm^3": 1e9, "mN/mm^3": 1e6},
+    **{"A": 1.0, "mA": 1e-3, "uA": 1e-6, "nA": 1e-9, "C": 1.0, "mC": 1e-3, "uC": 1e-6, "nC": 1e-9},
+    **{"ohm": 1.0, "kohm": 1e3, "Mohm": 1e6, "Gohm": 1e9},
     **{"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "W": 1.0, "mW": 1e-3, "uW": 1e-6},
 }
 """What a unit is worth in SI units, by its prefixes."""

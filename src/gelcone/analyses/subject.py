@@ -8,6 +8,7 @@ numbers are dimensionless.
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -166,12 +167,12 @@ def read_subject(
 def _of_device(
     device: str | Device, given: dict[str, str], film: str | None, initial: str | None, fitting: Callable[[], None]
 ) -> Subject:
-    from gelcone.devices.device import DEVICE_FIELDS, find_device
+    from gelcone.devices.device import find_device
 
-    changes = {setting: read_field(f"--set {setting}", text, setting, DEVICE_FIELDS) for setting, text in given.items()}
     found = find_device(device) if isinstance(device, str) else device
-    if film is not None:
-        changes = {"film": film} | changes
+    texts = ({} if film is None else {"film": film}) | given
+    fields = found.fields_with({setting: _table(text) for setting, text in texts.items()})
+    changes = {setting: read_field(f"--set {setting}", text, setting, fields) for setting, text in texts.items()}
     if changes:
         found = found.replace(**changes)
     found.film_for(found.cone_model(), starting=fitting)
@@ -191,7 +192,7 @@ def _only_of_model(values: Iterable[str]) -> None:
     for name in values:
         if name in known or name.partition(".")[0] in known:
             continue
-        from gelcone.devices.device import DEVICE_FIELDS
+        from gelcone.devices.fields import DEVICE_FIELDS
 
         if name in DEVICE_FIELDS:
             same = [other for other in known if other in DEVICE_FIELDS[name].near]
@@ -289,9 +290,21 @@ def read_field(option: str, text: str, name: str, fields: Mapping[str, Field]) -
     if name not in fields:
         raise InputError(f"{option}: {unknown_field('device', name, fields)}")
     field = fields[name]
-    if not field.unit or ("," not in text and ":" not in text and not is_number(text)):
+    if not field.unit:
+        return _table(text)
+    if "," not in text and ":" not in text and not is_number(text):
         return text  # read with its unit where the device is made
     return read_numbers(option, text, lambda option, part: _of_field(option, part, field))
+
+
+def _table(text: str) -> Any:
+    """A component's table, as in a device file: ``{component = "module:Class", ...}``; any other text as it is."""
+    if not text.startswith("{"):
+        return text
+    try:
+        return tomllib.loads(f"table = {text}")["table"]
+    except ValueError as error:
+        raise InputError(f"{text}: is not a table such as {{component = 'module:Class'}} ({error})") from None
 
 
 def _of_field(option: str, text: str, field: Field) -> float:
@@ -318,10 +331,11 @@ def measure_reader(quantity: str, device: Device | None, *, in_si: bool = False)
                 raise InputError(f"{option} {text!r}: must be a number (units need a device)")
             number = float(text)
         else:
-            from gelcone.devices.analysis import SI_UNITS, option_scale
+            from gelcone.devices.analysis import option_scale
+            from gelcone.devices.scales import MEASURES
             from gelcone.devices.units import DIMENSIONS, parse
 
-            unit = SI_UNITS[quantity]
+            unit = MEASURES[quantity].unit
             if bare and float(text) != 0.0:
                 raise InputError(
                     f"{option} {text}: has no unit; with a device give one, such as {DIMENSIONS[unit].example!r}"
@@ -387,10 +401,15 @@ def _sweepable(option: str, name: str, device: Device | None, system: ConeSystem
             _only_of_model([name])
         parameter_quantity(name, system)
         return
-    from gelcone.devices.points import POINT_FIELDS, refused
+    from gelcone.devices.points import swept_field
+    from gelcone.devices.record import unknown_field
 
-    if name not in POINT_FIELDS or name in STATES:
-        raise InputError(f"{option}: {refused(device, name)}")
+    try:
+        swept_field(device, name)
+    except InputError as error:
+        raise InputError(f"{option}: {error}") from None
+    if name in STATES:
+        raise InputError(f"{option}: {unknown_field('device', name, device.swept_fields())}")
 
 
 def _values(option: str, text: str, name: str, device: Device | None, system: ConeSystem | None) -> Any:
@@ -398,9 +417,9 @@ def _values(option: str, text: str, name: str, device: Device | None, system: Co
     if device is None:
         numbers = read_numbers(option, text, _plain)
         return np.asarray(parameter_quantity(name, system).check(name, numbers), dtype=float)
-    from gelcone.devices.points import POINT_FIELDS, read_swept
+    from gelcone.devices.points import point_fields, read_swept
 
-    return read_swept(device, name, read_field(option, text, name, POINT_FIELDS))
+    return read_swept(device, name, read_field(option, text, name, point_fields(device)))
 
 
 def _plain(option: str, text: str) -> float:
@@ -481,6 +500,6 @@ def _two(option: str, text: str, parts: list[str], name: str, device: Device | N
     _one_manner(f"{option}={text}", parts)
     if device is None:
         return [_plain(option, part) for part in parts]
-    from gelcone.devices.points import POINT_FIELDS
+    from gelcone.devices.points import point_fields
 
-    return [_of_field(option, part, POINT_FIELDS[name]) for part in parts]
+    return [_of_field(option, part, point_fields(device)[name]) for part in parts]

@@ -182,7 +182,7 @@ class Plan:
 def about(plan: Plan, name: str) -> dict[str, str]:
     """The attributes of a swept coordinate: what it is, its unit, and how it turns into SI units."""
     if plan.device is not None:
-        return field_attributes(name)
+        return field_attributes(plan.device, name)
     meaning = STATES[name].meaning if name in STATES else plan.cone.system.parameters[name].meaning
     quantity = {"displacement": "length", "velocity": "velocity"}.get(name, "parameter")
     return attributes(meaning, quantity)

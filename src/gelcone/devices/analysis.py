@@ -13,7 +13,7 @@ import numpy as np
 
 from gelcone.devices.device import Device
 from gelcone.devices.points import read_state
-from gelcone.devices.scales import Scales
+from gelcone.devices.scales import MEASURES, Scales
 from gelcone.devices.si import in_device_words, to_si
 from gelcone.devices.units import FieldError, parse_many
 from gelcone.errors import DoubtfulInput, InputError
@@ -22,16 +22,6 @@ from gelcone.register.analysis import Analysis, annotation_of
 
 P = ParamSpec("P")
 R = TypeVar("R")
-SI_UNITS: Mapping[str, str] = {
-    "time": "s",
-    "voltage": "V",
-    "frequency": "Hz",
-    "length": "m",
-    "velocity": "m/s",
-    "field": "V/m",
-    "stiffness": "N/m",
-}
-"""Quantity of an option -> the unit of a number without one, with a device."""
 
 
 class Scaled(float):
@@ -82,7 +72,7 @@ def for_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concaten
         if hasattr(result, "data_vars"):
             return to_si(result, model)  # type: ignore[return-value]
         _, returned = annotation_of(function, "return")
-        return result * getattr(model.scales, returned) if returned else result
+        return result * model.scales.size(returned) if returned else result
 
     return cast(Any, run)
 
@@ -214,15 +204,14 @@ def dimensionless(quantities: Mapping[str, str], options: Mapping[str, Any], sca
     for name, value in options.items():
         quantity = quantities.get(name, "")
         if value is not None and quantity and not isinstance(value, Scaled):
-            number = parse_many(name, value, SI_UNITS[quantity])
+            number = parse_many(name, value, MEASURES[quantity].unit)
             taken[name] = scaled(number / option_scale(name, quantity, scales))
     return taken
 
 
 def option_scale(name: str, quantity: str, scales: Scales) -> float:
     """The SI value of one unit of an option's quantity; `InputError` where the devices differ in it."""
-    scale = scales.force / scales.length if quantity == "stiffness" else getattr(scales, quantity)
-    sizes = np.unique(scale)
+    sizes = np.unique(scales.size(quantity))
     if sizes.size == 1 or quantity == "time":
         return float(sizes[0])
     raise InputError(

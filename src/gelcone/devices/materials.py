@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -10,14 +11,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from gelcone.devices.parts import component_of, field_of, own_fields, part_record, read_part
 from gelcone.devices.record import Field, Record, plain
 from gelcone.devices.units import FieldError
-from gelcone.errors import InputError, unknown_name
-from gelcone.physics.laws import LAWS, find_law
+from gelcone.errors import unknown_name
+from gelcone.physics.laws import LAWS, StrainEnergyLaw
 
-# CODATA 2022, F/m
-VACUUM_PERMITTIVITY = 8.8541878188e-12
-_LAW_PARAMETERS = frozenset(name for law in LAWS.values() for name in law.parameters)
 _CHANGED = ", changed"
 
 
@@ -33,9 +32,10 @@ class Material(Record):
         is taken (incompressible); exactly one of both.
     relative_permittivity : at least 1.
     relative_permittivity_range : lowest and highest measured value, around the nominal one. Default None.
-    law : name of its strain-energy law in `gelcone.physics.laws.LAWS`. Default "gent".
-    stretch_limit : Gent's J, the largest I1 - 3; infinity is neo-Hookean. Default 50 with the Gent law.
-    yeoh_c2, yeoh_c3 : Yeoh's C20/C10 and C30/C10. Default 0 with the Yeoh law.
+    law : its strain-energy law: the name of one in `gelcone.physics.laws.LAWS`, a `StrainEnergyLaw`, ``"module:Class"``
+        of one's own, or a mapping with that as ``component`` and its data. Default "gent". Its parameters are fields of
+        the material: ``stretch_limit`` (Gent's J, the largest I1 - 3; infinity is neo-Hookean; default 50), ``yeoh_c2``
+        and ``yeoh_c3`` (Yeoh's C20/C10 and C30/C10; default 0).
     dielectric_strength : true field that the film stands, V/m, positive; None (default) = unknown.
     sources : field name -> where its number comes from. Default none stated.
 
@@ -62,13 +62,10 @@ class Material(Record):
     relative_permittivity_range: Any = Field(
         "lowest and highest measured relative permittivity", "1", default=None, unset="not stated", least=1.0
     )
-    law: Any = Field("strain-energy law: gent, neo-hookean or yeoh", default="gent", near=("model", "strain_energy"))
-    stretch_limit: Any = Field(
-        "Gent's J, the largest I1 - 3 of the film", "1", default=None, unset="50 with the Gent law",
-        typical=(1.0, 200.0), near=("j", "jm", "j_m", "limit"), above=0.0, infinite=True,
+    law: Any = Field(
+        "strain-energy law: gent, neo-hookean or yeoh, or one's own as module:Class", default="gent",
+        near=("model", "strain_energy"),
     )  # fmt: skip
-    yeoh_c2: Any = Field("Yeoh's C20/C10", "1", default=None, unset="0 with the Yeoh law", near=("c2", "c20"))
-    yeoh_c3: Any = Field("Yeoh's C30/C10", "1", default=None, unset="0 with the Yeoh law", near=("c3", "c30"))
     dielectric_strength: Any = Field(
         "true electric field that the film stands", "V/m", default=None, unset="unknown (no verdict on breakdown)",
         typical=(1e6, 2e8), near=("breakdown", "breakdown_field", "breakdown_strength"), above=0.0,
@@ -77,11 +74,15 @@ class Material(Record):
 
     def __init__(self, /, **values: Any) -> None:
         values = {name: value for name, value in values.items() if value is not None}
-        law = LAWS.get(str(values.get("law", "gent")))
-        defaults = {name: quantity.default for name, quantity in law.parameters.items()} if law else {}
-        super().__init__(**defaults | values)
+        values["law"], numbers = read_part("law", values.get("law", "gent"))
+        self.__dict__["fields"] = {**type(self).fields, **own_fields("law", values["law"])}
+        law = component_of("law", values["law"])
+        defaults = {name: quantity.default for name, quantity in law.parameters.items() if quantity.scale == "1"}
+        super().__init__(**defaults | numbers | values)
 
     def read(self, name: str, value: Any) -> Any:
+        if name == "law":
+            return value
         if name == "sources":
             if not isinstance(value, Mapping) or not all(isinstance(t, str) for t in [*value, *value.values()]):
                 raise FieldError("sources", f"sources = {value!r}: must map field names to texts")
@@ -100,12 +101,8 @@ class Material(Record):
                 "shear_modulus",
                 "shear_modulus: is missing; give the shear modulus in Pa (or young_modulus, three times as much)",
             )
-        try:
-            law = find_law(self.law)
-        except InputError as error:
-            yield FieldError("law", f"law: {error}")
-            return
-        for name in sorted(_LAW_PARAMETERS - law.parameters.keys()):
+        law = self.strain_energy_law
+        for name in sorted(_LAW_FIELDS.keys() - law.parameters.keys()):
             if own[name] is not None:
                 takes = ", ".join(law.parameters) or "no parameters"
                 yield FieldError(name, f"{name}: the {law.name} law does not take it; it takes {takes}")
@@ -117,15 +114,19 @@ class Material(Record):
                 f"= {self.relative_permittivity:g}; correct one of the two",
             )
 
+    def plain(self, name: str, value: Any) -> Any:
+        return part_record(name, value) if name == "law" else plain(value)
+
     @property
-    def permittivity(self) -> Any:
-        """Absolute permittivity, F/m."""
-        return self.relative_permittivity * VACUUM_PERMITTIVITY
+    def strain_energy_law(self) -> StrainEnergyLaw:
+        """The law itself."""
+        law: StrainEnergyLaw = component_of("law", self.law)
+        return law
 
     @property
     def law_parameters(self) -> dict[str, Any]:
-        """The numbers of the law, by name."""
-        return {name: getattr(self, name) for name in LAWS[self.law].parameters}
+        """The numbers of the law that are set, by name, in SI units."""
+        return {name: value for name in self.strain_energy_law.parameters if (value := getattr(self, name)) is not None}
 
     def replace(self, **changes: Any) -> Material:
         """A copy with some fields changed; None takes a field's default.
@@ -133,18 +134,26 @@ class Material(Record):
         A changed number loses its source and its measured range, and the copy says in its name that it is changed.
         A new ``law`` starts from its own default parameters. Raises `InputError` as the constructor does.
         """
-        values = self.parameters()
+        values = {name: value for name, value in self if value is not None}
         changed = {"shear_modulus" if name == "young_modulus" else name for name in changes}
         dropped = set(changed)
         if "relative_permittivity" in changed:
             dropped.add("relative_permittivity_range")
         if "law" in changed:
-            dropped |= _LAW_PARAMETERS
+            dropped |= _LAW_FIELDS.keys() | self.strain_energy_law.parameters.keys()
         values = {name: value for name, value in values.items() if name not in dropped}
         values["sources"] = {name: source for name, source in self.sources.items() if name not in dropped}
         if changed - {"sources"} and not self.name.endswith(_CHANGED):
             values["name"] = self.name + _CHANGED
         return Material(**values | changes)
+
+
+_LAW_FIELDS = {
+    name: dataclasses.replace(field_of(name, quantity), unset=f"{quantity.default:g} with the {law.name} law")
+    for law in LAWS.values()
+    for name, quantity in law.parameters.items()
+}
+Material.fields = {**Material.fields, **_LAW_FIELDS}
 
 
 @functools.cache

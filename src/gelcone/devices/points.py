@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.devices.device import SWEPT_FIELDS, Device
+from gelcone.devices.device import Device
 from gelcone.devices.record import Field, unknown_field
 from gelcone.devices.units import parse
 from gelcone.errors import InputError
@@ -18,23 +18,29 @@ STATE_FIELDS: Mapping[str, Field] = {
     "displacement": Field("initial displacement of the disc", "m", near=("height", "release_height", "x")),
     "velocity": Field("initial velocity of the disc", "m/s", near=("release_velocity", "u")),
 }
-"""Components of the initial state, which a sweep takes beside the fields of the device."""
-POINT_FIELDS: Mapping[str, Field] = {**SWEPT_FIELDS, **STATE_FIELDS}
-"""All that can be swept, mapped and uncertain with a device."""
+"""Components of the initial state, which a sweep takes besides the fields of the device."""
+STATES = {"displacement": "length", "velocity": "velocity"}
+"""The quantity of each."""
+
+
+def point_fields(device: Device) -> dict[str, Field]:
+    """All that can be swept, mapped and uncertain with a device."""
+    return {**device.swept_fields(), **STATE_FIELDS}
 
 
 def read_swept(device: Device, name: str, values: Any) -> Any:
     """Values of a field in SI, from numbers or texts with units; `InputError` for an unknown one or out of bounds."""
-    if name not in POINT_FIELDS:
-        raise refused(device, name)
-    return POINT_FIELDS[name].read(name, values)
+    return swept_field(device, name).read(name, values)
 
 
-def refused(device: Device, name: str) -> InputError:
-    """Why a name cannot be swept."""
-    if name in device.field_names():
-        return InputError(f"{name}: is no number, and cannot be swept; set it, and run once for each")
-    return unknown_field("device", name, POINT_FIELDS)
+def swept_field(device: Device, name: str) -> Field:
+    """A field that can be swept; `InputError` for any other name."""
+    fields = point_fields(device)
+    if name in fields:
+        return fields[name]
+    if name in device.all_fields():
+        raise InputError(f"{name}: is not numeric and cannot be swept; set it and run once per value")
+    raise unknown_field("device", name, fields)
 
 
 def read_state(initial: Sequence[Any]) -> tuple[float, float]:
@@ -66,19 +72,17 @@ def device_at(
     model = points.to_model()
     if not model.shape:
         model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
-    scales = (points.scales.length, points.scales.velocity)
     needed = initial is None and not set(STATE_FIELDS) <= set(values)
     own = points.initial_state() if needed else (0.0, 0.0)
     states = np.broadcast_to(own, (count, 2)).copy()
-    for column, (name, scale) in enumerate(zip(STATE_FIELDS, scales, strict=True)):
-        if name in values:
-            states[:, column] = values[name] / scale
-        elif initial is not None:
-            states[:, column] = initial[column] / scale
+    for column, (name, quantity) in enumerate(STATES.items()):
+        if name in values or initial is not None:
+            state = values[name] if name in values else initial[column]  # type: ignore[index]
+            states[:, column] = points.scales.dimensionless(quantity, state)
     return model, states
 
 
-def field_attributes(name: str) -> dict[str, str]:
+def field_attributes(device: Device, name: str) -> dict[str, str]:
     """The attributes of a coordinate over a field: what it is, and its SI unit."""
-    field = POINT_FIELDS[name]
+    field = point_fields(device)[name]
     return {"long_name": field.meaning, "units": field.unit, "quantity": "device field"}

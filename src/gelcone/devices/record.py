@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gelcone.devices.units import FieldError, format_si, parse_many
-from gelcone.errors import InputError
 
 REQUIRED: Any = object()
 """Default of a field that must be given."""
@@ -34,6 +33,7 @@ class Field:
     near : other names that people use for it; a message about one of them names the field.
     above, least : bounds in SI, exclusive and inclusive.
     infinite : whether infinity is allowed.
+    example : a value for a first file, where the field is left out.
     """
 
     meaning: str
@@ -45,6 +45,7 @@ class Field:
     above: float | None = None
     least: float | None = None
     infinite: bool = False
+    example: Any = None
 
     @property
     def required(self) -> bool:
@@ -98,11 +99,14 @@ class Record:
     """A frozen record; a field given as None counts as left out. Its fields are the `Field` attributes of the class."""
 
     kind: ClassVar[str] = "record"
-    fields: ClassVar[Mapping[str, Field]] = {}
+    fields: Mapping[str, Field] = {}
 
     def __init_subclass__(cls) -> None:
         own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
         cls.fields = {**cls.fields, **own}
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"{type(self).__name__} has no field {name!r}")
 
     def __init__(self, /, **values: Any) -> None:
         given = {name: value for name, value in values.items() if value is not None}
@@ -133,7 +137,11 @@ class Record:
 
     def parameters(self) -> dict[str, Any]:
         """All that is set, as plain numbers (SI), texts, lists and dicts: ``type(self)(**parameters)`` is equal."""
-        return {name: plain(value) for name, value in self if value is not None}
+        return {name: self.plain(name, value) for name, value in self if value is not None}
+
+    def plain(self, name: str, value: Any) -> Any:
+        """The value of a field as plain data."""
+        return plain(value)
 
     def __iter__(self) -> Iterator[tuple[str, Any]]:
         return ((name, self.__dict__[name]) for name in self.fields)
@@ -150,15 +158,9 @@ class Record:
         told = ", ".join(f"{name}={value!r}" for name, value in self.parameters().items())
         return f"{type(self).__name__}({told})"
 
-    @classmethod
-    def field_names(cls) -> list[str]:
-        """The names that a user may give."""
-        return list(cls.fields)
-
-    @classmethod
-    def unknown(cls, name: str) -> FieldError:
+    def unknown(self, name: str) -> FieldError:
         """The error for a field that does not exist, with those that were probably meant."""
-        return unknown_field(cls.kind, name, cls.fields)
+        return unknown_field(self.kind, name, self.fields)
 
 
 def unknown_field(kind: str, name: str, fields: Mapping[str, Field]) -> FieldError:
@@ -188,14 +190,9 @@ def _with_unit(field: Field) -> str:
 
 
 def plain(value: Any) -> Any:
-    """A field's value as plain data."""
+    """A record, a mapping or an array as plain data; anything else as it is."""
     if isinstance(value, Record):
         return value.parameters()
     if isinstance(value, Mapping):
         return dict(value)
     return np.asarray(value).tolist() if isinstance(value, np.ndarray | tuple) else value
-
-
-def as_field_error(field: str, error: InputError) -> FieldError:
-    """An `InputError` told about a field."""
-    return error if isinstance(error, FieldError) else FieldError(field, f"{field}: {error}")

@@ -7,13 +7,44 @@ sqrt(mu/eps).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from gelcone.devices.materials import VACUUM_PERMITTIVITY
+# CODATA 2022, F/m
+VACUUM_PERMITTIVITY = 8.8541878188e-12
+
+
+class Measure(NamedTuple):
+    """The SI unit of a quantity, the unit that results are read in, and how many of these make one SI unit."""
+
+    unit: str
+    shown: str
+    per_unit: float
+
+
+MEASURES: Mapping[str, Measure] = {
+    "length": Measure("m", "mm", 1e3),
+    "time": Measure("s", "ms", 1e3),
+    "velocity": Measure("m/s", "m/s", 1.0),
+    "force": Measure("N", "N", 1.0),
+    "stiffness": Measure("N/m", "N/m", 1.0),
+    "cubic stiffness": Measure("N/m^3", "N/m^3", 1.0),
+    "energy": Measure("J", "mJ", 1e3),
+    "power": Measure("W", "mW", 1e3),
+    "apparent power": Measure("VA", "mVA", 1e3),
+    "voltage": Measure("V", "V", 1.0),
+    "current": Measure("A", "mA", 1e3),
+    "resistance": Measure("ohm", "Mohm", 1e-6),
+    "charge": Measure("C", "uC", 1e6),
+    "field": Measure("V/m", "V/um", 1e-6),
+    "stress": Measure("Pa", "kPa", 1e-3),
+    "frequency": Measure("Hz", "Hz", 1.0),
+    "rate": Measure("1/s", "1/s", 1.0),
+}
+"""Quantities with a scale: of variables, of parameters and of options."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +77,38 @@ class Scales:
     field: Any
     stress: Any
     frequency: Any
+
+    def size(self, quantity: str) -> Any:
+        """The SI value of one dimensionless unit of a quantity of `MEASURES`."""
+        match quantity:
+            case "stiffness":
+                return self.force / self.length
+            case "cubic stiffness":
+                return self.force / self.length**3
+            case "apparent power":
+                return self.power
+            case "resistance":
+                return self.voltage / self.current
+            case "charge":
+                return self.current * self.time
+            case "rate":
+                return 1.0 / self.time
+        return getattr(self, quantity)
+
+    def shown(self, quantity: str) -> Any:
+        """One dimensionless unit of a quantity in the unit that results are read in."""
+        return self.size(quantity) * MEASURES[quantity].per_unit
+
+    def dimensionless(self, quantity: str, value: Any) -> Any:
+        """A value in SI over the scale of its quantity; a pure number (``"1"``) as it is."""
+        match quantity:
+            case "1":
+                return value
+            case "stiffness":
+                return value * self.length / self.force
+            case "cubic stiffness":
+                return value * self.length**3 / self.force
+        return value / self.size(quantity)
 
     @classmethod
     def of(cls, get: Callable[[str], Any]) -> Scales:

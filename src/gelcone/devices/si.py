@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gelcone import dataset
-from gelcone.devices.device import DAMPINGS, SWEPT_FIELDS, Device
-from gelcone.devices.points import at, field_attributes
-from gelcone.devices.scales import Scales
+from gelcone.devices.device import Device
+from gelcone.devices.fields import DAMPINGS
+from gelcone.devices.numbers import numbers_of
+from gelcone.devices.points import STATE_FIELDS, at, field_attributes
+from gelcone.devices.scales import MEASURES, Scales
 from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
@@ -21,33 +22,8 @@ from gelcone.physics.model import ConeModel
 if TYPE_CHECKING:
     import xarray as xr
 
-READ_AS = {
-    "length": ("mm", 1e3),
-    "time": ("ms", 1e3),
-    "velocity": ("m/s", 1.0),
-    "force": ("N", 1.0),
-    "stiffness": ("N/m", 1.0),
-    "energy": ("mJ", 1e3),
-    "power": ("mW", 1e3),
-    "apparent power": ("mVA", 1e3),
-    "voltage": ("V", 1.0),
-    "current": ("mA", 1e3),
-    "field": ("V/um", 1e-6),
-    "stress": ("kPa", 1e-3),
-    "frequency": ("Hz", 1.0),
-    "rate": ("1/s", 1.0),
-}
-"""Quantity of a dimensionless variable -> the unit it is read in, and how many of it make one SI unit."""
 FIELDS_READ_AS = {"m": "mm", "kg": "g", "Pa": "kPa", "V/m": "V/um"}
 """SI unit of a device's field -> the unit that an axis over it is read in, where that is another."""
-PARAMETERS = {
-    "voltage": ("voltage", "voltage_amplitude"),
-    "voltage_bias": ("voltage", "voltage_offset"),
-    "drive_frequency": ("frequency", "frequency"),
-    "rest_height": ("length", "initial_height"),
-    "spring_stiffness": ("stiffness", "spring_rate"),
-}
-"""Parameters of the model that have a scale: its quantity, and the device's field of the same meaning."""
 STATE = ("length", "velocity")
 DEVICE = "device_fields"
 """Attribute of a result that holds the fields of its device, as JSON."""
@@ -87,7 +63,7 @@ def _without_units(result: xr.Dataset, device: Device | None) -> xr.Dataset:
     """A result whose swept parameters are dimensionless again."""
     for name, coordinate in result.coords.items():
         if coordinate.attrs.get("quantity") == "parameter" and coordinate.attrs["units"] != "1" and device is not None:
-            unscaled = coordinate / factor(device.scales, PARAMETERS[str(name)][0])
+            unscaled = coordinate / device.scales.shown(numbers_of(device)[str(name)].quantity)
             result = result.assign_coords({name: unscaled.assign_attrs(coordinate.attrs)})
     return result
 
@@ -97,7 +73,7 @@ def _points(result: xr.Dataset) -> dict[str, xr.DataArray]:
     found = {
         str(n).removeprefix(DRAWN): c for n, c in result.coords.items() if c.attrs.get("quantity") == "device field"
     }
-    return {name: coordinate for name, coordinate in found.items() if name in SWEPT_FIELDS}
+    return {name: coordinate for name, coordinate in found.items() if name not in STATE_FIELDS}
 
 
 def in_field_units(coordinate: xr.DataArray) -> xr.DataArray:
@@ -109,21 +85,8 @@ def in_field_units(coordinate: xr.DataArray) -> xr.DataArray:
     return coordinate * float(f"1e{powers[units]}")
 
 
-def factor(scales: Scales, quantity: str) -> Any:
-    """What one dimensionless unit of a quantity is in the unit of `READ_AS`."""
-    if quantity == "stiffness":
-        scale = scales.force / scales.length
-    elif quantity == "apparent power":
-        scale = scales.power
-    elif quantity == "rate":
-        scale = 1.0 / scales.time
-    else:
-        scale = getattr(scales, quantity)
-    return scale * READ_AS[quantity][1]
-
-
 def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
-    """The same results with every variable that has an SI scale in the unit of `READ_AS`, axes and states included.
+    """Convert a result: every variable that has an SI scale gets the unit that it is read in, axes and states too.
 
     What has a unit already stays as it is. The attributes name the device.
 
@@ -149,14 +112,14 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
         own_fields = variable.attrs.get("along")
         scales = Scales.of(_getter(result, device, str(own_fields))) if own_fields else everywhere
         quantity, units = str(variable.attrs.get("quantity")), str(variable.attrs.get("units"))
-        own = _converted(result, str(name), quantity, units, partial(factor, scales))
+        own = _converted(result, str(name), quantity, units, scales, device)
         if own is not None:
             converted = _put(converted, str(name), own)
     return converted.assign_attrs(device_attributes(device))
 
 
 def _converted(
-    result: xr.Dataset, name: str, quantity: str, units: str, scale: Callable[[str], Any]
+    result: xr.Dataset, name: str, quantity: str, units: str, scales: Scales, device: Device
 ) -> xr.DataArray | None:
     """A variable in the unit it is read in; None for one that stays as it is."""
     variable = result[name]
@@ -176,59 +139,62 @@ def _converted(
         more = variable.shape[-1] - len(STATE)
         import xarray as xr
 
-        parts = [variable.isel({variable.dims[-1]: i}) * scale(STATE[i]) for i in range(len(STATE))]
+        parts = [variable.isel({variable.dims[-1]: i}) * scales.shown(STATE[i]) for i in range(len(STATE))]
         parts += [variable.isel({variable.dims[-1]: i}) for i in range(len(STATE), variable.shape[-1])]
         scaled = xr.concat(parts, dim=variable.dims[-1], coords="minimal", compat="override").transpose(
             ..., variable.dims[-1]
         )
-        unit = ", ".join([READ_AS[one][0] for one in STATE] + ["1"] * more)
+        unit = ", ".join([MEASURES[one].shown for one in STATE] + ["1"] * more)
     else:
-        if quantity == "parameter" and name in PARAMETERS:
-            quantity, field = PARAMETERS[name]
-            attrs["long_name"] = SWEPT_FIELDS[field].meaning
-        if quantity not in READ_AS:
+        number = numbers_of(device).get(name) if quantity == "parameter" else None
+        if number is not None and number.quantity in MEASURES:
+            quantity = number.quantity
+            attrs["long_name"] = device.all_fields()[number.field].meaning
+        if quantity not in MEASURES:
             return None
-        scaled, unit = variable.astype(float) * scale(quantity), READ_AS[quantity][0]
+        scaled, unit = variable.astype(float) * scales.shown(quantity), MEASURES[quantity].shown
         scaled = scaled.transpose(*variable.dims, ...)
     return scaled.assign_attrs(attrs | {"units": unit})
 
 
 def in_device_words(message: str, device: Device) -> str:
     """A message about the model's parameters in the names and units of the device's fields."""
-    scales = device.scales
+    scales, numbers, fields = device.scales, numbers_of(device), device.all_fields()
 
     def said(found: re.Match[str]) -> str:
         name, number = found["name"], found["number"]
         if name == "damping_ratio":
             field = next(one for one in DAMPINGS if getattr(device, one) is not None)
             return field if number is None or float(number) else f"{field} = 0"
-        if name not in PARAMETERS:
-            return f"material.{name}" + ("" if number is None else f" = {number}")
-        quantity, field = PARAMETERS[name]
+        field, quantity = numbers[name]
         if number is None:
             return field
-        scale = scales.force / scales.length if quantity == "stiffness" else getattr(scales, quantity)
-        size = float(np.ravel(scale)[0]) * float(number)
-        return f"{field} = {format_si(size, SWEPT_FIELDS[field].unit)}"
+        if quantity == "1":
+            return f"{field} = {number}"
+        return f"{field} = {_size(scales, quantity, number, fields[field].unit)}"
 
     def place(found: re.Match[str]) -> str:
-        return f"{found[1]}{format_si(float(found[2]) * float(np.ravel(scales.length)[0]), 'm')}"
+        return f"{found[1]}{_size(scales, 'length', found[2], 'm')}"
 
     def time(found: re.Match[str]) -> str:
-        return f"{found[1]}{format_si(float(found[2]) * float(np.ravel(scales.time)[0]), 's')}"
+        return f"{found[1]}{_size(scales, 'time', found[2], 's')}"
 
     def voltage(found: re.Match[str]) -> str:
-        return f"voltages = {format_si(float(found[1]) * float(np.ravel(scales.voltage)[0]), 'V')}"
+        return f"voltages = {_size(scales, 'voltage', found[1], 'V')}"
 
-    said_so_far = _TIME.sub(time, _PLACE.sub(place, _NAMED.sub(said, message)))
+    # a name that may be a word of a sentence counts only with its value
+    names = "|".join(name if "_" in name else f"{re.escape(name)}(?= = )" for name in (*numbers, "damping_ratio"))
+    named = re.compile(rf"(?<![\w.'-])(?P<name>{names})(?![\w'])(?: = {_NUMBER})?")
+    said_so_far = _TIME.sub(time, _PLACE.sub(place, named.sub(said, message)))
     return _DEFAULT.sub("", _VOLTAGES.sub(voltage, said_so_far))
 
 
+def _size(scales: Scales, quantity: str, number: str, unit: str) -> str:
+    """A dimensionless number of a quantity, as written in a message, in SI."""
+    return format_si(float(number) * float(np.ravel(scales.size(quantity))[0]), unit)
+
+
 _NUMBER = r"(?P<number>[-+]?\d[\d.]*(?:e[-+]?\d+)?)"
-_NAMED = re.compile(
-    rf"(?<![\w.'-])(?P<name>voltage(?= = )|voltage_bias|drive_frequency|rest_height|spring_stiffness|damping_ratio|"
-    rf"stretch_limit|yeoh_c2|yeoh_c3)(?![\w'])(?: = {_NUMBER})?"
-)
 _TIME = re.compile(
     r"((?:transient|patience|budget|window) = |times: |comes after |time of at most )([-+]?\d[\d.]*(?:e[-+]?\d+)?)"
 )
@@ -258,9 +224,9 @@ def _with_member_fields(result: xr.Dataset, device: Device) -> xr.Dataset:
     if not device.shape or "member" not in result.dims:
         return result
     result = result.drop_vars([str(n) for n, c in result.coords.items() if c.attrs.get("quantity") == "parameter"])
-    fields = {name: device.get(name) for name in SWEPT_FIELDS}
+    fields = {name: device.get(name) for name in device.swept_fields()}
     return result.assign_coords(
-        {name: ("member", value, field_attributes(name)) for name, value in fields.items() if np.ndim(value)}
+        {name: ("member", value, field_attributes(device, name)) for name, value in fields.items() if np.ndim(value)}
     )
 
 

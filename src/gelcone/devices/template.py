@@ -13,17 +13,6 @@ from gelcone.devices.record import Field, Record
 from gelcone.devices.units import DIMENSIONS, FieldError, format_si, parse
 
 COMMENT_COLUMN = 40
-EXAMPLES = {
-    "prestretch": 1.2,
-    "damping_ratio": 0.02,
-    "quality_factor": 20.0,
-    "release_height": 0.005,
-    "dielectric_strength": 2e7,
-    "material.young_modulus": 6e4,
-    "material.yeoh_c2": -0.01,
-    "material.yeoh_c3": 0.002,
-}
-"""Values of optional fields that a first file shows commented out, where the device it starts from has none."""
 HEAD = """\
 # A conical gel actuator. `gelcone simulate {file}` shows how it moves, `gelcone envelope {file}` where it is safe.
 #
@@ -75,15 +64,15 @@ def first_file(name: str, device: Record, gel: Material) -> str:
     for field_name, field in Material.fields.items():
         if field.unit or field_name in ("name", "law"):
             value = own.get(field_name, getattr(gel, field_name))
-            lines += _explained(field_name, value, field, within="material.", out=True)
+            lines += _explained(field_name, value, field, out=True)
     return "\n".join(lines).rstrip() + "\n"
 
 
-def _explained(name: str, value: Any, field: Field, within: str = "", out: bool = False) -> list[str]:
+def _explained(name: str, value: Any, field: Field, out: bool = False) -> list[str]:
     """A field with its meaning; commented out where it is left out."""
     left_out = out or value is None
     if value is None:
-        value = EXAMPLES.get(within + name)
+        value = field.example
     if value is None:
         value = field.typical[0] if field.typical else 1.0
     return [

@@ -60,7 +60,7 @@ class Dimension:
 
 def _dimension(name: str, example: str, powers: Mapping[str, int], shown: tuple[str, ...] = ()) -> Dimension:
     # "um" is also read with the micro sign (U+00B5) and with the Greek letter that looks the same (U+03BC)
-    spelt = {re.sub("u(?=[msJW])", mu, unit): power for unit, power in powers.items() for mu in "u\u00b5\u03bc"}
+    spelt = {re.sub("u(?=[msJWAC])", mu, unit): power for unit, power in powers.items() for mu in "u\u00b5\u03bc"}
     return Dimension(name, spelt, example, shown or tuple(powers))
 
 
@@ -97,6 +97,9 @@ DIMENSIONS: dict[str, Dimension] = {
         {"V/m": 0, "kV/m": 3, "V/mm": 3, "MV/m": 6, "kV/mm": 6, "V/um": 6},
         ("V/m", "kV/m", "MV/m"),
     ),
+    "A": _dimension("current", "2 mA", {"A": 0, "mA": -3, "uA": -6, "nA": -9}),
+    "ohm": _dimension("resistance", "5 Mohm", {"ohm": 0, "kohm": 3, "Mohm": 6, "Gohm": 9}),
+    "C": _dimension("charge", "2 uC", {"C": 0, "mC": -3, "uC": -6, "nC": -9}),
     "J": _dimension("energy", "2 mJ", {"J": 0, "mJ": -3, "uJ": -6}),
     "W": _dimension("power", "3 mW", {"W": 0, "mW": -3, "uW": -6}),
 }

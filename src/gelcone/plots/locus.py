@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.devices.si import PARAMETERS
+from gelcone.devices.numbers import SHIPPED
 from gelcone.errors import InputError
 from gelcone.plots.branches import COLOURS, DASHED, MARKERS
 from gelcone.plots.style import BLACK, GREY, axis_label, styled
@@ -68,7 +68,7 @@ def _axes_of(result: xr.Dataset, on: xr.Dataset) -> tuple[str, str]:
     """The parameter of the curves along x of a map or of tongues, and the one along y."""
     title = str(on.attrs.get("title", "")).partition(":")[0]
     names = ["drive_frequency", "voltage"] if title == TONGUES else [str(dim) for dim in on.get("regime", on).dims]
-    same = {field: parameter for parameter, (_, field) in PARAMETERS.items()} if title == TONGUES else {}
+    same = {number.field: parameter for parameter, number in SHIPPED.items()} if title == TONGUES else {}
     own = {same.get(name, name): name for name in names_of(result)}
     if title not in (TONGUES, "parameter map", "sweep") or set(names) != set(own):
         raise InputError(

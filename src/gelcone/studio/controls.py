@@ -125,11 +125,11 @@ def _round_up(value: float) -> float:
 
 
 def _of_device(device: Device) -> list[Control]:
-    values = {name: device.get(name) for name in Device.all_fields()}
+    values = {name: device.get(name) for name in device.all_fields()}
     values = {name: value for name, value in values.items() if value is not None and name != "material"}
     shown = _shown_anyway(device) | values
     found = []
-    for name, about in Device.all_fields().items():
+    for name, about in device.all_fields().items():
         last = leaf(name)
         if last in NOT_SHOWN or name not in shown:
             continue

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from gelcone.analyses.answer import in_si
 from gelcone.analyses.ask import arguments_of
 from gelcone.analyses.subject import is_number
-from gelcone.devices.device import Device
+from gelcone.devices.fields import DEVICE_FIELDS
 from gelcone.devices.units import parse
 from gelcone.errors import InputError, unknown_name
 from gelcone.register.analyses import find_analysis
@@ -171,7 +171,7 @@ def _swept(setting: Setting, wanted: Wanted) -> list[str]:
     for text in wanted.over:
         name, _, ends = text.partition("=")
         low, high, count = ends.split(":")
-        unit = "" if setting.preset else Device.all_fields()[name].unit
+        unit = "" if setting.preset else DEVICE_FIELDS[name].unit
         first, last = (parse(name, end, unit) if unit else float(end) for end in (low, high))
         axes.append((name, f"np.linspace({first!r}, {last!r}, {count})"))
     if not axes:

@@ -20,7 +20,7 @@ from gelcone.analyses.ask import arguments_of
 from gelcone.analyses.subject import Subject, read_subject
 from gelcone.codes import Regime
 from gelcone.devices.device import Device
-from gelcone.devices.si import READ_AS
+from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
 from gelcone.motion.cycle import RETURNS
 from gelcone.motion.limits import limits_cells
@@ -140,7 +140,7 @@ def _of_device(device: Device, axes: Mapping[str, list[str]]) -> Cells:
     changed = device.replace_quietly(axes)
     scales = changed.scales
     length, rate, voltage = (
-        np.broadcast_to(scale * READ_AS[quantity][1], (count,))
+        np.broadcast_to(scale * MEASURES[quantity].per_unit, (count,))
         for quantity, scale in (("length", scales.length), ("rate", 1.0 / scales.time), ("voltage", scales.voltage))
     )
     model = changed.to_model()

@@ -14,7 +14,7 @@ import numpy as np
 from gelcone.analyses.subject import Subject
 from gelcone.codes import Outcome, Regime
 from gelcone.dataset import Findings
-from gelcone.devices.si import READ_AS, factor
+from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import static
 from gelcone.motion.flow import integrate
@@ -80,7 +80,7 @@ def scales(subject: Subject) -> dict[str, tuple[float, str]]:
     quantities = ("length", "time", "velocity", "voltage", "frequency")
     if subject.device is None:
         return dict.fromkeys(quantities, (1.0, ""))
-    return {quantity: (factor(subject.device.scales, quantity), READ_AS[quantity][0]) for quantity in quantities}
+    return {quantity: (subject.device.scales.shown(quantity), MEASURES[quantity].shown) for quantity in quantities}
 
 
 def axes(subject: Subject) -> dict[str, str]:
@@ -231,8 +231,8 @@ def single(found: Findings, subject: Subject) -> Any:
     member: dict[str, Any] = {"outcome": found.outcome[0]}
     for name, (_, values, _, quantity) in found.variables.items():
         scale, unit = 1.0, "1"
-        if subject.device is not None and quantity in READ_AS:
-            scale, unit = factor(subject.device.scales, quantity), READ_AS[quantity][0]
+        if subject.device is not None and quantity in MEASURES:
+            scale, unit = subject.device.scales.shown(quantity), MEASURES[quantity].shown
         value = np.asarray(values)[0]
         member[name] = np.asarray(value * scale if unit != "1" else value).view(Reading)
         member[name].attrs = {"units": unit}

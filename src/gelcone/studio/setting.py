@@ -19,7 +19,8 @@ import numpy as np
 
 from gelcone import permission
 from gelcone.analyses.subject import Subject, read_pairs, read_subject, read_value
-from gelcone.devices.device import DRIVE_NUMBERS, SWEPT_FIELDS, Device
+from gelcone.devices.device import Device
+from gelcone.devices.fields import DRIVE_NUMBERS
 from gelcone.devices.files import shipped_devices
 from gelcone.devices.units import DIMENSIONS, FieldError
 from gelcone.errors import InputError, unknown_name
@@ -194,7 +195,7 @@ def _start(key: _Key, texts: tuple[tuple[str, str], ...]) -> Any:
 
 def check_single(device: Device) -> None:
     """`FieldError` for a device that is several: the studio shows one."""
-    for name in SWEPT_FIELDS:
+    for name in device.swept_fields():
         if np.ndim(device.get(name)):
             count = np.size(device.get(name))
             raise FieldError(name, f"{name}: holds {count} values; give one, and sweep it in the studio's map or strip")

@@ -16,8 +16,9 @@ import numpy as np
 from gelcone.atlas.plan import STATES, Plan
 from gelcone.dataset import attributes
 from gelcone.devices.device import Device
+from gelcone.devices.numbers import SHIPPED
 from gelcone.devices.points import at, field_attributes, read_swept
-from gelcone.devices.si import PARAMETERS, STATE, device_attributes, factor
+from gelcone.devices.si import STATE, device_attributes
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.orbit import Kind, Settings, Shooting, repeat_phase, segments_for
@@ -84,7 +85,7 @@ class Varied:
         scales = at(self.device, {self.names[0]: values}).scales
         factors = np.ones((len(states), states.shape[-1]))
         for column, quantity in enumerate(STATE):
-            factors[:, column] = factor(scales, quantity)
+            factors[:, column] = scales.shown(quantity)
         return states / factors.reshape(len(states), *(1,) * (states.ndim - 2), -1)
 
     @property
@@ -125,8 +126,8 @@ class Varied:
         """What a variable with values of the k-th says of them."""
         name = self.names[k]
         if self.device is not None:
-            return field_attributes(name)
-        quantity = PARAMETERS[name][0] if name in PARAMETERS else "parameter value"
+            return field_attributes(self.device, name)
+        quantity = SHIPPED[name].quantity if name in SHIPPED else "parameter value"
         return attributes(self.plan.cone.system.parameters[name].meaning, quantity)
 
     @property

@@ -1,0 +1,131 @@
+"""What is wrong, or hardly meant, in the fields of a device together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import astuple
+
+import numpy as np
+
+from gelcone.devices.cone import cone_of_device
+from gelcone.devices.fields import BELONGING, DAMPINGS, DeviceFields
+from gelcone.devices.units import FieldError, format_si
+from gelcone.errors import InputError
+from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import every_balance
+
+THICK = 0.5
+"""A film this thick, over the width b - a of its ring, is no membrane."""
+_SIZES = ("m", "kg", "Pa")
+"""Units of the fields whose values are compared with what is usual: a drive may be as small as one likes."""
+
+
+def misfits(device: DeviceFields) -> Iterator[FieldError]:
+    """What is wrong with the fields of a device together."""
+    errors = [*_own_misfits(device)]
+    yield from errors
+    if not errors:
+        with np.errstate(all="ignore"):
+            try:
+                _check_heights(device, cone_of_device(device))
+            except FieldError as error:
+                yield error
+            except InputError as error:
+                yield FieldError(str(error).split(" ")[0], str(error))
+
+
+def _own_misfits(device: DeviceFields) -> Iterator[FieldError]:
+    lengths = {n: value.size for n in device.swept_fields() if isinstance(value := device.get(n), np.ndarray)}
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{name} has {length}" for name, length in lengths.items())
+        yield FieldError(next(iter(lengths)), f"{told} values; give lists of one length")
+        return
+    for owner, names in BELONGING:
+        if getattr(device, owner) is None:
+            for name in names:
+                if getattr(device, name) is not None:
+                    yield FieldError(name, f"{name}: there is no {owner}; give {owner}, or leave {name} out")
+    if device.second_voltage is not None and device.second_film is not None and device.second_drive != "constant":
+        yield FieldError("second_voltage", 'second_voltage: is taken where second_drive is "constant" alone; give that')
+    given = [name for name in DAMPINGS if getattr(device, name) is not None]
+    if not given:
+        yield FieldError(
+            DAMPINGS[0],
+            f"{DAMPINGS[0]}: is missing; give the viscous damping in N s/m, or {' or '.join(DAMPINGS[1:])}",
+        )
+    if len(given) > 1:
+        yield FieldError(given[1], f"{' and '.join(given)} are both given; give one of them")
+    disc, film = np.broadcast_arrays(device.disc_radius, device.film_radius)
+    if (disc >= film).any():
+        at = int(np.argmax(disc - film))
+        yield FieldError(
+            "disc_radius",
+            f"disc_radius = {format_si(disc.flat[at], 'm')}: must be less than film_radius = "
+            f"{format_si(film.flat[at], 'm')}; make the disc smaller or the film larger",
+        )
+    elif not _usable_scales(device):
+        yield FieldError(
+            "film_thickness", "the sizes, mass and shear modulus give no finite time and energy; check their units"
+        )
+
+
+def _usable_scales(device: DeviceFields) -> bool:
+    try:
+        with np.errstate(all="ignore"):
+            return all(bool((np.isfinite(scale) & (np.asarray(scale) > 0.0)).all()) for scale in astuple(device.scales))
+    except (OverflowError, ZeroDivisionError):
+        return False
+
+
+def _check_heights(device: DeviceFields, model: ConeModel) -> None:
+    members = model.members()
+    system, n = model.system, members.numbers()
+    flat = np.broadcast_to(system.film.strain(np.zeros(members.size), n), members.shape)
+    limit = np.broadcast_to(system.film.strain_limit(n), members.shape)
+    if not (flat < limit).any():
+        raise FieldError(
+            "prestretch",
+            f"prestretch: mounted flat, the film has I1 - 3 = {float(flat[0]):.4g}, which must be "
+            f"less than its stretch limit {float(limit[0]):.4g}; lower the pre-stretch or raise "
+            "the limit",
+        )
+    if system.second is not None and not any(balance.reachable for balance in every_balance(model)):
+        raise FieldError("second_flat_height", system.unreachable(members.numbers_at(0)))
+    if device.release_height is None:
+        return
+    lengths = np.broadcast_to(device.scales.length, members.shape)
+    starts = np.broadcast_to(device.release_height, members.shape) / lengths
+    if not (members.strain(starts) >= members.strain_limit()).all():
+        return
+    told = f"release_height = {format_si(np.ravel(device.release_height)[0], 'm')}"
+    if system.second is not None:
+        reason = "out of reach of the films within their stretch limits; start between their planes"
+        raise FieldError("release_height", f"{told}: is {reason} or raise material.stretch_limit")
+    highest = system.film.reach(members.numbers_at(0))[1] * lengths[0]
+    raise FieldError(
+        "release_height",
+        f"{told}: must be less than {format_si(highest, 'm')}, where the film reaches its stretch limit "
+        f"{float(limit[0]):.4g}; start lower or raise material.stretch_limit",
+    )
+
+
+def doubts(device: DeviceFields) -> list[str]:
+    """What is hardly meant: sizes far from what is usual, each in a line."""
+    told = []
+    for name, field in device.all_fields().items():
+        odd = field.implausible(device.get(name)) if field.unit in _SIZES else None
+        if odd is not None:
+            told.append(
+                f"{name} = {format_si(odd, field.unit)} is far from what is usual "
+                f"({field.typical_text()}); check its unit"
+            )
+    with np.errstate(all="ignore"):
+        thick = np.ravel(np.asarray(device.film_thickness) / device.scales.length)
+    if thick.max() > THICK and not any(text.startswith("film_thickness") for text in told):
+        at = int(thick.argmax())
+        thickness, width = (np.broadcast_to(v, thick.shape)[at] for v in (device.film_thickness, device.scales.length))
+        told.append(
+            f"film_thickness = {format_si(thickness, 'm')} is no membrane on a ring {format_si(width, 'm')} wide "
+            "(film_radius - disc_radius); check the units"
+        )
+    return told

@@ -1,0 +1,152 @@
+"""The dimensionless model of a device, and the state that it starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from gelcone.devices.fields import DeviceFields
+from gelcone.devices.numbers import numbers_of
+from gelcone.devices.parts import component_of
+from gelcone.devices.scales import carried_mass
+from gelcone.devices.units import FieldError
+from gelcone.physics.bias import Bias, Together
+from gelcone.physics.film.film import Film
+from gelcone.physics.film.taut import GelFilm
+from gelcone.physics.model import ConeModel
+from gelcone.physics.records import FILMS, find_bias
+from gelcone.physics.statics import rest_displacements, switched_off
+
+
+def model_of_device(device: DeviceFields) -> ConeModel:
+    """The model with the film of the device; arrays make an ensemble of their length."""
+    return _damped(device, lambda ratio: _with_film(device, ratio))
+
+
+def cone_of_device(device: DeviceFields) -> ConeModel:
+    """The model with the film as a homogeneous cone in place of a continuum film; a film of one's own stays."""
+    return _damped(device, lambda ratio: _cone(device, ratio, _own_film(device) or "taut"))
+
+
+def film_of_device(
+    device: DeviceFields, model: ConeModel, *, starting: Callable[[], None] = lambda: None
+) -> Film | str:
+    """The film that a device names, a cone by its name; ``starting`` is called before one is fitted."""
+    if (own := _own_film(device)) is not None:
+        return own
+    if device.film in FILMS:
+        return str(device.film)
+    from gelcone.continuum.fit import find_film
+
+    ratios = np.unique(device.disc_radius / device.film_radius)
+    if ratios.size > 1:
+        raise FieldError(
+            "film",
+            "film: a continuum is fitted for one disc_radius/film_radius; take the wrinkling cone",
+        )
+    return find_film(device.film, model, float(ratios[0]), starting=starting)
+
+
+def initial_state(device: DeviceFields) -> Any:
+    """Displacement and velocity at t = 0, dimensionless: two numbers, or an array (members, 2) where they differ.
+
+    Raises `InputError` where there is neither a release height nor a rest.
+    """
+    s = device.scales
+    velocity = device.release_velocity / s.velocity
+    if device.release_height is not None:
+        x = device.release_height / s.length
+    else:
+        x = rest_displacements(_with_film(device))
+        if np.isnan(x).all():
+            raise FieldError(
+                "initial_height",
+                "initial_height: no stable rest position was found without voltage; give a release_height",
+            )
+        # A member without a rest has a film beyond its stretch limit, and fails wherever it starts.
+        x = np.where(np.isnan(x), 0.0, x)[()]
+    states = np.stack(np.broadcast_arrays(x, velocity), axis=-1)
+    if states.ndim > 1 and (states != states[0]).any():
+        return states
+    return float(np.ravel(x)[0]), float(np.ravel(velocity)[0])
+
+
+def breakdown_field(device: DeviceFields) -> Any:
+    """Dielectric strength over the scale of the field, or None when it is unknown."""
+    own = device.dielectric_strength
+    strength = device.material.dielectric_strength if own is None else own
+    return None if strength is None else strength / device.scales.field
+
+
+def _own_film(device: DeviceFields) -> Film | None:
+    return device.film if isinstance(device.film, Film) else None
+
+
+def _with_film(device: DeviceFields, damping_ratio: Any = 0.0) -> ConeModel:
+    """The model with its film and a damping."""
+    named = _own_film(device) or (device.film if device.film in FILMS else None)
+    model = _cone(device, damping_ratio, named or "taut")
+    film = {} if named is not None else {"film": film_of_device(device, model)}
+    return model.replace(**film, pull_in=device.pull_in) if film or device.pull_in is not None else model
+
+
+def _cone(device: DeviceFields, damping_ratio: Any, film: Film | str) -> ConeModel:
+    """The model with a film and a damping."""
+    numbers = {
+        parameter: device.scales.dimensionless(quantity, value)
+        for parameter, (field, quantity) in numbers_of(device).items()
+        if (value := device.get(field)) is not None
+    }
+    gel = isinstance(component_of("film", film), GelFilm)
+    if gel:
+        numbers |= {"law": device.material.law, "prestretch_mode": device.prestretch_mode}
+    else:
+        numbers = {name: value for name, value in numbers.items() if name not in device.material.law_parameters}
+    if device.second_film is not None:
+        numbers |= {"second_film": device.second_film, "second_drive": device.second_drive or "same"}
+    return ConeModel(
+        **_loads(device) | numbers,
+        film=film,
+        damping_ratio=damping_ratio,
+        dielectric_strength=breakdown_field(device),
+        waveform=device.waveform,
+        circuit=device.circuit,
+    )
+
+
+def _loads(device: DeviceFields) -> dict[str, Any]:
+    """The biases of a device, and the numbers that follow from several of its fields or are left out."""
+    kinds, numbers = ["spring"], {}
+    if device.beam_rate is not None:
+        kinds.append("beam")
+        numbers = {"beam_cubic": 0.0, "beam_height": 0.0}
+    if device.gravity is not None:
+        kinds.append("weight")
+        numbers["weight"] = carried_mass(device.get) * device.gravity / device.scales.force
+    if device.constant_force is not None:
+        kinds.append("force")
+    bias: Any = "+".join(kinds)
+    if isinstance(device.bias, Bias):
+        more = device.bias.parts if isinstance(device.bias, Together) else (device.bias,)
+        bias = Together((*(find_bias(kind) for kind in kinds), *more))
+    return {"bias": bias} | numbers
+
+
+def _damped(device: DeviceFields, build: Callable[[Any], ConeModel]) -> ConeModel:
+    """The model that ``build`` makes of the damping ratio c/(2 m Omega0) of the device."""
+    if device.damping_coefficient is not None:
+        ratio = device.damping_coefficient * device.scales.time / (2.0 * carried_mass(device.get))
+        return build(np.broadcast_to(ratio, device.shape)[()])
+    model = build(0.0)
+    name = "damping_ratio" if device.quality_factor is None else "quality_factor"
+    ratio = device.damping_ratio if device.quality_factor is None else 0.5 / device.quality_factor
+    stiffness = np.asarray(switched_off(model).stiffness(rest_displacements(model)))
+    if not (stiffness > 0.0).all():
+        raise FieldError(
+            name,
+            f"{name}: refers to the free vibration about the rest without voltage, and there is none, for nothing "
+            "pulls the disc back; give damping_coefficient",
+        )
+    return model.replace(damping_ratio=np.broadcast_to(ratio * np.sqrt(stiffness), device.shape)[()])

@@ -1,0 +1,51 @@
+"""The numbers of a model and the fields of a device that give them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from gelcone.devices.fields import GEL, SECOND_PRESTRETCHES, DeviceFields
+from gelcone.devices.parts import PARTS, own_fields
+from gelcone.physics.component import Component
+from gelcone.physics.film.taut import PRESTRETCHES
+from gelcone.physics.model import PARAMETERS
+
+
+class Number(NamedTuple):
+    """The field of a device that gives a parameter, and the quantity whose scale it has."""
+
+    field: str
+    quantity: str
+
+
+_FIELDS = {
+    "spring_stiffness": "spring_rate",
+    "rest_height": "initial_height",
+    "voltage": "voltage_amplitude",
+    "voltage_bias": "voltage_offset",
+    "drive_frequency": "frequency",
+    "beam_stiffness": "beam_rate",
+    "beam_cubic": "beam_cubic_rate",
+    "push": "constant_force",
+}
+_SAME = ("beam_height", "second_flat_height", "second_voltage", *PRESTRETCHES, *SECOND_PRESTRETCHES)
+SHIPPED: Mapping[str, Number] = {
+    name: Number(_FIELDS.get(name, name), PARAMETERS[name].scale) for name in (*_FIELDS, *_SAME)
+}
+"""Parameters of the model that every device gives."""
+
+
+def numbers_of(device: DeviceFields) -> dict[str, Number]:
+    """Parameter of the model -> number of a device, those of its law and of components of one's own too.
+
+    What follows from several fields - damping, weight and dielectric strength - is not among them.
+    """
+    law = device.material.strain_energy_law.parameters
+    found = {**SHIPPED, **{name: Number(GEL + name, quantity.scale) for name, quantity in law.items()}}
+    for part in PARTS:
+        value = getattr(device, part)
+        if isinstance(value, Component):
+            own = own_fields(part, value)
+            found |= {name: Number(f"{part}.{name}", value.parameters[name].scale) for name in own}
+    return found

@@ -1,0 +1,140 @@
+"""Components of a device and of its material: by name, as an object, or as a table with their data and numbers.
+
+A component that ships is held by its name. One of one's own, ``"module:Class"``, brings fields: its parameters, in SI
+units where they have a scale (`gelcone.quantity.Quantity`).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from gelcone.devices.record import Field
+from gelcone.devices.scales import MEASURES
+from gelcone.devices.units import DIMENSIONS, FieldError
+from gelcone.errors import InputError
+from gelcone.physics.bias import BIASES, Bias, Together
+from gelcone.physics.circuit import CIRCUITS, Circuit
+from gelcone.physics.component import Component, find_component, to_record
+from gelcone.physics.drive import WAVEFORMS, Waveform
+from gelcone.physics.film.film import Film
+from gelcone.physics.laws import LAWS, StrainEnergyLaw
+from gelcone.physics.model import PARAMETERS
+from gelcone.physics.records import FILMS, bias_record, find_bias
+from gelcone.quantity import Quantity
+
+_KINDS: Mapping[str, tuple[str, Mapping[str, Component], type[Any]]] = {
+    "law": ("strain-energy law", LAWS, StrainEnergyLaw),
+    "film": ("film", FILMS, Film),
+    "waveform": ("waveform", WAVEFORMS, Waveform),
+    "bias": ("bias", BIASES, Bias),
+    "circuit": ("circuit", CIRCUITS, Circuit),
+}
+PARTS = tuple(name for name in _KINDS if name != "law")
+"""Fields of a device that hold a component."""
+_OF_ITS_OWN = re.compile(r"[\w.]+:[A-Za-z_][\w.]*")
+
+
+def is_own(given: Any) -> bool:
+    """Whether a text names a component of one's own, ``"module:Class"``."""
+    return isinstance(given, str) and bool(_OF_ITS_OWN.fullmatch(given))
+
+
+def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
+    """A component - its name where it ships - and the numbers that stood beside its data in a table.
+
+    Raises `FieldError` for what is not a component of that kind, and for data that no file can hold.
+    """
+    kind, shipped, base = _KINDS[name]
+    tables = [one for one in (given if isinstance(given, list) else [given]) if isinstance(one, Mapping)]
+    try:
+        if name == "bias":
+            found: Component = _own_bias(given)
+        else:
+            found = find_component(kind, given, shipped, base)
+    except FieldError:
+        raise
+    except InputError as error:
+        raise FieldError(name, f"{name}: {error}") from None
+    members: list[Any] = [*found.parts] if isinstance(found, Together) else [found]
+    data = {field.name for part in members if dataclasses.is_dataclass(part) for field in dataclasses.fields(part)}
+    numbers = {str(key): value for table in tables for key, value in table.items() if key not in {"component", *data}}
+    if type(shipped.get(found.name)) is type(found) and not data:
+        return found.name, numbers
+    if isinstance(given, str) and given in shipped:
+        return given, numbers
+    _check_data(name, found)
+    return found, numbers
+
+
+def _own_bias(given: Any) -> Bias:
+    """A bias of one's own, which acts besides spring, beam, weight and force."""
+    remedy = "spring, beam, weight and force have fields of their own, and a constant voltage is voltage_offset"
+    if isinstance(given, str) and not all(is_own(one.strip()) for one in given.split("+")):
+        raise FieldError("bias", f'bias = {given!r}: must be a component of one\'s own, "module:Class"; {remedy}')
+    found = given if isinstance(given, Bias) else find_bias(given)
+    taken = [name for name in found.parameters if name in PARAMETERS]
+    if taken:
+        raise FieldError("bias", f"bias: has the parameter {taken[0]}, which is one that ships; {remedy}")
+    return found
+
+
+def _check_data(name: str, component: Component) -> None:
+    try:
+        json.dumps(part_record(name, component))
+    except (TypeError, ValueError):
+        raise FieldError(
+            name, f"{name}: {component!r} holds data that no file can hold; give numbers, texts or tuples of them"
+        ) from None
+
+
+def component_of(name: str, value: Any) -> Any:
+    """The component that a field holds, itself or by its name."""
+    return _KINDS[name][1][value] if isinstance(value, str) else value
+
+
+def part_record(name: str, value: Any) -> Any:
+    """What a field holds as plain data; `read_part` reads it back."""
+    if not isinstance(value, Component):
+        return value
+    record = bias_record(value) if isinstance(value, Bias) else to_record(value, _KINDS[name][1])
+    if name == "film" and isinstance(record, dict):  # the law is the material's, and the mode the device's
+        record = {key: own for key, own in record.items() if key not in ("law", "prestretch_mode")}
+    return record
+
+
+def own_fields(name: str, value: Any) -> dict[str, Field]:
+    """The fields that a component of one's own brings, by the names of its parameters."""
+    if not isinstance(value, Component):
+        return {}
+    law = getattr(value, "law", None)
+    others = PARAMETERS.keys() if name != "law" else set()
+    others = others | (law.parameters.keys() if isinstance(law, StrainEnergyLaw) else set())
+    return {own: field_of(own, quantity) for own, quantity in value.parameters.items() if own not in others}
+
+
+def field_of(name: str, quantity: Quantity) -> Field:
+    """The field of a parameter: in the SI unit of its scale, with its bounds where these are the same there."""
+    pure = quantity.scale == "1"
+    unit = "1" if pure else MEASURES[quantity.scale].unit if quantity.scale in MEASURES else ""
+    if unit not in DIMENSIONS:
+        known = ", ".join(scale for scale, measure in MEASURES.items() if measure.unit in DIMENSIONS)
+        raise InputError(f"{name}: scale = {quantity.scale!r} must be '1' or one of {known}")
+    bounded = not quantity.positive and np.isfinite(quantity.lower) and (pure or quantity.lower == 0.0)
+    return Field(
+        quantity.meaning,
+        unit,
+        default=None,
+        unset=f"{quantity.default:g}" if pure else f"{quantity.default:g} times the device's unit of {quantity.scale}",
+        typical=quantity.typical,
+        near=quantity.near,
+        above=0.0 if quantity.positive else None,
+        least=quantity.lower if bounded else None,
+        infinite=quantity.infinite,
+        example=quantity.default if pure else None,
+    )
