@@ -215,8 +215,7 @@ class Device(DeviceFields):
             raise InputError(f"{origin}: broken TOML: {error}; correct it there") from None
         try:
             film = values.get("film")
-            named = isinstance(film, str) and film not in (*FILMS, "continuum") and not is_own(film)
-            if folder is not None and named:
+            if folder is not None and isinstance(film, str) and film not in (*FILMS, "continuum") and not is_own(film):
                 values["film"] = str(folder / film)
             return cls(**{"name": name} | values)
         except FieldError as error:
