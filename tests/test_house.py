@@ -11,7 +11,18 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "src" / "gelcone"
 FLOORS = [
-    ["_version", "errors", "codes", "quantity", "statistics", "progress", "files", "disk_cache", "netcdf", "permission"],
+    [
+        "_version",
+        "errors",
+        "codes",
+        "quantity",
+        "statistics",
+        "progress",
+        "files",
+        "disk_cache",
+        "netcdf",
+        "permission",
+    ],
     ["accessor", "register"],
     ["membrane"],
     ["physics"],

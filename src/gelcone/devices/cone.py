@@ -112,7 +112,7 @@ def _cone(device: DeviceFields, damping_ratio: Any, film: Film | str) -> ConeMod
         damping_ratio=damping_ratio,
         dielectric_strength=breakdown_field(device),
         waveform=device.waveform,
-        circuit=device.circuit,
+        circuit=device.circuit or "ideal",
     )
 
 

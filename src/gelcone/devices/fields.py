@@ -165,7 +165,7 @@ class DeviceFields(Record):
         near=("shape", "drive"),
     )  # fmt: skip
     circuit: Any = Field(
-        "circuit between the drive and the film: ideal (none), or one's own as module:Class", default="ideal",
+        "circuit of one's own between the drive and the film, as module:Class", default=None, unset="none",
         near=("source", "amplifier", "resistor"),
     )  # fmt: skip
     bias: Any = Field(

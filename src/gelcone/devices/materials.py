@@ -153,7 +153,11 @@ _LAW_FIELDS = {
     for law in LAWS.values()
     for name, quantity in law.parameters.items()
 }
-Material.fields = {**Material.fields, **_LAW_FIELDS}
+Material.fields = {
+    own: field
+    for name, declared in Material.fields.items()
+    for own, field in ({name: declared} | (_LAW_FIELDS if name == "law" else {})).items()
+}
 
 
 @functools.cache
