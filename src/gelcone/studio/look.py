@@ -231,7 +231,7 @@ def single(found: Findings, subject: Subject) -> Any:
     member: dict[str, Any] = {"outcome": found.outcome[0]}
     for name, (_, values, _, quantity) in found.variables.items():
         scale, unit = 1.0, "1"
-        if subject.device is not None and quantity in MEASURES:
+        if subject.device is not None and isinstance(quantity, str) and quantity in MEASURES:
             scale, unit = subject.device.scales.shown(quantity), MEASURES[quantity].shown
         value = np.asarray(values)[0]
         member[name] = np.asarray(value * scale if unit != "1" else value).view(Reading)
