@@ -35,10 +35,10 @@ from classification import unlabelled
 from gelcone import __version__
 from gelcone.atlas.bifurcation import bifurcation, thresholds_of
 from gelcone.codes import Outcome, Regime
-from gelcone.motion.course import course
-from gelcone.motion.lasting import SETTLING
+from gelcone.motion.attractor.classification import MEASURE_TOLERANCE, classify
+from gelcone.motion.attractor.lifetime import SETTLING
+from gelcone.motion.attractor.search import follow
 from gelcone.motion.lyapunov import average
-from gelcone.motion.regime import MEASURE_TOLERANCE, classify
 from gelcone.motion.settle import repeats_lasting, settle
 from gelcone.paper.effort import QUICK
 from gelcone.paper.run import source_paper
@@ -87,7 +87,7 @@ def lasting_points(members: Members, initial: np.ndarray, rng: np.random.Generat
     rows = np.flatnonzero((found.regime == Regime.CHAOTIC) & (found.outcome == Outcome.OK) & members.damped)
     several = members.take(np.repeat(rows, REFERENCES))
     states = np.concatenate([near(rng, initial[row], REFERENCES) for row in rows])
-    run, _ = course(several, states, repeats_lasting(several, REFERENCE_BUDGET), tolerance=TOLERANCE)
+    run, _ = follow(several, states, repeats_lasting(several, REFERENCE_BUDGET), tolerance=TOLERANCE)
     lasts = ((run.period == 0) & (run.outcome == Outcome.OK)).reshape(-1, REFERENCES).all(axis=1)
     return rows[lasts]
 
@@ -103,7 +103,7 @@ def lifetimes(members: Members, initial: np.ndarray, rng: np.random.Generator) -
             continue
         horizon = 4.0 * float(np.median(stated.lifetime[known]))
         many = members.take(np.full(STARTS, row))
-        run, _ = course(
+        run, _ = follow(
             many, near(rng, initial[row], STARTS), repeats_lasting(many, min(horizon, 40_000.0)), tolerance=TOLERANCE
         )
         ended = run.period > 0

@@ -101,6 +101,9 @@ class FilteredVoltage(Circuit):
     def rates(self, commanded: Any, y: list[Any], n: Any, xp: Any = np) -> list[Any]:
         return [(commanded - y[0]) / n["filter_time"]]
 
+    def time_constant(self, n: Any) -> Any:
+        return n["filter_time"]
+
     def gain(self, frequency: Any, n: Any) -> Any:
         return 1.0 / (1.0 + 1j * frequency * n["filter_time"])
 

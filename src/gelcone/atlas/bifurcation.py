@@ -19,9 +19,10 @@ from gelcone.devices.device import Device
 from gelcone.devices.points import read_state
 from gelcone.devices.si import device_attributes
 from gelcone.errors import InputError
-from gelcone.motion.evidence import Evidence, label_evidence
+from gelcone.motion.attractor.classification import Evidence, classify
+from gelcone.motion.attractor.search import transient_of
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.regime import classify
+from gelcone.motion.regime import label_evidence
 from gelcone.motion.settle import (
     check_budgets,
     complete,
@@ -29,7 +30,6 @@ from gelcone.motion.settle import (
     repeats_lasting,
     settle,
     start_states,
-    transient_of,
 )
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel

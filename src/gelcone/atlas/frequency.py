@@ -19,7 +19,7 @@ from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
-from gelcone.motion.examination import REST_TOLERANCE
+from gelcone.motion.attractor.cycle import REST_TOLERANCE
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import equilibrium_under_bias, linear_response
 from gelcone.motion.natural import natural_frequency

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from gelcone.codes import Regime
-from gelcone.motion.evidence import Evidence
+from gelcone.motion.attractor.classification import Evidence
 from gelcone.quantity import Array
 
 QUARTERS = (0.25, 0.5, 0.75)

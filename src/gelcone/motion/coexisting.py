@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.flow import integrate
-from gelcone.motion.regime import classify
+from gelcone.motion.attractor.classification import classify
 from gelcone.motion.settle import default_transient, repeats_lasting, settle, single
 from gelcone.motion.settled import Swing, settled_swing, swing
 from gelcone.motion.validity import unknown

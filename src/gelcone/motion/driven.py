@@ -14,7 +14,7 @@ from gelcone.errors import InputError
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
 from gelcone.motion.natural import natural_frequency
-from gelcone.motion.regime import classify
+from gelcone.motion.attractor.classification import classify
 from gelcone.motion.response import even_times
 from gelcone.motion.settle import start_states
 from gelcone.motion.validity import broken, shares, voltages_along

@@ -22,7 +22,7 @@ from gelcone.codes import Outcome
 from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
-from gelcone.motion.course import cycles_reached
+from gelcone.motion.attractor.search import cycles_reached, transient_of
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.settle import (
     STRETCH,
@@ -32,7 +32,6 @@ from gelcone.motion.settle import (
     repeats_lasting,
     settle,
     start_states,
-    transient_of,
 )
 from gelcone.motion.tangents import CERTAIN, FLOOR, TangentRun, advance
 from gelcone.physics.members import Members
@@ -248,7 +247,7 @@ def lyapunov(
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
     window : length of the finite window from the start, dimensionless time. Default 500.
     transient : time discarded before the long average; default by damping and drive
-        (`gelcone.motion.settle.default_transient`).
+        (`gelcone.motion.attractor.search.default_transient`).
     budget : longest averaging time. Averaging stops earlier once the largest exponent is 3 standard errors off zero and
         longer blocks give no larger errors; at least 100 blocks of at least a forcing period and 64 time units are
         averaged. Default 20,000, or 10,000,000 for a ``precision``.

@@ -1,113 +1,29 @@
-"""What kind of motion it is - rest, periodic, quasi-periodic, chaotic, not settled, left the domain - with evidence.
-
-The motion settles, and a damped one is then looked for among cycles: one that returns and is on a cycle that attracts,
-which Newton's method finds, has arrived. A start beside it (`gelcone.motion.lasting`) tells whether chaos takes part;
-where it does, or where nothing settles soon, more starts show where they end and how long the chaos lasts. What none of
-them leaves is followed for as long as there is patience and then measured: does the largest Lyapunov exponent have a
-certain sign, and what does the 0-1 test say? Chaos that ends has a name of its own, and the exponents of what it ends
-in.
-
-With two states and damping, a quasi-periodic motion is impossible: its section points would lie on a closed curve, and
-the map that carries the curve onto itself shrinks the area inside by exp(-2 zeta T). With more states it is possible,
-and a damped motion whose largest exponent is zero within its error and whose 0-1 test is regular is named so.
-"""
+"""Regimes of motion, with their evidence: the analysis behind `gelcone.regime`, and its labels."""
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.dataset import Findings
+from gelcone import dataset
+from gelcone.codes import Regime
+from gelcone.dataset import Findings, Variable
 from gelcone.devices.analysis import analysis
-from gelcone.motion.arrival import find_ended, follow_starts, tell_how_long
-from gelcone.motion.evidence import Evidence, label_regimes
-from gelcone.motion.examination import alive, examine, examine_returns, judge, look, measure, second_opinion
+from gelcone.motion.attractor.classification import Evidence, classify
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.lasting import Nearby
-from gelcone.motion.settle import check_budgets, repeats_lasting, settle, start_states, transient_of
-from gelcone.physics.members import Members
+from gelcone.motion.settle import check_budgets, start_states
+from gelcone.motion.validity import validity_variables
+from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
-from gelcone.progress import Counted, Progress
+from gelcone.physics.system import ConeSystem
+from gelcone.progress import Progress
 from gelcone.quantity import Array, Time
+from gelcone.statistics import wilson
 
 if TYPE_CHECKING:
     import xarray as xr
-
-PATIENCE, PATIENCE_PERIODS = 1e5, 300
-"""Time, and forcing periods, for which chaos is followed by default: the longer of both."""
-FOLLOW_TOLERANCE = 1e-6
-"""Tolerance of damped motions once chaos has pulled nearby starts apart: one that settles forgets the error, and is
-then polished; of chaos only times and averages are taken, which are uncertain by far more."""
-MEASURE_TOLERANCE = 1e-8
-"""The same while exponents are averaged."""
-
-
-def classify(
-    members: Members,
-    states: Array,
-    *,
-    transient: float | None = None,
-    patience: float | None = None,
-    budget: float = 20_000.0,
-    progress: Progress = None,
-    **flow_options: Any,
-) -> Evidence:
-    """The regime of every member of a flattened ensemble from its initial state (members, N), with the evidence.
-
-    The workhorse behind `regime`, bifurcation diagrams and maps: a member's result depends on nothing but itself.
-    Options as in `regime`.
-    """
-    evidence = Evidence.blank(members.size, len(members.system.states))
-    evidence.final[:] = states
-    counted = Counted(progress)
-    duration = transient_of(members, transient)
-    longest = patience_of(members, patience)
-    loose, averaging = (
-        flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), least)}
-        for least in (FOLLOW_TOLERANCE, MEASURE_TOLERANCE)
-    )
-    losing = np.flatnonzero(members.damped)
-    _settle(members, np.flatnonzero(~members.damped), duration, evidence, flow_options)
-    examine((examine_returns,), members, np.flatnonzero(~members.damped), evidence, flow_options)
-    nearby = Nearby.at(evidence.final)
-    follow_starts(members, losing, duration, longest, nearby, evidence, loose, flow_options, counted)
-    wandering = alive(np.flatnonzero(np.isnan(evidence.cycle_distance)), evidence)
-    measures = (partial(measure, budget=budget), second_opinion)
-    damped = members.damped[wandering]
-    examine(measures, members, wandering[~damped], evidence, flow_options)
-    wandering = examine((look, *measures), members, wandering[damped], evidence, averaging)
-    find_ended(members, wandering, nearby, evidence, flow_options)
-    judge(members, evidence)
-    tell_how_long(members, losing, duration, nearby, evidence)
-    counted.finish()
-    return evidence
-
-
-def patience_of(members: Members, patience: float | None) -> Array:
-    """For how long chaos is followed, (members,): ``patience``, or by default `PATIENCE` or `PATIENCE_PERIODS`."""
-    if patience is not None:
-        return np.full(members.size, float(patience))
-    return np.maximum(PATIENCE, PATIENCE_PERIODS * members.forcing_period)
-
-
-def _settle(
-    members: Members,
-    rows: npt.NDArray[np.intp],
-    duration: Array,
-    evidence: Evidence,
-    options: dict[str, Any],
-) -> None:
-    """Lets ``duration`` (of all members) pass."""
-    if not rows.size:
-        return
-    part = members.take(rows)
-    evidence.final[rows], evidence.outcome[rows] = settle(
-        part, evidence.final[rows], repeats_lasting(part, duration[rows]), **options
-    )
-    evidence.settled_time[rows] = duration[rows]
 
 
 @analysis(
@@ -138,7 +54,7 @@ def regime(
     model : one actuator or an ensemble.
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
     transient : time after which the motion is first examined; default by damping and drive
-        (`gelcone.motion.settle.default_transient`).
+        (`gelcone.motion.attractor.search.default_transient`).
     patience : time for which a damped motion that does not settle is followed before it is called chaotic, and all
         starts beside it together. Default 100,000, or 300 forcing periods where those are longer.
     budget : longest averaging time of the exponents. Default 20,000.
@@ -176,7 +92,7 @@ def regime(
     }
     states = start_states(model, initial)
     found = regime_cells(model.members(), states, **options, threads=threads, progress=progress)
-    return label_regimes(model, found, options, "regime of motion")
+    return _labelled(model, found, options, "regime of motion")
 
 
 def regime_cells(
@@ -192,14 +108,66 @@ def regime_cells(
 ) -> Findings:
     """What `regime` finds of every member of a flattened ensemble from its state (members, N); options as there."""
     check_budgets(transient=transient, patience=patience, budget=budget)
-    evidence = classify(
-        members,
-        states,
-        transient=transient,
-        patience=patience,
-        budget=budget,
-        tolerance=tolerance,
-        threads=threads,
-        progress=progress,
-    )
-    return evidence.findings(members.system)
+    budgets: dict[str, Any] = {"transient": transient, "patience": patience, "budget": budget}
+    evidence = classify(members, states, **budgets, tolerance=tolerance, threads=threads, progress=progress)
+    return _findings(evidence, members.system)
+
+
+def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
+    """The evidence as labelled variables and outcomes."""
+
+    def code(values: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
+        return values.astype(np.int8)
+
+    fate_low, fate_high = wilson(evidence.fate_share, evidence.followed[:, None])
+    variables: dict[str, Variable] = {
+        "regime": ((), evidence.regime, "kind of motion", "code"),
+        "period": ((), evidence.period, "period in forcing periods, 0 if none", "count"),
+        "symmetric": ((), code(evidence.symmetric), "1 if the motion equals its mirror image", "code"),
+        "doubtful": ((), code(evidence.doubtful), "1 if the evidence does not agree", "code"),
+        "lyapunov": (("exponent",), evidence.exponents, "Lyapunov exponents per unit time", "rate"),
+        "standard_error": (("exponent",), evidence.standard_error, "standard error of the exponents", "rate"),
+        "sign": ((), evidence.sign, "sign of the largest exponent, 0 if uncertain", "code"),
+        "averaged_time": ((), evidence.averaged_time, "averaging time behind the exponents", "time"),
+        "return_distance": ((), evidence.return_distance, "distance of returning points over size", "share"),
+        "cycle_distance": ((), evidence.cycle_distance, "distance from the cycle over size", "share"),
+        "zero_one": ((), evidence.zero_one, "0-1 test, 1 for chaos", "share"),
+        "coexisting": (
+            (),
+            code(evidence.coexisting),
+            "1 if nearby starts end on a cycle or rest that others never reach",
+            "code",
+        ),
+        "lowest": ((), evidence.lowest, "lowest displacement", "length"),
+        "highest": ((), evidence.highest, "highest displacement", "length"),
+        "section": (("point", "state"), evidence.section, "states once every forcing period", "state"),
+        "settled_time": ((), evidence.settled_time, "time before the motion was examined", "time"),
+        **validity_variables(evidence.validity, evidence.outcome, system),
+        "seen_until": ((), evidence.seen_until, "time to which the motion was seen to be chaotic", "time"),
+        "share_chaotic": ((), evidence.share_chaotic, "share of the nearby starts that are still chaotic", "share"),
+        "lifetime": ((), evidence.lifetime, "mean lifetime of chaos, infinite if no end was seen", "time"),
+        "lifetime_low": ((), evidence.lifetime_low, "lower end of its 95 % interval", "time"),
+        "lifetime_high": ((), evidence.lifetime_high, "upper end of its 95 % interval", "time"),
+        "starts": ((), evidence.followed, "nearby starts that were followed, the motion's own among them", "count"),
+        "fate_regime": (("fate",), evidence.fate_regime, "where nearby starts end: the regime, -1 if none", "code"),
+        "fate_period": (("fate",), evidence.fate_period, "and its period in forcing periods", "count"),
+        "fate_share": (("fate",), evidence.fate_share, "and the share of the starts that do", "share"),
+        "fate_share_low": (("fate",), fate_low, "lower end of the share's 95 % interval", "share"),
+        "fate_share_high": (("fate",), fate_high, "upper end of the share's 95 % interval", "share"),
+    }
+    return Findings(variables, evidence.outcome)
+
+
+def label_evidence(model: Ensemble, evidence: Evidence, options: dict[str, Any], title: str) -> xr.Dataset:
+    """Evidence of all members as a Dataset over the ensemble's dims."""
+    return _labelled(model, _findings(evidence, model.system), options, title)
+
+
+def _labelled(model: Ensemble, found: Findings, options: dict[str, Any], title: str) -> xr.Dataset:
+    """Findings of all members as a Dataset over the ensemble's dims."""
+    result = dataset.label(model, found.variables, outcome=found.outcome, options=options, title=title)
+    result["regime"].attrs |= {
+        "flag_values": np.array([r.value for r in Regime], dtype=np.int8),
+        "flag_meanings": " ".join(r.name.lower() for r in Regime),
+    }
+    return result

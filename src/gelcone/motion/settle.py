@@ -37,12 +37,8 @@ LONG_STRETCH = 64.0
 """The same where a few digits of the largest growth suffice; the volume may be lost to rounding."""
 BLOCK = 64.0
 """Shortest block of an average, longer than the correlation time of chaotic motions."""
-DECAY_TIMES = 20.0
-LONGEST_DECAY = 5000.0
-FEWEST_REPEATS = 30
 LONGEST_TIME = 1e12
 """No run could end that is longer."""
-SHORTEST_TRANSIENT = 200.0
 
 
 # --- what the analyses need to know of an ensemble --------------------------------------------------------------------
@@ -129,29 +125,6 @@ def nudge(states: Array, by: float) -> Array:
     offset = np.zeros(states.shape[-1])
     offset[0] = by
     return states + offset
-
-
-def default_transient(
-    members: Members, *, repeats: float = FEWEST_REPEATS, longest_decay: float = LONGEST_DECAY
-) -> Array:
-    """Time after which a motion is first taken as settled, (members,).
-
-    20 decay times 1/zeta, but at most ``longest_decay`` (default 5,000), and at least ``repeats`` (default 30) forcing
-    periods and 200.
-    """
-    damping = np.broadcast_to(members.damping_ratio, members.shape).ravel()
-    decay = np.minimum(DECAY_TIMES / np.maximum(damping, 1e-12), longest_decay)
-    return np.maximum(np.maximum(repeats * members.forcing_period, decay), SHORTEST_TRANSIENT)
-
-
-def transient_of(members: Members, transient: float | None) -> Array:
-    """The time discarded of every member, (members,): ``transient``, or `default_transient` where it is None."""
-    return default_transient(members) if transient is None else np.full(members.size, float(transient))
-
-
-def round_duration(duration: Array, trial: int) -> Array:
-    """Length of one more round of settling: after the first, as long as all rounds before it together."""
-    return duration * 2 ** max(trial - 1, 0)
 
 
 def check_budgets(**budgets: float | None) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.codes import Regime
-from gelcone.motion.regime import PATIENCE
+from gelcone.motion.attractor.search import PATIENCE
 from gelcone.motion.tangents import CERTAIN
 from gelcone.paper.numbers import Number
 from gelcone.quantity import Array

@@ -246,6 +246,9 @@ class Together(Bias):
     def stiffness_scale(self, n: Numbers) -> Any:
         return sum(part.stiffness_scale(n) for part in self.parts)
 
+    def time_constant(self, n: Numbers) -> Any:
+        return np.maximum.reduce([np.asarray(part.time_constant(n)) for part in self.parts])
+
 
 BIASES: dict[str, Bias] = {bias.name: bias for bias in (LinearSpring(), BuckledBeam(), Weight(), ConstantForce())}
 """What ships, by name; several together are written with a plus, as in ``"spring+weight"``."""

@@ -58,6 +58,10 @@ class Component(ABC):
         """From the parameters, the numbers that the formulas take; computed once a member. Default: themselves."""
         return {name: parameters[name] for name in self.parameters}
 
+    def time_constant(self, n: Numbers) -> Any:
+        """Slowest time constant of the states that it adds, which a motion takes 20 of to settle. Default 0: none."""
+        return 0.0
+
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """The values of all parameters, checked; those that are not ``given`` take their defaults."""
         return {

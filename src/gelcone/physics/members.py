@@ -222,6 +222,12 @@ class Members(Ensemble):
         rate = 2.0 * self.values["damping_ratio"] + np.sqrt(1.0 + stiffness + (np.square(self.peak_voltage) + squared))
         return spread(rate, self.shape)
 
+    @property
+    def time_constant(self) -> Array:
+        """The slowest time constant of the states that components add, (members,)."""
+        slowest = [spread(part.time_constant(self.own_numbers), self.shape) for part in self.system.parts]
+        return np.maximum.reduce(slowest)
+
     @cached_property
     def divergence(self) -> Array:
         """Sum of the Lyapunov exponents, (members,): -2 zeta, with two states; with more, the trace of the Jacobian at

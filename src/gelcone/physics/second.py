@@ -79,6 +79,9 @@ class SecondFilm(Component):
         """What the film's own formulas take: the numbers without their prefix."""
         return {name.removeprefix(PREFIX): value for name, value in n.items() if name.startswith(PREFIX)}
 
+    def time_constant(self, n: Numbers) -> Any:
+        return self.film.time_constant(self.own(n))
+
     def place(self, x: Any, n: Numbers) -> Any:
         """The film's own displacement d - x."""
         return n["second_flat_height"] - x

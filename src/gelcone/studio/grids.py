@@ -22,7 +22,7 @@ from gelcone.codes import Regime
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
-from gelcone.motion.cycle import RETURNS
+from gelcone.motion.attractor.classification import RETURNS
 from gelcone.motion.limits import limits_cells
 from gelcone.motion.settle import start_states
 from gelcone.physics.members import Members

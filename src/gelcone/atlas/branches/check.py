@@ -19,7 +19,6 @@ from gelcone.atlas.branches.journal import Journal
 from gelcone.atlas.branches.point import Metric, Point, at_value
 from gelcone.atlas.branches.tree import Tree, kind_of
 from gelcone.codes import Outcome
-from gelcone.motion.cycle import NEAR_RETURN, PHASES, RETURNS, periods_of
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.flow import integrate
 from gelcone.motion.orbit import Kind, Shooting

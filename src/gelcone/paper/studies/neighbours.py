@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone import dataset
-from gelcone.motion.evidence import Evidence
-from gelcone.motion.regime import classify
+from gelcone.motion.attractor.classification import Evidence, classify
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study
 from gelcone.paper.studies.triples import TRIPLES

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.motion.evidence import label_evidence
-from gelcone.motion.regime import classify
-from gelcone.motion.settle import default_transient, start_states
+from gelcone.motion.attractor.classification import classify
+from gelcone.motion.attractor.search import default_transient
+from gelcone.motion.regime import label_evidence
+from gelcone.motion.settle import start_states
 from gelcone.paper.effort import Effort
 from gelcone.physics.model import ConeModel
 

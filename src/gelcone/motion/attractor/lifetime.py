@@ -16,93 +16,28 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.codes import Outcome
-from gelcone.motion.course import AWAY, RETURN, SMALLEST_SIZE, course
-from gelcone.physics.members import Members
+from gelcone.codes import Outcome, Regime
+from gelcone.motion.attractor.cycle import REST_TOLERANCE, SMALLEST_SIZE, Cycles
+from gelcone.motion.attractor.search import AWAY, Search, Starts, doublings
+from gelcone.motion.tangents import FLOOR
 from gelcone.quantity import Array
 
 STARTS = 16
 """Starts followed side by side, the motion's own among them."""
-NEARBY = 1e-9
-"""Distance of the others from the motion's own start, in displacement or velocity."""
 SAME = 1e-3
 """Cycles are one when their lowest and highest points agree to this share of their size."""
 SETTLING = np.log(1.0 / AWAY)
 """A motion comes within `AWAY` of a cycle in so many times over its rate of attraction, and from there returns."""
-assert RETURN == AWAY**2
+FATES = 3
+"""Attractors that are distinguished, at most, among those that nearby starts end on."""
 CONFIDENCE = 0.95
 EARLY, MISSED = 0.25, 3.0
 """Chaos that persists beside an attractor loses starts to it at first only: none have ended in the last three quarters
 of the time in which at least three would have at the pace of the first."""
 
 
-@dataclass(frozen=True)
-class Nearby:
-    """Starts side by side, as far as they were followed; arrays (members, `STARTS`, ...), the motion's own start first.
-
-    ``state`` (members, starts, N) now, at phase 0; ``followed`` so long; ``ended``, the time at which a start had
-    settled (infinite: not yet), on a cycle of ``period`` forcing periods between ``lowest`` and ``highest`` (both of
-    the states at two phases of the drive); the ``outcome``. ``apart`` (members,) is when chaos had pulled them apart.
-    """
-
-    state: Array
-    followed: Array
-    ended: Array
-    period: npt.NDArray[np.int64]
-    lowest: Array
-    highest: Array
-    outcome: npt.NDArray[np.int8]
-    gap: Array
-    apart: Array
-
-    @classmethod
-    def at(cls, states: Array) -> Nearby:
-        """Starts around ``states`` (members, N), of which displacement and velocity differ by `NEARBY`."""
-        count, size = states.shape
-        angles = 2.0 * np.pi * np.arange(STARTS - 1) / (STARTS - 1)
-        around = np.zeros((STARTS, size))
-        around[1:, 0], around[1:, 1] = NEARBY * np.cos(angles), NEARBY * np.sin(angles)
-        shape = (count, STARTS)
-        return cls(
-            state=states[:, None] + around,
-            followed=np.zeros(shape),
-            ended=np.full(shape, np.inf),
-            period=np.zeros(shape, dtype=np.int64),
-            lowest=np.full((*shape, 2 * size), np.nan),
-            highest=np.full((*shape, 2 * size), np.nan),
-            outcome=np.zeros(shape, dtype=np.int8),
-            gap=np.full(shape, np.nan),
-            apart=np.full(count, np.inf),
-        )
-
-    def advance(
-        self,
-        members: Members,
-        rows: npt.NDArray[np.intp],
-        starts: slice,
-        until: Array,
-        *,
-        compared: bool = False,
-        **flow_options: Any,
-    ) -> None:
-        """Follows some ``starts`` of the members ``rows`` that have not ended to the time ``until`` (members,), or a
-        little longer: to whole forcing periods. ``compared`` from their beginning, they tell when they came apart."""
-        part, columns = np.broadcast_arrays(rows[:, None], np.arange(STARTS)[starts])
-        left = np.rint((until[part] - self.followed[part, columns]) / members.forcing_period[part] + 0.4999)
-        going = np.isinf(self.ended[part, columns]) & (self.outcome[part, columns] == Outcome.OK) & (left >= 1.0)
-        abreast = part.shape[1] if compared else 1
-        row, column, repeats = part[going], columns[going], left[going].astype(np.int64)
-        if not row.size:
-            return
-        some = members.take(row)
-        run, apart = course(some, self.state[row, column], repeats, abreast=abreast, **flow_options)
-        settled = run.period > 0
-        self.ended[row, column] = np.where(settled, self.followed[row, column] + run.away, np.inf)
-        self.followed[row, column] += repeats * some.forcing_period
-        self.state[row, column], self.outcome[row, column] = run.final, run.outcome
-        self.period[row, column], self.gap[row, column] = run.period, run.gap
-        self.lowest[row, column], self.highest[row, column] = run.lowest, run.highest
-        np.minimum.at(self.apart, row, apart)
+class Nearby(Starts):
+    """Starts side by side: how long each was chaotic, and where they end."""
 
     def times(self, settling: Array | float = 0.0) -> Array:
         """How long each start was chaotic, (members, starts), from when they had come apart.
@@ -114,11 +49,6 @@ class Nearby:
         lag = np.broadcast_to(settling, self.apart.shape)[:, None]
         chaotic = np.where(self.escaped, self.ended - lag, self.followed - 2.0 * lag)
         return np.asarray(np.maximum(chaotic - since, 0.0))
-
-    @property
-    def escaped(self) -> npt.NDArray[np.bool_]:
-        """The starts that have settled, (members, starts)."""
-        return np.isfinite(self.ended)
 
     def persists(self) -> npt.NDArray[np.bool_]:
         """Members (members,) of which some starts ended soon and the others, against the odds, not at all."""
@@ -175,3 +105,80 @@ def lifetimes(ended: npt.NDArray[Any], time: Array) -> Lifetimes:
         low = 2.0 * time / chdtri(2.0 * ended + 2.0, outside)
         high = np.where(ended > 0, 2.0 * time / chdtri(2.0 * np.maximum(ended, 1), 1.0 - outside), np.inf)
         return Lifetimes(np.where(ended > 0, time / ended, np.inf), low, high)
+
+
+# --- starts nearby ----------------------------------------------------------------------------------------------------
+
+
+def follow_starts(
+    search: Search, nearby: Nearby, rows: npt.NDArray[np.intp], duration: Array, longest: Array
+) -> npt.NDArray[np.intp]:
+    """Follows the members ``rows`` of a search until they have arrived, or the time ``longest`` (members,) ends, and
+    where chaos takes part the starts nearby, all of them together for as long; the members still under way."""
+    if not rows.size:
+        return rows
+    together = np.maximum(longest / (STARTS - 1), duration)
+    search.advance(rows, slice(0, 2), duration, 0.2, compared=True)
+    going = search.follow(search.under_way(rows), duration, np.minimum(together, longest), 0.1)
+    chaotic = rows[np.isfinite(nearby.apart[rows]) | np.isin(rows, going)]
+    search.advance(chaotic, slice(1, STARTS), duration, 0.1)
+    until, rounds = duration, doublings(duration[chaotic], together[chaotic])
+    for _ in range(rounds):
+        until = np.minimum(2.0 * until, together)
+        search.advance(chaotic, slice(1, STARTS), until, 0.2 / rounds)
+    return search.follow(_ending_nowhere(search, nearby, going), together, longest, 0.2)
+
+
+def _ending_nowhere(search: Search, nearby: Nearby, rows: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
+    """Those of ``rows``, all under way, of which no nearby start shows what they will end in.
+
+    Where most of the starts end stands for the motion. Not where those that have not ended seem to persist.
+    """
+    tried = rows[np.isfinite(nearby.apart[rows]) & ~nearby.persists()[rows]]
+    for _ in range(FATES):
+        tried = tried[nearby.escaped[tried].any(axis=1)]
+        if not tried.size:
+            break
+        start = np.array([nearby.fates(int(row))[0][0] for row in tried])
+        going = search.under_way(tried, start)
+        rows, tried = rows[~np.isin(rows, np.setdiff1d(tried, going))], going
+    again = rows[search.start[rows] > 0]
+    search.start[again] = 0
+    search.cycles.put(again, Cycles.none(again.size, search.cycles.point.shape[1]))
+    return rows
+
+
+def chaos_of(nearby: Nearby, rows: npt.NDArray[np.intp], attraction: Array) -> dict[str, npt.NDArray[Any]]:
+    """How long the chaos of the members ``rows`` lasts and where their starts end, by the names of the evidence.
+
+    ``attraction`` (members,) is the rate at which they settle once chaos has ended.
+    """
+    times = nearby.times(SETTLING / np.maximum(attraction, FLOOR))[rows]
+    escaped, valid = nearby.escaped[rows], nearby.outcome[rows] == Outcome.OK
+    ended, count = (escaped & valid).sum(axis=1), valid.sum(axis=1)
+    lasting = lifetimes(ended, np.where(valid, times, 0.0).sum(axis=1))
+    fates = np.array([_fates(int(row), nearby) for row in rows]).reshape(rows.size, FATES, 3)
+    return {
+        "lifetime": lasting.mean,
+        "lifetime_low": lasting.low,
+        "lifetime_high": lasting.high,
+        "followed": count,
+        "share_chaotic": 1.0 - ended / count,
+        "seen_until": np.minimum(nearby.ended, nearby.followed)[rows, 0],
+        "coexisting": nearby.persists()[rows],
+        "fate_regime": fates[..., 0],
+        "fate_period": fates[..., 1],
+        "fate_share": fates[..., 2] / count[:, None],
+    }
+
+
+def _fates(row: int, nearby: Nearby) -> list[tuple[int, int, int]]:
+    """Regime, period and number of the starts of one member that end alike, the most frequent first, (`FATES`, 3)."""
+    found = []
+    for group in nearby.fates(row):
+        still = float((nearby.highest[row, group[0]] - nearby.lowest[row, group[0]]).max()) < REST_TOLERANCE
+        period = 0 if still else int(nearby.period[row, group[0]])
+        found.append((Regime.REST if still else Regime.PERIODIC, period, group.size))
+    left = int(((nearby.outcome[row] == Outcome.OK) & ~nearby.escaped[row]).sum())
+    found += [(Regime.CHAOTIC, 0, left)] * (left > 0) + [(-1, 0, 0)] * FATES
+    return sorted(found, key=lambda fate: -fate[2])[:FATES]

@@ -3,7 +3,7 @@
 A motion that nearly returns after n forcing periods is near a fixed point of the map over n periods. Three Newton steps
 from it give the cycle itself and tell it from a slow drift, which has no fixed point nearby. The eigenvalues of the
 tangent map over the cycle, its Floquet multipliers, give all Lyapunov exponents without any averaging. Nayfeh and
-Balachandran, Applied Nonlinear Dynamics (1995), chapters 3 and 7.
+Balachandran, Applied Nonlinear Dynamics (1995), chapters 3 and 7. Rest is a cycle, too, of one forcing period.
 """
 
 from __future__ import annotations
@@ -22,16 +22,8 @@ from gelcone.motion.validity import spread_over
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
-RETURNS = 64
-"""Forcing periods that are examined; motions with up to a quarter of this as period are recognised."""
-LONGEST_PERIOD = RETURNS // 4
-PHASES = 8
-"""Samples within each forcing period, for the amplitude and for returns: a slow drive can push all motions to the same
-point once a period, and they still differ between."""
-RETURN_TOLERANCE = 1e-6
 NEAR_RETURN = 1e-4
-"""For a damped motion that returns this closely, the cycle that it returns to is computed; one that is no further from
-it has arrived."""
+"""A motion no further from an attracting cycle than this share of its size has arrived there."""
 NEAR = 1e-2
 """A cycle further away than this share of the motion's size is not the one that the motion is on."""
 CONVERGENCE = 0.1
@@ -42,50 +34,8 @@ FIRST_TOLERANCE = 1e-8
 SAME_POINT = 1e-6
 """Points of a cycle that are closer than this share of its size are one."""
 SMALLEST_SIZE = 1e-3
-
-
-class Followed(NamedTuple):
-    """Motions over `RETURNS` forcing periods: the ``path`` (members, periods, phases, N), the last phase of each period
-    being its end; the ``outcome``; and samples spread evenly over all phases, ``times`` (members, samples) and
-    ``states`` (members, samples, N), see `gelcone.motion.validity`."""
-
-    path: Array
-    outcome: npt.NDArray[np.int8]
-    times: Array
-    states: Array
-
-
-def follow(members: Members, states: Array, **flow_options: Any) -> Followed:
-    """Motions over `RETURNS` forcing periods from ``states`` at phase 0."""
-    at_phases, spread = np.arange(1, RETURNS * PHASES + 1) / PHASES, spread_over(RETURNS)
-    ticks = np.sort(np.concatenate([at_phases, spread]))
-    flow = integrate(members, states, members.forcing_period[:, None] * ticks, **flow_options)
-    path = flow.states[:, np.searchsorted(ticks, at_phases)].reshape(len(states), RETURNS, PHASES, -1)
-    between = np.searchsorted(ticks, spread)
-    return Followed(path, flow.outcome, flow.times[:, between], flow.states[:, between])
-
-
-def periods_of(points: Array, tolerance: npt.ArrayLike = RETURN_TOLERANCE) -> tuple[npt.NDArray[np.int64], Array]:
-    """Smallest number of forcing periods after which all points return, (members,), 0 if none; and the least distance.
-
-    ``points`` (members, periods, coordinates). A return is closer than ``tolerance`` times the size of the motion (at
-    least 1e-3 of a length), for every point.
-    """
-    tolerance = np.broadcast_to(tolerance, (len(points),))
-    scale = np.maximum(np.abs(points).max(axis=(1, 2)), SMALLEST_SIZE)
-    period = np.zeros(len(points), dtype=np.int64)
-    nearest = np.full(len(points), np.inf)
-    left = np.arange(len(points))
-    for candidate in range(1, LONGEST_PERIOD + 1):
-        distance = np.abs(points[:, candidate:] - points[:, :-candidate]).max(axis=(1, 2)) / scale[left]
-        nearest[left] = np.fmin(nearest[left], distance)
-        returns = distance < tolerance[left]
-        period[left[returns]] = candidate
-        if returns.any():
-            left, points = left[~returns], points[~returns]
-        if not left.size:
-            break
-    return period, nearest
+REST_TOLERANCE = 1e-6
+"""A cycle that moves less than this, in displacement and velocity, is a rest."""
 
 
 @dataclass(frozen=True)
@@ -108,15 +58,46 @@ class Cycles:
     time: Array
     point: Array
 
+    @classmethod
+    def none(cls, count: int, states: int) -> Cycles:
+        """No cycle of any of ``count`` members with this number of states."""
+        return cls(
+            found=np.zeros(count, dtype=bool),
+            period=np.zeros(count, dtype=np.int64),
+            extent=np.full(count, np.nan),
+            symmetric=np.zeros(count, dtype=bool),
+            exponents=np.full((count, states), np.nan),
+            error=np.full((count, states), np.nan),
+            distance=np.full(count, np.nan),
+            time=np.zeros(count),
+            point=np.full((count, states), np.nan),
+        )
+
     def take(self, rows: Any) -> Cycles:
         """The cycles of some members."""
         return Cycles(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
 
+    def put(self, rows: Any, other: Cycles) -> None:
+        """Replaces the cycles of some members."""
+        for f in fields(self):
+            getattr(self, f.name)[rows] = getattr(other, f.name)
+
+    @property
+    def sign(self) -> npt.NDArray[np.int8]:
+        """Sign of the largest exponent, 0 where it is uncertain or there is no cycle."""
+        largest, error = self.exponents[:, 0], self.error[:, 0]
+        certain = self.found & (np.abs(largest) > np.maximum(CERTAIN * error, FLOOR))
+        return np.where(certain, np.sign(largest), 0.0).astype(np.int8)
+
     @property
     def attracting(self) -> npt.NDArray[np.bool_]:
         """Where the motion has arrived at a cycle that certainly attracts."""
-        certain = self.exponents[:, 0] < -np.maximum(CERTAIN * self.error[:, 0], FLOOR)
-        return self.found & certain & (self.distance < NEAR_RETURN)
+        return self.found & (self.sign < 0) & (self.distance < NEAR_RETURN)
+
+    @property
+    def resting(self) -> npt.NDArray[np.bool_]:
+        """Where the cycle is a rest."""
+        return self.found & (self.extent < REST_TOLERANCE)
 
 
 def find_cycles(members: Members, states: Array, period: npt.NDArray[np.int64], **flow_options: Any) -> Cycles:
@@ -124,35 +105,17 @@ def find_cycles(members: Members, states: Array, period: npt.NDArray[np.int64], 
 
     A member of period 0 has none.
     """
-    count, size = states.shape
-    cycles = Cycles(
-        found=np.zeros(count, dtype=bool),
-        period=np.zeros(count, dtype=np.int64),
-        extent=np.full(count, np.nan),
-        symmetric=np.zeros(count, dtype=bool),
-        exponents=np.full((count, size), np.nan),
-        error=np.full((count, size), np.nan),
-        distance=np.full(count, np.nan),
-        time=np.zeros(count),
-        point=np.full((count, size), np.nan),
-    )
+    cycles = Cycles.none(*states.shape)
     for group, clock in clocks(members):
         for repeats in np.unique(period[group][period[group] > 0]):
             same = period[group] == repeats
             rows = group[same]
-            _find(members.take(rows), states[rows], clock.take(same), int(repeats), rows, cycles, flow_options)
+            found = _found(members.take(rows), states[rows], clock.take(same), int(repeats), flow_options)
+            cycles.put(rows, found)
     return cycles
 
 
-def _find(
-    members: Members,
-    states: Array,
-    clock: Clock,
-    repeats: int,
-    rows: npt.NDArray[np.intp],
-    cycles: Cycles,
-    flow_options: dict[str, Any],
-) -> None:
+def _found(members: Members, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any]) -> Cycles:
     options = dict(flow_options)
     exact = options.pop("tolerance", DEFAULT_TOLERANCE)
     with np.errstate(all="ignore"):  # a motion that is on no cycle gives steps of any size, or none
@@ -165,13 +128,18 @@ def _find(
         exponents, first = (turn.log_multipliers / time[:, None] for turn in (last, before))
         found = (distance < NEAR) & ((left < CONVERGENCE * distance) | (left < NEGLIGIBLE))
     period = _smallest_period(path, size)
-    cycles.found[rows], cycles.period[rows], cycles.distance[rows] = found, period, distance
-    cycles.extent[rows] = np.maximum(np.ptp(path[..., 0], axis=(1, 2)), np.abs(path[..., 1]).max(axis=(1, 2)))
-    cycles.symmetric[rows] = _is_symmetric(path, period, size, members.system.mirror)
-    # The exponents of the cycle against those found before the last step, which was far larger than what is left.
-    cycles.exponents[rows], cycles.error[rows] = exponents, np.maximum(np.abs(exponents - first), FLOOR / 10)
-    cycles.time[rows] = time
-    cycles.point[rows] = last.point + last.step
+    return Cycles(
+        found=found,
+        period=period,
+        extent=np.maximum(np.ptp(path[..., 0], axis=(1, 2)), np.abs(path[..., 1]).max(axis=(1, 2))),
+        symmetric=_is_symmetric(path, period, size, members.system.mirror) & members.symmetric,
+        exponents=exponents,
+        # The exponents of the cycle against those found before the last step, which was far larger than what is left.
+        error=np.maximum(np.abs(exponents - first), FLOOR / 10),
+        distance=distance,
+        time=time,
+        point=last.point + last.step,
+    )
 
 
 def _smallest_period(path: Array, size: Array) -> npt.NDArray[np.int64]:
@@ -191,3 +159,24 @@ def _is_symmetric(path: Array, period: npt.NDArray[np.int64], size: Array, signs
     later = (np.arange(path.shape[1]) + shift[:, None]) % path.shape[1]
     image = signs * np.take_along_axis(path, later[:, :, None, None], axis=1)
     return np.abs(path - image).max(axis=(1, 2, 3)) < 10.0 * SAME_POINT * size
+
+
+class Sampled(NamedTuple):
+    """Motions over some forcing periods: the ``path`` (members, samples, N) at even times, the last at the end; and
+    ``times`` (members, samples) and ``states`` (members, samples, N) spread over all phases, see
+    `gelcone.motion.validity`; the ``outcome`` of each run."""
+
+    path: Array
+    times: Array
+    states: Array
+    outcome: npt.NDArray[np.int8]
+
+
+def sampled(members: Members, states: Array, periods: int, samples: int, **flow_options: Any) -> Sampled:
+    """Motions over ``periods`` forcing periods from ``states`` (members, N) at phase 0, with ``samples`` in each."""
+    even, spread = np.arange(1, periods * samples + 1) / samples, spread_over(periods)
+    ticks = np.union1d(even, spread)
+    run = integrate(members, states, members.forcing_period[:, None] * ticks, **flow_options)
+    between = np.searchsorted(ticks, spread)
+    path = run.states[:, np.searchsorted(ticks, even)]
+    return Sampled(path, run.times[:, between], run.states[:, between], run.outcome)

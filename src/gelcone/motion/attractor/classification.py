@@ -1,0 +1,437 @@
+"""What kind of motion it is - rest, periodic, quasi-periodic, chaotic, not settled, left the domain - with evidence.
+
+A damped motion is followed to its attractor, and chaos is followed from several starts (`search`, `lifetime`). What
+does not arrive is measured: does the largest Lyapunov exponent have a certain sign, and what does the 0-1 test say?
+Chaos that ends has a name of its own, and the exponents of what it ends in. Without damping there are no attractors:
+a motion returns, or it is measured.
+
+With two states and damping, a quasi-periodic motion is impossible: its section points would lie on a closed curve, and
+the map that carries the curve onto itself shrinks the area inside by exp(-2 zeta T). With more states it is possible,
+and a damped motion whose largest exponent is zero within its error and whose 0-1 test is regular is named so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.codes import Outcome, Regime
+from gelcone.motion.attractor.cycle import NEAR_RETURN, REST_TOLERANCE, SMALLEST_SIZE, Cycles, find_cycles, sampled
+from gelcone.motion.attractor.lifetime import FATES, STARTS, Nearby, chaos_of, follow_starts
+from gelcone.motion.attractor.search import Search, cycles_reached, patience_of, period_of, transient_of
+from gelcone.motion.flow import integrate
+from gelcone.motion.lyapunov import average, bound_shear, shear_level
+from gelcone.motion.settle import LONG_STRETCH, STRETCH, repeats_lasting, settle
+from gelcone.motion.validity import unknown, validity
+from gelcone.motion.zero_one import zero_one
+from gelcone.physics.members import Members
+from gelcone.progress import Counted, Progress
+from gelcone.quantity import Array
+
+RETURNS = 64
+"""Forcing periods of a motion that are sampled for its section."""
+PHASES = 8
+"""Samples within each of them, for the amplitude and for returns: a slow drive can push all motions to the same point
+once a period, and they still differ between."""
+RETURN_TOLERANCE = 1e-6
+"""Share of its size within which an undamped motion returns, which nothing pulls closer."""
+CYCLE_SAMPLES = 64
+"""Samples of a forcing period of a cycle, for its extent."""
+MEASURE_TOLERANCE = 1e-8
+"""Least tolerance at which the exponents of damped motions are averaged."""
+TEST_POINTS = (200, 800)
+"""Points of the 0-1 test, and of its repetition where the first is no clear answer."""
+ENDED = 1e-3
+"""Chaos has ended when the last points of its 0-1 test return this closely."""
+DRIFT_WINDOWS, DRIFT_PERIODS = 8, 16
+CHAOTIC_K = 0.8
+REGULAR_K = 0.2
+
+
+@dataclass
+class Evidence:
+    """All that is known of each member; arrays (members, ...).
+
+    ``regime`` (a `Regime`), ``period`` in forcing periods (0: none), ``symmetric`` under x -> -x, ``return_distance``
+    and ``cycle_distance`` over the motion's size, ``exponents`` and ``standard_error`` (members, N) with the
+    ``averaged_time`` behind them and the ``sign`` of the largest (0: uncertain), ``zero_one`` with the sample
+    ``test_phase`` of a forcing period at which it is taken, ``coexisting`` (nearby starts end on a cycle or rest that
+    others never reach), ``under_way`` (the motion still leaves an unstable cycle, or has returned at last), ``lowest``
+    and ``highest`` displacement, ``section`` (members, points, N), ``settled_time``, ``validity``,
+    see `gelcone.motion.validity.validity`, ``outcome``, ``final`` states (members, N), and ``doubtful`` (the evidence
+    does not agree).
+
+    Of chaos, whether it lasts (see `gelcone.motion.attractor.lifetime`): ``seen_until``, the time to which the motion
+    was seen to be chaotic; ``share_chaotic`` of the nearby starts; the mean ``lifetime`` between ``lifetime_low`` and
+    ``lifetime_high`` (NaN: no chaos; infinite: no end was seen). Where nearby starts end (members, `FATES`), the most
+    frequent first: ``fate_regime`` (-1: none), ``fate_period`` and ``fate_share``, of as many starts as were
+    ``followed``.
+    """
+
+    regime: npt.NDArray[np.int8]
+    period: npt.NDArray[np.int64]
+    symmetric: npt.NDArray[np.bool_]
+    return_distance: Array
+    cycle_distance: Array
+    exponents: Array
+    standard_error: Array
+    averaged_time: Array
+    sign: npt.NDArray[np.int8]
+    zero_one: Array
+    test_phase: npt.NDArray[np.int64]
+    coexisting: npt.NDArray[np.bool_]
+    under_way: npt.NDArray[np.bool_]
+    lowest: Array
+    highest: Array
+    section: Array
+    settled_time: Array
+    validity: Array
+    outcome: npt.NDArray[np.int8]
+    final: Array
+    doubtful: npt.NDArray[np.bool_]
+    seen_until: Array
+    share_chaotic: Array
+    lifetime: Array
+    lifetime_low: Array
+    lifetime_high: Array
+    fate_regime: npt.NDArray[np.int8]
+    fate_period: npt.NDArray[np.int64]
+    fate_share: Array
+    followed: npt.NDArray[np.int64]
+
+    @classmethod
+    def blank(cls, count: int, states: int = 2) -> Evidence:
+        """Nothing known yet of ``count`` members with so many states."""
+
+        def nan(*shape: int) -> Array:
+            return np.full((count, *shape), np.nan)
+
+        def zeros(kind: type[Any], *shape: int) -> npt.NDArray[Any]:
+            return np.zeros((count, *shape), dtype=kind)
+
+        return cls(
+            regime=np.full(count, Regime.TRANSIENT, dtype=np.int8),
+            period=zeros(np.int64),
+            symmetric=zeros(bool),
+            return_distance=nan(),
+            cycle_distance=nan(),
+            exponents=nan(states),
+            standard_error=nan(states),
+            averaged_time=zeros(float),
+            sign=zeros(np.int8),
+            zero_one=nan(),
+            test_phase=zeros(np.int64),
+            coexisting=zeros(bool),
+            under_way=zeros(bool),
+            lowest=nan(),
+            highest=nan(),
+            section=nan(RETURNS, states),
+            settled_time=zeros(float),
+            validity=unknown(count),
+            outcome=zeros(np.int8),
+            final=nan(states),
+            doubtful=zeros(bool),
+            seen_until=nan(),
+            share_chaotic=nan(),
+            lifetime=nan(),
+            lifetime_low=nan(),
+            lifetime_high=nan(),
+            fate_regime=zeros(np.int8, FATES) - np.int8(1),
+            fate_period=zeros(np.int64, FATES),
+            fate_share=zeros(float, FATES),
+            followed=np.ones(count, dtype=np.int64),
+        )
+
+    def take(self, rows: Any) -> Evidence:
+        """The evidence of some members."""
+        return Evidence(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
+
+    @classmethod
+    def join(cls, parts: list[Evidence]) -> Evidence:
+        """The evidence of several groups of members, one after the other."""
+        return cls(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)})
+
+
+def classify(
+    members: Members,
+    states: Array,
+    *,
+    transient: float | None = None,
+    patience: float | None = None,
+    budget: float = 20_000.0,
+    progress: Progress = None,
+    **flow_options: Any,
+) -> Evidence:
+    """The regime of every member of a flattened ensemble from its initial state (members, N), with the evidence.
+
+    The workhorse behind `gelcone.regime`, bifurcation diagrams and maps: a member's result depends on nothing but
+    itself. Options as in `gelcone.regime`.
+    """
+    evidence = Evidence.blank(members.size, len(members.system.states))
+    evidence.final[:] = states
+    counted = Counted(progress)
+    duration, longest = transient_of(members, transient), patience_of(members, patience)
+    losing, kept = np.flatnonzero(members.damped), np.flatnonzero(~members.damped)
+    measures = (partial(_measure, budget=budget), _second_opinion)
+    _examine((partial(_settle, duration=duration[kept]), _returns), members, kept, evidence, flow_options)
+    _examine(measures, members, _wandering(kept, evidence), evidence, flow_options)
+    nearby = Nearby.at(evidence.final, STARTS)
+    found = Search(members, nearby, counted, **flow_options)
+    going = follow_starts(found, nearby, losing, duration, longest)
+    evidence.settled_time[losing] = np.where(np.isin(losing, going), duration[losing], nearby.followed[losing, 0])
+    _arrived(found, losing, evidence, flow_options)
+    averaging = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), MEASURE_TOLERANCE)}
+    measured = _examine((_look, *measures), members, _wandering(losing, evidence), evidence, averaging)
+    _find_ended(members, measured, nearby, evidence, flow_options)
+    judge(members, evidence)
+    _persistence(members, losing, duration, nearby, evidence)
+    counted.finish()
+    return evidence
+
+
+Step = Callable[[Members, npt.NDArray[np.intp], Evidence, dict[str, Any]], object]
+
+
+def _examine(
+    steps: tuple[Step, ...], members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]
+) -> npt.NDArray[np.intp]:
+    """Takes some members through the steps; those that are still running after them."""
+    for step in steps:
+        rows = _alive(rows, evidence)
+        if rows.size:
+            step(members.take(rows), rows, evidence, options)
+    return _alive(rows, evidence)
+
+
+def _alive(rows: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np.intp]:
+    return rows[evidence.outcome[rows] == Outcome.OK]
+
+
+def _wandering(rows: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np.intp]:
+    """Those of ``rows`` that are near no cycle."""
+    return rows[np.isnan(evidence.cycle_distance[rows])]
+
+
+# --- undamped members -------------------------------------------------------------------------------------------------
+
+
+def _settle(
+    members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any], *, duration: Array
+) -> None:
+    """Lets the ``duration`` pass."""
+    repeats = repeats_lasting(members, duration)
+    evidence.final[rows], evidence.outcome[rows] = settle(members, evidence.final[rows], repeats, **options)
+    evidence.settled_time[rows] = duration
+
+
+def _look(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> Array:
+    """Follows `RETURNS` forcing periods: section points and extent; the path (members, periods, phases, N)."""
+    seen = sampled(members, evidence.final[rows], RETURNS, PHASES, **options)
+    path = seen.path.reshape(rows.size, RETURNS, PHASES, -1)
+    evidence.outcome[rows], evidence.validity[rows] = seen.outcome, validity(members, seen.times, seen.states)
+    x = path[..., 0]
+    evidence.lowest[rows], evidence.highest[rows] = x.min(axis=(1, 2)), x.max(axis=(1, 2))
+    evidence.section[rows], evidence.final[rows] = path[:, :, -1], path[:, -1, -1]
+    evidence.test_phase[rows] = _widest(x)
+    return path
+
+
+def _widest(displacement: Array) -> npt.NDArray[np.int64]:
+    """The sample within a period at which the displacements (members, periods, phases) differ the most.
+
+    Samples are numbered from 0 at phase 0, whereas the last of the path's samples of a period lies at its end.
+    """
+    return (np.ptp(displacement, axis=1).argmax(axis=1) + 1) % PHASES
+
+
+def _returns(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
+    """Whether undamped members return or are at rest."""
+    path = _look(members, rows, evidence, options)
+    x, u = path[..., 0], path[..., 1]
+    whole = path.reshape(len(x), RETURNS, -1)
+    period, distance = period_of(whole, RETURN_TOLERANCE, RETURNS)
+    still = (np.ptp(x, axis=(1, 2)) < REST_TOLERANCE) & (np.abs(u).max(axis=(1, 2)) < REST_TOLERANCE)
+    evidence.period[rows] = np.where(still, 0, period)
+    evidence.return_distance[rows] = distance
+    evidence.symmetric[rows] = symmetric(whole, period, np.tile(members.system.mirror, PHASES)) & members.symmetric
+    evidence.regime[rows] = np.select([still, period > 0], [Regime.REST, Regime.PERIODIC], Regime.TRANSIENT)
+
+
+def symmetric(points: Array, period: npt.NDArray[np.int64], signs: Array | float = -1.0) -> npt.NDArray[np.bool_]:
+    """Whether a periodic motion maps onto itself under x -> -x: its first point mirrored is a point of its cycle.
+
+    ``points`` (members, periods, coordinates); ``signs`` of the coordinates under the reflection.
+    """
+    scale = np.maximum(np.abs(points).max(axis=(1, 2)), SMALLEST_SIZE)
+    gaps = np.abs(points - signs * points[:, :1]).max(axis=2)
+    within = np.arange(points.shape[1]) < np.maximum(period, 1)[:, None]
+    return np.where(within, gaps, np.inf).min(axis=1) < 10 * RETURN_TOLERANCE * scale
+
+
+# --- damped members ---------------------------------------------------------------------------------------------------
+
+
+def _arrived(search: Search, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
+    """What a search has found of the damped members ``rows``."""
+    at = (rows, search.start[rows])
+    evidence.final[rows], evidence.outcome[rows] = search.starts.state[at], search.starts.outcome[at]
+    evidence.return_distance[rows] = search.starts.gap[at]
+    _on_cycles(search.members, rows, search.cycles.take(rows), evidence, options)
+
+
+def _on_cycles(
+    members: Members, rows: npt.NDArray[np.intp], cycles: Cycles, evidence: Evidence, options: dict[str, Any]
+) -> None:
+    """Names ``rows`` by the ``cycles`` (rows,) near them; motions without one have not settled."""
+    rows, cycles = rows[cycles.found], cycles.take(cycles.found)
+    evidence.regime[rows] = np.where(cycles.resting, Regime.REST, Regime.PERIODIC)
+    evidence.period[rows] = np.where(cycles.resting, 0, cycles.period)
+    evidence.symmetric[rows], evidence.cycle_distance[rows] = cycles.symmetric, cycles.distance
+    evidence.exponents[rows], evidence.standard_error[rows] = cycles.exponents, cycles.error
+    evidence.averaged_time[rows], evidence.sign[rows] = cycles.time, cycles.sign
+    for periods in np.unique(cycles.period):
+        same = np.flatnonzero(cycles.period == periods)
+        part, at = members.take(rows[same]), rows[same]
+        turn = sampled(part, cycles.point[same], int(periods), CYCLE_SAMPLES, **options)
+        evidence.validity[at] = validity(part, turn.times, turn.states, turn=True)
+        section, x = turn.path[:, CYCLE_SAMPLES - 1 :: CYCLE_SAMPLES], turn.path[..., 0]
+        evidence.lowest[at], evidence.highest[at] = x.min(axis=1), x.max(axis=1)
+        evidence.section[at] = section[:, np.arange(RETURNS) % periods]
+        evidence.final[at] = section[:, -1]
+
+
+def _find_ended(
+    members: Members, rows: npt.NDArray[np.intp], nearby: Nearby, evidence: Evidence, options: dict[str, Any]
+) -> None:
+    """Finds the cycles on which some ``rows`` have arrived while they were measured."""
+    rows = rows[~_is_chaotic(evidence, rows)]
+    if not rows.size:
+        return
+    reached = cycles_reached(members.take(rows), evidence.final[rows], **options)
+    there, period = rows[reached.attracting], reached.period[reached.attracting]
+    cycles = find_cycles(members.take(there), evidence.final[there], period, **options)
+    _on_cycles(members, there, cycles, evidence, options)
+    nearby.ended[there, 0] = nearby.followed[there, 0]
+
+
+def _is_chaotic(evidence: Evidence, rows: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
+    """Whether both opinions say so."""
+    wandering = evidence.regime[rows] == Regime.TRANSIENT
+    agree = (evidence.sign[rows] > 0) & (evidence.zero_one[rows] > CHAOTIC_K)
+    return wandering & agree & ~evidence.under_way[rows]
+
+
+# --- measurements -----------------------------------------------------------------------------------------------------
+
+
+def _measure(
+    members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any], *, budget: float
+) -> None:
+    """The exponents of those that are on no cycle, by averaging."""
+    stretch = LONG_STRETCH if members.system.planar else STRETCH
+    result = average(members, evidence.final[rows], budget=budget, stretch=stretch, **options)
+    bound_shear(members, result)
+    evidence.exponents[rows], evidence.standard_error[rows] = result.values, result.standard_error
+    evidence.averaged_time[rows], evidence.sign[rows] = result.time, result.sign
+    evidence.outcome[rows] = result.outcome
+    ok = result.outcome == Outcome.OK
+    evidence.final[rows[ok]] = result.states[ok]
+
+
+def _second_opinion(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
+    """The 0-1 test of the members that do not return and may not be slow: chaotic ones, and those that may be
+    quasi-periodic."""
+    regular = ~members.damped | ((not members.system.planar) & (evidence.sign[rows] == 0))
+    wandering = (evidence.regime[rows] == Regime.TRANSIENT) & ((evidence.sign[rows] > 0) | regular)
+    for points in TEST_POINTS:
+        part = rows[wandering]
+        if not part.size:
+            return
+        _test(members.take(wandering), part, evidence, points, options)
+        unclear = ~((evidence.zero_one[part] < REGULAR_K) | (evidence.zero_one[part] > CHAOTIC_K))
+        wandering[wandering] = unclear & (evidence.outcome[part] == Outcome.OK)
+
+
+def _test(
+    members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, points: int, options: dict[str, Any]
+) -> None:
+    """The 0-1 test at the phase at which the motion varies the most, and whether the motion was under way in it."""
+    phase = evidence.test_phase[rows] / PHASES
+    shares = np.stack([np.where(phase > 0.0, phase, 0.5), np.ones(len(rows))], axis=1)
+    ticks = (np.arange(points)[:, None] + shares[:, None, :]).reshape(len(rows), -1)
+    flow = integrate(members, evidence.final[rows], members.forcing_period[:, None] * ticks, **options)
+    between, section = flow.states[:, ::2], flow.states[:, 1::2]
+    evidence.outcome[rows], evidence.final[rows] = flow.outcome, section[:, -1]
+    evidence.zero_one[rows] = zero_one(np.where(phase[:, None] > 0.0, between[..., 0], section[..., 0]))
+    returned = period_of(section[:, -RETURNS:], ENDED, RETURNS)[0] > 0
+    evidence.under_way[rows] = returned | drifts(section)
+
+
+def drifts(section: Array) -> npt.NDArray[np.bool_]:
+    """Whether a motion leaves an unstable cycle or rest behind, ever faster, its section (members, points, N) says.
+
+    The deviations grow as in chaos, but every return after the period of that cycle is worse than those before; in
+    chaos there are always closer ones to come.
+    """
+    drifting = np.zeros(len(section), dtype=bool)
+    for period in range(1, DRIFT_PERIODS + 1):
+        gap = np.abs(section[:, period:] - section[:, :-period]).max(axis=2)
+        length = gap.shape[1] // DRIFT_WINDOWS
+        worst = gap[:, : length * DRIFT_WINDOWS].reshape(len(gap), DRIFT_WINDOWS, length).max(axis=2)
+        drifting |= (np.diff(worst, axis=1) > 0.0).all(axis=1)
+    return drifting
+
+
+# --- names ------------------------------------------------------------------------------------------------------------
+
+
+def judge(members: Members, evidence: Evidence) -> None:
+    """Names those that do not return, and marks every verdict that its evidence does not support."""
+    losing = members.damped
+    ran = evidence.outcome == Outcome.OK
+    wandering = (evidence.regime == Regime.TRANSIENT) & ran
+    # Chaos without damping sticks to the islands in it for long, so that its average may never become steady.
+    sticky = ~losing & (evidence.exponents[:, 0] > shear_level(evidence.averaged_time)) & (evidence.sign == 0)
+    sticky &= evidence.zero_one > CHAOTIC_K
+    chaotic = wandering & ((evidence.sign > 0) | sticky) & ~(losing & evidence.under_way)
+    neutral = (evidence.sign == 0) & (evidence.zero_one < REGULAR_K) & ~evidence.under_way
+    on_torus = (not members.system.planar) & neutral
+    quasi_periodic = wandering & ~chaotic & (~losing | on_torus)
+    evidence.regime[chaotic] = Regime.CHAOTIC
+    evidence.regime[quasi_periodic] = Regime.QUASI_PERIODIC
+    evidence.regime[~ran] = Regime.LEFT_THE_DOMAIN
+    # that a run ran out of steps, or of digits beside its stretch limit, says nothing of where the motion goes
+    stopped = np.isin(evidence.outcome, (Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT))
+    evidence.regime[stopped] = Regime.TRANSIENT
+    evidence.doubtful = chaotic & (sticky | ~(evidence.zero_one > CHAOTIC_K))
+    evidence.doubtful |= quasi_periodic & ~(evidence.zero_one < REGULAR_K)
+    # A cycle or a rest that attracts has a negative exponent; without damping it is neutral at best.
+    returns = (evidence.regime == Regime.REST) | (evidence.regime == Regime.PERIODIC)
+    evidence.doubtful |= returns & np.where(losing, evidence.sign >= 0, evidence.sign > 0)
+    evidence.doubtful |= evidence.regime == Regime.TRANSIENT
+
+
+def _persistence(
+    members: Members, rows: npt.NDArray[np.intp], duration: Array, nearby: Nearby, evidence: Evidence
+) -> None:
+    """How long the chaos of the damped members ``rows`` lasts, and the name of chaos that ends."""
+    chaos = np.isfinite(nearby.apart) | (evidence.regime == Regime.CHAOTIC)
+    rows = _alive(rows[chaos[rows]], evidence)
+    # No cycle attracts faster than the damping lets it.
+    damping = np.broadcast_to(members.damping_ratio, members.shape).ravel()
+    attraction = np.where(evidence.sign < 0, np.minimum(-evidence.exponents[:, 0], damping), damping)
+    for name, values in chaos_of(nearby, rows, attraction).items():
+        getattr(evidence, name)[rows] = values
+    returns = np.isin(evidence.regime[rows], (Regime.PERIODIC, Regime.REST)) & (evidence.sign[rows] < 0)
+    ends = (evidence.share_chaotic[rows] < 1.0) & ~evidence.coexisting[rows]
+    lasted = evidence.lifetime[rows] > duration[rows]
+    evidence.regime[rows[returns & ends & lasted]] = Regime.TRANSIENT_CHAOS
+    undamped = (evidence.regime == Regime.CHAOTIC) & ~members.damped
+    evidence.seen_until[undamped] = (evidence.settled_time + evidence.averaged_time)[undamped]
+    evidence.share_chaotic[undamped], evidence.lifetime[undamped] = 1.0, np.inf
+    evidence.lifetime_low[undamped], evidence.lifetime_high[undamped] = 0.0, np.inf

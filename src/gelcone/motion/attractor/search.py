@@ -1,0 +1,387 @@
+"""The search for attractors: motions are followed until they have settled on a cycle that attracts, or patience ends.
+
+A motion may have settled when its last points return, forcing period after forcing period; it has when Newton's method
+finds a cycle there that attracts (`gelcone.motion.attractor.cycle`). How near to that cycle it was at earlier times
+says when it arrived, and from starts nearby, when they came apart. All analyses of settled motions search so, in rounds
+of one ``transient`` and, where it did not suffice, of twice the time so far, up to ``patience``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.codes import Outcome
+from gelcone.motion.attractor.cycle import SMALLEST_SIZE, Cycles, find_cycles
+from gelcone.motion.flow import integrate
+from gelcone.motion.settle import alike
+from gelcone.physics.members import Members
+from gelcone.progress import Progress, weighted
+from gelcone.quantity import Array
+
+DECAY_TIMES = 20.0
+LONGEST_DECAY = 5000.0
+FEWEST_REPEATS = 30
+SHORTEST_TRANSIENT = 200.0
+PATIENCE, PATIENCE_PERIODS, PATIENCE_TRANSIENTS = 1e5, 300, 5
+"""Time, forcing periods and default transients for which motions are followed by default: the longest of the three."""
+FOLLOW_TOLERANCE = 1e-6
+"""Tolerance of damped motions once chaos has pulled nearby starts apart: one that settles forgets the error, and is
+then polished; of chaos only times and averages are taken, which are uncertain by far more."""
+NEARBY = 1e-9
+"""Distance of nearby starts from the motion's own, in displacement or velocity."""
+SEPARATED = 1e-3
+"""Starts have come apart when they differ by this share of the motion's size."""
+LONGEST_PERIOD = 64
+"""Motions with up to so many forcing periods as their own period are recognised."""
+HISTORY, WINDOW = 64, 144
+"""Forcing periods of a course that are looked at: so many spread over it, and so many in a row at its end."""
+PHASES = (0.5, 1.0)
+"""Where in a forcing period: a slow drive can push all motions to the same point once a period."""
+LAGS = 24
+"""Points, at least, that have to return for a motion to have settled."""
+RETURN = 1e-4
+"""Share of the motion's size within which they do; a thousand times what the loosest run leaves."""
+AWAY = 1e-2
+"""A motion was last away from the cycle that it ends on when it was further from it than this share of its size."""
+BLOCK_SAMPLES = 2**19
+"""Most samples of a block of members, which bounds the memory."""
+
+
+# --- budgets ----------------------------------------------------------------------------------------------------------
+
+
+def default_transient(members: Members) -> Array:
+    """Time after which a motion is first examined, (members,).
+
+    20 times the slowest decay that is known - 1/zeta, for which 5,000 will do, and the time constants of the states
+    that components add -, and at least 30 forcing periods and 200.
+    """
+    damping = np.broadcast_to(members.damping_ratio, members.shape).ravel()
+    decay = np.minimum(DECAY_TIMES / np.maximum(damping, 1e-12), LONGEST_DECAY)
+    decay = np.maximum(decay, DECAY_TIMES * members.time_constant)
+    return np.maximum(np.maximum(FEWEST_REPEATS * members.forcing_period, decay), SHORTEST_TRANSIENT)
+
+
+def transient_of(members: Members, transient: float | None) -> Array:
+    """The time discarded of every member, (members,): ``transient``, or `default_transient` where it is None."""
+    return default_transient(members) if transient is None else np.full(members.size, float(transient))
+
+
+def patience_of(members: Members, patience: float | None) -> Array:
+    """For how long motions that do not settle are followed, (members,): ``patience``, or by default `PATIENCE`."""
+    if patience is not None:
+        return np.full(members.size, float(patience))
+    return np.maximum(
+        np.maximum(PATIENCE, PATIENCE_PERIODS * members.forcing_period),
+        PATIENCE_TRANSIENTS * default_transient(members),
+    )
+
+
+# --- returns ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Returns:
+    """Where some motions went; arrays (members, ...).
+
+    ``final`` states (members, N); the ``outcome``; the ``period`` on which they have settled, in forcing periods (0:
+    none); when they were last ``away`` from it, since the beginning; ``lowest`` and ``highest`` (members, 2 N) of the
+    states at the two `PHASES` over that period; and ``gap``, the least distance of a return over the size.
+    """
+
+    final: Array
+    outcome: npt.NDArray[np.int8]
+    period: npt.NDArray[np.int64]
+    away: Array
+    lowest: Array
+    highest: Array
+    gap: Array
+
+    @classmethod
+    def blank(cls, count: int, states: int) -> Returns:
+        """Nothing known yet."""
+        return cls(
+            np.full((count, states), np.nan),
+            np.zeros(count, dtype=np.int8),
+            np.zeros(count, dtype=np.int64),
+            np.full(count, np.inf),
+            np.full((count, 2 * states), np.nan),
+            np.full((count, 2 * states), np.nan),
+            np.full(count, np.nan),
+        )
+
+
+def follow(
+    members: Members,
+    states: Array,
+    repeats: npt.NDArray[np.int64],
+    *,
+    abreast: int = 1,
+    progress: Progress = None,
+    **flow_options: Any,
+) -> tuple[Returns, Array]:
+    """Follows members from ``states`` (members, N) at phase 0 over ``repeats`` (members,) forcing periods each.
+
+    Also the times (members,) at which each was first apart from the first of the ``abreast`` neighbours that it is one
+    of, infinite where it was not.
+    """
+    found, apart = Returns.blank(*states.shape), np.full(members.size, np.inf)
+    for rows, numbers in _groups(repeats, abreast):
+        part = members.take(rows)
+        ticks = (numbers[:, :, None] + np.asarray(PHASES) - 1.0).reshape(len(rows), -1)
+        share = weighted(progress, rows.size / members.size)
+        run = integrate(part, states[rows], ticks * part.forcing_period[:, None], progress=share, **flow_options)
+        points = run.states.reshape(*numbers.shape, -1)
+        times = numbers * part.forcing_period[:, None]
+        found.final[rows], found.outcome[rows] = run.states[:, -1], run.outcome
+        dense = points[:, -min(WINDOW, points.shape[1]) :]
+        found.period[rows], found.gap[rows] = period_of(dense)
+        _describe(found, rows, points, times)
+        apart[rows] = _separation(points, times, abreast)
+    return found, apart
+
+
+def _groups(
+    repeats: npt.NDArray[np.int64], abreast: int
+) -> Iterator[tuple[npt.NDArray[np.intp], npt.NDArray[np.int64]]]:
+    """Members that are sampled equally often, in blocks of bounded memory, and the periods (members, samples) at whose
+    ends they are."""
+    window = np.minimum(repeats, WINDOW)
+    before = np.minimum(repeats - window, HISTORY)
+    for (last, first), group in alike(window, before):
+        size = max(1, BLOCK_SAMPLES // (last + first) // abreast) * abreast
+        for begin in range(0, group.size, size):
+            rows = group[begin : begin + size]
+            spread = (repeats[rows, None] - last) * np.arange(1, first + 1) // max(first, 1)
+            ends = repeats[rows, None] - last + np.arange(1, last + 1)
+            yield rows, np.concatenate([spread, ends], axis=1)
+
+
+def period_of(
+    points: Array, tolerance: float = RETURN, fewest: int = LAGS
+) -> tuple[npt.NDArray[np.int64], Array]:
+    """Smallest number of periods (members,) after which the last points return, 0 if none; and the least distance.
+
+    ``points`` (members, periods, coordinates) in a row. Distances are shares of the motion's size. Of two points that
+    number of periods apart at least the ``fewest`` last, and all of a period, have to agree to the ``tolerance``.
+    """
+    count, length = points.shape[:2]
+    with np.errstate(invalid="ignore"):
+        scale = np.maximum(np.abs(points).max(axis=(1, 2)), SMALLEST_SIZE)
+        longest = min(LONGEST_PERIOD, length // 2)
+        last = np.abs(points[:, -1:] - points[:, -1 - longest : -1][:, ::-1]).max(axis=2) / scale[:, None]
+    period, gap = np.zeros(count, dtype=np.int64), np.full(count, np.inf)
+    candidates = last < tolerance
+    for lag in np.flatnonzero(candidates.any(axis=0)) + 1:
+        rows = np.flatnonzero(candidates[:, lag - 1] & (period == 0))
+        if not rows.size:
+            continue
+        compared = min(max(fewest, lag), length - lag)
+        later = points[rows, -compared:]
+        earlier = points[rows, -compared - lag : -lag]
+        distance = np.abs(later - earlier).max(axis=(1, 2)) / scale[rows]
+        gap[rows] = np.minimum(gap[rows], distance)
+        period[rows[distance < tolerance]] = lag
+    nearest = last.min(axis=1, initial=np.inf)
+    return period, np.where(np.isfinite(gap), gap, nearest)
+
+
+def _describe(found: Returns, rows: npt.NDArray[np.intp], points: Array, times: Array) -> None:
+    """When the settled ones of the ``rows`` were last away from their cycles, and how far these reach."""
+    period = found.period[rows]
+    for repeats in np.unique(period[period > 0]):
+        same = np.flatnonzero(period == repeats)
+        path = points[same]
+        cycle = path[:, -repeats:]
+        scale = np.maximum(np.abs(cycle).max(axis=(1, 2)), SMALLEST_SIZE)
+        distance = np.full(path.shape[:2], np.inf)
+        for k in range(repeats):
+            distance = np.minimum(distance, np.abs(path - cycle[:, k : k + 1]).max(axis=2))
+        away = np.where(distance > AWAY * scale[:, None], times[same], 0.0)
+        found.away[rows[same]] = away.max(axis=1)
+        found.lowest[rows[same]], found.highest[rows[same]] = cycle.min(axis=1), cycle.max(axis=1)
+
+
+def _separation(points: Array, times: Array, abreast: int) -> Array:
+    """When each of the members was first apart from the first of its neighbours, infinite where it was not."""
+    if abreast == 1:
+        return np.full(len(points), np.inf)
+    together = points.reshape(-1, abreast, *points.shape[1:])
+    with np.errstate(invalid="ignore"):
+        scale = np.maximum(np.abs(together[:, :1]).max(axis=(2, 3)), SMALLEST_SIZE)
+        apart = np.abs(together - together[:, :1]).max(axis=3) > SEPARATED * scale[..., None]
+    each = times.reshape(-1, abreast, times.shape[1])
+    return np.asarray(np.where(apart, each, np.inf).min(axis=2).ravel())
+
+
+# --- searches ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Starts of each member as far as they were followed; arrays (members, starts, ...), the member's own start first.
+
+    ``state`` (members, starts, N) now, at phase 0; the time ``followed``; ``ended``, the time at which a start had
+    settled (infinite: not yet), on a cycle of ``period`` forcing periods between ``lowest`` and ``highest`` (both of
+    the states at two phases of the drive); the ``outcome``; the ``gap`` of its return. ``apart`` (members,) is when
+    chaos had pulled the starts apart.
+    """
+
+    state: Array
+    followed: Array
+    ended: Array
+    period: npt.NDArray[np.int64]
+    lowest: Array
+    highest: Array
+    outcome: npt.NDArray[np.int8]
+    gap: Array
+    apart: Array
+
+    @classmethod
+    def at(cls, states: Array, starts: int) -> Self:
+        """Starts around ``states`` (members, N), of which displacement and velocity differ by `NEARBY`."""
+        count, size = states.shape
+        angles = 2.0 * np.pi * np.arange(starts - 1) / (starts - 1)
+        around = np.zeros((starts, size))
+        around[1:, 0], around[1:, 1] = NEARBY * np.cos(angles), NEARBY * np.sin(angles)
+        shape = (count, starts)
+        return cls(
+            state=states[:, None] + around,
+            followed=np.zeros(shape),
+            ended=np.full(shape, np.inf),
+            period=np.zeros(shape, dtype=np.int64),
+            lowest=np.full((*shape, 2 * size), np.nan),
+            highest=np.full((*shape, 2 * size), np.nan),
+            outcome=np.zeros(shape, dtype=np.int8),
+            gap=np.full(shape, np.nan),
+            apart=np.full(count, np.inf),
+        )
+
+    @property
+    def escaped(self) -> npt.NDArray[np.bool_]:
+        """The starts that have settled, (members, starts)."""
+        return np.isfinite(self.ended)
+
+    def advance(
+        self,
+        members: Members,
+        rows: npt.NDArray[np.intp],
+        starts: slice,
+        until: Array,
+        *,
+        compared: bool = False,
+        **flow_options: Any,
+    ) -> None:
+        """Follows some ``starts`` of the members ``rows`` that have not ended to the time ``until`` (members,), or a
+        little longer: to whole forcing periods. ``compared`` from their beginning, they show when they came apart."""
+        part, columns = np.broadcast_arrays(rows[:, None], np.arange(self.ended.shape[1])[starts])
+        left = np.rint((until[part] - self.followed[part, columns]) / members.forcing_period[part] + 0.4999)
+        going = np.isinf(self.ended[part, columns]) & (self.outcome[part, columns] == Outcome.OK) & (left >= 1.0)
+        abreast = part.shape[1] if compared else 1
+        row, column, repeats = part[going], columns[going], left[going].astype(np.int64)
+        if not row.size:
+            return
+        some = members.take(row)
+        run, apart = follow(some, self.state[row, column], repeats, abreast=abreast, **flow_options)
+        settled = run.period > 0
+        self.ended[row, column] = np.where(settled, self.followed[row, column] + run.away, np.inf)
+        self.followed[row, column] += repeats * some.forcing_period
+        self.state[row, column], self.outcome[row, column] = run.final, run.outcome
+        self.period[row, column], self.gap[row, column] = run.period, run.gap
+        self.lowest[row, column], self.highest[row, column] = run.lowest, run.highest
+        np.minimum.at(self.apart, row, apart)
+
+
+class Search:
+    """A search for the attractors of damped ``members``, from the ``starts`` of each.
+
+    ``cycles`` are those near the starts that stand for the members, ``start`` (members,) says which: the member's own
+    unless another is taken. A member has arrived where its cycle is `Cycles.attracting`.
+    """
+
+    def __init__(self, members: Members, starts: Starts, progress: Progress, **flow_options: Any) -> None:
+        self.members, self.starts, self.progress, self.exact = members, starts, progress, flow_options
+        self.loose = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), FOLLOW_TOLERANCE)}
+        self.cycles = Cycles.none(members.size, starts.state.shape[2])
+        self.start = np.zeros(members.size, dtype=np.intp)
+
+    @property
+    def state(self) -> Array:
+        """The states (members, N) of the starts that stand for the members."""
+        return np.asarray(self.starts.state[np.arange(self.members.size), self.start])
+
+    @property
+    def outcome(self) -> npt.NDArray[np.int8]:
+        """Their outcomes (members,)."""
+        return np.asarray(self.starts.outcome[np.arange(self.members.size), self.start])
+
+    def advance(
+        self, rows: npt.NDArray[np.intp], starts: slice, until: Array, share: float, *, compared: bool = False
+    ) -> None:
+        """`Starts.advance`, exactly where chaos has not pulled the starts of a member apart."""
+        apart = np.isfinite(self.starts.apart[rows])
+        for part, options in ((rows[~apart], self.exact), (rows[apart], self.loose)):
+            if part.size:
+                progress = weighted(self.progress, share * part.size / rows.size)
+                self.starts.advance(
+                    self.members, part, starts, until, compared=compared, progress=progress, **options
+                )
+
+    def under_way(self, rows: npt.NDArray[np.intp], start: npt.NDArray[np.intp] | int = 0) -> npt.NDArray[np.intp]:
+        """Those of ``rows`` of which a start has neither arrived nor stopped: slow, or chaotic. The start stands for
+        its member from now on. One that does not move at all will not arrive anywhere else."""
+        starts, at = self.starts, (rows, np.broadcast_to(start, rows.shape))
+        self.start[rows] = at[1]
+        alive = starts.outcome[at] == Outcome.OK
+        period = np.where(alive, starts.period[at], 0)
+        cycles = find_cycles(self.members.take(rows), starts.state[at], period, **self.exact)
+        self.cycles.put(rows, cycles)
+        going = ~cycles.attracting & (starts.gap[at] > 0.0) & alive
+        starts.ended[at[0][going], at[1][going]] = np.inf
+        return rows[going]
+
+    def follow(self, rows: npt.NDArray[np.intp], begin: Array, end: Array, share: float) -> npt.NDArray[np.intp]:
+        """Follows the members' own starts in rounds, each as long as all before; those of ``rows`` still under way."""
+        until, rounds = np.minimum(begin, end), doublings(begin[rows], end[rows])
+        for _ in range(rounds):
+            until = np.minimum(2.0 * until, end)
+            self.advance(rows, slice(0, 1), until, share / rounds)
+            rows = self.under_way(rows)
+        return rows
+
+
+def doublings(begin: Array, end: Array) -> int:
+    """How many doublings lead from ``begin`` to ``end`` for all members."""
+    return int(np.ceil(np.log2(np.maximum(end / begin, 1.0))).max(initial=0.0))
+
+
+def search(
+    members: Members,
+    states: Array,
+    *,
+    transient: float | None = None,
+    patience: float | None = None,
+    progress: Progress = None,
+    **flow_options: Any,
+) -> Search:
+    """Follows damped members from ``states`` (members, N) at phase 0 until each has arrived, or patience ends.
+
+    ``transient`` and ``patience`` as in `gelcone.regime`; ``flow_options`` go to `integrate`.
+    """
+    found = Search(members, Starts.at(states, 2), progress, **flow_options)
+    duration, rows = transient_of(members, transient), np.arange(members.size)
+    if rows.size:
+        found.advance(rows, slice(0, 2), duration, 0.5, compared=True)
+        found.follow(found.under_way(rows), duration, patience_of(members, patience), 0.5)
+    return found
+
+
+def cycles_reached(members: Members, states: Array, **flow_options: Any) -> Cycles:
+    """The cycles near motions that are at ``states``, at phase 0, and return from there."""
+    found, _ = follow(members, states, np.full(members.size, WINDOW), **flow_options)
+    return find_cycles(members, found.final, found.period, **flow_options)
