@@ -33,8 +33,8 @@ import numpy as np
 from scipy.integrate import odeint
 
 from gelcone.codes import Regime
-from gelcone.motion.flow import integrate
 from gelcone.motion.attractor.classification import classify
+from gelcone.motion.flow import integrate
 from gelcone.motion.zero_one import zero_one
 from gelcone.physics.model import ConeModel
 

@@ -178,10 +178,12 @@ def attractor_in_words(attractor: xr.Dataset) -> str:
 
 
 def kinds_of_motion(sweep: xr.Dataset) -> dict[str, xr.DataArray]:
-    """How the motion of one frequency sweep departs from the drive's period -> where; failed runs are neither."""
+    """How the motion of one frequency sweep departs from the drive's period -> where; failed runs and rests do not."""
+    # files of earlier versions give a rest the period 1
+    moving = ~sweep["resting"].astype(bool) if "resting" in sweep else True
     return {
         "subharmonic": sweep["period"] > 1,
-        "not periodic": (sweep["period"] == 0) & (sweep["outcome"] == Outcome.OK),
+        "not periodic": (sweep["period"] == 0) & (sweep["outcome"] == Outcome.OK) & moving,
     }
 
 

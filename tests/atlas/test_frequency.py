@@ -142,7 +142,8 @@ def test_films_at_rest_do_not_jump_and_follow_the_drive():
     flat = ConeModel(damping_ratio=0.2, voltage=0.1)
     found = frequency(flat, [0.5, 1.0, 1.5])
     assert float(found["stroke"].max()) < 1e-8
-    assert (found["period"] == 1).all()
+    assert (found["period"] == 0).all()
+    assert (found["resting"] == 1).all()
     assert found.sizes["jump"] == 0
 
 

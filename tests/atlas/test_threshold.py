@@ -5,7 +5,7 @@ import pytest
 
 from gelcone.atlas.threshold import Threshold, changes, refine, share_of
 from gelcone.codes import Regime
-from gelcone.motion.evidence import Evidence
+from gelcone.motion.attractor.classification import Evidence
 
 
 def evidence(shares, periods=None):

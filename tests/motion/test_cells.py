@@ -6,13 +6,12 @@ import pytest
 import gelcone
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.motion import settled as settled_module
 from gelcone.motion.envelope import operating_limits, operating_limits_cells
 from gelcone.motion.limits import limits, limits_cells
 from gelcone.motion.lyapunov import lyapunov, lyapunov_cells
 from gelcone.motion.regime import regime, regime_cells
 from gelcone.motion.section import section, section_cells
-from gelcone.motion.settle import settle, start_states
+from gelcone.motion.settle import start_states
 from gelcone.motion.settled import settled, settled_cells
 from gelcone.motion.spectrum import spectrum, spectrum_cells
 from gelcone.physics.model import ConeModel
@@ -132,26 +131,19 @@ def test_a_tiny_drive_has_the_stroke_of_linear_theory():
     assert float(result["linear_stroke"][0] / result["linear_stroke"][1]) == pytest.approx(4.0, rel=1e-3)
 
 
-def test_rest_has_period_one():
-    """Neither an undriven disc nor one below its onset has a motion whose points could return later."""
-    result = settled(ConeModel(voltage=[0.0, 0.1], damping_ratio=0.2))
-    assert result["period"].values.tolist() == [1, 1]
+def test_rest_has_no_period():
+    """Neither an undriven disc nor one below its onset moves; as in `regime` the period is 0."""
+    model = ConeModel(voltage=[0.0, 0.1], damping_ratio=0.2)
+    result = settled(model)
+    assert result["period"].values.tolist() == regime(model)["period"].values.tolist() == [0, 0]
+    assert result["resting"].values.tolist() == [1, 1]
     assert float(result["stroke"].max()) < 1e-6
 
 
-def test_a_motion_that_does_not_return_is_followed_for_as_long_as_before_again_and_again(monkeypatch):
-    """Chaos has no period, however long it is given: 20 decay times, then as long, twice as long, ..."""
-    followed = []
-
-    def watched(members, states, repeats, **options):
-        followed.append(int(repeats[0]))
-        return settle(members, states, repeats, **options)
-
-    monkeypatch.setattr(settled_module, "settle", watched)
-    chaos = ConeModel(spring_stiffness=0.9, damping_ratio=0.1, drive_frequency=1.5, voltage=2.5)
-    assert int(settled(chaos)["period"]) == 0
-    first = int(np.ceil(200.0 * 1.5 / np.pi))
-    np.testing.assert_allclose(followed, [first, first, 2 * first, 4 * first, 8 * first, 16 * first], atol=16)
+@pytest.mark.parametrize("name", ["transient", "patience"])
+def test_times_that_cannot_be_used_are_refused(name):
+    with pytest.raises(InputError, match=f"{name} = -1: must be a positive time"):
+        settled(ConeModel(damping_ratio=0.1), **{name: -1.0})
 
 
 def test_without_damping_no_motion_settles():

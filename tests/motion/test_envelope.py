@@ -12,9 +12,9 @@ from gelcone.codes import Outcome, Regime
 from gelcone.continuum.pull_in import PullInCurve
 from gelcone.errors import InputError
 from gelcone.motion import driven as driven_module
+from gelcone.motion.attractor.classification import Evidence
 from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven, peak_of
 from gelcone.motion.envelope import STATIC_LIMITS, envelope
-from gelcone.motion.evidence import Evidence
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import simulate

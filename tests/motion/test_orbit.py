@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gelcone.motion.cycle import find_cycles
+from gelcone.motion.attractor.cycle import find_cycles
 from gelcone.motion.flow import integrate
 from gelcone.motion.orbit import Kind, Shooting, multipliers_of, newton, repeat_phase, segments_for
 from gelcone.physics.model import ConeModel

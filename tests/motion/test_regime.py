@@ -1,8 +1,7 @@
-"""Regimes: every kind with its evidence, cycles by Newton's method, flags, and a small labelled set."""
+"""Regimes: every kind with its evidence, flags, and a small labelled set."""
 
 import importlib.util
 import sys
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +10,10 @@ import pytest
 from gelcone.codes import Outcome, Regime
 from gelcone.dataset import load, save
 from gelcone.errors import InputError
-from gelcone.motion import cycle, examination, tangents
-from gelcone.motion.cycle import periods_of
-from gelcone.motion.cyclic import scaled_product
-from gelcone.motion.evidence import Evidence
+from gelcone.motion.attractor.classification import RETURNS, classify
 from gelcone.motion.flow import integrate
-from gelcone.motion.regime import classify, regime
-from gelcone.motion.settle import repeats_lasting, settle
+from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
-from gelcone.physics.system import ConeSystem
 from gelcone.presets import find_preset
 
 SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
@@ -113,70 +107,6 @@ def test_a_slow_drive_that_squeezes_every_motion_together_once_a_repeat():
     assert (name, int(result["period"]), bool(result["symmetric"])) == ("periodic", 2, True)
 
 
-def test_a_slow_drift_is_no_cycle():
-    """A drive so fast that the decay over one of its repeats is below the tolerance of returns, far from rest."""
-    model = ConeModel(voltage=0.0, damping_ratio=0.01, spring_stiffness=1.5, drive_frequency=np.pi / 0.01)
-    evidence = classify(model.members(), np.array([[2e-3, 0.0]]), transient=1.0)
-    assert Regime(evidence.regime[0]) in (Regime.REST, Regime.TRANSIENT)
-    assert evidence.period[0] == 0
-
-
-def test_periods_of_counts_repeats():
-    base = np.random.default_rng(0).normal(size=(1, 3, 2))
-    points = np.tile(base, (1, 22, 1))[:, :64]
-    period, distance = periods_of(np.concatenate([points, points + 1e-4 * np.arange(64)[:, None], points * 0.0]))
-    assert period.tolist() == [3, 0, 1]
-    assert distance[0] == 0.0
-
-
-# --- cycles by Newton's method ----------------------------------------------------------------------------------------
-
-
-def test_newton_finds_the_cycle_from_a_distance_and_says_how_far_it_was():
-    model = ConeModel(**SET, voltage=1.0).members()
-    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
-    off = settled + np.array([[3e-3, -2e-3]])
-    exact, near = (cycle.find_cycles(model, states, np.array([1])) for states in (settled, off))
-    size = 1e-3 / 3e-3 * near.distance[0]
-    assert exact.found[0]
-    assert near.found[0]
-    assert exact.distance[0] < 1e-9
-    assert 1e-4 < size < 3e-3
-    np.testing.assert_allclose(near.exponents, exact.exponents, atol=10 * near.error.max())
-
-
-def test_a_multiple_of_the_period_gives_the_period():
-    model = ConeModel(**SET, voltage=0.8).members()
-    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
-    found = [cycle.find_cycles(model, settled, np.array([n])) for n in (2, 4, 6)]
-    assert [c.period[0] for c in found] == [2, 2, 2]
-    assert all(c.symmetric[0] for c in found)
-    np.testing.assert_allclose(found[1].exponents, found[0].exponents, atol=1e-9)
-
-
-def test_no_cycle_is_found_in_the_middle_of_a_decay():
-    model = ConeModel(**SET, voltage=1.0).members()
-    assert not cycle.find_cycles(model, np.array([[2.5, 0.0]]), np.array([1])).found[0]
-
-
-def test_log_multipliers_equal_eigenvalues_and_stay_exact_where_they_vanish():
-    rng = np.random.default_rng(6)
-    maps = rng.normal(size=(50, 5, 2, 2))
-    product, log_scale = scaled_product(maps)
-    whole = maps[:, 0]
-    for k in range(1, 5):
-        whole = maps[:, k] @ whole
-    determinant = np.log(np.abs(np.linalg.det(whole)))
-    positive = np.linalg.det(whole) > 0.0
-    found = tangents.log_multipliers(product, log_scale, determinant)[positive]
-    expected = np.sort(np.log(np.abs(np.linalg.eigvals(whole[positive]))), axis=1)[:, ::-1]
-    np.testing.assert_allclose(found, expected, atol=1e-9)
-    tiny = np.tile(np.diag([1e-3, 1e-9]), (1, 200, 1, 1))
-    product, log_scale = scaled_product(tiny)
-    logs = tangents.log_multipliers(product, log_scale, np.array([200 * np.log(1e-12)]))
-    np.testing.assert_allclose(logs[0], [200 * np.log(1e-3), 200 * np.log(1e-9)], rtol=1e-12)
-
-
 # --- the other kinds --------------------------------------------------------------------------------------------------
 
 
@@ -264,12 +194,6 @@ def test_left_the_domain():
     np.testing.assert_array_equal(alone["lyapunov"].values[0], result["lyapunov"].values[2])
 
 
-def test_a_model_with_more_starts_than_one_may_start_outside_with_some():
-    states = np.array([[0.1, 0.0], [30.0, 0.0]])
-    evidence = classify(ConeModel(**SET | {"damping_ratio": [0.05, 0.05]}, voltage=0.3).members(), states)
-    assert [Regime(code).name for code in evidence.regime] == ["REST", "LEFT_THE_DOMAIN"]
-
-
 # --- flags ------------------------------------------------------------------------------------------------------------
 
 
@@ -297,59 +221,13 @@ def test_growth_away_from_unstable_rest_is_no_chaos():
     assert [Regime(code).label for code in patient.regime] == ["periodic"] * 3
 
 
-def test_drifts_are_told_from_chaos():
-    k = np.arange(200)
-    leaving = np.stack([1e-4 * (-1.02) ** k, 1e-4 * 1.02**k], axis=1)
-    wandering = np.random.default_rng(5).normal(size=(20, 200, 2))
-    settling = np.stack([0.98**k, 0.99**k], axis=1)
-    found = examination.drifts(np.concatenate([leaving[None], settling[None], wandering]))
-    assert found.tolist() == [True] + [False] * 21
-
-
-def test_judging_flags_what_disagrees():
-    model = ConeModel(damping_ratio=np.full(6, 0.1))
-    evidence = Evidence.blank(6)
-    evidence.regime[:] = [Regime.TRANSIENT] * 3 + [Regime.PERIODIC] * 2 + [Regime.TRANSIENT]
-    evidence.sign[:] = [1, 1, 1, -1, 0, -1]
-    evidence.zero_one[:3] = [0.95, 0.4, 0.95]
-    examination.judge(model.members(), evidence)
-    assert [Regime(code).label for code in evidence.regime] == ["chaotic"] * 3 + ["periodic"] * 2 + ["transient"]
-    assert evidence.doubtful.tolist() == [False, True, False, False, True, True]
-
-
 # --- the contract -----------------------------------------------------------------------------------------------------
-
-
-def mixed():
-    """Ten members of all kinds, their drives repeating differently."""
-    model = ConeModel(
-        spring_stiffness=[0.5, 0.5, 0.5, 0.5, 0.9, 0.9, 1.5, 0.5, 0.9, 0.5],
-        damping_ratio=[0.05, 0.05, 0.05, 0.05, 0.1, 0.1, 0.0, 0.05, 0.1, 0.3],
-        drive_frequency=[0.3, 0.3, 0.3, 0.3, 1.5, 1.0, 0.77, 0.3, 3.0, 0.05],
-        voltage=[0.3, 0.8, 1.0, 2.0, 2.5, 2.5, 0.1, 0.5, 1.5, 1.2],
-        voltage_bias=[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.4, 0.0],
-        stretch_limit=[50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 0.4, 20.0, 50.0],
-    )
-    return model, np.tile([1.0, 0.0], (10, 1))
-
-
-def test_members_one_by_one_and_any_number_of_threads_give_the_same_to_the_last_bit():
-    model, states = mixed()
-    together, threaded = (classify(model.members(), states, patience=4000.0, threads=n) for n in (1, 2))
-    assert len(set(together.regime.tolist())) >= 5
-    for field in fields(Evidence):
-        np.testing.assert_array_equal(getattr(together, field.name), getattr(threaded, field.name), field.name)
-    for i in range(model.size):
-        alone = classify(model.members().take([i]), states[[i]], patience=4000.0)
-        for field in fields(Evidence):
-            expected = getattr(together, field.name)[i]
-            np.testing.assert_array_equal(getattr(alone, field.name)[0], expected, f"{field.name} of {i}")
 
 
 def test_the_dataset_is_labelled_and_comes_back_from_a_file(tmp_path):
     result = regime(ConeModel(**SET | {"voltage": [[0.3], [1.0]], "damping_ratio": [0.05, 0.1]}))
     assert result["regime"].shape == (2, 2)
-    assert result["section"].shape == (2, 2, cycle.RETURNS, 2)
+    assert result["section"].shape == (2, 2, RETURNS, 2)
     assert result["regime"].attrs["flag_meanings"].split()[:2] == ["rest", "periodic"]
     for variable in result.data_vars.values():
         assert {"long_name", "units"} <= set(variable.attrs)
@@ -394,27 +272,6 @@ def test_certain_cases_are_named_right_or_flagged(classification, monkeypatch, c
     assert "wrong without a flag: 0" in printed
 
 
-# --- evidence and progress --------------------------------------------------------------------------------------------
-
-
-def test_the_test_is_taken_at_the_phase_at_which_the_motion_varies_the_most():
-    """The eight samples of a period lie at 1/8, 2/8, ... 1; the last is phase 0."""
-    for widest, expected in ((3, 3), (8, 0), (1, 1)):
-        at = np.arange(1, 9) / 8.0
-        size = 1.0 + np.exp(-50.0 * (at - widest / 8.0) ** 2)
-        path = np.array([1.0, -1.0, 0.5])[None, :, None] * size
-        assert examination._widest(path).tolist() == [expected]
-
-
-def test_a_member_that_ran_out_of_steps_or_digits_has_not_left_the_domain():
-    model = ConeModel(damping_ratio=np.full(4, 0.1))
-    evidence = Evidence.blank(4)
-    evidence.outcome[:] = [Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT, Outcome.PULLED_IN, Outcome.OUTSIDE]
-    examination.judge(model.members(), evidence)
-    assert evidence.regime.tolist() == [Regime.TRANSIENT] * 2 + [Regime.LEFT_THE_DOMAIN] * 2
-    assert evidence.doubtful.tolist() == [True, True, False, False]
-
-
 @pytest.mark.parametrize("parameters", [{"voltage": 0.3}, {"voltage": 1.6, "spring_stiffness": 0.9}])
 def test_progress_comes_as_it_goes_and_adds_up_to_one(parameters):
     shares = []
@@ -422,48 +279,3 @@ def test_progress_comes_as_it_goes_and_adds_up_to_one(parameters):
     assert sum(shares) == pytest.approx(1.0)
     assert len(shares) > 1
     assert min(shares) > 0.0
-
-
-@pytest.mark.parametrize(
-    ("plane", "zero_one", "name", "doubtful"),
-    [
-        (True, 0.05, "transient", True),
-        (False, 0.05, "quasi-periodic", False),
-        (False, 0.5, "transient", True),
-    ],
-)
-def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(monkeypatch, plane, zero_one, name, doubtful):
-    """Its largest exponent is zero within its error and its 0-1 test regular; in the plane areas shrink, so never."""
-    monkeypatch.setattr(ConeSystem, "planar", plane)
-    evidence = Evidence.blank(1, 2 if plane else 3)
-    evidence.zero_one[:], evidence.sign[:] = zero_one, 0
-    examination.judge(ConeModel(damping_ratio=np.array([0.1])).members(), evidence)
-    assert Regime(int(evidence.regime[0])).label == name
-    assert evidence.doubtful.tolist() == [doubtful]
-
-
-# --- cycles -----------------------------------------------------------------------------------------------------------
-
-
-def test_the_exponents_of_a_cycle_are_taken_over_its_whole_period():
-    model = ConeModel(**SET, voltage=0.8).members()
-    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
-    for period in (2, 4):
-        found = cycle.find_cycles(model, settled, np.array([period]))
-        assert found.time[0] == pytest.approx(period * np.pi / 0.3)
-    result = regime(ConeModel(**SET, voltage=0.8))
-    assert float(result["averaged_time"]) == pytest.approx(2.0 * np.pi / 0.3)
-
-
-def test_a_cycle_far_from_the_motion_is_not_its_own():
-    """Newton's method finds the rest of an undriven film from afar; a motion that has not arrived is not there yet."""
-    model = ConeModel(voltage=0.0, damping_ratio=0.1).members()
-    near, far = (
-        cycle.find_cycles(model, np.array([[share * cycle.SMALLEST_SIZE, 0.0]]), np.array([1])) for share in (0.5, 2.0)
-    )
-    assert near.distance[0] == pytest.approx(0.5, rel=0.01)
-    assert not near.found[0]
-    assert not far.found[0]
-    closer = cycle.find_cycles(model, np.array([[0.5 * cycle.NEAR * cycle.SMALLEST_SIZE, 0.0]]), np.array([1]))
-    assert closer.found[0]
-    assert not closer.attracting[0]  # near, but not arrived

@@ -10,11 +10,9 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.settle import (
     blocks,
     clocks,
-    default_transient,
     nudge,
     pieces,
     repeats_lasting,
-    round_duration,
     settle,
     start_states,
 )
@@ -52,19 +50,6 @@ def test_no_small_motion_at_rest_is_faster_than_the_fastest_rate(parameters):
 def test_the_fastest_rate_is_finite_at_the_stretch_limit():
     flat_at_limit = ConeModel(stretch_limit=0.5, hoop_prestretch=1.5)
     assert np.isfinite(flat_at_limit.members().rate).all()
-
-
-def test_transients_last_decay_times_periods_and_a_least_time():
-    model = ConeModel(damping_ratio=[0.05, 0.0, 1.0, 0.5], drive_frequency=[1.0, 1.0, 1.0, 0.05])
-    np.testing.assert_allclose(default_transient(model), [400.0, 5000.0, 200.0, 30.0 * np.pi / 0.05])
-    slow = ConeModel(damping_ratio=[1e-3])
-    np.testing.assert_allclose(default_transient(slow, longest_decay=np.inf), 20_000.0)
-    np.testing.assert_allclose(default_transient(model, repeats=1)[3], 200.0)
-
-
-def test_each_round_lasts_as_long_as_all_before():
-    lengths = [float(round_duration(np.array(3.0), trial)) for trial in range(5)]
-    assert lengths == [3.0, 3.0, 6.0, 12.0, 24.0]
 
 
 def test_members_that_are_sampled_alike_share_a_block_of_bounded_memory(monkeypatch):

@@ -7,7 +7,9 @@ import pytest
 from scipy.linalg import expm
 
 from gelcone.codes import Regime
-from gelcone.motion import cycle, orbit, tangents
+from gelcone.motion import orbit, tangents
+from gelcone.motion.attractor import cycle
+from gelcone.motion.attractor.classification import RETURNS
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.lyapunov import lyapunov
 from gelcone.motion.regime import regime
@@ -213,5 +215,23 @@ def test_the_cycle_of_a_film_behind_a_filter_has_the_exponents_of_its_average():
     np.testing.assert_allclose(averaged, found, atol=0.02)
     named = regime(model)
     assert Regime(int(named["regime"])) == Regime.PERIODIC
-    assert named["section"].shape == (cycle.RETURNS, 3)
+    assert named["section"].shape == (RETURNS, 3)
     np.testing.assert_allclose(named["lyapunov"], found, atol=1e-8)
+
+
+def test_log_multipliers_equal_eigenvalues_and_stay_exact_where_they_vanish():
+    rng = np.random.default_rng(6)
+    maps = rng.normal(size=(50, 5, 2, 2))
+    product, log_scale = scaled_product(maps)
+    whole = maps[:, 0]
+    for k in range(1, 5):
+        whole = maps[:, k] @ whole
+    determinant = np.log(np.abs(np.linalg.det(whole)))
+    positive = np.linalg.det(whole) > 0.0
+    found = tangents.log_multipliers(product, log_scale, determinant)[positive]
+    expected = np.sort(np.log(np.abs(np.linalg.eigvals(whole[positive]))), axis=1)[:, ::-1]
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    tiny = np.tile(np.diag([1e-3, 1e-9]), (1, 200, 1, 1))
+    product, log_scale = scaled_product(tiny)
+    logs = tangents.log_multipliers(product, log_scale, np.array([200 * np.log(1e-12)]))
+    np.testing.assert_allclose(logs[0], [200 * np.log(1e-3), 200 * np.log(1e-9)], rtol=1e-12)

@@ -20,11 +20,12 @@ from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import REST_TOLERANCE
+from gelcone.motion.attractor.search import integration
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import equilibrium_under_bias, linear_response
 from gelcone.motion.natural import natural_frequency
-from gelcone.motion.settle import start_states
-from gelcone.motion.settled import HARMONICS, Swing, extent, settled_swing, swing
+from gelcone.motion.settle import check_budgets, start_states
+from gelcone.motion.settled import HARMONICS, Swing, settled_swing, swing
 from gelcone.motion.stepping import NUDGE, SURE, Falls, Trail, carried, continued, walk
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
@@ -75,6 +76,8 @@ def frequency(
     initial: npt.ArrayLike = (1.0, 0.0),
     *,
     branches: bool = False,
+    transient: float | None = None,
+    patience: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,
@@ -92,6 +95,7 @@ def frequency(
     initial : displacement and velocity from which each sweep starts, shape (2,) or (members, 2). Default (1, 0).
     branches : whether branches of periodic orbits, stable and unstable, are followed beside, see `continue_branch`; of
         one actuator. Default no.
+    transient, patience : as in `settled`.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -102,8 +106,9 @@ def frequency(
     ``step``, with ``swept_frequency`` over both), with
 
     * ``lowest``, ``highest``, ``stroke`` (between them) and ``amplitude`` (half of that) of the displacement;
-      ``period`` in forcing periods: 1 where the motion follows the drive, more for subharmonics, 0 where none up to 16
-      was found (chaos, or not settled); ``outcome``; and ``validity_*`` as in `regime`;
+      ``period`` in forcing periods: 1 where the motion follows the drive, more for subharmonics, 0 where the disc is
+      ``resting``, and where none up to 64 was found (chaos, or not settled); ``outcome``; and ``validity_*`` as in
+      `regime`;
     * over ``harmonic``, multiples of the drive frequency: ``harmonic_amplitude`` and ``harmonic_phase`` in degrees
       ahead of sin(harmonic omega t), where the voltage is sin(omega t);
     * over ``branch``, its highest peak: ``peak_frequency`` between ``peak_low`` and ``peak_high``, ``peak_amplitude``
@@ -135,17 +140,19 @@ def frequency(
     members = np.repeat(np.arange(flat.size), len(BRANCHES))
     states = start_states(model, initial)[members]
     both, grids = flat.take(members), grid[members]
-    flow = {"tolerance": tolerance, "threads": threads}
-    swept, falls, trail = _sweep(both, grids, states, weighted(counted, 0.75), flow)
-    peaks = _peaks(both, trail, falls, weighted(counted, 0.15), flow)
-    jumps = _jumps(flat, grid, _by_branch(swept), falls, weighted(counted, 0.1), flow)
-    options = {"initial": np.asarray(initial, dtype=float).tolist(), "tolerance": tolerance, "nudge": NUDGE}
+    check_budgets(transient=transient, patience=patience)
+    search = {"transient": transient, "patience": patience, "tolerance": tolerance, "threads": threads}
+    swept, falls, trail = _sweep(both, grids, states, weighted(counted, 0.75), search)
+    peaks = _peaks(both, trail, falls, weighted(counted, 0.15), search)
+    jumps = _jumps(flat, grid, _by_branch(swept), falls, weighted(counted, 0.1), search)
+    options = {"initial": np.asarray(initial, dtype=float).tolist(), "nudge": NUDGE} | search
+    del options["threads"]
     shared = np.ndim(frequencies) < 2
     result = _label(model, grid, shared, _by_branch(swept), peaks, options)
     result = result.assign(_jump_variables(jumps, bool(model.shape)))
     if not branches:
         return result
-    return _with_branches(model, result, _by_branch(swept), states[:1], weighted(progress, 1.0 - SWEEPS_SHARE), flow)
+    return _with_branches(model, result, _by_branch(swept), states[:1], weighted(progress, 1.0 - SWEEPS_SHARE), search)
 
 
 def _around_resonance(model: ConeModel) -> Array:
@@ -182,25 +189,26 @@ def _grid(model: ConeModel, frequencies: npt.ArrayLike) -> Array:
 
 
 def _sweep(
-    model: Members, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]
+    model: Members, grids: Array, initial: Array, progress: Progress, search: dict[str, Any]
 ) -> tuple[Swing, Falls, Trail]:
     """Swings (members, steps) at the frequencies ``grids``, odd members swept down; their falls on the way to each; and
     all that is met on the way."""
     down = np.arange(model.size) % len(BRANCHES) == 1
     order = np.where(down[:, None], np.arange(grids.shape[1])[::-1], np.arange(grids.shape[1]))
-    walked = walk(model, np.take_along_axis(grids, order, axis=1), initial, progress, flow)
+    walked = walk(model, np.take_along_axis(grids, order, axis=1), initial, progress, search)
     by_frequency = np.arange(model.size)[:, None], order
     swept = walked.reached.take(by_frequency)
-    _look_at_all(model, grids, swept, flow)
+    _look_at_all(model, grids, swept, search)
     return swept, walked.falls.take(by_frequency), walked.trail
 
 
-def _look_at_all(model: Members, grids: Array, swept: Swing, flow: dict[str, Any]) -> None:
+def _look_at_all(model: Members, grids: Array, swept: Swing, search: dict[str, Any]) -> None:
     """Harmonics and validity of what was swept: once, and not at each try on the way."""
     member, step = np.nonzero(swept.outcome == Outcome.OK)
     for first in range(0, member.size, AT_ONCE):
         at = member[first : first + AT_ONCE], step[first : first + AT_ONCE]
-        seen = swing(model.take(at[0]).replace(drive_frequency=grids[at]), swept.final[at], **flow)
+        members = model.take(at[0]).replace(drive_frequency=grids[at])
+        seen = swing(members, swept.final[at], swept.period[at], **integration(search))
         swept.harmonics[at], swept.validity[at] = seen.harmonics, seen.validity
 
 
@@ -223,7 +231,7 @@ class _Peaks:
     error: Array
 
 
-def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, flow: dict[str, Any]) -> _Peaks:
+def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, search: dict[str, Any]) -> _Peaks:
     """Narrows down the highest point that each sweep met between its neighbours, starting from the motion there.
 
     A peak beside a jump may be the jump: where that is, no motion tells that goes on along one branch.
@@ -232,7 +240,8 @@ def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, flow:
     members, amplitude = np.arange(model.size), np.where(np.isnan(amplitudes), -1.0, amplitudes)
     best = amplitude.argmax(axis=1)
     at, height = met[members, best], amplitude[members, best]
-    peak = extent(model.replace(drive_frequency=at), finals[members, best], **flow)
+    there = model.replace(drive_frequency=at)
+    peak = swing(there, finals[members, best], periods[members, best], only_extent=True, **integration(search))
     low, high = _beside(met, _certain(amplitude, periods), at, height)
     ends = np.stack([falls.start, falls.end])
     touching = (ends.max(axis=0) >= low[:, None]) & (ends.min(axis=0) <= high[:, None])
@@ -244,7 +253,7 @@ def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, flow:
         tried = low[:, None] + (high - low)[:, None] * shares
         rows = np.repeat(members, NARROWED_AT)
         ensemble = model.take(rows).replace(drive_frequency=tried.ravel())
-        now = carried(ensemble, peak.take(rows), height[rows], flow)
+        now = carried(ensemble, peak.take(rows), height[rows], search)
         # What was highest before is compared too, or a narrow peak could be lost between the new frequencies.
         heights = np.column_stack([np.nan_to_num(now.amplitude.reshape(tried.shape), nan=-1.0), height])
         places, period = np.column_stack([tried, at]), np.column_stack([now.period.reshape(tried.shape), peak.period])
@@ -308,7 +317,9 @@ def _differ(up: Swing, down: Swing, largest: float = 0.0) -> npt.NDArray[np.bool
     return np.asarray(apart & ((up.period != 0) | (down.period != 0)))
 
 
-def _jumps(model: Members, grid: Array, swept: Swing, falls: Falls, progress: Progress, flow: dict[str, Any]) -> _Jumps:
+def _jumps(
+    model: Members, grid: Array, swept: Swing, falls: Falls, progress: Progress, search: dict[str, Any]
+) -> _Jumps:
     """Both ends of each range in which the sweeps differ, narrowed down by following both motions outwards from where
     the one that jumps was met last.
 
@@ -329,7 +340,7 @@ def _jumps(model: Members, grid: Array, swept: Swing, falls: Falls, progress: Pr
     fell = np.flatnonzero(~np.isnan(fall.start))
     if fell.size:
         there = ensemble.take(fell).replace(drive_frequency=fall.start[fell])
-        now, goes_on = continued(there, fall.before.take(fell), largest[fell], flow)
+        now, goes_on = continued(there, fall.before.take(fell), largest[fell], search)
         fell, now = fell[goes_on], now.take(goes_on)
         inner[fell], outer[fell] = fall.start[fell], fall.end[fell]
         jumping.put(fell, now)
@@ -337,8 +348,8 @@ def _jumps(model: Members, grid: Array, swept: Swing, falls: Falls, progress: Pr
     before, after = jumping.amplitude, other.amplitude
     for _ in range(NARROWINGS_OF_JUMPS if member.size else 0):
         tried = ensemble.replace(drive_frequency=inner + step)
-        now, goes_on = continued(tried, jumping, largest, flow)
-        beside = settled_swing(tried, other.final, only_extent=True, **flow)
+        now, goes_on = continued(tried, jumping, largest, search)
+        beside = settled_swing(tried, other.final, only_extent=True, **search)
         apart = goes_on & _differ(now, beside)
         inner, step = np.where(apart, inner + step, inner), np.where(apart, step, 0.5 * step)
         jumping.put(apart, now.take(apart))
@@ -354,21 +365,28 @@ def _jumps(model: Members, grid: Array, swept: Swing, falls: Falls, progress: Pr
 
 
 def _with_branches(
-    model: ConeModel, result: xr.Dataset, swept: Swing, initial: Array, progress: Progress, flow: dict[str, Any]
+    model: ConeModel, result: xr.Dataset, swept: Swing, initial: Array, progress: Progress, search: dict[str, Any]
 ) -> xr.Dataset:
     """The result with branches beside it, seeded by both sweeps and by settled motions from fixed states."""
     grid = result["drive_frequency"].values
     starts = initial * np.array(STARTS)[:, None]
     members = model.members().take(np.zeros(grid.size * len(starts), dtype=int))
     members = members.replace(drive_frequency=np.tile(grid, len(starts)))
-    fixed = settled_swing(members, np.repeat(starts, grid.size, axis=0), only_extent=True, **flow)
+    fixed = settled_swing(members, np.repeat(starts, grid.size, axis=0), only_extent=True, **search)
     values = np.tile(grid, len(BRANCHES) + len(starts))
     final = np.concatenate([swept.final[0].reshape(-1, initial.shape[1]), fixed.final])
     period = np.concatenate([swept.period[0].ravel(), fixed.period])
     period[~np.isfinite(final).all(axis=1)] = 0
     runs = Runs(values, final[:, None], period, np.zeros(values.size, dtype=bool), period > 0)
     followed = continue_branch(
-        model, "drive_frequency", grid[0], grid[-1], tuple(initial[0]), start=runs, progress=progress, **flow
+        model,
+        "drive_frequency",
+        grid[0],
+        grid[-1],
+        tuple(initial[0]),
+        start=runs,
+        progress=progress,
+        **integration(search),
     )
     result = attach(result, followed)
     told = dataset.attributes("stroke of the settled motion from a fixed state", "length")
@@ -415,7 +433,8 @@ def _label(
         "stroke": (each, 2.0 * swept.amplitude, "stroke of the settled motion, peak to peak", "length"),
         "lowest": (each, swept.lowest, "lowest displacement", "length"),
         "highest": (each, swept.highest, "highest displacement", "length"),
-        "period": (each, swept.period, "period in forcing periods, 0 if none", "count"),
+        "period": (each, swept.forcing_periods, "period in forcing periods, 0 if none", "count"),
+        "resting": (each, swept.resting.astype(np.int8), "1 if the disc is at rest", "code"),
         "harmonic_amplitude": (wave, np.abs(harmonics), "amplitude of a harmonic of the drive", "length"),
         "harmonic_phase": (wave, phase, "phase of the harmonic, degrees ahead of the voltage's", "angle"),
         "linear_stroke": ((step,), np.stack([one.stroke for one in linear]), "stroke by linear theory", "length"),

@@ -14,9 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome, Regime
-from gelcone.motion.flow import integrate
 from gelcone.motion.attractor.classification import classify
-from gelcone.motion.settle import default_transient, repeats_lasting, settle, single
+from gelcone.motion.attractor.search import default_transient
+from gelcone.motion.flow import integrate
+from gelcone.motion.settle import repeats_lasting, settle, single
 from gelcone.motion.settled import Swing, settled_swing, swing
 from gelcone.motion.validity import unknown
 from gelcone.physics.members import Members
@@ -149,7 +150,7 @@ class _Kicks:
         away = np.flatnonzero(run.outcome == Outcome.OK)
         for _ in range(LOOKS):
             part = members.take(away)
-            repeats = repeats_lasting(part, LOOK_AFTER * default_transient(part, repeats=1, longest_decay=np.inf))
+            repeats = repeats_lasting(part, LOOK_AFTER * default_transient(part))
             states[away], settled.outcome[away] = settle(part, states[away], repeats, **self.flow)
             away = away[(settled.outcome[away] == Outcome.OK) & ~self._back(rows[away], states[away])]
         if away.size:

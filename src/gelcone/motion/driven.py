@@ -11,10 +11,10 @@ import numpy as np
 from gelcone.codes import Outcome, Regime
 from gelcone.continuum.pull_in import PullInCurve
 from gelcone.errors import InputError
+from gelcone.motion.attractor.classification import classify
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
 from gelcone.motion.natural import natural_frequency
-from gelcone.motion.attractor.classification import classify
 from gelcone.motion.response import even_times
 from gelcone.motion.settle import start_states
 from gelcone.motion.validity import broken, shares, voltages_along

@@ -15,10 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
-from gelcone.motion.cycle import find_cycles
+from gelcone.motion.attractor.cycle import find_cycles
+from gelcone.motion.attractor.search import integration
 from gelcone.motion.settle import nudge
-from gelcone.motion.settled import Swing, extent, settled_swing
-from gelcone.motion.tangents import CERTAIN, FLOOR
+from gelcone.motion.settled import Swing, settled_swing, swing_of
 from gelcone.physics.members import Members
 from gelcone.progress import Progress
 from gelcone.quantity import Array
@@ -92,9 +92,9 @@ class Walk:
     trail: Trail
 
 
-def walk(model: Members, grids: Array, initial: Array, progress: Progress, flow: dict[str, Any]) -> Walk:
+def walk(model: Members, grids: Array, initial: Array, progress: Progress, search: dict[str, Any]) -> Walk:
     """The settled motions at frequencies ``grids`` (members, steps), each reached from the one before; their extent
-    alone (`gelcone.motion.settled.extent`).
+    alone.
 
     A member begins from ``initial`` (members, N), and again where the motion before failed. Members go at their own
     pace and are settled together, which changes no bit of any.
@@ -114,7 +114,7 @@ def walk(model: Members, grids: Array, initial: Array, progress: Progress, flow:
         last = fresh_ones | spent | (pace == rest)
         target = np.where(last, there, at[going] + pace)
         before, members = now.take(going), model.take(going).replace(drive_frequency=target)
-        tried, changed = _tried(members, before, initial[going], fresh_ones, largest[going], flow)
+        tried, changed = _tried(members, before, initial[going], fresh_ones, largest[going], search)
         tries[going] += 1
         finest = np.abs(pace) <= FINEST * distance[going]
         far = changed & ~finest & ~spent
@@ -151,15 +151,15 @@ def _tried(
     initial: Array,
     fresh: npt.NDArray[np.bool_],
     largest: Array,
-    flow: dict[str, Any],
+    search: dict[str, Any],
 ) -> tuple[Swing, npt.NDArray[np.bool_]]:
     """Motions of members reached from those ``before``, or from ``initial`` where ``fresh``; and which have changed."""
     begin = np.where(fresh[:, None], initial, nudge(before.final, NUDGE))
-    tried = settled_swing(members, begin, only_extent=True, **flow)
+    tried = settled_swing(members, begin, only_extent=True, **search)
     changed = ~fresh & jumped(before, tried, largest)
     rows = np.flatnonzero(changed)
     if rows.size:
-        held, found = on_their_cycles(members.take(rows), before.take(rows), flow)
+        held, found = on_their_cycles(members.take(rows), before.take(rows), search)
         at = rows[held]
         # where the cycle near the motion before and the motion now are one, it has changed without a jump
         apart = jumped(before.take(at), found, largest[at]) & jumped(tried.take(at), found, largest[at])
@@ -168,38 +168,36 @@ def _tried(
     return tried, changed
 
 
-def carried(members: Members, before: Swing, largest: Array, flow: dict[str, Any]) -> Swing:
+def carried(members: Members, before: Swing, largest: Array, search: dict[str, Any]) -> Swing:
     """Motions that those ``before``, at frequencies nearby, become; their extent alone."""
-    return _tried(members, before, before.final, np.zeros(members.size, dtype=bool), largest, flow)[0]
+    return _tried(members, before, before.final, np.zeros(members.size, dtype=bool), largest, search)[0]
 
 
 def continued(
-    members: Members, before: Swing, largest: Array, flow: dict[str, Any]
+    members: Members, before: Swing, largest: Array, search: dict[str, Any]
 ) -> tuple[Swing, npt.NDArray[np.bool_]]:
     """Motions that those ``before`` continue as, and which do: a periodic one if its cycle is there and attracts. (Just
     past a fold a motion stays so long where its cycle was that it seems to have settled.)"""
     now, going_on = before.take(...), before.period == 0
     cycling, others = np.flatnonzero(~going_on), np.flatnonzero(going_on)
     if cycling.size:
-        held, found = on_their_cycles(members.take(cycling), before.take(cycling), flow)
+        held, found = on_their_cycles(members.take(cycling), before.take(cycling), search)
         at = cycling[held]
         same = ~jumped(before.take(at), found, largest[at])
         now.put(at[same], found.take(same))
         going_on[at[same]] = True
     if others.size:
-        now.put(others, settled_swing(members.take(others), before.final[others], only_extent=True, **flow))
+        now.put(others, settled_swing(members.take(others), before.final[others], only_extent=True, **search))
     return now, going_on
 
 
-def on_their_cycles(members: Members, before: Swing, flow: dict[str, Any]) -> tuple[npt.NDArray[np.intp], Swing]:
+def on_their_cycles(members: Members, before: Swing, search: dict[str, Any]) -> tuple[npt.NDArray[np.intp], Swing]:
     """Which motions have a cycle that attracts near the one ``before``; and those on it."""
-    cycles = find_cycles(members, before.final, before.period, **flow)
-    rows = np.flatnonzero(cycles.found & (cycles.exponents[:, 0] < -np.maximum(CERTAIN * cycles.error[:, 0], FLOOR)))
-    if not rows.size:
-        return rows, before.take(rows)
-    found = extent(members.take(rows), cycles.point[rows], **flow)
-    periodic = (found.period > 0) & (found.outcome == Outcome.OK)
-    return rows[periodic], found.take(periodic)
+    cycles = find_cycles(members, before.final, before.period, **integration(search))
+    rows = np.flatnonzero(cycles.sign < 0)
+    found = swing_of(members.take(rows), cycles.take(rows), before.final[rows], only_extent=True, **integration(search))
+    ran = found.outcome == Outcome.OK
+    return rows[ran], found.take(ran)
 
 
 def jumped(one: Swing, other: Swing, largest: Array) -> npt.NDArray[np.bool_]:

@@ -19,10 +19,11 @@ from gelcone.atlas.branches.journal import Journal
 from gelcone.atlas.branches.point import Metric, Point, at_value
 from gelcone.atlas.branches.tree import Tree, kind_of
 from gelcone.codes import Outcome
+from gelcone.motion.attractor.search import search
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.flow import integrate
 from gelcone.motion.orbit import Kind, Shooting
-from gelcone.motion.settle import default_transient, repeats_lasting, settle
+from gelcone.motion.settle import settle
 from gelcone.quantity import Array
 
 BESIDE = 1e-5
@@ -43,10 +44,6 @@ ORBITS = 24
 RESTING = 1e-7
 """Smaller motions are rest."""
 SETTLED = 1e-6
-PATIENCE = 1000
-"""Periods over which an attractor without orbit has to stay where it is."""
-NEARLY = 0.02
-"""Motions that return this closely, as a share of their size, may be on the way to a cycle: Newton's method tells."""
 FARTHEST = 0.2
 """A cycle further away than this share of the motion's size is not the one that the motion is on."""
 
@@ -94,39 +91,23 @@ class Checked:
 
 
 def brute_force(walk: Walk, shooting: Shooting, values: Array, starts: Array, **flow: Any) -> Runs:
-    """Motions from each of the ``starts`` (starts, N) at each value, after the default transient."""
+    """The motions that those from each of the ``starts`` (starts, N) settle on at each value."""
     return Runs(**walk.journal.entry(lambda: vars(_settled(shooting, values, starts, **flow))))
 
 
 def _settled(shooting: Shooting, values: Array, starts: Array, **flow: Any) -> Runs:
     grid = np.repeat(values, len(starts))
     members = shooting.members_at((grid,))
-    states = np.tile(starts, (values.size, 1))
-    repeats = repeats_lasting(members, default_transient(members))
-    states, outcome = settle(members, states, repeats, **flow)
-    states = np.where((outcome == Outcome.OK)[:, None], states, 0.0)
-    times = members.forcing_period[:, None] * (np.arange(1, RETURNS * PHASES + 1) / PHASES)
-    run = integrate(members, states, times, **flow)
-    outcome = np.where(outcome == Outcome.OK, run.outcome, outcome)
-    path = run.states.reshape(len(states), RETURNS, PHASES, -1)
-    with np.errstate(invalid="ignore"):
-        points = path.reshape(len(path), RETURNS, -1)
-        period, _ = periods_of(points, NEARLY)
-        arrived, _ = periods_of(points, NEAR_RETURN)
-        period[outcome != Outcome.OK] = 0
-        section = np.where((outcome == Outcome.OK)[:, None, None], path[:, :, -1], np.nan)
-        return Runs(grid, section, period, mirrored(section, period, shooting), arrived > 0)
-
-
-def mirrored(section: Array, period: npt.NDArray[np.int64], shooting: Shooting) -> npt.NDArray[np.bool_]:
-    """Whether each motion of even period is at its mirror image half a period later, (runs,)."""
-    if not shooting.symmetric:
-        return np.zeros(len(section), dtype=bool)
-    half = np.where(period % 2 == 0, period // 2, 0)
-    before = section[np.arange(len(section)), -1 - half]
-    apart = np.abs(shooting.system.mirror * before - section[:, -1]).max(axis=1)
-    size = np.abs(section).max(axis=(1, 2))
-    return np.asarray((half > 0) & (apart < 2.0 * NEARLY * size))
+    # without damping there are no attractors
+    rows = np.flatnonzero(members.damped)
+    found = search(members.take(rows), np.tile(starts, (values.size, 1))[rows], **flow)
+    section, period = np.full((grid.size, 1, shooting.size), np.nan), np.zeros(grid.size, dtype=np.int64)
+    symmetric, arrived = np.zeros((2, grid.size), dtype=bool)
+    cycles = found.cycles
+    section[rows, 0] = np.where(cycles.found[:, None], cycles.point, found.state)
+    period[rows], symmetric[rows] = np.where(cycles.found, cycles.period, 0), cycles.found & cycles.symmetric
+    arrived[rows] = cycles.attracting
+    return Runs(grid, section, period, symmetric & (period % 2 == 0), arrived)
 
 
 def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
@@ -142,8 +123,7 @@ def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
         point = polished(own, state, value, tree.walk.scale, **flow)
         if point is None or (runs.attracting and not point.stable):
             if runs.arrived[k]:
-                told = _moves_on(own, state, value, int(runs.period[k]), **flow)
-                flags.append(Flag(NO_ORBIT, -1, value, told))
+                flags.append(Flag(NO_ORBIT, -1, value))
             continue
         if shooting.symmetric and np.abs(point.nodes[:, :2]).max() < RESTING:
             continue  # a slow decay, which ends at rest
@@ -154,16 +134,6 @@ def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
             seeded += 1
             tree.grow()
     return Checked(cycles, seeded, 0, flags)
-
-
-def _moves_on(shooting: Shooting, state: Array, value: float, period: int, **flow: Any) -> str:
-    """What explains a motion that returns to no orbit: that it does not stay. Just beside a fold a motion drifts so
-    slowly past the orbits that meet there that it looks like a cycle."""
-    members = shooting.members_at((value,))
-    later, outcome = settle(members, state[None], PATIENCE * period, **flow)
-    if outcome[0] == Outcome.OK and np.abs(later[0] - state).max() < NEARLY * np.abs(state).max():
-        return ""
-    return f"it is none: {PATIENCE * period} forcing periods later the motion is elsewhere"
 
 
 def polished(shooting: Shooting, state: Array, value: float, scale: float, **flow: Any) -> Point | None:

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome, Regime
-from gelcone.motion.attractor.cycle import NEAR_RETURN, REST_TOLERANCE, SMALLEST_SIZE, Cycles, find_cycles, sampled
+from gelcone.motion.attractor.cycle import REST_TOLERANCE, SMALLEST_SIZE, Cycles, find_cycles, sampled
 from gelcone.motion.attractor.lifetime import FATES, STARTS, Nearby, chaos_of, follow_starts
 from gelcone.motion.attractor.search import Search, cycles_reached, patience_of, period_of, transient_of
 from gelcone.motion.flow import integrate

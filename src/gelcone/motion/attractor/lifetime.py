@@ -174,7 +174,7 @@ def chaos_of(nearby: Nearby, rows: npt.NDArray[np.intp], attraction: Array) -> d
 
 def _fates(row: int, nearby: Nearby) -> list[tuple[int, int, int]]:
     """Regime, period and number of the starts of one member that end alike, the most frequent first, (`FATES`, 3)."""
-    found = []
+    found: list[tuple[int, int, int]] = []
     for group in nearby.fates(row):
         still = float((nearby.highest[row, group[0]] - nearby.lowest[row, group[0]]).max()) < REST_TOLERANCE
         period = 0 if still else int(nearby.period[row, group[0]])

@@ -20,7 +20,7 @@ from gelcone.motion.attractor.cycle import SMALLEST_SIZE, Cycles, find_cycles
 from gelcone.motion.flow import integrate
 from gelcone.motion.settle import alike
 from gelcone.physics.members import Members
-from gelcone.progress import Progress, weighted
+from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array
 
 DECAY_TIMES = 20.0
@@ -29,6 +29,8 @@ FEWEST_REPEATS = 30
 SHORTEST_TRANSIENT = 200.0
 PATIENCE, PATIENCE_PERIODS, PATIENCE_TRANSIENTS = 1e5, 300, 5
 """Time, forcing periods and default transients for which motions are followed by default: the longest of the three."""
+CHAOS_TRANSIENTS = 32
+"""Transients for which chaos is followed by default where neither its lifetime nor its exponents are asked for."""
 FOLLOW_TOLERANCE = 1e-6
 """Tolerance of damped motions once chaos has pulled nearby starts apart: one that settles forgets the error, and is
 then polished; of chaos only times and averages are taken, which are uncertain by far more."""
@@ -162,9 +164,7 @@ def _groups(
             yield rows, np.concatenate([spread, ends], axis=1)
 
 
-def period_of(
-    points: Array, tolerance: float = RETURN, fewest: int = LAGS
-) -> tuple[npt.NDArray[np.int64], Array]:
+def period_of(points: Array, tolerance: float = RETURN, fewest: int = LAGS) -> tuple[npt.NDArray[np.int64], Array]:
     """Smallest number of periods (members,) after which the last points return, 0 if none; and the least distance.
 
     ``points`` (members, periods, coordinates) in a row. Distances are shares of the motion's size. Of two points that
@@ -328,9 +328,7 @@ class Search:
         for part, options in ((rows[~apart], self.exact), (rows[apart], self.loose)):
             if part.size:
                 progress = weighted(self.progress, share * part.size / rows.size)
-                self.starts.advance(
-                    self.members, part, starts, until, compared=compared, progress=progress, **options
-                )
+                self.starts.advance(self.members, part, starts, until, compared=compared, progress=progress, **options)
 
     def under_way(self, rows: npt.NDArray[np.intp], start: npt.NDArray[np.intp] | int = 0) -> npt.NDArray[np.intp]:
         """Those of ``rows`` of which a start has neither arrived nor stopped: slow, or chaotic. The start stands for
@@ -349,9 +347,12 @@ class Search:
         """Follows the members' own starts in rounds, each as long as all before; those of ``rows`` still under way."""
         until, rounds = np.minimum(begin, end), doublings(begin[rows], end[rows])
         for _ in range(rounds):
+            more = rows[until[rows] < end[rows]]
+            if not more.size:
+                break
             until = np.minimum(2.0 * until, end)
-            self.advance(rows, slice(0, 1), until, share / rounds)
-            rows = self.under_way(rows)
+            self.advance(more, slice(0, 1), until, share / rounds)
+            rows = np.setdiff1d(rows, np.setdiff1d(more, self.under_way(more)))
         return rows
 
 
@@ -371,14 +372,26 @@ def search(
 ) -> Search:
     """Follows damped members from ``states`` (members, N) at phase 0 until each has arrived, or patience ends.
 
-    ``transient`` and ``patience`` as in `gelcone.regime`; ``flow_options`` go to `integrate`.
+    ``transient`` and ``patience`` as in `gelcone.regime`, except that by default chaos is followed for
+    `CHAOS_TRANSIENTS` alone; ``flow_options`` go to `integrate`.
     """
-    found = Search(members, Starts.at(states, 2), progress, **flow_options)
+    counted = Counted(progress)
+    found = Search(members, Starts.at(states, 2), counted, **flow_options)
     duration, rows = transient_of(members, transient), np.arange(members.size)
     if rows.size:
         found.advance(rows, slice(0, 2), duration, 0.5, compared=True)
-        found.follow(found.under_way(rows), duration, patience_of(members, patience), 0.5)
+        going, longest = found.under_way(rows), patience_of(members, patience)
+        if patience is None:
+            chaotic = np.isfinite(found.starts.apart)
+            longest = np.where(chaotic, np.minimum(longest, CHAOS_TRANSIENTS * duration), longest)
+        found.follow(going, duration, longest, 0.5)
+    counted.finish()
     return found
+
+
+def integration(options: dict[str, Any]) -> dict[str, Any]:
+    """Of the options of a search, those that go to `integrate`."""
+    return {name: value for name, value in options.items() if name not in ("transient", "patience")}
 
 
 def cycles_reached(members: Members, states: Array, **flow_options: Any) -> Cycles:

@@ -8,8 +8,8 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.atlas import maps
-from gelcone.motion.flow import integrate
 from gelcone.motion.attractor.classification import classify
+from gelcone.motion.flow import integrate
 from gelcone.motion.settled import swing
 from gelcone.paper.effort import Effort
 from gelcone.paper.fixed_step import fixed_step

@@ -9,8 +9,8 @@ import numpy as np
 from gelcone import dataset
 from gelcone.devices.device import Device, find_device
 from gelcone.devices.si import to_si
-from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.attractor.classification import classify
+from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.regime import label_evidence
 from gelcone.motion.response import simulate

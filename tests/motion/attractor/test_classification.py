@@ -1,0 +1,110 @@
+"""Names of motions and the evidence behind them, made up and real; every member alone, whatever its neighbours."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from gelcone.codes import Outcome, Regime
+from gelcone.motion.attractor import classification
+from gelcone.motion.attractor.classification import Evidence, classify
+from gelcone.physics.model import ConeModel
+from gelcone.physics.system import ConeSystem
+
+SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
+
+
+def test_drifts_are_told_from_chaos():
+    k = np.arange(200)
+    leaving = np.stack([1e-4 * (-1.02) ** k, 1e-4 * 1.02**k], axis=1)
+    wandering = np.random.default_rng(5).normal(size=(20, 200, 2))
+    settling = np.stack([0.98**k, 0.99**k], axis=1)
+    found = classification.drifts(np.concatenate([leaving[None], settling[None], wandering]))
+    assert found.tolist() == [True] + [False] * 21
+
+
+def test_judging_flags_what_disagrees():
+    model = ConeModel(damping_ratio=np.full(6, 0.1))
+    evidence = Evidence.blank(6)
+    evidence.regime[:] = [Regime.TRANSIENT] * 3 + [Regime.PERIODIC] * 2 + [Regime.TRANSIENT]
+    evidence.sign[:] = [1, 1, 1, -1, 0, -1]
+    evidence.zero_one[:3] = [0.95, 0.4, 0.95]
+    classification.judge(model.members(), evidence)
+    assert [Regime(code).label for code in evidence.regime] == ["chaotic"] * 3 + ["periodic"] * 2 + ["transient"]
+    assert evidence.doubtful.tolist() == [False, True, False, False, True, True]
+
+
+def test_the_test_is_taken_at_the_phase_at_which_the_motion_varies_the_most():
+    """The eight samples of a period lie at 1/8, 2/8, ... 1; the last is phase 0."""
+    for widest, expected in ((3, 3), (8, 0), (1, 1)):
+        at = np.arange(1, 9) / 8.0
+        size = 1.0 + np.exp(-50.0 * (at - widest / 8.0) ** 2)
+        path = np.array([1.0, -1.0, 0.5])[None, :, None] * size
+        assert classification._widest(path).tolist() == [expected]
+
+
+def test_a_member_that_ran_out_of_steps_or_digits_has_not_left_the_domain():
+    model = ConeModel(damping_ratio=np.full(4, 0.1))
+    evidence = Evidence.blank(4)
+    evidence.outcome[:] = [Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT, Outcome.PULLED_IN, Outcome.OUTSIDE]
+    classification.judge(model.members(), evidence)
+    assert evidence.regime.tolist() == [Regime.TRANSIENT] * 2 + [Regime.LEFT_THE_DOMAIN] * 2
+    assert evidence.doubtful.tolist() == [True, True, False, False]
+
+
+@pytest.mark.parametrize(
+    ("plane", "zero_one", "name", "doubtful"),
+    [
+        (True, 0.05, "transient", True),
+        (False, 0.05, "quasi-periodic", False),
+        (False, 0.5, "transient", True),
+    ],
+)
+def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(monkeypatch, plane, zero_one, name, doubtful):
+    """Its largest exponent is zero within its error and its 0-1 test regular; in the plane areas shrink, so never."""
+    monkeypatch.setattr(ConeSystem, "planar", plane)
+    evidence = Evidence.blank(1, 2 if plane else 3)
+    evidence.zero_one[:], evidence.sign[:] = zero_one, 0
+    classification.judge(ConeModel(damping_ratio=np.array([0.1])).members(), evidence)
+    assert Regime(int(evidence.regime[0])).label == name
+    assert evidence.doubtful.tolist() == [doubtful]
+
+
+def mixed():
+    """Ten members of all kinds, their drives repeating differently."""
+    model = ConeModel(
+        spring_stiffness=[0.5, 0.5, 0.5, 0.5, 0.9, 0.9, 1.5, 0.5, 0.9, 0.5],
+        damping_ratio=[0.05, 0.05, 0.05, 0.05, 0.1, 0.1, 0.0, 0.05, 0.1, 0.3],
+        drive_frequency=[0.3, 0.3, 0.3, 0.3, 1.5, 1.0, 0.77, 0.3, 3.0, 0.05],
+        voltage=[0.3, 0.8, 1.0, 2.0, 2.5, 2.5, 0.1, 0.5, 1.5, 1.2],
+        voltage_bias=[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.4, 0.0],
+        stretch_limit=[50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 0.4, 20.0, 50.0],
+    )
+    return model, np.tile([1.0, 0.0], (10, 1))
+
+
+def test_members_one_by_one_and_any_number_of_threads_give_the_same_to_the_last_bit():
+    model, states = mixed()
+    together, threaded = (classify(model.members(), states, patience=4000.0, threads=n) for n in (1, 2))
+    assert len(set(together.regime.tolist())) >= 5
+    for field in fields(Evidence):
+        np.testing.assert_array_equal(getattr(together, field.name), getattr(threaded, field.name), field.name)
+    for i in range(model.size):
+        alone = classify(model.members().take([i]), states[[i]], patience=4000.0)
+        for field in fields(Evidence):
+            expected = getattr(together, field.name)[i]
+            np.testing.assert_array_equal(getattr(alone, field.name)[0], expected, f"{field.name} of {i}")
+
+
+def test_a_slow_drift_is_no_cycle():
+    """A drive so fast that the decay over one of its repeats is below the tolerance of returns, far from rest."""
+    model = ConeModel(voltage=0.0, damping_ratio=0.01, spring_stiffness=1.5, drive_frequency=np.pi / 0.01)
+    evidence = classify(model.members(), np.array([[2e-3, 0.0]]), transient=1.0)
+    assert Regime(evidence.regime[0]) in (Regime.REST, Regime.TRANSIENT)
+    assert evidence.period[0] == 0
+
+
+def test_a_model_with_more_starts_than_one_may_start_outside_with_some():
+    states = np.array([[0.1, 0.0], [30.0, 0.0]])
+    evidence = classify(ConeModel(**SET | {"damping_ratio": [0.05, 0.05]}, voltage=0.3).members(), states)
+    assert [Regime(code).name for code in evidence.regime] == ["REST", "LEFT_THE_DOMAIN"]

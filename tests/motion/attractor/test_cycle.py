@@ -1,0 +1,62 @@
+"""Cycles by Newton's method: near a motion, with their smallest period, multipliers and symmetry."""
+
+import numpy as np
+import pytest
+
+from gelcone.motion.attractor import cycle
+from gelcone.motion.regime import regime
+from gelcone.motion.settle import repeats_lasting, settle
+from gelcone.physics.model import ConeModel
+
+SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
+
+
+def test_newton_finds_the_cycle_from_a_distance_and_says_how_far_it_was():
+    model = ConeModel(**SET, voltage=1.0).members()
+    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
+    off = settled + np.array([[3e-3, -2e-3]])
+    exact, near = (cycle.find_cycles(model, states, np.array([1])) for states in (settled, off))
+    size = 1e-3 / 3e-3 * near.distance[0]
+    assert exact.found[0]
+    assert near.found[0]
+    assert exact.distance[0] < 1e-9
+    assert 1e-4 < size < 3e-3
+    np.testing.assert_allclose(near.exponents, exact.exponents, atol=10 * near.error.max())
+
+
+def test_a_multiple_of_the_period_gives_the_period():
+    model = ConeModel(**SET, voltage=0.8).members()
+    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
+    found = [cycle.find_cycles(model, settled, np.array([n])) for n in (2, 4, 6)]
+    assert [c.period[0] for c in found] == [2, 2, 2]
+    assert all(c.symmetric[0] for c in found)
+    np.testing.assert_allclose(found[1].exponents, found[0].exponents, atol=1e-9)
+
+
+def test_no_cycle_is_found_in_the_middle_of_a_decay():
+    model = ConeModel(**SET, voltage=1.0).members()
+    assert not cycle.find_cycles(model, np.array([[2.5, 0.0]]), np.array([1])).found[0]
+
+
+def test_the_exponents_of_a_cycle_are_taken_over_its_whole_period():
+    model = ConeModel(**SET, voltage=0.8).members()
+    settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
+    for period in (2, 4):
+        found = cycle.find_cycles(model, settled, np.array([period]))
+        assert found.time[0] == pytest.approx(period * np.pi / 0.3)
+    result = regime(ConeModel(**SET, voltage=0.8))
+    assert float(result["averaged_time"]) == pytest.approx(2.0 * np.pi / 0.3)
+
+
+def test_a_cycle_far_from_the_motion_is_not_its_own():
+    """Newton's method finds the rest of an undriven film from afar; a motion that has not arrived is not there yet."""
+    model = ConeModel(voltage=0.0, damping_ratio=0.1).members()
+    near, far = (
+        cycle.find_cycles(model, np.array([[share * cycle.SMALLEST_SIZE, 0.0]]), np.array([1])) for share in (0.5, 2.0)
+    )
+    assert near.distance[0] == pytest.approx(0.5, rel=0.01)
+    assert not near.found[0]
+    assert not far.found[0]
+    closer = cycle.find_cycles(model, np.array([[0.5 * cycle.NEAR * cycle.SMALLEST_SIZE, 0.0]]), np.array([1]))
+    assert closer.found[0]
+    assert not closer.attracting[0]  # near, but not arrived
