@@ -31,7 +31,7 @@ from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
-from gelcone.quantity import Array, Frequencies
+from gelcone.quantity import Array, Frequencies, Time
 from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
@@ -76,8 +76,8 @@ def frequency(
     initial: npt.ArrayLike = (1.0, 0.0),
     *,
     branches: bool = False,
-    transient: float | None = None,
-    patience: float | None = None,
+    transient: Time | None = None,
+    patience: Time | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,

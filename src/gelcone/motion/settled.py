@@ -22,7 +22,7 @@ from gelcone.motion.validity import unknown, validity, validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
-from gelcone.quantity import Array
+from gelcone.quantity import Array, Time
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -96,8 +96,8 @@ def settled(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),
     *,
-    transient: float | None = None,
-    patience: float | None = None,
+    transient: Time | None = None,
+    patience: Time | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,
