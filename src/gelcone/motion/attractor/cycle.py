@@ -126,6 +126,8 @@ def _found(members: Members, states: Array, clock: Clock, repeats: int, flow_opt
         distance, left = np.abs(last.point - states).max(axis=1) / size, np.abs(last.step).max(axis=1) / size
         time = repeats * clock.repeat
         exponents, first = (turn.log_multipliers / time[:, None] for turn in (last, before))
+        # The exponents of the cycle against those found before the last step, which was far larger than what is left.
+        error = np.maximum(np.abs(exponents - first), FLOOR / 10)
         found = (distance < NEAR) & ((left < CONVERGENCE * distance) | (left < NEGLIGIBLE))
     period = _smallest_period(path, size)
     return Cycles(
@@ -134,8 +136,7 @@ def _found(members: Members, states: Array, clock: Clock, repeats: int, flow_opt
         extent=np.maximum(np.ptp(path[..., 0], axis=(1, 2)), np.abs(path[..., 1]).max(axis=(1, 2))),
         symmetric=_is_symmetric(path, period, size, members.system.mirror) & members.symmetric,
         exponents=exponents,
-        # The exponents of the cycle against those found before the last step, which was far larger than what is left.
-        error=np.maximum(np.abs(exponents - first), FLOOR / 10),
+        error=error,
         distance=distance,
         time=time,
         point=last.point + last.step,
