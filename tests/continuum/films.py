@@ -48,7 +48,7 @@ def dense(band):
 def fitted_with_states():
     """The film of the cone model's defaults with a/b = 0.2, fitted once for all tests, and the states it was fitted to:
     rows of s, V, stiffness, kind."""
-    from gelcone.continuum import unwrinkled
+    from gelcone.paper import unwrinkled
 
     kept = []
     fitted, own = unwrinkled._fitted, unwrinkled.ELEMENTS

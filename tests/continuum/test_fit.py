@@ -14,8 +14,8 @@ from gelcone.continuum.fit import FLOOR, cached_film, find_film, fit_film, write
 from gelcone.continuum.membrane import membrane, raised_film
 from gelcone.continuum.mesh import mesh_film
 from gelcone.continuum.path import Ending
-from gelcone.continuum.unwrinkled import fit_unwrinkled
 from gelcone.errors import InputError
+from gelcone.paper.unwrinkled import fit_unwrinkled
 from gelcone.physics.film.stored import read_film
 from gelcone.physics.model import ConeModel
 

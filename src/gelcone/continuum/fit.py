@@ -101,6 +101,7 @@ NARROWINGS = 4
 SOURCES = (
     "physics/film/continuum.py",
     "physics/film/fitted.py",
+    "paper/unwrinkled.py",
     "physics/film/unwrinkled.py",
     "physics/film/wrinkling.py",
     "physics/laws.py",

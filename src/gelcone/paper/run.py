@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from datetime import date
@@ -124,25 +124,27 @@ def run(
     asked = select(names, paper)
     folder = Path(out) if out is not None else FOLDERS[effort.name]
     figures = [paper.figures[n] for n in sorted({*asked.figures, *(paper.claims[c].figure for c in asked.claims)})]
-    needed = {_key(name, effort) for figure in figures for name in figure.studies}
-    for name in asked.claims:
-        needed |= {_key(study, effort) for study in paper.claims[name].studies}
-        if _with_any_film(paper.claims[name], paper):
-            needed |= {_key(study, other) for study in paper.claims[name].studies}
+    wanted = _wanted(figures, [paper.claims[name] for name in asked.claims], effort, other, paper)
+    needed = {_key(name, own) for name, own in wanted}
     _check_folder(folder, figures, needed)
     ready = _ready(folder, effort, paper) | _ready(folder, other, paper)
     studies = {key: study for key, study in ready.items() if not (force and key in needed)}
-    missing = {
-        _key(name, own): _computing(study, own, folder, paper)
-        for own in (effort, other)
-        for name, study in paper.studies.items()
-        if _key(name, own) in needed and _key(name, own) not in studies
-    }
+    jobs_of = {_key(name, own): _computing(paper.studies[name], own, folder, paper) for name, own in wanted}
+    missing = {key: job for key, job in jobs_of.items() if key not in studies}
     jobs = [*missing.values(), *(_drawing(figure, studies, folder) for figure in figures)]
     with closing(do(jobs, workers, progress)) as done:
         studies |= {name: result for name, result in done if name in missing}
     drawn = {figure.number: _drawn(figure, folder) for figure in figures}
     return _finish(asked, drawn, studies, folder, effort, paper)
+
+
+def _wanted(
+    figures: Sequence[PaperFigure], claims: Sequence[Claim], effort: Effort, other: Effort, paper: Paper
+) -> list[tuple[str, Effort]]:
+    """The studies behind figures and claims, each with the film that it is computed with, in the order of the paper."""
+    own = {name for studies in (*(f.studies for f in figures), *(c.studies for c in claims)) for name in studies}
+    with_other = {name for claim in claims if _with_any_film(claim, paper) for name in claim.studies}
+    return [(name, e) for e, names in ((effort, own), (other, with_other)) for name in paper.studies if name in names]
 
 
 def _key(study: str, effort: Effort) -> str:

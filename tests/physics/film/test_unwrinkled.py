@@ -132,7 +132,7 @@ def test_the_fit_follows_the_membrane_between_its_points(fitted):
 )
 def test_other_laws_and_prestretches_are_fitted_as_well(law, prestretch):
     pytest.importorskip("skfem")
-    from gelcone.continuum.unwrinkled import fit_unwrinkled
+    from gelcone.paper.unwrinkled import fit_unwrinkled
 
     model = ConeModel(**law, **prestretch)
     film = fit_unwrinkled(model, 0.3)
@@ -256,7 +256,7 @@ def test_a_device_names_its_film(tmp_path, fitted):
 def test_a_flat_film_of_even_tension_has_the_stiffness_of_theory(prestretch, stiffness):
     """(R w')' = 0 in a film of even tension N: 2 (1 - r) N/((1 + r) ln(1/r)), here with the neo-Hookean tension."""
     pytest.importorskip("skfem")
-    from gelcone.continuum.unwrinkled import fit_unwrinkled
+    from gelcone.paper.unwrinkled import fit_unwrinkled
 
     film = fit_unwrinkled(ConeModel(law="neo-hookean", prestretch=prestretch, prestretch_mode="equibiaxial"), 0.3)
     share = 2.0 * 0.7 / (1.3 * np.log(1.0 / 0.3))

@@ -185,6 +185,11 @@ class Function:
         self._slots.append(f"  {name} = alloca double, i64 {places * self.width}{self._alignment()}")
         return name
 
+    def lanes(self, truths: Value) -> Value:
+        """The lanes in which a truth value holds, as the bits of an integer."""
+        word = f"i{self.width}"
+        return self.new(f"zext {word} {self.new(f'bitcast {self.truth_type} {truths} to {word}')} to i64")
+
     def anywhere(self, truths: Value) -> Value:
         """Whether a truth value holds in any lane."""
         if self.width == 1:

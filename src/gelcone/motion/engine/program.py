@@ -29,7 +29,7 @@ from gelcone.motion.engine.plan import (
     Plan,
 )
 from gelcone.motion.engine.recurrences import equations_of
-from gelcone.physics.trace import Graph, fingerprint, ordered
+from gelcone.physics.trace import Graph, Node, fingerprint, ordered
 
 __all__ = [
     "ARRIVED",
@@ -333,25 +333,28 @@ def _trace(
     for signs in range(2 ** len(telling)):
         own = {name: graph.constant(-1.0 if signs >> k & 1 else 1.0) for k, name in enumerate(telling)}
         laws.append(_law(graph, system, keep, events, state, n | own))
-    borders = []
-    for k, event in enumerate(events):
-        switch = None if event.switch is None else n[event.switch]
-        own_switch = event.switch in telling or any(switch in ordered([law.borders[k]]) for law in laws)
-        if own_switch and not event.direction:
-            raise ValueError(f"direction = 0: a border that contains its switch {event.switch!r} takes -1 or 1")
-        place = None if event.switch is None else switched.index(event.switch)
-        sided = own_switch or event.inside
-        borders.append(Border(event.direction, place, sided, event.smooth, event.seldom))
     return {
         "laws": tuple(laws),
         "telling": tuple(switched.index(name) for name in telling),
-        "borders": tuple(borders),
+        "borders": tuple(_border(k, event, n, laws, telling, switched) for k, event in enumerate(events)),
         "switches": tuple(graph.switch(name) for name in switched),
         "numbers": tuple(system.numbers),
         "restarts": _restarts(keep, count),
         "corner_switch": None if corner_switch is None else switched.index(corner_switch),
         "corner_time": None if corner_time is None else switched.index(corner_time),
     }
+
+
+def _border(
+    k: int, event: Event, n: Mapping[str, Node], laws: Sequence[Law], telling: Sequence[str], switched: Sequence[str]
+) -> Border:
+    """The k-th event as a border between the laws; ``switched``, the names of all switches."""
+    switch = None if event.switch is None else n[event.switch]
+    own_switch = event.switch in telling or any(switch in ordered([law.borders[k]]) for law in laws)
+    if own_switch and not event.direction:
+        raise ValueError(f"direction = 0: a border that contains its switch {event.switch!r} takes -1 or 1")
+    place = None if event.switch is None else switched.index(event.switch)
+    return Border(event.direction, place, own_switch or event.inside, event.smooth, event.seldom)
 
 
 def _law(
@@ -366,10 +369,7 @@ def _law(
         for i in range(count):
             for j in range(count):
                 terms = [graph.multiply(slopes[i][k], deviation[k][j]) for k in range(count)]
-                total = graph.constant(0.0)
-                for term in terms:
-                    total = total + term
-                rates.append(total)
+                rates.append(sum(terms, graph.constant(0.0)))
     else:
         rates = [graph.node(rate) for rate in system.rates(graph.time, state, n, graph)]
         if keep == "work":

@@ -136,36 +136,48 @@ class Jet:
         self._weighted: dict[tuple[int, int], Value] = {}
         self._rounds: dict[int, tuple[Value, Value]] = {}
         self._slopes_by_root: dict[int, list[Value]] = {}
-        residuals = {equation.residual.index: equation for equation in equations}
         followed = [*((equation.residual, order) for equation in equations), *borders]
         wanted = [*rates, *(node for node, _ in followed)]
         nodes = ordered(wanted)
         self._inlined = _single_parts(nodes, {node.index for node in wanted})
         self.states: list[list[Coefficient]] = [[value] for value in states]
-        for node in nodes:
-            self._coefficients[node.index] = self._leaf(node, order, time, held)
-        moving = [node for node in nodes if not self._coefficients[node.index] and node.index not in self._inlined]
-        moving = [node for node in moving if node.operation != "root"]
+        self._coefficients.update({node.index: self._leaf(node, order, time, held) for node in nodes})
+        known = {node.index for node in nodes if self._coefficients[node.index] or node.operation == "root"}
+        moving = [node for node in nodes if node.index not in known | self._inlined]
         for equation, address in zip(equations, kept, strict=True):
             self._correct_root(equation, address)
+        self._run(rates, followed, moving, equations, order)
+        self.borders = [self._coefficients[border.index][: highest + 1] for border, highest in borders]
+        self.roots = [self._coefficients[equation.root.index] for equation in equations]
+
+    def _run(
+        self,
+        rates: Sequence[Node],
+        followed: Sequence[tuple[Node, int]],
+        moving: Sequence[Node],
+        equations: Sequence[Equation],
+        order: int,
+    ) -> None:
+        """All coefficients, order by order: of the nodes that move and the roots, and with the rates of the states."""
+        f, residuals = self._f, {equation.residual.index: equation for equation in equations}
         last = dict.fromkeys((node.index for node in ordered(rates)), order - 1)
         for node, highest in followed:
             last |= {part.index: max(highest, last.get(part.index, 0)) for part in ordered([node])}
         for n in range(order + 1):
             for equation in equations if n else ():
                 self._coefficients[equation.root.index].append(None)
-            for node in moving:
-                if n > last[node.index]:
-                    continue
-                if len(self._coefficients[node.index]) == n:
-                    self._coefficients[node.index].append(self._coefficient(node, n))
-                if n and node.index in residuals:
-                    self._solve_root(residuals[node.index], n)
+            self._extend([node for node in moving if n <= last[node.index]], n, residuals)
             for row, rate in zip(self.states, rates, strict=True) if n < order else ():
                 slope = self._coefficients[rate.index][n]
                 row.append(slope if slope is None or n == 0 else f.multiply(slope, f.real(1.0 / (n + 1))))
-        self.borders = [self._coefficients[border.index][: highest + 1] for border, highest in borders]
-        self.roots = [self._coefficients[equation.root.index] for equation in equations]
+
+    def _extend(self, nodes: Sequence[Node], n: int, residuals: Mapping[int, Equation]) -> None:
+        """The n-th coefficients of operations, and of the roots whose residuals are among them."""
+        for node in nodes:
+            if len(self._coefficients[node.index]) == n:
+                self._coefficients[node.index].append(self._coefficient(node, n))
+            if n and node.index in residuals:
+                self._solve_root(residuals[node.index], n)
 
     # --- roots ---------------------------------------------------------------------------------------------------
 
@@ -290,17 +302,25 @@ class Jet:
         if node.operation == "exp":
             # e_n = (1/n) sum_(j=1..n) j a_j e_(n-j)
             return self._times(self._slopes(node.arguments[0], own, n), f.real(1.0 / n))
-        if node.operation == "power":
-            # r_n = sum_(j=1..n) (p j - (n - j)) a_j r_(n-j) / (n a_0)
-            exponent = _known(self._coefficients[node.arguments[1].index][0])
-            terms = [
-                (f.multiply(f.fused(exponent, f.real(float(j)), f.real(float(j - n))), _known(a[j])), own[n - j])
-                for j in range(1, n + 1)
-                if a[j] is not None and own[n - j] is not None
-            ]
-            total = self._times(self._chain(terms), f.real(1.0 / n))
-            return self._times(total, self._reciprocal(node.arguments[0]))
-        # "log", "log1p": l_n = (a_n - (1/n) sum_(j=1..n-1) j l_j a_(n-j)) / a_0, with 1 + a_0 in place of a_0 for log1p
+        return self._power(node, n) if node.operation == "power" else self._logarithm(node, n)
+
+    def _power(self, node: Node, n: int) -> Coefficient:
+        """r_n = sum_(j=1..n) (p j - (n - j)) a_j r_(n-j) / (n a_0)."""
+        f, own = self._f, self._coefficients[node.index]
+        a = self._coefficients[node.arguments[0].index]
+        exponent = _known(self._coefficients[node.arguments[1].index][0])
+        terms = [
+            (f.multiply(f.fused(exponent, f.real(float(j)), f.real(float(j - n))), _known(a[j])), own[n - j])
+            for j in range(1, n + 1)
+            if a[j] is not None and own[n - j] is not None
+        ]
+        total = self._times(self._chain(terms), f.real(1.0 / n))
+        return self._times(total, self._reciprocal(node.arguments[0]))
+
+    def _logarithm(self, node: Node, n: int) -> Coefficient:
+        """l_n = (a_n - (1/n) sum_(j=1..n-1) j l_j a_(n-j)) / a_0, with 1 + a_0 in place of a_0 for log1p."""
+        f, own, argument = self._f, self._coefficients[node.index], node.arguments[0]
+        a = self._coefficients[argument.index]
         total = self._chain(
             [
                 (self._weight(node, j), a[n - j])
@@ -308,7 +328,6 @@ class Jet:
                 if own[j] is not None and a[n - j] is not None
             ]
         )
-        argument = node.arguments[0]
         if node.operation == "log1p":
             argument = argument.graph.add(1.0, argument)
             self._coefficients.setdefault(argument.index, [f.add(f.real(1.0), _known(a[0]))])

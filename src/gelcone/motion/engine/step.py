@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import reduce
 from typing import NamedTuple
 
 from gelcone.motion.engine import functions
@@ -66,10 +67,7 @@ def step_function(plan: Plan, layout: Layout, place: int) -> Function:
     new_time = f.choose(ends, f.load(row(layout.stop)), new_time)
     new_low = f.choose(ends, f.real(0.0), new_low)
 
-    total = new_states[0]
-    for value in new_states[1:]:
-        total = f.add(total, value)
-    finite = f.compare("olt", f.absolute(total), f.real(math.inf))
+    finite = f.compare("olt", f.absolute(reduce(f.add, new_states)), f.real(math.inf))
     small = f.compare("olt", wanted, f.load(row(layout.smallest)))
     steps = f.add(f.load(row(layout.steps)), f.real(1.0))
     sampled = f.compare("ole", f.subtract(f.subtract(f.load(row(layout.target)), time), low), step)
@@ -79,8 +77,7 @@ def step_function(plan: Plan, layout: Layout, place: int) -> Function:
     near = {part.place: _near(f, part.coefficients, sides[part.place], step) for part in followed}
     due = f.either(f.either(ends, sampled), f.either(small, spent))
     due = f.either(due, f.new(f"xor {f.truth_type} {finite}, splat (i1 true)"))
-    for mask in near.values():
-        due = f.either(due, mask)
+    due = reduce(f.either, near.values(), due)
     for k, value in enumerate(new_states):
         f.store(value, row(k))
     for address, coefficients in zip(kept, jet.roots, strict=True):
@@ -89,11 +86,7 @@ def step_function(plan: Plan, layout: Layout, place: int) -> Function:
     f.store(new_low, row(layout.time_low))
     f.store(steps, row(layout.steps))
     f.store(f.smaller(wanted, f.load(row(layout.least))), row(layout.least))
-    word = f"i{width}"
-    due_bits, finite_bits, small_bits, *near_bits = (
-        f.new(f"zext {word} {f.new(f'bitcast {f.truth_type} {mask} to {word}')} to i64")
-        for mask in (due, finite, small, *near.values())
-    )
+    due_bits, finite_bits, small_bits, *near_bits = (f.lanes(mask) for mask in (due, finite, small, *near.values()))
     flagged = f.new(f"and i64 {due_bits}, {f.load_whole(f.place('%words', place))}")
     with f.when(f.new(f"icmp ne i64 {flagged}, 0")):
         _keep_step(f, jet, followed, plan, layout, law, time, low, step)
@@ -114,10 +107,7 @@ def _step_size(f: Function, jet: Jet, followed: Sequence[_Followed], plan: Plan)
 
     def largest(rows: Sequence[Sequence[Value | None]], k: int) -> Value:
         sizes = [f.absolute(value) for row in rows if (value := row[k]) is not None]
-        total = sizes[0] if sizes else f.real(0.0)
-        for size in sizes[1:]:
-            total = f.larger(total, size)
-        return total
+        return reduce(f.larger, sizes) if sizes else f.real(0.0)
 
     # roots count relative to themselves or 1, borders relative to 1, as states relative to the largest of them
     size = f.larger(largest(jet.states, 0), f.real(SMALLEST_NORM))
@@ -128,10 +118,8 @@ def _step_size(f: Function, jet: Jet, followed: Sequence[_Followed], plan: Plan)
             shared.append((rows, f.multiply(f.real(math.sqrt(plan.tolerance)), size) if smooth else size))
 
     def norm(k: int) -> Value:
-        total = largest(jet.states, k)
-        for rows, share in shared:
-            total = f.larger(total, f.multiply(share, largest(rows, k)))
-        return total
+        sizes = (f.multiply(share, largest(rows, k)) for rows, share in shared)
+        return reduce(f.larger, sizes, largest(jet.states, k))
 
     allowed = functions.rough_log2(f, f.multiply(size, f.real(plan.tolerance)))
     logarithms = [

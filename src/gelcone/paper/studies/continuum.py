@@ -138,7 +138,7 @@ def _thresholds(effort: Effort, progress: Progress) -> tuple[list[Threshold], di
 def _film(model: ConeModel) -> UnwrinkledFilm:
     """The continuum of the paper's film, which bears compression."""
     from gelcone.continuum.fit import cached_film
-    from gelcone.continuum.unwrinkled import fit_unwrinkled
+    from gelcone.paper.unwrinkled import fit_unwrinkled
 
     return cached_film(fit_unwrinkled, model, RADIUS_RATIOS[0])
 

@@ -1,7 +1,7 @@
 """The continuum's force, of a film that bears compression, as a smooth function of displacement and voltage squared.
 
 In the equation of motion the homogeneous cone pulls the disc back with x (h(q) - v^2). An `UnwrinkledFilm` stands in
-for h - v^2 with what `gelcone.continuum.unwrinkled.fit_unwrinkled` fitted to the membrane, as a function of s = x^2 and
+for h - v^2 with what `gelcone.paper.unwrinkled.fit_unwrinkled` fitted to the membrane, as a function of s = x^2 and
 V = v^2:
 
     k(s, V) = P(t) + w/(1 - s/wall) - V (1 - Q(t)) + V^2 R(t) + (1 - y - V C(t)/2) S(t),
@@ -34,7 +34,7 @@ NEAR_PULL_IN = 1.0 - 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class UnwrinkledFilm(FittedFilm):
-    """The fitted force of one film that does not wrinkle; `gelcone.continuum.unwrinkled.fit_unwrinkled` makes one.
+    """The fitted force of one film that does not wrinkle; `gelcone.paper.unwrinkled.fit_unwrinkled` makes one.
 
     Parameters
     ----------

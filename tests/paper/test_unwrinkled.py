@@ -6,7 +6,8 @@ import pytest
 pytest.importorskip("skfem")
 
 from gelcone.continuum.membrane import membrane
-from gelcone.continuum.unwrinkled import (
+from gelcone.errors import InputError
+from gelcone.paper.unwrinkled import (
     CEILING_MARGIN,
     FLAT,
     KINDS,
@@ -15,7 +16,6 @@ from gelcone.continuum.unwrinkled import (
     fit_unwrinkled,
     free_film_limit,
 )
-from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
 from tests.continuum.films import fitted_with_states
 
