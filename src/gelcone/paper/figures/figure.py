@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+
+Draw = Callable[[Mapping[str, "xr.Dataset"]], "Figure"]
 
 
 @dataclass(frozen=True)
@@ -25,7 +30,7 @@ class PaperFigure:
     values: str
     message: str
     studies: tuple[str, ...]
-    draw: Callable[[Mapping[str, xr.Dataset]], Figure]
+    draw: Draw
 
     @property
     def name(self) -> str:
@@ -35,3 +40,15 @@ class PaperFigure:
     def command(self) -> str:
         """The command that redraws it."""
         return f"gelcone paper {self.number}"
+
+
+@cache
+def _texts() -> dict[str, Any]:
+    return tomllib.loads(files("gelcone.paper.figures").joinpath("texts.toml").read_text(encoding="utf-8"))
+
+
+def paper_figure(number: int, studies: tuple[str, ...], draw: Draw, **values: Any) -> PaperFigure:
+    """The figure with its texts of ``texts.toml``, into which ``values`` are put."""
+    text = _texts()[str(number)]
+    varied = text["values"].format(**values)
+    return PaperFigure(number, text["title"], tuple(text["presets"]), varied, text["message"], studies, draw)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.codes import Regime
-from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.figures.figure import paper_figure
 from gelcone.paper.studies.diagrams import PANELS, diagram_name
 from gelcone.paper.studies.maps import MODES
 from gelcone.plots.branches import DASHED, sections_of, stability_parts
@@ -199,38 +199,6 @@ def _exponent_map(plane: xr.Dataset, name: str, bound: float, axes: Axes) -> Any
 
 
 FIGURES = (
-    PaperFigure(
-        13,
-        "Bifurcation diagrams and the largest Lyapunov exponent",
-        SETS,
-        "Damping ratio 0 to 2 and voltage 0 to 2 are from the text; the ranges of pre-stretch and stretch "
-        "limit and the "
-        "voltage of each panel are reconstructed.",
-        "Section points of the settled motion over each parameter, above the largest Lyapunov exponent: in "
-        "the long run "
-        "with its error, and over the window from the start that a paper would show. Where both differ in sign, what "
-        "looks chaotic is a transient, or what looks regular has not yet shown itself. Shaded is where "
-        "theory says that "
-        "rest is unstable: a necessary condition for lasting motion, not a sign of chaos. Green lines over the voltage "
-        "are periodic orbits of one and two forcing periods, dashed where they are unstable; ticks at the top are "
-        "their bifurcations. Chaos begins where period doublings accumulate: in the base set those of the branch that "
-        "is born where rest loses its stability, in the fast set those of a branch that is born in a fold far below "
-        "and that no branch from rest reaches in voltage.",
-        tuple(diagram_name(*panel) for panel in PANELS),
-        diagrams_figure,
-    ),
-    PaperFigure(
-        14,
-        "Stacked sections and maps over voltage and pre-stretch",
-        ("base",),
-        "All ranges are reconstructed. What the paper means by pre-stretch is not certain: its wording fits the radial "
-        "reading, shown next to the equi-biaxial one.",
-        "The largest exponent over voltage and pre-stretch, for both meanings of pre-stretch, in the long run and over "
-        "the window from the start, with the lines where rest loses its stability. Above them, sections over "
-        "voltage at "
-        "a few pre-stretches. Radial pre-stretch tightens the hoops alone and moves the chaotic domain little; "
-        "equi-biaxial pre-stretch stiffens the cone itself and pushes the domain to higher voltages.",
-        tuple(f"map-{mode}" for mode in MODES),
-        maps_figure,
-    ),
+    paper_figure(13, tuple(diagram_name(*panel) for panel in PANELS), diagrams_figure),
+    paper_figure(14, tuple(f"map-{mode}" for mode in MODES), maps_figure),
 )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.figures.figure import paper_figure
 from gelcone.paper.figures.marks import listed
 from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, styled
 
@@ -95,21 +95,4 @@ def response(study: xr.Dataset, axes: Axes) -> None:
     axes.margins(x=0.0)
 
 
-FIGURES = (
-    PaperFigure(
-        9,
-        "Amplitude at practical voltages, and three responses",
-        ("table1",),
-        f"The range of 10 to 50 V and the responses at {listed(RESPONSES)} V are from the text, as are the radii, the "
-        "stretch limit, the dimensionless spring stiffness and the initial height 0 of Table 1. The gel's modulus and "
-        "permittivity are measured values for PVC-DBA; mass, damping, frequency, the release from 40 mm and the "
-        "initial height of 20 mm are assumed.",
-        "Half of what the disc covers, from the release and in the long run, over the voltage, with the voltages at "
-        "which the flat rest is lost. From the release on the amplitude is the same at all voltages, because it is "
-        "that of the release: the film and the spring swing freely and come to rest at the dotted lines. In the long "
-        "run a flat device does not move at all, and one with an initial height moves by less than a micrometre, with "
-        "the square of the voltage. The kilovolts at which anything else could happen lie orders of magnitude higher.",
-        ("practical",),
-        draw,
-    ),
-)
+FIGURES = (paper_figure(9, ("practical",), draw, responses=listed(RESPONSES)),)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.figures.figure import paper_figure
 from gelcone.paper.figures.marks import fixed_parameters, symbol
 from gelcone.paper.figures.triptych import from_the_start, in_the_long_run
 from gelcone.paper.studies.resonance import RESPONSE_STIFFNESS, STIFFNESSES
@@ -130,20 +130,5 @@ def three_responses(study: xr.Dataset, figure: Figure) -> None:
 
 
 FIGURES = (
-    PaperFigure(
-        12,
-        "Amplitude over drive frequency for six spring stiffnesses, and three responses",
-        ("spring",),
-        f"That the stiffness goes from {STIFFNESSES[0]:g} to {STIFFNESSES[-1]:g} is from the text; the stiffnesses "
-        "between, the other parameters and the frequencies of the responses are reconstructed.",
-        "Amplitude of the settled motion in a sweep of the drive frequency up and one down, each point starting from "
-        "the last state of the one before. The force goes with the square of the voltage and so has twice its "
-        "frequency: a resonance lies at half the natural frequency, moves up with the stiffness and gets lower. The "
-        "two softest springs do more: near their natural frequency the drive excites them parametrically, to a swing "
-        "of twice the forcing period. For the softest one this swing is the highest point of all, it ends in "
-        "a jump, and it ends elsewhere when swept down: hysteresis that a single sweep cannot show. The responses "
-        "from the start look alike, as they begin with the same release; the driven motion that is left differs.",
-        ("frequency", "frequency-responses"),
-        draw,
-    ),
+    paper_figure(12, ("frequency", "frequency-responses"), draw, lowest=STIFFNESSES[0], highest=STIFFNESSES[-1]),
 )

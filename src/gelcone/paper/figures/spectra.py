@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.codes import Regime
-from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.figures.figure import paper_figure
 from gelcone.paper.figures.marks import listed, motion_colour
-from gelcone.paper.studies.spectra import SETS
 from gelcone.paper.studies.triples import TRIPLES
 from gelcone.plots.style import BLACK, GREY, styled
 from gelcone.words import motion_in_words
@@ -76,21 +75,4 @@ def legend(figure: Figure) -> None:
     )
 
 
-FIGURES = (
-    PaperFigure(
-        8,
-        "Spectra at three voltages",
-        SETS,
-        f"Of the voltages {listed(TRIPLES['voltage'][2])} only 1.04 is from the text; both parameter sets are "
-        "reconstructed.",
-        "Amplitude of the displacement over frequency, over the first periods of the drive (grey) and in the long run. "
-        "At the lowest voltage no motion is left in the long run: what the spectrum from the start shows is the free "
-        "vibration after the release, at its own frequency and not at that of the voltage or of its force, with side "
-        "lines where the force modulates it. At the higher voltages set base has a broad spectrum from the start and "
-        "for good. Set fast has one from the start only and settles on sharp lines, all multiples of one "
-        "frequency: what looks broadband there is a transient. Where a spectrum is noise, its level falls as "
-        "the record gets longer, so that grey and coloured lines differ in height without differing in power.",
-        ("spectra",),
-        draw,
-    ),
-)
+FIGURES = (paper_figure(8, ("spectra",), draw, voltages=listed(TRIPLES["voltage"][2])),)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.continuum.path import Ending
 from gelcone.dataset import model_of
-from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.figures.figure import paper_figure
 from gelcone.paper.figures.marks import fixed_parameters, listed
 from gelcone.paper.studies.continuum import MISSING
 from gelcone.paper.studies.statics import LIMITS, STATIC_VOLTAGES, SURFACES
@@ -171,35 +171,6 @@ def surfaces(study: xr.Dataset, figure: Figure) -> None:
 
 
 FIGURES = (
-    PaperFigure(
-        3,
-        "Static force over displacement at three voltages",
-        ("table1",),
-        "Spring stiffness, stretch limit, pre-stretch and initial height are from the text (Table 1); the voltages "
-        f"{listed(STATIC_VOLTAGES)} are reconstructed.",
-        "The force that holds the disc at a displacement, and the equilibria over a constant voltage. Voltage makes "
-        "the flat state softer. At the pitchfork, where the voltage squared equals the small-signal stiffness, the "
-        "flat state loses its stability to two buckled ones, so that the curve at the highest voltage meets zero three "
-        "times, with slopes +, -, +. A film without pre-stretch has no hoop tension to lose when flat: under voltage "
-        "it is slack at all displacements shown (dashed), so that these equilibria are those of the model and not yet "
-        "those of a real membrane. Squares: the force of an axisymmetric membrane of the paper's radius ratio, and "
-        "of the spring. Where there are none at a voltage, that film has lost its tension or pulled in.",
-        ("static", "continuum"),
-        force_figure,
-    ),
-    PaperFigure(
-        6,
-        "Strain energy for seven stretch limits, and energy over the phase plane for two",
-        ("fast",),
-        f"Of the stretch limits {listed(LIMITS)} the first three are from the text; the others, the two of the "
-        f"surfaces ({listed(SURFACES)}) and the spring are reconstructed.",
-        "The strain energy of the film, and the energy of film, spring and motion without voltage. Near the flat "
-        "state the strain energy grows with the fourth power of the displacement whatever the stretch limit; towards "
-        "the displacement at which the strain reaches the limit it rises without bound, the earlier the smaller the "
-        "limit. It rises only like a logarithm, however steep it looks: an integrator that does not watch the limit "
-        "can step across. The level lines of the surfaces are the free motions without damping. For a small limit "
-        "they are squared off by the wall; a motion from the paper's initial state is hardly affected by it.",
-        ("energy",),
-        energy_figure,
-    ),
+    paper_figure(3, ("static", "continuum"), force_figure, voltages=listed(STATIC_VOLTAGES)),
+    paper_figure(6, ("energy",), energy_figure, limits=listed(LIMITS), surfaces=listed(SURFACES)),
 )

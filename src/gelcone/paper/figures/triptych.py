@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from gelcone.codes import Regime
-from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.figures.figure import paper_figure
 from gelcone.paper.figures.marks import film_legend, fixed_parameters, listed, mark_slack, motion_colour, symbol
 from gelcone.paper.studies.triples import TRIPLES
 from gelcone.plots.regime import REGIME_COLOURS
@@ -128,66 +128,7 @@ def keep_open(axes: Axes) -> None:
     axes.set_ylim(0.5 * (low + high - height), 0.5 * (low + high + height))
 
 
-def _figure(number: int, name: str, subject: str, values: str, message: str) -> PaperFigure:
-    title = f"Time response, phase portrait and Poincaré section for three {subject}"
-    return PaperFigure(number, title, (TRIPLES[name][0],), values, message, (name,), partial(draw, name))
-
-
-def _values(name: str) -> str:
-    return listed(TRIPLES[name][2])
-
-
-FIGURES = (
-    _figure(
-        4,
-        "damping",
-        "damping ratios",
-        f"The damping ratios {_values('damping')} and the voltage are reconstructed.",
-        "At this voltage rest is stable and attracts all three motions: damping only sets how soon. With the smallest "
-        "damping ratio most of the release is still there at the end of the window, and the exponent over the window "
-        "is above zero although that of the long run is below: without damping neighbouring motions of different "
-        "amplitude drift apart in proportion to time, which over a window T reads as log(T)/T. With the largest "
-        "damping ratio the disc swings past the flat state once before it rests, so it is not overdamped.",
-    ),
-    _figure(
-        5,
-        "limit",
-        "stretch limits",
-        f"The stretch limits {_values('limit')} and the voltage are reconstructed.",
-        "With the smallest stretch limit the motion is chaotic, for good. With the two larger ones it ends on a cycle, "
-        "and the two cycles are almost identical, because the motion stays far from both limits. Over the window "
-        "from the start the largest exponent is positive for all three: for the larger limits chaos is a transient.",
-    ),
-    _figure(
-        7,
-        "voltage",
-        "voltages",
-        f"Of the voltages {_values('voltage')} only 1.04 is from the text.",
-        "At the lowest voltage the release dies away and the device rests. At the voltage that the text names as the "
-        "threshold the motion is chaotic for good, but small: the large swings at the beginning are those of the "
-        "release. At the highest voltage the disc goes back and forth between both sides and comes near the "
-        "displacement at which the stretch limit ends all motion. Window and long run agree on the sign of the "
-        "exponent at all three voltages. In all of this the film is slack for most of the time.",
-    ),
-    _figure(
-        10,
-        "prestretch",
-        "pre-stretches",
-        f"The pre-stretches {_values('prestretch')} and the voltage are reconstructed, and so is what pre-stretch "
-        "means: here the hoops alone are stretched.",
-        "The smallest pre-stretch, less than one, gives chaos, with a film that is slack all the time. The moderate "
-        "one ends, after a slow approach, on a small and lopsided cycle. With the largest the device rests: "
-        "pre-stretch raises the stiffness of the flat state above what the voltage can take away.",
-    ),
-    _figure(
-        11,
-        "spring",
-        "spring stiffnesses",
-        f"The stiffnesses {_values('spring')}, the voltage, the damping ratio and the initial height are "
-        "reconstructed.",
-        "From the start the three motions have the same amplitude, that of the release, and die away equally fast; "
-        "a stiffer spring only swings faster. What is left is the driven motion about the initial height, enlarged "
-        "here: once per forcing period, and ever smaller as the spring gets stiffer. That the amplitude is not "
-        "affected by the stiffness holds for the release, not for what the drive does.",
-    ),
+FIGURES = tuple(
+    paper_figure(number, (name,), partial(draw, name), values=listed(TRIPLES[name][2]))
+    for number, name in ((4, "damping"), (5, "limit"), (7, "voltage"), (10, "prestretch"), (11, "spring"))
 )
