@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
-from gelcone.atlas.refinement import CHECKED_SHARE, MOST_CHECKED, border_dimension, refine
+from gelcone.atlas.refinement import CHECKED_SHARE, MOST_CHECKED, _nearest, border_dimension, refine
 from gelcone.errors import InputError
 
 
@@ -69,6 +69,14 @@ def test_uncomputed_cells_have_no_neighbour_of_another_kind():
         change = np.flatnonzero(np.diff(found, axis=axis))
         for side in (np.take(asked.reshape(kinds.shape), range(k, k + found.shape[axis] - 1), axis) for k in (0, 1)):
             assert (side.flat[change] == 1).all()
+
+
+@pytest.mark.parametrize("last", [16, 17, 19, 22, 23])
+def test_an_inferred_cell_takes_the_nearest_of_the_lattice(last):
+    """Of two as near the lower one; the last block may be shorter than the others."""
+    coarse, fine = np.array([0, 8, last]), np.arange(0, last + 1)
+    expected = coarse[np.abs(fine[:, None] - coarse).argmin(axis=1)]
+    np.testing.assert_array_equal(_nearest(coarse, fine), expected)
 
 
 def test_the_check_finds_out_how_much_is_missed():

@@ -1,5 +1,6 @@
 """The fit of the film as a continuum that wrinkles: its error, and under what name a film is kept."""
 
+import ast
 from functools import cache
 from pathlib import Path
 
@@ -21,6 +22,9 @@ from gelcone.physics.model import ConeModel
 
 KEPT = Path(__file__).parents[1] / "reference" / "continuum-film.json"
 """`fit_film(ConeModel())`, which takes too long for a test."""
+
+
+PACKAGE = Path(fit.__file__).parents[1]
 
 
 @cache
@@ -58,6 +62,16 @@ def test_it_pulls_in_where_the_membrane_does_and_falls_slack_where_it_does():
 def test_the_error_is_of_states_that_were_not_fitted():
     assert set(dict(film().errors)) == {"force", "pull-in voltage"}
     assert dict(film().errors)["pull-in voltage"] < 0.02
+
+
+@pytest.mark.parametrize(("hoop", "margin"), [(1.0, 1.5), (1.2, 2.2)])
+def test_the_stated_error_is_that_of_the_states_with_a_margin(monkeypatch, hoop, margin):
+    """A film that hangs loose is fitted less evenly."""
+    monkeypatch.setattr(fit, "_columns", lambda *given: [])
+    monkeypatch.setattr(fit, "_fitted", lambda *given: film())
+    monkeypatch.setattr(fit, "_errors", lambda *given: {"force": 0.01, "pull-in voltage": 0.02})
+    found = fit_film(ConeModel(meridional_prestretch=1.0, hoop_prestretch=hoop))
+    assert dict(found.errors) == pytest.approx({"force": 0.01 * margin, "pull-in voltage": 0.02 * margin})
 
 
 @pytest.mark.slow
@@ -183,6 +197,25 @@ def test_a_film_of_a_law_without_a_source_is_not_stored(tmp_path, monkeypatch):
     monkeypatch.setattr(fit, "fit_film", lambda model, ratio: film())
     assert find_film("continuum", ConeModel(law=session["Own"]())) == film()
     assert not (tmp_path / "films").exists()
+
+
+def imported(name):
+    """The modules of `gelcone.physics` that a file below ``gelcone`` imports, as paths."""
+    tree = ast.parse((PACKAGE / name).read_text(encoding="utf-8"))
+    modules = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module}
+    return {m.removeprefix("gelcone.").replace(".", "/") + ".py" for m in modules if m.startswith("gelcone.physics.")}
+
+
+def test_a_change_of_any_source_of_a_fit_fits_again(monkeypatch):
+    """All films, laws and models that fitting imports are sources, and each changes the key."""
+    used = set().union(*(imported(f"continuum/{path.name}") for path in (PACKAGE / "continuum").glob("*.py")))
+    forces = {name for name in used if name.startswith(("physics/film/", "physics/laws", "physics/model"))}
+    assert forces - {"physics/film/stored.py"} <= set(fit.SOURCES)
+    digests, read = set(), Path.read_bytes
+    for changed in [None, *(PACKAGE / name for name in fit.SOURCES), PACKAGE / "continuum" / "path.py"]:
+        monkeypatch.setattr(Path, "read_bytes", lambda path, at=changed: read(path) + b"#" * (path == at))
+        digests.add(fit._program.__wrapped__(""))
+    assert len(digests) == len(fit.SOURCES) + 2
 
 
 def test_a_kept_file_that_cannot_be_read_is_fitted_again(kept, tmp_path):

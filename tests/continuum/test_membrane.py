@@ -285,3 +285,27 @@ def test_stresses_and_stretches_follow_from_the_shape():
     field = 0.04 * (l1 * l2 / 1.44) ** 2
     np.testing.assert_allclose(found["meridional_stress"], response * (l1**2 - (l1 * l2) ** -2) - field, rtol=1e-9)
     np.testing.assert_allclose(found["hoop_stress"], response * (l2**2 - (l1 * l2) ** -2) - field, rtol=1e-9)
+
+
+@pytest.mark.parametrize("wrinkles", ["mark", "relax"])
+def test_stretches_count_from_the_gel_at_rest_with_unequal_prestretches(wrinkles):
+    """Flat they are the pre-stretches where these are equal; the hoop's is lh r/R wherever a ring has gone, and the
+    meridian's lm times how much longer it has become."""
+    lm, lh = 1.15, 1.3
+    model = ConeModel(meridional_prestretch=lm, hoop_prestretch=lh)
+    found = membrane(model, 0.2, displacements=[0.0, 0.8, -0.8], voltages=0.2, wrinkles=wrinkles, elements=16).squeeze()
+    assert (found["ending"] == Ending.CONVERGED).all()
+    np.testing.assert_allclose(found["hoop_stretch"], lh * found["radius"] / found["mounted_radius"], rtol=1e-12)
+    radius, height, mounted = (found[name].values for name in ("radius", "height", "mounted_radius"))
+    length = np.hypot(np.diff(radius, axis=-1), np.diff(height, axis=-1)).sum(axis=-1)
+    along = found["meridional_stretch"].values
+    mean = (0.5 * (along[:, 1:] + along[:, :-1]) * np.diff(mounted)).sum(axis=-1)
+    np.testing.assert_allclose(mean, lm * length, rtol=3e-3)
+
+
+@pytest.mark.parametrize(("error", "ending"), [(9e-4, Ending.CONVERGED), (1.2e-3, Ending.UNRESOLVED)])
+def test_a_force_that_the_mesh_does_not_resolve_to_a_thousandth_is_not_reported(monkeypatch, error, ending):
+    monkeypatch.setattr("gelcone.continuum.membrane.force_error", lambda film, point, coarse: error * abs(point.force))
+    found = membrane(ConeModel(), 0.2, displacements=0.8, voltages=0.0, elements=8).squeeze()
+    assert found["ending"] == ending
+    assert bool(np.isfinite(found["force"])) == (ending == Ending.CONVERGED)

@@ -82,6 +82,24 @@ def test_a_film_that_wrinkles_is_compared_where_it_is_slack_too():
     assert judge(agreement({"continuum": slack, "corrected": thresholds()})) is Verdict.REPRODUCED
 
 
+def test_a_single_displacement_at_which_the_forces_differ_decides():
+    """Over the largest force: 0.049 agrees everywhere, 0.051 at one of ten displacements does not."""
+    for off, verdict in ((0.049, Verdict.REPRODUCED), (0.051, Verdict.NOT_REPRODUCED)):
+        study = made_up(off=0.0, other=0.0)
+        study["cone_force"][:, 0, 4] += off
+        assert judge(agreement({"continuum": study, "corrected": thresholds()})) is verdict
+
+
+@pytest.mark.parametrize(("lost", "verdict"), [(1, Verdict.REPRODUCED), (2, Verdict.NOT_REPRODUCED)])
+def test_the_film_must_hold_at_nearly_all_displacements(lost, verdict):
+    """At 95 of a hundred or more: at 19 of 20 it does, at 18 of 20 not."""
+    study = made_up()
+    study = study.interp(displacement=np.linspace(0.1, 1.0, 20)).round(12)
+    study["ending"] = study["ending"].astype(int)
+    study["folds"][:, 1, :lost] = 1
+    assert judge(agreement({"continuum": study, "corrected": thresholds()})) is verdict
+
+
 def test_without_scikit_fem_it_cannot_be_told():
     missing = xr.Dataset(attrs={MISSING: "the continuum film needs scikit-fem; pip install 'gelcone[fem]'"})
     found = agreement({"continuum": missing, "corrected": missing})

@@ -1,6 +1,7 @@
 """Curves of bifurcations in two parameters, and their points of codimension two, against certified ones."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 import gelcone
 from gelcone import InputError
 from gelcone.analyses.branches import locus_json
+from gelcone.atlas.branches import curve, locus
 from gelcone.atlas.branches.branch import EventKind
 from gelcone.presets import find_preset
 
@@ -67,13 +69,19 @@ def test_certified_cusp(folds):
     assert float(event["event_multiplier_real"][0]) == pytest.approx(1.0, abs=1e-9)
 
 
-def test_certified_generalised_doubling():
+@pytest.fixture(scope="module")
+def generalised():
+    """A locus of doublings with a generalised one, and its curves."""
+    model, curves, follow_curve = BASE.replace(hoop_prestretch=1.03, meridional_prestretch=1.0), [], curve.follow_curve
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(locus, "follow_curve", lambda *given: curves.append(follow_curve(*given)) or curves[-1])
+        over = {"voltage": (1.0, 1.1), "hoop_prestretch": (1.02, 1.04)}
+        return gelcone.locus(model, "period doubling", over, **OPTIONS), curves
+
+
+def test_certified_generalised_doubling(generalised):
     reference = REFERENCES["codim2/base_v_lp/generalized_period_doubling_1"]
-    model = BASE.replace(hoop_prestretch=1.03, meridional_prestretch=1.0)
-    result = gelcone.locus(
-        model, "period doubling", {"voltage": (1.0, 1.1), "hoop_prestretch": (1.02, 1.04)}, **OPTIONS
-    )
-    event = nearest(special(result, EventKind.GENERALISED_DOUBLING), reference["values"])
+    event = nearest(special(generalised[0], EventKind.GENERALISED_DOUBLING), reference["values"])
     check_values(event, reference, 1e-10)
     side = np.sign(float(event["event_orbit"][0]))
     np.testing.assert_allclose(side * event["event_orbit"], reference["orbit_state_at_phase_0"], rtol=0.0, atol=1e-9)
@@ -134,6 +142,17 @@ def test_json_names_both_parameters(folds):
     assert event["parameter"] == ["voltage", "drive_frequency"]
     assert len(event["value"]) == len(event["value_error"]) == 2
     assert content["curves"][0]["kind"] == "fold"
+
+
+def test_the_coefficient_along_a_curve_has_one_orientation(generalised):
+    """Null vectors and weights may come with either sign at each point: no zero appears or is lost by that."""
+    curves = [one for one in generalised[1] if one is not None]
+    assert curves
+    for one in curves:
+        signs = np.random.default_rng(1).choice([-1.0, 1.0], (len(one.points), 2))
+        signs[0] = 1.0
+        turned = [replace(p, null=a * p.null, left=b * p.left) for p, (a, b) in zip(one.points, signs, strict=True)]
+        np.testing.assert_allclose(curve._tests(one.shooting, turned), one.tests, rtol=1e-3, atol=1e-9)
 
 
 def test_what_cannot_be_followed_is_refused():

@@ -6,6 +6,7 @@ import pytest
 import gelcone
 from gelcone.analyses.branches import continue_branch_words, events_json
 from gelcone.analyses.subject import Subject
+from gelcone.atlas.branches import crossing
 from tests.toys import TurningBias
 
 MODEL = gelcone.ConeModel(bias=TurningBias(), damping_ratio=0.1, voltage=0.3, drive_frequency=0.8)
@@ -31,6 +32,16 @@ def test_a_torus_is_born_where_the_wheel_begins_to_grow(result):
     np.testing.assert_allclose(sorted(found, key=abs)[-2:], [pair, pair.conjugate()], atol=1e-9)
     # those of the disc shrink areas by exp(-2 zeta T)
     assert abs(np.prod(sorted(found, key=abs)[:2])) == pytest.approx(np.exp(-0.2 * period), rel=1e-9)
+
+
+@pytest.mark.parametrize("width", [0.3, 1e-2, 1e-5])
+def test_the_error_of_a_torus_holds_the_bracket(monkeypatch, width):
+    """However early the search ends, the true value, 0, lies within the error."""
+    monkeypatch.setattr(crossing, "TORUS_WIDTH", width)
+    start = (0.4, 0.0, 0.1, 0.0)
+    found = gelcone.continue_branch(MODEL, "wheel_growth", -0.11, 0.07, start, start="settled", checks=2, switch=0)
+    (event,) = events_json(found)
+    assert abs(event["value"]) <= event["value_error"] <= max(width, 0.2) * 0.18 + 1e-12
 
 
 def test_the_orbit_is_stable_before_and_unstable_behind(result):

@@ -61,6 +61,26 @@ def test_a_branch_over_a_field_is_that_of_each_device(thickness):
         assert float(own[name][k]) == pytest.approx(float(settled[name]), abs=1e-5)
 
 
+def test_a_device_and_its_model_have_the_same_branches():
+    """Dimensional twins: each variable is the model's times the scale of its quantity."""
+    device = gelcone.find_device("paper-table1")
+    model = device.to_model()
+    scales = {"V": 8400.0 / float(model.voltage), "mm": 40.0, "1": 1.0}
+    own = gelcone.continue_branch(model, "voltage", 0.6, 1.6, switch=1, checks=2)
+    found = gelcone.continue_branch(
+        device, "voltage_amplitude", *(scales["V"] * np.array([0.6, 1.6])), switch=1, checks=2
+    )
+    checked = set()
+    for name, variable in found.data_vars.items():
+        unit = variable.attrs.get("units")
+        if variable.dtype.kind == "f" and unit in scales:
+            expected = scales[unit] * own[name].values
+            np.testing.assert_allclose(variable.values, expected, rtol=1e-6, atol=1e-9, err_msg=str(name))
+            checked.add(str(name))
+    assert {"value", "event_value", "event_error", "event_curvature", "lowest", "highest", "run_value"} <= checked
+    assert (np.isfinite(own["event_curvature"]) & (own["event_curvature"] != 0.0)).any()
+
+
 def test_a_result_of_a_device_can_be_gone_on_from(thickness):
     result = gelcone.continue_branch(PUMP, "film_thickness", 1.9e-4, 2e-4, start=thickness)
     assert int(result["checked_cycles"]) == thickness.sizes["branch"]
