@@ -1,8 +1,8 @@
-"""Labelled results: every analysis returns an `xarray.Dataset` that says what it holds and how to run it again.
+"""Labelled results: every analysis returns an `xarray.Dataset` that states its contents and how to run it again.
 
 Each variable carries ``long_name``, ``units`` (``1``: dimensionless) and ``quantity`` - which SI scale of a device
 turns it into millimetres, volts or newtons (see `gelcone.devices.si.to_si`). The attributes hold the model's scalar
-parameters, the options and gelcone's version; parameters that are arrays stand beside the results as coordinates.
+parameters, the options and gelcone's version; parameters that are arrays are coordinates of the results.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Variable = tuple[tuple[str, ...], Any, str, Of]
 
 
 class Findings(NamedTuple):
-    """What an analysis found out about some members: its variables by name, and how each run ended (members,)."""
+    """Results of an analysis for some members: its variables by name, and the outcome of each run (members,)."""
 
     variables: dict[str, Variable]
     outcome: npt.NDArray[np.int8]
@@ -58,10 +58,10 @@ def label(
     options: Mapping[str, Any],
     title: str,
 ) -> xr.Dataset:
-    """A Dataset of results of ``model``.
+    """Label results of ``model`` as a Dataset.
 
     A variable whose values have the dims (members, ...) is reshaped to the ensemble; one given with exactly its own
-    dims (shared by all members) is kept as it is.
+    dims (shared by all members) stays as it is.
     """
     import xarray as xr
 
@@ -176,7 +176,7 @@ def load(path: str | Path) -> xr.Dataset:
 
 
 def with_initial(result: xr.Dataset, model: Ensemble, states0: Array) -> xr.Dataset:
-    """``result`` with the initial states (members, N) beside it."""
+    """Add the initial states (members, N) to ``result``."""
     result["initial"] = (
         (*member_dims(model), "state"),
         states0.reshape((*model.shape, states0.shape[-1])),

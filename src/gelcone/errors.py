@@ -7,11 +7,11 @@ from collections.abc import Iterable
 
 
 class InputError(ValueError):
-    """A value that was given cannot be used. The command line prints it as one line and exits with 2."""
+    """An unusable value. The command line prints it as one line and exits with 2."""
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
-    """The error for a name that is not known, suggesting the nearest one that is."""
+    """Make the error for an unknown name, which suggests the nearest known one."""
     known = list(known)
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
@@ -20,8 +20,8 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
 
 
 class DoubtfulInput(UserWarning):
-    """What was given can be used, but is hardly meant. The command line prints it as one line and goes on."""
+    """A usable value that is probably not meant. The command line prints it as one line and continues."""
 
 
 class MissingDependency(ImportError):
-    """A library that an answer needs is not installed; the message says how to get it."""
+    """A library that a result needs is not installed; the message states how to install it."""

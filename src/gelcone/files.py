@@ -16,7 +16,7 @@ LARGEST_TEXT = 2**24
 
 
 def read_text(path: Path, remedy: str) -> str:
-    """The text of a regular file of at most `LARGEST_TEXT` bytes of UTF-8, with or without a byte-order mark.
+    """Read the text of a regular file of at most `LARGEST_TEXT` bytes of UTF-8, with or without a byte-order mark.
 
     Raises `InputError`, which ends in ``remedy``, for what cannot be read, for a folder, a device or a pipe, which are
     not opened, and for a file that is larger.
@@ -46,12 +46,12 @@ def read_text(path: Path, remedy: str) -> str:
 
 
 def _open_regular(path: str, flags: int) -> int:
-    """Opens a file without waiting: one that has become a pipe meanwhile would never answer."""
+    """Open a file without waiting: one that has become a pipe meanwhile would never answer."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def write_whole(path: Path, write: Callable[[Path], None], *, force: bool = False) -> None:
-    """Writes a file that appears whole or not at all; an existing one is kept unless ``force``.
+    """Write a file that appears whole or not at all; an existing one stays unless ``force``.
 
     Raises `InputError` for an existing file or a folder that cannot be written.
     """
@@ -59,7 +59,7 @@ def write_whole(path: Path, write: Callable[[Path], None], *, force: bool = Fals
 
 
 def write_together(writers: Mapping[Path, Callable[[Path], None]], *, force: bool = False) -> None:
-    """Writes several files that appear whole and only when all are written; see `write_whole`."""
+    """Write several files that appear whole and only when all are written; see `write_whole`."""
     check_writable(writers, force=force)
     temporaries: dict[Path, Path] = {}
     try:
@@ -79,7 +79,7 @@ def write_together(writers: Mapping[Path, Callable[[Path], None]], *, force: boo
 
 
 def check_writable(paths: Iterable[Path], *, force: bool = False) -> None:
-    """Refuses, without touching anything, files that exist (unless ``force``) or that could not be written."""
+    """Refuse, without touching anything, files that exist (unless ``force``) or that could not be written."""
     for path in paths:
         try:
             there = _is_there(path)

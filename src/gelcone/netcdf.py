@@ -58,6 +58,6 @@ def _digest(dataset: xr.Dataset) -> str:
 
 
 def _text(attributes: dict[Any, Any]) -> bytes:
-    """Attributes as text; netCDF does not tell an array of one element from a number."""
+    """Attributes as text; netCDF does not distinguish an array of one element from a number."""
     plain = {str(key): np.ravel(np.asarray(value)).tolist() for key, value in attributes.items()}
     return json.dumps(plain, sort_keys=True).encode()

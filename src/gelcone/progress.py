@@ -1,4 +1,4 @@
-"""Long work: how far it is, and how it is told to stop."""
+"""Progress of long work, and the signal that stops it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ Progress = Callable[[float], None] | None
 
 
 class Stopped(Exception):
-    """The integration was told to stop by its `Watch`."""
+    """The `Watch` over an integration stopped it."""
 
 
 @dataclass
 class Watch:
-    """Over all that one thread integrates: ``steps`` counts the integrator's steps, ``stop`` ends it soon when set."""
+    """A watch over all integrations of one thread: ``steps`` counts their steps, ``stop`` ends them soon when set."""
 
     stop: threading.Event = field(default_factory=threading.Event)
     steps: int = 0
@@ -28,7 +28,7 @@ _watched = threading.local()
 
 @contextmanager
 def watching(watch: Watch) -> Iterator[None]:
-    """Puts ``watch`` over what this thread integrates inside; once told to stop, `integrate` raises `Stopped`."""
+    """Put ``watch`` over all integrations of this thread; once its ``stop`` is set, `integrate` raises `Stopped`."""
     before = getattr(_watched, "watch", None)
     _watched.watch = watch
     try:

@@ -27,14 +27,14 @@ LARGEST = 1e30
 
 
 def spread(value: Any, shape: tuple[int, ...]) -> Array:
-    """`np.broadcast_to`, only where it is needed: for the many numbers of a single actuator it takes long."""
+    """Broadcast a value unless it has the shape; `np.broadcast_to` is slow for the many numbers of one actuator."""
     array = np.asarray(value, dtype=float)
     return array if array.shape == shape else np.broadcast_to(array, shape)
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a parameter means and which values it may take.
+    """The meaning of a parameter and the values it may take.
 
     ``lower`` is allowed itself unless ``positive`` is set; infinity only where ``infinite`` is.
 
@@ -54,7 +54,7 @@ class Quantity:
     near: tuple[str, ...] = ()
 
     def check(self, name: str, value: Any) -> float | Array:
-        """``value`` as a float, or as a float array when it is one; `InputError` when out of bounds."""
+        """Return ``value`` as a float or float array; `InputError` when it is out of bounds."""
         if isinstance(value, float) and self._allows(value):  # most are; arrays of one number take ten times as long
             return float(value)
         try:
@@ -86,7 +86,7 @@ class Quantity:
         return float(array) if array.ndim == 0 else array
 
     def _allows(self, value: float) -> bool:
-        """Whether a single number is within all bounds."""
+        """Test whether a single number is within all bounds."""
         largest = math.inf if self.infinite else LARGEST
         within = value > 0.0 if self.positive else value >= self.lower
         return within and (abs(value) <= LARGEST or abs(value) == largest)
@@ -97,7 +97,7 @@ MOST = 10**12
 
 
 def check_count(name: str, value: Any, least: int) -> None:
-    """`InputError` unless ``value`` is a whole number of at least ``least``."""
+    """Raise `InputError` unless ``value`` is a whole number of at least ``least``."""
     try:
         number = operator.index(value)
     except TypeError:

@@ -14,7 +14,7 @@ Z = 1.959963984540054
 
 
 def wilson(share: npt.ArrayLike, count: npt.ArrayLike) -> tuple[Array, Array]:
-    """The 95 % interval of a share seen in ``count`` trials (Wilson, J. Am. Stat. Assoc. 22 (1927) 209).
+    """Compute the 95 % interval of a share observed in ``count`` trials (Wilson, J. Am. Stat. Assoc. 22 (1927) 209).
 
     0 and 1 for no trials at all.
     """

@@ -1,0 +1,50 @@
+"""The check of the prose: the parts that obey do, and each rule is broken by a text made for it."""
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SCRIPT = runpy.run_path(str(ROOT / "tools" / "plain_english.py"))
+
+
+def found(tmp_path, source):
+    path = tmp_path / "module.py"
+    path.write_text(source, encoding="utf-8")
+    return list(SCRIPT["findings"](path))
+
+
+def test_the_parts_that_obey_break_no_rule(capsys):
+    status = SCRIPT["main"]([])
+    assert status == 0, capsys.readouterr().out
+    assert all((SCRIPT["SOURCE"] / name).exists() for name in SCRIPT["OBEYING"])
+
+
+@pytest.mark.parametrize(
+    "word", ["is told", "tells", "Beside it", "it goes on", "so many threads", "is kept", "looks at", "is no number"]
+)
+@pytest.mark.parametrize("place", ["# {}", 'TEXT = "{}"', 'TEXT = f"{{1}} {}"', '"""Module.\n\n{}\n"""'])
+def test_each_word_is_found_wherever_it_stands(tmp_path, word, place):
+    header = "" if place.startswith('"""') else '"""Module."""\n\n'
+    ((line, reason),) = found(tmp_path, header + place.format(word) + "\n")
+    assert line == 3
+    assert "write" in reason
+
+
+@pytest.mark.parametrize("fine", ["told_by = 1", "there is no fold", "it is no longer stable", "retold", "look_up = 2"])
+def test_other_words_are_not(tmp_path, fine):
+    assert found(tmp_path, f'"""Module."""\n# {fine}\n') == []
+
+
+@pytest.mark.parametrize("beginning", ["What it is.", "The same of two.", "Its length.", "How it runs."])
+def test_a_docstring_stands_alone(tmp_path, beginning):
+    ((line, reason),) = found(tmp_path, f'"""Module."""\n\n\ndef run():\n    """{beginning}"""\n')
+    assert (line, "stand alone" in reason) == (4, True)
+    assert found(tmp_path, '"""Module."""\n\n\ndef run():\n    """Run it."""\n') == []
+
+
+def test_public_names_have_docstrings_and_private_ones_need_none(tmp_path):
+    source = "class Thing:\n    def run(self): ...\n    def _own(self): ...\n\n\ndef _help(): ...\n"
+    reasons = [reason for _, reason in found(tmp_path, source)]
+    assert reasons == ["the module has no docstring", "Thing has no docstring", "run has no docstring"]

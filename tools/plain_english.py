@@ -1,0 +1,86 @@
+"""Check the prose of the sources against the rules of CONTRIBUTING: words, and how docstrings begin.
+
+    python tools/plain_english.py              (the parts listed in `OBEYING`; ends with 1 if something is found)
+    python tools/plain_english.py --all        (every module, to see what is left to do)
+
+Docstrings, texts and comments are searched for `WORDS`. Public functions, classes and modules need a docstring, and
+none begins with one of `BEGINNINGS`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import re
+import sys
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+
+SOURCE = Path(__file__).parents[1] / "src" / "gelcone"
+OBEYING = ("errors.py", "quantity.py", "progress.py", "files.py", "dataset.py", "netcdf.py", "statistics.py")
+"""Files and folders below ``src/gelcone`` that obey; add a folder here as soon as it does."""
+WORDS = {
+    r"told|tells?": "reported, states, reports",
+    r"beside": "next to, with, in addition",
+    r"go(?:es)? on|went on": "continues",
+    r"so (?:many|much|few)": "the number itself",
+    r"kept": "stored, unchanged",
+    r"looks? (?:at|for)|looked (?:at|for)": "compute, search, read",
+    r"seen to": "observed to",
+    r"(?<!there )(?:is|are) no\b(?! (?:longer|more than))": "is not a",
+}
+"""What is not written (a regular expression between word boundaries), and what is written instead."""
+BEGINNINGS = ("What", "The same", "Its", "That of", "How", "Whether or not", "As ")
+"""A docstring stands alone: it begins with a verb or names the thing."""
+
+
+def findings(path: Path) -> Iterator[tuple[int, str]]:
+    """The lines of a file that break a rule, and the rule."""
+    with tokenize.open(path) as file:
+        text = file.read()
+    with path.open("rb") as content:
+        for token in tokenize.tokenize(content.readline):
+            if token.type in (tokenize.STRING, tokenize.COMMENT, getattr(tokenize, "FSTRING_MIDDLE", -1)):
+                yield from _words(token.string, token.start[0])
+    yield from _docstrings(ast.parse(text))
+
+
+def _words(text: str, line: int) -> Iterator[tuple[int, str]]:
+    for pattern, instead in WORDS.items():
+        for found in re.finditer(rf"\b(?:{pattern})\b", text, flags=re.IGNORECASE):
+            yield line + text[: found.start()].count("\n"), f"{found[0]!r}; write {instead}"
+
+
+def _docstrings(module: ast.Module) -> Iterator[tuple[int, str]]:
+    for node in [module, *_public(module)]:
+        docstring = ast.get_docstring(node)
+        line = getattr(node, "lineno", 1)
+        if docstring is None:
+            yield line, f"{getattr(node, 'name', 'the module')} has no docstring"
+        elif docstring.startswith(BEGINNINGS):
+            yield line, f"a docstring begins with {docstring.split(maxsplit=1)[0]!r}; let it stand alone"
+
+
+def _public(parent: ast.AST) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef]:
+    """Find public functions, classes and their public methods."""
+    for node in ast.iter_child_nodes(parent):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            yield node
+            if isinstance(node, ast.ClassDef):
+                yield from _public(node)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Print the findings; 1 if there are any."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--all", action="store_true", help="every module")
+    parts = [SOURCE] if parser.parse_args(arguments).all else [SOURCE / name for name in OBEYING]
+    files = [path for part in parts for path in (sorted(part.rglob("*.py")) if part.is_dir() else [part])]
+    found = [f"{path.relative_to(SOURCE)}:{line}: {what}" for path in files for line, what in findings(path)]
+    print("\n".join(found) or f"{len(files)} files: nothing found")
+    return int(bool(found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
