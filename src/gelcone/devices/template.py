@@ -34,16 +34,34 @@ def device_text(device: Record, gel: Material) -> str:
 
 
 def _set_lines(record: Record) -> Iterator[str]:
-    """``name = value  # unit`` of every field that is set and not a table."""
+    """``name = value  # meaning`` of every field that is set; a component's numbers stand in its table."""
     for name, value in record:
-        if value is None or name == "sources":
+        if value is None or name == "sources" or "." in name:
             continue
         field = record.fields[name]
         if isinstance(value, Material):
             value = value.name
+        elif not isinstance(value, str) and not field.unit:
+            value = _table(record, name, record.plain(name, value))
         elif not field.required and not field.unit and value == field.default:
             continue
         yield _line(name, value, field)
+
+
+def _table(record: Record, name: str, plain: Any) -> Any:
+    """A component as the table of a device file: its class, its data and its numbers, these with units."""
+    numbers = {
+        own.partition(".")[2]: _Text(_value(value, record.fields[own].unit))
+        for own, value in record
+        if own.startswith(f"{name}.") and value is not None
+    }
+    tables = [one if isinstance(one, Mapping) else {"component": one} for one in ([plain], plain)[isinstance(plain, list)]]
+    tables[0] = {**tables[0], **numbers}
+    return tables if isinstance(plain, list) else tables[0]
+
+
+class _Text(str):
+    """A value that is TOML already."""
 
 
 def first_file(name: str, device: Record, gel: Material) -> str:
@@ -107,6 +125,12 @@ def _line(name: str, value: Any, field: Field) -> str:
 
 def _value(value: Any, unit: str) -> str:
     """A value as TOML, with a unit where that loses no digit."""
+    if isinstance(value, _Text):
+        return value
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{name} = {_value(own, '')}" for name, own in value.items()) + "}"
+    if isinstance(value, bool | int):
+        return json.dumps(value)
     if isinstance(value, np.ndarray | list | tuple):
         return f"[{', '.join(_value(v, unit) for v in value)}]"
     if isinstance(value, str):
