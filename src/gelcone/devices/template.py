@@ -55,7 +55,9 @@ def _table(record: Record, name: str, plain: Any) -> Any:
         for own, value in record
         if own.startswith(f"{name}.") and value is not None
     }
-    tables = [one if isinstance(one, Mapping) else {"component": one} for one in ([plain], plain)[isinstance(plain, list)]]
+    tables = [
+        one if isinstance(one, Mapping) else {"component": one} for one in ([plain], plain)[isinstance(plain, list)]
+    ]
     tables[0] = {**tables[0], **numbers}
     return tables if isinstance(plain, list) else tables[0]
 
