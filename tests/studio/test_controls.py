@@ -1,10 +1,14 @@
 """Controls follow from what the parts of a subject say of themselves."""
 
+import json
+
 import pytest
 
+from gelcone import Device
 from gelcone.analyses.subject import Subject
+from gelcone.devices.units import DIMENSIONS
 from gelcone.physics.model import ConeModel
-from gelcone.studio.controls import controls_of
+from gelcone.studio.controls import _range, as_json, controls_of
 from gelcone.studio.setting import Setting, Shelf
 from tests.toys import CubicBias, ThreeHarmonics
 
@@ -61,3 +65,94 @@ def test_only_what_the_model_has(shelf):
     assert "yeoh_c2" not in gent
     assert "yeoh_c2" in yeoh
     assert "stretch_limit" not in yeoh
+
+
+@pytest.mark.parametrize("device", ["biased-pump", "double-cone", "soft-film"])
+def test_the_number_beside_a_slider_is_that_of_the_device(shelf, device):
+    subject = shelf.subject(Setting(device=device))
+    for name, control in by_name(subject).items():
+        if control.kind == "number" and control.value is not None:
+            about = subject.device.all_fields()[name]
+            assert control.powers == (DIMENSIONS[about.unit].powers)
+            shown = control.value * 10.0 ** control.powers[control.unit]
+            assert shown == pytest.approx(float(subject.device.get(name)), rel=1e-11), name
+            assert control.about == about.meaning
+        elif control.kind == "choice" and name != "material":
+            assert control.value == subject.device.get(name)
+            assert control.value in control.choices
+    shown = {name for name in by_name(subject) if "." not in name}
+    given = {name for name, field in Device.fields.items() if field.unit and subject.device.get(name) is not None}
+    assert given <= shown
+
+
+def test_the_number_beside_a_slider_is_that_of_the_model(shelf):
+    subject = shelf.subject(Setting(preset="base", values={"displacement": "0.25", "velocity": "-0.5"}))
+    found = by_name(subject)
+    for name, value in subject.model.values.items():
+        if name in found:
+            assert found[name].value == float(value), name
+    assert (found["displacement"].value, found["velocity"].value) == (0.25, -0.5)
+    assert (found["law"].value, found["film"].value, found["waveform"].value) == ("gent", "taut", "sine")
+    assert found["voltage"].high >= 4.0 * ConeModel().voltage  # chaos begins at twice the usual voltage
+
+
+GROUPS = {
+    "voltage_amplitude": "Drive", "voltage_offset": "Drive", "frequency": "Drive", "waveform": "Drive",
+    "disc_radius": "Body", "spring_rate": "Body", "moving_mass": "Body", "initial_height": "Body",
+    "material.shear_modulus": "Gel", "hoop_prestretch": "Gel", "film": "Gel", "dielectric_strength": "Gel",
+    "material": "Gel", "release_height": "Start", "release_velocity": "Start",
+}  # fmt: skip
+MODEL_GROUPS = {
+    "voltage": "Drive", "drive_frequency": "Drive", "waveform": "Drive", "spring_stiffness": "Body", "bias": "Body",
+    "damping_ratio": "Body", "hoop_prestretch": "Gel", "prestretch": "Gel", "law": "Gel", "stretch_limit": "Gel",
+    "displacement": "Start", "velocity": "Start",
+}  # fmt: skip
+
+
+def test_controls_stand_in_their_groups_one_after_the_other(shelf):
+    for setting, groups in ((Setting(device="biased-pump"), GROUPS), (Setting(preset="base"), MODEL_GROUPS)):
+        subject = shelf.subject(setting)
+        found = {name: control.group for name, control in by_name(subject).items()}
+        assert {name: found[name] for name in groups if name in found} == {
+            name: group for name, group in groups.items() if name in found
+        }
+        assert len(found.keys() & groups.keys()) >= 10
+        order = ["Drive", "Body", "Gel", "Start"]
+        places = [order.index(control.group) for control in controls_of(subject)]
+        assert places == sorted(places)
+
+
+def test_a_label_is_the_name_in_words(shelf):
+    found = by_name(shelf.subject(Setting(device="biased-pump")))
+    assert found["voltage_amplitude"].label == "Voltage amplitude"
+    assert found["material.shear_modulus"].label == "Shear modulus"
+
+
+@pytest.mark.parametrize(
+    ("value", "high"), [(0.3, 0.8), (1.0, 2.0), (1.2, 2.5), (20.0, 40.0), (45.0, 100.0), (2.4, 5.0)]
+)
+def test_a_slider_goes_to_a_round_number_above_twice_its_value(value, high):
+    assert _range(value, 0.0) == (0.0, high)
+    assert _range(-value, 0.0) == (-high, high)
+    assert _range(0.0, 0.0) == (-1.0, 1.0)
+    assert _range(float("inf"), value) == (0.0, high)
+
+
+def test_bounds_of_a_field_bound_its_slider(shelf):
+    for control in controls_of(shelf.subject(Setting(device="biased-pump"))):
+        about = Device.all_fields()[control.name]
+        if about.above is not None and control.kind == "number":
+            assert control.low * 10.0 ** control.powers[control.unit] > about.above, control.name
+        if about.least is not None and control.kind == "number":
+            assert control.low * 10.0 ** control.powers[control.unit] >= about.least - 1e-12, control.name
+    for control in controls_of(shelf.subject(Setting(preset="base"))):
+        known = shelf.subject(Setting(preset="base")).model.system.parameters.get(control.name)
+        if known is not None:
+            assert control.low >= known.lower, control.name
+
+
+def test_controls_travel_as_json(shelf):
+    controls = controls_of(shelf.subject(Setting(device="biased-pump")))
+    assert json.loads(json.dumps(as_json(controls))) == [
+        {**vars(control), "choices": list(control.choices), "powers": dict(control.powers)} for control in controls
+    ]

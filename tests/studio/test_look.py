@@ -5,8 +5,10 @@ import pytest
 
 import gelcone
 from gelcone.analyses.answer import in_si
+from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.studio import look
 from gelcone.studio.setting import Setting, Shelf
+from gelcone.words import evidence_in_words
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +100,202 @@ def test_a_run_that_pulls_in_says_when_and_where(shelf):
     assert found.words["ended"] == "pulled in"
     assert found.words["seems"].startswith("the film pulls in after ")
     assert f"at the height {found.arrays['x'][-1]:.4g} mm" in found.words["seems"]
+
+
+# --- every panel against the Dataset of its analysis -------------------------------------------------------------------
+
+SUBJECTS = {
+    "device": Setting(device="biased-pump"),
+    "preset": Setting(preset="base", values={"voltage": "0.8"}),
+    "offset": Setting(preset="base", values={"voltage": "0.3", "voltage_bias": "0.5", "drive_frequency": "1.3"}),
+}
+
+
+@pytest.fixture(params=SUBJECTS)
+def subject(request, shelf):
+    return shelf.subject(SUBJECTS[request.param])
+
+
+def test_the_spectrum_is_that_of_spectrum(subject):
+    found = look.spectrum(subject)
+    shown = in_si(gelcone.spectrum(subject.model, subject.initial, periods=look.SPECTRUM_PERIODS), subject)
+    drive = 10.0 if subject.device is not None else float(subject.model.drive_frequency)
+    assert found.words["drive"] == pytest.approx(drive, rel=1e-12)
+    np.testing.assert_allclose(found.arrays["frequency"], shown["frequency"].values, rtol=1e-12)
+    np.testing.assert_allclose(found.arrays["amplitude"], shown["amplitude"].values, rtol=1e-12)
+    lines = np.isfinite(shown["line_ratio"].values)
+    assert lines.any() or not np.nan_to_num(found.arrays["amplitude"]).any()
+    np.testing.assert_allclose(found.arrays["line"], shown["line_frequency"].values[lines], rtol=1e-12)
+    np.testing.assert_allclose(found.arrays["height"], shown["line_amplitude"].values[lines], rtol=1e-12)
+
+
+def test_the_section_is_that_of_section(shelf):
+    subject = shelf.subject(Setting(device="biased-pump", values={"voltage_amplitude": "850 V"}))
+    found = look.section(subject)
+    shown = in_si(gelcone.section(subject.model, subject.initial, repeats=look.SECTION_POINTS), subject)
+    for name, variable in (("px", "displacement"), ("pu", "velocity")):
+        assert found.arrays[name].shape == (look.SECTION_POINTS,)
+        np.testing.assert_allclose(found.arrays[name], shown[variable].values, rtol=1e-12)
+
+
+def test_the_kind_has_the_section_and_the_extent_of_regime(subject):
+    found, shown = look.kind(subject), in_si(gelcone.regime(subject.model, subject.initial), subject)
+    section = shown["section"].values
+    np.testing.assert_allclose(found.arrays["px"], section[:, 0], rtol=1e-12)
+    np.testing.assert_allclose(found.arrays["pu"], section[:, 1], rtol=1e-12)
+    assert found.words["extent"] == pytest.approx([float(shown["lowest"]), float(shown["highest"])], rel=1e-12)
+    assert found.words["lines"] == evidence_in_words(shown)
+
+
+def test_a_motion_that_leaves_the_domain_is_said_to(shelf):
+    gone = shelf.subject(Setting(preset="base", values={"film": "wrinkling", "voltage": "1.2"}))
+    assert look.kind(gone).words["regime"] == gelcone.Regime.LEFT_THE_DOMAIN
+
+
+def test_statics_have_the_branches_marks_and_swing_of_static(subject):
+    found = look.statics(subject)
+    highest = 2.0 ** np.ceil(np.log2(float(subject.model.peak_voltage)))
+    shown = in_si(gelcone.static(subject.model, np.linspace(0.0, highest, 2)), subject)
+    np.testing.assert_allclose(found.arrays["voltage"], shown["branch_voltage"].values, rtol=1e-12)
+    np.testing.assert_allclose(found.arrays["x"], shown["branch_displacement"].values, rtol=1e-12)
+    slope = gelcone.static(subject.model, np.linspace(0.0, highest, 2))["branch_slope"].values
+    np.testing.assert_array_equal(found.arrays["stable"], slope > 0.0)
+    marks = {name: float(shown[f"{name}_voltage"]) for name in ("pitchfork", "pull_in")}
+    assert found.words["marks"] == pytest.approx({n: v for n, v in marks.items() if np.isfinite(v)}, rel=1e-12)
+    run = in_si(gelcone.simulate(subject.model, subject.initial, periods=3), subject)["drive_voltage"].values
+    assert found.words["swing"] == pytest.approx([run.min(), run.max()], rel=2e-3)
+
+
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+def test_equilibria_are_found_again_for_every_parameter_that_they_depend_on(shelf, monkeypatch, film):
+    values = {"film": film, "bias": "spring+beam+weight+force"}
+    model = shelf.subject(Setting(preset="base", values=values | {"voltage": "0.4"})).model
+    counted = []
+    monkeypatch.setattr(look, "static", lambda model, voltages: counted.append((model.parameters(), voltages[-1])))
+    monkeypatch.setattr(look, "_statics", {})
+    look._static(model)
+    numbers = [name for name, value in model.values.items() if np.ndim(value) == 0 and np.isfinite(value)]
+    assert len(numbers) > 10
+    for name in numbers:
+        before = len(counted)
+        look._static(model.replace(**{name: 1.01 * float(model.values[name]) + 1e-3}))
+        assert len(counted) == before + (name not in look.DRIVEN), name
+    for changed in ({"law": "neo-hookean"}, {"film": "wrinkling" if film == "taut" else "taut"}, {"bias": "spring"}):
+        before = len(counted)
+        look._static(model.replace(**changed) if "bias" not in changed else gelcone.ConeModel(film=film))
+        assert len(counted) == before + 1
+    before = len(counted)
+    look._static(model.replace(voltage=3.0))  # beyond what was looked at
+    assert counted[before:]
+    assert counted[-1][1] >= 3.0
+
+
+def test_equilibria_do_not_depend_on_what_is_left_out_of_their_key(shelf):
+    model = shelf.subject(Setting(preset="base")).model
+    levels = np.linspace(0.0, 0.5, 3)
+    expected = gelcone.static(model, levels)
+    for name in look.DRIVEN:
+        changed = {"waveform": "triangle", "circuit": "ideal"}.get(name)
+        other = model.replace(**{name: 1.1 * float(model.values[name]) if changed is None else changed})
+        assert gelcone.static(other, levels).branch_displacement.equals(expected.branch_displacement), name
+
+
+# --- what the numbers mean --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("hoop", [False, True])
+@pytest.mark.parametrize("meridional", [False, True])
+@pytest.mark.parametrize("limit", [False, True])
+@pytest.mark.parametrize("breakdown", [False, True])
+def test_of_several_things_that_happen_to_a_film_the_gravest_is_shown(hoop, meridional, limit, breakdown):
+    fails = {"hoop_slack": hoop, "meridional_slack": meridional, "near_limit": limit, "breakdown": breakdown}
+    slack = [look.TAUT, look.HOOP_SLACK, look.MERIDIONAL_SLACK, look.CRUMPLED][hoop + 2 * meridional]
+    expected = look.BREAKDOWN if breakdown else look.NEAR_LIMIT if limit else slack
+    marks = {name: np.array([[False, flag]]) for name, flag in fails.items()}
+    assert look._coded(marks, 2).tolist() == [look.TAUT, expected]
+    assert look._coded({}, 2).tolist() == [look.TAUT, look.TAUT]
+
+
+def test_the_states_of_a_film_have_the_names_that_stand_at_their_place():
+    assert [look.FILM_STATES[k] for k in (look.TAUT, look.HOOP_SLACK, look.MERIDIONAL_SLACK, look.CRUMPLED)] == [
+        "taut", "slack around", "slack from rim to disc", "slack both ways"
+    ]  # fmt: skip
+    assert (look.FILM_STATES[look.BREAKDOWN], look.FILM_STATES[look.NEAR_LIMIT]) == (
+        "above breakdown",
+        "near its stretch limit",
+    )
+    # a film slack around folds along the meridian: its folds run from rim to disc
+    assert look.WRINKLED[look.HOOP_SLACK] == "wrinkled from rim to disc"
+    assert look.WRINKLED[look.MERIDIONAL_SLACK] == "wrinkled around"
+    assert look.WRINKLED[look.BREAKDOWN :] == look.FILM_STATES[look.BREAKDOWN :]
+
+
+def test_of_two_films_the_state_of_both_is_what_happens_in_either(shelf):
+    arrays = look.response(shelf.subject(Setting(device="double-cone", values={"voltage_amplitude": "3 kV"})), 3).arrays
+    one, other, both = arrays["film1"], arrays["film2"], arrays["film"]
+    assert ((both != look.TAUT) == ((one != look.TAUT) | (other != look.TAUT))).all()
+    assert (both[one == other] == one[one == other]).all()
+
+
+def test_the_place_of_a_kind_of_motion_in_the_legend_is_its_number():
+    legend = look.legend()["regimes"]
+    for regime in gelcone.Regime:
+        assert legend[regime] == {"name": regime.label, "colour": REGIME_COLOURS[regime]}
+    assert len(legend) == len(gelcone.Regime)
+
+
+def test_axes_are_in_the_units_of_the_numbers(shelf):
+    device = look.axes(shelf.subject(SUBJECTS["device"]))
+    assert device == {
+        "time": "time (ms)",
+        "displacement": "height (mm)",
+        "velocity": "velocity (mm/s)",
+        "voltage": "voltage (V)",
+        "constant": "constant voltage (V)",
+        "frequency": "frequency (Hz)",
+        "amplitude": "amplitude (mm)",
+    } | {"velocity": f"velocity ({look.scales(shelf.subject(SUBJECTS['device']))['velocity'][1]})"}
+    preset = look.axes(shelf.subject(SUBJECTS["preset"]))
+    assert preset["displacement"] == "displacement"
+    assert not any("(" in name for name in preset.values())
+
+
+def test_what_is_said_of_a_device(shelf):
+    subject = shelf.subject(Setting(device="double-cone"))
+    told, device = look.about(subject), subject.device
+    assert (told["disc"], told["rim"]) == pytest.approx((1e3 * device.disc_radius, 1e3 * device.film_radius))
+    assert told["second"] == pytest.approx(1e3 * device.second_flat_height)
+    assert (told["si"], told["name"], told["wrinkles"]) == (True, device.name, device.film == "wrinkling")
+    assert told["strength"] == (device.breakdown_field() is not None)
+    assert told["doubts"] == device.doubts()
+    preset = look.about(shelf.subject(Setting(preset="base", values={"bias": "spring+weight"})))
+    assert preset["rim"] - preset["disc"] == pytest.approx(1.0)  # lengths are in b - a
+    assert (preset["si"], preset["second"], preset["bias"]) == (False, None, "spring+weight")
+    assert (preset["film"], preset["strength"]) == (list(look.FILM_STATES), False)
+
+
+@pytest.mark.parametrize("repeats", [1, 2, 3, 5])
+def test_a_motion_that_repeats_every_few_periods_seems_to(shelf, repeats):
+    members = shelf.subject(Setting(device="biased-pump")).model.members()
+    times = np.linspace(0.0, 40.0 * float(members.forcing_period[0]), 8001)
+    phase = 2.0 * np.pi * times / (repeats * float(members.forcing_period[0])) + 0.3
+    words = look._seems(members, times, np.stack([np.sin(phase), np.cos(phase)], axis=1))
+    assert words == ("seems to repeat" if repeats == 1 else f"seems to repeat every {repeats} periods")
+
+
+def test_a_run_has_the_samples_that_its_oscillations_need(shelf):
+    slow = shelf.subject(Setting(device="biased-pump"))
+    fast = shelf.subject(Setting(preset="base", values={"drive_frequency": "0.01"}))
+    assert look.response(slow, 5).arrays["t"].size == 5 * look.PER_PERIOD + 1
+    run = look.response(fast, 1)
+    swings = float(fast.model.members().rate[0]) * run.arrays["t"][-1] / (2.0 * np.pi)
+    assert run.arrays["t"].size - 1 >= look.PER_OSCILLATION * swings > look.PER_PERIOD
+    assert look.response(fast, 100).arrays["t"].size == look.MOST_SAMPLES + 1
+    assert run.arrays["t"][-1] == pytest.approx(run.words["period"], rel=1e-12)
+
+
+def test_shares_of_the_film_add_up_and_name_what_occurs():
+    film = np.array([look.TAUT] * 6 + [look.BREAKDOWN] * 3 + [look.CRUMPLED], dtype=np.uint8)
+    shares = [(look.TAUT, 0.6), (look.CRUMPLED, 0.1), (look.BREAKDOWN, 0.3)]
+    assert [(entry["code"], entry["share"]) for entry in look._shares(film)] == shares
+    assert look._shares(film[:0]) == []

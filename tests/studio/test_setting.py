@@ -1,13 +1,16 @@
 """What a page may ask about: devices and presets by name, values with the checks of the command line, never a path."""
 
+import os
 import time
 
+import numpy as np
 import pytest
 
 from gelcone import InputError
 from gelcone.analyses.subject import read_subject
 from gelcone.devices.files import shipped_devices
-from gelcone.studio.setting import Setting, Shelf
+from gelcone.studio.grids import Source
+from gelcone.studio.setting import Setting, Shelf, typed
 
 
 @pytest.fixture
@@ -118,3 +121,87 @@ def test_a_device_that_is_several_is_refused_by_the_name_of_its_field(shelf):
     with pytest.raises(InputError, match="film_thickness: holds 2 values") as refused:
         shelf.subject(Setting.read({"file": text}))
     assert refused.value.field == "film_thickness"
+
+
+# --- caches: every input once changed, against what is computed without ------------------------------------------------
+
+
+def test_a_file_that_changes_is_read_again(tmp_path):
+    given = tmp_path / "mine.toml"
+    given.write_text(text_of())
+    shelf, setting = Shelf(given), Setting(device="mine")
+    more = Setting(device="mine", values={"film_thickness": "0.21 mm"})
+    before, with_more = shelf.subject(setting), shelf.subject(more)
+    source = Source(shelf.path(setting), None, {"settings": []})
+    assert source.subject().model.parameters() == before.model.parameters()
+    given.write_text(text_of().replace('initial_height = "20 mm"', 'initial_height = "19 mm"'))
+    os.utime(given, ns=(1, 1))
+    assert shelf.subject(setting).device.initial_height == source.subject().device.initial_height == 0.019
+    assert shelf.subject(setting).initial != before.initial
+    assert shelf.subject(more).device.initial_height == 0.019
+    assert with_more.device.initial_height == 0.02
+    value = next(control.value for control in shelf.controls(setting) if control.name == "initial_height")
+    assert value == 19.0
+
+
+def test_a_file_that_is_gone_is_said_to_be(tmp_path):
+    given = tmp_path / "mine.toml"
+    given.write_text(text_of())
+    shelf = Shelf(given)
+    given.unlink()
+    with pytest.raises(InputError, match="there is no such file"):
+        shelf.subject(Setting(device="mine"))
+
+
+@pytest.mark.parametrize("base", [Setting(device="biased-pump"), Setting(preset="base")], ids=["device", "preset"])
+def test_every_control_sets_what_the_command_line_sets(shelf, base):
+    controls = [control for control in shelf.controls(base) if control.kind == "number"]
+    assert len(controls) >= 10
+    shelf.subject(base)
+    for control in controls:
+        usual = control.high / 2 if control.value is None else control.value
+        text = f"{1.01 * usual + 0.001 * (control.high - control.low):.6g} {control.unit}".strip()
+        setting = Setting.read({**given_by(base), "values": {control.name: text}})
+        found, expected = shelf.subject(setting), read_subject(base.device, **typed(setting))
+        assert found.model.parameters() == expected.model.parameters(), control.name
+        assert np.array_equal(found.initial, expected.initial), control.name
+        plain = shelf.subject(base)
+        assert (found.model.parameters(), found.initial) != (plain.model.parameters(), plain.initial), control.name
+
+
+def given_by(setting):
+    return {name: value for name in ("device", "preset") if (value := getattr(setting, name))}
+
+
+def test_every_choice_sets_what_the_command_line_sets(shelf):
+    for base in (Setting(device="biased-pump"), Setting(preset="base")):
+        for control in shelf.controls(base):
+            for choice in control.choices:
+                setting = Setting.read({**given_by(base), "values": {control.name: choice}})
+                expected = read_subject(base.device, **typed(setting))
+                assert shelf.subject(setting).model.parameters() == expected.model.parameters(), (control.name, choice)
+
+
+def test_a_start_takes_what_is_not_given_from_the_preset(shelf):
+    for values, initial in (({"displacement": "0.5"}, (0.5, 0.0)), ({"velocity": "0.5"}, (1.0, 0.5))):
+        assert shelf.subject(Setting(preset="base", values=values)).initial == initial
+    assert typed(Setting(preset="base", values={"displacement": "0.5", "velocity": "-1"}))["initial"] == "0.5,-1"
+    assert "initial" not in typed(Setting(device="biased-pump"))
+
+
+def test_what_a_device_is_called_on_the_command_line(tmp_path):
+    given = tmp_path / "mine.toml"
+    given.write_text(text_of())
+    shelf = Shelf(given)
+    assert shelf.called(Setting(device="mine")) == str(given)
+    assert shelf.called(Setting(device="biased-pump")) == "biased-pump"
+    assert shelf.called(Setting(file=text_of())) == "device.toml"
+    assert shelf.called(Setting(preset="base")) == ""
+    assert shelf.path(Setting(device="mine")) == given
+    assert shelf.path(Setting(preset="base")) is shelf.path(Setting(file=text_of())) is None
+
+
+def test_choices_alone_say_which_controls_there_are():
+    setting = Setting(preset="base", values={"law": "yeoh", "voltage": "1", "film": "taut"})
+    assert setting.chosen == Setting(preset="base", values={"law": "yeoh", "film": "taut"})
+    assert setting.base == Setting(preset="base")

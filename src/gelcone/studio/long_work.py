@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.atlas.refinement import refine
+from gelcone.devices.units import DIMENSIONS
 from gelcone.errors import InputError
 from gelcone.studio import exports
 from gelcone.studio.branches import EVENTS, follow_branches, follow_loci
@@ -95,7 +96,7 @@ async def _draw_thresholds(work: Work, source: Source, x: Axis, y: Axis) -> None
     if volts.name not in VOLTAGES:
         return
     lines = await work.do(thresholds, source, {other.name: other.texts(range(len(other.values)))})
-    scale = 1e-3 if volts.unit == "kV" else 1.0
+    scale = 10.0 ** -DIMENSIONS["V"].powers.get(volts.unit, 0)
     arrays = {"at": other.values} | {name: values * scale for name, values in lines.items()}
     await work.tell("thresholds", arrays, upright=volts is x, names=list(lines))
 

@@ -1,0 +1,300 @@
+// Map, sweep and envelope: cells in their places, clicks at their values, what is asked and when.
+import assert from "node:assert/strict";
+import test from "node:test";
+import { LIGHT, browser, draw, forget, near, texts, wait } from "./page.js";
+
+browser();
+const { GridPanels } = await import("../../../src/gelcone/studio/static/grids.js");
+const { Controls } = await import("../../../src/gelcone/studio/static/controls.js");
+
+const number = (name, value, low, high, unit = "", powers = { "": 0 }) => ({ name, label: name, group: "Drive", kind: "number", value, unit, low, high, powers, about: "", choices: [] });
+const VOLTS = { V: 0, kV: 3, mV: -3, MV: 6 }, HERTZ = { Hz: 0, kHz: 3, mHz: -3 };
+const LIST = [
+  { ...number("waveform", "sine", 0, 1), kind: "choice", choices: ["sine", "triangle"] },
+  number("voltage_amplitude", 800, 0, 1600, "V", VOLTS), number("voltage_offset", 1, 0, 2, "kV", VOLTS), number("frequency", 10, 0.1, 20, "Hz", HERTZ), number("film_thickness", 0.2, 0.01, 0.4, "mm", { m: 0, mm: -3 }),
+];
+const LEGEND = { regimes: [{ name: "rest", colour: "#777777" }, { name: "periodic", colour: "#0072b2" }, { name: "quasi-periodic", colour: "#009e73" }, { name: "chaotic", colour: "#d55e00" }] };
+
+function setUp(right = "map") {
+  browser();
+  const $ = (id) => document.getElementById(id), asked = [], gone = [];
+  const state = { x: null, y: null, over: null, right, view: "kind" }, setting = { device: "pump", preset: null, file: null, values: {} };
+  const controls = new Controls({ drive: $("drive"), groups: $("groups"), group: $("group"), general: $("general"), changed() {} });
+  controls.show(LIST, {});
+  const page = {
+    ask: (kind, content) => { asked.push([kind, content]); return asked.length; }, setting: () => setting, state: () => state, legend: () => LEGEND, controls: () => controls,
+    look: () => ({ about: { si: true, axes: { displacement: "height (mm)" } } }), go: (values, settled) => { gone.push([values, settled]); Object.assign(setting.values, values); controls.values(setting.values); }, keep() {},
+  };
+  const grids = new GridPanels({ hosts: { map: $("map"), strip: $("strip"), envelope: $("envelope") }, share: $("grid-share"), page });
+  grids.controlsChanged();
+  const panel = grids.open;
+  return { grids, panel, asked, gone, state, setting, controls, said: () => $("grid-share").textContent, p: panel.plot, canvas: panel.plot.canvas, id: () => panel.id };
+}
+const pointer = (p, x, y) => ({ clientX: 10 + x, clientY: 20 + y, pointerId: 1 });
+const placed = (p, name) => p.marks.get(name).hidden ? null : p.marks.get(name).style.transform.match(/-?[\d.]+/g).map(Number);
+
+// All cells of a map, as the server sends them: of a kind by their place.
+function cells(kind) {
+  const places = [], regime = [];
+  for (let i = 0; i < 65; i++) for (let j = 0; j < 49; j++) { places.push(i * 49 + j); regime.push(kind(i, j)); }
+  const own = Float32Array.from(places);
+  return { places: own, regime: Uint8Array.from(regime), exponent: own.map((k) => (k % 49) / 48 - 0.5), low: own.map(() => 1), high: own.map((k) => 1 + Math.floor(k / 49) / 64) };
+}
+
+test("a map is asked for over the drive, once it is looked at", () => {
+  const { asked, said, state } = setUp();
+  assert.deepEqual(asked, [["map", { setting: { device: "pump", preset: null, file: null, values: {} }, x: ["voltage_amplitude", 0, 1600], y: ["frequency", 0.1, 20] }]]);
+  assert.deepEqual([said(), state.x[0], state.y[0]], ["0 %", "voltage_amplitude", "frequency"]);
+});
+
+test("every cell is painted in its place and in the colour of its kind", () => {
+  const { grids, panel, id, p, said } = setUp();
+  let image = null;
+  panel.canvas.getContext("2d");
+  const found = cells((i, j) => (i > 40 ? 3 : j > 30 ? 1 : 0));
+  found.regime[0] = 99;
+  grids.message({ kind: "grid", id: id(), grid: "map", cells: [65, 49] }, {});
+  grids.message({ kind: "cells", id: id(), share: 0.5 }, found);
+  draw();
+  assert.equal(said(), "50 %");
+  image = panel.canvas.getContext("2d").calls.findLast((c) => c.name === "putImageData").args[0].data;
+  const colour = (i, j) => `#${[...image.slice(4 * ((48 - j) * 65 + i), 4 * ((48 - j) * 65 + i) + 3)].map((v) => v.toString(16).padStart(2, "0")).join("")}`;
+  assert.deepEqual([colour(1, 0), colour(0, 48), colour(64, 0), colour(41, 48), colour(40, 30), colour(0, 0)], ["#777777", "#0072b2", "#d55e00", "#d55e00", "#777777", LIGHT.line]);
+  const { args } = p.context.calls.findLast((c) => c.name === "drawImage"), wide = (p.right - p.left) / 64, tall = (p.bottom - p.top) / 48;
+  [p.left - wide / 2, p.top - tall / 2, p.right - p.left + wide, p.bottom - p.top + tall].forEach((v, k) => assert.ok(near(args[k + 1], v)));
+  assert.deepEqual(panel.names.parts.map((e) => [e.textContent, e.parts[0].style.background]), [["rest", "#777777"], ["periodic", "#0072b2"], ["chaotic", "#d55e00"], ["no such actuator", LIGHT.line]]);
+});
+
+test("what is not known yet has the colour of the nearest that is, a little paler", () => {
+  const { grids, panel, id } = setUp();
+  const one = { places: Float32Array.of(0, 64 * 49 + 48), regime: Uint8Array.of(1, 3), exponent: Float32Array.of(0, 0), low: Float32Array.of(0, 0), high: Float32Array.of(0, 0) };
+  grids.message({ kind: "cells", id: id(), share: 0.01 }, one);
+  const from = panel.nearest();
+  assert.deepEqual([from[0], from[1], from[49], from[64 * 49 + 47], from[63 * 49 + 48]], [0, 0, 0, 64 * 49 + 48, 64 * 49 + 48]);
+  draw();
+  const image = panel.canvas.getContext("2d").calls.findLast((c) => c.name === "putImageData").args[0].data;
+  assert.deepEqual([image[4 * 48 * 65 + 3], image[4 * (48 * 65 + 1) + 3]], [255, 215]);
+});
+
+test("exponents and strokes have their scales, and the legend their ends", () => {
+  const { grids, panel, id, state } = setUp();
+  grids.message({ kind: "cells", id: id(), share: 1 }, cells(() => 1));
+  panel.view.value = "exponent"; panel.view.onchange();
+  assert.equal(state.view, "exponent");
+  const shade = panel.shader(panel.nearest());
+  const [cold, hot] = [shade(0), shade(48)].map((css) => css.match(/\d+/g).map(Number));
+  assert.ok(cold[2] > 150 && cold[0] < 60 && hot[0] > 180 && hot[2] < 60); // blue attracts, red is chaotic
+  assert.deepEqual(panel.names.parts.map((e) => e.textContent), ["attracting, to -0.5", "chaotic, to +0.5"]);
+  panel.view.value = "stroke"; panel.view.onchange();
+  assert.deepEqual(panel.names.parts.map((e) => e.textContent), ["0 mm", "0.5 mm", "1 mm or more"]);
+  const stroke = panel.shader(panel.nearest());
+  assert.deepEqual([stroke(0), stroke(64 * 49)], ["rgb(11,42,82)", "rgb(246,230,75)"]);
+});
+
+test("thresholds and bifurcations are lines over the map, either way round, with their names", () => {
+  const { grids, panel, id, p } = setUp();
+  grids.message({ kind: "cells", id: id(), share: 1 }, cells(() => 1));
+  for (const upright of [false, true]) {
+    const volts = Float32Array.of(400, 800, 1200), at = Float32Array.of(5, 10, 15);
+    grids.message({ kind: "thresholds", id: id(), upright, names: ["pull-in"] }, { at, "pull-in": volts });
+    assert.deepEqual([panel.lines[0].x, panel.lines[0].y].map((v) => [...v]), upright ? [[400, 800, 1200], [5, 10, 15]] : [[5, 10, 15], [400, 800, 1200]]);
+  }
+  grids.message({ kind: "loci", id: id(), name: "fold" }, { x: Float32Array.of(100, 200), y: Float32Array.of(3, 4) });
+  forget(p.context); draw();
+  const dashed = p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === LIGHT.ink).map((c) => c.args);
+  [[400, 5], [800, 10], [1200, 15], [100, 3], [200, 4]].forEach(([x, y], k) => assert.ok(near(dashed[k][0], p.X(x)) && near(dashed[k][1], p.Y(y))));
+  assert.ok(texts(p.context).includes("pull-in") && texts(p.context).includes("fold"));
+});
+
+test("a map is done once its thresholds are followed", () => {
+  const { grids, panel, id, said } = setUp(), own = id();
+  grids.message({ kind: "done", id: own, grid: "map" }, {});
+  assert.deepEqual([panel.running, panel.filled, said()], [true, true, "following thresholds …"]);
+  grids.message({ kind: "followed", id: own }, {});
+  assert.deepEqual([panel.running, said()], [false, ""]);
+  assert.equal(grids.message({ kind: "cells", id: 999 }, {}), true); // of an older map: nothing happens
+  assert.equal(grids.message({ kind: "response", id: 999 }, {}), false);
+});
+
+test("a click on the map goes to its values, and the ring stands at the setting", () => {
+  const { panel, p, canvas, gone } = setUp();
+  canvas.onpointerdown(pointer(p, p.X(1234), p.Y(7.5))); canvas.onpointermove(pointer(p, p.X(1234) + 2, p.Y(7.5))); canvas.onpointerup(pointer(p, p.X(1234) + 2, p.Y(7.5)));
+  assert.deepEqual(gone.at(-1)[0], { voltage_amplitude: "1234 V", frequency: "7.5 Hz" });
+  panel.redrawOver();
+  const ring = placed(p, "ring");
+  assert.ok(near(ring[0], p.X(1234), 0.01) && near(ring[1], p.Y(7.5), 0.01));
+  canvas.onpointerdown(pointer(p, 0, 479)); canvas.onpointerup(pointer(p, 0, 479)); // outside: the nearest inside
+  assert.deepEqual(gone.at(-1)[0], { voltage_amplitude: "0 V", frequency: "0.1 Hz" });
+});
+
+test("a drag over the map zooms to it, and Whole goes back", () => {
+  const { panel, p, canvas, state, asked } = setUp();
+  const [from, to] = [[p.X(400), p.Y(15)], [p.X(1200), p.Y(5)]];
+  canvas.onpointerdown(pointer(p, ...to)); canvas.onpointermove(pointer(p, ...from));
+  const box = p.marks.get("box");
+  assert.ok(!box.hidden && near(parseFloat(box.style.width), to[0] - from[0], 1e-3) && near(parseFloat(box.style.height), to[1] - from[1], 1e-3));
+  canvas.onpointerup(pointer(p, ...from));
+  assert.deepEqual([state.x, state.y], [["voltage_amplitude", 400, 1200], ["frequency", 5, 15]]);
+  assert.deepEqual([asked.at(-1)[0], asked.at(-1)[1].x, asked.at(-1)[1].y], ["map", state.x, state.y]);
+  assert.equal(panel.out.disabled, false);
+  panel.out.click();
+  assert.deepEqual([state.x, state.y, panel.out.disabled], [["voltage_amplitude", 0, 1600], ["frequency", 0.1, 20], true]);
+});
+
+test("keys move the setting by a cell and zoom about it", () => {
+  const { canvas, gone, state } = setUp(), key = (name) => canvas.onkeydown({ key: name, preventDefault() {} });
+  key("ArrowRight");
+  assert.deepEqual(gone.at(-1)[0], { voltage_amplitude: "825 V", frequency: "10 Hz" });
+  key("ArrowDown");
+  assert.equal(gone.at(-1)[0].frequency, `${Number((10 - 19.9 / 48).toPrecision(4))} Hz`);
+  key("ArrowLeft"); key("ArrowUp");
+  assert.equal(gone.at(-1)[0].voltage_amplitude, "800 V");
+  key("+");
+  assert.deepEqual(state.x, ["voltage_amplitude", 400, 1200]);
+  key("-"); key("-");
+  assert.deepEqual(state.x, ["voltage_amplitude", 0, 3200].map((v) => v));
+});
+
+test("another parameter along an axis is asked for, never the same on both", () => {
+  const { panel, state, asked } = setUp();
+  panel.x.value = "film_thickness"; panel.x.onchange();
+  assert.deepEqual([state.x, asked.at(-1)[1].x], [["film_thickness", 0.01, 0.4], ["film_thickness", 0.01, 0.4]]);
+  panel.y.value = "film_thickness"; panel.y.onchange();
+  assert.notEqual(state.x[0], state.y[0]);
+});
+
+test("a change of something else makes a map outdated, computed again once the hand rests; one of its axes does not", () => {
+  const { grids, panel, asked, said, p, id } = setUp();
+  grids.message({ kind: "cells", id: id(), share: 1 }, cells(() => 1));
+  grids.changed(["frequency"]); grids.changed(["voltage_amplitude"]);
+  assert.equal(asked.length, 1);
+  forget(p.context);
+  grids.changed(["film_thickness"]);
+  assert.deepEqual([asked.at(-1), said(), panel.running], [["cancel", { grid: "map" }], "settings changed", false]);
+  assert.equal(p.context.calls.find((c) => c.name === "drawImage").globalAlpha, 0.45);
+  wait(400);
+  assert.equal(asked.length, 2);
+  wait(500);
+  assert.equal(asked.at(-1)[0], "map");
+});
+
+test("what nobody looks at is cancelled, and begun again when it is", () => {
+  const { grids, state, asked } = setUp();
+  state.right = "strip"; grids.opened("strip");
+  assert.deepEqual(asked.slice(1).map(([kind, content]) => [kind, content.grid ?? content.over]), [["cancel", "map"], ["strip", ["voltage_amplitude", 0, 1600]]]);
+  state.right = "map"; grids.opened("map");
+  assert.deepEqual(asked.slice(3).map(([kind]) => kind), ["cancel", "map"]);
+});
+
+test("what went wrong is said in the panel, and after a lost connection all is asked anew", () => {
+  const { grids, panel, id, p, asked, said } = setUp();
+  assert.equal(grids.failed({ id: 77, message: "elsewhere" }), false);
+  assert.equal(grids.failed({ id: id(), message: "no such range" }), true);
+  assert.ok(texts(p.context).some((text) => text.startsWith("no such")));
+  assert.deepEqual([panel.running, said()], [false, ""]);
+  grids.lost(); grids.opened();
+  assert.equal(asked.at(-1)[0], "map");
+});
+
+// --- the sweep -------------------------------------------------------------------------------------------------------
+
+test("a sweep has each value's section in its place and colour", () => {
+  const { grids, p, id, panel } = setUp("strip");
+  grids.message({ kind: "grid", id: id(), grid: "strip", cells: [5] }, {});
+  grids.message({ kind: "cells", id: id(), share: 0.4 }, { places: Float32Array.of(0, 3), regime: Uint8Array.of(1, 3), section: Float32Array.of(1, 1, 2, 4) });
+  forget(p.context); draw();
+  const marks = p.context.calls.filter((c) => c.name === "fillRect" && c.args[3] === 1.8);
+  assert.deepEqual(marks.map((c) => c.fillStyle), ["#0072b2", "#0072b2", "#d55e00", "#d55e00"]);
+  [[0, 1], [0, 1], [1200, 2], [1200, 4]].forEach(([x, y], k) => { const [px, py, w] = marks[k].args; assert.ok(near(px + w / 2, p.X(x)) && near(py + 0.9, p.Y(y))); });
+  assert.deepEqual(panel.names.parts.map((e) => e.textContent), ["periodic", "chaotic"]);
+  assert.ok(texts(p.context).includes("height (mm) once a period") && texts(p.context).includes("voltage_amplitude (V)"));
+});
+
+test("branches over a sweep: stable whole, unstable dashed, events with the signs of the legend", () => {
+  const { grids, p, id, panel } = setUp("strip"), own = id();
+  grids.message({ kind: "grid", id: own, cells: [5] }, {});
+  grids.message({ kind: "cells", id: own, share: 1 }, { places: Float32Array.of(0, 4), regime: Uint8Array.of(1, 1), section: Float32Array.of(0, 4) });
+  grids.message({ kind: "done", id: own }, {});
+  forget(p.context);
+  grids.message({ kind: "branches", id: own, kinds: ["fold", "period doubling"] }, { value: Float32Array.of(100, 200, 300, NaN), section: Float32Array.of(1, 2, 3, NaN), stable: Uint8Array.of(1, 1, 0, 0), event_value: Float32Array.of(250), event_section: Float32Array.of(2.5), event_kind: Uint8Array.of(1) });
+  const ink = p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === LIGHT.ink);
+  const whole = ink.filter((c) => !c.dash.length && c.lineWidth === 1.5).map((c) => c.args), dashed = ink.filter((c) => c.dash.length).map((c) => c.args);
+  assert.ok(near(whole[0][0], p.X(100)) && near(whole[1][1], p.Y(2)) && whole.length === 2);
+  assert.ok(near(dashed[0][0], p.X(300)) && near(dashed[0][1], p.Y(3)) && dashed.length === 1);
+  const sign = ink.filter((c) => !c.dash.length && c.lineWidth === 1.4).map((c) => c.args);
+  assert.equal(sign.length, 4); // a diamond, the second sign
+  const middle = [0, 1].map((k) => (Math.min(...sign.map((at) => at[k])) + Math.max(...sign.map((at) => at[k]))) / 2);
+  assert.ok(near(middle[0], p.X(250)) && near(middle[1], p.Y(2.5)));
+  assert.deepEqual(panel.names.parts.slice(0, 4).map((e) => e.textContent), ["— stable orbits", "┄ unstable", "□ fold", "◇ period doubling"]);
+  assert.equal(panel.running, false);
+  grids.message({ kind: "branches", id: own, kinds: [], none: "at rest" }, {});
+  assert.deepEqual([panel.said.textContent, panel.said.title], ["no branches here", "at rest"]);
+});
+
+test("a hand over a sweep moves its parameter, and the line stands at the setting", () => {
+  const { panel, p, canvas, gone } = setUp("strip");
+  canvas.onpointerdown(pointer(p, p.X(400), 50)); canvas.onpointermove(pointer(p, p.X(1000), 60)); canvas.onpointerup(pointer(p, p.X(5000), 60));
+  assert.deepEqual(gone, [[{ voltage_amplitude: "400 V" }, false], [{ voltage_amplitude: "1000 V" }, false], [{ voltage_amplitude: "1600 V" }, true]]);
+  canvas.onpointermove(pointer(p, p.X(100), 60));
+  assert.equal(gone.length, 3);
+  panel.page.go({ voltage_amplitude: "1.2 kV" }); panel.redrawOver();
+  assert.ok(near(placed(p, "line")[0], p.X(1200), 0.01));
+  canvas.onkeydown({ key: "ArrowLeft", preventDefault() {} });
+  assert.deepEqual(gone.at(-1)[0], { voltage_amplitude: "1193 V" });
+});
+
+// --- the envelope ----------------------------------------------------------------------------------------------------
+
+function envelope() {
+  const own = setUp("envelope");
+  own.grids.message({ kind: "progress", id: own.id(), share: 0.42 }, {});
+  const half = own.said();
+  own.grids.message({ kind: "envelope", id: own.id(), limits: ["pull-in"], static: { "pull-in": 1900, none: null }, highest: 2500, constant: 1500 }, { frequency: Float32Array.of(5, 10, 15), window: Float32Array.of(2000, 1000, 2000), "limit pull-in": Float32Array.of(2400, 1200, NaN) });
+  return { ...own, half };
+}
+
+test("an envelope shows its window and limits at their frequencies and voltages, and says what they are", () => {
+  const { half, said, p, panel } = envelope();
+  assert.deepEqual([half, said(), panel.running], ["42 %", "", false]);
+  const line = (colour) => p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === colour).map((c) => c.args);
+  [[5, 2000], [10, 1000], [15, 2000]].forEach(([f, v], k) => assert.ok(near(line(LIGHT.taut)[k][0], p.X(f)) && near(line(LIGHT.taut)[k][1], p.Y(v))));
+  [[5, 2400], [10, 1200]].forEach(([f, v], k) => assert.ok(near(line(LIGHT.breakdown)[k][0], p.X(f)) && near(line(LIGHT.breakdown)[k][1], p.Y(v))));
+  assert.ok(line(LIGHT.edge).every(([, y]) => near(y, p.Y(1900))) && line(LIGHT.edge).length === 2);
+  for (const text of ["drive frequency (Hz)", "peak voltage (V)", "pull-in", "pull-in, slowly", "recommended"]) assert.ok(texts(p.context).includes(text), text);
+  assert.ok(near(p.toX(p.right), 15) && near(p.toY(p.top), 2500) && near(p.toY(p.bottom), 0));
+});
+
+test("the device's own drive is where its peak is, and is said to be inside or above", () => {
+  const { panel, p } = envelope();
+  panel.redrawOver();
+  assert.ok(near(placed(p, "ring")[0], p.X(10), 0.01) && near(placed(p, "ring")[1], p.Y(1800), 0.01));
+  assert.equal(panel.words.textContent, "own drive: 10 Hz, peak 1800 V: above the window (1000 V)");
+  assert.match(panel.verdict(7.5, 1499), /inside the window \(up to 1500 V\)/);
+  assert.match(panel.verdict(7.5, 1501), /above the window \(1500 V\)/);
+  assert.match(panel.verdict(2, 1999), /inside the window \(up to 2000 V\)/);
+  assert.match(panel.verdict(16, 1), /beyond what was examined/);
+});
+
+test("a hand over the envelope moves the drive: frequency, and both voltages in their proportion", () => {
+  const { canvas, p, gone, grids, asked } = envelope();
+  canvas.onpointerdown(pointer(p, p.X(7), p.Y(900))); canvas.onpointerup(pointer(p, p.X(7), p.Y(900)));
+  assert.deepEqual(gone.at(-1), [{ frequency: "7 Hz", voltage_amplitude: "400 V", voltage_offset: "500 V" }, true]);
+  const before = asked.length;
+  grids.changed(["frequency", "voltage_amplitude", "voltage_offset"]);
+  assert.equal(asked.length, before); // the envelope of this proportion is known
+  grids.changed(["film_thickness"]);
+  assert.equal(asked.length, before);
+});
+
+test("an envelope of another proportion, or another body, is computed again", () => {
+  const { grids, panel, setting, controls, asked } = envelope();
+  setting.values = { voltage_amplitude: "1.6 kV" }; controls.values(setting.values);
+  grids.changed(["voltage_amplitude"]);
+  wait(500);
+  assert.equal(asked.at(-1)[0], "envelope");
+  setting.values = { voltage_amplitude: "1.6 kV", film_thickness: "0.3 mm" }; controls.values(setting.values);
+  grids.changed(["film_thickness"]);
+  wait(500);
+  assert.deepEqual(asked.slice(-2).map(([kind]) => kind), ["cancel", "envelope"]);
+  assert.equal(panel.volts("voltage_amplitude"), 1600);
+});

@@ -1,0 +1,235 @@
+// The whole page with a server that the tests play: what it asks for, and where the answers go.
+import assert from "node:assert/strict";
+import test from "node:test";
+import { LIGHT, Socket, browser, draw, forget, near, page, texts, wait } from "./page.js";
+
+browser("#device=biased-pump&frequency=9+Hz");
+let moment = 0;
+globalThis.performance.now = () => moment;
+await import("../../../src/gelcone/studio/static/main.js");
+const [socket] = Socket.all, $ = (id) => document.getElementById(id);
+
+const HERTZ = { Hz: 0, kHz: 3 }, VOLTS = { V: 0, kV: 3 };
+const CONTROLS = [
+  { name: "frequency", label: "Frequency", group: "Drive", kind: "number", value: 10, unit: "Hz", low: 0.1, high: 20, powers: HERTZ, about: "", choices: [] },
+  { name: "voltage_amplitude", label: "Voltage amplitude", group: "Drive", kind: "number", value: 800, unit: "V", low: 0, high: 1600, powers: VOLTS, about: "", choices: [] },
+  { name: "film", label: "Film", group: "Gel", kind: "choice", value: "taut", unit: "", low: 0, high: 1, powers: {}, about: "", choices: ["taut", "wrinkling"] },
+];
+const FILM = ["taut", "slack around", "slack from rim to disc", "slack both ways", "above breakdown", "near its stretch limit"];
+const AXES = { time: "time (ms)", displacement: "height (mm)", velocity: "velocity (m/s)", voltage: "voltage (V)", constant: "constant voltage (V)", frequency: "frequency (Hz)", amplitude: "amplitude (mm)" };
+const ABOUT = { axes: AXES, si: true, disc: 8, rim: 30, second: null, bias: "spring", film: FILM, wrinkles: false, name: "biased pump", strength: true, doubts: [] };
+const HELLO = { kind: "hello", id: 1, version: "0", devices: ["biased-pump", "soft-film"], presets: { base: "the base set" }, regimes: [{ name: "rest", colour: "#777777" }, { name: "periodic", colour: "#0072b2" }, { name: "quasi-periodic", colour: "#009e73" }, { name: "chaotic", colour: "#d55e00" }] };
+const RUN = () => ({ t: Float32Array.of(0, 50, 100), x: Float32Array.of(10, 20, 10), u: Float32Array.of(0, 1, 0), v: Float32Array.of(200, 1234, 200), film: Uint8Array.of(0, 4, 1) });
+const asked = (kind) => socket.sent.filter((sent) => sent.kind === kind);
+const last = (kind) => asked(kind).at(-1);
+
+function answer(more = {}, arrays = RUN(), words = {}) {
+  const { id, side } = last("look");
+  socket.give({ kind: "response", id, side, about: ABOUT, controls: CONTROLS, words: { seems: "seems to repeat", ended: "", period: 100, shares: [{ code: 0, share: 0.4 }, { code: 1, share: 0.3 }, { code: 4, share: 0.3 }], ...words }, ...more }, arrays);
+}
+
+test("the page says hello, and asks for what its address says", () => {
+  socket.open();
+  assert.deepEqual(socket.sent, [{ kind: "hello", id: 1 }]);
+  assert.ok($("lost").hidden);
+  socket.give(HELLO);
+  const { id, ...look } = last("look");
+  assert.deepEqual(look, { kind: "look", side: "a", setting: { device: "biased-pump", preset: null, file: null, values: { frequency: "9 Hz" } }, periods: 20, controls: true, panels: [] });
+  assert.deepEqual($("subject").querySelectorAll("option").map((o) => o.value), ["device:biased-pump", "device:soft-film", "preset:base"]);
+  assert.equal($("subject").value, "device:biased-pump");
+});
+
+test("an answer is drawn at once: curves, the cone, its number, the voltage in kilovolts, the badge", () => {
+  answer();
+  const time = $("time").querySelector("canvas").getContext(), portrait = $("portrait").querySelector("canvas").getContext();
+  assert.ok(texts(time).includes("time (ms)") && texts(portrait).includes("velocity (m/s)"));
+  draw(0);
+  assert.ok(texts($("cone").getContext()).includes("10 mm") && texts($("cone").getContext()).includes("200 V"));
+  $("scrub").value = "500"; $("scrub").oninput(); // in the middle of the run
+  forget($("cone").getContext()); draw();
+  assert.ok(texts($("cone").getContext()).includes("20 mm") && texts($("cone").getContext()).includes("1.23 kV"));
+  assert.equal($("badges").querySelector(".kind").textContent, "Seems to repeat …");
+  assert.equal(studio.painted, 1);
+  assert.equal(document.querySelector('[data-name="frequency"] input').value, "9 Hz");
+});
+
+test("the legend of the film names the states that occur, each in the colour of the strip below the curve", () => {
+  const items = $("film-legend").querySelectorAll("li").map((li) => [li.textContent, li.querySelector("i").style.background]);
+  assert.deepEqual(items, [["film taut", LIGHT.taut], ["film slack around", LIGHT.around], ["film above breakdown", LIGHT.breakdown]]);
+  const strip = $("time").querySelector("canvas").getContext().calls.filter((c) => c.name === "fillRect" && c.args[3] === 4).map((c) => c.fillStyle);
+  assert.deepEqual([...new Set(strip)], [LIGHT.taut, LIGHT.breakdown, LIGHT.around]);
+});
+
+test("the evidence follows, with the section, and belongs to its look alone", () => {
+  const { id } = last("look");
+  socket.give({ kind: "kind", id, side: "a", words: { regime: 3, lines: ["chaotic", "by its exponent"], extent: [9, 21] } }, { px: Float32Array.of(12), pu: Float32Array.of(0.5) });
+  assert.deepEqual([$("badges").querySelector(".kind").textContent, $("badges").querySelector(".kind").style.background, $("badges").querySelector(".evidence").textContent], ["Chaotic", "#d55e00", "by its exponent"]);
+  assert.deepEqual([studio.looks.a.wanders, studio.looks.a.extent, [...studio.looks.a.px]], [true, [9, 21], [12]]);
+  socket.give({ kind: "section", id, side: "a", words: {} }, { px: Float32Array.of(1, 2, 3), pu: Float32Array.of(4, 5, 6) });
+  assert.deepEqual([[...studio.looks.a.px], [...studio.looks.a.pu]], [[1, 2, 3], [4, 5, 6]]);
+  socket.give({ kind: "kind", id, side: "a", words: { regime: 1, lines: ["periodic, period 1"], extent: [9, 21] } }, {});
+  assert.equal(studio.looks.a.wanders, false);
+  socket.give({ kind: "kind", id, side: "b", words: { regime: 3, lines: ["chaotic"] } }, {}); // of a side that is not shown
+  assert.equal(studio.looks.b, undefined);
+});
+
+test("tabs ask for what they show, and its answer is drawn there", () => {
+  document.querySelector('[data-tab="spectrum"]').click();
+  assert.deepEqual(last("look").panels, ["spectrum"]);
+  answer();
+  const spectrum = $("spectrum").querySelector("canvas").getContext();
+  forget(spectrum);
+  socket.give({ kind: "spectrum", id: last("look").id, side: "a", words: { drive: 9 } }, { frequency: Float32Array.of(0, 9, 18), amplitude: Float32Array.of(1, 5, 0.1), line: Float32Array.of(9), height: Float32Array.of(5) });
+  assert.ok(texts(spectrum).includes("frequency (Hz)"));
+  assert.deepEqual([[...studio.looks.a.spectrum.amplitude].slice(0, 2), studio.looks.a.spectrum.drive], [[1, 5], 9]);
+  document.querySelector('[data-tab="statics"]').click();
+  assert.deepEqual(last("look").panels, ["spectrum", "statics"]);
+  answer();
+  const statics = $("statics").querySelector("canvas").getContext();
+  forget(statics);
+  socket.give({ kind: "statics", id: last("look").id, side: "a", words: { marks: { pull_in: 900 }, swing: [0, 800] } }, { voltage: Float32Array.of(0, 900), x: Float32Array.of(10, 20), stable: Uint8Array.of(1, 0) });
+  assert.ok(texts(statics).includes("pull-in"));
+  assert.match(location.hash, /top=spectrum&left=statics/);
+  document.querySelector('[data-tab="time"]').click(); document.querySelector('[data-tab="portrait"]').click();
+  assert.deepEqual(last("look").panels, []);
+  assert.ok(!/top=|left=/.test(location.hash));
+});
+
+test("a slider asks at once, the address follows once the hand rests, and a released one is a step of the history", () => {
+  answer();
+  const slider = document.querySelector('[data-name="voltage_amplitude"] input[type="range"]') ?? document.querySelector('[data-name="voltage_amplitude"]').querySelectorAll("input")[1];
+  const steps = page.steps.length;
+  slider.value = "250"; slider.oninput();
+  assert.deepEqual([last("look").setting.values, last("look").controls], [{ frequency: "9 Hz", voltage_amplitude: "400 V" }, false]);
+  assert.ok(!location.hash.includes("&voltage_amplitude="));
+  wait(300);
+  assert.ok(location.hash.includes("&voltage_amplitude=400+V"));
+  assert.equal(page.steps.length, steps);
+  slider.value = "500"; slider.onchange();
+  assert.equal(page.steps.length, steps + 1);
+  assert.ok(page.steps.at(-1).includes("voltage_amplitude=800+V"));
+});
+
+test("a choice asks for the controls too, and reset takes all back", () => {
+  const film = document.querySelector('[data-name="film"] select') ?? document.querySelector("select#c-film");
+  film.value = "wrinkling"; film.onchange();
+  assert.deepEqual([last("look").controls, last("look").setting.values.film], [true, "wrinkling"]);
+  $("reset-all").click();
+  assert.deepEqual(last("look").setting.values, {});
+  assert.equal(last("look").controls, true);
+});
+
+test("an error stands beside its control, and the picture stays", () => {
+  answer();
+  const before = studio.looks.a.x, { id } = last("look");
+  socket.give({ kind: "error", id, side: "a", control: "frequency", message: "frequency: must be positive" });
+  const error = document.querySelector('[data-name="frequency"] .error');
+  assert.deepEqual([error.hidden, error.textContent, studio.looks.a.x], [false, "frequency: must be positive", before]);
+  answer();
+  assert.ok(error.hidden);
+});
+
+test("the length of a run is asked for as a number", () => {
+  $("periods").value = "60"; $("periods").onchange();
+  assert.equal(last("look").periods, 60);
+  assert.ok(location.hash.includes("periods=60"));
+  $("periods").value = "20"; $("periods").onchange();
+});
+
+test("two settings are asked for and shown each on its side, and one is kept", () => {
+  answer();
+  $("compare").click();
+  assert.deepEqual([last("look").side, $("sides").hidden, $("side-b").getAttribute("aria-pressed")], ["b", false, "true"]);
+  answer({}, { ...RUN(), x: Float32Array.of(1, 2, 1) });
+  assert.deepEqual([[...studio.looks.a.x], [...studio.looks.b.x]], [[10, 20, 10], [1, 2, 1]]);
+  assert.equal($("badges").parts.length, 2);
+  forget($("cone").getContext()); draw();
+  assert.ok(texts($("cone").getContext()).some((text) => text.startsWith("2 mm, ")));
+  document.querySelector('[data-name="frequency"]').querySelectorAll("input")[1].value = "1000";
+  document.querySelector('[data-name="frequency"]').querySelectorAll("input")[1].onchange();
+  assert.deepEqual([last("look").side, last("look").setting.values.frequency], ["b", "20 Hz"]);
+  assert.ok(location.hash.includes("b.frequency=20+Hz"));
+  $("side-a").click();
+  assert.deepEqual([last("look").side, last("look").setting.values], ["a", {}]);
+  $("compare").click();
+  assert.deepEqual([studio.looks.b, $("sides").hidden, $("badges").parts.length], [undefined, true, 1]);
+});
+
+test("another subject starts anew, and only a device has an envelope", () => {
+  const tab = document.querySelector('[data-tab="envelope"]');
+  assert.equal(tab.hidden, false);
+  $("subject").value = "preset:base"; $("subject").onchange();
+  assert.deepEqual(last("look").setting, { device: null, preset: "base", file: null, values: {} });
+  answer({ about: { ...ABOUT, si: false, axes: { ...AXES, time: "time", displacement: "displacement" } } }, { ...RUN(), v: Float32Array.of(0, 0.5, 0) });
+  assert.equal(tab.hidden, true);
+  forget($("cone").getContext()); draw();
+  assert.ok(texts($("cone").getContext()).includes("0.50"));
+  $("subject").value = "device:soft-film"; $("subject").onchange();
+  assert.deepEqual(last("look").setting.device, "soft-film");
+  answer();
+  assert.equal(tab.hidden, false);
+});
+
+test("a file is opened and sent as text; one that is too large is not", async () => {
+  $("file").files = [{ name: "mine.toml", size: 20, text: async () => "disc_radius = 1" }];
+  await $("file").onchange();
+  assert.deepEqual(last("look").setting, { device: null, preset: null, file: "disc_radius = 1", values: {} });
+  answer();
+  assert.equal($("subject").value, "file:");
+  const before = asked("look").length;
+  $("file").files = [{ name: "huge.toml", size: 30001, text: async () => "" }];
+  await $("file").onchange();
+  assert.equal(asked("look").length, before);
+  assert.match($("general").textContent, /huge.toml: is too large/);
+});
+
+test("files are asked for with what is shown, and saved under the server's name", () => {
+  $("subject").value = "device:biased-pump"; $("subject").onchange();
+  answer();
+  $("save").click();
+  const { id, ...code } = last("code");
+  assert.deepEqual(code, { kind: "code", setting: { device: "biased-pump", preset: null, file: null, values: {} }, what: "simulate", options: { periods: 20 } });
+  socket.give({ kind: "code", id, command: "gelcone simulate", python: "import gelcone" });
+  assert.deepEqual($("saver").querySelectorAll("pre").map((e) => e.textContent), ["gelcone simulate", "import gelcone"]);
+  const button = (form) => $("saver").querySelector(`[data-format="${form}"]`);
+  button("png").click();
+  assert.deepEqual([last("export").format, last("export").what, button("nc").disabled], ["png", "simulate", true]);
+  globalThis.URL.createObjectURL = () => "blob:1"; globalThis.URL.revokeObjectURL = () => {};
+  socket.give({ kind: "file", id: last("export").id, name: "simulate.png" }, { data: Uint8Array.of(1, 2) });
+  assert.deepEqual([button("nc").disabled, $("saver").querySelector('[role="status"]').textContent], [false, "simulate.png is saved."]);
+  button("toml").click();
+  assert.deepEqual(last("device").setting.device, "biased-pump");
+  socket.give({ kind: "error", id: last("device").id, message: "no" });
+  assert.equal($("saver").querySelector('[role="status"]').textContent, "no");
+  const what = $("saver").querySelector("select");
+  what.value = "map"; what.onchange();
+  assert.deepEqual([last("code").x, last("code").y, last("code").options], [["frequency", 0.1, 20], ["voltage_amplitude", 0, 1600], {}]);
+});
+
+test("going back in the history shows the older state", () => {
+  location.hash = "#device=soft-film&frequency=12+Hz&left=statics";
+  page.listeners.popstate();
+  assert.deepEqual([last("look").setting.device, last("look").setting.values, last("look").panels], ["soft-film", { frequency: "12 Hz" }, ["statics"]]);
+});
+
+test("the theme changes, is remembered, and all is drawn anew", () => {
+  answer();
+  const time = $("time").querySelector("canvas").getContext();
+  forget(time);
+  $("theme").click();
+  assert.deepEqual([document.documentElement.dataset.theme, localStorage.getItem("gelcone-theme")], ["dark", "dark"]);
+  assert.notEqual(time.calls.find((c) => c.name === "fillRect").fillStyle, LIGHT.panel);
+  $("theme").click();
+  assert.equal(document.documentElement.dataset.theme, "light");
+});
+
+test("a link is copied, a lost connection is said, and comes back", async () => {
+  await $("share").onclick();
+  assert.deepEqual(page.copied, [location.href]);
+  socket.close();
+  assert.equal($("lost").hidden, false);
+  wait(300);
+  Socket.all.at(-1).open();
+  assert.ok($("lost").hidden);
+  assert.equal(Socket.all.at(-1).sent[0].kind, "hello");
+});

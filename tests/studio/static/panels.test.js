@@ -1,0 +1,195 @@
+// The panels that follow every look, and the cone: curves, colours and marks at their places.
+import assert from "node:assert/strict";
+import test from "node:test";
+import { LIGHT, browser, forget, near, path, texts } from "./page.js";
+
+browser();
+const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
+const { portraitPanel, spectrumPanel, staticsPanel, timePanel } = await from("panels"), { Cone } = await from("cone");
+const AXES = { time: "time (ms)", displacement: "height (mm)", velocity: "velocity (m/s)", voltage: "voltage (V)", constant: "constant voltage (V)", frequency: "frequency (Hz)", amplitude: "amplitude (mm)" };
+const ABOUT = { axes: AXES, si: true, disc: 8, rim: 30, second: null, bias: "spring", film: [], wrinkles: false };
+const FILM = [LIGHT.taut, LIGHT.around, LIGHT.meridian, LIGHT.both, LIGHT.breakdown, LIGHT.limit];
+
+const look = (more = {}) => ({ about: ABOUT, words: { ended: "", period: 20, shares: [] }, t: Float32Array.of(0, 10, 20, 30, 40), x: Float32Array.of(0, 2, 4, 2, 0), u: Float32Array.of(1, 1, -1, -1, 1), v: Float32Array.of(0, 100, 0, -100, 0), film: Uint8Array.of(0, 0, 0, 0, 0), ...more });
+const at = (time, state) => ({ time: () => time, state: () => state });
+const NOW = { x: 3, u: -0.5, v: 50, films: [0, 0] };
+
+function panel(make, looks, clock = at(10, NOW)) {
+  const p = make(document.createElement("div"), { active: "a", ...looks }, clock);
+  p.redraw();
+  return p;
+}
+const placed = (p, name) => p.marks.get(name).hidden ? null : p.marks.get(name).style.transform.match(/-?[\d.]+/g).map(Number);
+const drawn = (p, colour) => p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === colour).map((c) => c.args);
+const close = (one, other) => one.length === other.length && one.every((pair, k) => near(pair[0], other[k][0], 1e-4) && near(pair[1], other[k][1], 1e-4));
+
+test("over time, height and voltage stand above each other over the same time", () => {
+  const own = look(), p = panel(timePanel, { a: own }), lines = drawn(p, LIGHT.a);
+  const heights = [...own.t].map((t, k) => [p.X(t), p.Y(own.x[k])]);
+  assert.ok(close(lines.slice(5), heights));
+  assert.ok(close(lines.slice(0, 5).map(([x]) => [x, 0]), heights.map(([x]) => [x, 0])));
+  const volts = lines.slice(0, 5).map(([, y]) => y);
+  assert.ok(volts[1] < volts[0] && volts[3] > volts[0] && near(volts[0] - volts[1], volts[3] - volts[0], 1e-4));
+  assert.ok(Math.min(...volts) > p.bottom && Math.max(...volts) < 480 - 34);
+  assert.ok(p.X(0) === p.left && near(p.X(40), p.right));
+  for (const text of ["time (ms)", "height (mm)", "voltage (V)"]) assert.ok(texts(p.context).includes(text), text);
+});
+
+test("the cursor over time stands at its time, and goes where there is none", () => {
+  let time = 10;
+  const p = panel(timePanel, { a: look() }, { time: () => time, state: () => NOW });
+  for (time of [0, 10, 37]) { p.redrawOver(); assert.ok(near(placed(p, "line")[0], p.X(time), 0.05)); }
+  assert.ok(near(placed(p, "line")[1], 6, 0.05) && p.marks.get("line").style.height === `${480 - 34 - 6}px`);
+  time = null; p.redrawOver();
+  assert.equal(placed(p, "line"), null);
+});
+
+test("the film's states stand below the curve in their colours and at their times", () => {
+  for (const film of [[0, 0, 1, 1, 1], [2, 3, 3, 4, 5], [5, 5, 5, 5, 5], [1, 0, 1, 0, 1]]) {
+    const p = panel(timePanel, { a: look({ film: Uint8Array.from(film) }) }), wide = p.right - p.left;
+    const bars = p.context.calls.filter((c) => c.name === "fillRect" && c.args[3] === 4 && FILM.includes(c.fillStyle));
+    for (let k = 0; k < 5; k++) {
+      const px = Math.min(Math.max(p.X(10 * k), p.left + 2), p.right - 2);
+      const bar = bars.find(({ args: [x, , w] }) => px >= x && px < x + w);
+      assert.equal(bar?.fillStyle, FILM[film[k]], `${film} at ${k}`);
+      assert.equal(bar.args[1], p.bottom + 3);
+    }
+    assert.ok(near(bars.reduce((sum, { args }) => sum + args[2], 0), wide, 0.01));
+  }
+});
+
+test("two settings share their axes, each in its colour; of other units only the active one is drawn", () => {
+  const b = look({ t: Float32Array.of(0, 20, 40, 60, 80), x: Float32Array.of(0, 8, 0, 8, 0) }), p = panel(timePanel, { a: look(), b });
+  assert.ok(near(p.X(80), p.right));
+  assert.ok(close(drawn(p, LIGHT.b).slice(5), [...b.t].map((t, k) => [p.X(t), p.Y(b.x[k])])));
+  const other = look({ about: { ...ABOUT, si: false } });
+  const mixed = panel(timePanel, { a: look(), b: other });
+  assert.deepEqual([drawn(mixed, LIGHT.a).length, drawn(mixed, LIGHT.b).length], [10, 0]);
+});
+
+test("the phase portrait has the height along and the velocity up, its section points and a dot that is now", () => {
+  const own = look({ px: Float32Array.of(1), pu: Float32Array.of(0.5), wanders: false }), p = panel(portraitPanel, { a: own });
+  assert.ok(close(drawn(p, LIGHT.a), [...own.x].map((x, k) => [p.X(x), p.Y(own.u[k])])));
+  const [point] = p.context.calls.filter((c) => c.name === "arc");
+  assert.deepEqual([point.args.slice(0, 3), point.fillStyle], [[p.X(1), p.Y(0.5), 3.5], LIGHT.b]);
+  assert.ok(close([placed(p, "a")], [[p.X(3), p.Y(-0.5)].map((v) => Number(v.toFixed(1)))]));
+  assert.equal(p.marks.get("b").hidden, true);
+  assert.deepEqual(["height (mm)", "velocity (m/s)"].filter((text) => texts(p.context).includes(text)).length, 2);
+  const wild = panel(portraitPanel, { a: { ...own, wanders: true } });
+  assert.equal(wild.context.calls.filter((c) => c.name === "arc").length, 0);
+  const both = panel(portraitPanel, { a: own, b: { ...own } });
+  assert.deepEqual(both.context.calls.filter((c) => c.name === "arc").map((c) => c.fillStyle), [LIGHT.a, LIGHT.b]);
+  const far = panel(portraitPanel, { a: look({ px: Float32Array.of(40), pu: Float32Array.of(9) }) });
+  assert.ok(far.X(40) < far.right && far.Y(9) > far.top);
+});
+
+test("the spectrum is that of its frequencies on a logarithmic axis, with its lines", () => {
+  const spectrum = { frequency: Float32Array.of(0, 5, 10, 15), amplitude: Float32Array.of(1, 0.01, 1, 0.0001), line: Float32Array.of(10), height: Float32Array.of(1), drive: 10 };
+  const p = panel(spectrumPanel, { a: look({ spectrum }) });
+  assert.ok(close(drawn(p, LIGHT.a), [[p.X(0), p.Y(0)], [p.X(5), p.Y(-2)], [p.X(10), p.Y(0)], [p.X(15), p.Y(-4)]]));
+  assert.ok(near(p.X(0), p.left) && near(p.X(80), p.right));
+  const [dot] = p.context.calls.filter((c) => c.name === "arc");
+  assert.ok(close([dot.args.slice(0, 2)], [[p.X(10), p.Y(0)]]) && dot.fillStyle === LIGHT.a);
+  for (const text of ["10⁰", "10⁻⁴", "frequency (Hz)", "amplitude (mm)"]) assert.ok(texts(p.context).includes(text), text);
+});
+
+test("a motion without a spectrum says why", () => {
+  const said = (own) => texts(panel(spectrumPanel, { a: own }).context).at(-1);
+  assert.equal(said(look({ words: { ended: "pulled in" } })), "A motion that ends has no spectrum.");
+  assert.match(said(look()), /stands still|under way/);
+  assert.match(said(look({ spectrum: { amplitude: Float32Array.of(NaN) } })), /stands still|under way/);
+});
+
+test("statics: stable and unstable equilibria, marks, the settled motion, and a dot at the voltage now", () => {
+  const statics = { voltage: Float32Array.of(0, 500, 1000, 900), x: Float32Array.of(4, 3, 2, 1), stable: Uint8Array.of(1, 1, 0, 0), marks: { pull_in: 1000 }, swing: [-300, 700] };
+  const p = panel(staticsPanel, { a: look({ statics, extent: [1, 3] }) }, at(0, { ...NOW, v: -250 }));
+  const strokes = p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === LIGHT.a);
+  const of = (dashed) => strokes.filter((c) => (c.dash.length > 0) === dashed).map((c) => c.args);
+  assert.ok(close(of(false), [[p.X(0), p.Y(4)], [p.X(500), p.Y(3)]]));
+  assert.ok(close(of(true), [[p.X(1000), p.Y(2)], [p.X(900), p.Y(1)]]));
+  const mark = p.context.calls.filter((c) => c.strokeStyle === LIGHT.edge && ["moveTo", "lineTo"].includes(c.name)).map((c) => c.args[0]);
+  assert.ok(mark.length === 2 && mark.every((x) => near(x, p.X(1000))));
+  assert.ok(texts(p.context).includes("pull-in") && texts(p.context).includes("constant voltage (V)"));
+  const area = p.context.calls.find((c) => c.name === "fillRect" && near(c.globalAlpha, 0.12));
+  assert.ok(close([area.args.slice(0, 2), area.args.slice(2)], [[p.X(0), p.Y(3)], [p.X(700) - p.X(0), p.Y(1) - p.Y(3)]]));
+  assert.ok(near(placed(p, "a")[0], p.X(250), 0.1) && near(placed(p, "a")[1], p.Y(3), 0.1));
+  const one = panel(staticsPanel, { a: look({ statics: { ...statics, swing: [200, 700] }, extent: [1, 3] }) });
+  assert.ok(near(one.context.calls.find((c) => c.name === "fillRect" && near(c.globalAlpha, 0.12)).args[0], one.X(200)));
+  assert.match(texts(panel(staticsPanel, { a: look() }).context).at(-1), /under way/);
+});
+
+// --- the cone --------------------------------------------------------------------------------------------------------
+
+function cone(sides) {
+  const canvas = document.createElement("canvas"), own = new Cone(canvas);
+  own.draw(sides.map((side) => ({ about: ABOUT, height: 10, films: [0, 0], low: 0, high: 20, volts: [-1000, 2000], voltage: 500, heightText: "10 mm", voltageText: "500 V", ...side })));
+  return { own, g: canvas.getContext() };
+}
+const shifted = (calls, name) => calls.filter((c) => c.name === name).map((c) => [c.args[0] + c.shift[0], c.args[1] + c.shift[1], ...c.args.slice(2)]);
+
+test("the cone in section: film from rim to disc at its height and in the colour of its state", () => {
+  for (const [height, film] of [[10, 0], [20, 1], [0, 4], [5, 5]]) {
+    const { own, g } = cone([{ height, films: [film, 0] }]), side = { about: ABOUT, low: 0, high: 20 };
+    const scale = own.scale(side), ground = own.ground(side, 480, scale), middle = (640 - 46) / 4;
+    const lines = g.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === FILM[film] && c.lineWidth > 2).map((c) => c.args);
+    const ends = [[-1, 30, 0], [-1, 8, height], [1, 30, 0], [1, 8, height]].map(([sign, r, z]) => [middle + sign * r * scale, ground - z * scale]);
+    for (const end of ends) assert.ok(lines.some((at) => close([at], [end])), `${height}`);
+    assert.ok(texts(g).includes("10 mm") && texts(g).includes("500 V") && texts(g).includes("voltage"));
+  }
+});
+
+test("slack films wave and are pleated: around, from rim to disc, or both", () => {
+  const { own } = cone([{}]);
+  const shade = (film, sector, ring) => own.shade(film, 1, 0.3, sector, ring, true);
+  assert.equal(shade(0, 1, 0), shade(0, 2, 0));
+  assert.notEqual(shade(1, 1, 0), shade(1, 2, 0));
+  assert.equal(shade(1, 1, 0), shade(1, 1, 1));
+  assert.notEqual(shade(2, 1, 0), shade(2, 1, 1));
+  assert.equal(shade(2, 1, 0), shade(2, 2, 0));
+  assert.ok(shade(3, 1, 0) !== shade(3, 2, 0) && shade(3, 1, 0) !== shade(3, 1, 1));
+  const straight = (film) => {
+    const { g } = cone([{ films: [film, 0] }]), points = g.calls.filter((c) => c.name === "lineTo" && c.strokeStyle === FILM[film] && c.lineWidth > 2).map((c) => c.args).slice(0, 49);
+    const [x0, y0] = points[0], [x1, y1] = points[48];
+    return Math.max(...points.map(([x, y]) => Math.abs((x - x0) * (y1 - y0) - (y - y0) * (x1 - x0)) / Math.hypot(x1 - x0, y1 - y0))) < 0.01;
+  };
+  assert.deepEqual([0, 1, 2, 3, 4].map(straight), [true, true, false, false, true]);
+});
+
+test("the gauge is filled from zero to the voltage", () => {
+  const bar = (voltage, volts) => cone([{ voltage, volts }]).g.calls.filter((c) => c.name === "roundRect" && c.fillStyle === LIGHT.accent)[0].args;
+  const Y = (v) => 480 - 24 - ((v + 1000) / 3000) * (480 - 24 - 22);
+  assert.ok(near(bar(500, [-1000, 2000])[1], Y(500)) && near(bar(500, [-1000, 2000])[3], Y(0) - Y(500)));
+  assert.ok(near(bar(-500, [-1000, 2000])[1], Y(0)) && near(bar(-500, [-1000, 2000])[3], Y(-500) - Y(0)));
+});
+
+test("all that moves stays in the picture, whatever the sizes", () => {
+  for (const side of [{ low: 0, high: 80 }, { low: -60, high: 5 }, { low: 0, high: 1 }]) {
+    const { own } = cone([side]), whole = { about: ABOUT, ...side }, scale = own.scale(whole), ground = own.ground(whole, 480, scale);
+    for (const z of [side.low, side.high]) assert.ok(ground - z * scale > 0 && ground - z * scale < 480, `${z}`);
+    assert.ok(2 * 30 * scale < 320);
+  }
+});
+
+test("what acts on the disc is drawn, and nothing else", () => {
+  const count = (bias) => cone([{ about: { ...ABOUT, bias } }]).g.calls.filter((c) => c.strokeStyle === LIGHT.edge && c.name === "lineTo").length;
+  const none = count("none");
+  assert.deepEqual(["spring", "weight", "force", "beam"].map((bias) => count(bias) - none), [19, 1, 3, 41]);
+  assert.equal(count("spring+weight") - none, 20);
+});
+
+test("two settings stand side by side, named and in their colours", () => {
+  const { g } = cone([{ heightText: "one" }, { heightText: "two", films: [4, 0] }]);
+  const names = g.calls.filter((c) => c.name === "fillText" && ["A", "B"].includes(c.args[0]));
+  assert.deepEqual(names.map((c) => [c.args[0], c.fillStyle]), [["A", LIGHT.a], ["B", LIGHT.b]]);
+  const [[ax], [bx]] = names.map((c) => [c.args[1] + c.shift[0]]);
+  assert.deepEqual([ax, bx], [160, 480]);
+  assert.ok(texts(g).includes("one, 500 V") && texts(g).includes("two, 500 V"));
+});
+
+test("a second film is flat where its plane is, in its own colour", () => {
+  const { own, g } = cone([{ about: { ...ABOUT, second: 15 }, films: [0, 4], height: 10 }]), side = { about: { ...ABOUT, second: 15 }, low: 0, high: 20 };
+  const scale = own.scale(side), ground = own.ground(side, 480, scale), middle = (640 - 46) / 4;
+  const lines = g.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === FILM[4] && c.lineWidth > 2).map((c) => c.args);
+  assert.ok(lines.some((at) => close([at], [[middle + 30 * scale, ground - 15 * scale]])));
+  assert.ok(lines.some((at) => close([at], [[middle + 8 * scale, ground - 10 * scale]])));
+});

@@ -1,0 +1,313 @@
+// Address, frames, colours, numbers, clock, badge, link: what is computed without a picture.
+import assert from "node:assert/strict";
+import test from "node:test";
+import { DARK, LIGHT, Memory, Socket, browser, frame, near, page, wait } from "./page.js";
+
+browser();
+const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
+const address = await from("address"), { unpack } = await from("frames"), palette = await from("colours");
+const { Controls, format } = await from("controls"), { Clock } = await from("clock"), { Badge } = await from("badge"), { Link, tokenOf } = await from("link");
+
+test("an address read and written is the same", () => {
+  const text = "device=biased-pump&frequency=9+Hz&material.law=yeoh&b.preset=base&b.voltage=1.04&side=b&periods=60&top=spectrum&left=statics&right=strip&view=stroke&x=frequency%2C1%2C20&y=voltage_amplitude%2C0%2C2&over=voltage%2C-1%2C2";
+  const state = address.read(`#${text}`, "other");
+  assert.deepEqual(state.a, { device: "biased-pump", preset: null, file: null, values: { frequency: "9 Hz", "material.law": "yeoh" } });
+  assert.deepEqual(state.b, { device: null, preset: "base", file: null, values: { voltage: "1.04" } });
+  assert.deepEqual([state.side, state.periods, state.top, state.left, state.right, state.view], ["b", "60", "spectrum", "statics", "strip", "stroke"]);
+  assert.deepEqual([state.x, state.y, state.over], [["frequency", 1, 20], ["voltage_amplitude", 0, 2], ["voltage", -1, 2]]);
+  assert.deepEqual(address.read(`#${address.write(state)}`, "other"), state);
+  assert.deepEqual([...new URLSearchParams(address.write(state))].sort(), [...new URLSearchParams(text)].sort());
+});
+
+test("an address without a device takes the first, and usual values are not written", () => {
+  const state = address.read("", "first");
+  assert.deepEqual([state.a.device, state.b, state.side, state.periods, state.top, state.left, state.right, state.view], ["first", null, "a", "20", "time", "portrait", "map", "kind"]);
+  assert.equal(address.write(state), "device=first");
+  assert.equal(address.read("#side=b", "first").side, "a");
+  assert.equal(address.read("#b.frequency=1+Hz", "first").b.device, "first");
+});
+
+test("an axis in an address needs a name and two numbers", () => {
+  for (const bad of ["x=frequency", "x=frequency,1", "x=frequency,a,2", "x=frequency,1,b", "x="]) assert.equal(address.read(bad, "d").x, null, bad);
+});
+
+test("a frame holds its head and arrays", () => {
+  const [head, arrays] = unpack(frame({ kind: "response", text: "é" === "é" ? "e" : "" }, { x: Float32Array.of(1.5, -2, 3), code: Uint8Array.of(1, 255), none: new Float32Array(0), y: Float32Array.of(7) }));
+  assert.equal(head.kind, "response");
+  assert.deepEqual([[...arrays.x], [...arrays.code], [...arrays.none], [...arrays.y]], [[1.5, -2, 3], [1, 255], [], [7]]);
+  assert.ok(arrays.x instanceof Float32Array && arrays.code instanceof Uint8Array);
+});
+
+test("colours are those of the style sheet, by theme, and those of the film in the order of its states", () => {
+  for (const [theme, own] of [["light", LIGHT], ["dark", DARK]]) {
+    palette.setTheme(theme);
+    const c = palette.colours();
+    assert.deepEqual(c.film, [own.taut, own.around, own.meridian, own.both, own.breakdown, own.limit]);
+    for (const name of ["a", "b", "accent", "panel", "ink", "soft", "line", "edge", "steel"]) assert.equal(c[name], own[name], name);
+    assert.equal(c.dark, theme === "dark");
+    assert.equal(new Set(c.film).size, 6);
+  }
+  palette.setTheme("light");
+});
+
+test("colours are mixed and written on so that they can be read", () => {
+  assert.deepEqual(palette.rgb("#010fff"), [1, 15, 255]);
+  assert.equal(palette.mix("#000000", "#ffffff", 0.5), "rgb(128,128,128)");
+  assert.equal(palette.mix("#102030", "#405060", 0), "rgb(16,32,48)");
+  assert.equal(palette.mix("#102030", "#405060", 1), "rgb(64,80,96)");
+  assert.deepEqual(["#ffffff", "#f6e64b", "#000000", "#0072b2"].map(palette.onto), ["#10151b", "#10151b", "#ffffff", "#ffffff"]);
+});
+
+test("numbers are written short", () => {
+  const cases = [[0, "0"], [1.23456, "1.235"], [1e6, "1e+6"], [999999, "1e+6"], [123456, "123500"], [0.0001, "0.0001"], [0.00001, "1e-5"], [-2.5, "-2.5"], [NaN, ""], [Infinity, ""]];
+  for (const [value, text] of cases) assert.equal(format(value), text);
+  assert.equal(format(1.23456, 2), "1.2");
+});
+
+// --- controls --------------------------------------------------------------------------------------------------------
+
+const LIST = [
+  { name: "voltage_amplitude", label: "Voltage amplitude", group: "Drive", kind: "number", value: 800, unit: "V", low: 0, high: 2000, powers: { V: 0, kV: 3, mV: -3 }, about: "", choices: [] },
+  { name: "waveform", label: "Waveform", group: "Drive", kind: "choice", value: "sine", unit: "", low: 0, high: 1, powers: {}, about: "", choices: ["sine", "triangle"] },
+  { name: "disc_radius", label: "Disc radius", group: "Body", kind: "number", value: 8, unit: "mm", low: 1, high: 16, powers: { m: 0, mm: -3 }, about: "", choices: [] },
+  { name: "hoop_prestretch", label: "Hoop prestretch", group: "Gel", kind: "number", value: 1.4, unit: "", low: 0, high: 4, powers: { "": 0 }, about: "", choices: [] },
+  { name: "release_height", label: "Release height", group: "Start", kind: "number", value: null, unit: "mm", low: 0, high: 40, powers: { m: 0, mm: -3 }, about: "", choices: [] },
+];
+
+function controls() {
+  const root = browser(), $ = (id) => document.getElementById(id), changes = [];
+  const own = new Controls({ drive: $("drive"), groups: $("groups"), group: $("group"), general: $("general"), changed: (...change) => changes.push(change) });
+  own.show(LIST, {});
+  return { own, changes, root, row: (name) => own.rows.get(name) };
+}
+
+test("a slider's place is its value, both ways, and the number stands beside it", () => {
+  const { own, row, changes } = controls(), { slider, number } = row("voltage_amplitude");
+  assert.deepEqual([slider.value, number.value], ["400", "800 V"]);
+  slider.value = "750"; slider.oninput();
+  assert.deepEqual(changes, [["voltage_amplitude", "1500 V", false]]);
+  assert.deepEqual([number.value, slider.value], ["1500 V", "750"]);
+  slider.onchange();
+  assert.equal(changes.at(-1)[2], true);
+  own.values({ voltage_amplitude: "1 kV" });
+  assert.deepEqual([slider.value, number.value, slider.style["--fill"]], ["500", "1 kV", "50%"]);
+  own.values({ voltage_amplitude: "9 kV" });
+  assert.equal(slider.value, "1000");
+  own.values({});
+  assert.deepEqual([number.value, row("voltage_amplitude").row.classList.has("changed")], ["800 V", false]);
+});
+
+test("a slider of which the lowest value is not zero begins there", () => {
+  const { row, changes } = controls(), { slider } = row("disc_radius");
+  assert.equal(slider.value, String(Math.round((1000 * 7) / 15)));
+  slider.value = "0"; slider.oninput();
+  assert.equal(changes.at(-1)[1], "1 mm");
+  slider.value = "1000"; slider.oninput();
+  assert.equal(changes.at(-1)[1], "16 mm");
+});
+
+test("the value of a control is in its own unit", () => {
+  const { own } = controls(), value = (text) => own.value("voltage_amplitude", { voltage_amplitude: text });
+  assert.deepEqual([value("1.5 kV"), value("20 V"), value("3 mV"), value("2e2V"), value("-1 kV")], [1500, 20, 0.003, 200, -1000]);
+  assert.deepEqual([value("1 mm"), value("many"), value("1.2.3 V"), value("5")], [null, null, null, null]);
+  assert.deepEqual([own.value("voltage_amplitude", {}), own.value("release_height", {}), own.value("none", {})], [800, null, null]);
+});
+
+test("a bare number is in the unit beside it, an empty field is the default, and other texts are sent as typed", () => {
+  const { row, changes } = controls(), { number } = row("voltage_amplitude");
+  for (const [typed, sent] of [["900", "900 V"], [" 1e3 ", "1e3 V"], [".5", ".5 V"], ["1.2 kV", "1.2 kV"], ["", null], ["1,2 kV", "1,2 kV"]]) {
+    number.value = typed; number.onchange();
+    assert.deepEqual(changes.at(-1), ["voltage_amplitude", sent, true]);
+  }
+  row("waveform").number.value = "triangle"; row("waveform").number.onchange();
+  assert.deepEqual(changes.at(-1), ["waveform", "triangle", true]);
+});
+
+test("a control that is not set says so, and can be reset", () => {
+  const { own, row, changes } = controls();
+  assert.deepEqual([row("release_height").number.value, row("release_height").number.placeholder, row("release_height").slider.value], ["", "automatic", "0"]);
+  own.values({ waveform: "triangle" });
+  assert.equal(row("waveform").number.value, "triangle");
+  row("waveform").row.querySelector(".reset").click();
+  assert.deepEqual(changes.at(-1), ["waveform", null, true]);
+  assert.equal(row("waveform").number.value, "sine");
+});
+
+test("a lock keeps a value until it is opened", () => {
+  const { row, changes } = controls(), { slider, number, lock } = row("voltage_amplitude");
+  lock.click();
+  assert.deepEqual([number.disabled, slider.disabled, lock.getAttribute("aria-pressed")], [true, true, "true"]);
+  slider.value = "10"; slider.oninput();
+  assert.equal(changes.length, 0);
+  lock.click();
+  slider.oninput();
+  assert.deepEqual([changes.length, number.disabled], [1, false]);
+});
+
+test("an error stands beside its control, opens its group, and goes when all is well", () => {
+  const { own, row } = controls();
+  own.fail("disc_radius", "too large");
+  assert.deepEqual([row("disc_radius").error.hidden, row("disc_radius").error.textContent, row("disc_radius").number.getAttribute("aria-invalid")], [false, "too large", "true"]);
+  own.fail("prestretch", "beyond its limit");
+  assert.deepEqual([row("hoop_prestretch").error.textContent, own.open, row("disc_radius").error.hidden], ["beyond its limit", "Gel", true]);
+  own.fail("elsewhere", "what is wrong");
+  assert.deepEqual([own.general.hidden, own.general.textContent, row("hoop_prestretch").error.hidden], [false, "what is wrong", true]);
+  own.settle();
+  assert.ok(own.general.hidden);
+});
+
+test("controls stand in their groups, of which one is open", () => {
+  const { own } = controls(), names = () => own.group.parts.map((e) => e.dataset.name);
+  assert.deepEqual(own.drive.parts.map((e) => e.dataset.name), ["voltage_amplitude", "waveform"]);
+  assert.deepEqual([own.groups.parts.map((e) => e.textContent), names()], [["Body", "Gel", "Start"], ["disc_radius"]]);
+  own.groups.parts[1].onkeydown({ key: "ArrowLeft" });
+  assert.deepEqual([own.open, names()], ["Body", ["disc_radius"]]);
+  own.groups.parts[0].onkeydown({ key: "ArrowLeft" });
+  assert.deepEqual([own.open, names(), own.groups.parts.map((e) => e.getAttribute("aria-selected"))], ["Start", ["release_height"], ["false", "false", "true"]]);
+});
+
+// --- the player ------------------------------------------------------------------------------------------------------
+
+const RUN = () => ({ t: Float32Array.of(0, 10, 20, 30, 40), x: Float32Array.of(0, 2, 4, 2, 0), u: Float32Array.of(1, 1, -1, -1, 1), v: Float32Array.of(0, 100, 0, -100, 0), film: Uint8Array.of(0, 1, 2, 3, 4), words: { period: 20, shares: [] }, about: { si: true } });
+
+function clock(looks) {
+  browser();
+  const $ = (id) => document.getElementById(id);
+  return new Clock({ play: $("play"), scrub: $("scrub"), output: $("clock"), speed: $("speed") }, looks);
+}
+
+test("the state at a time lies between its samples, and the film's is that of the nearest", () => {
+  const look = RUN(), own = clock({ a: look });
+  for (const [at, x, v, film] of [[0, 0, 0, 0], [5, 1, 50, 1], [12, 2.4, 80, 1], [16, 3.2, 40, 2], [40, 0, 0, 4], [99, 0, 0, 4]]) {
+    own.at = at;
+    const state = own.state(look);
+    assert.ok(near(state.x, x, 1e-5) && near(state.v, v, 1e-5), `${at}`);
+    assert.deepEqual(state.films, [film, film]);
+  }
+  own.at = 15;
+  assert.ok(near(own.state(look).u, 0));
+  assert.deepEqual(own.state({ ...look, film1: Uint8Array.of(0, 0, 0, 0, 0), film2: Uint8Array.of(5, 5, 5, 5, 5) }).films, [0, 5]);
+  own.at = 25;
+  assert.equal(own.state({ ...look, x: Float32Array.of(0, 1, NaN, NaN, NaN) }), null);
+  assert.equal(own.state({}), null);
+});
+
+test("time passes at the chosen speed, at most a tenth of a second a picture, and begins anew at the end", () => {
+  const own = clock({ a: RUN() });
+  own.speeds(20, true);
+  own.tick(0);
+  own.tick(50); // 2 s a period of 20 ms
+  assert.ok(near(own.at, 0.5));
+  own.tick(5050);
+  assert.ok(near(own.at, 1.5));
+  own.at = 39.9; own.tick(5100); own.tick(5150); own.tick(5200);
+  assert.ok(own.at < 2);
+  own.play.click();
+  const before = own.at;
+  own.tick(6000);
+  assert.equal(own.at, before);
+  own.play.click();
+  own.speed.value = "real"; own.tick(6000);
+  own.at = 10; own.tick(6008);
+  assert.ok(near(own.at, 18));
+});
+
+test("the speeds say how much slower than real they are", () => {
+  const own = clock({ a: RUN() }), names = () => own.speed.options.map((o) => [o.value, o.textContent]);
+  own.speeds(100, true);
+  assert.deepEqual(names(), [["8", "80× slower"], ["4", "40× slower"], ["2", "20× slower"], ["1", "10× slower"], ["0.5", "5× slower"], ["real", "real time"]]);
+  assert.equal(own.speed.value, "2");
+  own.speed.value = "0.5"; own.speeds(1000, true);
+  assert.deepEqual([names()[4], own.speed.value], [["0.5", "2× faster"], "0.5"]);
+  own.speeds(6.28, false);
+  assert.deepEqual(names()[0], ["8", "8 s a period"]);
+});
+
+test("the slider goes through the whole run and holds it", () => {
+  const own = clock({ a: RUN() });
+  own.scrub.value = "250"; own.scrub.oninput();
+  assert.deepEqual([own.at, own.playing, own.time()], [10, false, 10]);
+  own.at = 30; own.tell(1e6);
+  assert.deepEqual([own.scrub.value, own.output.textContent], ["750", "30 ms"]);
+  assert.equal(clock({}).time(), null);
+});
+
+// --- words -----------------------------------------------------------------------------------------------------------
+
+const LEGEND = { regimes: [{ name: "rest", colour: "#777777" }, { name: "periodic", colour: "#0072b2" }, { name: "quasi-periodic", colour: "#009e73" }, { name: "chaotic", colour: "#d55e00" }] };
+const FILM = ["taut", "slack around", "slack from rim to disc", "slack both ways", "above breakdown", "near its stretch limit"];
+
+function badge(words, more = {}, about = {}) {
+  browser();
+  const own = new Badge(document.getElementById("badges"));
+  own.show("a", { words: { shares: [{ code: 0, share: 1 }], seems: "seems to repeat", ended: "", ...words }, about: { film: FILM, wrinkles: false, si: true, strength: true, ...about }, ...more }, LEGEND);
+  const row = own.rows.get("a");
+  return { own, row, kind: row.kind.textContent, evidence: row.evidence.textContent, valid: row.valid.textContent, holds: row.valid.classList.has("yes") };
+}
+
+test("the badge tells a first impression from a verdict, with the colour of its kind", () => {
+  const first = badge({});
+  assert.deepEqual([first.kind, first.evidence, first.row.kind.style.background], ["Seems to repeat …", "first impression; the evidence is under way", ""]);
+  const sure = badge({}, { lines: ["chaotic", "one", "two"], regime: 3 });
+  assert.deepEqual([sure.kind, sure.evidence, sure.row.kind.style.background, sure.row.kind.style.color], ["Chaotic", "one · two", "#d55e00", "#ffffff"]);
+  const ended = badge({ ended: "pulled in", seems: "the film pulls in after 3 ms" }, { lines: ["x"], regime: 1 });
+  assert.deepEqual([ended.kind, ended.evidence, ended.row.kind.style.background], ["Pulled in", "the film pulls in after 3 ms", ""]);
+});
+
+test("the badge says whether the model holds", () => {
+  const cases = [
+    [{}, {}, "the model holds: film taut throughout", true],
+    [{}, { strength: false }, "the model holds: film taut throughout; dielectric strength unknown", true],
+    [{}, { strength: false, si: false }, "the model holds: film taut throughout", true],
+    [{ shares: [{ code: 0, share: 0.4 }, { code: 1, share: 0.6 }] }, {}, "the model does not hold: film slack around 60 % of the time", false],
+    [{ shares: [{ code: 0, share: 0.4 }, { code: 1, share: 0.6 }] }, { wrinkles: true }, "the model holds: film slack around 60 %, as it may be", true],
+    [{ shares: [{ code: 1, share: 0.9999 }, { code: 4, share: 0.001 }] }, { wrinkles: true }, "the model does not hold: film above breakdown under 1 % of the time", false],
+    [{ shares: [{ code: 5, share: 1 }] }, {}, "the model does not hold: film near its stretch limit all of the time", false],
+    [{ ended: "pulled in" }, {}, "the model holds until then only: film taut throughout", false],
+  ];
+  for (const [words, about, text, holds] of cases) {
+    const found = badge(words, {}, about);
+    assert.equal(found.valid.replace(" of the time, as", ", as"), text);
+    assert.equal(found.holds, holds, text);
+  }
+});
+
+test("two settings have a badge each, with their names and colours", () => {
+  const { own } = badge({});
+  own.show("b", { words: { shares: [{ code: 0, share: 1 }], seems: "does not repeat yet", ended: "" }, about: { film: FILM } }, LEGEND);
+  own.keep(["a", "b"]);
+  assert.deepEqual([...own.rows.values()].map((row) => [row.side.textContent, row.side.hidden, row.side.style.color]), [["A", false, LIGHT.a], ["B", false, LIGHT.b]]);
+  own.keep(["a"]);
+  assert.deepEqual([[...own.rows.keys()], own.rows.get("a").side.hidden, own.host.parts.length], [["a"], true, 1]);
+});
+
+// --- the connection --------------------------------------------------------------------------------------------------
+
+test("the token is that of the address, or the one that the tab remembers", () => {
+  const memory = new Memory();
+  assert.equal(tokenOf("?ticket=spent", () => memory), "");
+  assert.equal(tokenOf("?token=mine", () => memory), "mine");
+  assert.equal(tokenOf("?ticket=spent", () => memory), "mine");
+  assert.equal(tokenOf("?token=mine", () => { throw new Error("no storage"); }), "mine");
+  assert.equal(tokenOf("", () => { throw new Error("no storage"); }), "");
+});
+
+test("a connection numbers its requests, and comes back ever later when it is lost", () => {
+  browser();
+  const told = [], link = new Link("a b", { opened: () => told.push("opened"), lost: () => told.push("lost"), message: (...given) => told.push(given) });
+  const [socket] = Socket.all;
+  assert.equal(socket.url, "ws://127.0.0.1:9/ws?token=a%20b");
+  assert.equal(link.ask("hello"), null);
+  socket.open();
+  assert.deepEqual([link.ask("hello"), link.ask("look", { side: "a" }), told], [1, 2, ["opened"]]);
+  assert.deepEqual(socket.sent, [{ kind: "hello", id: 1 }, { kind: "look", id: 2, side: "a" }]);
+  socket.give({ kind: "response" }, { x: Float32Array.of(1) });
+  assert.deepEqual([told[1][0].kind, [...told[1][1].x]], ["response", [1]]);
+  socket.close();
+  assert.equal(told.at(-1), "lost");
+  const waits = [];
+  for (let k = 0; k < 6; k++) { waits.push(page.timers.at(-1).wait); wait(1e9); Socket.all.at(-1).close(); }
+  assert.deepEqual(waits, [300, 600, 1200, 2400, 3000, 3000]);
+  wait(1e9); Socket.all.at(-1).open(); Socket.all.at(-1).close();
+  assert.equal(page.timers.at(-1).wait, 300);
+});

@@ -1,0 +1,155 @@
+// Axes, scales, ticks, ranges, lines: each at its pixel.
+import assert from "node:assert/strict";
+import test from "node:test";
+import { browser, forget, near, path, recorder, texts, LIGHT } from "./page.js";
+
+browser();
+const { Plot, Range, extent, ticks } = await import("../../../src/gelcone/studio/static/plot.js");
+const { colours } = await import("../../../src/gelcone/studio/static/colours.js");
+
+function plot(options = {}) {
+  const host = document.createElement("div");
+  return new Plot(host, options);
+}
+
+test("a place on the screen and its value belong together both ways", () => {
+  const p = plot({ left: 50, bottom: 30, top: 10, right: 20 });
+  for (const part of [{}, { from: 0.5 }, { to: 0.4 }, { from: 0.25, to: 0.75 }]) {
+    p.axes([-3, 7], [100, 400], part);
+    const inner = 480 - 30 - 10, top = 10 + (part.from ?? 0) * inner, bottom = 10 + (part.to ?? 1) * inner;
+    assert.deepEqual([p.left, p.right, p.top, p.bottom], [50, 620, top, bottom]);
+    assert.ok(near(p.X(-3), 50) && near(p.X(7), 620));
+    assert.ok(near(p.Y(100), bottom) && near(p.Y(400), top));
+    for (const v of [-3, 0, 2.5, 7]) assert.ok(near(p.toX(p.X(v)), v));
+    for (const v of [100, 217, 400]) assert.ok(near(p.toY(p.Y(v)), v));
+  }
+});
+
+test("ticks are round numbers within the range, with the digits that tell them apart", () => {
+  assert.deepEqual(ticks(0, 10, 5).map(([v, text]) => [v + 0, text]), [[0, "0"], [2, "2"], [4, "4"], [6, "6"], [8, "8"], [10, "10"]]);
+  assert.deepEqual(ticks(-0.25, 0.25, 5).map(([, text]) => text), ["-0.2", "-0.1", "0.0", "0.1", "0.2"]);
+  assert.deepEqual(ticks(0, 0.004, 4).map(([, text]) => text), ["0.000", "0.001", "0.002", "0.003", "0.004"]);
+  for (const [low, high, most] of [[-3, 17, 6], [0.001, 0.0017, 4], [1e5, 9e5, 8], [-1e-9, 1e-9, 3]]) {
+    const found = ticks(low, high, most).map(([v]) => v);
+    assert.ok(found.length >= 2 && found.length <= most + 2);
+    for (const v of found) assert.ok(v >= low - 1e-9 * (high - low) && v <= high + 1e-9 * (high - low));
+    const steps = found.slice(1).map((v, k) => v - found[k]);
+    for (const step of steps) assert.ok(near(step / steps[0], 1));
+    assert.ok([1, 2, 5, 10].some((f) => near(steps[0] / 10 ** Math.floor(Math.log10(steps[0] * 1.0001)), f, 1e-6)));
+  }
+});
+
+test("every tick stands at its value, and the axes are named", () => {
+  const p = plot();
+  p.axes([0, 10], [0, 4], { xLabel: "time (ms)", yLabel: "height (mm)" });
+  const g = p.context, written = g.calls.filter((c) => c.name === "fillText");
+  for (const [v, text] of ticks(0, 10, (p.right - p.left) / 76)) {
+    const found = written.find((c) => c.args[0] === text && c.args[2] === p.bottom + 4);
+    assert.equal(found.args[1], Math.round(p.X(v)) + 0.5);
+  }
+  for (const [v, text] of ticks(0, 4, (p.bottom - p.top) / 38)) {
+    const found = written.find((c) => c.args[0] === text && c.args[1] === p.left - 5);
+    assert.equal(found.args[2], Math.round(p.Y(v)) + 0.5);
+  }
+  assert.equal(written.find((c) => c.args[0] === "time (ms)").args[1], (p.left + p.right) / 2);
+  assert.deepEqual(written.find((c) => c.args[0] === "height (mm)").shift, [7, (p.top + p.bottom) / 2]);
+  forget(g);
+  p.axes([0, 10], [0, 4], { xTicks: false, yText: (v) => `v${v}` });
+  assert.ok(texts(g).every((text) => /^v/.test(text)));
+});
+
+test("the extent leaves out what is not a number", () => {
+  assert.deepEqual(extent(Float32Array.of(3, NaN, -1), [7]), [-1, 7]);
+  assert.deepEqual(extent([]), [Infinity, -Infinity]);
+});
+
+test("a range holds what is shown and moves only when it must", () => {
+  const range = new Range(), first = [...range.fit([0, 10])];
+  assert.ok(near(first[0], -0.8) && near(first[1], 10.8));
+  assert.deepEqual(range.fit([1, 9.5]), first);
+  const wider = [...range.fit([0, 12])];
+  assert.ok(wider[0] < 0 && wider[1] > 12 && !near(wider[1], first[1]));
+  const smaller = [...range.fit([0, 2])];
+  assert.ok(smaller[1] < 3 && smaller[1] > 2 && smaller[0] < 0);
+  const flat = new Range().fit([5, 5]);
+  assert.ok(flat[0] < 5 && flat[1] > 5 && near((flat[0] + flat[1]) / 2, 5));
+  const none = new Range().fit([Infinity, -Infinity]);
+  assert.ok(none[0] < 0 && none[1] > 1);
+});
+
+test("a line goes through its values and is broken where there is none", () => {
+  const p = plot();
+  p.axes([0, 4], [0, 4]);
+  forget(p.context);
+  p.line([0, 1, NaN, 3, 4], [0, 1, 2, 3, 2], { colour: "#111111", width: 2, dash: [3, 4], alpha: 0.5 });
+  const moves = p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name));
+  assert.deepEqual(moves.map((c) => c.name), ["moveTo", "lineTo", "moveTo", "lineTo"]);
+  assert.deepEqual(moves.map((c) => c.args), [[0, 0], [1, 1], [3, 3], [4, 2]].map(([x, y]) => [p.X(x), p.Y(y)]));
+  const stroke = p.context.calls.find((c) => c.name === "stroke");
+  assert.deepEqual([stroke.strokeStyle, stroke.lineWidth, stroke.globalAlpha, stroke.dash], ["#111111", 2, 0.5, [3, 4]]);
+  const clip = p.context.calls.find((c) => c.name === "rect");
+  assert.deepEqual(clip.args, [p.left, p.top - 1, p.right - p.left, p.bottom - p.top + 2]);
+});
+
+test("a dense line fills, column by column, what its samples span", () => {
+  const p = plot(), n = 4000, x = Float64Array.from({ length: n }, (_, i) => i / (n - 1)), y = x.map((v, i) => (i % 2 ? 1 : -1) * v);
+  p.axes([0, 1], [-2, 2]);
+  forget(p.context);
+  p.line(x, y, { colour: "#111111", sorted: true });
+  const columns = p.context.calls.filter((c) => c.name === "fillRect");
+  assert.ok(columns.length > 500 && columns.length < 600);
+  for (const { args: [px, py, w, h], fillStyle } of columns.slice(5)) {
+    const v = p.toX(px + 0.5);
+    assert.ok(near(w, 1) && fillStyle === "#111111");
+    assert.ok(Math.abs(py - p.Y(v)) < 3 && Math.abs(py + h - p.Y(-v)) < 3);
+  }
+  assert.ok(columns.slice(1).every((c, k) => near(c.args[0] - columns[k].args[0], 1)));
+});
+
+test("points are centred on their values", () => {
+  const p = plot();
+  p.axes([0, 4], [0, 4]);
+  forget(p.context);
+  p.points([1, 2], [3, 1], { colour: "#222222", size: 4, alpha: 0.3 });
+  const small = p.context.calls.filter((c) => c.name === "fillRect");
+  assert.deepEqual(small.map((c) => c.args), [[1, 3], [2, 1]].map(([x, y]) => [p.X(x) - 2, p.Y(y) - 2, 4, 4]));
+  assert.ok(small.every((c) => c.fillStyle === "#222222" && c.globalAlpha === 0.3));
+  p.points([1], [3], { colour: "#222222", size: 8 });
+  assert.deepEqual(p.context.calls.find((c) => c.name === "arc").args.slice(0, 3), [p.X(1), p.Y(3), 4]);
+});
+
+test("marks move without anything being drawn, and are hidden without a place", () => {
+  const p = plot();
+  p.axes([0, 4], [0, 4]);
+  forget(p.context);
+  p.upright(100);
+  const line = p.marks.get("line");
+  assert.deepEqual([line.hidden, line.style.transform, line.style.height, line.className], [false, `translate(100.0px, ${p.top.toFixed(1)}px)`, `${p.bottom - p.top}px`, "mark line"]);
+  p.mark("dot", [3.14, 2.72], "a"); p.mark("dot", [1, 1], "b");
+  assert.equal(p.marks.get("a").style.transform, "translate(3.1px, 2.7px)");
+  p.upright(null);
+  assert.ok(line.hidden);
+  assert.equal(p.context.calls.length, 0);
+});
+
+test("a plot is drawn on its own ground, sharp on every screen", () => {
+  globalThis.devicePixelRatio = 2;
+  let drawn = 0, over = 0;
+  const p = plot({ draw: (own) => { drawn++; own.axes([0, 1], [0, 1]); }, over: () => over++ });
+  p.redraw();
+  assert.deepEqual([drawn, over, p.canvas.width, p.canvas.height], [1, 1, 1280, 960]);
+  assert.deepEqual(p.context.calls.slice(0, 2).map((c) => [c.name, c.args]), [["setTransform", [2, 0, 0, 2, 0, 0]], ["fillRect", [0, 0, 640, 480]]]);
+  assert.equal(p.context.calls[1].fillStyle, LIGHT.panel);
+  p.w = 0;
+  p.redraw();
+  assert.equal(drawn, 1);
+  globalThis.devicePixelRatio = 1;
+});
+
+test("a paragraph breaks between words and is centred", () => {
+  const p = plot();
+  p.paragraph("one two three four", 100, 50, 60);
+  const lines = p.context.calls.filter((c) => c.name === "fillText");
+  assert.deepEqual(lines.map((c) => c.args), [["one two", 100, 42.5], ["three four", 100, 57.5]]);
+  assert.ok(lines.every((c) => c.fillStyle === colours().soft));
+});

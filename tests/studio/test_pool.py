@@ -1,0 +1,72 @@
+"""Lanes of the worker pool: what is out of date ends, and each run counts its own progress."""
+
+import asyncio
+
+import numpy as np
+import pytest
+
+from gelcone.progress import Stopped, current_watch
+from gelcone.studio.pool import LANES, Busy, Pool, report, work
+
+
+@pytest.fixture
+def pool():
+    pool = Pool(1, background=False)
+    yield pool
+    pool.close()
+
+
+def done_here(pool, lane, run, function, *arguments):
+    """What a worker does with a task of the pool."""
+    return work(pool._task(lane, run, function, arguments))
+
+
+def test_progress_is_the_sum_of_what_is_reported_and_begins_at_zero_with_each_run(pool):
+    lane, other = pool.lane(), pool.lane()
+    run = pool.begin(lane)
+    for share in (0.25, 0.5):
+        done_here(pool, lane, run, report, share)
+    assert (pool.progress(lane), pool.progress(other)) == (0.75, 0.0)
+    pool.begin(lane)
+    assert pool.progress(lane) == 0.0
+
+
+def test_a_task_of_an_older_run_is_not_begun_and_others_are(pool):
+    lane, other = pool.lane(), pool.lane()
+    old, own = pool.begin(lane), pool.begin(other)
+    new = pool.begin(lane)
+    assert new != old
+    assert done_here(pool, lane, old, np.add, 1, 2) is None
+    assert done_here(pool, lane, new, np.add, 1, 2) == done_here(pool, other, own, np.add, 1, 2) == 3
+
+
+def test_a_task_that_becomes_out_of_date_is_stopped(pool):
+    lane = pool.lane()
+    run = pool.begin(lane)
+
+    def endless():
+        pool.begin(lane)
+        assert current_watch().stop.wait(10)
+        raise Stopped
+
+    assert done_here(pool, lane, run, endless) is None
+
+
+def test_lanes_are_given_back_and_never_given_twice(pool):
+    taken = [pool.lane() for _ in range(LANES)]
+    assert sorted(taken) == list(range(LANES))
+    with pytest.raises(Busy, match="close a page"):
+        pool.lane()
+    run = pool.begin(taken[0])
+    pool.leave(taken[0])
+    assert done_here(pool, taken[0], run, np.add, 1, 2) is None  # what ran there is cancelled
+    assert pool.lane() == taken[0]
+
+
+def test_a_worker_process_gives_what_it_finds_and_raises_what_it_raises(pool):
+    lane = pool.lane()
+    run = pool.begin(lane)
+    assert asyncio.run(pool.do(lane, run, divmod, 7, 2)) == (3, 1)
+    with pytest.raises(ZeroDivisionError):
+        asyncio.run(pool.do(lane, run, divmod, 7, 0))
+    assert asyncio.run(pool.do(lane, run - 1, divmod, 7, 2)) is None

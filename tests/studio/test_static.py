@@ -1,0 +1,93 @@
+"""The page's own modules, under the test runner of node: what computes, and what is drawn on a canvas that records."""
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from gelcone.codes import Regime
+from gelcone.studio import grids, look, page, setting
+from gelcone.studio.server import KINDS
+
+TESTS = Path(__file__).parent / "static"
+STATIC = Path(setting.__file__).parent / "static"
+NODE = shutil.which("node")
+OLDEST = 20
+
+
+def version():
+    told = subprocess.run([NODE, "--version"], capture_output=True, text=True, check=True).stdout
+    return int(told.removeprefix("v").partition(".")[0])
+
+
+@pytest.mark.skipif(NODE is None, reason="no node on this machine (Debian: nodejs), which runs the page's modules")
+@pytest.mark.parametrize("path", sorted(TESTS.glob("*.test.js")), ids=lambda path: path.name.partition(".")[0])
+def test_modules(path):
+    if version() < OLDEST:
+        pytest.skip(f"node is older than {OLDEST} and has no test runner")
+    done = subprocess.run([NODE, "--test", path], capture_output=True, text=True, cwd=TESTS.parents[2], timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert int(re.search(r"^. pass (\d+)", done.stdout, re.MULTILINE)[1]) > 0
+
+
+def test_every_module_is_tested():
+    text = "".join(path.read_text(encoding="utf-8") for path in TESTS.glob("*.test.js"))
+    for module in STATIC.glob("*.js"):
+        reached = f"/{module.name}" in text or f'from("{module.stem}")' in text
+        assert reached or f'from "./{module.name}"' in (STATIC / "main.js").read_text(encoding="utf-8"), module.name
+
+
+# --- what the page and the server must agree on ------------------------------------------------------------------------
+
+
+def source(name):
+    return (STATIC / f"{name}.js").read_text(encoding="utf-8")
+
+
+def constant(text, name):
+    return json.loads(re.search(rf"\b{name} = ([^;,]+(?:, \d+\])?)[,;]", text)[1])
+
+
+def test_the_map_has_as_many_cells_on_both_sides():
+    assert constant(source("grids"), "CELLS") == list(page.MAP_CELLS)
+    assert constant(source("grids"), "IMPOSSIBLE") == grids.IMPOSSIBLE
+    assert int(re.search(r"over\[1\]\)\) / (\d+)", source("grids"))[1]) == page.STRIP_VALUES - 1
+
+
+def test_states_of_the_film_have_the_same_numbers_on_both_sides():
+    cone = source("cone")
+    assert [constant(cone, name) for name in ("AROUND", "MERIDIAN", "BOTH")] == [
+        look.HOOP_SLACK,
+        look.MERIDIONAL_SLACK,
+        look.CRUMPLED,
+    ]
+    assert constant(source("badge"), "BREAKDOWN") == look.BREAKDOWN < look.NEAR_LIMIT
+    order = re.search(r"palette\.film = \[(.*?)\]", source("colours"))[1].replace("palette.", "").split(", ")
+    names = {"taut": look.TAUT, "around": look.HOOP_SLACK, "meridian": look.MERIDIONAL_SLACK, "both": look.CRUMPLED}
+    names |= {"breakdown": look.BREAKDOWN, "limit": look.NEAR_LIMIT}
+    assert [names[name] for name in order] == list(range(len(look.FILM_STATES)))
+
+
+def test_kinds_of_motion_have_the_same_numbers_on_both_sides():
+    settled = re.search(r"wanders = !\[([\d, ]+)\]", source("main"))[1]
+    assert [int(number) for number in settled.split(",")] == [Regime.REST, Regime.PERIODIC]
+    assert f"code === {int(Regime.CHAOTIC)} ? 0.75" in source("grids")
+
+
+def test_the_page_sends_no_file_that_the_server_refuses():
+    assert int(re.search(r"file\.size > (\d+)", source("main"))[1]) == setting.LONGEST_FILE
+
+
+def test_every_run_that_the_page_offers_may_be_asked_for():
+    text = (STATIC / "index.html").read_text(encoding="utf-8")
+    offered = [int(value) for value in re.findall(r'<option value="(\d+)"', text)]
+    assert [look.check_periods(value) for value in offered] == offered
+    assert look.PERIODS in offered
+    assert json.loads(re.search(r'periods: "(\d+)"', source("address"))[1]) == look.PERIODS
+
+
+def test_files_have_kinds():
+    assert {path.suffix for path in STATIC.iterdir()} <= set(KINDS)
