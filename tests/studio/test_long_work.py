@@ -1,4 +1,4 @@
-"""Maps, strips, envelopes and files as the page is sent them: the right cell in the right place, in the page's units."""
+"""Maps, strips, envelopes and files as the page is sent them: each cell in its place, in the page's units."""
 
 import asyncio
 from types import SimpleNamespace

@@ -102,7 +102,7 @@ def test_a_run_that_pulls_in_says_when_and_where(shelf):
     assert f"at the height {found.arrays['x'][-1]:.4g} mm" in found.words["seems"]
 
 
-# --- every panel against the Dataset of its analysis -------------------------------------------------------------------
+# --- every panel against the Dataset of its analysis -----------------------------------------------------------------
 
 SUBJECTS = {
     "device": Setting(device="biased-pump"),
@@ -124,7 +124,7 @@ def test_the_spectrum_is_that_of_spectrum(subject):
     np.testing.assert_allclose(found.arrays["frequency"], shown["frequency"].values, rtol=1e-12)
     np.testing.assert_allclose(found.arrays["amplitude"], shown["amplitude"].values, rtol=1e-12)
     lines = np.isfinite(shown["line_ratio"].values)
-    assert lines.any() or not np.nan_to_num(found.arrays["amplitude"]).any()
+    assert lines.any() == (found.arrays["amplitude"].max() > 1e-9)  # none of an actuator at rest
     np.testing.assert_allclose(found.arrays["line"], shown["line_frequency"].values[lines], rtol=1e-12)
     np.testing.assert_allclose(found.arrays["height"], shown["line_amplitude"].values[lines], rtol=1e-12)
 
@@ -196,11 +196,11 @@ def test_equilibria_do_not_depend_on_what_is_left_out_of_their_key(shelf):
     expected = gelcone.static(model, levels)
     for name in look.DRIVEN:
         changed = {"waveform": "triangle", "circuit": "ideal"}.get(name)
-        other = model.replace(**{name: 1.1 * float(model.values[name]) if changed is None else changed})
+        other = model.replace(**{name: 1.1 * float(model.values[name]) + 0.1 if changed is None else changed})
         assert gelcone.static(other, levels).branch_displacement.equals(expected.branch_displacement), name
 
 
-# --- what the numbers mean --------------------------------------------------------------------------------------------
+# --- what the numbers mean -------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("hoop", [False, True])

@@ -123,7 +123,7 @@ def test_a_device_that_is_several_is_refused_by_the_name_of_its_field(shelf):
     assert refused.value.field == "film_thickness"
 
 
-# --- caches: every input once changed, against what is computed without ------------------------------------------------
+# --- caches: every input once changed, against what is computed without ----------------------------------------------
 
 
 def test_a_file_that_changes_is_read_again(tmp_path):

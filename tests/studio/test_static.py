@@ -40,7 +40,7 @@ def test_every_module_is_tested():
         assert reached or f'from "./{module.name}"' in (STATIC / "main.js").read_text(encoding="utf-8"), module.name
 
 
-# --- what the page and the server must agree on ------------------------------------------------------------------------
+# --- what the page and the server must agree on ----------------------------------------------------------------------
 
 
 def source(name):
