@@ -26,6 +26,7 @@ from gelcone.physics.component import Numbers
 from gelcone.physics.laws import StrainEnergyLaw
 
 ROUNDING = 1e-12
+"""Share of a squared stretch: what Newton's method leaves of a width that was found by it."""
 MOST_ITERATIONS = 60
 
 

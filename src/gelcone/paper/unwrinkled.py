@@ -119,7 +119,7 @@ def _states(
     for height, point in raised.items():
         if limit_shares(film, point.position).max() > LIMIT_SHARE:
             break
-        column, end = _charged(film, height, point, free)
+        column, end = _charged(film, point, free)
         states += column
         ends.append((height * height, end))
         progress(0.8 / len(raised))
@@ -134,7 +134,7 @@ def _states(
     return states, ends
 
 
-def _charged(film: Film, height: float, start: Point, free: float) -> tuple[list[_State], float]:
+def _charged(film: Film, start: Point, free: float) -> tuple[list[_State], float]:
     """States at one height under rising V, and its end: a fold, a film that bulges, or the limit of a free film.
 
     Towards a fold or bulge the voltage weakens the film ever faster; a film that loses its tension it weakens ever

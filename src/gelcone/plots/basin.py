@@ -44,9 +44,8 @@ def basin_figure(cells: xr.Dataset) -> Figure:
         axes = figure.add_subplot()
         attractor_map(cells, axes)
         axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), labelspacing=0.7)
-        figure.suptitle(cells.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(6.2, max(3.4, 0.6 + 0.36 * len(handles)), draw)
+    return styled(6.2, max(3.4, 0.6 + 0.36 * len(handles)), draw, cells)
 
 
 def attractor_map(cells: xr.Dataset, axes: Axes) -> None:

@@ -82,9 +82,8 @@ def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"
         panels[1].legend(
             handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.0), title="regime", alignment="left"
         )
-        figure.suptitle(diagram.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(7.2, (4.4 if followed is None else 6.0) + 0.2 * rows + (0.7 if slack else 0.0), draw)
+    return styled(7.2, (4.4 if followed is None else 6.0) + 0.2 * rows + (0.7 if slack else 0.0), draw, diagram)
 
 
 def branch_styles(diagram: xr.Dataset) -> dict[str, tuple[str, str, float]]:

@@ -50,10 +50,9 @@ def branches_figure(result: xr.Dataset) -> Figure:
         values = result["value"].values
         above.set_xlim(np.nanmin(values), np.nanmax(values))
         below.set_xlabel(axis_label(result["value"], result.attrs["parameter"].replace("_", " ")))
-        figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
         above.legend(handles=legend(result), loc="upper left", bbox_to_anchor=(1.02, 1.0))
 
-    return styled(7.2, 5.2, draw)
+    return styled(7.2, 5.2, draw, result)
 
 
 def brute_force(result: xr.Dataset, axes: Axes) -> None:

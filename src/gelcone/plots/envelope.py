@@ -33,9 +33,8 @@ def envelope_figure(envelope: xr.Dataset) -> Figure:
         force.tick_params(labelbottom=False)
         window_yield(envelope, figure.add_subplot(grid[2, 1], sharex=limits))
         figure.legend(*limits.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-        figure.suptitle(envelope.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(7.4, 5.6, draw)
+    return styled(7.4, 5.6, draw, envelope)
 
 
 def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:

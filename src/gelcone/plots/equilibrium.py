@@ -38,9 +38,8 @@ def static_figure(result: xr.Dataset) -> Figure:
                 row[0].set_title(name, loc="left")
         for axes in grid[0]:
             axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0 if not drawn[0][0] else 1.1), ncols=2)
-        figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(7.2, 0.6 + 2.7 * len(drawn), draw)
+    return styled(7.2, 0.6 + 2.7 * len(drawn), draw, result)
 
 
 def force_curves(member: xr.Dataset, axes: Axes) -> None:

@@ -31,9 +31,8 @@ def tongues_figure(result: xr.Dataset) -> Figure:
             bar.set_label(f"growth rate of deviations\nfrom rest ({rate_unit(result['growth_rate'])})")
         onset_lines(result, axes)
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
-        figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(6.2, 3.6, draw)
+    return styled(6.2, 3.6, draw, result)
 
 
 def growth_map(result: xr.Dataset, axes: Axes) -> QuadContourSet | None:

@@ -69,9 +69,8 @@ def frequency_figure(response: xr.Dataset) -> Figure:
             one + other for one, other in zip(*(a.get_legend_handles_labels() for a in (stroke, phase)), strict=True)
         ]
         figure.legend(*told, loc="outside lower center", ncols=3)
-        figure.suptitle(response.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(6.4, 5.0, draw)
+    return styled(6.4, 5.0, draw, response)
 
 
 def strokes(response: xr.Dataset, axes: Axes) -> None:

@@ -34,9 +34,8 @@ def locus_figure(result: xr.Dataset, on: xr.Dataset | None = None) -> Figure:
         axes.set_xlabel(axis_label(result[one], one.replace("_", " ")))
         axes.set_ylabel(axis_label(result[other], other.replace("_", " ")))
         axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
-        figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(7.2, 4.2, draw)
+    return styled(7.2, 4.2, draw, result)
 
 
 def _over(result: xr.Dataset, on: xr.Dataset) -> Figure:

@@ -26,9 +26,8 @@ def lyapunov_figure(result: xr.Dataset) -> Figure:
         axes = figure.add_subplot()
         running_exponents(result, axes)
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-        figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(7.2, max(3.2, 1.1 + 0.52 * len(members(result))), draw)
+    return styled(7.2, max(3.2, 1.1 + 0.52 * len(members(result))), draw, result)
 
 
 def running_exponents(result: xr.Dataset, axes: Axes) -> None:

@@ -53,9 +53,8 @@ def map_figure(cells: xr.Dataset, lines: Lines | None = None) -> Figure:
         handles += invalid_legend(invalid_cells(cells, *reversed(axes_names(cells))), failed)
         handles += right.get_legend_handles_labels()[0]
         right.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-        figure.suptitle(cells.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(7.2, 2.9, draw)
+    return styled(7.2, 2.9, draw, cells)
 
 
 def axes_names(cells: xr.Dataset) -> tuple[str, str]:

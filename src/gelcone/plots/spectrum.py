@@ -34,9 +34,8 @@ def spectrum_figure(spectrum: xr.Dataset) -> Figure:
             axes.set_title(name, loc="left", fontsize=8.0)
             if axes is not panels[-1]:
                 axes.set_xlabel("")
-        figure.suptitle(spectrum.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(7.2, 2.8 if len(shown) == 1 else 0.4 + 1.7 * len(shown), draw)
+    return styled(7.2, 2.8 if len(shown) == 1 else 0.4 + 1.7 * len(shown), draw, spectrum)
 
 
 def amplitude_spectrum(member: xr.Dataset, axes: Axes, room_for: xr.Dataset | None = None) -> None:

@@ -39,14 +39,17 @@ STYLE: Any = {
 _HASHED = re.compile(r'id="([a-z][0-9a-f]{10})"')
 
 
-def styled(width: float, height: float, draw: Callable[[Figure], None]) -> Figure:
-    """A figure of the given size in inches, drawn in gelcone's style and without pyplot's global state."""
+def styled(width: float, height: float, draw: Callable[[Figure], None], result: xr.Dataset | None = None) -> Figure:
+    """A figure of the given size in inches, drawn in gelcone's style and without pyplot's global state; with the name
+    of the ``result``'s device as title, if one is given."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
         draw(figure)
+        if result is not None:
+            figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
     return figure
 
 

@@ -49,9 +49,8 @@ def validation_figure(result: xr.Dataset) -> Figure:
                 bbox_to_anchor=(0.5, 1.1 if drawn[0][0] else 1.0),
                 ncols=2 if column[0] is grid[0][0] else 1,
             )
-        figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
 
-    return styled(9.6, 1.1 + 2.7 * len(drawn), draw)
+    return styled(9.6, 1.1 + 2.7 * len(drawn), draw, result)
 
 
 def member_labels(result: xr.Dataset) -> list[tuple[str, xr.Dataset]]:

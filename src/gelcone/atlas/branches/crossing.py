@@ -17,9 +17,7 @@ TORUS_WIDTH = 1e-11
 ROUNDING_AT_TORUS = 1e-12
 
 
-def events_between(
-    shooting: Shooting, a: Point, b: Point, after: int, walk: Walk, resting: bool, depth: int = 0
-) -> list[Event]:
+def events_between(shooting: Shooting, a: Point, b: Point, after: int, walk: Walk, resting: bool) -> list[Event]:
     """The events between two neighbouring points, in the order in which the branch meets them."""
     crossed = []
     if a.fold * b.fold < 0.0:
@@ -92,15 +90,8 @@ def _event(
 
 def _named(shooting: Shooting, orbit: Singular, side: float, after: int, resting: bool, resolved: bool) -> Event:
     """The event at a singular orbit, with the branch that is born there."""
-    kind = (
-        EventKind.LOSS_OF_REST
-        if resting
-        else EventKind.FOLD
-        if orbit.at == FOLD
-        else EventKind.SYMMETRY_BREAKING
-        if shooting.kind.reflected
-        else EventKind.PERIOD_DOUBLING
-    )
+    doubling = EventKind.SYMMETRY_BREAKING if shooting.kind.reflected else EventKind.PERIOD_DOUBLING
+    kind = EventKind.LOSS_OF_REST if resting else EventKind.FOLD if orbit.at == FOLD else doubling
     leaves = None
     if resolved:
         try:

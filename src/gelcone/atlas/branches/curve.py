@@ -8,15 +8,13 @@ import numpy as np
 
 from gelcone.atlas.branches.branch import Ending, EventKind
 from gelcone.atlas.branches.event import FAR_SIDE, FOLD, Singular, born, locate
+from gelcone.atlas.branches.follow import AIM, SAME_WAY
 from gelcone.atlas.branches.point import SMALLEST, cubic_weights
 from gelcone.motion.orbit import Shooting
 from gelcone.quantity import Array
 
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.04, 1e-7
-AIM = 2e-3
-"""How far a guess should be off; the steps are made so long."""
-FARTHEST = 0.05
-SAME_WAY = 0.8
+"""Steps along a curve; each costs several times one along a branch, hence a longer first and a longer shortest one."""
 SECANTS = 40
 AT_REST = 1e-4
 """Orbits smaller than this, as a share of the largest on their curve, are rest."""
@@ -64,10 +62,10 @@ def follow_curve(
     first = locate(shooting, nodes, values, at, 0.5, across)
     if first is None or first.ahead is None:
         return None
-    forward, ended = _walk(shooting, kind, first, window, 1.0)
+    forward, ended = _walk(shooting, first, window, 1.0)
     backward, began = [first], ended
     if ended != Ending.CLOSED:
-        backward, began = _walk(shooting, kind, first, window, -1.0)
+        backward, began = _walk(shooting, first, window, -1.0)
     points = [*backward[:0:-1], *forward]
     curve = Curve(shooting, kind, points, [], [], (began, ended))
     curve.tests = _tests(shooting, points)
@@ -75,15 +73,13 @@ def follow_curve(
     return curve
 
 
-def _scaled(shooting: Shooting, point: Singular, window: Window) -> tuple[Array, Array]:
+def _scaled(point: Singular, window: Window) -> tuple[Array, Array]:
     """Weights of nodes and values in the length of a step."""
     states = np.maximum(np.abs(point.nodes).max(axis=0), SMALLEST)
     return 1.0 / (np.square(states) * len(point.nodes)), 1.0 / np.square(window.scale)
 
 
-def _walk(
-    shooting: Shooting, kind: EventKind, first: Singular, window: Window, way: float
-) -> tuple[list[Singular], Ending]:
+def _walk(shooting: Shooting, first: Singular, window: Window, way: float) -> tuple[list[Singular], Ending]:
     """The curve from its first point one way."""
     points, step = [first], FIRST_STEP
     assert first.ahead is not None
@@ -92,7 +88,7 @@ def _walk(
     size = float(np.abs(first.nodes).max())
     while len(points) < window.most:
         here = points[-1]
-        by_states, by_values = _scaled(shooting, here, window)
+        by_states, by_values = _scaled(here, window)
 
         def length(nodes: Array, values: Array, weights: tuple[Array, Array] = (by_states, by_values)) -> float:
             return float(np.sqrt(np.sum(weights[0] * nodes**2) + np.sum(weights[1] * values**2)))
@@ -110,13 +106,11 @@ def _walk(
                 weights[0] * one.values + weights[1] * here.values + weights[2] * back[1] + weights[3] * tangent[1],
             )
         found = locate(shooting, guess[0], guess[1], here.at, 0.3, plane, here)
-        good = found is not None and found.ahead is not None
-        if good and found is not None and found.ahead is not None:
-            off = length(found.nodes - guess[0], found.values - guess[1])
-            ahead = length(*found.ahead)
-            turn = (np.sum(plane[0] * found.ahead[0]) + np.sum(plane[1] * found.ahead[1])) / ahead
-            good = off < 0.3 * step and float(turn) > SAME_WAY
-        if not good or found is None or found.ahead is None:
+        off, turn = np.inf, -1.0
+        if found is not None and found.ahead is not None:
+            off, ahead = length(found.nodes - guess[0], found.values - guess[1]), length(*found.ahead)
+            turn = float(np.sum(plane[0] * found.ahead[0]) + np.sum(plane[1] * found.ahead[1])) / ahead
+        if found is None or found.ahead is None or not (off < 0.3 * step and turn > SAME_WAY):
             step *= 0.4
             if step < SHORTEST_STEP:
                 return points, Ending.STEP
@@ -228,7 +222,7 @@ def _zero(curve: Curve, k: int, window: Window, over: float) -> Singular | None:
     ``over``: as in `_coefficient`.
     """
     shooting, a, b = curve.shooting, curve.points[k], curve.points[k + 1]
-    by_states, by_values = _scaled(shooting, a, window)
+    by_states, by_values = _scaled(a, window)
     chord = by_states * (b.nodes - a.nodes), by_values * (b.values - a.values)
     low, high, below = 0.0, 1.0, _coefficient(shooting, a, over)
     above = _turned(a, b) * _coefficient(shooting, b, over)

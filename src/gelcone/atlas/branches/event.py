@@ -167,7 +167,7 @@ def locate(
             nodes, values = nodes + x, values + change[:, 0]
         null, left = system.null, system.left
         if step < LOCATED:
-            errors = _errors(shooting, system, nodes, rows, corner)
+            errors = _errors(shooting, system, rows, corner)
             multipliers = _multipliers(shooting, system.here, values, at)
             quadratic = float(np.sum(system.by_nodes * system.null))
             return Singular(nodes, values, errors, system.null, system.left, multipliers, at, ahead, quadratic)
@@ -183,7 +183,7 @@ def _multipliers(shooting: Shooting, here: Pass, values: Array, at: float) -> np
     return np.array(sorted((at, other), key=abs, reverse=True), dtype=complex)
 
 
-def _errors(shooting: Shooting, system: Bordered, nodes: Array, rows: Array, corner: Array) -> Array:
+def _errors(shooting: Shooting, system: Bordered, rows: Array, corner: Array) -> Array:
     """What rounding in the ends and tangent maps of the segments does to the values, (P,)."""
     if len(corner) > 1:  # the error along a curve of events means nothing; that across it is of this size
         return np.full(corner.shape[1], ROUNDING * 1e2)

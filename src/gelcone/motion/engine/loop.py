@@ -34,7 +34,7 @@ def module_text(plan: Plan) -> str:
         refill_function(plan, layout),
         *([crossing_function(plan.order, plan.width)] if plan.borders else []),
         serve_function(plan, layout),
-        _start(plan, layout),
+        _start(layout),
         _advance(plan, layout),
         *([step_function(plan, layout, 0)] if len(plan.laws) == 1 else []),
     )
@@ -109,7 +109,7 @@ def _advance(plan: Plan, layout: Layout) -> Function:
     return f
 
 
-def _start(plan: Plan, layout: Layout) -> Function:
+def _start(layout: Layout) -> Function:
     """``start(lanes, job, words, store)``: a member for each slot, as many as the job tells."""
     f = Function("start", ["ptr %lanes", "ptr %job", "ptr %words", "ptr %store"], "void", 1, external=True)
     for k in range(layout.rings):

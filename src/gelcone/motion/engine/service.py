@@ -216,7 +216,7 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
             with f.when(flag):
                 _find_crossing(f, lane, plan, layout, k, reach, event)
         if plan.borders:
-            _cut_step(f, lane, plan, layout, reach, event)
+            _cut_step(f, lane, layout, reach, event)
         _take_samples(f, lane, plan, layout, member, reach, status)
         going = f.compare_whole("slt", f.load_whole(status), "0")
         with f.when(going):
@@ -336,7 +336,7 @@ def _find_crossing(f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int,
         f.store_whole(told, event)
 
 
-def _cut_step(f: Function, lane: _Lane, plan: Plan, layout: Layout, reach: Value, event: Value) -> None:
+def _cut_step(f: Function, lane: _Lane, layout: Layout, reach: Value, event: Value) -> None:
     """Goes back to where the first border is crossed."""
     with f.when(f.compare_whole("sge", f.load_whole(event), "0")):
         for k in range(layout.states):
