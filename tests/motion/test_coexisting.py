@@ -5,9 +5,9 @@ import pytest
 
 import gelcone
 from gelcone import ConeModel, Outcome, Regime
-from gelcone.motion.coexisting import coexisting
+from gelcone.motion.coexisting import Motions, _narrow, coexisting
 from gelcone.motion.settle import start_states
-from gelcone.motion.settled import settled_swing
+from gelcone.motion.settled import Swing, settled_swing
 
 WELLS = ConeModel(damping_ratio=0.3, spring_stiffness=0.5, rest_height=0.0, voltage=0.05, voltage_bias=1.6)
 """Two wells, mirror images of each other, and next to no drive: a kick over the hill leads from one to the other."""
@@ -81,3 +81,33 @@ def test_the_pump_can_be_kicked_into_a_motion_beyond_breakdown():
     thrown = settled_swing(model.members(), np.array([[0.0, 10.0 / speed]]))
     assert thrown.outcome.tolist() == [Outcome.OK]
     assert 2.0 * thrown.amplitude[0] * millimetres == pytest.approx(250.0, rel=0.02)
+
+
+class MadeUpKicks:
+    """Kicks that lead from one motion to another when they exceed a least size, which has a sharp valley at a phase."""
+
+    def __init__(self, valley):
+        self.valley = valley
+
+    def least(self, phases):
+        off = np.abs(np.asarray(phases) - self.valley) % 1.0
+        return 1.0 + 20.0 * np.minimum(off, 1.0 - off)
+
+    def after(self, rows, phases, kicks):
+        return [motion(1.0 if leads else 0.1) for leads in np.abs(kicks) > self.least(phases)]
+
+
+def motion(size):
+    made = Swing.blank(1)
+    made.lowest[:], made.highest[:], made.period[:] = -size, size, 1
+    return made
+
+
+@pytest.mark.parametrize("valley", [0.01, 0.172, 0.49])
+def test_the_interval_of_the_smallest_kick_holds_that_between_the_phases_tried(valley):
+    kicks, phases = MadeUpKicks(valley), np.arange(6) / 6.0
+    found = [Motions([motion(0.1)], [(np.nan, np.nan)])]
+    sizes = 2.0 ** np.ceil(np.log2(kicks.least(phases)))
+    _narrow(kicks, np.array([0]), found, {0: list(zip(phases, sizes, strict=True))})
+    low, high = found[0].smallest
+    assert low <= 1.0 <= high < 1.5

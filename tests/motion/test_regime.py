@@ -147,6 +147,12 @@ def test_chaos_that_ends_says_so_and_what_it_ends_in():
         assert float(result["fate_share"].sum()) == pytest.approx(1.0)
         assert (result["fate_share_low"] <= result["fate_share"]).all()
         assert (result["fate_share"] <= result["fate_share_high"]).all()
+        # the ends are the shares p at which the observed one is 1.96 standard deviations of 16 draws away
+        for end in ("low", "high"):
+            p, share = result[f"fate_share_{end}"].values, result["fate_share"].values
+            within = (share > 0.0) & (share < 1.0)
+            away = np.abs(share - p)[within] / np.sqrt(p * (1.0 - p) / float(result["starts"]))[within]
+            np.testing.assert_allclose(away, 1.96, atol=1e-3)
 
 
 def test_the_name_of_chaos_that_ends_does_not_hang_on_the_start():

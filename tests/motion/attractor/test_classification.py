@@ -53,18 +53,22 @@ def test_a_member_that_ran_out_of_steps_or_digits_has_not_left_the_domain():
 
 
 @pytest.mark.parametrize(
-    ("plane", "zero_one", "name", "doubtful"),
+    ("plane", "zero_one", "under_way", "name", "doubtful"),
     [
-        (True, 0.05, "transient", True),
-        (False, 0.05, "quasi-periodic", False),
-        (False, 0.5, "transient", True),
+        (True, 0.05, False, "transient", True),
+        (False, 0.05, False, "quasi-periodic", False),
+        (False, 0.5, False, "transient", True),
+        (False, 0.05, True, "transient", True),
     ],
 )
-def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(monkeypatch, plane, zero_one, name, doubtful):
-    """Its largest exponent is zero within its error and its 0-1 test regular; in the plane areas shrink, so never."""
+def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(
+    monkeypatch, plane, zero_one, under_way, name, doubtful
+):
+    """Its largest exponent is zero within its error and its 0-1 test regular; in the plane areas shrink, so never;
+    nor while it still leaves an unstable cycle behind."""
     monkeypatch.setattr(ConeSystem, "planar", plane)
     evidence = Evidence.blank(1, 2 if plane else 3)
-    evidence.zero_one[:], evidence.sign[:] = zero_one, 0
+    evidence.zero_one[:], evidence.sign[:], evidence.under_way[:] = zero_one, 0, under_way
     classification.judge(ConeModel(damping_ratio=np.array([0.1])).members(), evidence)
     assert Regime(int(evidence.regime[0])).label == name
     assert evidence.doubtful.tolist() == [doubtful]

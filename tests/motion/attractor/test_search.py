@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from gelcone import frequency
+from gelcone.codes import Regime
 from gelcone.motion.attractor import search as module
 from gelcone.motion.attractor.search import (
     LONGEST_PERIOD,
@@ -14,7 +16,12 @@ from gelcone.motion.attractor.search import (
     period_of,
     search,
 )
+from gelcone.motion.flow import integrate
+from gelcone.motion.regime import regime
+from gelcone.motion.settle import start_states
+from gelcone.motion.settled import settled, settled_swing
 from gelcone.physics.model import ConeModel
+from gelcone.presets import find_preset
 from tests.toys import FilteredVoltage
 
 MIRRORED = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
@@ -127,3 +134,53 @@ def test_a_motion_that_has_arrived_is_followed_no_further():
     np.testing.assert_allclose(there.starts.followed[:, 0], whole_periods)
     assert (far.starts.followed[:, 0] >= whole_periods).all()
     assert sum(shares) == pytest.approx(1.0)
+
+
+# --- one question, one answer -----------------------------------------------------------------------------------------
+
+
+def test_settled_regime_and_frequency_agree_on_the_period_of_random_models():
+    """But where chaos ends: the regime is then that of most of 16 starts, and a single one may end elsewhere."""
+    rng, count = np.random.default_rng(2), 200
+    biased = np.arange(count) % 2
+    model = ConeModel(
+        damping_ratio=rng.uniform(0.05, 0.4, count),
+        spring_stiffness=rng.uniform(0.1, 1.5, count),
+        drive_frequency=np.exp(rng.uniform(np.log(0.3), np.log(3.0), count)),
+        voltage=rng.uniform(0.1, 2.5, count),
+        voltage_bias=biased * rng.uniform(-0.6, 0.6, count),
+        rest_height=biased * rng.uniform(0.0, 0.5, count),
+    )
+    named = regime(model, patience=5000.0, budget=2000.0)
+    kinds, periods = named["regime"].values, named["period"].values
+    assert set(kinds) >= {Regime.REST, Regime.PERIODIC, Regime.CHAOTIC}
+    assert len(set(periods[kinds == Regime.PERIODIC])) > 4
+    lasting = kinds != Regime.TRANSIENT_CHAOS
+    assert lasting.mean() > 0.95
+    found = settled_swing(model.members(), start_states(model, (1.0, 0.0)), patience=5000.0)
+    np.testing.assert_array_equal(found.forcing_periods[lasting], periods[lasting])
+    np.testing.assert_array_equal(found.resting[lasting], kinds[lasting] == Regime.REST)
+    some = np.flatnonzero(lasting & (kinds != Regime.CHAOTIC))[::20]
+    swept = model.take(some).replace(drive_frequency=1.0)
+    frequencies = model.drive_frequency[some, None] * [1.0, 1.0001]
+    response = frequency(swept, frequencies, patience=5000.0)
+    np.testing.assert_array_equal(response["period"].sel(branch="up").isel(step=0), periods[some])
+
+
+def test_a_cycle_whose_deviations_alternate_slowly_is_not_doubled():
+    """Short of a doubling the multiplier is near -1: every second point is closer than every one, and yet the period
+    is 1. The motion's own point is mapped onto itself by one forcing period."""
+    base = find_preset("base").model
+    model = base.replace(voltage=np.append(np.linspace(0.94, 1.0276, 24), 1.0000784))
+    result, named = settled(model), regime(model)
+    np.testing.assert_array_equal(result["period"], named["period"])
+    assert int(result["period"][-1]) == 1
+    # rest, the cycle born from it, and the first doublings
+    assert np.unique(result["period"][:-1]).tolist() == [0, 1, 2, 4]
+    assert (np.diff(result["period"][:-1]) >= 0).all()
+    members = model.take([24]).members()
+    point = settled_swing(members, np.array([[1.0, 0.0]])).final
+    after = integrate(members, point, members.forcing_period[:, None]).states[:, 0]
+    np.testing.assert_allclose(after, point, atol=1e-9)
+    swept = frequency(base.replace(voltage=1.0000784), [0.0999, 0.1, 0.1001])
+    assert (swept["period"] == 1).all()
