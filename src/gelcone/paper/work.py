@@ -107,8 +107,8 @@ def _do(pool: Pool, job: Job, given: dict[str, Any], shares: queue.SimpleQueue[t
         return pool.do(content, given, tell)[0]
     except ProcessesEnded:
         raise InputError(
-            f"{job.label}: ended its processes, one after the other: they may run out of memory; start fewer with "
-            "--workers, and the same command continues from there"
+            f"{job.label}: ended its processes, one after the other: they may run out of memory; end other programs or "
+            "give `run` fewer workers; the next run continues from there"
         ) from None
 
 
