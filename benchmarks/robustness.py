@@ -15,13 +15,14 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from cone_energy import dissipation, lagrangian
 from heyoka_backend import functions, import_heyoka
 
 from gelcone.codes import Outcome
 from gelcone.motion.engine import backend
 from gelcone.motion.flow import available_threads, integrate
 from gelcone.physics.members import Members
-from gelcone.physics.model import ConeModel, dissipation, lagrangian
+from gelcone.physics.model import ConeModel
 
 SAMPLES = 6
 LONGEST = 20.0

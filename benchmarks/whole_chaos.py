@@ -139,9 +139,7 @@ def taut_shares(family: str, draws: Draws, rows: np.ndarray) -> np.ndarray:
     """Share of the time in which the film is taut, (rows,); of a double cone that of the less taut one."""
     model = model_of(family).replace(**{name: values[rows] for name, values in draws.items()})
     run = integrate(model, START, [FOLLOWED])
-    taut = run.film_times[:, 0]
-    if run.second_film_times.shape[1]:
-        taut = np.minimum(taut, run.second_film_times[:, 0])
+    taut = run.film_times[:, :, 0].min(axis=1)
     return np.asarray(taut / FOLLOWED)
 
 

@@ -222,7 +222,7 @@ def check(number: int) -> dict[str, Any]:
         if outcome not in (Outcome.OK, Outcome.PULLED_IN):
             continue  # it says that it has no result
         p = {name: float(column[i]) for name, column in columns.items()}
-        counts["slack or wrinkled for a part"] += bool(run.film_times[i, 1:].sum() > 0.0)
+        counts["slack or wrinkled for a part"] += bool(run.film_times[i, 0, 1:].sum() > 0.0)
         for longest in LONGEST_STEPS:
             law, end, state = reference(p, float(n["hump"][i]), initial[i], float(horizon[i]), longest)
             if outcome == Outcome.PULLED_IN:

@@ -82,7 +82,7 @@ def test_every_analysis_takes_components_of_ones_own(name, toy, command_line, un
     for kind in TOYS if toy == "together" else [toy]:
         own, expected = OWN[kind], float(typed[OWN[kind]])
         assert answer["parameters"][own] == expected
-        part = model.system.second.film if kind == "second" else getattr(model.system, kind)
+        part = model.system.films[1].film if kind == "second" else getattr(model.system, kind)
         assert part == (PowerFilm() if kind == "second" else TOYS[kind][kind])
         assert np.all(np.asarray(model.values[own]) == expected)
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from gelcone import Bias, Circuit, Film, Quantity, State, Waveform
+from gelcone import Bias, Circuit, Film, Port, Quantity, State, Waveform
 from gelcone.physics.drive import VOLTAGE
+from gelcone.physics.film.film import Border
 
 
 @dataclass(frozen=True)
@@ -95,17 +96,102 @@ class FilteredVoltage(Circuit):
     states = (State("film_voltage", "voltage on the film", "voltage"),)
     parameters = {"filter_time": Quantity("t", "time constant of the filter", 0.3, positive=True)}
 
-    def voltage(self, commanded: Any, y: list[Any], n: Any, xp: Any = np) -> Any:
+    def voltage(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> Any:
         return y[0]
 
-    def rates(self, commanded: Any, y: list[Any], n: Any, xp: Any = np) -> list[Any]:
-        return [(commanded - y[0]) / n["filter_time"]]
+    def rates(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> list[Any]:
+        return [(port.command - y[0]) / n["filter_time"]]
 
     def time_constant(self, n: Any) -> Any:
         return n["filter_time"]
 
     def gain(self, frequency: Any, n: Any) -> Any:
         return 1.0 / (1.0 + 1j * frequency * n["filter_time"])
+
+
+class SeriesResistor(Circuit):
+    """A film that leaks behind a resistance: Q' = (v_s - v)/rho - C v/tau_e, with the film's charge Q as state."""
+
+    name = "series resistor"
+    states = (State("charge", "charge on the film", "charge"),)
+    parameters = {
+        "series_resistance": Quantity("rho", "resistance times C0 Omega0", 0.8, positive=True),
+        "leakage_time": Quantity("tau_e", "charge relaxation time of the gel", np.inf, positive=True, infinite=True),
+    }
+
+    def numbers(self, parameters: Any) -> dict[str, Any]:
+        return {
+            "conductance": 1.0 / np.asarray(parameters["series_resistance"]),
+            "leak": 1.0 / np.asarray(parameters["leakage_time"]),
+        }
+
+    def voltage(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> Any:
+        return port.voltage(y[0])
+
+    def rates(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> list[Any]:
+        return [(port.command - port.voltage(y[0])) * n["conductance"] - y[0] * n["leak"]]
+
+    def powers(self, port: Port, current: Any, y: list[Any], n: Any, xp: Any = np) -> dict[str, Any]:
+        v = port.voltage(y[0])
+        through = (port.command - v) * n["conductance"]
+        return {
+            "source": port.command * through,
+            "resistor": (port.command - v) * through,
+            "leak": v * y[0] * n["leak"],
+        }
+
+
+class VoltageBehindResistor(SeriesResistor):
+    """The same without leakage, with the film's voltage as state: C v' = i - v C'."""
+
+    name = "voltage behind resistor"
+    states = (State("voltage_on_film", "voltage on the film", "voltage"),)
+
+    def voltage(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> Any:
+        return y[0]
+
+    def rates(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> list[Any]:
+        return [port.voltage_rate(y[0], (port.command - y[0]) * n["conductance"])]
+
+    def powers(self, port: Port, current: Any, y: list[Any], n: Any, xp: Any = np) -> dict[str, Any]:
+        return {"source": port.command * current, "resistor": (port.command - y[0]) * current, "leak": 0.0}
+
+
+class QuickResistor(Circuit):
+    """A resistance without a state, exact to first order in rho: v = v_s - rho d(C v_s)/dtau."""
+
+    name = "quick resistor"
+    parameters = {"series_resistance": Quantity("rho", "resistance times C0 Omega0", 0.01, lower=0.0)}
+
+    def voltage(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> Any:
+        x, c = port.displacement, port.capacitance(port.command)
+        current = c * port.command_rate + 2.0 * x * port.velocity * port.command
+        return port.command - n["series_resistance"] * current
+
+
+class SaturatingAmplifier(Circuit):
+    """The commanded voltage, but no more than +-limit."""
+
+    name = "saturating"
+    parameters = {"voltage_limit": Quantity("v_m", "highest voltage of the amplifier", 0.3, positive=True)}
+
+    def numbers(self, parameters: Any) -> dict[str, Any]:
+        one = np.ones(np.shape(parameters["voltage_limit"]))
+        return {"voltage_limit": parameters["voltage_limit"], "below_top": one, "above_bottom": one}
+
+    @property
+    def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
+        return Border(self._top, "below_top"), Border(self._bottom, "above_bottom")
+
+    def _top(self, port: Port, y: list[Any], n: Any, xp: Any) -> Any:
+        return n["below_top"] * (n["voltage_limit"] - port.command)
+
+    def _bottom(self, port: Port, y: list[Any], n: Any, xp: Any) -> Any:
+        return n["above_bottom"] * (n["voltage_limit"] + port.command)
+
+    def voltage(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> Any:
+        top, bottom = 0.5 - 0.5 * n["below_top"], 0.5 - 0.5 * n["above_bottom"]
+        return (1.0 - top - bottom) * port.command + (top - bottom) * n["voltage_limit"]
 
 
 TOYS: dict[str, dict[str, Any]] = {

@@ -146,6 +146,7 @@ if TYPE_CHECKING:
     from gelcone.physics.bias import Weight as Weight
     from gelcone.physics.circuit import Circuit as Circuit
     from gelcone.physics.circuit import IdealSource as IdealSource
+    from gelcone.physics.circuit import Port as Port
     from gelcone.physics.component import Component as Component
     from gelcone.physics.component import State as State
     from gelcone.physics.drive import Sine as Sine
@@ -160,7 +161,7 @@ if TYPE_CHECKING:
     from gelcone.physics.laws import StrainEnergyLaw as StrainEnergyLaw
     from gelcone.physics.laws import Yeoh as Yeoh
     from gelcone.physics.model import ConeModel as ConeModel
-    from gelcone.physics.second import SecondFilm as SecondFilm
+    from gelcone.physics.placed import PlacedFilm as PlacedFilm
     from gelcone.plots import plot as plot
     from gelcone.quantity import Quantity as Quantity
     from gelcone.studio.notebook import StudioFrame as StudioFrame

@@ -120,7 +120,7 @@ def test_energy_is_conserved_over_a_thousand_natural_periods(keep):
     energy = model.energy(x) + 0.5 * u * u
     np.testing.assert_allclose(energy, np.repeat(energy[:, :1], 1001, axis=1), rtol=1e-12)
     if keep == "work":
-        film = model.system.film.work(x, 0.0, model.numbers(trailing=1))
+        film = model.system.film.work(x, 0.0, [], model.numbers(trailing=1))
         np.testing.assert_allclose(run.work[..., 0], film[:, :1] - film, atol=1e-12)
         np.testing.assert_array_equal(run.work[..., 1], 0.0)
 

@@ -141,7 +141,7 @@ def test_the_flow_of_members_is_that_of_each_alone(samples):
     members, rng = model.members(), np.random.default_rng(6)
     times, states = rng.uniform(0.0, 5.0, (6, *samples)), rng.uniform(-0.4, 0.4, (6, *samples, 3))
     rates, jacobian = members.flow(times, states)
-    volts = members.film_voltage(times, states)
+    volts = members.voltages(times, states)[0]
     assert volts.shape == times.shape
     for member in range(6):
         n = members.numbers_at(member)

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import sympy
+from cone_energy import dissipation, electric_energy, lagrangian
 from heyoka_backend import functions
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -48,10 +49,10 @@ def test_euler_lagrange_of_the_energy_is_the_acceleration_exactly(law):
     system = ConeModel(law=law).system
     n = symbols_of(system)
     voltage = n["voltage_bias"] + n["voltage"] * sympy.sin(n["drive_frequency"] * t)
-    L = model.lagrangian(x, u, voltage, n, system.film, system.bias, SYMBOLIC)
+    L = lagrangian(x, u, voltage, n, system.film, system.bias, SYMBOLIC)
     along = {x: path, u: path.diff(t)}
     momentum = sympy.diff(L, u).subs(along)
-    forces = sympy.diff(L, x) - sympy.diff(model.dissipation(u, n), u)
+    forces = sympy.diff(L, x) - sympy.diff(dissipation(u, n), u)
     equation = sympy.nsimplify(sympy.diff(momentum, t) - forces.subs(along), rational=True)
     assert sympy.diff(equation, path.diff(t, 2)) == 1
     motion = (path.diff(t, 2) - equation).subs(path.diff(t), u).subs(path, x)
@@ -72,8 +73,8 @@ def test_heyokas_euler_lagrange_agrees_with_the_compiled_closed_form(law):
     xp = functions()
     n = {name: hk.par[i] for i, name in enumerate(system.numbers)}
     voltage = system.waveform.voltage(hk.time, n, xp)
-    energy = model.lagrangian(x, u, voltage, n, system.film, system.bias, xp)
-    equations = hk.lagrangian(energy, [x], [u], model.dissipation(u, n))
+    energy = lagrangian(x, u, voltage, n, system.film, system.bias, xp)
+    equations = hk.lagrangian(energy, [x], [u], dissipation(u, n))
     velocity, motion = (right for _, right in equations)
     rates, jacobian = system.flow(hk.time, [x, u], n, xp)
     acceleration, slope = rates[1], jacobian[1][0]
@@ -166,13 +167,13 @@ def test_the_strain_is_that_of_the_stretches():
 def test_the_stationary_electric_displacement_leaves_the_voltage_term():
     x, v, D = sympy.symbols("x v D", real=True)
     q = 1 + x**2
-    energy = sympy.nsimplify(model.electric_energy(x, v, SYMBOLIC, displacement=D), rational=True)
+    energy = sympy.nsimplify(electric_energy(x, v, SYMBOLIC, displacement=D), rational=True)
     stationary = sympy.solve(sympy.diff(energy, D), D)
     assert len(stationary) == 1
     assert sympy.simplify(stationary[0] - v * sympy.sqrt(q)) == 0
     assert sympy.diff(energy, D, 2) == 1  # a minimum, and the only stationary point
     assert sympy.simplify(energy.subs(D, stationary[0]) + v**2 * q / 2) == 0
-    assert exact(model.electric_energy(x, v, SYMBOLIC) + v**2 * q / 2) == 0
+    assert exact(electric_energy(x, v, SYMBOLIC) + v**2 * q / 2) == 0
 
 
 def test_the_electric_energy_is_that_of_the_si_device():
@@ -184,7 +185,7 @@ def test_the_electric_energy_is_that_of_the_si_device():
     D = d * sympy.sqrt(eps * mu)
     si = (D**2 / (2 * eps) * volume - phi * D * area * slant) / (mu * volume)
     v = phi * sympy.sqrt(eps / mu) / H
-    assert exact(model.electric_energy(x, v, SYMBOLIC, displacement=d) - si) == 0
+    assert exact(electric_energy(x, v, SYMBOLIC, displacement=d) - si) == 0
     deformed_thickness = volume / (area * slant)
     assert sympy.simplify((v * slant) * sympy.sqrt(eps * mu) - eps * phi / deformed_thickness) == 0
 
@@ -192,8 +193,8 @@ def test_the_electric_energy_is_that_of_the_si_device():
 @settings(deadline=None)
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-2.0, 2.0))
 def test_no_other_displacement_has_less_energy(x, v, away):
-    lowest = model.electric_energy(x, v)
-    other = model.electric_energy(x, v, displacement=v * np.sqrt(1.0 + x * x) + away)
+    lowest = electric_energy(x, v)
+    other = electric_energy(x, v, displacement=v * np.sqrt(1.0 + x * x) + away)
     assert other - lowest == pytest.approx(0.5 * away * away, rel=1e-9, abs=1e-12)
 
 
@@ -265,7 +266,7 @@ def potential(m, x, volts):
     """Energy written without the model's methods, so that it takes a complex x."""
     n = m.own_numbers
     film = m.law.energy(m.film.strain(x, n), n)
-    return film + m.system.bias.energy(x, n) + model.electric_energy(x, volts)
+    return film + m.system.bias.energy(x, n) + electric_energy(x, volts)
 
 
 def scale(m, x):
@@ -287,7 +288,7 @@ def test_the_force_is_the_slope_of_the_energy_and_the_stiffness_the_slope_of_the
     m, x = member
     step = 1e-30
     tolerance = 1e-13 * scale(m, x)
-    assert abs(m.energy(x) - potential(m, x, 0.0).real - model.electric_energy(x, 0.0)) <= tolerance
+    assert abs(m.energy(x) - potential(m, x, 0.0).real - electric_energy(x, 0.0)) <= tolerance
     assert abs(m.force(x, volts) - np.imag(potential(m, x + 1j * step, volts)) / step) <= tolerance
     force = -m.system.rates_under(volts, [x + 1j * step, 0.0], m.own_numbers)[1]
     assert abs(m.force(x, volts) - force.real) <= tolerance
@@ -365,7 +366,7 @@ def test_beyond_the_pitchfork_a_double_well_appears_and_no_other_equilibrium(kwa
     well = brentq(lambda at: m.force(at, beyond), x[0], x[-1])
     assert m.stiffness(well, beyond) > 0.0 > m.stiffness(0.0, beyond)
     assert m.force(-well, beyond) == pytest.approx(0.0, abs=1e-11)
-    total = [m.energy(at) + model.electric_energy(at, beyond) for at in (0.0, well)]
+    total = [m.energy(at) + electric_energy(at, beyond) for at in (0.0, well)]
     assert total[1] < total[0]
 
 

@@ -1,6 +1,7 @@
 """The system: its Jacobian, its powers, the order of its states, and names that two components claim."""
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from gelcone.physics.differentiate import gradients
 from gelcone.physics.drive import Sine
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
+from gelcone.physics.placed import PlacedFilm
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Quantity
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
@@ -91,7 +93,7 @@ def test_the_rates_are_newtons_law_of_its_parts(name):
     model = MODELS[name]
     system, n = model.system, model.own_numbers
     for tau, z in points(system):
-        film_y, bias_y, circuit_y = system.split(z)
+        film_y, bias_y, circuit_y = (system.states_of(z, *owner) for owner in (("film", 0), ("bias",), ("line", "")))
         commanded = system.waveform.voltage(tau, n)
         volts = circuit_y[0] if circuit_y else commanded
         film, bias = system.film.force(z[0], volts**2, film_y, n)[0], system.bias.force(z[0], bias_y, n)[0]
@@ -101,18 +103,19 @@ def test_the_rates_are_newtons_law_of_its_parts(name):
         own = [
             *system.film.rates(z[0], z[1], volts**2, film_y, n),
             *system.bias.rates(z[0], z[1], bias_y, n),
-            *system.circuit.rates(commanded, circuit_y, n),
+            *system.circuit.rates(SimpleNamespace(command=commanded), circuit_y, n),
         ]
         assert rates[2:] == own
         np.testing.assert_array_equal(system.rates_under(commanded, z, n), rates)
-        assert system.film_voltage(tau, z, n) == volts
+        assert system.voltages(tau, z, n) == [volts]
 
 
 def test_states_stand_in_the_order_of_film_bias_and_circuit():
     system = MODELS["five"].system
     names = ["displacement", "velocity", "dashpot", "hung_height", "film_voltage"]
     assert [state.name for state in system.states] == names
-    assert system.split([1.0, 2.0, 3.0, 4.0, 5.0]) == ([3.0], [4.0], [5.0])
+    owners = ("film", 0), ("bias",), ("line", "")
+    assert [system.states_of([1.0, 2.0, 3.0, 4.0, 5.0], *owner) for owner in owners] == [[3.0], [4.0], [5.0]]
     np.testing.assert_array_equal(system.mirror, [-1.0, -1.0, -1.0, -1.0, 1.0])
     assert not system.planar
     assert MODELS["gent"].system.planar
@@ -143,14 +146,14 @@ def test_the_powers_change_the_energy(name):
     model = MODELS[name]
     system, n = model.system, model.own_numbers
     for tau, z in points(system):
-        power, dissipated = system.powers(tau, z, n)
-        bias = system.bias.force(z[0], system.split(z)[1], n)[0]
+        power, dissipated = system.powers(tau, z, n)[:2]
+        bias = system.bias.force(z[0], system.states_of(z, "bias"), n)[0]
         change = z[1] * (system.rates(tau, z, n)[1] + bias)
         assert change == pytest.approx(power - dissipated, rel=1e-11, abs=1e-13)
         assert dissipated == pytest.approx(2.0 * n["damping_ratio"] * z[1] ** 2, rel=1e-14)
-        volts = system.film_voltage(tau, z, n)
+        (volts,) = system.voltages(tau, z, n)
         if name != "toys":
-            field = power + z[1] * system.film.force(z[0], 0.0, system.split(z)[0], n)[0]
+            field = power + z[1] * system.film.force(z[0], 0.0, system.states_of(z, "film", 0), n)[0]
             assert field == pytest.approx(volts**2 * z[0] * z[1], rel=1e-12, abs=1e-13)
 
 
@@ -160,8 +163,8 @@ def test_the_rate_of_the_film_voltage_is_its_slope_along_the_motion(name):
     system, n, h = model.system, model.own_numbers, 1e-5
     for tau, z in points(system):
         rates = np.array(system.rates(tau, z, n), dtype=float)
-        ahead, behind = (system.film_voltage(tau + s * h, z + s * h * rates, n) for s in (1.0, -1.0))
-        assert system.film_voltage_rate(tau, z, n) == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-7, abs=1e-9)
+        ahead, behind = (system.voltages(tau + s * h, z + s * h * rates, n)[0] for s in (1.0, -1.0))
+        assert system.voltage_rates(tau, z, n)[0] == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-7, abs=1e-9)
 
 
 @every_model
@@ -215,18 +218,18 @@ class GivesNumber(Pushing):
 )
 def test_a_name_that_two_components_use_is_refused(bias, name):
     with pytest.raises(InputError) as error:
-        ConeSystem(TautCone(), bias, Sine(), IdealSource())
+        ConeSystem((PlacedFilm(TautCone()),), bias, Sine(), IdealSource())
     assert str(error.value) == f"{name}: two components use this name; give one of them another"
 
 
 def test_a_number_that_two_components_give_is_refused():
-    system = ConeSystem(TautCone(), GivesNumber(), Sine(), IdealSource())
+    system = ConeSystem((PlacedFilm(TautCone()),), GivesNumber(), Sine(), IdealSource())
     with pytest.raises(InputError, match=r"^A: two components give a number of this name; give one of them another$"):
         system.numbers_of(system.complete({}))
 
 
 def test_all_parameters_have_defaults_and_are_checked():
-    system = ConeSystem(TautCone(), LinearSpring(), Sine(), IdealSource())
+    system = ConeSystem((PlacedFilm(TautCone()),), LinearSpring(), Sine(), IdealSource())
     assert system.complete({})["damping_ratio"] == 0.05
     assert system.complete({}).keys() <= system.parameters.keys()
     with pytest.raises(InputError, match="damping_ratio = -1: must be at least 0"):

@@ -221,8 +221,8 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     wrapped = textwrap.wrap(unbroken, WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
     lines = [name, *(line.replace("\0", " ") for line in wrapped)]
     system = subject.model.system
-    about, second = system.film.describe(), "" if system.second is None else system.second.film.describe()
-    films = [about, f"second {second}" if second != about else ""] if second else [about]
+    about, *seconds = (film.film.describe() for film in system.films)
+    films = [about, *(f"second {second}" for second in seconds if second and second != about)]
     return [*lines, *(f"  {film}" for film in films if film)]
 
 

@@ -85,7 +85,7 @@ def pull_in_curve(model: ConeModel, radius_ratio: float = DEFAULT_RADIUS_RATIO) 
 def find_pull_in_curve(model: ConeModel, radius_ratio: float) -> PullInCurve | None:
     """The curve, from the user's cache if it is there; None where it does not apply: for another film than the
     wrinkling cone, or with a second one; and without scikit-fem."""
-    single = isinstance(model.film, WrinklingCone) and model.film.pull_in == "first" and model.system.second is None
+    single = isinstance(model.film, WrinklingCone) and model.film.pull_in == "first" and len(model.system.films) == 1
     if not single or model.shape or importlib.util.find_spec("skfem") is None:
         return None
     key, alone = film_key("pull-in", model, check_radius_ratio(radius_ratio))

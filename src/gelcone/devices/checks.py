@@ -89,7 +89,7 @@ def _check_heights(device: DeviceFields, model: ConeModel) -> None:
             f"less than its stretch limit {float(limit[0]):.4g}; lower the pre-stretch or raise "
             "the limit",
         )
-    if system.second is not None and not any(balance.reachable for balance in every_balance(model)):
+    if len(system.films) > 1 and not any(balance.reachable for balance in every_balance(model)):
         raise FieldError("second_flat_height", system.unreachable(members.numbers_at(0)))
     if device.release_height is None:
         return
@@ -98,7 +98,7 @@ def _check_heights(device: DeviceFields, model: ConeModel) -> None:
     if not (members.strain(starts) >= members.strain_limit()).all():
         return
     told = f"release_height = {format_si(np.ravel(device.release_height)[0], 'm')}"
-    if system.second is not None:
+    if len(system.films) > 1:
         reason = "out of reach of the films within their stretch limits; start between their planes"
         raise FieldError("release_height", f"{told}: is {reason} or raise material.stretch_limit")
     highest = system.film.reach(members.numbers_at(0))[1] * lengths[0]

@@ -13,8 +13,8 @@ from gelcone.devices.record import Field, Record
 from gelcone.devices.scales import Scales
 from gelcone.physics.film.taut import PRESTRETCH_MODES
 from gelcone.physics.film.wrinkling import PULL_IN
+from gelcone.physics.placed import DRIVES
 from gelcone.physics.records import FILMS
-from gelcone.physics.second import DRIVES
 
 DAMPINGS = ("damping_coefficient", "damping_ratio", "quality_factor")
 """Three ways to give the damping; a device takes one of them."""

@@ -15,9 +15,9 @@ from gelcone.motion.attractor.classification import classify
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
 from gelcone.motion.natural import natural_frequency
-from gelcone.motion.response import even_times
+from gelcone.motion.response import dissipated_energy, even_times
 from gelcone.motion.settle import start_states
-from gelcone.motion.validity import broken, shares, voltages_along
+from gelcone.motion.validity import broken, shares
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -147,10 +147,10 @@ class Plane:
         run = integrate(members, states, times, keep="work", threads=self.threads)
         assert run.work is not None
         x, u, n = run.states[..., 0], run.states[..., 1], members.numbers(trailing=1)
-        voltages = voltages_along(members, times, run.states)
+        voltages = members.voltages(times, run.states)
         voltage, film, to_end = voltages[0], members.system.film, run.outcome == Outcome.OK
         with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
-            change = members.system.film_voltage_rate(times, list(np.moveaxis(run.states, -1, 0)), n)
+            change = members.system.voltage_rates(times, list(np.moveaxis(run.states, -1, 0)), n)[0]
             change, current = np.broadcast_to(change, x.shape), np.full(x.shape, np.nan)
             t, place, speed, v, rate = (values[to_end] for values in (times, x, u, voltage, change))
             if to_end.any():
@@ -162,7 +162,7 @@ class Plane:
         return shares(fails, ~np.isnan(x)) | {
             "beyond_membrane": beyond,
             "stroke": np.ptp(x, axis=1),
-            "power": run.work[:, -1, 1] / (PERIODS * model.drive_period),
+            "power": dissipated_energy(members.system, run.work)[:, -1] / (PERIODS * model.drive_period),
             "apparent_power": apparent[0] * apparent[1],
             "field": state.true_field.max(axis=1),
         }

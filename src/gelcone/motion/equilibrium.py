@@ -17,7 +17,7 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, for_devices
 from gelcone.errors import InputError
-from gelcone.motion.validity import ASSUMPTIONS, kinds_of, outside, untrue_by
+from gelcone.motion.validity import ASSUMPTIONS, outside, untrue_by
 from gelcone.physics.balance import (
     ROUNDING,
     SEARCH_RANGE,
@@ -31,7 +31,6 @@ from gelcone.physics.balance import (
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.pair import PairBalance
-from gelcone.physics.second import PREFIX
 from gelcone.physics.statics import balances_of, each, every_balance
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array, Lengths, VoltageArray, Voltages
@@ -133,20 +132,17 @@ def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: A
     """The state of the films, and which assumptions fail, at the equilibria (members, voltages, equilibria)."""
     held = np.broadcast_to(levels[:, None], place.shape)
     flat = (members.size, -1)
-    voltages = [held.reshape(flat)]
-    if members.system.second is not None:
-        voltages.append(np.sqrt(members.system.second_squared(voltages[0] ** 2, members.numbers(trailing=1))))
-    films = [film for film in (members.system.film, members.system.second) if film is not None]
-    n = members.numbers(trailing=1)
+    films, n, first = members.system.films, members.numbers(trailing=1), held.reshape(flat)
+    voltages = [first, *map(np.sqrt, members.system.squares_at_rest(first**2, n)[1:])]
     with np.errstate(over="ignore", invalid="ignore"):
         states = [film.state(place.reshape(flat), v, n) for film, v in zip(films, voltages, strict=True)]
     fails = dict(outside(members, place.reshape(flat), voltages, states))
-    for film, state, prefix in zip(films, states, ("", PREFIX), strict=False):
-        if kinds := kinds_of(film):
+    for film, state in zip(films, states, strict=True):
+        if kinds := film.kinds:
             found = np.where(np.isnan(place), -1, np.reshape(state.kind, place.shape)).reshape(result["slope"].shape)
-            attrs = {"long_name": f"state of the {'second film' if prefix else 'film'}", "units": "1"}
+            attrs = {"long_name": f"state of {film.words}", "units": "1"}
             attrs |= {"quantity": "flag"} | dataset.flags_of(kinds)
-            result[f"{prefix}film_state"] = (result["slope"].dims, found.astype(np.int8), attrs)
+            result[f"{film.prefix}film_state"] = (result["slope"].dims, found.astype(np.int8), attrs)
     lost, before, kind = (
         result[name].values.reshape(-1, 1, 1) for name in ("pull_in_voltage", "pull_in_from", "pull_in_kind")
     )

@@ -66,7 +66,7 @@ def integrate(
         components add. With displacement and velocity alone the others begin where their components say.
     times : increasing sample times from ``start`` on, shape (samples,) or (members, samples).
     start : time at the initial state (sets the phase of the drive), scalar or (members,). Default 0.
-    keep : ``"states"``; ``"tangents"`` adds the tangent maps, ``"work"`` the work of film and field, and dissipation.
+    keep : ``"states"``; ``"tangents"`` adds the tangent maps, ``"work"`` the integrals of the powers.
     tolerance : relative error of one step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -139,6 +139,8 @@ def _store_start(result: Trajectories, states0: Array, members: npt.NDArray[np.b
     result.states[members, 0] = states0[members]
     if result.tangents is not None:
         result.tangents[members, 0] = np.eye(states0.shape[1])
+    if result.divergence is not None:
+        result.divergence[members, 0] = 0.0
     if result.work is not None:
         result.work[members, 0] = 0.0
 

@@ -23,16 +23,18 @@ class Trajectories:
 
     ``times`` (members, samples); ``states`` (members, samples, N) with displacement, velocity and what components add;
     ``tangents`` (members, samples, N, N), each the linear map of a small deviation from the previous sample (the first
-    from the start) to this one; ``work`` (members, samples, 2) with the work of film and field on the disc and the
-    energy dissipated since the start; ``outcome`` and ``steps`` (members,). ``end_times`` (members,) and ``end_states``
-    (members, N) are the last that is known of each, ``pull_in`` (members,) how its film pulled in (`FilmPullIn`), and
-    ``film_times`` (members, kinds) how long the film was in each of its states; the second film's have ``second_``
-    before their names.
+    from the start) to this one, and ``divergence`` (members, samples), the integral of the Jacobian's trace between
+    them, with more than two states; ``work`` (members, samples, causes), the integrals of the powers since the start
+    (`gelcone.physics.system.ConeSystem.causes`); ``outcome`` and ``steps`` (members,). ``end_times`` (members,) and
+    ``end_states`` (members, N) are the last that is known of each, and of each film ``pull_in``
+    (members, films), how it pulled in (`FilmPullIn`), and ``film_times`` (members, films, kinds), how long it was in
+    each of its states.
     """
 
     times: Array
     states: Array
     tangents: Array | None
+    divergence: Array | None
     work: Array | None
     outcome: npt.NDArray[np.int8]
     steps: npt.NDArray[np.int64]
@@ -40,27 +42,23 @@ class Trajectories:
     end_states: Array
     pull_in: npt.NDArray[np.int8]
     film_times: Array
-    second_pull_in: npt.NDArray[np.int8]
-    second_film_times: Array
 
     @classmethod
     def blank(cls, times: Array, system: ConeSystem, keep: Keep, outcome: npt.NDArray[np.int8]) -> Trajectories:
         """Nothing known yet of members of ``system``, sampled at ``times`` (members, samples)."""
         states = len(system.states)
-        second = () if system.second is None else system.second.film.kinds
         return cls(
             times=times,
             states=np.full((*times.shape, states), np.nan),
             tangents=np.full((*times.shape, states, states), np.nan) if keep == "tangents" else None,
-            work=np.full((*times.shape, 2), np.nan) if keep == "work" else None,
+            divergence=np.full(times.shape, np.nan) if keep == "tangents" and not system.planar else None,
+            work=np.full((*times.shape, len(system.causes)), np.nan) if keep == "work" else None,
             outcome=outcome,
             steps=np.zeros(len(times), dtype=np.int64),
             end_times=np.full(len(times), np.nan),
             end_states=np.full((len(times), states), np.nan),
-            pull_in=np.zeros(len(times), dtype=np.int8),
-            film_times=np.zeros((len(times), len(system.film.kinds))),
-            second_pull_in=np.zeros(len(times), dtype=np.int8),
-            second_film_times=np.zeros((len(times), len(second))),
+            pull_in=np.zeros((len(times), len(system.films)), dtype=np.int8),
+            film_times=np.zeros((len(times), len(system.films), max(len(film.kinds) for film in system.films))),
         )
 
 

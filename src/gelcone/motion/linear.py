@@ -142,7 +142,7 @@ def linear_response(model: ConeModel, frequencies: Array) -> LinearResponse:
 def _equilibrium(model: ConeModel, mean_squares: tuple[float, ...]) -> tuple[float, float]:
     """Displacement and stiffness at rest under the mean squares of the films' voltages; NaN where there is none."""
     try:
-        if model.system.second is not None:
+        if len(model.system.films) > 1:
             return _under_both(model, *mean_squares)
         level = float(np.sqrt(mean_squares[0]))
         place = equilibrium_under_bias(model, level)
@@ -164,15 +164,17 @@ def _harmonics(
     place, stiffness = equilibrium(mean_squares)
     if not stiffness > 0.0:
         return np.full(HARMONICS, np.nan + 0j)
-    gains = [float(system.film.voltage_gain(np.float64(place), level**2, n))]
-    if system.second is not None:
-        gains.append(float(system.second.voltage_gain(np.float64(place), mean_squares[1], n)))
+    squares = (level**2, *mean_squares[1:])
+    gains = [
+        float(film.voltage_gain(np.float64(place), squared, n))
+        for film, squared in zip(system.films, squares, strict=True)
+    ]
     # amplitudes as multiples of sines: the displacement is the imaginary part of the sum
     drive = np.zeros(HARMONICS, dtype=complex)
     for gain, voltage, mean_square in zip(gains, voltages, mean_squares, strict=True):
-        squares = 2j * np.fft.fft(voltage**2)[1 : HARMONICS + 1] / PHASES
-        squares[np.abs(squares) < ROUNDING * mean_square] = 0.0
-        drive += gain * squares
+        harmonics = 2j * np.fft.fft(voltage**2)[1 : HARMONICS + 1] / PHASES
+        harmonics[np.abs(harmonics) < ROUNDING * mean_square] = 0.0
+        drive += gain * harmonics
     multiples = orders * frequency
     return np.asarray(drive / (stiffness - multiples**2 + 2j * damping * multiples))
 
@@ -187,13 +189,14 @@ def _film_voltages(model: ConeModel, frequency: float) -> list[Array]:
         gains = np.array([complex(system.circuit.gain(k * frequency, n)) for k in range(len(harmonics))])
         return np.fft.irfft(gains * harmonics, PHASES)
 
-    if system.second is None:
-        return [through(samples)]
-    second = np.asarray(system.second_command(samples, n))
-    return [through(samples), second if system.second.drive == "constant" else through(second)]
+    lines = [system.line_of(film) for film in range(len(system.films))]
+    commands = [np.asarray(system.command_of(line, samples, n)) for line in lines]
+    return [
+        command if line.drive == "constant" else through(command) for line, command in zip(lines, commands, strict=True)
+    ]
 
 
-def _under_both(model: ConeModel, squared: float, second_squared: float) -> tuple[float, float]:
+def _under_both(model: ConeModel, *squares: float) -> tuple[float, float]:
     """Where a double cone rests under constant voltages that both rose from 0 together, and its stiffness there.
 
     Raises `InputError` where it loses its stability on the way.
@@ -203,7 +206,7 @@ def _under_both(model: ConeModel, squared: float, second_squared: float) -> tupl
     stiffness = np.float64(np.nan)
     for share in np.linspace(0.0, 1.0, RAMP):
         for _ in range(NEWTON_STEPS):
-            force, stiffness = system.static_force(x, share * squared, n, share * second_squared)
+            force, stiffness = system.force_under(x, [share * squared for squared in squares], n)
             x = x - force / stiffness
         if not (np.isfinite(x) and stiffness > 0.0):
             raise InputError("voltage: beyond the loss of stability, there is no equilibrium; lower it")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import reprlib
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,18 +16,21 @@ from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.settle import LONGEST_TIME, start_states
-from gelcone.motion.validity import ASSUMPTIONS, broken, outside, shares, unknown, validity_variables, voltages_along
-from gelcone.physics.film.film import Film, FilmState
+from gelcone.motion.validity import ASSUMPTIONS, broken, outside, shares, unknown, validity_variables
+from gelcone.physics.film.film import FilmState
 from gelcone.physics.film.wrinkling import FAILED
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
-from gelcone.physics.second import PREFIX
+from gelcone.physics.system import ConeSystem
 from gelcone.progress import Progress
 from gelcone.quantity import Array, Times
 
 if TYPE_CHECKING:
     import xarray as xr
 
+LOSSES = ("damper", "film", "resistor", "leak")
+MOST_SERIES = 19
+"""Time series of a single cone behind an ideal source."""
 SAMPLES_PER_PERIOD = 100
 SAMPLES_PER_OSCILLATION = 20
 MOST_SAMPLES = 20_000
@@ -66,7 +68,12 @@ def simulate(
     -------
     Dataset over the ensemble's dims and ``time`` (``sample`` where the members' drive frequencies differ).
     Energies and powers are per mu Vol; the field energy v^2 q/2 belongs to what is stored, and ``supplied_energy`` is
-    the work of the voltage source, the integral of v d(v q), whose ``current`` is d(v q)/dtau. ``hoop_slack``,
+    the work of the voltage source, integrated along the motion. ``dissipated_energy`` is what the damping of the disc,
+    the film and the circuit take; where there is more than the damping, ``damper_dissipation``,
+    ``film_dissipation``, ``resistor_dissipation`` and ``leak_dissipation`` split it. ``energy_residual`` is what the
+    balance of all of these leaves. Of a film whose charge is not known while a motion is computed (wrinkling,
+    continuum), the energy supplied follows from the first law, and the residual compares the disc's energies alone; NaN
+    where such a film has states of its own. ``hoop_slack``,
     ``meridional_slack`` (a true stress is negative), ``breakdown`` (the true field exceeds the model's
     ``dielectric_strength``) and ``near_limit`` (the strain is within 1 % of the stretch limit) flag where the model
     stops being true.
@@ -105,7 +112,7 @@ def simulate(
     members = model.members()
     with np.errstate(over="ignore", invalid="ignore"):
         variables, film_states = _variables(members, run)
-        where = (members, variables["displacement"], voltages_along(members, run.times, run.states), film_states)
+        where = (members, variables["displacement"], members.voltages(run.times, run.states), film_states)
         fails, untrue = broken(*where), outside(*where)
     ran = ~np.isnan(variables["displacement"][:, checked])
     failing = shares({name: there[:, checked] for name, there in untrue.items()}, ran)
@@ -116,8 +123,8 @@ def simulate(
     if FAILED in members.system.film.kinds:  # the exact share of the time for which it has failed
         found[:, len(failing) + 1 + members.system.film.kinds.index(FAILED)] = states[f"film_state_{FAILED}"][1]
     valid = validity_variables(found, run.outcome, members.system, of="time")
-    films = _films(members)
-    kinds = {name: own.kind for (name, film), own in zip(films.items(), film_states, strict=True) if film.kinds}
+    films = {film.prefix: film for film in members.system.films}
+    kinds = {film.prefix: own.kind for film, own in zip(films.values(), film_states, strict=True) if film.kinds}
     shared_times = (sampled == sampled[0]).all()
     dim = "time" if shared_times else "sample"
     meanings = (
@@ -155,7 +162,7 @@ def _check_positive(name: str, value: Any, bound: str) -> None:
 
 def _check_memory(members: int, samples: int) -> None:
     """Refuses what does not fit: the machine would stall before it fails."""
-    needed = 16 * len(_MEANINGS) * members * samples
+    needed = 16 * MOST_SERIES * members * samples
     here = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else np.inf
     if needed > here:
         raise InputError(
@@ -218,6 +225,10 @@ _MEANINGS = {
     "supplied_energy": ("energy put in by the voltage source since the start", "energy"),
     "dissipated_energy": ("energy dissipated since the start", "energy"),
     "current": ("current into the film", "current"),
+    "damper_dissipation": ("energy dissipated by the damping of the disc since the start", "energy"),
+    "film_dissipation": ("energy dissipated in the film since the start", "energy"),
+    "resistor_dissipation": ("energy dissipated in the circuit's resistance since the start", "energy"),
+    "leak_dissipation": ("energy dissipated by leakage through the film since the start", "energy"),
     "input_power": ("power of the voltage source", "power"),
     "dissipated_power": ("power dissipated", "power"),
     "energy_residual": ("energy put in less stored and dissipated (zero in exact arithmetic)", "energy"),
@@ -239,117 +250,85 @@ _OF_SECOND_FILM = {
 def _variables(members: Members, run: Trajectories) -> tuple[dict[str, Array], list[FilmState]]:
     """All time series, each (members, samples), and the state of each film."""
     assert run.work is not None
-    x, u = run.states[..., 0], run.states[..., 1]
-    film_work, dissipated = run.work[..., 0], run.work[..., 1]
-    system, n = members.system, members.numbers(trailing=1)
-    z = list(np.moveaxis(run.states, -1, 0))
-    v = members.film_voltage(run.times, run.states)
-    change = np.broadcast_to(system.film_voltage_rate(run.times, z, n), x.shape)
-    state = system.film.state(x, v, n)
-    bias = np.broadcast_to(system.bias.energy(x, n), x.shape)
-    held = system.film.work(x, v * v, n)
-    area = np.broadcast_to(system.film.area(x, v * v, n), x.shape)
-    field = 0.5 * v * v * area
-    film = held + field - 0.5 * v * v
-    current = system.film.current(run.times, x, u, v, change, n)
-    power_in = v * current
-    mechanical = 0.5 * u * u + bias
-    states, second = [state], dict[str, Array]()
-    if system.second is not None:
-        second, more, other = _second_film(members, run)
-        states.append(other)
-        film, field, power_in = film + more["film"], field + more["field"], power_in + more["power"]
-    stored = film + field
-    power = system.powers(run.times, z, n)[1]
-    own = {s.name: run.states[..., i] for i, s in enumerate(system.states) if i > 1}
-    series = (
-        own
-        | second
-        | {
-            "displacement": x,
-            "velocity": u,
-            "drive_voltage": v,
-            "meridional_stretch": state.meridional_stretch,
-            "hoop_stretch": state.hoop_stretch,
-            "thickness_stretch": state.thickness_stretch,
-            "meridional_stress": state.meridional_stress,
-            "hoop_stress": state.hoop_stress,
-            "true_field": state.true_field,
-            "kinetic_energy": 0.5 * u * u,
-            "film_energy": film,
-            "spring_energy": bias,
-            "field_energy": field,
-            "supplied_energy": film_work + stored - stored[:, :1],
-            "dissipated_energy": dissipated,
-            "current": current,
-            "input_power": power_in,
-            "dissipated_power": power,
-            "energy_residual": film_work - dissipated - (mechanical - mechanical[:, :1]),
-        }
-    )
-    return series, states
-
-
-def _second_film(members: Members, run: Trajectories) -> tuple[dict[str, Array], dict[str, Array], FilmState]:
-    """The time series of the second film, and what it adds to energies and power, each (members, samples); state."""
-    second, n = members.system.second, members.numbers(trailing=1)
-    assert second is not None
     x, u, z = run.states[..., 0], run.states[..., 1], list(np.moveaxis(run.states, -1, 0))
-    v = members.second_voltage(run.times, run.states)
-    change = np.broadcast_to(members.system.second_voltage_rate(run.times, z, n), x.shape)
-    state = second.state(x, v, n)
-    held = second.work(x, v * v, n)
-    field = 0.5 * v * v * np.broadcast_to(second.area(x, v * v, n), x.shape)
-    film = held + field - 0.5 * v * v
-    current = second.current(run.times, x, u, v, change, n)
-    series = {"second_drive_voltage": v, "second_current": current}
-    series |= {f"second_{name}": getattr(state, name) for name in _OF_EACH_FILM}
-    return series, {"film": film, "field": field, "power": v * current}, state
+    system, n = members.system, members.numbers(trailing=1)
+    rates = [np.broadcast_to(rate, x.shape) for rate in system.voltage_rates(run.times, z, n)]
+    voltages = members.voltages(run.times, run.states)
+    bias = np.broadcast_to(system.bias.energy(x, n), x.shape)
+    series = {s.name: run.states[..., i] for i, s in enumerate(system.states) if i > 1}
+    states, energies = [], list[tuple[Array, Array, Array]]()
+    for k, (film, v, rate) in enumerate(zip(system.films, voltages, rates, strict=True)):
+        y = system.states_of(z, "film", k)
+        states.append(state := film.state(x, v, n))
+        field = 0.5 * v * v * np.broadcast_to(film.capacitance(x, v * v, y, n), x.shape)
+        strain = film.work(x, v * v, y, n) + field - 0.5 * v * v
+        current = film.current(run.times, x, u, v, rate, n)
+        energies.append((strain, field, v * current))
+        own = {"drive_voltage": v, "current": current} | {name: getattr(state, name) for name in _OF_EACH_FILM}
+        series |= {film.prefix + name: value for name, value in own.items()}
+    strain, field, power_in = (sum(parts[1:], parts[0]) for parts in zip(*energies, strict=True))
+    mechanical, stored = 0.5 * u * u + bias, strain + field
+    work = dict(zip(system.causes, np.moveaxis(run.work, -1, 0), strict=True))
+    powers = dict(zip(system.causes, system.powers(run.times, z, n), strict=True))
+    losses = [cause for cause in LOSSES if cause in work]
+    dissipated = dissipated_energy(system, run.work)
+    if "source" in work:
+        supplied = work["source"]
+        residual = supplied - dissipated - (mechanical + stored - (mechanical + stored)[:, :1])
+        power_in = powers["source"]
+    else:
+        # of a film whose charge no program knows: the first law, which holds where the film keeps its energy
+        known = np.nan if any(film.states for film in system.films) else 0.0
+        supplied = work["motion"] + stored - stored[:, :1] + known
+        residual = work["motion"] - dissipated - (mechanical - mechanical[:, :1]) + known
+    if len(losses) > 1:
+        series |= {f"{cause}_dissipation": work[cause] for cause in losses}
+    series |= {
+        "displacement": x,
+        "velocity": u,
+        "kinetic_energy": 0.5 * u * u,
+        "film_energy": strain,
+        "spring_energy": bias,
+        "field_energy": field,
+        "supplied_energy": supplied,
+        "dissipated_energy": dissipated,
+        "input_power": power_in,
+        "dissipated_power": sum((powers[cause] for cause in losses[1:]), powers[losses[0]]),
+        "energy_residual": residual,
+    }
+    order = sorted(series, key=lambda name: list(_MEANINGS).index(name) if name in _MEANINGS else -1)
+    return {name: np.broadcast_to(series[name], x.shape) for name in order}, states
 
 
-def _films(members: Members) -> dict[str, Film]:
-    """The films by what stands before the names of their variables."""
-    second = members.system.second
-    return {"": members.system.film} | ({} if second is None else {PREFIX: second.film})
+def dissipated_energy(system: ConeSystem, work: Array) -> Array:
+    """What all losses took since the start, from the integrals of a system's powers (members, samples, causes)."""
+    first, *others = (work[..., system.causes.index(cause)] for cause in LOSSES if cause in system.causes)
+    return np.asarray(sum(others, first))
 
 
 def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
     """Shares of the run's time in each of the films' states, and how they pulled in; none for films without states."""
-    second = members.system.second
-    found = _film_variables(members.system.film, run.film_times, run.pull_in, members.film_voltage, run, "")
-    if second is None:
-        return found
-    own = (second.film, run.second_film_times, run.second_pull_in, members.second_voltage)
-    return found | _film_variables(*own, run, PREFIX)
-
-
-def _film_variables(
-    film: Film,
-    times: Array,
-    pull_in: npt.NDArray[np.int8],
-    voltage_of: Callable[[Array, Array], Array],
-    run: Trajectories,
-    prefix: str,
-) -> dict[str, dataset.Variable]:
-    if not film.kinds:
-        return {}
-    with np.errstate(invalid="ignore", divide="ignore"):
-        shares = times / times.sum(axis=1, keepdims=True)
-    voltage = voltage_of(run.end_times[:, None], run.end_states[:, None])[:, 0]
-    of = "the second film" if prefix else "the film"
-    ends = {
-        "time": (run.end_times, "time", "time"),
-        "displacement": (run.end_states[:, 0], "displacement", "length"),
-        "voltage": (voltage, "voltage", "voltage"),
-    }
     told: dict[str, dataset.Variable] = {}
-    for k, kind in enumerate(film.kinds):
-        meaning = f"share of the time with {of} {kind.replace('_', ' ')}"
-        told[f"{prefix}film_state_{kind}"] = ((), shares[:, k], meaning, "share")
-    for name, (value, meaning, quantity) in ends.items():
-        value = np.where(pull_in > 0, value, np.nan)
-        told[f"{prefix}pull_in_{name}"] = ((), value, f"{meaning} at which {of} pulls in", quantity)
-    told[f"{prefix}pull_in_kind"] = ((), pull_in, f"how {of} pulls in: 1 end of its minimum, 2 localisation", "flag")
+    voltages = members.voltages(run.end_times[:, None], run.end_states[:, None])
+    for k, (film, voltage) in enumerate(zip(members.system.films, voltages, strict=True)):
+        if not film.kinds:
+            continue
+        with np.errstate(invalid="ignore", divide="ignore"):
+            shares = run.film_times[:, k] / run.film_times[:, k].sum(axis=1, keepdims=True)
+        for kind, share in zip(film.kinds, shares.T, strict=False):
+            meaning = f"share of the time with {film.words} {kind.replace('_', ' ')}"
+            told[f"{film.prefix}film_state_{kind}"] = ((), share, meaning, "share")
+        pull_in = run.pull_in[:, k]
+        ends = {
+            "time": (run.end_times, "time", "time"),
+            "displacement": (run.end_states[:, 0], "displacement", "length"),
+            "voltage": (voltage[:, 0], "voltage", "voltage"),
+        }
+        for name, (value, meaning, quantity) in ends.items():
+            value = np.where(pull_in > 0, value, np.nan)
+            told[f"{film.prefix}pull_in_{name}"] = ((), value, f"{meaning} at which {film.words} pulls in", quantity)
+        meaning = f"how {film.words} pulls in: 1 end of its minimum, 2 localisation"
+        told[f"{film.prefix}pull_in_kind"] = ((), pull_in, meaning, "flag")
     return told
 
 

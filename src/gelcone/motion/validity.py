@@ -15,10 +15,10 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.dataset import Variable
-from gelcone.physics.film.film import Film, FilmState
+from gelcone.physics.film.film import FilmState
 from gelcone.physics.film.wrinkling import FAILED
 from gelcone.physics.members import Members
-from gelcone.physics.second import PREFIX, SecondFilm
+from gelcone.physics.placed import PlacedFilm
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
@@ -76,8 +76,8 @@ def outside(
 ) -> Fails:
     """Where the model is untrue: what `broken` tells, but slack only of a film that bears it as compression."""
     each = broken_by_film(members, x, voltages, states)
-    for film, fails in zip((members.system.film, members.system.second), each, strict=False):
-        if film is not None and kinds_of(film):
+    for film, fails in zip(members.system.films, each, strict=True):
+        if film.kinds:
             fails |= {name: np.zeros_like(fails[name]) for name in SLACK_IN.keys() & fails.keys()}
     return _of_either(each, x)
 
@@ -95,9 +95,7 @@ def broken_by_film(
 ) -> list[dict[str, npt.NDArray[np.bool_]]]:
     """What `broken` tells of each film alone."""
     n, found = members.numbers(trailing=1), list[dict[str, npt.NDArray[np.bool_]]]()
-    films = (members.system.film, members.system.second)
-    for film, voltage, state in zip(films, voltages, states, strict=False):
-        assert film is not None
+    for film, voltage, state in zip(members.system.films, voltages, states, strict=False):
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # at a stretch limit
             state = film.state(x, voltage, n) if state is None else state
             fails = {"near_limit": film.near_limit(x, voltage, n, NEAR_LIMIT)}
@@ -108,21 +106,16 @@ def broken_by_film(
     return found
 
 
-def _slack(film: Film | SecondFilm, state: FilmState) -> Fails:
+def _slack(film: PlacedFilm, state: FilmState) -> Fails:
     """Where hoops and meridians are slack: under compression, or wrinkled instead where the film wrinkles."""
     stresses = {"hoop_slack": state.hoop_stress, "meridional_slack": state.meridional_stress}
     known = {name: stress for name, stress in stresses.items() if not np.isnan(stress).all()}
-    kinds = kinds_of(film)
-    if not kinds:
+    if not film.kinds:
         return {name: np.asarray(stress < 0.0) for name, stress in known.items()}
     # The stresses of a slack direction are zero up to rounding, so that the state of the film tells.
-    return {name: np.isin(state.kind, [k for k, kind in enumerate(kinds) if kind in SLACK_IN[name]]) for name in known}
-
-
-def voltages_along(members: Members, times: Array, states: Array) -> list[Array]:
-    """Voltage on each film along motions, (members, samples)."""
-    first = members.film_voltage(times, states)
-    return [first] if members.system.second is None else [first, members.second_voltage(times, states)]
+    return {
+        name: np.isin(state.kind, [k for k, kind in enumerate(film.kinds) if kind in SLACK_IN[name]]) for name in known
+    }
 
 
 def untrue_by(name: str) -> str:
@@ -145,15 +138,15 @@ def validity(members: Members, times: Array, states: Array, *, turn: bool = Fals
     ``turn`` of a cycle it is half a sample for each time that an assumption begins or ceases to hold.
     """
     x, n = states[..., 0], members.numbers(trailing=1)
-    ran, voltages = ~np.isnan(x), voltages_along(members, times, states)
-    films = [film for film in (members.system.film, members.system.second) if film is not None]
+    ran, voltages = ~np.isnan(x), members.voltages(times, states)
+    films = members.system.films
     with np.errstate(over="ignore", invalid="ignore"):
         of_films = [film.state(x, voltage, n) for film, voltage in zip(films, voltages, strict=True)]
     fails = outside(members, x, voltages, of_films)
     kinds = np.full((len(x), 2, MOST_KINDS), np.nan)
     spent = {}
     for place, (film, state) in enumerate(zip(films, of_films, strict=True)):
-        for k in range(len(kinds_of(film))):
+        for k in range(len(film.kinds)):
             spent[place, k] = np.broadcast_to(state.kind == k, x.shape)
             with np.errstate(invalid="ignore", divide="ignore"):
                 kinds[:, place, k] = (spent[place, k] & ran).sum(axis=1) / ran.sum(axis=1)
@@ -167,11 +160,6 @@ def validity(members: Members, times: Array, states: Array, *, turn: bool = Fals
         parts = where[:, : length * BLOCKS].reshape(len(where), BLOCKS, length).mean(axis=2)
         error = np.maximum(error, parts.std(axis=1, ddof=1) / np.sqrt(BLOCKS))
     return np.hstack([np.stack([*shares(fails, ran).values(), error], axis=1), kinds.reshape(len(x), -1)])
-
-
-def kinds_of(film: Film | SecondFilm) -> tuple[str, ...]:
-    """Names of the film's states; none of a film without borders."""
-    return (film.film if isinstance(film, SecondFilm) else film).kinds
 
 
 def unknown(*shape: int) -> Array:
@@ -196,19 +184,19 @@ def validity_variables(
     columns = dict(zip((*SHARES, "error"), every, strict=False))
     ran_on = np.where(np.isnan(columns["error"]), np.nan, 0.0)
     own = every[len(SHARES) + 1 :].reshape(2, MOST_KINDS, *found.shape[:-1])
-    for film, rows in zip((system.film, system.second), own, strict=True):
-        if film is not None and FAILED in kinds_of(film):
-            ran_on = np.fmax(ran_on, rows[kinds_of(film).index(FAILED)])
+    for film, rows in zip(system.films, own, strict=False):
+        if FAILED in film.kinds:
+            ran_on = np.fmax(ran_on, rows[film.kinds.index(FAILED)])
     columns["pulled_in"] = np.where(np.asarray(outcome) == Outcome.PULLED_IN, 1.0, ran_on)
     names = {name: f"share of the {of} with {untrue_by(name)}" for name in ASSUMPTIONS}
     names["error"] = "largest standard error of these shares"
     told: dict[str, Variable] = {
         f"validity_{name}": (dims, columns[name], meaning, "share") for name, meaning in names.items()
     }
-    for film, prefix, rows in zip((system.film, system.second), ("", PREFIX), own, strict=True):
-        for kind, row in zip(() if film is None else kinds_of(film), rows, strict=False):
-            meaning = f"share of the {of} with {'the second' if prefix else 'the'} film {kind.replace('_', ' ')}"
-            told[f"{prefix}film_state_{kind}"] = (dims, row, meaning, "share")
+    for film, rows in zip(system.films, own, strict=False):
+        for kind, row in zip(film.kinds, rows, strict=False):
+            meaning = f"share of the {of} with {film.words} {kind.replace('_', ' ')}"
+            told[f"{film.prefix}film_state_{kind}"] = (dims, row, meaning, "share")
     return told
 
 

@@ -32,6 +32,10 @@ SIDE, CORNER = "side", "corner"
 time of the corner that was passed last."""
 
 
+PHASE_SPEED = "phase_speed"
+"""The drive frequency, where the phase stands in place of the time and ``drive_frequency`` is 1."""
+
+
 @dataclass(frozen=True)
 class Corners:
     """The corners of members between two times: the last one at or before the first time, ``passed`` (members,), its
@@ -79,7 +83,8 @@ class Waveform(Component):
     def voltage_rate(self, tau: Any, n: Numbers, xp: Any = np) -> Any:
         """Time derivative of `voltage`."""
         phase = n["drive_frequency"] * tau
-        return n["voltage"] * n["drive_frequency"] * self.shape_rate(phase, self._at(tau, phase, n, xp), xp)
+        speed = n.get(PHASE_SPEED, n["drive_frequency"])
+        return n["voltage"] * speed * self.shape_rate(phase, self._at(tau, phase, n, xp), xp)
 
     def _at(self, tau: Any, phase: Any, n: Numbers, xp: Any) -> Numbers:
         """The numbers with the place between corners; a program is told its last corner, and the others count."""

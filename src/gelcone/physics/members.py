@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.records import system_record
-from gelcone.physics.system import ConeSystem
+from gelcone.physics.system import ConeSystem, Line
 from gelcone.quantity import Array, spread
 
 
@@ -90,8 +90,8 @@ class Ensemble:
     def energy(self, x: npt.ArrayLike) -> Any:
         """Energy of films and bias without voltage; NaN beyond a film's limit."""
         x, n = self._at(x)
-        energy = self.system.film.work(x, 0.0, n) + self.system.bias.energy(x, n)
-        return energy if self.system.second is None else energy + self.system.second.work(x, 0.0, n)
+        first, *others = (film.work(x, 0.0, [], n) for film in self.system.films)
+        return sum(others, first + self.system.bias.energy(x, n))
 
     def force(self, x: npt.ArrayLike, voltage: Any = 0.0) -> Any:
         """Static force that holds the disc at x against film, bias and a constant voltage, per mu Vol/(b-a).
@@ -129,15 +129,17 @@ class Ensemble:
         return self.system.waveform.peak(self.own_numbers)
 
     @property
-    def second_peak_voltage(self) -> Any:
-        """Largest absolute value of the second film's commanded voltage; 0 without a second film."""
+    def peak_voltages(self) -> list[Any]:
+        """Largest absolute value of each film's commanded voltage."""
         system, n = self.system, self.own_numbers
-        if system.second is None:
-            return 0.0
-        if system.second.drive == "same":
-            return self.peak_voltage
         own = {name: np.asarray(value)[..., None] for name, value in n.items()}
-        return np.abs(system.second_command(system.waveform.samples(n), own)).max(axis=-1)[()]
+
+        def peak(line: Line) -> Any:
+            if line.drive is None:
+                return self.peak_voltage
+            return np.abs(system.command_of(line, system.waveform.samples(n), own)).max(axis=-1)[()]
+
+        return [peak(system.line_of(film)) for film in range(len(system.films))]
 
     def __getattr__(self, name: str) -> Any:
         """A parameter by its name; None for one that the film takes but that is not in use."""
@@ -212,14 +214,13 @@ class Members(Ensemble):
         and of the field at the peak voltage, as if all added up.
         """
         n = self.own_numbers
-        scale, squared = self.system.bias.stiffness_scale(n) + self.system.film.stiffness_scale(n), 0.0
-        if self.system.second is not None:
-            scale, squared = scale + self.system.second.stiffness_scale(n), np.square(self.second_peak_voltage)
+        scale = sum((film.stiffness_scale(n) for film in self.system.films), self.system.bias.stiffness_scale(n))
+        squared = sum(np.square(peak) for peak in self.peak_voltages)
         with np.errstate(all="ignore"):
             at_rest = np.abs(self.stiffness(np.zeros(self.shape)))
         # a film that is at its stretch limit while flat has no stiffness at rest
         stiffness = np.fmax(scale, np.where(np.isfinite(at_rest), at_rest, 0.0))
-        rate = 2.0 * self.values["damping_ratio"] + np.sqrt(1.0 + stiffness + (np.square(self.peak_voltage) + squared))
+        rate = 2.0 * self.values["damping_ratio"] + np.sqrt(1.0 + stiffness + squared)
         return spread(rate, self.shape)
 
     @property
@@ -242,8 +243,8 @@ class Members(Ensemble):
     def symmetric(self) -> npt.NDArray[np.bool_]:
         """Whether the mirror image of each motion is a motion: the flat film is an equilibrium at every voltage."""
         system, n = self.system, self.numbers()
-        odd = system.film.odd and system.bias.odd(n)
-        return np.broadcast_to(odd if system.second is None else np.logical_and(odd, system.second.odd(n)), self.shape)
+        odd = reduce(np.logical_and, (film.odd(n) for film in system.films), system.bias.odd(n))
+        return np.broadcast_to(odd, self.shape)
 
     def start_states(self, disc: Sequence[float]) -> Array:
         """States (members, N) with this displacement and velocity and all others at their start."""
@@ -255,14 +256,7 @@ class Members(Ensemble):
         n = self.numbers(times.ndim - 1)
         return self.system.flow(times, list(np.moveaxis(states, -1, 0)), n)
 
-    def second_voltage(self, times: Array, states: Array) -> Array:
-        """Voltage on the second film along motions."""
-        n = self.numbers(times.ndim - 1)
-        voltage = self.system.second_voltage(times, list(np.moveaxis(states, -1, 0)), n)
-        return np.broadcast_to(voltage, times.shape)
-
-    def film_voltage(self, times: Array, states: Array) -> Array:
-        """Voltage on the film along motions."""
-        n = self.numbers(times.ndim - 1)
-        voltage = self.system.film_voltage(times, list(np.moveaxis(states, -1, 0)), n)
-        return np.broadcast_to(voltage, times.shape)
+    def voltages(self, times: Array, states: Array) -> list[Array]:
+        """Voltage on each film along motions."""
+        found = self.system.voltages(times, list(np.moveaxis(states, -1, 0)), self.numbers(times.ndim - 1))
+        return [np.broadcast_to(voltage, times.shape) for voltage in found]

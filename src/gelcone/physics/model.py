@@ -1,8 +1,7 @@
 """The cone model: components and their dimensionless parameters, put together and checked.
 
 Energies are per mu Vol (shear modulus times film volume), times per 1/Omega0 = sqrt(m (b-a)^2 / (mu Vol)), lengths per
-b - a. The equation of motion is that of `gelcone.physics.system`; `lagrangian` is the energy from which it follows for
-the homogeneous cone with a linear spring.
+b - a. The equation of motion is that of `gelcone.physics.system`.
 """
 
 from __future__ import annotations
@@ -15,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from gelcone.errors import InputError, unknown_name
-from gelcone.physics.bias import BIASES, Bias
+from gelcone.physics.bias import BIASES
 from gelcone.physics.circuit import CIRCUITS, Circuit
-from gelcone.physics.component import Component, Numbers, find_component
+from gelcone.physics.component import Component, find_component
 from gelcone.physics.drive import WAVEFORMS, Waveform
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.fitted import FittedFilm
@@ -26,8 +25,8 @@ from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, TautCone, check_pre
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.members import Ensemble
+from gelcone.physics.placed import DRIVES, PREFIX, PlacedFilm
 from gelcone.physics.records import FILMS, bias_record, find_bias
-from gelcone.physics.second import DRIVES, PREFIX, SecondFilm
 from gelcone.physics.system import DAMPING, STRENGTH, ConeSystem
 from gelcone.quantity import Quantity
 
@@ -222,20 +221,20 @@ def no_film(given: Any) -> bool:
     return given is None or (isinstance(given, str) and given == "none")
 
 
-def _second(given: Any, drive: str | None, first: Film) -> SecondFilm | None:
-    """The second film, of the first's law and pre-stretch mode where it takes them."""
+def _films(first: Film, given: Any, drive: str | None) -> tuple[PlacedFilm, ...]:
+    """The films; the second is of the first's law and pre-stretch mode where it takes them."""
     if no_film(given):
         if drive is not None:
             raise InputError(
                 f"second_drive = {drive}: there is no second film; give second_film = 'taut', or leave it out"
             )
-        return None
+        return (PlacedFilm(first),)
     film = given if isinstance(given, Film) else _film(given, None, None)
     if isinstance(film, GelFilm) and isinstance(first, GelFilm) and not isinstance(film, FittedFilm):
         film = with_fields(film, law=first.law, prestretch_mode=first.prestretch_mode)  # type: ignore[type-var]
     if isinstance(film, WrinklingCone) and isinstance(first, WrinklingCone):
         film = with_fields(film, pull_in=first.pull_in)
-    return SecondFilm(film, "same" if drive is None else drive)
+    return PlacedFilm(first), PlacedFilm(film, "same" if drive is None else drive)
 
 
 def _system(
@@ -249,11 +248,10 @@ def _system(
 ) -> ConeSystem:
     """The components put together; `InputError` for one that is not known."""
     return _put_together(
-        film,
+        _films(film, second_film, second_drive),
         find_bias(bias),
         find_component("waveform", waveform, WAVEFORMS, Waveform),  # type: ignore[type-abstract]
         find_component("circuit", circuit, CIRCUITS, Circuit),  # type: ignore[type-abstract]
-        _second(second_film, second_drive, film),
     )
 
 
@@ -265,7 +263,7 @@ def _put_together(*parts: Any) -> ConeSystem:
 
 def _second_parts(system: ConeSystem) -> dict[str, Any]:
     """What gives a model the second film of a system."""
-    return {} if system.second is None else {"second_film": system.second.film, "second_drive": system.second.drive}
+    return {"second_film": film.film, "second_drive": film.drive} if (film := system.films[-1]).drive else {}
 
 
 def _known(system: ConeSystem, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -281,7 +279,7 @@ def _known(system: ConeSystem, given: Mapping[str, Any]) -> dict[str, Any]:
         if law is not None and any(name in other.parameters for other in LAWS.values()):
             takes = ", ".join(law.parameters) or "no parameters"
             raise InputError(f"{name}: the {law.name} law does not take it; it takes {takes}")
-        if name.startswith(PREFIX) and system.second is None and name in PARAMETERS:
+        if name.startswith(PREFIX) and len(system.films) == 1 and name in PARAMETERS:
             raise InputError(f"{name}: there is no second film; give second_film = 'taut'")
         owner = next((bias for bias in BIASES.values() if name in bias.parameters), None)
         if owner is not None:
@@ -325,7 +323,7 @@ def shipped_components() -> Iterable[Component]:
 
 def _shipped_parameters() -> dict[str, Quantity]:
     parts = {name: q for part in shipped_components() for name, q in part.parameters.items()}
-    seconds = [SecondFilm(TautCone(law), drive) for law in LAWS.values() for drive in DRIVES]
+    seconds = [PlacedFilm(TautCone(law), drive) for law in LAWS.values() for drive in DRIVES]
     parts |= {name: q for second in seconds for name, q in second.parameters.items()}
     first = [*DAMPING, "spring_stiffness", "voltage", "voltage_bias", "drive_frequency", "rest_height", *PRESTRETCHES]
     return {name: (DAMPING | parts)[name] for name in first} | parts | STRENGTH
@@ -346,46 +344,3 @@ def parameter_quantity(name: str, system: ConeSystem | None = None) -> Quantity:
     if name not in known:
         raise unknown_name("numeric model parameter", name, known)
     return known[name]
-
-
-# --- the energy, written once ----------------------------------------------------------------------------------------
-
-
-def electric_energy(x: Any, voltage: Any, xp: Any = np, displacement: Any = None) -> Any:
-    """Field energy of the homogeneous cone less the work of the voltage source.
-
-    ``displacement`` is the electric displacement D/sqrt(eps mu); left out, it takes the value v sqrt(q) that makes
-    the energy stationary, which leaves -v^2 q/2.
-    """
-    q = 1.0 + x * x
-    if displacement is None:
-        return -0.5 * voltage * voltage * q
-    return 0.5 * displacement * displacement - voltage * displacement * xp.sqrt(q)
-
-
-def lagrangian(
-    x: Any,
-    velocity: Any,
-    voltage: Any,
-    n: Numbers,
-    film: TautCone,
-    bias: Bias,
-    xp: Any = np,
-    second: tuple[SecondFilm, Any] | None = None,
-) -> Any:
-    """Kinetic less potential energy of film, bias and field, of the homogeneous cone.
-
-    ``second`` adds a second film, itself a homogeneous cone, with its voltage.
-    """
-    potential = film.law.energy(film.cone_strain(x, n), n, xp) + bias.energy(x, n) + electric_energy(x, voltage, xp)
-    if second is not None:
-        other, own, place = second[0].film, second[0].own(n), second[0].place(x, n)
-        assert isinstance(other, TautCone)
-        potential = potential + other.law.energy(other.cone_strain(place, own), own, xp)
-        potential = potential + electric_energy(place, second[1], xp)
-    return 0.5 * velocity * velocity - potential
-
-
-def dissipation(velocity: Any, n: Numbers) -> Any:
-    """Rayleigh dissipation function; the power lost is twice this."""
-    return n["damping_ratio"] * velocity * velocity

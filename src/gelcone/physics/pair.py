@@ -76,10 +76,8 @@ class PairBalance(StaticBalance):
 
     @cached_property
     def flat(self) -> bool:
-        second = self.system.second
-        assert second is not None
-        level = bool(self.system.film.odd and second.odd(self.n)) and self.lowest < 0.0 < self.highest
-        return level and not self.lifted
+        odd = all(bool(film.odd(self.n)) for film in self.system.films)
+        return odd and self.lowest < 0.0 < self.highest and not self.lifted
 
     @property
     def film_fails(self) -> bool:
@@ -103,23 +101,24 @@ class PairBalance(StaticBalance):
     def _slopes(self, x: float, voltage: float) -> tuple[float, float, float]:
         """F, dF/dx and dF/dv."""
         system, n, place, squared = self.system, self.n, np.float64(x), np.float64(voltage * voltage)
-        second = system.second
-        assert second is not None
-        other = system.second_squared(squared, n)
+        squares, changes = system.squares_at_rest(squared, n), system.square_rates_at_rest(voltage, n)
         with np.errstate(all="ignore"):
-            force, slope = system.static_force(place, squared, n, other)
-            gain = system.film.voltage_gain(place, squared, n) * 2.0 * voltage
-            gain = gain + second.voltage_gain(place, other, n) * system.second_squared_rate(voltage, n)
+            force, slope = system.force_under(place, squares, n)
+            first, *others = (
+                film.voltage_gain(place, own, n) * change
+                for film, own, change in zip(system.films, squares, changes, strict=True)
+            )
+            gain = sum(others, first)
         return float(force), float(slope), -float(gain)
 
     def _pulled_in(self, x: Any, squared: float) -> Any:
         """Whether a film has no state at x (a number or an array), at the squared voltage on the first."""
-        second = self.system.second
-        assert second is not None
-        at, own = np.asarray(x, dtype=float), second.own(self.n)
-        first_fails = squared >= self.system.film.highest_squared(at, self.n)
-        other = self.system.second_squared(np.float64(squared), self.n)
-        return (first_fails | (other >= second.film.highest_squared(second.place(at, self.n), own))) & (at == at)
+        at = np.asarray(x, dtype=float)
+        squares = self.system.squares_at_rest(np.float64(squared), self.n)
+        fails = at != at
+        for film, own in zip(self.system.films, squares, strict=True):
+            fails = fails | (own >= film.highest_squared(at, self.n))
+        return fails & (at == at)
 
     # --- equilibria at one voltage -----------------------------------------------------------------------------------
 
@@ -384,10 +383,9 @@ def _on(x: float, voltage: float, xs: Array, volts: Array) -> bool:
 
 def pair_balance(system: Any, n: Any) -> PairBalance:
     """One double cone, searched up to its stretch limits or `SEARCH_RANGE`."""
-    begin, end = system.film.reach(n)
-    low, high, nearest = system.second.reach(n)
-    lowest, highest = max(-end, low), min(end, high)
-    if math.isnan(begin) or math.isnan(nearest) or math.isnan(lowest) or not lowest < highest:
+    lows, highs, nearest = zip(*(film.reach(n) for film in system.films), strict=True)
+    lowest, highest = max(lows), min(highs)
+    if any(map(math.isnan, (*lows, *highs, *nearest))) or not lowest < highest:
         return PairBalance(system, n, math.nan, math.nan, False)
     margin = WALL_DISTANCE * (1.0 + min(abs(lowest), abs(highest), SEARCH_RANGE))
     wall = highest <= SEARCH_RANGE and lowest >= -SEARCH_RANGE

@@ -25,20 +25,20 @@ def system_record(system: ConeSystem) -> dict[str, Any]:
     own = (
         {"prestretch_mode": film.prestretch_mode, "law": to_record(film.law, LAWS)} if isinstance(film, GelFilm) else {}
     )
-    return own | {
-        "film": film_record(film),
-        "bias": bias_record(system.bias),
-        "waveform": to_record(system.waveform, WAVEFORMS),
-        "circuit": to_record(system.circuit, CIRCUITS),
-        **_second_record(system),
-    }
-
-
-def _second_record(system: ConeSystem) -> dict[str, Any]:
-    """The second film and its drive, where there is one."""
-    if system.second is None:
-        return {}
-    return {"second_film": film_record(system.second.film), "second_drive": system.second.drive}
+    return (
+        own
+        | {
+            "film": film_record(film),
+            "bias": bias_record(system.bias),
+            "waveform": to_record(system.waveform, WAVEFORMS),
+            "circuit": to_record(system.circuit, CIRCUITS),
+        }
+        | {
+            name: value
+            for second in system.films[1:]
+            for name, value in (("second_film", film_record(second.film)), ("second_drive", second.drive))
+        }
+    )
 
 
 def film_record(film: Film) -> Any:

@@ -24,7 +24,7 @@ T = TypeVar("T")
 def every_balance(model: Ensemble) -> list[StaticBalance]:
     """All members of the ensemble, also those that reach nothing; of one film, one for equal films and bias."""
     members = model.members()
-    if members.system.second is not None:
+    if len(members.system.films) > 1:
         return [pair_balance(members.system, members.numbers_at(member)) for member in range(members.size)]
     _, firsts, which = _alike(members)
     found = [single_balance(members.system, members.numbers_at(member)) for member in firsts]
@@ -35,7 +35,7 @@ def _alike(members: Members) -> tuple[Array, npt.NDArray[np.intp], npt.NDArray[n
     """The numbers of films and bias that occur, (sets, numbers), whatever the drive; the first members with each set;
     and which set each member has."""
     system = members.system
-    parts = (system.bias, system.film, *([] if system.second is None else [system.second]))
+    parts = (system.bias, *system.films)
     values = {name: value for part in parts for name, value in part.numbers(members.values).items()}
     table = np.column_stack([np.broadcast_to(value, members.shape) for value in values.values()])
     sets, firsts, which = np.unique(table, axis=0, return_index=True, return_inverse=True)
@@ -99,7 +99,7 @@ def _rest(balance: StaticBalance) -> float:
 
 def switched_off(model: E) -> E:
     """The ensemble; a double cone without what puts a voltage on its second film at rest."""
-    if model.system.second is None:
+    if len(model.system.films) == 1:
         return model
     off = model.values.keys() & {"voltage_bias", "second_voltage"}
     return model.replace(**dict.fromkeys(off, 0.0))

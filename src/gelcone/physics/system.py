@@ -1,28 +1,27 @@
 """The equation of motion, put together from its components: what is compiled, apart from the numbers.
 
-The disc obeys x'' = -2 zeta x' - F_film(x, V) - F_bias(x), with V the square of the film's voltage, which the circuit
-makes of the waveform's. A second film on the other side of the disc adds its force. Components may add states of their
-own behind displacement and velocity.
+The disc obeys x'' = -2 zeta x' - sum of F_film(x, V) - F_bias(x), with V the square of each film's voltage, which a
+circuit makes of the waveform's. Components may add states of their own behind displacement and velocity.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache, reduce
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gelcone.errors import InputError
 from gelcone.physics.bias import Bias
-from gelcone.physics.circuit import CIRCUITS, Circuit
+from gelcone.physics.circuit import CIRCUITS, LOSSES, Circuit, Port
 from gelcone.physics.component import Component, Numbers, State
-from gelcone.physics.differentiate import evaluated, gradients, jacobian
+from gelcone.physics.differentiate import derivatives, evaluated, jacobian
 from gelcone.physics.drive import Waveform
-from gelcone.physics.film.film import Film
+from gelcone.physics.film.film import Border, Film
 from gelcone.physics.implicit import traced
-from gelcone.physics.second import SecondFilm, renamed
+from gelcone.physics.placed import PREFIX, PlacedFilm, renamed
 from gelcone.physics.trace import Graph, Node
 from gelcone.quantity import Array, Quantity
 
@@ -37,50 +36,99 @@ DISC = (
     State("displacement", "displacement x = h/(b-a)", "length", mirrored=True),
     State("velocity", "velocity of the disc", "velocity", mirrored=True),
 )
+_IDEAL = CIRCUITS["ideal"]
+
+
+class Line(NamedTuple):
+    """A ``circuit`` and the films on which it puts its voltage, by their places; ``drive`` is that of the second film
+    where the circuit is the second's own, and ``prefix`` stands before the names of its states and switches."""
+
+    circuit: Circuit
+    films: tuple[int, ...]
+    drive: str | None
+    prefix: str
+
+    def own(self, n: Numbers) -> Numbers:
+        """The numbers, with the circuit's own switches by the names that its formulas take."""
+        if not self.prefix:
+            return n
+        return {**n, **{str(b.switch): n[self.prefix + str(b.switch)] for b in self.circuit.borders}}
 
 
 @dataclass(frozen=True)
 class ConeSystem:
-    """A disc on a film, with a bias, under a waveform through a circuit; with a second film, a double cone."""
+    """A disc on one film, or between two (a double cone), with a bias, under a waveform through a circuit."""
 
-    film: Film
+    films: tuple[PlacedFilm, ...]
     bias: Bias
     waveform: Waveform
     circuit: Circuit
-    second: SecondFilm | None = None
 
     def __post_init__(self) -> None:
+        self.circuit.check()
         names = [name for part in self.parts for name in part.parameters] + [*DAMPING, *STRENGTH]
         names += [state.name for state in self.states]
         if doubled := sorted({name for name in names if names.count(name) > 1}):
             raise InputError(f"{doubled[0]}: two components use this name; give one of them another")
 
     @property
+    def film(self) -> Film:
+        """The first film."""
+        return self.films[0].film
+
+    @property
     def parts(self) -> tuple[Component, ...]:
-        return (self.film, self.bias, self.waveform, self.circuit, *([] if self.second is None else [self.second]))
+        return (self.films[0], self.bias, self.waveform, self.circuit, *self.films[1:])
+
+    @cached_property
+    def lines(self) -> tuple[Line, ...]:
+        """The circuits and what they drive; films of the same voltage share one."""
+        shared = tuple(k for k, film in enumerate(self.films) if film.drive in (None, "same"))
+        own = [(k, film.drive) for k, film in enumerate(self.films) if film.drive not in (None, "same")]
+        circuits = {"opposite": self.circuit, "constant": _IDEAL}
+        more = (Line(circuits[str(drive)], (k,), drive, PREFIX) for k, drive in own)
+        return (Line(self.circuit, shared, None, ""), *more)
+
+    def line_of(self, film: int) -> Line:
+        """The line that drives a film."""
+        return next(line for line in self.lines if film in line.films)
 
     # --- names -------------------------------------------------------------------------------------------------------
 
     @cached_property
     def parameters(self) -> dict[str, Quantity]:
         """All numeric parameters, by their flat names."""
-        parts = (self.bias, self.waveform, self.circuit, self.film, *self.parts[4:])
+        parts = (self.bias, self.waveform, self.circuit, *self.films)
         return DAMPING | {name: q for part in parts for name, q in part.parameters.items()} | STRENGTH
 
     @cached_property
     def states(self) -> tuple[State, ...]:
         """Displacement and velocity, and what the components add."""
-        first = (*DISC, *self.film.states, *self.bias.states, *self.circuit.states)
-        if self.second is None:
-            return first
-        return (*first, *self.second.states, *(renamed(state) for state in self._second_circuit.states))
+        return (*DISC, *(state for _, states in self._added for state in states))
 
-    @property
-    def _second_circuit(self) -> Circuit:
-        """The circuit between the second film's commanded voltage and the film; it has states only in opposite phase,
-        since films of the same voltage share the first's."""
-        opposite = self.second is not None and self.second.drive == "opposite"
-        return self.circuit if opposite else _NO_CIRCUIT
+    @cached_property
+    def _added(self) -> tuple[tuple[Any, tuple[State, ...]], ...]:
+        """The owners of added states, in their order, and the states."""
+        found: list[tuple[Any, tuple[State, ...]]] = []
+        lines = list(self.lines)
+        for k, film in enumerate(self.films):
+            found.append((("film", k), film.states))
+            found += [(("bias",), self.bias.states)] if k == 0 else []
+            for line in [line for line in lines if line.films[0] == k]:
+                found.append((("line", line.prefix), tuple(renamed(s, line.prefix) for s in line.circuit.states)))
+        return tuple(found)
+
+    @cached_property
+    def _places(self) -> dict[Any, slice]:
+        places, begin = {}, len(DISC)
+        for owner, states in self._added:
+            places[owner] = slice(begin, begin + len(states))
+            begin += len(states)
+        return places
+
+    def states_of(self, z: Sequence[Any], *owner: Any) -> list[Any]:
+        """The states of ``"film", k``, of ``"bias"``, or of ``"line", prefix``."""
+        return list(z[self._places[owner]])
 
     @cached_property
     def numbers(self) -> tuple[str, ...]:
@@ -103,91 +151,71 @@ class ConeSystem:
         """The values of all parameters, checked; what is not ``given`` takes its default."""
         damping = DAMPING["damping_ratio"]
         values = {"damping_ratio": damping.check("damping_ratio", given.get("damping_ratio", damping.default))}
-        for part in (self.bias, self.waveform, self.circuit, self.film):
+        for part in (self.bias, self.waveform, self.circuit):
             values |= part.complete({name: given[name] for name in part.parameters if name in given})
-        if self.second is not None:
-            own = {name: given[name] for name in self.second.parameters if name in given}
-            values |= self.second.complete_beside(own, values)
+        for film in self.films:
+            values |= film.complete_beside(given, values)
         known = {name: q.check(name, given[name]) for name, q in STRENGTH.items() if name in given}
         return values | known
 
     def numbers_of(self, values: Numbers) -> dict[str, Any]:
         """From the parameters, the numbers that the formulas take."""
         numbers = {"damping_ratio": values["damping_ratio"]}
-        for part in (self.bias, self.film, self.waveform, self.circuit, *self.parts[4:]):
-            own = part.numbers(values)
+        of_lines = [
+            {line.prefix + str(b.switch): numbers_of_circuit[str(b.switch)] for b in line.circuit.borders}
+            for numbers_of_circuit in [self.circuit.numbers(values)]
+            for line in self.lines[1:]
+        ]
+        parts = [part.numbers(values) for part in (self.bias, self.films[0], self.waveform, self.circuit)]
+        for own in [*parts, *(film.numbers(values) for film in self.films[1:]), *of_lines]:
             if doubled := numbers.keys() & own.keys():
                 raise InputError(f"{min(doubled)}: two components give a number of this name; give one of them another")
             numbers |= own
         return numbers
 
-    # --- the equation of motion --------------------------------------------------------------------------------------
+    # --- voltages ----------------------------------------------------------------------------------------------------
 
-    def split(self, z: Sequence[Any]) -> tuple[list[Any], list[Any], list[Any]]:
-        """The states of film, bias and circuit."""
-        first = len(DISC)
-        second = first + len(self.film.states)
-        third = second + len(self.bias.states)
-        return list(z[first:second]), list(z[second:third]), list(z[third : third + len(self.circuit.states)])
-
-    def split_second(self, z: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-        """The states of the second film and of its circuit."""
-        first = len(DISC) + len(self.film.states) + len(self.bias.states) + len(self.circuit.states)
-        second = first + (0 if self.second is None else len(self.second.states))
-        return list(z[first:second]), list(z[second:])
-
-    def film_voltage(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> Any:
-        """Voltage on the film."""
-        return self.circuit.voltage(self.waveform.voltage(tau, n, xp), self.split(z)[2], n, xp)
-
-    def film_voltage_rate(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> Any:
-        """Its rate of change along a motion."""
-        commanded, change = self.waveform.voltage(tau, n, xp), self.waveform.voltage_rate(tau, n, xp)
-        return _rate(self.circuit, commanded, change, self.split(z)[2], n, xp)
-
-    def second_command(self, commanded: Any, n: Numbers) -> Any:
-        """Commanded voltage of the second film while that of the first is ``commanded``; constant where it is."""
-        assert self.second is not None
-        if self.second.drive == "opposite":
+    def command_of(self, line: Line, commanded: Any, n: Numbers) -> Any:
+        """The command of a line while that of the first is ``commanded``; constant where it is."""
+        if line.drive == "opposite":
             return 2.0 * n["voltage_bias"] - commanded
-        return commanded if self.second.drive == "same" else n["second_voltage"] + 0.0 * commanded
+        return commanded if line.drive is None else n["second_voltage"] + 0.0 * commanded
 
-    def second_voltage(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> Any:
-        """Voltage on the second film."""
-        return self._second_voltage(self.waveform.voltage(tau, n, xp), z, n, xp)
+    def voltages(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        """Voltage on each film."""
+        moment = self._moment(tau, z, n, xp)
+        return [moment.voltage(self.line_of(k)) for k in range(len(self.films))]
 
-    def _second_voltage(self, commanded: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
-        assert self.second is not None
-        if self.second.drive == "same":
-            return self.circuit.voltage(commanded, self.split(z)[2], n, xp)
-        return self._second_circuit.voltage(self.second_command(commanded, n), self.split_second(z)[1], n, xp)
+    def voltage_rates(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
+        """Their rates of change along a motion, of numbers or arrays."""
+        if all(line.circuit == _IDEAL for line in self.lines):
+            change = self.waveform.voltage_rate(tau, n)
+            signs = {"opposite": -1.0, "constant": 0.0}
+            return [signs[str(f.drive)] * change if str(f.drive) in signs else change for f in self.films]
+        leaves, nodes = _voltage_rates_of(self)
+        return self._values(leaves, nodes, tau, z, n)
 
-    def second_voltage_rate(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> Any:
-        """Its rate of change along a motion."""
-        assert self.second is not None
-        if self.second.drive == "same":
-            return self.film_voltage_rate(tau, z, n, xp)
-        change = self.waveform.voltage_rate(tau, n, xp)
-        if self.second.drive == "constant":
-            return 0.0 * change
-        own = self.split_second(z)[1]
-        return _rate(self.circuit, self.second_command(self.waveform.voltage(tau, n, xp), n), -change, own, n, xp)
+    def _moment(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> _Moment:
+        return _Moment(
+            self, self.waveform.voltage(tau, n, xp), lambda: self.waveform.voltage_rate(tau, n, xp), z, n, xp
+        )
+
+    # --- the equation of motion --------------------------------------------------------------------------------------
 
     def rates(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the states."""
-        return self.rates_under(self.waveform.voltage(tau, n, xp), z, n, xp)
+        return self._moment(tau, z, n, xp).rates_and_slope()[0]
 
     def rates_under(self, commanded: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
-        """Rates of change of the states under a commanded voltage."""
-        return self._rates_and_slope(commanded, z, n, xp)[0]
+        """Rates of change of the states under a constant commanded voltage."""
+        return _Moment(self, commanded, lambda: 0.0, z, n, xp).rates_and_slope()[0]
 
     def flow(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[list[Any], list[list[Any]]]:
         """Rates of change, and their Jacobian [i][j]: the rate of state i by state j.
 
         With two states the Jacobian shares the film's division with the rates; with more the rates are differentiated.
         """
-        commanded = self.waveform.voltage(tau, n, xp)
-        rates, slope = self._rates_and_slope(commanded, z, n, xp)
+        rates, slope = self._moment(tau, z, n, xp).rates_and_slope()
         if self.planar:
             return rates, [[0.0, 1.0], [slope, -2.0 * n["damping_ratio"]]]
         if traced(xp):
@@ -196,156 +224,308 @@ class ConeSystem:
 
     def slopes(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[list[Any]]:
         """Derivatives [i][j] of the rate of state i, by time (j = 0) or by state j - 1, of numbers or arrays."""
-        values = {**n, **self.switches(tau, z, n)}
         leaves, rows = _slopes_of(self)
+        flat = self._values(leaves, [slope for row in rows for slope in row], tau, z, n)
+        return [flat[i * len(rows[0]) : (i + 1) * len(rows[0])] for i in range(len(rows))]
+
+    def _values(
+        self, leaves: Mapping[str, Node], nodes: Sequence[Node], tau: Any, z: Sequence[Any], n: Numbers
+    ) -> list[Any]:
+        """Values of traced formulas along motions; ``leaves`` as `_leaves` gives them."""
+        values = {**n, **self.switches(tau, z, n)}
         known = {leaves[name].index: values[name] for name in self.numbers}
         known |= {leaf.index: at for leaf, at in zip(leaves.values(), (tau, *z), strict=False)}
         with np.errstate(all="ignore"):
-            flat = evaluated([slope for row in rows for slope in row], known)
-        return [flat[i * len(rows[0]) : (i + 1) * len(rows[0])] for i in range(len(rows))]
+            return evaluated(nodes, known)
+
+    # --- borders -----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def borders(self) -> tuple[tuple[int | None, Border], ...]:
+        """All borders: those of the films by their places, then those of the circuits (None). The value of each is
+        ``value(tau, z, n, xp)``."""
+        found: list[tuple[int | None, Border]] = []
+        for k, film in enumerate(self.films):
+            found += [(k, replace(border, value=self._film_value(k, border))) for border in film.borders]
+        for line in self.lines:
+            for border in line.circuit.borders:
+                value = self._line_value(line, border)
+                found.append((None, replace(border, value=value, switch=line.prefix + str(border.switch))))
+        return tuple(found)
+
+    def _film_value(self, k: int, border: Border) -> Callable[..., Any]:
+        def value(tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
+            voltage = self._moment(tau, z, n, xp).voltage(self.line_of(k))
+            return border.value(z[0], voltage * voltage, self.states_of(z, "film", k), n, xp)
+
+        return value
+
+    def _line_value(self, line: Line, border: Border) -> Callable[..., Any]:
+        def value(tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
+            port = self._moment(tau, z, n, xp).port(line)
+            return border.value(port, self.states_of(z, "line", line.prefix), line.own(n), xp)
+
+        return value
 
     def switches(self, tau: Any, z: Sequence[Any], n: Numbers) -> dict[str, Any]:
         """The numbers that borders and corners switch, as time and states give them."""
-        return self.switches_under(self.waveform.voltage(tau, n), z, n) | self.waveform.switches(tau, n)
+        return self._moment(tau, z, n, np).switches() | self.waveform.switches(tau, n)
 
     def switches_under(self, commanded: Any, z: Sequence[Any], n: Numbers) -> dict[str, Any]:
-        """Those of the borders, under a commanded voltage."""
-        found: dict[str, Any] = {}
-        if self.film.borders:
-            voltage = self.circuit.voltage(commanded, self.split(z)[2], n)
-            found |= self.film.switches(z[0], np.square(voltage), n)
-        if self.second is not None and self.second.borders:
-            found |= self.second.switches(z[0], np.square(self._second_voltage(commanded, z, n, np)), n)
-        return found
+        """Those of the borders, under a constant commanded voltage."""
+        return _Moment(self, commanded, lambda: 0.0, z, n, np).switches()
 
-    def _rates_and_slope(self, commanded: Any, z: Sequence[Any], n: Numbers, xp: Any) -> tuple[list[Any], Any]:
-        x, u = z[0], z[1]
-        film_y, bias_y, circuit_y = self.split(z)
-        voltage = self.circuit.voltage(commanded, circuit_y, n, xp)
-        squared = voltage * voltage
-        film, film_slope = self.film.force(x, squared, film_y, n, xp)
-        bias, bias_slope = self.bias.force(x, bias_y, n, xp)
-        acceleration = -2.0 * n["damping_ratio"] * u - film - bias
-        own = [
-            *self.film.rates(x, u, squared, film_y, n, xp),
-            *self.bias.rates(x, u, bias_y, n, xp),
-            *self.circuit.rates(commanded, circuit_y, n, xp),
-        ]
-        if self.second is None:
-            return [u, acceleration, *own], -film_slope - bias_slope
-        second_y, second_circuit_y = self.split_second(z)
-        voltage = self._second_voltage(commanded, z, n, xp)
-        squared = voltage * voltage
-        second, second_slope = self.second.force(x, squared, second_y, n, xp)
-        own += self.second.rates(x, u, squared, second_y, n, xp)
-        own += self._second_circuit.rates(self.second_command(commanded, n), second_circuit_y, n, xp)
-        return [u, acceleration - second, *own], -film_slope - bias_slope - second_slope
+    # --- powers ------------------------------------------------------------------------------------------------------
 
-    def powers(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """Power that film and field put into the motion, and power that the disc's damping takes out of it."""
-        voltage = self.film_voltage(tau, z, n, xp)
-        force = self.film.force(z[0], voltage * voltage, self.split(z)[0], n, xp)[0]
-        if self.second is not None:
-            voltage = self.second_voltage(tau, z, n, xp)
-            force = force + self.second.force(z[0], voltage * voltage, self.split_second(z)[0], n, xp)[0]
-        return -force * z[1], 2.0 * n["damping_ratio"] * z[1] * z[1]
+    @cached_property
+    def causes(self) -> tuple[str, ...]:
+        """What `powers` holds, in this order: ``"motion"``, what film and field give the disc; ``"damper"``, what the
+        disc's damping takes; and, where the charge of all films is known in a program, the ``"source"``, and where
+        there are such losses those of ``"film"``, ``"resistor"`` and ``"leak"``."""
+        if not all(film.film.traced_charge for film in self.films):
+            return ("motion", "damper")
+        lossy = any(type(film.film).dissipation is not Film.dissipation for film in self.films)
+        circuit = type(self.circuit).powers is not Circuit.powers
+        return ("motion", "damper", "source", *(["film"] if lossy else []), *(LOSSES if circuit else ()))
+
+    def powers(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[Any, ...]:
+        """The power by each of its `causes`; of functions of neither arrays nor a graph, the first two."""
+        found = self._moment(tau, z, n, xp).mechanical_powers()
+        if len(self.causes) == len(found) or not (traced(xp) or xp is np):
+            return found
+        if traced(xp):
+            return (*found, *self._moment(tau, z, n, xp).electric_powers(xp.time, z, self.causes[2:]))
+        leaves, nodes = _powers_of(self)
+        return (*found, *self._values(leaves, nodes, tau, z, n))
+
+    # --- at rest -----------------------------------------------------------------------------------------------------
 
     def forcing_period(self, n: Numbers) -> Array:
-        """Smallest period of what drives the motion; that of the voltage where a circuit has states."""
-        return self.waveform.period(n) if self.circuit.states else self.waveform.forcing_period(n)
+        """Smallest period of what drives the motion; that of the voltage where a circuit has states or borders."""
+        whole = self.circuit.states or self.circuit.borders
+        return self.waveform.period(n) if whole else self.waveform.forcing_period(n)
 
-    def static_force(self, x: Any, squared: Any, n: Numbers, second_squared: Any = None) -> tuple[Any, Any]:
-        """Force of films and bias at a constant squared voltage, and its slope.
+    def static_force(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
+        """Force of films and bias at a constant squared voltage on the first film, and its slope."""
+        return self.force_under(x, self.squares_at_rest(squared, n), n)
 
-        ``second_squared`` is that on the second film; default what it is at rest under the same constant command.
-        """
-        film, film_slope = self.film.force(x, squared, [], n)
+    def force_under(self, x: Any, squares: Sequence[Any], n: Numbers) -> tuple[Any, Any]:
+        """That at constant squared voltages on the films."""
+        first, *others = ((film, squared) for film, squared in zip(self.films, squares, strict=True))
+        force, slope = first[0].force(x, first[1], [], n)
         bias, bias_slope = self.bias.force(x, [], n)
-        if self.second is None:
-            return film + bias, film_slope + bias_slope
-        if second_squared is None:
-            second_squared = self.second_squared(squared, n)
-        second, second_slope = self.second.force(x, second_squared, [], n)
-        return film + bias + second, film_slope + bias_slope + second_slope
+        force, slope = force + bias, slope + bias_slope
+        for film, squared in others:
+            more, steeper = film.force(x, squared, [], n)
+            force, slope = force + more, slope + steeper
+        return force, slope
 
-    def second_squared(self, squared: Any, n: Numbers) -> Any:
-        """Squared voltage on the second film while a constant command puts a squared voltage on the first."""
-        assert self.second is not None
-        if self.second.drive == "same":
+    def squares_at_rest(self, squared: Any, n: Numbers) -> list[Any]:
+        """Squared voltage on each film while a constant command puts a squared voltage on the first."""
+
+        def on(drive: str | None) -> Any:
+            if drive == "constant":
+                return n["second_voltage"] * n["second_voltage"] + 0.0 * squared
+            if drive == "opposite":
+                voltage = self._twice_bias(n) - np.sqrt(squared)
+                return voltage * voltage
             return squared
-        if self.second.drive == "constant":
-            return n["second_voltage"] * n["second_voltage"] + 0.0 * squared
-        voltage = self._twice_bias(n) - np.sqrt(squared)
-        return voltage * voltage
+
+        return [on(film.drive) for film in self.films]
+
+    def square_rates_at_rest(self, voltage: float, n: Numbers) -> list[float]:
+        """Derivatives of `squares_at_rest` by the voltage on the first film."""
+        slopes = {"constant": lambda: 0.0, "opposite": lambda: float(2.0 * (voltage - self._twice_bias(n)))}
+        return [slopes.get(str(film.drive), lambda: 2.0 * voltage)() for film in self.films]
 
     def _twice_bias(self, n: Numbers) -> Any:
         """The sum of both films' voltages at rest in opposite phase, where the first's is not negative."""
         return 2.0 * np.abs(n["voltage_bias"] * np.real(self.circuit.gain(0.0, n)))
 
-    def second_squared_rate(self, voltage: float, n: Numbers) -> float:
-        """Derivative of `second_squared` by the voltage on the first film."""
-        assert self.second is not None
-        if self.second.drive == "same":
-            return 2.0 * voltage
-        if self.second.drive == "constant":
-            return 0.0
-        return float(2.0 * (voltage - self._twice_bias(n)))
+    def highest_squared(self, x: Any, n: Numbers) -> Any:
+        """The V on the first film above which it has no state."""
+        return self.films[0].highest_squared(x, n)
 
     # --- where the films have a state --------------------------------------------------------------------------------
 
     def strain(self, x: Any, n: Numbers) -> Any:
-        """The film's measure of strain; with two films the larger share of their limits, or the larger measure where
-        neither has one."""
-        strain = self.film.strain(x, n)
-        if self.second is None:
-            return strain
-        other, limits = self.second.strain(x, n), (self.film.strain_limit(n), self.second.strain_limit(n))
-        endless = np.isinf(limits[0]) & np.isinf(limits[1])
-        return np.where(endless, np.maximum(strain, other), np.maximum(strain / limits[0], other / limits[1]))[()]
+        """The film's measure of strain; of several films the largest share of their limits, or the largest measure
+        where none has one."""
+        strains = [film.strain(x, n) for film in self.films]
+        if len(strains) == 1:
+            return strains[0]
+        limits = [film.strain_limit(n) for film in self.films]
+        shares = [strain / limit for strain, limit in zip(strains, limits, strict=True)]
+        endless = reduce(np.logical_and, map(np.isinf, limits))
+        return np.where(endless, reduce(np.maximum, strains), reduce(np.maximum, shares))[()]
 
     def strain_limit(self, n: Numbers) -> Any:
         """What `strain` cannot reach."""
-        limit = self.film.strain_limit(n)
-        if self.second is None:
-            return limit
-        return np.where(np.isinf(limit) & np.isinf(self.second.strain_limit(n)), np.inf, 1.0)[()]
+        limits = [film.strain_limit(n) for film in self.films]
+        if len(limits) == 1:
+            return limits[0]
+        return np.where(reduce(np.logical_and, map(np.isinf, limits)), np.inf, 1.0)[()]
 
     def outside(self, x: float, n: Numbers) -> str:
         """Why there is no state at a start, in words, with the remedy; of one actuator."""
-        if self.second is None or not self.film.strain(x, n) < self.film.strain_limit(n):
-            return self.film.outside(x, n)
-        own = self.second.own(n)
-        return f"second film, {self.second.film.outside(float(self.second.place(x, n)), own)}"
+        lost = [film for film in self.films if not film.strain(x, n) < film.strain_limit(n)]
+        return (lost or self.films)[0].outside(x, n)
 
     def unreachable(self, n: Numbers) -> str:
         """Why there is no state at any displacement, in words, with the remedy; of one actuator."""
-        if self.second is None or np.isnan(self.film.reach(n)[0]):
-            return self.film.unreachable(n)
-        if np.isnan(self.second.reach(n)[2]):
-            return f"second film: {self.second.film.unreachable(self.second.own(n))}"
+        lost = [film for film in self.films if np.isnan(film.reach(n)[2])]
+        if lost or len(self.films) == 1:
+            return (lost or self.films)[0].unreachable(n)
         return (
             f"second_flat_height = {float(n['second_flat_height']):g}: so far from 0 that no displacement lies inside "
             "the stretch limits of both films; bring it closer to 0 or raise the limits"
         )
 
 
+class _Moment:
+    """What the parts of a system see at one time: command, states and numbers, and the voltages that follow."""
+
+    def __init__(
+        self,
+        system: ConeSystem,
+        command: Any,
+        command_rate: Callable[[], Any],
+        z: Sequence[Any],
+        n: Numbers,
+        xp: Any,
+    ) -> None:
+        self.system, self.command, self.command_rate = system, command, command_rate
+        self.z, self.n, self.xp = z, n, xp
+        self._voltages: dict[str, Any] = {}
+        if xp is np:
+            self.n = {**n, **self._circuit_switches()}
+
+    def port(self, line: Line) -> Port:
+        """What a line's circuit is connected to."""
+        system = self.system
+
+        def rate_of_command() -> Any:
+            return {"opposite": -1.0, "constant": 0.0}.get(str(line.drive), 1.0) * self.command_rate()
+
+        return Port(
+            command=system.command_of(line, self.command, self.n),
+            displacement=self.z[0],
+            velocity=self.z[1],
+            rate_of_command=rate_of_command,
+            films=tuple((system.films[k], system.states_of(self.z, "film", k)) for k in line.films),
+            n=self.n,
+            xp=self.xp,
+        )
+
+    def _own(self, line: Line) -> tuple[list[Any], Numbers]:
+        """The circuit's states and numbers."""
+        return self.system.states_of(self.z, "line", line.prefix), line.own(self.n)
+
+    def voltage(self, line: Line) -> Any:
+        """Voltage that a line puts on its films."""
+        if line.prefix not in self._voltages:
+            self._voltages[line.prefix] = line.circuit.voltage(self.port(line), *self._own(line), self.xp)
+        return self._voltages[line.prefix]
+
+    def squared(self, film: int) -> Any:
+        """Squared voltage on a film."""
+        voltage = self.voltage(self.system.line_of(film))
+        return voltage * voltage
+
+    def rates_and_slope(self) -> tuple[list[Any], Any]:
+        """Rates of change of all states, and the derivative of the acceleration by the displacement."""
+        system, (x, u), n, xp = self.system, self.z[:2], self.n, self.xp
+        force, slope = self._force(0)
+        bias_y = system.states_of(self.z, "bias")
+        bias, bias_slope = system.bias.force(x, bias_y, n, xp)
+        acceleration, slope = -2.0 * n["damping_ratio"] * u - force - bias, -slope - bias_slope
+        own: list[Any] = []
+        for k, film in enumerate(system.films):
+            if k:
+                force, steeper = self._force(k)
+                acceleration, slope = acceleration - force, slope - steeper
+            own += film.rates(x, u, self.squared(k), system.states_of(self.z, "film", k), n, xp)
+            own += system.bias.rates(x, u, bias_y, n, xp) if k == 0 else []
+            for line in system.lines:
+                if line.films[0] == k:
+                    own += line.circuit.rates(self.port(line), *self._own(line), xp)
+        return [u, acceleration, *own], slope
+
+    def _force(self, film: int) -> tuple[Any, Any]:
+        y = self.system.states_of(self.z, "film", film)
+        return self.system.films[film].force(self.z[0], self.squared(film), y, self.n, self.xp)
+
+    def switches(self) -> dict[str, Any]:
+        """The switches of films and circuits."""
+        found: dict[str, Any] = {}
+        for k, film in enumerate(self.system.films):
+            if film.borders:
+                found |= film.switches(self.z[0], self.squared(k), self.n)
+        return found | self._circuit_switches()
+
+    def _circuit_switches(self) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for line in self.system.lines:
+            own = line.circuit.switches(self.port(line), *self._own(line)) if line.circuit.borders else {}
+            found |= {line.prefix + name: value for name, value in own.items()}
+        return found
+
+    def mechanical_powers(self) -> tuple[Any, Any]:
+        """What films and field give the disc, and what its damper takes."""
+        force = self._force(0)[0]
+        for k in range(1, len(self.system.films)):
+            force = force + self._force(k)[0]
+        return -force * self.z[1], 2.0 * self.n["damping_ratio"] * self.z[1] * self.z[1]
+
+    def electric_powers(self, time: Node, z: Sequence[Node], causes: Sequence[str]) -> list[Any]:
+        """The sources' power, and what films and circuits lose, by cause, in a graph."""
+        rates = self.rates_and_slope()[0]
+        found: dict[str, Any] = dict.fromkeys(causes, 0.0)
+        for line in self.system.lines:
+            port, (y, n) = self.port(line), self._own(line)
+            charge = self.xp.node(port.charge(self.voltage(line)))
+            powers = line.circuit.powers(port, _total(charge, time, z, rates), y, n, self.xp)
+            found |= {name: found[name] + power for name, power in powers.items()}
+        if "film" in found:
+            for k, film in enumerate(self.system.films):
+                y = self.system.states_of(self.z, "film", k)
+                found["film"] += film.dissipation(self.z[0], self.z[1], self.squared(k), y, self.n, self.xp)
+        return [self.xp.node(found[cause]) for cause in causes]
+
+
+def _total(value: Node, time: Node, z: Sequence[Node], rates: Sequence[Any]) -> Node:
+    """Rate of change of a formula along the motion."""
+    (total,) = derivatives([value], time)
+    for leaf, rate in zip(z, rates, strict=True):
+        total = total + derivatives([value], leaf)[0] * rate
+    return total
+
+
+def _leaves(system: ConeSystem) -> tuple[Graph, dict[str, Node], Node, list[Node], dict[str, Node]]:
+    """A graph; its leaves by name, time and states first; time, states and numbers."""
+    graph = Graph()
+    z = [graph.state(i) for i in range(len(system.states))]
+    n = {name: graph.switch(name) for name in system.numbers}
+    return graph, {"time": graph.time} | {f"state {i}": leaf for i, leaf in enumerate(z)} | n, graph.time, z, n
+
+
 @lru_cache(maxsize=64)
 def _slopes_of(system: ConeSystem) -> tuple[dict[str, Node], list[list[Node]]]:
-    """The leaves of a graph, time and states first, and the graph of `ConeSystem.slopes`."""
-    graph = Graph()
-    at = {"time": graph.time} | {f"state {i}": graph.state(i) for i in range(len(system.states))}
-    n = {name: graph.switch(name) for name in system.numbers}
-    z = list(at.values())
-    return at | n, jacobian([graph.node(rate) for rate in system.rates(z[0], z[1:], n, graph)], z)
+    """The leaves of a graph, and in it what `ConeSystem.slopes` gives."""
+    graph, leaves, time, z, n = _leaves(system)
+    return leaves, jacobian([graph.node(rate) for rate in system.rates(time, z, n, graph)], [time, *z])
 
 
-_NO_CIRCUIT = CIRCUITS["ideal"]
+@lru_cache(maxsize=64)
+def _powers_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
+    """The leaves of a graph, and in it the powers that only a graph gives."""
+    graph, leaves, time, z, n = _leaves(system)
+    return leaves, [graph.node(power) for power in system.powers(time, z, n, graph)[2:]]
 
 
-def _rate(circuit: Circuit, commanded: Any, change: Any, own: list[Any], n: Numbers, xp: Any) -> Any:
-    """Rate of the voltage behind a circuit, from that of the commanded one and of its own states."""
-    if not own:
-        return change
-    by = gradients(lambda v, f: [circuit.voltage(v[0], v[1:], n, f)], [commanded, *own])[0]
-    rates = [change, *circuit.rates(commanded, own, n, xp)]
-    return sum(slope * rate for slope, rate in zip(by, rates, strict=True))
+@lru_cache(maxsize=64)
+def _voltage_rates_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
+    """The leaves of a graph, and in it the rates of the films' voltages."""
+    graph, leaves, time, z, n = _leaves(system)
+    rates = system.rates(time, z, n, graph)
+    return leaves, [_total(graph.node(v), time, z, rates) for v in system.voltages(time, z, n, graph)]

@@ -22,7 +22,7 @@ from gelcone.motion.job import Trajectories
 from gelcone.motion.section import section_cells
 from gelcone.motion.settle import start_states
 from gelcone.motion.spectrum import spectrum_cells
-from gelcone.motion.validity import broken_by_film, voltages_along
+from gelcone.motion.validity import broken_by_film
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import bias_record
@@ -118,7 +118,7 @@ def response(subject: Subject, periods: float) -> Parts:
     if whole.outcome[0] and whole.end_times[0] > 0.0:  # what there is of it, up to its end, in as many samples
         run = integrate(members, states0, JUST_BEFORE * whole.end_times[0] * shares, threads=1)
     x, u = run.states[0, :, 0], run.states[0, :, 1]
-    voltages = voltages_along(members, run.times, run.states)
+    voltages = members.voltages(run.times, run.states)
     films = film_states(members, run.states, voltages)
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     outcome = Outcome(int(whole.outcome[0]))
@@ -178,7 +178,7 @@ def _ended(subject: Subject, run: Trajectories) -> str:
     if outcome is not Outcome.PULLED_IN:
         return outcome.meaning
     by = scales(subject)
-    voltage = subject.model.members().film_voltage(run.end_times[:, None], run.end_states[:, None])
+    voltage = subject.model.members().voltages(run.end_times[:, None], run.end_states[:, None])[0]
     places = zip((run.end_times[0], run.end_states[0, 0], voltage[0, 0]), ("time", "length", "voltage"), strict=True)
     time, height, volts = (f"{value * by[name][0]:.4g} {by[name][1]}".strip() for value, name in places)
     return f"the film pulls in after {time}, at the height {height}, under {volts}; lower the voltage or the start"

@@ -204,7 +204,7 @@ def check_single(device: Device) -> None:
 def names_in(device: Device) -> frozenset[str]:
     """The file of a device's film, and the classes of its components."""
     system = device.to_model().system
-    films = [system.film] if system.second is None else [system.film, system.second.film]
+    films = [film.film for film in system.films]
     classes = (class_names(part) for part in (*films, system.bias, system.waveform, system.circuit))
     return frozenset({str(device.film)}.union(*classes))
 

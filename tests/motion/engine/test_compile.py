@@ -153,5 +153,5 @@ def test_a_law_is_compiled_when_a_member_first_comes_to_it(folder, compilations)
     integrate(model, (1.0, 0.0), [0.02], tolerance=tolerance, threads=1)
     assert len(compilations) == 2
     run = integrate(model, (1.0, 0.0), [6.0], tolerance=tolerance, threads=1)
-    assert run.film_times[0, 2:].sum() > 0.0
+    assert run.film_times[0, 0, 2:].sum() > 0.0
     assert len(compilations) > 2

@@ -43,13 +43,13 @@ def test_derivatives_and_energies_are_those_of_the_force(squared):
     assert inside.sum() > 2
     x, pull, slope = x[inside], pull[inside], slope[inside]
     np.testing.assert_allclose(slope, (force(x + h, squared)[0] - force(x - h, squared)[0]) / (2 * h), rtol=1e-6)
-    work, area = film().work, film().area
-    rise = (work(x + h, squared, numbers()) - work(x - h, squared, numbers())) / (2 * h)
+    work, area = film().work, film().capacitance
+    rise = (work(x + h, squared, [], numbers()) - work(x - h, squared, [], numbers())) / (2 * h)
     np.testing.assert_allclose(rise, pull, rtol=1e-4, atol=1e-6)
     up, down = squared + 1e-6, max(squared - 1e-6, 0.0)
     gain = -(force(x, up)[0] - force(x, down)[0]) / (up - down)
     np.testing.assert_allclose(film().voltage_gain(x, squared, numbers()), gain, rtol=2e-3, atol=1e-3)
-    grown = (area(x + h, squared, numbers()) - area(x - h, squared, numbers())) / (2 * h)
+    grown = (area(x + h, squared, [], numbers()) - area(x - h, squared, [], numbers())) / (2 * h)
     np.testing.assert_allclose(grown, 2.0 * gain, rtol=1e-2, atol=1e-4)
 
 
@@ -59,7 +59,7 @@ def test_a_film_that_hangs_loose_has_the_slope_and_the_work_of_its_force():
     x, squared = np.array([0.004, 0.02, 0.3, 1.1]), np.array([0.0, 0.0, 0.02, 0.1])
     low, high = (loose.force(x + d, squared, [], numbers())[0] for d in (-h, h))
     np.testing.assert_allclose(loose.force(x, squared, [], numbers())[1], (high - low) / (2 * h), rtol=1e-6)
-    rise = (loose.work(x + h, squared, numbers()) - loose.work(x - h, squared, numbers())) / (2 * h)
+    rise = (loose.work(x + h, squared, [], numbers()) - loose.work(x - h, squared, [], numbers())) / (2 * h)
     np.testing.assert_allclose(rise, loose.force(x, squared, [], numbers())[0], rtol=1e-4, atol=1e-7)
     assert loose.force(0.0, 0.0, [], numbers())[0] == 0.0
 

@@ -17,8 +17,8 @@ def test_energies_of_a_power_law_by_hand():
     """F = c x ((1 + x^2)^2 - 1) - V x: work c (x^4/2 + x^6/6) - V x^2/2, area 1 + x^2."""
     for squared in (0.0, 0.7):
         work = 0.8 * (X**4 / 2.0 + X**6 / 6.0) - 0.5 * squared * X**2
-        np.testing.assert_allclose(FILM.work(X, squared, N), work, rtol=1e-12, atol=1e-15)
-        np.testing.assert_allclose(FILM.area(X, squared, N), 1.0 + X**2, rtol=1e-13)
+        np.testing.assert_allclose(FILM.work(X, squared, [], N), work, rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(FILM.capacitance(X, squared, [], N), 1.0 + X**2, rtol=1e-13)
         np.testing.assert_allclose(FILM.voltage_gain(X, squared, N), X, rtol=1e-14)
         np.testing.assert_allclose(FILM.turning(X, squared, N), 0.8 * (4.0 * X**3 + 4.0 * X**5), rtol=1e-12)
         np.testing.assert_allclose(FILM.voltage_force(X, squared, [], N), squared * X, rtol=1e-13, atol=1e-15)

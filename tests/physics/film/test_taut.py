@@ -32,9 +32,13 @@ def film_and_numbers(name):
 @every_voltage
 def test_work_area_gain_and_turning_are_what_the_force_alone_gives(name, squared):
     film, n = film_and_numbers(name)
-    rest = film.work(0.0, squared, n)
-    np.testing.assert_allclose(film.work(X, squared, n) - rest, Film.work(film, X, squared, n), rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(film.area(X, squared, n), Film.area(film, X, squared, n), rtol=1e-12)
+    rest = film.work(0.0, squared, [], n)
+    np.testing.assert_allclose(
+        film.work(X, squared, [], n) - rest, Film.work(film, X, squared, [], n), rtol=1e-9, atol=1e-12
+    )
+    np.testing.assert_allclose(
+        film.capacitance(X, squared, [], n), Film.capacitance(film, X, squared, [], n), rtol=1e-12
+    )
     np.testing.assert_allclose(film.voltage_gain(X, squared, n), Film.voltage_gain(film, X, squared, n), rtol=1e-13)
     turning = film.turning(X, squared, n), Film.turning(film, X, squared, n)
     np.testing.assert_allclose(*turning, rtol=1e-10, atol=1e-13)

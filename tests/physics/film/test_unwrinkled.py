@@ -150,14 +150,14 @@ def test_derivatives_are_those_of_the_force(fitted):
     up, down = (fitted.stiffness(s, squared + d)[0] - squared - d for d in (h * 0.1, -h * 0.1))
     np.testing.assert_allclose(fitted.gain(s, squared), -(up - down) / (0.2 * h), rtol=1e-4, atol=1e-5)
     x = np.sqrt(s)
-    work = (fitted.work(x + h, squared, {}) - fitted.work(x - h, squared, {})) / (2 * h)
+    work = (fitted.work(x + h, squared, [], {}) - fitted.work(x - h, squared, [], {})) / (2 * h)
     np.testing.assert_allclose(work, x * (fitted.stiffness(s, squared)[0] - squared), rtol=1e-5, atol=1e-7)
     area = (
         -2.0
-        * (fitted.work(x, squared + h, {}) - fitted.work(x, np.maximum(squared - h, 0.0), {}))
+        * (fitted.work(x, squared + h, [], {}) - fitted.work(x, np.maximum(squared - h, 0.0), [], {}))
         / (squared + h - np.maximum(squared - h, 0.0))
     )
-    np.testing.assert_allclose(fitted.area(x, squared, {}) - 1.0, area, rtol=2e-3, atol=1e-4)
+    np.testing.assert_allclose(fitted.capacitance(x, squared, [], {}) - 1.0, area, rtol=2e-3, atol=1e-4)
 
 
 # --- where it ends --------------------------------------------------------------------------------

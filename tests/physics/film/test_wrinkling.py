@@ -87,7 +87,7 @@ def test_the_force_is_the_slope_of_the_relaxed_energy_in_every_state(law):
     q, step = 1.0 + x * x, 1e-4
     (low, _), (high, _), (energy, (m, width)) = (relaxed(film, q + d, squared, n) for d in (-step, step, 0.0))
     np.testing.assert_allclose(film.force(x, squared, [], n)[0], x * (high - low) / step, atol=1e-6)
-    np.testing.assert_allclose(film.work(x, squared, n), energy + 0.5 * squared, atol=1e-12)
+    np.testing.assert_allclose(film.work(x, squared, [], n), energy + 0.5 * squared, atol=1e-12)
     np.testing.assert_allclose(film.lengths(x, squared, n), (m, width), atol=1e-9)
     kinds = 2 * (m > q + 1e-9) + (width > 1.0 + 1e-9)
     assert np.bincount(kinds, minlength=4).min() > 3

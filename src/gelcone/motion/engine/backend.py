@@ -80,7 +80,12 @@ def _store(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw, smal
         beyond = members.strain(raw.states[..., 0]) >= members.strain_limit(trailing=1)
     inside = ~(np.logical_or.accumulate(beyond, axis=1) if beyond.any() else beyond)
     result = job.result
-    for kept, values in ((result.states, raw.states), (result.tangents, raw.tangents), (result.work, raw.work)):
+    for kept, values in (
+        (result.states, raw.states),
+        (result.tangents, raw.tangents),
+        (result.divergence, raw.divergence),
+        (result.work, raw.work),
+    ):
         if kept is not None and values is not None:
             kept[run] = values if inside.all() else np.where(_spread(inside, values.ndim), values, np.nan)
     result.steps[run] = raw.steps
@@ -91,16 +96,12 @@ def _store(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw, smal
 
 def _store_films(result: Trajectories, run: npt.NDArray[np.intp], system: ConeSystem, raw: Raw) -> None:
     """How long each film was in each of its states, and how it pulled in."""
-    ended, names = raw.status - TERMINAL_EVENT, list(raw.switches)
-    first = len(system.film.borders)
-    if system.film.borders:
-        result.film_times[run] = system.film.times_of_kinds(names, raw.dwell)
-        kind = system.film.pull_in_kind(raw.switches)
-        result.pull_in[run] = np.where((ended >= 0) & (ended < first), kind, FilmPullIn.NONE)
-    if system.second is not None and system.second.borders:
-        result.second_film_times[run] = system.second.times_of_kinds(names, raw.dwell)
-        kind = system.second.pull_in_kind(raw.switches)
-        result.second_pull_in[run] = np.where(ended >= first, kind, FilmPullIn.NONE)
+    ended, owners = raw.status - TERMINAL_EVENT, np.array([-1 if k is None else k for k, _ in system.borders])
+    by = np.where(ended >= 0, np.take(owners, np.maximum(ended, 0)), -1) if owners.size else np.full(run.size, -1)
+    for k, film in enumerate(system.films):
+        if film.borders:
+            result.film_times[run, k, : len(film.kinds)] = film.times_of_kinds(list(raw.switches), raw.dwell)
+            result.pull_in[run, k] = np.where(by == k, film.pull_in_kind(raw.switches), FilmPullIn.NONE)
 
 
 def _outcomes(

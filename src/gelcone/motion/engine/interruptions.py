@@ -1,4 +1,4 @@
-"""Where the equations of motion of a system change: at the borders of its films and at the corners of its drive."""
+"""Where the equations of motion of a system change: at borders of films and circuits, at corners of the drive."""
 
 from __future__ import annotations
 
@@ -16,12 +16,8 @@ OwnNumbers = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 
 
 def border_events(system: ConeSystem, own: OwnNumbers = lambda numbers: numbers) -> list[Event]:
-    """The borders of the films as events of a program: those of the film, then those of the second one."""
-    events = [_event(border, own, system.film_voltage, system.split) for border in system.film.borders]
-    if system.second is not None:
-        second = system.second_voltage, system.split_second
-        events += [_event(border, own, *second) for border in system.second.borders]
-    return events
+    """The borders of films and circuits as events of a program, in the order of the system's."""
+    return [_event(border, own) for _, border in system.borders]
 
 
 def corner_numbers(system: ConeSystem) -> dict[str, Any]:
@@ -35,23 +31,20 @@ def corner_times(system: ConeSystem, start: Array, end: Array, numbers: Mapping[
 
 
 def switches_at(system: ConeSystem, times: Array, states: Array, numbers: Mapping[str, Any]) -> dict[str, Array]:
-    """The switches of the films and of the drive by name, as ``times`` (members,) and ``states`` (members, N) give
+    """The switches of films, circuits and drive by name, as ``times`` (members,) and ``states`` (members, N) give
     them."""
-    z = list(states.T)
-    found = system.switches_under(system.waveform.voltage(times, numbers), z, numbers)
+    found = system.switches(times, list(states.T), numbers)
     if system.waveform.corners:
         there = system.waveform.corners_between(times, times, numbers)
         found |= {SIDE: there.side, CORNER: there.passed}
     return {name: spread(value, times.shape) for name, value in found.items()}
 
 
-def _event(border: Border, own: OwnNumbers, voltage_of: Callable[..., Any], split: Callable[..., Any]) -> Event:
-    """A border of a film as an event. The rates are continuous there, so that tangent maps go on."""
+def _event(border: Border, own: OwnNumbers) -> Event:
+    """A border as an event. The rates are continuous there, so that tangent maps go on."""
 
     def value(time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> Any:
-        numbers = own(n)
-        voltage = voltage_of(time, state, numbers, xp)
-        return border.value(state[0], voltage * voltage, split(state)[0], numbers, xp)
+        return border.value(time, state, own(n), xp)
 
     return Event(
         value,

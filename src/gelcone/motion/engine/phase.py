@@ -15,15 +15,20 @@ from typing import Any
 from gelcone.motion.engine.interruptions import border_events, corner_numbers, corner_times, switches_at
 from gelcone.motion.engine.program import Program, Rerun
 from gelcone.physics.differentiate import derivatives
+from gelcone.physics.drive import PHASE_SPEED
 from gelcone.physics.system import ConeSystem
 from gelcone.physics.trace import Graph, Node
 from gelcone.quantity import Array
 
 MOST_STEPS = 50_000.0
 """A segment that takes more steps of the integrator does not end."""
-_BY_PHASE = {"drive_frequency": 1.0}
 MOST_PROGRAMS = 64
 """Programs kept in memory; one that is dropped comes back from the cache on disk."""
+
+
+def by_phase(n: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers with which formulas of the time take the phase in its place."""
+    return {**n, "drive_frequency": 1.0, PHASE_SPEED: n["drive_frequency"]}
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,7 @@ class PhaseSystem:
         """Rates of change with the phase, and their Jacobian."""
         own = self.own(n)
         slowness = 1.0 / own["drive_frequency"]
-        rates, slopes = self.system.flow(phase, state, own | {"drive_frequency": 1.0}, xp)
+        rates, slopes = self.system.flow(phase, state, by_phase(own), xp)
         return [rate * slowness for rate in rates], [[slope * slowness for slope in row] for row in slopes]
 
 
@@ -130,7 +135,7 @@ class PhaseProgram:
     def __init__(self, system: ConeSystem, moved: tuple[tuple[str, ...], ...], tolerance: float) -> None:
         phase = PhaseSystem(system, moved)
         carried: Any = Sensitivities(phase, (*phase.initial, *phase.shares))
-        events = border_events(system, lambda numbers: phase.own(numbers) | _BY_PHASE)
+        events = border_events(system, lambda numbers: by_phase(phase.own(numbers)))
         corners = corner_numbers(system)
         self._program = Program(carried, "states", tolerance, events, **corners)
         self._system = system
@@ -141,11 +146,11 @@ class PhaseProgram:
     def switches_at(self, phases: Array, states: Array, numbers: Mapping[str, Any]) -> dict[str, Array]:
         """The switches of the films at ``phases`` (members,) and ``states`` (members, N), 1 or -1, by name; and what a
         waveform with corners has there."""
-        found = switches_at(self._system, phases, states, dict(numbers) | _BY_PHASE)
+        found = switches_at(self._system, phases, states, by_phase(numbers))
         return {name: found[name] for name in self.switches}
 
     def _corners(self, start: Array, end: Array) -> Array | None:
-        return corner_times(self._system, start, end, _BY_PHASE)
+        return corner_times(self._system, start, end, {"drive_frequency": 1.0})
 
     def again(self, start: Array, end: Array) -> Rerun:
         """The same run, from phases ``start`` to ``end`` (members,), to be repeated with other numbers and states."""

@@ -85,7 +85,8 @@ class Plan:
     ``laws``: one for each combination of signs of the switches at the places ``telling``; bit k of its place is set
     where the k-th of them is negative.
     ``restarts``: what the states are set to after each sample (None leaves them); steps then end at the samples, else
-    samples are read from the Taylor polynomial. ``corner_switch``: place of the switch that flips at corners, the last
+    samples are read from the Taylor polynomial. ``passengers``: how many of the last states are integrals that nothing
+    depends on, which do not shorten the steps. ``corner_switch``: place of the switch that flips at corners, the last
     of those whose signs are counted; ``corner_time``: behind it, that of the number that takes the corner's time.
     """
 
@@ -97,6 +98,7 @@ class Plan:
     order: int
     tolerance: float
     restarts: tuple[float | None, ...]
+    passengers: int
     corner_switch: int | None
     corner_time: int | None
     width: int

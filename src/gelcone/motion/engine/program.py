@@ -53,6 +53,10 @@ CALL_SECONDS = 0.02
 """What later calls should take: between calls interrupts and progress are looked at."""
 REPORT_EVERY = 0.05
 """Seconds between two reports of progress."""
+DISC_STATES = 2
+"""States without which the trace of the Jacobian depends on the damping alone."""
+SHORTENING_POWERS = 2
+"""Powers whose integrals bear on the length of steps."""
 MOST_TELLING = 2
 """Switches that tell laws apart: each more of them doubles the code."""
 _ALIGNMENT = 128
@@ -78,8 +82,8 @@ class System(Protocol):
     ) -> tuple[Sequence[Any], Sequence[Sequence[Any]]]:
         """Rates (N,) and their derivatives with respect to the states (N, N)."""
 
-    def powers(self, time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> tuple[Any, Any]:
-        """Power of the electric force, and power dissipated."""
+    def powers(self, time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> tuple[Any, ...]:
+        """Powers whose integrals ``"work"`` keeps; only the first two bear on the length of steps."""
 
 
 @dataclass(frozen=True)
@@ -87,17 +91,19 @@ class Raw:
     """What a run gave; samples that a member did not reach are NaN.
 
     ``states`` (members, samples, N); ``tangents`` (members, samples, N, N), [..., i, j] the derivative of state i with
-    respect to state j of the previous sample, or of the start; ``work`` (members, samples, 2), the integrals of both
-    powers since the start. ``status`` (members,): `ARRIVED`, `NOT_FINITE`, `STEP_TOO_SMALL`, `TOO_MANY_STEPS` or
-    `TERMINAL_EVENT` + the number of the event. ``steps`` and ``smallest_step`` (members,): how many steps, and the
-    shortest that the tolerance asked for. ``end_time`` (members,), ``end_state`` (members, N) and ``switches``,
-    name -> (members,): the last that is known of a member; a run from there goes on with these. ``dwell`` (members,
-    2^switches): how long each combination of signs of the switches lasted; bit k of the place is set where the k-th
-    switch is negative.
+    respect to state j of the previous sample, or of the start; ``divergence`` (members, samples), the integral of the
+    Jacobian's trace since then, where there are more than two states; ``work`` (members, samples, powers), the
+    integrals of the powers since the start. ``status`` (members,): `ARRIVED`, `NOT_FINITE`, `STEP_TOO_SMALL`,
+    `TOO_MANY_STEPS` or `TERMINAL_EVENT` + the number of the event. ``steps`` and ``smallest_step`` (members,): how many
+    steps, and the shortest that the tolerance asked for. ``end_time`` (members,), ``end_state`` (members, N) and
+    ``switches``, name -> (members,): the last that is known of a member; a run from there goes on with these. ``dwell``
+    (members, 2^switches): how long each combination of signs of the switches lasted; bit k of the place is set where
+    the k-th switch is negative.
     """
 
     states: Array
     tangents: Array | None
+    divergence: Array | None
     work: Array | None
     status: npt.NDArray[np.int64]
     steps: npt.NDArray[np.int64]
@@ -126,7 +132,7 @@ class Program:
     Parameters
     ----------
     system : the equations of motion.
-    keep : ``"states"``; ``"tangents"`` adds the tangent maps between samples, ``"work"`` the integrals of both powers.
+    keep : ``"states"``; ``"tangents"`` adds the tangent maps between samples, ``"work"`` the integrals of the powers.
     tolerance : relative error of one step, between 0 and 1; see `order_and_label`.
     events : borders at which a member ends or a number changes its sign.
     corner_switch : name of a number whose sign changes at every corner that `run` is given.
@@ -234,10 +240,11 @@ class Program:
         if members and samples:
             _Run(compiled, arrays, threads, report, stopped).work()
         result, count = arrays.result, self.size
-        extra = result[..., count:]
+        extra, deviations = result[..., count:], self.keep == "tangents"
         return Raw(
             states=result[..., :count],
-            tangents=extra.reshape(members, samples, count, count) if self.keep == "tangents" else None,
+            tangents=extra[..., : count * count].reshape(members, samples, count, count) if deviations else None,
+            divergence=extra[..., -1] if deviations and count > DISC_STATES else None,
             work=extra if self.keep == "work" else None,
             status=arrays.status,
             steps=arrays.steps.astype(np.int64),
@@ -339,7 +346,8 @@ def _trace(
         "borders": tuple(_border(k, event, n, laws, telling, switched) for k, event in enumerate(events)),
         "switches": tuple(graph.switch(name) for name in switched),
         "numbers": tuple(system.numbers),
-        "restarts": _restarts(keep, count),
+        "restarts": _restarts(keep, count, len(laws[0].rates)),
+        "passengers": _passengers(keep, count, len(laws[0].rates)),
         "corner_switch": None if corner_switch is None else switched.index(corner_switch),
         "corner_time": None if corner_time is None else switched.index(corner_time),
     }
@@ -370,6 +378,8 @@ def _law(
             for j in range(count):
                 terms = [graph.multiply(slopes[i][k], deviation[k][j]) for k in range(count)]
                 rates.append(sum(terms, graph.constant(0.0)))
+        if count > DISC_STATES:
+            rates.append(graph.node(sum((slopes[i][i] for i in range(count)), graph.constant(0.0))))
     else:
         rates = [graph.node(rate) for rate in system.rates(graph.time, state, n, graph)]
         if keep == "work":
@@ -378,11 +388,18 @@ def _law(
     return Law(tuple(rates), tuple(values), equations_of([*rates, *values]))
 
 
-def _restarts(keep: str, count: int) -> tuple[float | None, ...]:
-    """What states are set to after each sample, of a system with ``count`` of its own."""
+def _restarts(keep: str, count: int, rates: int) -> tuple[float | None, ...]:
+    """What the states are set to after each sample: those of the system, ``count``, and the others of ``rates``."""
+    if keep != "tangents":
+        return (None,) * rates
     unit = [float(i == j) for i in range(count) for j in range(count)]
-    more: Sequence[float | None] = unit if keep == "tangents" else [None, None] if keep == "work" else []
-    return (*[None] * count, *more)
+    return (*[None] * count, *unit, *[0.0] * (rates - count - len(unit)))
+
+
+def _passengers(keep: str, count: int, rates: int) -> int:
+    """How many of the last states are integrals that do not shorten the steps."""
+    counting = {"states": count, "tangents": count + count * count, "work": count + SHORTENING_POWERS}
+    return max(rates - counting[keep], 0)
 
 
 class _Compiled:
@@ -487,7 +504,17 @@ def _content(plan: Plan) -> str:
     switches = [node.value for node in plan.switches]
     corners = (plan.corner_switch, plan.corner_time)
     laws = (len(plan.laws), plan.telling)
-    rest = (borders, switches, plan.numbers, plan.order, plan.tolerance.hex(), plan.restarts, *corners, *laws)
+    rest = (
+        borders,
+        switches,
+        plan.numbers,
+        plan.order,
+        plan.tolerance.hex(),
+        plan.restarts,
+        plan.passengers,
+        *corners,
+        *laws,
+    )
     return repr((fingerprint(plan.wanted), rest, plan.width))
 
 

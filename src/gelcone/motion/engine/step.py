@@ -110,7 +110,8 @@ def _step_size(f: Function, jet: Jet, followed: Sequence[_Followed], plan: Plan)
         return reduce(f.larger, sizes) if sizes else f.real(0.0)
 
     # roots count relative to themselves or 1, borders relative to 1, as states relative to the largest of them
-    size = f.larger(largest(jet.states, 0), f.real(SMALLEST_NORM))
+    states = jet.states[: len(jet.states) - plan.passengers]
+    size = f.larger(largest(states, 0), f.real(SMALLEST_NORM))
     shared = [(jet.roots, f.divide(size, f.larger(largest(jet.roots, 0), f.real(1.0))))] if jet.roots else []
     for smooth in (False, True):
         rows = [part.coefficients for part in followed if part.border.smooth == smooth and not part.border.seldom]
@@ -119,7 +120,7 @@ def _step_size(f: Function, jet: Jet, followed: Sequence[_Followed], plan: Plan)
 
     def norm(k: int) -> Value:
         sizes = (f.multiply(share, largest(rows, k)) for rows, share in shared)
-        return reduce(f.larger, sizes, largest(jet.states, k))
+        return reduce(f.larger, sizes, largest(states, k))
 
     allowed = functions.rough_log2(f, f.multiply(size, f.real(plan.tolerance)))
     logarithms = [

@@ -248,7 +248,7 @@ class ContinuumFilm(FittedFilm):
 
     # --- energies ------------------------------------------------------------------------------------------------
 
-    def work(self, x: Any, squared: Any, n: Numbers) -> Any:
+    def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """Work against film and field from the flat film to x at constant V: the integral of x k over x."""
 
         def inner(s: Any) -> Any:
@@ -258,11 +258,13 @@ class ContinuumFilm(FittedFilm):
         with np.errstate(all="ignore"):
             return 0.5 * _between(inner, begin, s)
 
-    def area(self, x: Any, squared: Any, n: Numbers) -> Any:
+    def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """Mean square of the deformed over the mounted area, -2 dE/dV of the energy E: that of the flat film, and the
         integral of -dk/dV over s."""
+        if traced(xp):
+            return Film.capacitance(self, x, squared, y, n, xp)
         s, begin = np.square(np.asarray(x, dtype=float)), self._tightens(x, squared)
-        flat = self._ring.area(np.zeros_like(s), squared, self._ring_numbers(n))
+        flat = self._ring.capacitance(np.zeros_like(s), squared, [], self._ring_numbers(n))
         with np.errstate(all="ignore"):
             return flat + _between(lambda at: -self.rate(at, squared)[2], begin, s)
 

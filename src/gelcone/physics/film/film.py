@@ -11,8 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import FilmPullIn, Outcome
+from gelcone.errors import InputError
 from gelcone.physics.component import Component, Numbers
 from gelcone.physics.differentiate import derivative
+from gelcone.physics.implicit import traced
 from gelcone.physics.quadrature import integral
 from gelcone.quantity import Array
 
@@ -64,6 +66,11 @@ class Film(Component):
     odd: ClassVar[bool] = True
     borders: tuple[Border, ...] = ()
     """Where the law of its force changes, and where it pulls in; see `Border`."""
+    linear_charge: ClassVar[bool] = False
+    """Whether the charge is proportional to the voltage at every displacement."""
+    traced_charge: ClassVar[bool] = False
+    """Whether `capacitance` runs in a program too. A circuit that uses the charge needs that, and so does an energy
+    balance that does not rest on the film's own energy."""
     kinds: tuple[str, ...] = ()
     """The states between which it changes, by name: those whose shares of time results carry."""
 
@@ -77,6 +84,10 @@ class Film(Component):
     def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the film's own states."""
         return []
+
+    def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        """Power that the film itself turns into heat. Default 0."""
+        return 0.0
 
     def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """What the voltage takes from the force."""
@@ -150,20 +161,26 @@ class Film(Component):
 
     # --- energies ----------------------------------------------------------------------------------------------------
 
-    def work(self, x: Any, squared: Any, n: Numbers) -> Any:
-        """Work against film and field from the flat film to x at constant V, the integral of the force."""
+    def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
+        """Energy of film and field less the charge times the voltage, at the film's own states ``y``; 0 for the flat
+        film, up to a constant. Default: the integral of the force over x, which is unknown (NaN) for own states."""
+        if y:
+            return np.full(np.shape(x), np.nan)
         return integral(lambda at: self.force(at, squared, [], n)[0], np.asarray(x, dtype=float))
 
-    def area(self, x: Any, squared: Any, n: Numbers) -> Any:
-        """Mean square of the deformed over the mounted area, -2 dE/dV of the energy E.
-
-        The charge on the film is the voltage times this, and the energy of the field V/2 times this.
-        """
+    def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        """Capacitance over that of the flat film: mean square of the deformed over the mounted area, -2 dE/dV of the
+        energy E. The charge on the film is the voltage times this, and the energy of the field V/2 times this."""
+        if traced(xp):
+            raise InputError(
+                f"film {self.name!r}: its charge is not known while a motion is computed, which the circuit needs; "
+                "take the taut film or the ideal source"
+            )
         return 1.0 + 2.0 * integral(lambda at: self.voltage_gain(at, squared, n), np.asarray(x, dtype=float))
 
     def current(self, times: Array, x: Array, velocity: Array, voltage: Array, rate: Array, n: Numbers) -> Array:
         """Rate of the charge along motions (members, samples); the default takes differences of the samples."""
-        area = np.broadcast_to(self.area(x, voltage * voltage, n), x.shape)
+        area = np.broadcast_to(self.capacitance(x, voltage * voltage, [], n), x.shape)
         return np.stack([np.gradient(v * a, t) for v, a, t in zip(voltage, area, times, strict=True)])
 
     # --- what is asked of a film -------------------------------------------------------------------------------------

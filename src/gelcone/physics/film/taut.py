@@ -110,6 +110,8 @@ class TautCone(GelFilm):
     prestretch_mode: str = "radial"
 
     name = "taut"
+    linear_charge = True
+    traced_charge = True
 
     def __post_init__(self) -> None:
         check_prestretch_mode(self.prestretch_mode)
@@ -175,13 +177,13 @@ class TautCone(GelFilm):
         """h - pull."""
         return self.law.film_stiffness(1.0 + np.square(x), n["A"], n["B"], n["G"], n)[0] - pull
 
-    def work(self, x: Any, squared: Any, n: Numbers) -> Any:
+    def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """W - V x^2/2."""
         return self.law.energy(self.cone_strain(x, n), n) - 0.5 * squared * x * x
 
-    def area(self, x: Any, squared: Any, n: Numbers) -> Any:
+    def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """q."""
-        return 1.0 + np.square(x)
+        return 1.0 + x * x
 
     def current(self, times: Array, x: Array, velocity: Array, voltage: Array, rate: Array, n: Numbers) -> Array:
         return np.asarray(rate * (1.0 + x * x) + 2.0 * voltage * x * velocity)

@@ -155,7 +155,7 @@ class UnwrinkledFilm(FittedFilm):
         t = self._t(np.asarray(s, dtype=float))
         return _polynomial(pair[0], t) + squared * _polynomial(pair[1], t)
 
-    def work(self, x: Any, squared: Any, n: Numbers) -> Any:
+    def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """Work against film and field from the flat film to x at constant V: the integral of x k over x."""
         s = np.asarray(x, dtype=float) ** 2
 
@@ -166,7 +166,7 @@ class UnwrinkledFilm(FittedFilm):
             # the term of the wall in closed form: no quadrature follows it up to there
             return 0.5 * _integral(smooth, s) - 0.5 * self.wall_strength * self.wall * np.log1p(-s / self.wall)
 
-    def area(self, x: Any, squared: Any, n: Numbers) -> Any:
+    def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """Mean square of the deformed over the mounted area, -2 dE/dV of the energy E: 1 + x^2 in the cone.
 
         The charge on the film is v times this, and the energy of the field V/2 times this.

@@ -111,6 +111,8 @@ class WrinklingCone(TautCone):
     pull_in: str = "first"
 
     name = "wrinkling"
+    linear_charge = False
+    traced_charge = False
 
     def __post_init__(self) -> None:
         check_prestretch_mode(self.prestretch_mode)
@@ -416,12 +418,14 @@ class WrinklingCone(TautCone):
         longest = np.maximum(n["B"] / n["A"] - 1.0, xx)
         return 1.0 + rise(lambda at: self.tension(self.local(at, squared, 0.0, n)), xx, longest)
 
-    def area(self, x: Any, squared: Any, n: Numbers) -> Any:
+    def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """m n."""
+        if traced(xp):
+            return Film.capacitance(self, x, squared, y, n, xp)
         m, width = self.lengths(x, squared, n)
         return m * width
 
-    def work(self, x: Any, squared: Any, n: Numbers) -> Any:
+    def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """W - V (m n - 1)/2."""
         m, width = self.lengths(x, squared, n)
         strain = n["A"] * m + n["B"] * width + n["G"] / (m * width) - 3.0

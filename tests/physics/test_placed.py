@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import sympy
+from cone_energy import lagrangian
 from scipy.integrate import solve_ivp
 
 from gelcone import Regime, regime, simulate, static
@@ -15,10 +16,9 @@ from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
 from gelcone.motion.linear import linear_response, state_space
 from gelcone.motion.settled import settled
-from gelcone.physics import model as physics
 from gelcone.physics.balance import PullIn
 from gelcone.physics.model import ConeModel
-from gelcone.physics.second import DRIVES
+from gelcone.physics.placed import DRIVES
 from gelcone.physics.statics import balances_of, rest_displacement
 from tests.toys import FilteredVoltage, PowerFilm
 
@@ -43,8 +43,8 @@ def test_euler_lagrange_of_both_films_is_the_acceleration(drive):
     n = {name: sympy.Symbol(name, positive=True) for name in system.numbers}
     first = n["voltage_bias"] + n["voltage"] * sympy.sin(n["drive_frequency"] * t)
     second = {"same": first, "opposite": 2 * n["voltage_bias"] - first, "constant": n.get("second_voltage")}[drive]
-    pair = (system.second, second)
-    L = physics.lagrangian(x, u, first, n, system.film, system.bias, SYMBOLIC, pair)
+    pair = (system.films[1], second)
+    L = lagrangian(x, u, first, n, system.film, system.bias, SYMBOLIC, pair)
     motion = sympy.diff(L, x) - 2 * n["damping_ratio"] * u
     found = system.rates(t, [x, u], n, SYMBOLIC)[1]
     symbols = [*n.values(), t, x, u]

@@ -1,9 +1,9 @@
-"""A second film on the other side of the disc: the antagonistic double cone.
+"""Films where they hold the disc: one film, or two on either side of it, the antagonistic double cone.
 
-Both films hold the same disc. The first is flat where the disc is at x = 0, the second where it is at x = d, its flat
-height: its own displacement is d - x, and its force pulls the disc towards d. With d = 0 the two are flat together;
-with d > 0 a rod between their centres keeps both cones raised, against each other. The second film is of the same
-material and thickness as the first; pre-stretch, kind and voltage are its own. Its names begin with ``second_``.
+The first is flat where the disc is at x = 0, the second where it is at x = d, its flat height: its own displacement is
+d - x, and its force pulls the disc towards d. With d = 0 the two are flat together; with d > 0 a rod between their
+centres keeps both cones raised, against each other. The second film is of the same material and thickness as the first;
+pre-stretch, kind and voltage are its own. Its names begin with ``second_``.
 """
 
 from __future__ import annotations
@@ -31,20 +31,33 @@ CONSTANT_VOLTAGE = Quantity("v2", "constant voltage on the second film", 0.0, sc
 
 
 @dataclass(frozen=True)
-class SecondFilm(Component):
-    """A ``film`` on the other side of the disc; ``drive`` is one of `DRIVES`."""
+class PlacedFilm(Component):
+    """A ``film`` as the disc feels it: the first one, which has the commanded voltage, where ``drive`` is None, else
+    the second one, with one of `DRIVES`. Displacement, velocity and numbers are those of the system."""
 
     film: Film
-    drive: str = "same"
+    drive: str | None = None
 
-    name = "second film"
+    name = "placed film"
 
     def __post_init__(self) -> None:
-        if self.drive not in DRIVES:
+        if self.drive is not None and self.drive not in DRIVES:
             raise unknown_name("second_drive", str(self.drive), DRIVES)
+
+    @property
+    def prefix(self) -> str:
+        """What stands before its names."""
+        return "" if self.drive is None else PREFIX
+
+    @property
+    def words(self) -> str:
+        """What a text calls it."""
+        return "the film" if self.drive is None else "the second film"
 
     @cached_property
     def parameters(self) -> Mapping[str, Quantity]:
+        if self.drive is None:
+            return self.film.parameters
         own = {
             PREFIX + name: dataclasses.replace(q, meaning=f"second film: {q.meaning}")
             for name, q in self.film.parameters.items()
@@ -54,48 +67,63 @@ class SecondFilm(Component):
 
     @cached_property
     def states(self) -> tuple[State, ...]:  # type: ignore[override]
-        return tuple(renamed(state) for state in self.film.states)
+        return tuple(renamed(state, self.prefix) for state in self.film.states)
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Names of the film's states of tension; none of a film without borders."""
+        return self.film.kinds
 
     # --- numbers -----------------------------------------------------------------------------------------------------
 
-    def complete_beside(self, given: Mapping[str, Any], first: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of all parameters, checked; of those not ``given``, the second film's are the ``first``'s."""
-        own = {name.removeprefix(PREFIX): value for name, value in given.items()}
-        shared = {} if isinstance(self.film, FittedFilm) else dict(first)
+    def complete_beside(self, given: Mapping[str, Any], known: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of all parameters, checked; of those not ``given``, the second film's are those ``known``."""
+        own = {name.removeprefix(self.prefix): given[name] for name in self.parameters if name in given}
+        if self.drive is None:
+            return self.film.complete(own)
+        shared = {} if isinstance(self.film, FittedFilm) else dict(known)
         if any(own.get(name) is not None for name in PRESTRETCHES):
             shared = {name: value for name, value in shared.items() if name not in PRESTRETCHES}
-        known = {n: v for n, v in (shared | own).items() if n in self.film.parameters and v is not None}
+        film = {n: v for n, v in (shared | own).items() if n in self.film.parameters and v is not None}
         rest = {name: q for name, q in self.parameters.items() if name.removeprefix(PREFIX) not in self.film.parameters}
         return {name: q.check(name, given.get(name, q.default)) for name, q in rest.items()} | {
-            PREFIX + name: value for name, value in self.film.complete(known).items()
+            PREFIX + name: value for name, value in self.film.complete(film).items()
         }
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         own = self.film.numbers(self.own(parameters))
+        if self.drive is None:
+            return own
         rest = {name: parameters[name] for name in ("second_flat_height", "second_voltage") if name in self.parameters}
         return rest | {PREFIX + name: value for name, value in own.items()}
 
-    def own(self, n: Numbers) -> dict[str, Any]:
+    def own(self, n: Numbers) -> Numbers:
         """What the film's own formulas take: the numbers without their prefix."""
+        if self.drive is None:
+            return n
         return {name.removeprefix(PREFIX): value for name, value in n.items() if name.startswith(PREFIX)}
 
     def time_constant(self, n: Numbers) -> Any:
         return self.film.time_constant(self.own(n))
 
     def place(self, x: Any, n: Numbers) -> Any:
-        """The film's own displacement d - x."""
-        return n["second_flat_height"] - x
+        """The film's own displacement: x, or d - x."""
+        return x if self.drive is None else n["second_flat_height"] - x
+
+    def _turned(self, value: Any) -> Any:
+        """What points along the film's own displacement, along the disc's."""
+        return value if self.drive is None else -value
 
     # --- the film as the disc feels it -------------------------------------------------------------------------------
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """What it adds to the force that pulls the disc down, and the derivative by x."""
         force, slope = self.film.force(self.place(x, n), squared, y, self.own(n), xp)
-        return -force, slope
+        return self._turned(force), slope
 
     def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """What its voltage takes from the force that pulls the disc down."""
-        return -self.film.voltage_force(self.place(x, n), squared, y, self.own(n), xp)
+        return self._turned(self.film.voltage_force(self.place(x, n), squared, y, self.own(n), xp))
 
     @cached_property
     def borders(self) -> tuple[Border, ...]:
@@ -106,21 +134,27 @@ class SecondFilm(Component):
         def value(x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
             return border.value(self.place(x, n), squared, y, self.own(n), xp)
 
-        return Border(value, border.switch and PREFIX + border.switch, border.seldom, border.jumps, border.tells)
+        return dataclasses.replace(border, value=value, switch=border.switch and self.prefix + border.switch)
 
     def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+        if not self.borders:
+            return {}
         own = self.film.switches(self.place(x, n), squared, self.own(n))
-        return {PREFIX + name: value for name, value in own.items()}
+        return {self.prefix + name: value for name, value in own.items()}
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
-        names = [name.removeprefix(PREFIX) if name.startswith(PREFIX) else f"first {name}" for name in switches]
+        own = [border.switch for border in self.borders]
+        names = [name.removeprefix(self.prefix) if name in own else f"another's {name}" for name in switches]
         return self.film.times_of_kinds(names, dwell)
 
     def pull_in_kind(self, switches: Numbers) -> Any:
         return self.film.pull_in_kind(self.own(switches))
 
     def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
-        return self.film.rates(self.place(x, n), -velocity, squared, y, self.own(n), xp)
+        return self.film.rates(self.place(x, n), self._turned(velocity), squared, y, self.own(n), xp)
+
+    def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        return self.film.dissipation(self.place(x, n), self._turned(velocity), squared, y, self.own(n), xp)
 
     def strain(self, x: Any, n: Numbers) -> Any:
         return self.film.strain(self.place(x, n), self.own(n))
@@ -128,19 +162,22 @@ class SecondFilm(Component):
     def strain_limit(self, n: Numbers) -> Any:
         return self.film.strain_limit(self.own(n))
 
+    def highest_squared(self, x: Any, n: Numbers) -> Any:
+        return self.film.highest_squared(self.place(x, n), self.own(n))
+
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
-        return -self.film.voltage_gain(self.place(x, n), squared, self.own(n))
+        return self._turned(self.film.voltage_gain(self.place(x, n), squared, self.own(n)))
 
-    def work(self, x: Any, squared: Any, n: Numbers) -> Any:
+    def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """Work against film and field from where the film is flat."""
-        return self.film.work(self.place(x, n), squared, self.own(n))
+        return self.film.work(self.place(x, n), squared, y, self.own(n))
 
-    def area(self, x: Any, squared: Any, n: Numbers) -> Any:
-        return self.film.area(self.place(x, n), squared, self.own(n))
+    def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        return self.film.capacitance(self.place(x, n), squared, y, self.own(n), xp)
 
     def current(self, times: Array, x: Array, velocity: Array, voltage: Array, rate: Array, n: Numbers) -> Array:
         """Rate of its charge."""
-        return self.film.current(times, self.place(x, n), -velocity, voltage, rate, self.own(n))
+        return self.film.current(times, self.place(x, n), self._turned(velocity), voltage, rate, self.own(n))
 
     def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
         return self.film.state(self.place(x, n), voltage, self.own(n))
@@ -153,16 +190,26 @@ class SecondFilm(Component):
 
     def odd(self, n: Numbers) -> Any:
         """Whether its force at -x is the opposite of that at x."""
-        return np.logical_and(self.film.odd, np.asarray(n["second_flat_height"]) == 0.0)
+        return self.film.odd and (self.drive is None or np.asarray(n["second_flat_height"]) == 0.0)
 
     def reach(self, n: Numbers) -> tuple[float, float, float]:
         """The displacements of the disc at which it has a state, of one actuator: from lowest to highest, and the
         least distance from where it is flat."""
         begin, end = self.film.reach(self.own(n))
-        flat = float(n["second_flat_height"])
+        flat = float(self.place(0.0, n))
         return flat - end, flat + end, begin
 
+    def outside(self, x: float, n: Numbers) -> str:
+        """Why it has no state at a start, in words, with the remedy; of one actuator."""
+        return ("" if self.drive is None else "second film, ") + self.film.outside(float(self.place(x, n)), self.own(n))
 
-def renamed(state: State) -> State:
-    """A state of the second film or of its circuit."""
-    return dataclasses.replace(state, name=PREFIX + state.name, meaning=f"second film: {state.meaning}")
+    def unreachable(self, n: Numbers) -> str:
+        """Why it has no state at any displacement, in words, with the remedy; of one actuator."""
+        return ("" if self.drive is None else "second film: ") + self.film.unreachable(self.own(n))
+
+
+def renamed(state: State, prefix: str = PREFIX) -> State:
+    """A state of a film or of its circuit, with what stands before its name."""
+    if not prefix:
+        return state
+    return dataclasses.replace(state, name=prefix + state.name, meaning=f"second film: {state.meaning}")
