@@ -80,7 +80,7 @@ def label(
     scalars: dict[str, Any] = {}
     parameter_coords = {}
     for name, value in model.parameters().items():
-        if np.ndim(value) == 0:
+        if name not in model.values or np.ndim(value) == 0:
             scalars[name] = "inf" if value == np.inf else value
         else:
             spread = np.broadcast_to(value, model.shape)
