@@ -9,10 +9,7 @@ import pytest
 from gelcone.studio.server import Studio
 from gelcone.studio.setting import Shelf
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(browser.find_browser() is None, reason="no Chromium on this machine (Debian: chromium)"),
-]
+pytestmark = pytest.mark.skipif(browser.find_browser() is None, reason="no Chromium on this machine (Debian: chromium)")
 ANSWERED = "window.studio && studio.looks.a && studio.looks.a.lines && true"
 
 
@@ -91,6 +88,7 @@ def test_what_moves_is_painted_and_said_in_words(page):
     page.wait(f"document.getElementById('scrub').value != {before}")
 
 
+@pytest.mark.slow
 def test_every_control_is_answered(page):
     names = page.js("[...document.querySelectorAll('#groups [role=tab]')].map((t) => t.textContent)")
     moved = 0
@@ -129,6 +127,7 @@ def test_an_error_of_a_quantity_stands_beside_the_control_that_gives_it(page):
     assert "pre-stretch" in page.js("document.querySelector('[data-name=hoop_prestretch] .error').textContent")
 
 
+@pytest.mark.slow
 def test_a_motion_that_ends_has_no_spectrum_and_the_panel_says_so(page):
     texts = "window.texts = []; const own = CanvasRenderingContext2D.prototype.fillText;"
     page.js(
@@ -177,6 +176,7 @@ def test_the_address_holds_the_state_and_the_history_goes_back(page):
     other.close()
 
 
+@pytest.mark.slow
 def test_a_click_on_the_map_goes_there_and_a_drag_zooms(page):
     page.wait("document.querySelectorAll('#map .legend li').length > 0", 120)
     page.click("#map canvas", 0.7, 0.3)
@@ -199,6 +199,7 @@ def test_two_settings_side_by_side(page):
     page.wait("document.querySelectorAll('.badge').length === 1")
 
 
+@pytest.mark.slow
 def test_files_are_saved(page, tmp_path):
     import gelcone
 
@@ -253,6 +254,7 @@ def test_it_fits_the_window(page, size):
         assert too_large == [], group
 
 
+@pytest.mark.slow
 def test_the_keyboard_is_enough(page):
     page.js("document.querySelector('[data-name=frequency] input[type=range]').focus()")
     page.key("ArrowRight", 39)

@@ -5,6 +5,7 @@ import pytest
 
 import gelcone
 from gelcone.analyses.answer import in_si
+from gelcone.devices.checks import doubts
 from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.studio import look
 from gelcone.studio.setting import Setting, Shelf
@@ -267,7 +268,7 @@ def test_what_is_said_of_a_device(shelf):
     assert told["second"] == pytest.approx(1e3 * device.second_flat_height)
     assert (told["si"], told["name"], told["wrinkles"]) == (True, device.name, device.film == "wrinkling")
     assert told["strength"] == (device.breakdown_field() is not None)
-    assert told["doubts"] == device.doubts()
+    assert told["doubts"] == doubts(device)
     preset = look.about(shelf.subject(Setting(preset="base", values={"bias": "spring+weight"})))
     assert preset["rim"] - preset["disc"] == pytest.approx(1.0)  # lengths are in b - a
     assert (preset["si"], preset["second"], preset["bias"]) == (False, None, "spring+weight")

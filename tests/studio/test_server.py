@@ -21,15 +21,18 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import gelcone.studio.server
+from gelcone.atlas.processes import ProcessesEnded
 from gelcone.codes import Regime
+from gelcone.devices.units import FieldError
 from gelcone.errors import InputError
+from gelcone.presets import load_presets
 from gelcone.progress import Stopped, current_watch
-from gelcone.studio import look
+from gelcone.studio import exports, look
 from gelcone.studio.frames import unpack
-from gelcone.studio.page import Page
+from gelcone.studio.page import MAP_CELLS, STRIP_VALUES, Page
 from gelcone.studio.pool import LANES
 from gelcone.studio.server import LARGEST_MESSAGE, Studio
-from gelcone.studio.setting import Shelf
+from gelcone.studio.setting import Setting, Shelf
 from gelcone.studio.slot import GRACE
 
 PUMP = {"device": "biased-pump"}
@@ -534,3 +537,97 @@ def alive(pid):
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
+
+
+# --- what is answered is what the analyses and the command line give -------------------------------------------------
+
+
+def test_files_and_commands_are_those_of_the_setting(server):
+    setting = {**PUMP, "values": {"frequency": "9 Hz"}}
+    own = Setting.read(setting)
+    with server.page() as page:
+        ask(page, "device", 3, setting=setting)
+        head, arrays = answer(page, "file")
+        assert (head["id"], head["name"]) == (3, "device.toml")
+        device = gelcone.Device.from_text(arrays["data"].tobytes().decode())
+        assert device == gelcone.find_device("biased-pump").replace(frequency="9 Hz")
+        for what, options, axes in (
+            ("simulate", {"periods": 7}, {}),
+            ("regime", {}, {}),
+            ("map", {}, {"x": ["voltage_amplitude", 100, 900], "y": ["frequency", 5, 15]}),
+            ("bifurcation", {}, {"over": ["voltage_amplitude", 100, 900]}),
+        ):
+            ask(page, "code", 4, setting=setting, what=what, options=options, **axes)
+            told = answer(page, "code")[0]
+            assert told["command"].startswith(f"gelcone {what} biased-pump")
+            assert not told["own_file"]
+            if not axes:
+                wanted = exports.Wanted.read(what, options, ())
+                assert told["command"] == exports.command(own, wanted, "biased-pump")
+                assert told["python"] == exports.lines(own, wanted, "biased-pump")
+            if what == "map":
+                assert f"voltage_amplitude=100 V:900 V:{MAP_CELLS[0]}" in told["command"]
+                assert f"frequency=5 Hz:15 Hz:{MAP_CELLS[1]}" in told["command"]
+                assert "--set" not in told["command"]  # the frequency is swept
+            if what == "bifurcation":
+                assert f"voltage_amplitude=100 V:900 V:{STRIP_VALUES}" in told["command"]
+                assert "frequency=9 Hz" in told["command"]
+        ask(page, "code", 5, setting={"file": gelcone.find_device("biased-pump").to_toml()}, what="regime")
+        told = answer(page, "code")[0]
+        assert told["own_file"]
+        assert "device.toml" in told["command"]
+
+
+def test_the_page_is_told_what_there_is(server):
+    with server.page() as page:
+        ask(page, "hello", 9)
+        head = answer(page, "hello")[0]
+    assert (head["id"], head["version"]) == (9, gelcone.__version__)
+    assert head["devices"] == list(server.studio.shelf.devices)
+    assert head["presets"] == {name: preset.purpose for name, preset in load_presets().items()}
+    assert [entry["name"] for entry in head["regimes"]] == [regime.label for regime in Regime]
+
+
+def test_each_side_gets_its_own_answers_and_the_panels_that_are_open(server):
+    with server.page() as page:
+        ask(page, "look", 1, side="a", setting={"preset": "base"}, periods=3, panels=["spectrum"])
+        ask(page, "look", 2, side="b", setting={"preset": "base", "values": {"voltage": "0.1"}}, periods=3)
+        found = []
+        while len(found) < 5:
+            head, _ = unpack(page.recv(timeout=30))
+            found.append((head["side"], head["id"], head["kind"]))
+        assert sorted(found) == [
+            ("a", 1, "kind"),
+            ("a", 1, "response"),
+            ("a", 1, "spectrum"),
+            ("b", 2, "kind"),
+            ("b", 2, "response"),
+        ]
+        assert "controls" not in head
+
+
+@pytest.mark.parametrize(
+    ("error", "control", "message"),
+    [
+        (FieldError("frequency", "frequency = 1: is\n  wrong"), "frequency", "frequency = 1: is wrong"),
+        (InputError("--set voltage 9: is wrong"), "voltage", "--set voltage 9: is wrong"),
+        (InputError("prestretch: must be positive"), "prestretch", "prestretch: must be positive"),
+        (
+            ProcessesEnded("gone"),
+            "a",
+            "a worker process ended, perhaps for lack of memory; change a setting to try again",
+        ),
+        (KeyError("/secret/path"), "the", "the studio failed at this; the terminal says how"),
+    ],
+)
+def test_an_error_is_one_line_with_its_control_and_a_fault_says_nothing_of_itself(server, error, control, message):
+    sent = []
+    page = Page(None, server.studio.shelf, server.studio.pool, server.studio.saving)
+
+    async def send(head, arrays=None):
+        sent.append(head)
+
+    page.send = send
+    asyncio.run(page.fail(5, error, "b"))
+    page.end()
+    assert sent == [{"kind": "error", "id": 5, "side": "b", "control": control, "message": message}]

@@ -347,5 +347,5 @@ def about(subject: Subject) -> dict[str, Any]:
         "si": device is not None,
         "name": device.name if device is not None else "",
         "strength": "dielectric_strength" in model.values,
-        "doubts": [] if device is None else device.doubts(),
+        "doubts": [] if device is None else doubts(device),
     }
