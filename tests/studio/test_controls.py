@@ -139,8 +139,9 @@ def test_a_slider_goes_to_a_round_number_above_twice_its_value(value, high):
 
 
 def test_bounds_of_a_field_bound_its_slider(shelf):
-    for control in controls_of(shelf.subject(Setting(device="biased-pump"))):
-        about = Device.all_fields()[control.name]
+    subject = shelf.subject(Setting(device="biased-pump"))
+    for control in controls_of(subject):
+        about = subject.device.all_fields()[control.name]
         if about.above is not None and control.kind == "number":
             assert control.low * 10.0 ** control.powers[control.unit] > about.above, control.name
         if about.least is not None and control.kind == "number":

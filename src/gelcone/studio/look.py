@@ -14,6 +14,7 @@ import numpy as np
 from gelcone.analyses.subject import Subject
 from gelcone.codes import Outcome, Regime
 from gelcone.dataset import Findings
+from gelcone.devices.checks import doubts
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import static
