@@ -67,7 +67,7 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
         wrinkles = film_state_json(shown) is not None
         lines.append("share of the time outside the model's validity (mean over members):")
         for name, variable in shown.items():
-            if str(name).startswith("validity_"):
+            if str(name).startswith("validity_") and name != "validity_error":
                 share = float(variable.mean())
                 if share == 0.0 and wrinkles and str(name).endswith("slack"):
                     continue  # a film that wrinkles is never compressed: the shares of its states tell how it is slack

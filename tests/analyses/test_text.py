@@ -1,0 +1,424 @@
+"""What commands print as text: its numbers are those of the results, its words those of their kinds."""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gelcone
+from gelcone.analyses import answer, branches, envelope, frequency, grids, motions, stability, statics, tables
+from gelcone.analyses import trajectories as runs
+from gelcone.analyses.subject import Subject
+from gelcone.codes import Outcome, Regime
+from gelcone.presets import find_preset
+from gelcone.words import (
+    MOST_LINES,
+    attractor_in_words,
+    evidence_in_words,
+    film_state_in_words,
+    kinds_of_motion,
+    lasting_in_words,
+    members_of,
+    shortened,
+    validity_in_words,
+)
+
+BASE = find_preset("base").model
+CHAOS = BASE.replace(voltage=1.04)
+NUMBER = r"([-+]?\d[\d.e+-]*)"
+
+
+def numbers(line):
+    return [float(text.rstrip(".")) for text in re.findall(NUMBER, line)]
+
+
+def text_of(words, result, model):
+    return words(result, Subject(model)).splitlines()
+
+
+def line_with(lines, part):
+    (found,) = [line for line in lines if part in line]
+    return found
+
+
+# --- numbers of runs --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("voltages", [1.04, [0.5, 1.04]])
+def test_the_exponent_per_forcing_period_and_its_error_are_those_per_time_times_the_period(voltages):
+    model = BASE.replace(voltage=voltages)
+    lines = text_of(motions.lyapunov_words, gelcone.lyapunov(model, budget=600.0, window=50.0), model)
+    line = next(line for line in reversed(lines) if "per forcing period" in line)
+    *_, value, error, by_period, its_error = numbers(line)
+    period = np.pi / 0.1
+    assert by_period / value == pytest.approx(period, rel=0.02)
+    assert its_error / error == pytest.approx(period, rel=0.05)
+
+
+def test_the_lines_of_the_exponents_of_one_run():
+    found = gelcone.lyapunov(CHAOS, budget=600.0, window=50.0)
+    lines = text_of(motions.lyapunov_words, found, CHAOS)
+    second, error, off = numbers(line_with(lines, "second exponent"))
+    assert second == pytest.approx(float(found["lyapunov"][1]), abs=1e-3)
+    assert error == pytest.approx(float(found["standard_error"][1]), rel=0.1)
+    assert off == pytest.approx(abs(float(found["sum_residual"])), rel=0.5)
+    assert numbers(line_with(lines, "averaged over"))[0] == pytest.approx(float(found["averaged_time"]), rel=1e-3)
+    window, first, other = numbers(line_with(lines, "over the first"))
+    assert window == pytest.approx(float(found["finite_time"].max()), rel=1e-3)
+    assert [first, other] == pytest.approx(found["finite"].values, rel=1e-3)
+    cycle = gelcone.lyapunov(BASE.replace(voltage=0.97), budget=600.0, window=50.0)
+    lines = text_of(motions.lyapunov_words, cycle, BASE)
+    assert "a cycle of 1 forcing period" in line_with(lines, "multipliers of what it settles on")
+
+
+def test_the_regime_says_extent_evidence_and_times():
+    model = BASE.replace(voltage=1.02)
+    found = gelcone.regime(model, budget=600.0)
+    lines = text_of(motions.regime_words, found, model)
+    assert lines[lines.index("periodic, period 2") + 1].startswith("largest exponent -0.01")
+    extent = numbers(line_with(lines, "displacement"))
+    assert extent == pytest.approx([float(found["lowest"]), float(found["highest"])], rel=1e-3)
+    assert numbers(line_with(lines, "settled for"))[0] == pytest.approx(float(found["settled_time"]), rel=1e-3)
+    assert numbers(line_with(lines, "of its size"))[0] == pytest.approx(float(found["cycle_distance"]), rel=0.5)
+    shares = numbers(line_with(lines, "the model does not hold"))
+    own = [100.0 * float(found[f"validity_{name}"]) for name in ("hoop_slack", "meridional_slack")]
+    assert shares == pytest.approx(own, rel=0.01)
+
+
+def test_sections_and_extrema_say_their_ranges():
+    found = gelcone.section(CHAOS, repeats=9, discard=20)
+    lines = text_of(runs.section_words, found, CHAOS)
+    for name in ("displacement", "velocity"):
+        ends = [float(found[name].min()), float(found[name].max())]
+        assert numbers(line_with(lines, f"{name} ")) == pytest.approx(ends, rel=1e-4)
+    turns = gelcone.extrema(CHAOS, repeats=9, discard=20)
+    lines = text_of(runs.extrema_words, turns, CHAOS)
+    for kind, word in ((1, "maxima"), (-1, "minima")):
+        own = turns["displacement"].values[turns["maximum"].values == kind]
+        assert numbers(line_with(lines, word)) == pytest.approx([own.size, own.min(), own.max()], rel=1e-4)
+
+
+def test_a_spectrum_lists_its_strongest_lines():
+    found = gelcone.spectrum(CHAOS)
+    lines = text_of(runs.spectrum_words, found, CHAOS)
+    rms, mean = numbers(line_with(lines, "rms"))
+    assert [rms, mean] == pytest.approx([float(found["rms"]), float(found["mean_displacement"])], rel=1e-4)
+    share, flatness = numbers(line_with(lines, "variance in lines"))
+    assert share == pytest.approx(100.0 * float(found["power_in_lines"]), rel=1e-3)
+    assert flatness == pytest.approx(float(found["flatness"]), rel=0.01)
+    head = next(k for k, line in enumerate(lines) if "frequency/drive" in line)
+    names = ("line_ratio", "line_frequency", "line_amplitude", "line_prominence")
+    for k in range(runs.PRINTED_LINES):
+        own = [float(found[name][k]) for name in names]
+        assert numbers(lines[head + 1 + k]) == pytest.approx(own, rel=1e-3, abs=0.06)
+    assert lines[-1] == f"  and {found.sizes['line'] - runs.PRINTED_LINES} more"
+
+
+def test_a_time_response_says_its_ranges_and_where_a_film_pulls_in():
+    model = BASE.replace(film="wrinkling", voltage=1.3)
+    found = gelcone.simulate(model, periods=3)
+    lines = text_of(runs.simulate_words, found, model)
+    time, place, voltage = numbers(line_with(lines, "film pulls in at"))
+    own = [float(found[f"pull_in_{name}"]) for name in ("time", "displacement", "voltage")]
+    assert [time, place, voltage] == pytest.approx(own, rel=1e-4)
+    kind = ("", "minimum", "localisation")[int(found["pull_in_kind"])]
+    assert line_with(lines, "film pulls in at").endswith(f"({kind})")
+    quiet = gelcone.simulate(BASE, periods=3)
+    lines = text_of(runs.simulate_words, quiet, BASE)
+    x = quiet["displacement"].values
+    expected = [x.min(), x.max(), x[x.size // 2 :].min(), x[x.size // 2 :].max()]
+    assert numbers(line_with(lines, "in the second half")) == pytest.approx(expected, rel=1e-3)
+    assert numbers(line_with(lines, "  hoop slack"))[0] == pytest.approx(
+        100.0 * float(quiet["validity_hoop_slack"]), abs=0.05
+    )
+    assert not [line for line in lines if line.strip().startswith("error")]
+
+
+def test_a_table_has_a_line_for_every_number_and_says_what_is_not_reached():
+    model = find_preset("spring").model.replace(voltage=0.1)
+    found = gelcone.operating_limits(model)
+    lines = text_of(tables.table_words, found, model)
+    for name, variable in found.data_vars.items():
+        if name == "outcome" or str(name).startswith("validity"):
+            continue
+        (line,) = [line for line in lines if line.startswith(f"{variable.attrs['long_name']}: ")]
+        value = float(variable)
+        if np.isfinite(value):
+            assert numbers(line.rpartition(": ")[2]) == pytest.approx([value], rel=1e-4)
+        else:
+            assert line.endswith("none" if np.isnan(value) else "not reached")
+
+
+# --- statics and stability --------------------------------------------------------------------------------------------
+
+
+def member_of_statics(begin, end, kind=gelcone.PullIn.FOLD):
+    one = {"outcome": 0, "pull_in_voltage": 1.2, "pull_in_from": begin, "pull_in_to": end, "pull_in_kind": int(kind)}
+    empty = {name: ("fold", np.array([np.nan])) for name in ("fold_voltage", "fold_displacement")}
+    lines = {name: (name, [0.0]) for name in ("constant_voltage", "displacement")}
+    return xr.Dataset(one | empty | lines | {"pitchfork_voltage": np.nan})
+
+
+def test_pull_in_is_gradual_where_the_disc_stays_in_its_place():
+    (gradual,) = statics._event_lines(member_of_statics(0.3, 0.3))
+    assert gradual.endswith("(it leaves it gradually)")
+    (jump,) = statics._event_lines(member_of_statics(0.3, 0.9))
+    assert jump.endswith("(moves to 0.9)")
+    (gone,) = statics._event_lines(member_of_statics(0.3, np.inf))
+    assert not gone.endswith(")")
+    (never,) = statics._event_lines(member_of_statics(0.3, 0.3, gelcone.PullIn.NEVER))
+    assert gelcone.PullIn.NEVER.meaning in never
+
+
+def test_a_ramp_with_a_jump_says_where_to():
+    """The same on real statics: the disc of a buckled film leaves the middle gradually, that of a soft bias jumps."""
+    model = gelcone.ConeModel(spring_stiffness=1.5)
+    found = gelcone.static(model, [0.0, 1.5])
+    lines = text_of(statics.static_words, found, model)
+    assert float(found["pull_in_from"]) == float(found["pull_in_to"])
+    assert "it leaves it gradually" in line_with(lines, "slow voltage ramp")
+    assert numbers(line_with(lines, "pitchfork of the flat film")) == pytest.approx([np.sqrt(1.5)], rel=1e-3)
+    at = line_with(lines, "  1.5: rests at")
+    there = [float(x) for x in found["equilibrium_displacement"][1]]
+    assert [float(t) for t in re.findall(NUMBER + r" \((?:un)?stable", at)] == pytest.approx(there, rel=1e-3)
+    assert re.findall(r"\((\w+)", at) == ["stable", "unstable", "stable"]
+    stroke, force = numbers(at.rpartition("; ")[2])
+    assert [stroke, force] == pytest.approx([float(found["stroke"][1]), float(found["blocked_force"][1])], abs=1e-4)
+
+
+def test_tongues_say_their_lowest_onset_and_the_share_that_is_unstable():
+    found = gelcone.tongues(BASE, [0.1, 0.3, 1.0, 2.0], np.linspace(0.1, 1.9, 7))
+    lines = text_of(stability.tongues_words, found, BASE)
+    onset, *_, searched = numbers(line_with(lines, "at its own frequency"))
+    assert onset == pytest.approx(float(found["own_onset_voltage"]), rel=1e-5)
+    assert searched == pytest.approx(float(found["own_searched"][1]), rel=1e-3)
+    k = int(np.nanargmin(found["onset_voltage"].values))
+    lowest, at = numbers(line_with(lines, "lowest onset"))
+    assert [lowest, at] == pytest.approx([float(found[n][k]) for n in ("onset_voltage", "drive_frequency")], rel=1e-3)
+    share = 100.0 * float((found["margin"] > 0.0).mean())
+    assert numbers(line_with(lines, "of the grid"))[0] == pytest.approx(share, rel=0.01)
+
+
+# --- envelopes --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("peak", "at", "words"),
+    [
+        (0.79, 2.0, "inside the window"),
+        (0.98, 2.0, "and below a limit"),
+        (1.02, 2.0, "and beyond a limit"),
+        (0.79, 9.0, "outside the frequencies examined"),
+    ],
+)
+def test_where_the_own_drive_lies(peak, at, words):
+    """The window of 0.8 with a margin of 0.2 lies below a limit of 1."""
+    window = {"drive_frequency": ("drive_frequency", [1.0, 3.0]), "recommended_peak": ("drive_frequency", [0.7, 0.9])}
+    shown = xr.Dataset(window | {"own_peak": peak, "own_frequency": at}, attrs={"options": '{"margin": 0.2}'})
+    line = envelope._own_line(shown)
+    assert words in line
+    assert numbers(line)[:2] == [peak, at]
+
+
+def test_the_tables_of_an_envelope_are_its_numbers():
+    model = find_preset("spring").model
+    found = gelcone.envelope(model, frequencies=[0.3, 0.6], peaks=[0.1, 0.5, 0.9])
+    lines = text_of(envelope.envelope_words, found, model)
+    static = found["static_limit_voltage"].sel(static_limit="hoop slack")
+    k = int(np.argmin(found["limit_low"].sel(driven_limit="hoop slack").values))
+    driven = [float(found[f"limit_{end}"].sel(driven_limit="hoop slack")[k]) for end in ("low", "high")]
+    row = numbers(next(line for line in lines if line.startswith("  hoop slack")))
+    assert row == pytest.approx([float(static), *driven, float(found["drive_frequency"][k])], rel=1e-3)
+    heading = next(k for k, line in enumerate(lines) if line.startswith("recommended drive"))
+    names = ("drive_frequency", "recommended_peak", "window_stroke", "window_power", "window_apparent_power")
+    for k in range(2):
+        row = lines[heading + 2 + k]
+        first = [float(found[f"limit_{end}"].sel(driven_limit="hoop slack")[k]) for end in ("low", "high")]
+        assert numbers(row) == pytest.approx([*(float(found[name][k]) for name in names), *first], rel=1e-3)
+    constant = line_with(lines, "recommended constant voltage")
+    assert numbers(constant)[1] == pytest.approx(float(found["recommended_constant"]), rel=1e-3)
+    level = float(found["recommended_constant"])
+    at = [np.interp(level, found["peak_voltage"], found[n]) for n in ("stroke", "blocked_force", "natural_frequency")]
+    assert numbers(constant)[2:5] == pytest.approx(at, rel=1e-3)
+
+
+# --- grids ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_map_names_its_extreme_exponents_and_counts_its_cells():
+    over = {"voltage": [0.9, 0.97, 1.04], "damping_ratio": [0.01, 0.02]}
+    found = gelcone.map(BASE, over, budget=600.0)
+    lines = text_of(grids.map_words, found, BASE)
+    exponent = found["lyapunov"].isel(exponent=0)
+    for word, at in (("highest", exponent.argmax(...)), ("lowest", exponent.argmin(...))):
+        value, _, *where = numbers(line_with(lines, f"{word} exponent"))
+        assert value == pytest.approx(float(exponent[at]), abs=1e-3)
+        assert where == pytest.approx([float(found[d].isel({d: at[d]})) for d in over])
+    counted = line_with(lines, "% chaotic")
+    for kind in Regime:
+        count = int((found["regime"] == kind).sum())
+        assert (f"{kind.label} {count}" in counted) == (count > 0)
+    assert numbers(counted.rpartition("(")[2])[0] == pytest.approx(
+        100.0 * float((found["regime"] == 3).mean()), rel=0.01
+    )
+    assert line_with(lines, "cells computed").startswith("6 of 6 cells computed; ")
+
+
+def test_a_sweep_says_where_chaos_is_most_probable():
+    draws = {"voltage": np.array([0.9, 1.04, 1.05])}
+    plan = gelcone.Plan(BASE, {"damping_ratio": [0.01, 0.5]}, draws=draws, options={"budget": 600.0})
+    found = gelcone.sweep(plan)
+    chance = gelcone.probability(found)
+    assert float(chance["probability"][0]) > float(chance["probability"][1])
+    line = line_with(text_of(grids.sweep_words, found, BASE), "probability of chaos")
+    own = [float(chance[name][0]) for name in ("probability", "low", "high", "decided")]
+    assert numbers(line) == pytest.approx([*own, 0.01], rel=0.01)
+
+
+def test_thresholds_and_counts_of_each_branch_of_a_diagram():
+    found = gelcone.bifurcation(BASE, "voltage", [0.9, 0.97, 1.04], sweeps=["up"], budget=600.0, bisections=2)
+    lines = text_of(grids.bifurcation_words, found, BASE)
+    assert line_with(lines, "  up: rest 1,").startswith("  up: rest 1, periodic 1, chaotic 1")
+    rows = gelcone.thresholds_of(found)
+    told = lines[lines.index("changes of regime:") + 1 :][: len(rows)]
+    for row, line in zip(rows, told, strict=True):
+        assert line.startswith(f"  {row['branch']}: {row['from']} -> {row['to']} at voltage ")
+        assert numbers(line.rpartition(" at voltage ")[2])[:2] == pytest.approx([row["low"], row["high"]], rel=1e-5)
+        assert ("cascade" in line) == row["cascade"]
+
+
+def test_the_answer_of_a_frequency_response_doubles_amplitudes_and_names_its_jumps():
+    model = find_preset("spring").model.replace(voltage=0.4)
+    found = gelcone.frequency(model, np.linspace(0.3, 0.9, 7))
+    lines = text_of(frequency.frequency_words, found, model)
+    for branch in ("up", "down"):
+        own = found.sel(branch=branch)
+        stroke, error, at, low, high = numbers(line_with(lines, f"swept {branch:5s} largest"))[:5]
+        assert stroke == pytest.approx(2.0 * float(own["peak_amplitude"]), rel=1e-3)
+        assert error == pytest.approx(2.0 * float(own["peak_amplitude_error"]), rel=0.3)
+        expected = [float(own[f"peak_{end}"]) for end in ("frequency", "low", "high")]
+        assert [at, low, high] == pytest.approx(expected, rel=1e-4)
+    k = int(np.argmax(found["linear_stroke"].values))
+    expected = [float(found[name][k]) for name in ("linear_stroke", "drive_frequency")]
+    assert numbers(line_with(lines, "linear theory")) == pytest.approx(expected, rel=1e-3)
+    jump = xr.Dataset({"jump_low": 1.0, "jump_high": 1.1, "jump_from": 0.2, "jump_to": 0.7}).expand_dims("jump")
+    jump["jump_branch"] = ("jump", ["up"])
+    (line,) = frequency._jump_lines(jump, "", "")[1:]
+    assert line == "  swept up    at 1 to 1.1: stroke 0.2 -> 0.7"
+
+
+def test_branches_say_where_they_run_what_is_stable_and_what_is_born():
+    found = gelcone.continue_branch(BASE, "voltage", 0.9, 0.99, checks=2)
+    lines = branches.branch_lines(found)
+    for k in range(found.sizes["branch"]):
+        own = found.isel(branch=k)
+        values = own["value"].values[np.isfinite(own["value"].values)]
+        line = line_with(lines, f"branch {k}: ")
+        low, high, points, share = numbers(line.partition(", voltage ")[2])[:4]
+        assert [low, high] == pytest.approx([values.min(), values.max()], rel=1e-5)
+        assert points == values.size
+        assert share == pytest.approx(100.0 * float((own["stable"] == 1).sum()) / values.size, rel=0.01)
+    first = found.isel(event=int(np.flatnonzero(found["event_born_branch"].values >= 0)[0]))
+    line = line_with(lines, f"branch {int(first['event_born_branch'])} is born")
+    assert numbers(line)[:2] == pytest.approx([float(first["event_value"]), float(first["event_error"])], rel=0.5)
+    assert float(numbers(line)[0]) == pytest.approx(float(first["event_value"]), rel=1e-9)
+    assert ("supercritical" in line) == (int(first["event_supercritical"]) == 1)
+
+
+# --- lists, members, kinds --------------------------------------------------------------------------------------------
+
+
+def test_a_long_list_shows_its_beginning():
+    lines = [str(k) for k in range(MOST_LINES + 5)]
+    assert shortened(lines)[:-1] == lines[:MOST_LINES]
+    assert shortened(lines)[-1] == "  and 5 more (all with --json or --out)"
+    assert shortened(lines[:MOST_LINES]) == lines[:MOST_LINES]
+    assert shortened(lines[:3], MOST_LINES + 2)[-1].startswith("  and 2 more")
+
+
+def test_members_are_named_by_what_varies_in_their_order():
+    found = gelcone.settled(BASE.replace(voltage=[0.5, 0.6, 0.7]))
+    assert [name for name, _ in members_of(found)] == ["voltage 0.5", "voltage 0.6", "voltage 0.7"]
+    assert [name for name, _ in members_of(found, 2)] == ["voltage 0.5", "voltage 0.6"]
+
+
+def cells(outcomes, regimes, doubtful):
+    columns = {"outcome": outcomes, "regime": regimes, "doubtful": doubtful}
+    return xr.Dataset({name: ("member", values) for name, values in columns.items()})
+
+
+def test_cells_that_pulled_in_are_counted_by_themselves_and_failed_ones_are_not_doubtful():
+    left, ok, gone = Regime.LEFT_THE_DOMAIN, Outcome.OK, Outcome.PULLED_IN
+    found = cells([ok, gone, Outcome.STRETCH_LIMIT, ok], [3, left, left, 1], [1, 1, 0, 0])
+    assert answer.counts_text(found) == "periodic 1, chaotic 1, left the domain 1, pulled in 1"
+    (line,) = answer.doubt_lines(found)
+    assert line.startswith("1 of 4 doubtful")
+    assert answer.outcome_lines(found) == [
+        f"1 of 4 run(s) failed: {Outcome.STRETCH_LIMIT.meaning}",
+        f"1 of 4 run(s) failed: {gone.meaning}",
+    ]
+
+
+def chaos(share, **changed):
+    times = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "seen_until": 700.0} | changed
+    own = {name: ((), value, {"units": "1"}) for name, value in times.items()}
+    fates = {"fate_regime": ("fate", [1, 0, -1]), "fate_period": ("fate", [3, 0, 0])}
+    for end, values in (("", [0.75, 0.25, 0.0]), ("_low", [0.5, 0.1, 0.0]), ("_high", [0.9, 0.5, 0.2])):
+        fates[f"fate_share{end}"] = ("fate", values)
+    return xr.Dataset(own | fates | {"starts": 16, "share_chaotic": share})
+
+
+def test_how_long_chaos_lasts_and_where_it_ends():
+    short, fates = lasting_in_words(chaos(0.25))
+    assert short == "chaos lasts 50 [20, 90] time units in the mean; 4 of 16 nearby starts are still chaotic"
+    assert fates.endswith("periodic, period 3 75% [50%, 90%]; rest 25% [10%, 50%]")
+    (whole,) = lasting_in_words(chaos(1.0))
+    assert numbers(whole) == [700.0, 20.0]
+
+
+def test_the_evidence_of_a_doubtful_or_failed_run():
+    one = {"outcome": 0, "regime": 1, "period": 2, "symmetric": 0, "doubtful": 1, "zero_one": 0.03}
+    one |= {"cycle_distance": np.nan, "return_distance": 2e-7}
+    member = xr.Dataset(one).assign(lyapunov=("exponent", [-0.1, -0.2]), standard_error=("exponent", [0.01, 0.01]))
+    assert evidence_in_words(member) == [
+        "periodic, period 2",
+        "largest exponent -0.100 ± 0.010 per unit time",
+        "0-1 test 0.03",
+        "points return to within 2e-07 of its size",
+        "! the evidence disagrees",
+    ]
+    assert evidence_in_words(member.assign(outcome=int(Outcome.OUTSIDE))) == ["failed: outside"]
+
+
+def test_an_attractor_is_unstable_where_its_exponent_is_positive():
+    one = {"regime": 1, "period": 2, "lowest": -0.25, "highest": 0.5, "share": 0.125, "lyapunov": 0.02}
+    own = xr.Dataset({f"attractor_{name}": value for name, value in one.items()})
+    assert attractor_in_words(own) == "periodic, period 2, unstable: 12.5 %\nfrom -0.25 to 0.5"
+    assert "unstable" not in attractor_in_words(own.assign(attractor_lyapunov=-0.02))
+    assert "unstable" not in attractor_in_words(own.assign(attractor_regime=int(Regime.CHAOTIC)))
+
+
+def test_sweeps_over_frequency_name_what_does_not_follow_the_drive():
+    sweep = xr.Dataset({"period": ("f", [1, 2, 0, 0]), "outcome": ("f", [0, 0, 0, int(Outcome.PULLED_IN)])})
+    assert {kind: where.values.tolist() for kind, where in kinds_of_motion(sweep).items()} == {
+        "subharmonic": [False, True, False, False],
+        "not periodic": [False, False, True, False],
+    }
+
+
+def test_where_the_model_does_not_hold():
+    shares = {"hoop_slack": [0.2, 0.0, np.nan], "near_limit": [0.0, 0.0, 0.0], "breakdown": [np.nan] * 3}
+    found = xr.Dataset({f"validity_{name}": ("member", values) for name, values in shares.items()})
+    assert validity_in_words(found) == [
+        "of 3 motions the model does not hold in: hoops slack in 1 (up to 20 % of the motion)",
+        "breakdown unknown: the dielectric strength is not given",
+    ]
+    held = found.assign(validity_breakdown=("member", [0.0] * 3), validity_hoop_slack=("member", [0.0] * 3))
+    assert validity_in_words(held) == ["the model holds: film taut, away from its limits"]
+
+
+def test_states_of_a_film_are_shares_of_the_time():
+    found = xr.Dataset({"film_state_taut": ("member", [0.5, 0.7]), "film_state_crumpled": ("member", [0.5, 0.3])})
+    assert film_state_in_words(found) == ["film (mean share of the time): taut 60.0 %, crumpled 40.0 %"]
+    assert film_state_in_words(found.isel(member=0)) == ["film (share of the time): taut 50.0 %, crumpled 50.0 %"]
