@@ -68,7 +68,7 @@ def test_with_a_device_only_its_own_words_are_understood(over, message):
         ("voltage=1:1:5", "empty or reversed"),
         ("voltage=0,2,1", "must increase"),
         ("voltage=0,1,1", "must increase"),
-        ("voltage=0:1", "must be a number"),
+        ("voltage=0:1", "must be a range from:to:count"),
         ("voltage_amplitude=0,1", "is a field of a device; without a device, set 'voltage'"),
         ("film_thickness=0,1", "is a field of a device; give a device to set it"),
         ("voltage=0:1:10000000", "a range takes 2 to 100000"),

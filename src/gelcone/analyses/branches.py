@@ -238,7 +238,9 @@ def locus_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any
         _check_order(name, parts[0], parts[1])
         if name in over:
             raise InputError(f"--over {name}: is given twice; give it once")
-        ((_, between),) = read_over([f"{name}={parts[0]}:{parts[1]}:2"], subject.device, subject.model.system).items()
+        with _in_words(name, parts[0], parts[1]):
+            typed = [f"{name}={parts[0]}:{parts[1]}:2"]
+            ((_, between),) = read_over(typed, subject.device, subject.model.system).items()
         over[name] = (float(between[0]), float(between[-1]))
     if len(over) != 2:
         raise InputError(

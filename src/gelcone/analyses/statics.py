@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines
+from gelcone.errors import InputError
 from gelcone.physics.balance import PullIn
 from gelcone.words import FAILINGS, meaning_at, measured, members_of, shortened, strength_in_words, unit_of
 
@@ -15,6 +17,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.subject import Subject
+
+
+def static_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of `gelcone.static`."""
+    if (np.diff(np.atleast_1d(given.get("displacements", 0.0))) <= 0.0).any():
+        raise InputError("--displacements: must increase; sort the values and remove duplicates")
+    return dict(given)
 
 
 def static_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

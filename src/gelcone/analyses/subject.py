@@ -255,6 +255,8 @@ def read_numbers(option: str, text: str, read: Reader) -> Any:
         if not 2 <= number <= MOST_POINTS:
             raise InputError(f"{shown}: has {number} points; a range takes 2 to {MOST_POINTS}")
         return np.linspace(begin, end, number)
+    if ":" in text:
+        raise InputError(f"{shown}: must be a range from:to:count, the last being the number of values: {text}:21")
     parts = [part.strip() for part in text.split(",")]
     if not all(parts):
         raise InputError(f"{shown}: has an empty value; must be a number, a list v1,v2,... or a range from:to:count")

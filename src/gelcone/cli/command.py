@@ -21,6 +21,7 @@ from gelcone.cli.options import (
 )
 from gelcone.cli.output import deliver, progress_bar
 from gelcone.devices.analysis import device_words, plain
+from gelcone.errors import InputError
 from gelcone.plots import plot
 from gelcone.register.analyses import ANALYSES
 from gelcone.register.analysis import Analysis
@@ -31,10 +32,23 @@ if TYPE_CHECKING:
 
 def command_of(analysis: Analysis) -> click.Command:
     """The command that runs an analysis."""
-    arguments = [click.Argument([name], metavar=shown) for name, shown in analysis.arguments.items()]
+    device, *subject = subject_parameters()
+    if analysis.arguments:
+        device = click.Argument(["words"], nargs=-1, metavar=" ".join(["[DEVICE]", *analysis.arguments.values()]))
     options = option_parameters(analysis.options.values())
-    params = [*arguments, *subject_parameters(), *over_parameter(analysis), *options, *output_parameters()]
+    params = [device, *subject, *over_parameter(analysis), *options, *output_parameters()]
     return click.Command(analysis.command, params=params, callback=partial(run, analysis), help=help_of(analysis))
+
+
+def _in_places(analysis: Analysis, words: tuple[str, ...]) -> dict[str, str | None]:
+    """The arguments of a command by their names, the device first where one is given."""
+    places = list(analysis.arguments)
+    if len(words) == len(places):
+        return {"device": None, **dict(zip(places, words, strict=True))}
+    if len(words) == 1 + len(places):
+        return dict(zip(["device", *places], words, strict=True))
+    form = " ".join(["[DEVICE]", *analysis.arguments.values()])
+    raise InputError(f"{analysis.command}: takes {form}, not {len(words)} words: {' '.join(words) or 'none'}")
 
 
 def help_of(analysis: Analysis) -> str:
@@ -57,6 +71,8 @@ def run(
     **typed: Any,
 ) -> int:
     """Reads what was typed, runs the analysis and delivers its result, drawn by ``draw``."""
+    if analysis.arguments:
+        typed |= _in_places(analysis, typed.pop("words"))
     subject = subject_of(typed)
     given = {name: value for name, value in typed.items() if value is not None}
     arguments = arguments_of(analysis, subject, given)

@@ -228,6 +228,8 @@ def show_command() -> click.Command:
 
 def run_show(*, store: Path, out: Path | None, force: bool, as_json: bool) -> int:
     """Reads a store and delivers what it holds."""
+    if store.is_file():
+        raise InputError(f"{store}: is a file, not the folder of a store; gelcone.load reads what --out wrote")
     check_folder(out, SHOW.command, force)
     return deliver(answers_of(SHOW), show(store), stored(store).subject, out, force, as_json)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import Answers
@@ -18,6 +19,7 @@ from gelcone.errors import DoubtfulInput, InputError
 from gelcone.files import check_writable
 from gelcone.physics.model import ConeModel
 
+DEFAULT_DISPLACEMENTS = (0.1, 2.0, 20)
 HELP = """Is the cone right? Force over displacement of the film as a cone and as an axisymmetric membrane.
 
 --set radius_ratio=a/b gives the disc's radius over the film's (default 0.2; a device has its own). The spring,
@@ -36,10 +38,9 @@ def validate_command() -> click.Command:
         *subject_parameters(),
         click.Option(
             ["--displacements"],
-            default="0.1:2:20",
-            show_default=True,
             metavar="X1,X2,...",
-            help="Displacements x = h/(b-a) of the disc, a list or from:to:count (with a device also '2 mm,5 mm').",
+            help="Displacements x = h/(b-a) of the disc, a list or from:to:count (with a device '2 mm,5 mm'). "
+            "[default: 20 from 0.1 to 2 times the width b-a]",
         ),
         click.Option(
             ["--voltages"],
@@ -70,7 +71,7 @@ def validate_command() -> click.Command:
 
 def run_validate(
     *,
-    displacements: str,
+    displacements: str | None,
     voltages: str | None,
     wrinkles: Any,
     elements: int,
@@ -89,7 +90,11 @@ def run_validate(
     own, typed["settings"] = split_settings(settings)
     subject = subject_of(typed)
     ratio = radius_ratio(own, subject)
-    x = read_measures("--displacements", displacements, "length", subject.device)
+    x = (
+        np.linspace(*DEFAULT_DISPLACEMENTS)
+        if displacements is None
+        else read_measures("--displacements", displacements, "length", subject.device)
+    )
     levels = constant_voltages(voltages, settings, subject)
     check_folder(out, "validate", force)
     if fit_file is not None:

@@ -223,12 +223,12 @@ def test_json_has_the_agreed_keys(base):
 
 def test_a_device_is_followed_in_its_units_until_it_pulls_in(command_line):
     code, out, err = command_line(
-        "continue", "frequency", "9 Hz", "11 Hz", "biased-pump", "--from", "settled", "--checks", "2"
+        "continue", "biased-pump", "frequency", "9 Hz", "11 Hz", "--from", "settled", "--checks", "2"
     )
     assert code == 0, err
     assert "frequency 9 to 10.6646 Hz" in out
     assert "pulls in" in out
-    code, _, err = command_line("continue", "frequency", "11 Hz", "9 Hz", "biased-pump")
+    code, _, err = command_line("continue", "biased-pump", "frequency", "11 Hz", "9 Hz")
     assert code == 2
     assert err.count("\n") == 1
 

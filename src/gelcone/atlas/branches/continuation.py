@@ -60,7 +60,7 @@ PLACES = {"branch": "value", "event": "event_value", "run": "run_value"}
     takes="device",
     examples=(
         "voltage 0.9 1.4 --preset base --out results",
-        'film_thickness "0.15 mm" "0.25 mm" biased-pump --from settled --json',
+        'biased-pump film_thickness "0.15 mm" "0.25 mm" --from settled --json',
         "drive_frequency 0.1 3 --preset spring --set damping_ratio=0.01 --from settled --switch 0",
     ),
 )

@@ -1,0 +1,35 @@
+"""Messages about what was typed, in the words of what was typed."""
+
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("typed", "message"),
+    [
+        (["static", "soft-film", "--voltages", "0 V:2 kV"], "must be a range from:to:count"),
+        (["simulate", "soft-film", "--set", "voltage_amplitude=0 V:2 kV"], "must be a range from:to:count"),
+        (["static", "soft-film", "--displacements", "5 mm,4 mm"], "--displacements: must increase"),
+        (["continue", "frequency", "5 Hz"], "takes [DEVICE] PARAMETER FROM TO, not 2 words: frequency 5 Hz"),
+        (["continue", "no-such", "frequency", "5 Hz", "9 Hz"], "no-such"),
+        (["locus"], "takes [DEVICE] EVENT, not 0 words: none"),
+        (
+            ["locus", "soft-film", "fold", "--over", "frequency=9 Hz:5 Hz", "--over", "film_thickness=1 mm:2 mm"],
+            "frequency from 9 Hz to 5 Hz: is empty or reversed",
+        ),
+        (["envelope", "soft-film", "--over", "damping_ratio=1:2:3"], "envelope sweeps frequency and peak_voltage"),
+    ],
+)
+def test_a_message_speaks_of_what_was_typed(command_line, typed, message):
+    code, out, err = command_line(*typed)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert message in err
+
+
+def test_a_file_is_not_a_store(command_line, tmp_path):
+    (tmp_path / "result.nc").write_bytes(b"no netCDF")
+    code, _, err = command_line("show", "result.nc")
+    assert (code, err) == (
+        2,
+        "Error: result.nc: is a file, not the folder of a store; gelcone.load reads what --out wrote\n",
+    )
