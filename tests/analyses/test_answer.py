@@ -9,7 +9,7 @@ import xarray as xr
 import gelcone
 from gelcone import ConeModel, Outcome
 from gelcone.analyses.answer import ending_lines, in_si, outcome_lines, parameters_json, periods_json, plain
-from gelcone.analyses.subject import Subject
+from gelcone.analyses.request import Subject
 
 
 def test_plain_values_are_json():

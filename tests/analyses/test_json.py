@@ -163,9 +163,9 @@ def one_event(r, k, of, *path):
 
 def followed(r, *path):
     """A variable of the branches that a diagram or response has beside it."""
-    from gelcone.atlas.branches.beside import branches_beside
+    from gelcone.atlas.branches.attached import attached_branches
 
-    beside = branches_beside(r)
+    beside = attached_branches(r)
     return None if beside is None and not path else continued(beside, *path)
 
 

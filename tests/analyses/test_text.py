@@ -9,7 +9,7 @@ import xarray as xr
 import gelcone
 from gelcone.analyses import answer, branches, envelope, frequency, grids, motions, stability, statics, tables
 from gelcone.analyses import trajectories as runs
-from gelcone.analyses.subject import Subject
+from gelcone.analyses.request import Subject
 from gelcone.codes import Outcome, Regime
 from gelcone.presets import find_preset
 from gelcone.words import (

@@ -7,7 +7,7 @@ import pytest
 
 import gelcone
 from gelcone.analyses.frequency import frequency_json, frequency_words
-from gelcone.analyses.subject import Subject
+from gelcone.analyses.request import Subject
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.atlas.branches.branch import EventKind
 from gelcone.atlas.frequency import frequency

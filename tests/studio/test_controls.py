@@ -5,7 +5,7 @@ import json
 import pytest
 
 from gelcone import Device
-from gelcone.analyses.subject import Subject
+from gelcone.analyses.request import Subject
 from gelcone.devices.units import DIMENSIONS
 from gelcone.physics.model import ConeModel
 from gelcone.studio.controls import _range, as_json, controls_of

@@ -5,7 +5,7 @@ import pytest
 
 import gelcone
 from gelcone import InputError
-from gelcone.analyses.subject import read_subject
+from gelcone.analyses.request import read_subject
 from gelcone.devices.files import shipped_devices
 from gelcone.studio.controls import controls_of
 from gelcone.studio.grids import IMPOSSIBLE, Source, axis, even_tasks, kinds, thresholds

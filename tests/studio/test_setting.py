@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gelcone import InputError
-from gelcone.analyses.subject import read_subject
+from gelcone.analyses.request import read_subject
 from gelcone.devices.files import shipped_devices
 from gelcone.studio.grids import Source
 from gelcone.studio.setting import Setting, Shelf, typed

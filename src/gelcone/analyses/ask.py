@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from gelcone.analyses import tables
-from gelcone.analyses.subject import measure_reader, read_measures
+from gelcone.analyses.request import measure_reader, read_measures
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.register.analysis import Analysis
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses import tables
-from gelcone.analyses.subject import Subject
+from gelcone.analyses.request import Subject
 
 
 @dataclass(frozen=True)

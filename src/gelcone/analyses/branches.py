@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import heading
-from gelcone.analyses.subject import read_over
+from gelcone.analyses.request import read_over
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.errors import InputError
 from gelcone.words import branch_endings, event_label, flag_label, shortened, unit_of, validity_in_words
@@ -17,7 +17,7 @@ from gelcone.words import branch_endings, event_label, flag_label, shortened, un
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses.request import Subject
 
 
 def continue_branch_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from gelcone.words import FAILINGS, motion_in_words, outcome_in_words, shortened
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses.request import Subject
 
 _STATIC = ("peak_voltage", "stroke", "blocked_force", "natural_frequency")
 _DRIVEN = ("driven_peak", "driven_stroke", "driven_power", "driven_apparent_power")

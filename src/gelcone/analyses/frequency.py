@@ -13,7 +13,7 @@ from gelcone.words import event_label, kinds_of_motion, shortened, unit_of, vali
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses.request import Subject
 
 _JUMP = ("jump_low", "jump_high", "jump_from", "jump_to")
 _CURVES = ("stroke", "lowest", "highest", "harmonic_amplitude", "harmonic_phase")

@@ -20,7 +20,7 @@ from gelcone.analyses.answer import (
     variable_json,
 )
 from gelcone.analyses.branches import followed_json, followed_lines
-from gelcone.analyses.subject import STATES, example, read_states
+from gelcone.analyses.request import STATES, example, read_states
 from gelcone.errors import InputError
 from gelcone.words import (
     attractor_in_words,
@@ -36,7 +36,7 @@ from gelcone.words import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses.request import Subject
 
 
 def _cells_json(result: xr.Dataset) -> dict[str, Any]:

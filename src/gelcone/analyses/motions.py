@@ -31,7 +31,7 @@ from gelcone.words import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses.request import Subject
 
 
 def _time(variable: xr.DataArray) -> str:

@@ -13,7 +13,7 @@ from gelcone.words import measured, unit_of
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses.request import Subject
 
 
 def tongues_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

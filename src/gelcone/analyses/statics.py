@@ -16,7 +16,7 @@ from gelcone.words import FAILINGS, meaning_at, measured, members_of, shortened,
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses.request import Subject
 
 
 def static_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from gelcone.words import unit_of, validity_in_words
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses.request import Subject
 
 
 def table_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:

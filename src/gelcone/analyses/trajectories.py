@@ -13,7 +13,7 @@ from gelcone.words import film_state_in_words, measured, unit_of
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses.request import Subject
 
 _UNKNOWN = {"validity_breakdown": "unknown (no dielectric strength given)"}
 PRINTED_LINES = 8

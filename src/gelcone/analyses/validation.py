@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import heading
-from gelcone.analyses.subject import DEFAULT_RADIUS_RATIO, RADIUS_RATIO, read_measures, read_pairs, read_value
+from gelcone.analyses.request import DEFAULT_RADIUS_RATIO, RADIUS_RATIO, read_measures, read_pairs, read_value
 from gelcone.errors import InputError
 from gelcone.quantity import Array
 from gelcone.words import shortened, unit_of
@@ -15,7 +15,7 @@ from gelcone.words import shortened, unit_of
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses.request import Subject
 
 FORCES = (
     "force that holds the disc against film and field at a constant voltage, per mu Vol/(b-a), without the spring; "

@@ -11,7 +11,7 @@ from click.core import ParameterSource
 
 from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import answers_of, read_options
-from gelcone.analyses.subject import DEFAULT_INITIAL, Subject, read_uncertain
+from gelcone.analyses.request import DEFAULT_INITIAL, Subject, read_uncertain
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import show, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep

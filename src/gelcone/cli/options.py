@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from gelcone.analyses.subject import Subject, read_subject
+from gelcone.analyses.request import Subject, read_subject
 from gelcone.register.analysis import Analysis, Option
 
 SUBJECT = ("device", "preset", "film", "settings", "initial")

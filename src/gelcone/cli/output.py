@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses.request import Subject
     from gelcone.atlas.record import Tally
 
 LOG_SECONDS = 20.0

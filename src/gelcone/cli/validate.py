@@ -11,7 +11,7 @@ import numpy as np
 
 from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import Answers
-from gelcone.analyses.subject import read_measures
+from gelcone.analyses.request import read_measures
 from gelcone.analyses.validation import constant_voltages, radius_ratio, split_settings, validate_json, validate_words
 from gelcone.cli.options import output_parameters, subject_of, subject_parameters
 from gelcone.cli.output import deliver, progress_bar

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from gelcone.analyses.subject import Subject
+from gelcone.analyses.request import Subject
 from gelcone.devices.device import Device
 from gelcone.devices.materials import load_materials
 from gelcone.devices.record import Field

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from gelcone.analyses.answer import in_si
 from gelcone.analyses.ask import arguments_of
-from gelcone.analyses.subject import is_number
+from gelcone.analyses.request import is_number
 from gelcone.devices.fields import DEVICE_FIELDS
 from gelcone.devices.units import parse
 from gelcone.errors import InputError, unknown_name
@@ -27,7 +27,7 @@ from gelcone.studio.setting import STATES, Setting, typed
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses.subject import Subject
+    from gelcone.analyses.request import Subject
 
 OPTIONS: Mapping[str, Mapping[str, Callable[[Any], float]]] = {
     "simulate": {"periods": check_periods},

@@ -17,7 +17,7 @@ import numpy as np
 
 from gelcone.analyses.answer import in_si
 from gelcone.analyses.ask import arguments_of
-from gelcone.analyses.subject import Subject, read_subject
+from gelcone.analyses.request import Subject, read_subject
 from gelcone.codes import Regime
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES

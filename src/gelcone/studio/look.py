@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.subject import Subject
+from gelcone.analyses.request import Subject
 from gelcone.codes import Outcome, Regime
 from gelcone.dataset import Findings
 from gelcone.devices.checks import doubts

@@ -18,7 +18,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from gelcone import permission
 from gelcone._version import __version__
-from gelcone.analyses.subject import Subject
+from gelcone.analyses.request import Subject
 from gelcone.atlas.processes import ProcessesEnded
 from gelcone.codes import Regime
 from gelcone.errors import InputError, MissingDependency

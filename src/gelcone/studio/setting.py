@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from gelcone import permission
-from gelcone.analyses.subject import Subject, read_pairs, read_subject, read_value
+from gelcone.analyses.request import Subject, read_pairs, read_subject, read_value
 from gelcone.devices.device import Device
 from gelcone.devices.fields import DRIVE_NUMBERS
 from gelcone.devices.files import shipped_devices

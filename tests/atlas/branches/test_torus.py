@@ -5,7 +5,7 @@ import pytest
 
 import gelcone
 from gelcone.analyses.branches import continue_branch_words, events_json
-from gelcone.analyses.subject import Subject
+from gelcone.analyses.request import Subject
 from gelcone.atlas.branches import crossing
 from tests.toys import TurningBias
 

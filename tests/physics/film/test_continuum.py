@@ -11,7 +11,7 @@ import pytest
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
 from gelcone.analyses.ask import arguments_of
-from gelcone.analyses.subject import Subject
+from gelcone.analyses.request import Subject
 from gelcone.codes import FilmPullIn
 from gelcone.errors import DoubtfulInput
 from gelcone.motion.lyapunov import finite_exponents

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gelcone import InputError, Normal, Uniform, find_device
-from gelcone.analyses.subject import (
+from gelcone.analyses.request import (
     read_measures,
     read_over,
     read_pairs,
