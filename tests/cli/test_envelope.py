@@ -9,6 +9,8 @@ from gelcone.dataset import load
 from gelcone.plots.envelope import envelope_figure
 from tests.answers import result
 
+pytestmark = pytest.mark.usefixtures("computed_once")
+
 PUMP = ["biased-pump", "--film", "taut", "--over", "frequency=8 Hz,10 Hz", "--over", "peak_voltage=1000 V:2600 V:5"]
 FLAT = ["--set", "damping_ratio=0.1", "--set", "voltage=0.8", "--set", "prestretch=1.3"]
 FLAT += ["--over", "drive_frequency=0.7,1.5", "--over", "voltage=0.4,0.8"]

@@ -11,6 +11,8 @@ from gelcone.continuum.fit import FITS
 from tests.answers import result
 from tests.physics.film.test_unwrinkled import film_like_the_cone
 
+pytestmark = pytest.mark.usefixtures("computed_once")
+
 MODEL = ["--set", "law=neo-hookean", "--set", "damping_ratio=0.1", "--set", "voltage=0.4", "--set", "rest_height=0.3"]
 COMMANDS = {
     "simulate": ["--periods", "3"],

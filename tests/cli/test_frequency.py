@@ -10,6 +10,8 @@ from gelcone.devices.device import find_device
 from gelcone.plots.frequency import frequency_figure
 from tests.answers import result
 
+pytestmark = pytest.mark.usefixtures("computed_once")
+
 SPRING = ["--preset", "spring", "--set", "spring_stiffness=0.1"]
 BAND = ["--over", "drive_frequency=0.36:0.72:10"]
 HERTZ = ["biased-pump", "--film", "taut", "--over", "frequency=9 Hz:13 Hz:5"]

@@ -9,6 +9,8 @@ from gelcone.devices.device import find_device
 from gelcone.words import MOST_LINES, shortened
 from tests.answers import result
 
+pytestmark = pytest.mark.usefixtures("computed_once")
+
 MODEL = ["--set", "damping_ratio=0.3", "--set", "stretch_limit=5"]
 QUICK = ["--transient", "60", "--budget", "100"]
 QUICK_DEVICE = ["--transient", "1 s", "--budget", "2 s"]

@@ -9,6 +9,8 @@ import pytest
 import gelcone
 from tests.answers import answer
 
+pytestmark = pytest.mark.usefixtures("computed_once")
+
 COMMANDS = {
     "simulate": ["--periods", "10"],
     "static": ["--voltages", "0 V:1.5 kV:4"],

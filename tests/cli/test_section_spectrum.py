@@ -6,6 +6,8 @@ import pytest
 from gelcone.dataset import load
 from tests.answers import result
 
+pytestmark = pytest.mark.usefixtures("computed_once")
+
 MODEL = [
     "--set",
     "damping_ratio=0.1",

@@ -6,6 +6,8 @@ import pytest
 from gelcone import ConeModel, find_device, load, onset_voltage, static
 from tests.answers import result
 
+pytestmark = pytest.mark.usefixtures("computed_once")
+
 TABLE1 = ["--set", "spring_stiffness=1.5"]
 COARSE = ["--over", "drive_frequency=0.5:2:4", "--over", "voltage=0:2:9"]
 
