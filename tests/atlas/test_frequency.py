@@ -62,6 +62,20 @@ def test_the_peak_is_that_of_a_linear_oscillator(small):
         assert float(own["peak_frequency"]) == pytest.approx(peak, rel=5e-3)
 
 
+@pytest.mark.parametrize("narrowings", [1, 3])
+def test_the_error_of_a_peak_covers_the_amplitude_of_the_linear_peak(monkeypatch, narrowings):
+    """Whatever the frequencies happen to hit; however early the search ends it is not ten times too large either."""
+    monkeypatch.setattr("gelcone.atlas.frequency.NARROWINGS", narrowings)
+    damping = np.array([0.05, 0.1, 0.15, 0.2, 0.3])
+    found = frequency(LINEAR.replace(damping_ratio=damping), np.linspace(0.4, 2.4, 7), (0.8, 0.0)).sel(branch="up")
+    near = np.linspace(0.8, 1.8, 20_001)
+    exact = [1e-4 * np.max(small_signal_response(LINEAR.replace(damping_ratio=zeta), near)["gain"]) for zeta in damping]
+    off, error = np.abs(found["peak_amplitude"].values - exact), found["peak_amplitude_error"].values
+    assert (off <= error).all()
+    assert (off > 0.03 * error).any()
+    assert (off > 0.1 * error).any() or narrowings == 3
+
+
 def test_a_pure_sine_drives_at_twice_its_frequency():
     model = LINEAR.replace(voltage=0.02, voltage_bias=0.0)
     found = frequency(model, [0.3, 0.6, 0.9], (0.8, 0.0))

@@ -257,12 +257,13 @@ def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, searc
         # What was highest before is compared too, or a narrow peak could be lost between the new frequencies.
         heights = np.column_stack([np.nan_to_num(now.amplitude.reshape(tried.shape), nan=-1.0), height])
         places, period = np.column_stack([tried, at]), np.column_stack([now.period.reshape(tried.shape), peak.period])
-        first, second = np.argsort(-heights, axis=1, kind="stable")[:, :2].T
+        first, _, _, fourth = np.argsort(-heights, axis=1, kind="stable")[:, :4].T
         higher = np.flatnonzero(first < NARROWED_AT)
         peak.put(higher, now.take(higher * NARROWED_AT + first[higher]))
         at, height = places[members, first], heights[members, first]
-        # Neither the frequencies nor the settling resolve heights any closer.
-        error = height - heights[members, second] + RESOLVED * np.abs(height)
+        # Between equal frequencies a parabola rises by at most an eighth of its second difference. The highest four are
+        # the peak, what was highest before, often at the same frequency, and the neighbours on both sides.
+        error = 0.5 * (height - heights[members, fourth]) + RESOLVED * np.abs(height)
         lowest = np.full((model.size, 1), -1.0)
         edges, known = np.column_stack([low, places, high]), np.hstack([lowest, _certain(heights, period), lowest])
         low, high = _beside(edges, known, at, height)

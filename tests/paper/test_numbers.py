@@ -1,0 +1,23 @@
+"""Numbers are written to the digits that their errors support."""
+
+import numpy as np
+import pytest
+
+from gelcone.paper.numbers import Number
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (Number("n", 1.0234567), "1.023"),
+        (Number("n", 1.0234567, error=0.0021), "1.0235 ± 0.0021"),
+        (Number("n", 1.0234567, error=0.21), "1.02 ± 0.21"),
+        (Number("n", 1.0234567, error=1e-9), "1.023"),
+        (Number("n", 120.0, error=13.0), "120 ± 13"),
+        (Number("n", 1.0, low=0.95, high=1.15, unit="kV"), "1.00 [0.95, 1.15] kV"),
+        (Number("n", 1.0, error=np.inf), "1 (error unknown)"),
+        (Number("n", np.nan), "none"),
+    ],
+)
+def test_a_number_is_written_with_its_error(number, text):
+    assert str(number) == text

@@ -1,0 +1,32 @@
+"""Wilson's interval of a share: its defining equation, and how often it holds the true share."""
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from gelcone.statistics import wilson
+
+
+@pytest.mark.parametrize(("successes", "count"), [(0, 16), (3, 16), (16, 16), (40, 100), (1, 1)])
+def test_both_ends_lie_1_96_standard_errors_of_their_own_from_the_share(successes, count):
+    """(p - q)^2 = z^2 q (1 - q)/n at each end q."""
+    share = successes / count
+    for end in wilson(share, count):
+        if 0.0 < end < 1.0:
+            assert (share - end) ** 2 == pytest.approx(1.959964**2 * end * (1.0 - end) / count, rel=1e-5)
+
+
+def test_it_holds_the_true_share_about_as_often_as_it_says():
+    seen = np.arange(41)
+    low, high = wilson(seen / 40, 40)
+    truths = np.linspace(0.05, 0.95, 91)
+    held = [binom.pmf(seen, 40, p)[(low <= p) & (p <= high)].sum() for p in truths]
+    assert np.mean(held) == pytest.approx(0.95, abs=0.01)
+    assert min(held) > 0.89
+
+
+def test_without_trials_nothing_is_known():
+    assert wilson(np.nan, 0) == (0.0, 1.0)
+    low, high = wilson([0.5, 0.5], [0, 4])
+    assert (low[0], high[0]) == (0.0, 1.0)
+    assert 0.0 < low[1] < 0.5 < high[1] < 1.0
