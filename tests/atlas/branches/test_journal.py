@@ -39,7 +39,12 @@ def stopped_at(monkeypatch, module, name, calls):
 
 def test_a_run_stopped_again_and_again_gives_the_same_bits(whole, tmp_path, monkeypatch):
     monkeypatch.setattr(journal, "EVERY", 0.0)
-    for module, name, calls in ((follow, "correct", 12), (follow, "correct", 20), (check, "settle", 2)):
+    for module, name, calls in (
+        (follow, "correct", 12),
+        (follow, "correct", 20),
+        (check, "search", 1),
+        (check, "settle", 1),
+    ):
         with monkeypatch.context() as patch:
             stopped_at(patch, module, name, calls)
             with pytest.raises(KeyboardInterrupt):
