@@ -308,8 +308,8 @@ class Film:
                 break
             good = (found.miss < GOOD).reshape(shape)
             u, end = (np.where(good, v.reshape(shape), np.nan) for v in (found.u, found.end))
-            near = tuple(values[missing] for values in _filled(u, end))
-            own = self.stretched(stretch[missing], squared[missing], *near, steps)
+            slope, sig = _filled(u, end)
+            own = self.stretched(stretch[missing], squared[missing], slope[missing], sig[missing], steps)
             for whole, part in zip(found, own, strict=True):
                 whole[missing] = part
         return found

@@ -7,9 +7,9 @@ D = (V_s - V)/(V_s - V_low) of the voltage V_s = Vb(t)/G that slackens the ring,
     S = z (e - (e D + e - 1) Q(p, D)),    F = x (s1/q) P(p, D),
 
 where s1/q is the ring's own meridional tension and F the film's force. e is 1 for a film that falls slack before it
-localises: S = z and F = 0 where D = 0, as in the wrinkling cone; and 0 for one that localises first. Q and P are sums of products of Chebyshev polynomials, plus such sums times the square of what has
-fallen slack of the hoop at the rim and beside the disc: where a hoop begins to wrinkle the third derivatives of the
-energy jump.
+localises: S = z and F = 0 where D = 0, as in the wrinkling cone; and 0 for one that localises first. Q and P are sums
+of products of Chebyshev polynomials, plus such sums times the square of what has fallen slack of the hoop at the rim
+and beside the disc: where a hoop begins to wrinkle the third derivatives of the energy jump.
 """
 
 from __future__ import annotations
@@ -94,8 +94,9 @@ def total(coefficients: Sequence[Sequence[Any]], rows: Sequence[Any], columns: S
 @dataclass(frozen=True)
 class Table:
     """One film: the coefficients of the sums for Q (``slant``) and P (``pull``), each in front of and behind both
-    kinks; ``rim``, the D at which the rim falls slack; the range of flatness; V_low; e as ``anchor``; the z where the film ends; the
-    largest x^2 and V; and the largest ``error`` of the force, over the force and 2 % of that without voltage."""
+    kinks; ``rim``, the D at which the rim falls slack; the range of flatness; V_low; e as ``anchor``; the z where the
+    film ends; the largest x^2; and the largest ``error`` of the force, over the force and 2 % of that without
+    voltage."""
 
     slant: tuple[Array, Array, Array]
     pull: tuple[Array, Array, Array]
@@ -162,7 +163,7 @@ def table(gel: Gel, ratio: float) -> Table:
     low = min(0.0, float(gel.crumpling(gel.A)) / gel.G)
     fitted = _nodes(film, begin, end, NODES, chebyshev.chebpts1)
     checked = _nodes(film, begin, end, CHECKS, lambda count: np.linspace(-1.0, 1.0, count + 2)[1:-1])
-    flat = tuple(z / (1.0 + z) for z in (begin, end))
+    flat = (begin / (1.0 + begin), end / (1.0 + end))
     rim = _rim(gel, fitted, flat, low)
     slant, pull = _fit(film, fitted, flat, low, rim)
     found = Table(slant, pull, rim, flat, low, _anchor(gel), end, np.inf, 0.0)
@@ -170,7 +171,8 @@ def table(gel: Gel, ratio: float) -> Table:
     error = MARGIN * max(_error(film, found, nodes) for nodes in (fitted, checked))
     if not error <= LARGEST_ERROR:
         raise InputError(
-            f"film = membrane: the force of this film (a/b = {ratio:g}) is known to {error:.0%} only; take film = wrinkling"
+            f"film = membrane: the force of this film (a/b = {ratio:g}) is known to {error:.0%} only; take film = "
+            "wrinkling"
         )
     return Table(slant, pull, rim, flat, low, _anchor(gel), end, reach, error)
 
@@ -222,7 +224,8 @@ def _nodes(film: Film, begin: float, end: float, count: tuple[int, int], points:
     good = states.miss < GOOD
     if np.mean(good) < 0.9:
         raise InputError(
-            f"film = membrane: {np.sum(good)} of {good.size} states were found, too few for a film; take film = wrinkling"
+            f"film = membrane: {np.sum(good)} of {good.size} states were found, too few for a film; take film = "
+            "wrinkling"
         )
     with np.errstate(all="ignore"):
         last = film.shoot(states.l1, states.u, states.V, states.end)[-1]

@@ -6,8 +6,8 @@ whose hoop the disc holds, tells the film's state: with its squared meridional l
 
     x^2 = S(z, V),    F = x (s1/q) P(z, V),
 
-so that z is a root in a program. A slack film is the cone's. The film localises where S has its maximum over z: it pulls
-in there at a held height, or when the voltage rises further.
+so that z is a root in a program. A slack film is the cone's. The film localises where S has its maximum over z: it
+pulls in there at a held height, or when the voltage rises further.
 """
 
 from __future__ import annotations
@@ -77,6 +77,7 @@ class MembraneFilm(WrinklingCone):
 
     name = "membrane"
     ending = Outcome.STRETCH_LIMIT
+    linear_charge = traced_charge = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -87,7 +88,7 @@ class MembraneFilm(WrinklingCone):
 
     @property
     def parameters(self) -> Mapping[str, Quantity]:
-        return super().parameters | RADIUS_RATIO
+        return dict(super().parameters) | RADIUS_RATIO
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         own = dict(given)
@@ -96,11 +97,12 @@ class MembraneFilm(WrinklingCone):
         return super().complete(own) | values
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
-        """Beside those of the wrinkling cone, those of the film's table and the switch ``rim_taut``."""
+        """Beside those of the wrinkling cone, those of the film's table and two switches."""
         own = super().numbers(parameters)
         law = {name: own[name] for name in own.keys() & self.law.numbers(parameters).keys()}
         table = numbers_of(self.law, law, parameters["radius_ratio"], own["A"], own["B"])
-        return own | table | {"rim_taut": np.ones(np.shape(own["pulls"]))}
+        one = np.ones(np.shape(own["pulls"]))
+        return own | table | {"rim_taut": one, "disc_taut": one}
 
     # --- the innermost ring --------------------------------------------------------------------------------------
 
@@ -117,8 +119,7 @@ class MembraneFilm(WrinklingCone):
             """S is less than z."""
             return xx + 0.0 * squared
 
-        law = (getattr(n[name], "value", "") for name in ("crumpled", "width_held"))  # of either film of a double cone
-        z = xp.root(f"innermost ring, {' '.join(map(str, law))}", slant, (xx, squared), first)
+        z = xp.root(f"innermost ring, {getattr(n['crumpled'], 'value', '')}", slant, (xx, squared), first)
         _, p, u, kinks = self._sums(z, squared, n, xp)
         own, tension, _, _ = super()._at(z, squared, n, xp)
         pull = tension / own.compliance * self._sum("pull", n, p, u, kinks)
@@ -130,7 +131,7 @@ class MembraneFilm(WrinklingCone):
         p = polynomials((at.flatness - n["flatness_begin"]) * n["flatness_scale"] - 1.0, MAIN[0] + 1)
         u = polynomials(1.0 - 2.0 * at.share, MAIN[1] + 1)
         rim = total([[n[f"rim_{i}"]] for i in range(RIM + 1)], p, [1.0]) - at.share
-        slack, wide = 0.5 - 0.5 * n["rim_taut"], 0.5 - 0.5 * n["width_held"]
+        slack, wide = 0.5 - 0.5 * n["rim_taut"], 0.5 - 0.5 * n["disc_taut"]
         return at, p, u, (slack * (rim * rim), wide * (at.taut * at.taut))
 
     def _place(self, z: Any, squared: Any, n: Numbers, xp: Any) -> Any:
@@ -185,8 +186,10 @@ class MembraneFilm(WrinklingCone):
             step = SMALL * (z + SMALL)
             square, pull = self._values(np.stack([z, z - step, z + step]), squared, n)
             turn, rise = ((values[2] - values[1]) / (2.0 * step) for values in (square, pull))
+            ring, _, held, _ = cone._at(z, squared, n, np)
+            firm = np.where(held > 0.0, 1.0, self._ellipticity(ring, n, np))
             off = np.abs(square[0] - xx) > 1e-9 * (1e-6 + xx)
-            lost = off | (turn <= FOLD) | (z > 1.001 * n["longest"])
+            lost = off | (turn <= FOLD) | (firm <= 0.0) | (z > 1.001 * n["longest"])
             gone = np.where(pulls, lost, cone._gone(xx, squared, n)) | np.isnan(xx)
             rim = self._rim(z, squared, n, np)
         return _Solved(np.where(pulls, z, xx), pull[0], turn, rise, rim, pulls, gone)
@@ -224,7 +227,7 @@ class MembraneFilm(WrinklingCone):
         """The numbers with the switches that tell what the innermost rings of numbers obey."""
         held, _ = self._switches(z, squared, n, np)
         rim = self._rim(z, squared, n, np)
-        return {**n, "width_held": 2.0 * held - 1.0, "rim_taut": np.where(rim > 0.0, 1.0, -1.0)}
+        return {**n, "disc_taut": 2.0 * held - 1.0, "rim_taut": np.where(rim > 0.0, 1.0, -1.0)}
 
     @cached_property
     def _cone(self) -> WrinklingCone:
@@ -245,11 +248,13 @@ class MembraneFilm(WrinklingCone):
 
     @property
     def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
-        """The wrinkling cone's, of the innermost ring; ``rim_taut`` tells whether the hoop at the rim is. The last
+        """The wrinkling cone's, of the innermost ring; ``rim_taut`` and ``disc_taut`` tell where the hoop is.
+        The latter changes with ``width_held``, but tells no laws apart, so that the root is one and the same. The last
         border ends the film where S has its maximum over z."""
         return (
             *super().borders,
             Border(self._rim_border, "rim_taut"),
+            Border(self._disc_border, "disc_taut"),
             Border(self._fold_border),
         )
 
@@ -258,6 +263,12 @@ class MembraneFilm(WrinklingCone):
         if known(pulls) == 0.0:
             return 1.0 + 0.0 * x
         return n["rim_taut"] * self._ring(x * x, squared, n, xp).rim
+
+    def _disc_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        _, pulls = self._switches(x * x, squared, n, xp)
+        if known(pulls) == 0.0:
+            return 1.0 + 0.0 * x
+        return n["disc_taut"] * self._place(self._ring(x * x, squared, n, xp).z, squared, n, xp).taut
 
     def _fold_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         _, pulls = self._switches(x * x, squared, n, xp)
@@ -271,6 +282,7 @@ class MembraneFilm(WrinklingCone):
         found = self._solved(x, squared, n)
         own = super().switches(x, squared, n)
         taut = np.where(found.pulls, found.rim > 0.0, False)
+        own["disc_taut"] = np.where(found.pulls, own["width_held"], -1.0)
         return own | {"rim_taut": np.where(taut, 1.0, -1.0), "pulls": np.where(found.pulls & ~found.gone, 1.0, -1.0)}
 
     # --- statics -------------------------------------------------------------------------------------------------
@@ -350,7 +362,8 @@ class MembraneFilm(WrinklingCone):
         return 0.0, float(np.sqrt(n["reach_squared"]))
 
     def outside(self, x: float, n: Numbers) -> str:
-        return f"initial displacement {x:g}: must be less than {self.reach(n)[1]:.4g} either way for this membrane; start lower"
+        reach = self.reach(n)[1]
+        return f"initial displacement {x:g}: must be less than {reach:.4g} either way for this membrane; start lower"
 
     def unreachable(self, n: Numbers) -> str:
         return "the membrane has no state at any displacement; change its parameters"
@@ -363,17 +376,18 @@ class MembraneFilm(WrinklingCone):
         m, width = self._cone.lengths(np.sqrt(found.z), np.broadcast_to(squared, found.z.shape), n)
         return np.where(found.gone, np.nan, m)[()], np.where(found.gone, np.nan, width)[()]
 
-    def area(self, x: Any, squared: Any, n: Numbers) -> Any:
-        """Mean square of the deformed over the mounted area: that of the flat film, which is uniform, and the integral
-        of what the voltage takes from the force."""
+    def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        """That of the flat film, which is uniform, and the integral of what the voltage takes from the force."""
+        if traced(xp):
+            return Film.capacitance(self, x, squared, y, n, xp)
         begin, end = self._tightens(x, squared, n)
-        flat = self._cone.area(np.zeros_like(end), squared, n)
+        flat = self._cone.capacitance(np.zeros_like(end), squared, y, n)
         return flat + 2.0 * _between(lambda at: self.voltage_gain(at, squared, n), begin, end)
 
-    def work(self, x: Any, squared: Any, n: Numbers) -> Any:
+    def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         begin, end = self._tightens(x, squared, n)
-        flat = self._cone.work(np.zeros_like(end), squared, n)
-        return flat + _between(lambda at: self.force(at, squared, [], n)[0], begin, end)
+        flat = self._cone.work(np.zeros_like(end), squared, y, n)
+        return flat + _between(lambda at: self.force(at, squared, y, n)[0], begin, end)
 
     def _tightens(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
         """The height up to |x| at which the film begins to pull, and |x|."""
