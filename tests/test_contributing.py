@@ -71,7 +71,7 @@ def test_every_command_takes_a_device_of_it(name, place, command_line, undrawn):
     analysis = ANALYSES[name]
     flat = FLAT if name in ("onset", "onset_voltage", "floquet", "tongues") else []
     code, out, err = command_line(
-        analysis.command, *SMALL.get(name, []), "mine.toml", *flat, "--json", "--out", "results"
+        analysis.command, "mine.toml", *SMALL.get(name, []), *flat, "--json", "--out", "results"
     )
     assert code == 0, err
     result(out)

@@ -1,5 +1,6 @@
 """The command line: what it prints and writes, one line for every bad input, a fast start and a clean stop."""
 
+import errno
 import json
 import os
 import subprocess
@@ -249,12 +250,13 @@ def test_a_file_in_the_way_of_the_folder_is_refused_before_the_work(run, monkeyp
 def test_a_figure_that_cannot_be_drawn_leaves_no_data_behind(run, monkeypatch):
     def full(figure, path):
         path.write_bytes(PNG)
-        raise OSError("No space left on device")
+        raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("gelcone.plots.style.draw_file", full)
     code, _, err = run("simulate", "--periods", "1", "--out", "results")
-    assert code == 1
-    assert err == "Error: No space left on device\n"
+    assert code == 2
+    full_disk = "cannot be written (No space left on device); free some space or choose another folder"
+    assert err == f"Error: {Path('results', 'simulate.png')}: {full_disk}\n"
     assert os.listdir("results") == []
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gelcone import Bias, Circuit, Film, Quantity, State, Waveform
+from gelcone import Bias, Circuit, Film, Port, Quantity, State, Waveform
 from gelcone.physics.drive import VOLTAGE
 
 
@@ -36,11 +36,11 @@ class Filter(Circuit):
     states = (State("film_voltage", "voltage on the film", "voltage"),)
     parameters = {"filter_time": Quantity("t", "time constant", 0.3, positive=True, scale="time")}
 
-    def voltage(self, commanded: Any, y: list[Any], n: Any, xp: Any = np) -> Any:
+    def voltage(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> Any:
         return y[0]
 
-    def rates(self, commanded: Any, y: list[Any], n: Any, xp: Any = np) -> list[Any]:
-        return [(commanded - y[0]) / n["filter_time"]]
+    def rates(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> list[Any]:
+        return [(port.command - y[0]) / n["filter_time"]]
 
     def gain(self, frequency: Any, n: Any) -> Any:
         return 1.0 / (1.0 + 1j * frequency * n["filter_time"])

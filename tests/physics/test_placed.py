@@ -2,6 +2,7 @@
 
 import json
 import math
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -358,3 +359,13 @@ def test_a_ramp_passes_the_voltage_at_which_a_film_begins_to_wrinkle():
     np.testing.assert_array_equal(losses, 0)
     np.testing.assert_allclose(model.force(place, np.array([0.1, 0.3, 0.5])), 0.0, atol=1e-12)
     assert (np.diff(place) > 0.0).all()
+
+
+@every_drive
+def test_a_model_that_has_moved_can_be_pickled(drive):
+    """Worker processes take models; borders of placed films are made once and stay with them."""
+    model = double(drive, film="wrinkling", second_film="wrinkling", voltage=0.1)
+    before = simulate(model, (0.4, 0.0), periods=3)
+    again = pickle.loads(pickle.dumps(model))
+    assert again.system == model.system
+    np.testing.assert_array_equal(simulate(again, (0.4, 0.0), periods=3)["displacement"], before["displacement"])

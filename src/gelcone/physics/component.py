@@ -12,6 +12,7 @@ import dataclasses
 from abc import ABC
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import import_module
 from typing import Any, ClassVar, TypeVar
 
@@ -68,12 +69,21 @@ class Component(ABC):
             name: quantity.check(name, given.get(name, quantity.default)) for name, quantity in self.parameters.items()
         }
 
+    def __getstate__(self) -> dict[str, Any]:
+        return uncached(self)
+
     def __eq__(self, other: object) -> bool:
         """Components of a class that hold the same are equal: another process's needs no new program."""
         return self is other or (type(self) is type(other) and vars(self) == vars(other))
 
     def __hash__(self) -> int:
         return hash(type(self))
+
+
+def uncached(holder: object) -> dict[str, Any]:
+    """Return the attributes to pickle: what a `cached_property` has stored is computed again, and may hold closures."""
+    own = type(holder)
+    return {name: v for name, v in vars(holder).items() if not isinstance(getattr(own, name, None), cached_property)}
 
 
 C = TypeVar("C", bound=Component)

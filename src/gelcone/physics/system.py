@@ -16,7 +16,7 @@ import numpy as np
 from gelcone.errors import InputError
 from gelcone.physics.bias import Bias
 from gelcone.physics.circuit import CIRCUITS, LOSSES, Circuit, Port
-from gelcone.physics.component import Component, Numbers, State
+from gelcone.physics.component import Component, Numbers, State, uncached
 from gelcone.physics.differentiate import derivatives, evaluated, jacobian
 from gelcone.physics.drive import Waveform
 from gelcone.physics.film.film import Border, Film
@@ -70,6 +70,9 @@ class ConeSystem:
         names += [state.name for state in self.states]
         if doubled := sorted({name for name in names if names.count(name) > 1}):
             raise InputError(f"{doubled[0]}: two components use this name; give one of them another")
+
+    def __getstate__(self) -> dict[str, Any]:
+        return uncached(self)
 
     @property
     def film(self) -> Film:

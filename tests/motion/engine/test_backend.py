@@ -57,7 +57,7 @@ def test_compiled_rates_are_those_of_the_system(name):
     rng = np.random.default_rng(1)
     for tau in rng.uniform(0.0, 20.0, 5):
         z = rng.uniform(-0.5, 0.5, len(model.system.states))
-        expected = [*model.system.rates(tau, z, model.own_numbers), *model.system.powers(tau, z, model.own_numbers)]
+        expected = [*model.system.rates(tau, z, model.own_numbers), *model.system.powers(tau, z, model.own_numbers)[:2]]
         np.testing.assert_allclose(function(z, pars=pars, time=tau), expected, rtol=1e-12, atol=1e-14)
 
 
