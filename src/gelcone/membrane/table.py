@@ -4,12 +4,13 @@ The innermost ring, whose hoop is held, has the squared meridional length 1 + z.
 film is smooth, also where it localises: there x^2 = S(z, V) has its maximum at that V. With t = A (1 + z), the share
 D = (V_s - V)/(V_s - V_low) of the voltage V_s = Vb(t)/G that slackens the ring, and p of z/(1 + z),
 
-    S = z (e - (e D + e - 1) Q(p, D)),    F = x (s1/q) P(p, D),
+    S = z (e - L Q(p, D)),    F = x (s1/q) P(p, D),
 
 where s1/q is the ring's own meridional tension and F the film's force. e is 1 for a film that falls slack before it
-localises: S = z and F = 0 where D = 0, as in the wrinkling cone; and 0 for one that localises first. Q and P are sums
-of products of Chebyshev polynomials, plus such sums times the square of what has fallen slack of the hoop at the rim
-and beside the disc: where a hoop begins to wrinkle the third derivatives of the energy jump.
+localises: S = z and F = 0 where D = 0 and with it the factor L (see `lowering`), as in the wrinkling cone; and 0 for
+one that localises first, with L = -1. Q and P are sums of products of Chebyshev polynomials, plus such sums times the
+square of what has fallen slack of the hoop at the rim and beside the disc: where a hoop begins to wrinkle the third
+derivatives of the energy jump.
 """
 
 from __future__ import annotations
@@ -40,6 +41,8 @@ MOST_CHARGED = 3.0
 """Largest V over that of the flat film, or of 1/2, where no voltage ends it."""
 AROUND = 1.0 + np.linspace(-0.3, 0.3, 601)
 """Lengthenings of the innermost ring, over that of a state, among which a table's is looked for."""
+CORNER = 3.0
+"""Weight of z over D where a flat film, in tension or about to fall slack, is two things."""
 WEAK = 0.15
 """D below which Q is fitted as well as there."""
 FLOOR = 0.02
@@ -71,6 +74,13 @@ def place(z: Any, V: Any, A: Any, B: Any, G: Any, low: Any, compliance: Callable
     return Place(flatness, (stress - V * load) * room, hoop * load * room)
 
 
+def lowering(at: Place, anchor: Any, corner: Any) -> Any:
+    """The factor of Q in S: D, 0 where the film falls slack. With a ``corner`` it is 1 for the flat film in tension;
+    without an ``anchor`` it is -1."""
+    share = at.share / (corner * (at.share + CORNER * at.flatness) + (1.0 - corner) + TINY)
+    return anchor * share + (anchor - 1.0)
+
+
 def polynomials(argument: Any, count: int) -> list[Any]:
     """T0, T1, T2, ... of an argument between -1 and 1."""
     found = [1.0 + 0.0 * argument, argument]
@@ -94,9 +104,9 @@ def total(coefficients: Sequence[Sequence[Any]], rows: Sequence[Any], columns: S
 @dataclass(frozen=True)
 class Table:
     """One film: the coefficients of the sums for Q (``slant``) and P (``pull``), each in front of and behind both
-    kinks; ``rim``, the D at which the rim falls slack; the range of flatness; V_low; e as ``anchor``; the z where the
-    film ends; the largest x^2; and the largest ``error`` of the force, over the force and 2 % of that without
-    voltage."""
+    kinks; ``rim``, the D at which the rim falls slack; the range of flatness; V_low; e as ``anchor``, and the
+    ``corner`` of `lowering`; the z where the film ends; the largest x^2; and the largest ``error`` of the force, over
+    the force and 2 % of that without voltage."""
 
     slant: tuple[Array, Array, Array]
     pull: tuple[Array, Array, Array]
@@ -104,6 +114,7 @@ class Table:
     flatness: tuple[float, float]
     low: float
     anchor: float
+    corner: float
     longest: float
     reach_squared: float
     error: float
@@ -112,12 +123,21 @@ class Table:
         """Flat, under the names that `names` lists."""
         values = [*np.concatenate([part.ravel() for part in (*self.slant, *self.pull)]), *self.rim]
         begin, end = self.flatness
-        own = [begin, 2.0 / (end - begin), self.low, self.anchor, self.longest, self.reach_squared, self.error]
+        own = [
+            begin,
+            2.0 / (end - begin),
+            self.low,
+            self.anchor,
+            self.corner,
+            self.longest,
+            self.reach_squared,
+            self.error,
+        ]
         return dict(zip(names(), map(float, [*values, *own]), strict=True))
 
 
 SUMS = ("slant", "slant_rim", "slant_disc", "pull", "pull_rim", "pull_disc")
-OWN = ("flatness_begin", "flatness_scale", "low_squared", "anchor", "longest", "reach_squared", "film_error")
+OWN = ("flatness_begin", "flatness_scale", "low_squared", "anchor", "corner", "longest", "reach_squared", "film_error")
 
 
 def degrees(name: str) -> tuple[int, int]:
@@ -166,7 +186,7 @@ def table(gel: Gel, ratio: float) -> Table:
     flat = (begin / (1.0 + begin), end / (1.0 + end))
     rim = _rim(gel, fitted, flat, low)
     slant, pull = _fit(film, fitted, flat, low, rim)
-    found = Table(slant, pull, rim, flat, low, _anchor(gel), end, np.inf, 0.0)
+    found = Table(slant, pull, rim, flat, low, _anchor(gel), _corner(gel), end, np.inf, 0.0)
     reach = float(_squared_height(found, gel, np.array([end]), np.zeros(1))[0])
     error = MARGIN * max(_error(film, found, nodes) for nodes in (fitted, checked))
     if not error <= LARGEST_ERROR:
@@ -174,7 +194,7 @@ def table(gel: Gel, ratio: float) -> Table:
             f"film = membrane: the force of this film (a/b = {ratio:g}) is known to {error:.0%} only; take film = "
             "wrinkling"
         )
-    return Table(slant, pull, rim, flat, low, _anchor(gel), end, reach, error)
+    return Table(slant, pull, rim, flat, low, _anchor(gel), _corner(gel), end, reach, error)
 
 
 def _range(film: Film) -> tuple[float, float]:
@@ -279,7 +299,7 @@ def _fit(
     own = _columns(at, flat, rim)[good]
     height = (states.x * states.x / z)[good]
     anchor = _anchor(film.gel)
-    share = anchor * at.share[good] + anchor - 1.0
+    share = lowering(at, anchor, _corner(film.gel))[good]
     # a weak force is as wrong as Q is, however small D
     weight = np.where(anchor > 0.0, np.maximum(share, WEAK), 1.0) / height
     slant = _least_squares(own * weight[:, None], weight * (anchor - height) / share)
@@ -290,6 +310,11 @@ def _fit(
 def _anchor(gel: Gel) -> float:
     """1 where a film falls slack before it localises."""
     return 1.0 if gel.hump() > gel.A else 0.0
+
+
+def _corner(gel: Gel) -> float:
+    """1 where the flat film is in tension up to a V above which it falls slack."""
+    return 1.0 if gel.A > 1.0 else 0.0
 
 
 def _pull(film: Film, states: States) -> Array:
@@ -315,7 +340,7 @@ def _values(found: Table, gel: Gel, z: Array, V: Array) -> tuple[Array, Array]:
     at = place(z, V, gel.A, gel.B, gel.G, found.low, lambda strain: gel.law.compliance(strain, gel.numbers))
     own = _columns(at, found.flatness, found.rim)
     slant, pull = (np.concatenate([part.ravel() for part in parts]) for parts in (found.slant, found.pull))
-    share = found.anchor * at.share + found.anchor - 1.0
+    share = lowering(at, found.anchor, found.corner)
     return z * (found.anchor - share * (own @ slant)), own @ pull
 
 

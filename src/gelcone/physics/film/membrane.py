@@ -22,7 +22,7 @@ import numpy as np
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.membrane.made import numbers_of
-from gelcone.membrane.table import MAIN, RIM, coefficients, place, polynomials, total
+from gelcone.membrane.table import MAIN, RIM, coefficients, lowering, place, polynomials, total
 from gelcone.physics.component import Numbers
 from gelcone.physics.differentiate import derivatives
 from gelcone.physics.film.film import Border, Film, FilmState
@@ -112,7 +112,7 @@ class MembraneFilm(WrinklingCone):
         def slant(z: Any, xx: Any, squared: Any, xp: Any) -> Any:
             at, p, u, kinks = self._sums(z, squared, n, xp)
             own = self._sum("slant", n, p, u, kinks)
-            share = n["anchor"] * at.share + (n["anchor"] - 1.0)
+            share = lowering(at, n["anchor"], n["corner"])
             return z * (n["anchor"] - share * own) - xx
 
         def first(xx: Any, squared: Any, xp: Any) -> Any:
@@ -214,7 +214,7 @@ class MembraneFilm(WrinklingCone):
     def _square(self, z: Any, squared: Any, n: Numbers) -> Any:
         """S of numbers."""
         at, p, u, kinks = self._sums(z, squared, self._law_at(z, squared, n), np)
-        share = n["anchor"] * at.share + (n["anchor"] - 1.0)
+        share = lowering(at, n["anchor"], n["corner"])
         return z * (n["anchor"] - share * self._sum("slant", n, p, u, kinks))
 
     def _values(self, z: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
