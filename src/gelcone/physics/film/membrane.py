@@ -288,7 +288,11 @@ class MembraneFilm(WrinklingCone):
     # --- statics -------------------------------------------------------------------------------------------------
 
     def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
-        return Film.turning(self, x, squared, n)
+        """Also at the very border of pull-in, where statics look for the folds of its voltage."""
+        found = self._solved(x, squared, n)
+        with np.errstate(all="ignore"):
+            turning = 2.0 * x * x * x * found.rise / np.maximum(found.turn, FOLD)
+        return np.where(found.pulls, turning, 0.0)[()]
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
         """By differences of the force in z and V, at a held height."""
@@ -329,10 +333,12 @@ class MembraneFilm(WrinklingCone):
         slack = n["limit_squared"] + 0.0 * x
         shares = np.linspace(0.0, 1.0, RINGS).reshape(-1, *[1] * np.ndim(x + 0.0 * slack))
         heights, voltages = self._localisations(shares, n)
-        # the border as far as it is lowest: behind the voltages of higher rings
         with np.errstate(all="ignore"):
-            inside = heights <= x
-            lowest = np.where(inside, voltages, np.inf).min(axis=0)
+            low, high = heights[:-1], heights[1:]
+            between = (low - x) * (high - x) <= 0.0
+            there = voltages[:-1] + (voltages[1:] - voltages[:-1]) * (x - low) / (high - low)
+            lowest = np.where(between, there, np.inf).min(axis=0)
+            lowest = np.where(x > heights[-1], voltages[-1], lowest)
         found = np.minimum(lowest, np.where(slack >= 1e29, np.inf, np.maximum(slack, 0.0)))
         return np.where(x * x >= n["reach_squared"], 0.0, found)[()]
 
