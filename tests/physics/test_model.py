@@ -534,7 +534,7 @@ def test_the_defaults_are_those_of_the_table():
     expected |= {"stretch_limit": 50.0, "prestretch_mode": "radial", "law": "gent"}
     expected |= {"film": "taut", "bias": "spring", "waveform": "sine", "circuit": "ideal"}
     others = [name for kind in (LAWS, BIASES) for part in kind.values() for name in part.parameters]
-    others += [name for name in PARAMETERS if name.startswith("second_")]
+    others += [name for name in PARAMETERS if name.startswith("second_")] + ["radius_ratio"]
     own = {*LAWS["gent"].parameters, *BIASES["spring"].parameters}
     assert parameters == {name: value for name, value in expected.items() if name in own or name not in others}
 
