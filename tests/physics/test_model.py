@@ -551,7 +551,8 @@ def test_every_parameter_name_is_known_once_and_accepts_its_default():
         assert quantity.meaning
         law = next((law.name for law in LAWS.values() if name.removeprefix("second_") in law.parameters), "gent")
         bias = next((bias.name for bias in BIASES.values() if name in bias.parameters), "spring")
-        second = {"second_film": "taut", "second_drive": "constant"} if name.startswith("second_") else {}
+        film = "membrane" if name.endswith("radius_ratio") else "taut"
+        second = {"second_film": film, "second_drive": "constant"} if name.startswith("second_") else {"film": film}
         m = ConeModel.from_parameters({name: quantity.default, "law": law, "bias": bias} | second)
         assert m.parameters()[name] == quantity.default
 
