@@ -344,6 +344,7 @@ def test_an_average_that_ends_on_a_cycle_takes_its_exponents_and_its_sign():
         values=np.array([[0.01, -0.11]]),
         standard_error=np.array([[0.02, 0.02]]),
         time=np.array([1280.0]),
+        divergence=np.array([-0.1]),
         sign=np.zeros(1, dtype=np.int8),
         outcome=np.zeros(1, dtype=np.int8),
         running=np.full((1, 200, 2), np.nan),

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from gelcone.codes import Regime
@@ -11,12 +12,12 @@ from gelcone.motion import orbit, tangents
 from gelcone.motion.attractor import cycle
 from gelcone.motion.attractor.classification import RETURNS
 from gelcone.motion.cyclic import scaled_product
-from gelcone.motion.lyapunov import lyapunov
+from gelcone.motion.lyapunov import average, lyapunov
 from gelcone.motion.regime import regime
 from gelcone.motion.settle import Clock
 from gelcone.motion.tangents import TangentRun, advance, log_multipliers, qr_growth, solved, unit_frames
 from gelcone.physics.model import ConeModel
-from tests.toys import FilteredVoltage
+from tests.toys import FilteredVoltage, SeriesResistor
 
 TURN = np.array([[np.cos(0.7), -np.sin(0.7), 0.0], [np.sin(0.7), np.cos(0.7), 0.0], [0.0, 0.0, 1.0]])
 
@@ -141,7 +142,9 @@ def linear_flow(members, initial, times, *, start=0.0, keep="states", **options)
             maps[i, k] = expm(RATES * (time - before))
             state = CENTRE + maps[i, k] @ (state - CENTRE)
             states[i, k], before = state, time
-    return SimpleNamespace(states=states, tangents=maps, outcome=np.zeros(len(initial), dtype=np.int8))
+    spans = np.diff(times, axis=1, prepend=begin[:, None])
+    outcome = np.zeros(len(initial), dtype=np.int8)
+    return SimpleNamespace(states=states, tangents=maps, divergence=np.trace(RATES) * spans, outcome=outcome)
 
 
 @pytest.fixture
@@ -152,7 +155,7 @@ def three_states(monkeypatch):
     system = SimpleNamespace(mirror=np.array([-1.0, -1.0, 1.0]), planar=False)
 
     def members(count):
-        own = {"divergence": np.trace(RATES), "rate": 3.0, "forcing_period": 2.0}
+        own = {"rate": 3.0, "forcing_period": 2.0}
         own = {name: np.full(count, value) for name, value in own.items()}
         return SimpleNamespace(system=system, size=count, shape=(count,), take=lambda rows: members(len(rows)), **own)
 
@@ -165,9 +168,10 @@ def test_advance_gives_three_exponents_also_over_long_stretches(three_states):
         clock = Clock(per_repeat, 8, np.full(2, 20.0), np.ones(2))
         run = TangentRun.at(np.zeros((2, 3)))
         advance(three_states(2), run, clock, 8)
-        growth = advance(three_states(2), run, clock, 400)
+        growth, trace = advance(three_states(2), run, clock, 400)
         np.testing.assert_allclose(growth.mean(axis=1) / clock.spacing[:, None], [[-0.02, -0.02, -3.0]] * 2, atol=1e-3)
         np.testing.assert_allclose(growth.sum(axis=2), -3.04 * 20.0 / per_repeat, rtol=1e-12)
+        np.testing.assert_allclose(trace, -3.04 * 20.0 / per_repeat, rtol=1e-12)
 
 
 def test_newton_steps_to_the_fixed_point_of_three_states(three_states):
@@ -197,8 +201,7 @@ def filtered(**parameters):
 def test_three_exponents_of_an_undriven_film_behind_a_filter():
     """The disc's own two are -zeta; the third is the rate of the filter, of which the motion knows nothing."""
     model = filtered(voltage=0.0)
-    members = model.members()
-    rate = float(members.divergence[0]) + 2.0 * 0.05
+    rate = -1.0 / float(model.values["filter_time"])
     result = lyapunov(model, (0.3, 0.0), window=50.0, budget=2_000.0)
     np.testing.assert_allclose(result["lyapunov"], sorted([-0.05, -0.05, rate], reverse=True), atol=1e-7)
     assert int(result["cycle"]) == 1
@@ -211,12 +214,43 @@ def test_the_cycle_of_a_film_behind_a_filter_has_the_exponents_of_its_average():
     cycle_result = lyapunov(model, window=600.0)
     assert int(cycle_result["cycle"]) == 1
     found, averaged = cycle_result["lyapunov"].values, cycle_result["finite"].values
-    assert found.sum() == pytest.approx(float(model.members().divergence[0]), abs=1e-9)
+    values = model.values
+    trace = -2.0 * float(values["damping_ratio"]) - 1.0 / float(values["filter_time"])
+    assert found.sum() == pytest.approx(trace, abs=1e-9)
     np.testing.assert_allclose(averaged, found, atol=0.02)
     named = regime(model)
     assert Regime(int(named["regime"])) == Regime.PERIODIC
     assert named["section"].shape == (RETURNS, 3)
     np.testing.assert_allclose(named["lyapunov"], found, atol=1e-8)
+
+
+def test_exponents_add_up_to_the_trace_along_the_motion():
+    """Behind a resistor the film's charge decays at 1/(rho C(x)), which differs from that at the flat film."""
+    model = ConeModel(
+        circuit=SeriesResistor(), series_resistance=0.8, voltage=0.8, damping_ratio=0.2, film="taut",
+        spring_stiffness=0.5, rest_height=0.8, drive_frequency=0.7,
+    )  # fmt: skip
+    found = lyapunov(model, window=100.0, budget=2_000.0)
+    assert int(found["cycle"]) == 1
+    system, n = model.system, model.own_numbers
+
+    def trace(tau, z):
+        moved = [(z + 1e-5 * row, z - 1e-5 * row) for row in np.eye(3)]
+        rates = [(system.rates(tau, up, n)[i], system.rates(tau, down, n)[i]) for i, (up, down) in enumerate(moved)]
+        return sum(up - down for up, down in rates) / 2e-5
+
+    def with_trace(tau, z):
+        return [*system.rates(tau, z[:3], n), trace(tau, z[:3])]
+
+    span = np.array([10, 12]) * 2 * np.pi / 0.7
+    run = solve_ivp(with_trace, (0.0, span[1]), [1.0, 0.0, 0.0, 0.0], "DOP853", rtol=1e-9, atol=1e-10, t_eval=span)
+    mean = (run.y[3, 1] - run.y[3, 0]) / np.diff(span)[0]
+    assert abs(mean - trace(0.0, np.zeros(3))) > 0.05
+    assert float(found["lyapunov"].sum()) == pytest.approx(mean, abs=1e-6)
+    assert abs(float(found["sum_residual"])) < 1e-9
+    averaged = average(model.members(), run.y[:3, 0][None], budget=500.0)
+    assert averaged.divergence[0] == pytest.approx(mean, abs=1e-6)
+    assert averaged.values.sum() == pytest.approx(mean, abs=1e-6)
 
 
 def test_log_multipliers_equal_eigenvalues_and_stay_exact_where_they_vanish():

@@ -91,7 +91,7 @@ def _exponents(member: xr.Dataset) -> list[str]:
         source = f"from the multipliers of what it settles on, {cycle}"
     return [
         f"largest exponent {_largest(member)}",
-        f"second exponent {second} {at}; the sum of all is off the divergence of the flow by {residual:.1g}",
+        f"second exponent {second} {at}; the sum of all is off the mean trace by {residual:.1g}",
         source,
         f"over the first {window:.4g}{unit} from the start: {finite} {at}",
     ]

@@ -4,8 +4,8 @@ They are averages of the growth of deviations (`gelcone.motion.tangents`). The e
 100 blocks, each a whole number of forcing periods: the longer the blocks, the less of what the motion remembers from
 one to the next is missed, and the averaging goes on until longer blocks give no larger errors (Flyvbjerg and Petersen,
 J. Chem. Phys. 91 (1989) 461). A motion that has arrived at an attracting
-cycle has the exponents of that cycle, which its multipliers give without averaging. The exponents add up to the
-divergence of the flow exactly (-2 zeta for two states), which every result checks on itself.
+cycle has the exponents of that cycle, which its multipliers give without averaging. The exponents add up to the mean
+trace of the Jacobian along the motion (-2 zeta for two states), which every result checks on itself.
 """
 
 from __future__ import annotations
@@ -65,12 +65,14 @@ PIECE = 8192
 @dataclass(frozen=True)
 class Exponents:
     """The exponents of all members after averaging: ``values`` and ``standard_error`` (members, N), ``time`` averaged
-    over, ``sign`` of the largest (-1 or 1 when certain, 0 when the budget did not suffice), ``outcome``; ``running``
-    (members, points, 2): averaged time and largest exponent so far; ``states`` (members, N) at the end."""
+    over, ``divergence`` (members,), the mean trace of the Jacobian over that time, ``sign`` of the largest (-1 or 1
+    when certain, 0 when the budget did not suffice), ``outcome``; ``running`` (members, points, 2): averaged time and
+    largest exponent so far; ``states`` (members, N) at the end."""
 
     values: Array
     standard_error: Array
     time: Array
+    divergence: Array
     sign: npt.NDArray[np.int8]
     outcome: npt.NDArray[np.int8]
     running: Array
@@ -100,6 +102,7 @@ def average(
         values=np.full((count, size), np.nan),
         standard_error=np.full((count, size), np.nan),
         time=np.zeros(count),
+        divergence=np.full(count, np.nan),
         sign=np.zeros(count, dtype=np.int8),
         outcome=np.zeros(count, dtype=np.int8),
         running=np.full((count, RUNNING_POINTS, 2), np.nan),
@@ -131,12 +134,14 @@ def _average_group(
     result: Exponents,
     flow_options: dict[str, Any],
 ) -> None:
-    run, growth = TangentRun.at(states), np.empty((len(states), 0, states.shape[1]))
+    run, growth = TangentRun.at(states), np.empty((len(states), 0, states.shape[1] + 1))
     # One block lets the frame turn into its own directions before the average begins.
     advance(members, run, clock, clock.block, **flow_options)
     while True:
         blocks = FEWEST_BLOCKS if growth.shape[1] == 0 else growth.shape[1] // clock.block
-        growth = np.concatenate([growth, advance(members, run, clock, blocks * clock.block, **flow_options)], axis=1)
+        more, trace = advance(members, run, clock, blocks * clock.block, **flow_options)
+        # the trace is averaged as the exponents are, over the same blocks
+        growth = np.concatenate([growth, np.concatenate([more, trace[:, :, None]], axis=2)], axis=1)
         means, errors, steady, grown = steady_statistics(growth, clock)
         time = growth.shape[1] * clock.spacing
         floor = np.where(members.damped, FLOOR, shear_level(time))
@@ -144,7 +149,8 @@ def _average_group(
         enough = certain & steady & grown & (errors[:, 0] <= goal.precision)
         finished = enough | (run.outcome != Outcome.OK) | (2.0 * time > goal.budget)
         ended = rows[finished]
-        result.values[ended], result.standard_error[ended] = means[finished], errors[finished]
+        result.values[ended], result.standard_error[ended] = means[finished, :-1], errors[finished, :-1]
+        result.divergence[ended] = means[finished, -1]
         result.time[ended] = time[finished]
         result.sign[ended] = np.where(certain, np.sign(means[:, 0]), 0)[finished]
         result.outcome[ended] = run.outcome[finished]
@@ -263,7 +269,8 @@ def lyapunov(
     Dataset with ``lyapunov`` (in the long run) and ``finite`` (..., exponent), ``standard_error`` of the former,
     ``averaged_time``, ``cycle`` (period in forcing periods of the attracting cycle, or 1 for rest, whose exponents they
     are; 0 where they are averages), ``sign`` of the largest (0: uncertain within the budget), ``sum_residual`` (their
-    sum less the divergence, -2 zeta for two states; zero in exact arithmetic), ``running_time`` and
+    sum less the mean trace of the Jacobian along the motion, -2 zeta for two states; zero in exact arithmetic),
+    ``running_time`` and
     ``running_exponent`` of the average and ``finite_time`` and ``finite_exponent`` of the window, against window
     length, and ``outcome``.
     Exponents are per unit of dimensionless time; ``per_repeat`` is the largest per forcing period.
@@ -308,13 +315,13 @@ def lyapunov_cells(
     result = average(members, settled, budget=budget, precision=precision, **flow)
     counted(0.4)
     outcome = np.where(outcome == Outcome.OK, result.outcome, outcome)
-    residual = result.values.sum(axis=1) - members.divergence
     cycle = take_cycles(members, result, flow)
+    trace = -2.0 * members.values["damping_ratio"] if members.system.planar else result.divergence
+    residual = result.values.sum(axis=1) - trace
     bound_shear(members, result)
     counted.finish()
     values, running = result.values, result.running
     time = np.where(outcome == Outcome.OK, result.time, np.nan)
-    residual = np.where(cycle > 0, values.sum(axis=1) - members.divergence, residual)
     return Findings(
         {
             "lyapunov": (("exponent",), values, "Lyapunov exponents per unit time after the transient", "rate"),
@@ -327,7 +334,7 @@ def lyapunov_cells(
             "sum_residual": (
                 (),
                 residual,
-                "sum of the exponents less the divergence",
+                "sum of the exponents less the mean trace of the Jacobian",
                 "rate",
             ),
             "running_time": (("window",), running[..., 0], "averaging time so far, after the transient", "time"),
@@ -352,6 +359,7 @@ def take_cycles(members: Members, result: Exponents, options: dict[str, Any]) ->
         period[there] = found.period[found.attracting]
         result.values[there] = found.exponents[found.attracting]
         result.standard_error[there] = found.error[found.attracting]
+        result.divergence[there] = found.divergence[found.attracting]
         result.sign[there] = -1
     return period
 
@@ -395,7 +403,7 @@ def _piece_by_piece(
     for first in range(0, stretches, PIECE):
         count = min(PIECE, stretches - first)
         part = options | {"progress": weighted(options.get("progress"), count / stretches)}
-        growth = advance(members, run, clock, count, **part)
+        growth, _ = advance(members, run, clock, count, **part)
         here = np.flatnonzero((picks > first) & (picks <= first + count))
         time = clock.spacing[:, None] * picks[here]
         so_far = total[:, :1] + np.cumsum(growth[:, :, 0], axis=1)

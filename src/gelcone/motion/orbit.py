@@ -20,7 +20,7 @@ from gelcone.codes import Outcome
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate, phase_program, smallest_step
 from gelcone.motion.job import Trajectories
-from gelcone.motion.tangents import log_multipliers, solved
+from gelcone.motion.tangents import contraction, log_multipliers, solved
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -306,13 +306,15 @@ class Turn(NamedTuple):
 
     ``point`` (members, N), where it begins at phase 0; ``path`` (members, n, N), where the segments end, the last one
     at the end of the turn; ``log_multipliers`` (members, N), logarithms of the moduli of the multipliers, the largest
-    first; Newton's ``step`` (members, N) at the point. NaN where a run ended before.
+    first; Newton's ``step`` (members, N) at the point; ``contraction`` (members,), the logarithm by which a volume of
+    states changes over the turn. NaN where a run ended before.
     """
 
     point: Array
     path: Array
     log_multipliers: Array
     step: Array
+    contraction: Array
 
 
 def newton(
@@ -352,9 +354,10 @@ def _turn(members: Members, nodes: Array, run: Trajectories, time: Array) -> tup
     size = nodes.shape[-1]
     path, tangents = run.states.reshape(nodes.shape), run.tangents.reshape(*nodes.shape, size)
     product, log_scale = scaled_product(tangents)
-    log_determinant = members.divergence * time if size == 2 else np.linalg.slogdet(tangents)[1].sum(axis=1)
+    shrunk = contraction(members, run, time[:, None]).reshape(len(nodes), -1).sum(axis=1)
+    log_determinant = shrunk if size == 2 else np.linalg.slogdet(tangents)[1].sum(axis=1)
     step = _condensed(tangents, product, log_scale, path - np.roll(nodes, -1, axis=1))
-    return Turn(nodes[:, 0], path, log_multipliers(product, log_scale, log_determinant), step[:, 0]), step
+    return Turn(nodes[:, 0], path, log_multipliers(product, log_scale, log_determinant), step[:, 0], shrunk), step
 
 
 def _condensed(tangents: Array, product: Array, log_scale: Array, gaps: Array) -> Array:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
+from gelcone.motion.job import Trajectories
 from gelcone.motion.settle import STRETCH, Clock
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
@@ -51,25 +52,37 @@ def unit_frames(states: Array) -> Array:
     return np.tile(np.eye(states.shape[-1]), (len(states), 1, 1))
 
 
-def advance(members: Members, run: TangentRun, clock: Clock, stretches: int, **flow_options: Any) -> Array:
-    """Moves ``run`` on by some stretches; the logarithmic growth of each, (members, stretches, N).
+def advance(
+    members: Members, run: TangentRun, clock: Clock, stretches: int, **flow_options: Any
+) -> tuple[Array, Array]:
+    """Continue ``run`` by some stretches.
 
-    NaN from where a member fails. Over stretches longer than `STRETCH` the last growth is what Liouville's theorem
-    leaves of the divergence: an exponent, but no check of the others. With more than two states those between the first
-    and the last may then be lost to rounding.
+    Returns the logarithmic growth of each stretch, (members, stretches, N), and the `contraction` there (members,
+    stretches); NaN from where a member fails. Over stretches longer than `STRETCH` the last growth is what Liouville's
+    theorem leaves of the contraction: an exponent, but no check of the others. With more than two states those between
+    the first and the last may then be lost to rounding.
     """
     phase = (run.done % clock.per_repeat) / clock.per_repeat * clock.repeat
     times = phase[:, None] + clock.spacing[:, None] * np.arange(1, stretches + 1)
     flow = integrate(members, run.states, times, start=phase, keep="tangents", **flow_options)
     assert flow.tangents is not None
     growth, run.frames = qr_growth(flow.tangents, run.frames)
-    whole = members.divergence * clock.spacing
+    whole = contraction(members, flow, np.broadcast_to(clock.spacing[:, None], times.shape))
     long = clock.spacing * members.rate > STRETCH * (1.0 + 1e-9)
-    growth[long, :, -1] = whole[long, None] - growth[long, :, :-1].sum(axis=2)
+    growth[long, :, -1] = whole[long] - growth[long, :, :-1].sum(axis=2)
     run.states = flow.states[:, -1]
     run.done += stretches
     run.outcome = np.where(run.outcome == Outcome.OK, flow.outcome, run.outcome)
-    return growth
+    return growth, whole
+
+
+def contraction(members: Members, run: Trajectories, spans: Array) -> Array:
+    """Integrate the Jacobian's trace between samples ``spans`` (members, samples) of time apart.
+
+    By Liouville's theorem this is the logarithm by which a volume of states changes: -2 zeta times the span with two
+    states, and with more what the ``run`` integrated along the motion.
+    """
+    return -2.0 * members.values["damping_ratio"][:, None] * spans if run.divergence is None else run.divergence
 
 
 def qr_growth(tangents: Array, frames: Array) -> tuple[Array, Array]:

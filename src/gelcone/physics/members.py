@@ -230,16 +230,6 @@ class Members(Ensemble):
         return np.maximum.reduce(slowest)
 
     @cached_property
-    def divergence(self) -> Array:
-        """Sum of the Lyapunov exponents, (members,): -2 zeta, with two states; with more, the trace of the Jacobian at
-        the flat film, which is that of every state where all additional states decay at constant rates."""
-        if self.system.planar:
-            return -2.0 * self.values["damping_ratio"]
-        n = self.numbers()
-        jacobian = self.system.flow(np.zeros(self.size), list(self.start_states((0.0, 0.0)).T), n)[1]
-        return np.broadcast_to(sum(row[i] for i, row in enumerate(jacobian)), self.shape)
-
-    @cached_property
     def symmetric(self) -> npt.NDArray[np.bool_]:
         """Whether the mirror image of each motion is a motion: the flat film is an equilibrium at every voltage."""
         system, n = self.system, self.numbers()

@@ -43,7 +43,8 @@ class Cycles:
     """The cycles near some motions; arrays (members, ...).
 
     ``found``; ``period`` in forcing periods; ``extent`` (the larger one of its displacement and velocity);
-    ``symmetric`` under x -> -x; ``exponents`` (members, N) per unit time and their ``error``; ``distance`` of the
+    ``symmetric`` under x -> -x; ``exponents`` (members, N) per unit time and their ``error``; ``divergence``, the
+    mean trace of the Jacobian, which is their sum; ``distance`` of the
     motion from the cycle over its size; ``time`` over which the exponents are taken; ``point`` (members, N) of it at
     phase 0.
     """
@@ -54,6 +55,7 @@ class Cycles:
     symmetric: npt.NDArray[np.bool_]
     exponents: Array
     error: Array
+    divergence: Array
     distance: Array
     time: Array
     point: Array
@@ -68,6 +70,7 @@ class Cycles:
             symmetric=np.zeros(count, dtype=bool),
             exponents=np.full((count, states), np.nan),
             error=np.full((count, states), np.nan),
+            divergence=np.full(count, np.nan),
             distance=np.full(count, np.nan),
             time=np.zeros(count),
             point=np.full((count, states), np.nan),
@@ -137,6 +140,7 @@ def _found(members: Members, states: Array, clock: Clock, repeats: int, flow_opt
         symmetric=_is_symmetric(path, period, size, members.system.mirror) & members.symmetric,
         exponents=exponents,
         error=error,
+        divergence=last.contraction / time,
         distance=distance,
         time=time,
         point=last.point + last.step,
