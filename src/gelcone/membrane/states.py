@@ -296,24 +296,6 @@ class Film:
         found = self.stretched(l1, V, np.where(ends.localises, u, np.nan), end, steps, 12, NEAR_LOCALISATION)
         return States(*(np.where(ends.localises, values, np.nan) for values in found))
 
-    def grid(self, l1: Array, V: Array, steps: int = STEPS) -> States:
-        """States (flat) on a grid of neighbouring stretches l1 of the innermost ring and squared voltages, both of its
-        shape."""
-        shape, squared, stretch = l1.shape, V.ravel(), l1.ravel()
-        u, end = (values.reshape(shape) for values in self.scan(stretch, squared))
-        found = self.stretched(stretch, squared, *_filled(u, end), steps)
-        for _ in range(2):
-            missing = np.flatnonzero(~(found.miss < GOOD))
-            if not missing.size:
-                break
-            good = (found.miss < GOOD).reshape(shape)
-            u, end = (np.where(good, v.reshape(shape), np.nan) for v in (found.u, found.end))
-            slope, sig = _filled(u, end)
-            own = self.stretched(stretch[missing], squared[missing], slope[missing], sig[missing], steps)
-            for whole, part in zip(found, own, strict=True):
-                whole[missing] = part
-        return found
-
     # --- a state in full ----------------------------------------------------------------------------------------------
 
     def profile(self, V: float, l1: float, u: float, end: float, steps: int = 48) -> Profile:
@@ -335,19 +317,6 @@ def _fill(u: Array, end: Array, l1: Array) -> None:
         known = np.isfinite(u[k])
         if known.any():
             u[k], end[k] = (np.interp(l1[k], l1[k, known], values[k, known]) for values in (u, end))
-
-
-def _filled(u: Array, end: Array) -> tuple[Array, Array]:
-    """Both of a grid, flat, with gaps filled from their neighbours in rows, then in columns."""
-    filled = []
-    for values in (u.copy(), end.copy()):
-        for lines in (values, values.T):
-            for line in lines:
-                known = np.flatnonzero(np.isfinite(line))
-                if known.size:
-                    line[:] = np.interp(np.arange(line.size), known, line[known])
-        filled.append(values.ravel())
-    return filled[0], filled[1]
 
 
 def _at_rim(path: list[Rings], span: float) -> tuple[Array, Array]:
