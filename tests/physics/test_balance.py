@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from gelcone.errors import InputError
 from gelcone.physics import statics
@@ -36,6 +37,17 @@ class Quintic(Bias):
     def force(self, x, y, n, xp=np):
         s = x * x
         return x * (n["k1"] + s * (n["k3"] - s * n["k5"])), n["k1"] + s * (3.0 * n["k3"] - 5.0 * s * n["k5"])
+
+
+class Wavy(Bias):
+    """F = x (s - 0.5 + 0.6 sin 4 s) with s = x^2: stretches that are stable follow each other as the voltage rises."""
+
+    name = "wavy"
+
+    def force(self, x, y, n, xp=np):
+        s = x * x
+        sine, cosine = xp.sin(4.0 * s), xp.cos(4.0 * s)
+        return x * (s - 0.5 + 0.6 * sine), s - 0.5 + 0.6 * sine + 2.0 * s * (1.0 + 2.4 * cosine)
 
 
 class NoStateAbove(PowerFilm):
@@ -186,6 +198,25 @@ def test_a_fold_by_hand():
     (left,) = {abs(x) for x in displacements(balance, 0.5) if x != 0.0}
     assert left == pytest.approx(math.sqrt(2.0), rel=1e-7)
     assert displacements(balance, 0.51) == [0.0]
+
+
+def test_a_ramp_jumps_to_the_nearest_stable_stretch_beyond():
+    """Of three stable stretches the first loses its stability; there are equilibria on both of the others."""
+    balance = one(ConeModel(film=PowerFilm(), film_modulus=0.0, bias=Wavy()))
+    rest = rest_of(balance, None)
+    voltage, kind, before, beyond = first_loss(balance, rest)
+
+    def squared(s):
+        return s - 0.5 + 0.6 * math.sin(4.0 * s)
+
+    lost = (math.pi - math.acos(1.0 / 2.4)) / 4.0  # where 1 + 2.4 cos 4 s = 0
+    assert (kind, voltage) == (PullIn.FOLD, pytest.approx(math.sqrt(squared(lost)), rel=1e-9))
+    assert before == pytest.approx(math.sqrt(lost), rel=1e-7)
+    bottom, top = math.pi / 2.0 - lost, lost + math.pi / 2.0  # the next minimum and maximum of that
+    assert beyond**2 == pytest.approx(brentq(lambda s: squared(s) - squared(lost), bottom, top), rel=1e-9)
+    place, losses = along_ramp(balance, rest, np.array([0.9, 1.1]) * squared(lost))
+    np.testing.assert_array_equal(losses, [0, 1])
+    assert beyond < place[1] < math.sqrt(top)
 
 
 def test_a_pitchfork_by_hand_and_the_fold_behind_it():

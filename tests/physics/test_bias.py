@@ -77,6 +77,14 @@ def test_a_cubic_bias_by_hand():
     assert bias.states == ()
 
 
+@pytest.mark.parametrize("height", [0.2, 0.7, -0.4])
+def test_the_stiffness_scale_of_a_beam_covers_its_slope_over_the_width_and_is_met_at_its_end(height):
+    bias = BIASES["beam"]
+    n = {"beam_stiffness": 0.3, "beam_cubic": 0.8, "beam_height": height}
+    _, slope = bias.force(np.linspace(0.0, 1.0, 201), [], n)
+    assert np.abs(slope).max() == pytest.approx(float(bias.stiffness_scale(n)), rel=1e-12)
+
+
 def test_the_table_of_biases():
     assert all(bias.name == name for name, bias in BIASES.items())
     assert isinstance(BIASES["spring"], LinearSpring)
