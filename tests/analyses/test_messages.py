@@ -1,5 +1,7 @@
 """Messages about what was typed, in the words of what was typed."""
 
+import json
+
 import pytest
 
 
@@ -16,6 +18,15 @@ import pytest
             ["locus", "soft-film", "fold", "--over", "frequency=9 Hz:5 Hz", "--over", "film_thickness=1 mm:2 mm"],
             "frequency from 9 Hz to 5 Hz: is empty or reversed",
         ),
+        (
+            ["simulate", "soft-film", "--set", "gravity=9,81"],
+            "--set gravity 9,81: may be one number or two; write 9.81 with a point, or the list [9, 81]",
+        ),
+        (
+            ["simulate", "soft-film", "--set", "gravity=9.5,9.81"],
+            "9.5,9.81: a list needs a unit on every value, or brackets: [9.5, 9.81]",
+        ),
+        (["simulate", "--set", "voltage=0,5"], "may be one number or two; write 0.5 with a point, or the list [0, 5]"),
         (["envelope", "soft-film", "--over", "damping_ratio=1:2:3"], "envelope sweeps frequency and peak_voltage"),
     ],
 )
@@ -24,6 +35,15 @@ def test_a_message_speaks_of_what_was_typed(command_line, typed, message):
     assert (code, out) == (2, "")
     assert err.count("\n") == 1
     assert message in err
+
+
+@pytest.mark.parametrize(
+    "typed", [["soft-film", "--set", "gravity=[9, 81]"], ["--set", "voltage=[0, 1]"], ["--set", "voltage=0.5,1"]]
+)
+def test_brackets_or_a_point_make_a_list(command_line, typed):
+    code, out, err = command_line("simulate", *typed, "--periods", "1", "--json")
+    assert code == 0, err
+    assert len(json.loads(out)["outcome"]) == 2
 
 
 def test_a_file_is_not_a_store(command_line, tmp_path):

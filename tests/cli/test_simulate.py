@@ -285,7 +285,7 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_data_behind(run, monkeypatch):
         (["simulate", "--set", "voltage=1:2:x"], "'1:2:x': must be a range from:to:count"),
         (["simulate", "--set", "voltage=2:1:5"], "'2:1:5': is empty or reversed"),
         (["simulate", "--set", "voltage=0:1:1"], "'0:1:1': has 1 points; a range takes 2 to"),
-        (["simulate", "--set", "voltage=1,2", "--set", "rest_height=1,2,3"], "do not broadcast together"),
+        (["simulate", "--set", "voltage=[1, 2]", "--set", "rest_height=1,2,3"], "do not broadcast together"),
         (["simulate", "--periods", "many"], "'many' is not a valid float"),
         (["simulate", "--initial", "1"], "--initial '1': must be a displacement and a velocity"),
         (["simulate", "--initial", "up,0"], "--initial 'up': must be a number"),

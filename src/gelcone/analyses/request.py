@@ -172,6 +172,8 @@ def _of_device(
     found = find_device(device) if isinstance(device, str) else device
     texts = ({} if film is None else {"film": film}) | given
     fields = found.fields_with({setting: _table(text) for setting, text in texts.items()})
+    for setting, text in given.items():
+        _unit_or_brackets(f"--set {setting}", text)
     changes = {setting: read_field(f"--set {setting}", text, setting, fields) for setting, text in texts.items()}
     if changes:
         found = found.replace(**changes)
@@ -218,13 +220,15 @@ def read_pairs(settings: Iterable[str], device: bool = False) -> dict[str, str]:
 
 
 def read_value(text: str) -> Any:
-    """A number, a list ``1,2,3``, a range ``0:2:5``, or else the text itself."""
+    """Read a number, a list ``0.5,1,2`` or ``[1, 2]``, a range ``0:2:5``, or else the text itself."""
     if text.count(":") == 2:
         return read_range(text)
+    parts = _parts(text)
     try:
-        numbers = [float(part) for part in text.split(",")]
+        numbers = [float(part) for part in parts]
     except ValueError:
         return text
+    _no_decimal_comma("--set", text, parts)
     return numbers[0] if len(numbers) == 1 else numbers
 
 
@@ -234,7 +238,7 @@ def read_range(text: str) -> Array:
 
 
 def read_numbers(option: str, text: str, read: Reader) -> Any:
-    """A number, a list ``v1,v2,...`` or a range ``from:to:count``, each number read by ``read``.
+    """Read a number, a list ``v1,v2,...`` or ``[v1, v2, ...]`` or a range ``from:to:count``, each number by ``read``.
 
     Among values with units a bare number is refused, but 0.
     """
@@ -257,7 +261,7 @@ def read_numbers(option: str, text: str, read: Reader) -> Any:
         return np.linspace(begin, end, number)
     if ":" in text:
         raise InputError(f"{shown}: must be a range from:to:count, the last being the number of values: {text}:21")
-    parts = [part.strip() for part in text.split(",")]
+    parts = _parts(text)
     if not all(parts):
         raise InputError(f"{shown}: has an empty value; must be a number, a list v1,v2,... or a range from:to:count")
     if len(parts) > MOST_POINTS:
@@ -265,6 +269,27 @@ def read_numbers(option: str, text: str, read: Reader) -> Any:
     _one_manner(shown, parts)
     numbers = [read(option, part) for part in parts]
     return numbers[0] if len(numbers) == 1 else np.array(numbers)
+
+
+def _parts(text: str) -> list[str]:
+    """The values of a list, with or without brackets."""
+    inner = text[1:-1] if text.startswith("[") and text.endswith("]") else text
+    return [part.strip() for part in inner.split(",")]
+
+
+def _no_decimal_comma(option: str, text: str, parts: list[str]) -> None:
+    """`InputError` for a setting that may be one number with a decimal comma, not a list."""
+    if len(parts) == 2 and not text.startswith("[") and parts[0].lstrip("+-").isdecimal() and parts[1].isdecimal():
+        one, two = ".".join(parts), ", ".join(parts)
+        raise InputError(f"{option} {text}: may be one number or two; write {one} with a point, or the list [{two}]")
+
+
+def _unit_or_brackets(option: str, text: str) -> None:
+    """`InputError` for a setting of a device that lists bare numbers without brackets."""
+    parts = _parts(text)
+    if len(parts) > 1 and not text.startswith("[") and all(map(is_number, parts)):
+        _no_decimal_comma(option, text, parts)
+        raise InputError(f"{option} {text}: a list needs a unit on every value, or brackets: [{', '.join(parts)}]")
 
 
 def _one_manner(shown: str, parts: list[str]) -> None:
