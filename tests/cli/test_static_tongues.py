@@ -143,7 +143,7 @@ def test_tongues_of_a_device_are_also_in_volts_and_hertz(as_json, undrawn, tmp_p
         (["static", "--set", "prestretch=0.2", "--set", "stretch_limit=1"], "stretch_limit = 1: must exceed"),
         (["tongues", "--over", "damping_ratio=0:1:5"], "sweeps drive_frequency and voltage"),
         (["tongues", "--set", "rest_height=0.1"], "rest_height = 0.1: must be 0"),
-        (["tongues", "--set", "voltage=0,1"], "one actuator"),
+        (["tongues", "--set", "voltage=[0,1]"], "one actuator"),
         (["tongues", "--highest", "0"], "highest = 0: must be greater than 0"),
     ],
 )
