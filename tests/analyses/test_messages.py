@@ -20,13 +20,16 @@ import pytest
         ),
         (
             ["simulate", "soft-film", "--set", "gravity=9,81"],
-            "--set gravity 9,81: may be one number or two; write 9.81 with a point, or the list [9, 81]",
+            "--set gravity=9,81: may be one number or two; write 9.81 with a point, or the list [9, 81]",
         ),
         (
             ["simulate", "soft-film", "--set", "gravity=9.5,9.81"],
-            "9.5,9.81: a list needs a unit on every value, or brackets: [9.5, 9.81]",
+            "--set gravity=9.5,9.81: a list needs a unit on every value, or brackets: [9.5, 9.81]",
         ),
-        (["simulate", "--set", "voltage=0,5"], "may be one number or two; write 0.5 with a point, or the list [0, 5]"),
+        (
+            ["simulate", "--set", "voltage=0,5"],
+            "--set voltage=0,5: may be one number or two; write 0.5 with a point, or the list [0, 5]",
+        ),
         (["envelope", "soft-film", "--over", "damping_ratio=1:2:3"], "envelope sweeps frequency and peak_voltage"),
     ],
 )

@@ -345,6 +345,15 @@ def test_the_model_comes_back_from_its_result_and_from_the_file(name, tmp_path):
 # --- over the parameter ranges ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("start", [0.0, 1e-30])
+def test_the_balance_closes_at_rest(start):
+    """Flat and undriven the disc bounds no step, while the source charges the film and takes the charge back."""
+    result = simulate(ConeModel(spring_stiffness=0.0, damping_ratio=0.0, voltage=1.0), (start, 0.0), periods=3)
+    assert float(abs(result.energy_residual).max()) < 1e-12
+    stored = 0.5 * result.drive_voltage.values**2  # that of a capacitor, over its capacitance when flat
+    np.testing.assert_allclose(result.supplied_energy, stored, atol=1e-9)
+
+
 @settings(deadline=None, max_examples=40)
 @given(members())
 def test_everywhere_the_balance_closes_and_no_member_ends_beyond_its_limit(member):

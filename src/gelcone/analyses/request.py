@@ -144,6 +144,8 @@ def read_subject(
         if preset is not None:
             raise InputError(f"--preset {preset} and the device {device!r} are both given; give one or the other")
         return _of_device(device, given, film, initial, fitting)
+    for name, text in given.items():
+        _no_decimal_comma(f"--set {name}", text, _parts(text))
     values = {name: read_value(text) for name, text in given.items()}
     ratio = values.pop(RADIUS_RATIO, None) if film == "continuum" else None
     of_film = {} if film is None else {name: values.pop(name) for name in ("pull_in",) if name in values}
@@ -223,12 +225,10 @@ def read_value(text: str) -> Any:
     """Read a number, a list ``0.5,1,2`` or ``[1, 2]``, a range ``0:2:5``, or else the text itself."""
     if text.count(":") == 2:
         return read_range(text)
-    parts = _parts(text)
     try:
-        numbers = [float(part) for part in parts]
+        numbers = [float(part) for part in _parts(text)]
     except ValueError:
         return text
-    _no_decimal_comma("--set", text, parts)
     return numbers[0] if len(numbers) == 1 else numbers
 
 
@@ -281,7 +281,7 @@ def _no_decimal_comma(option: str, text: str, parts: list[str]) -> None:
     """`InputError` for a setting that may be one number with a decimal comma, not a list."""
     if len(parts) == 2 and not text.startswith("[") and parts[0].lstrip("+-").isdecimal() and parts[1].isdecimal():
         one, two = ".".join(parts), ", ".join(parts)
-        raise InputError(f"{option} {text}: may be one number or two; write {one} with a point, or the list [{two}]")
+        raise InputError(f"{option}={text}: may be one number or two; write {one} with a point, or the list [{two}]")
 
 
 def _unit_or_brackets(option: str, text: str) -> None:
@@ -289,7 +289,7 @@ def _unit_or_brackets(option: str, text: str) -> None:
     parts = _parts(text)
     if len(parts) > 1 and not text.startswith("[") and all(map(is_number, parts)):
         _no_decimal_comma(option, text, parts)
-        raise InputError(f"{option} {text}: a list needs a unit on every value, or brackets: [{', '.join(parts)}]")
+        raise InputError(f"{option}={text}: a list needs a unit on every value, or brackets: [{', '.join(parts)}]")
 
 
 def _one_manner(shown: str, parts: list[str]) -> None:

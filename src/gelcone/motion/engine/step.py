@@ -4,6 +4,7 @@ Step size: the last two coefficients of the states bound what a step leaves out,
     h = min over k in (p - 1, p) of (tolerance max(small, |x_0|) / |x_k|)^(1/k),   |.| the largest of all states,
 as in Jorba & Zou, Experimental Mathematics 14 (2005) 99, sec. 3.2. Roots of equations and border functions bound the
 step as well: between poles of a border function the states may allow steps on which its polynomial says nothing.
+Integrals along the motion, such as that of the power, bound it only where the motion is at rest.
 """
 
 from __future__ import annotations
@@ -110,7 +111,9 @@ def _step_size(f: Function, jet: Jet, followed: Sequence[_Followed], plan: Plan)
         return reduce(f.larger, sizes) if sizes else f.real(0.0)
 
     # roots count relative to themselves or 1, borders relative to 1, as states relative to the largest of them
-    states = jet.states[: len(jet.states) - plan.passengers]
+    count = len(jet.states) - plan.passengers
+    states, integrals = jet.states[:count], jet.states[count:]
+    still = f.compare("ole", largest(states, 0), f.real(SMALLEST_NORM))
     size = f.larger(largest(states, 0), f.real(SMALLEST_NORM))
     shared = [(jet.roots, f.divide(size, f.larger(largest(jet.roots, 0), f.real(1.0))))] if jet.roots else []
     for smooth in (False, True):
@@ -120,7 +123,11 @@ def _step_size(f: Function, jet: Jet, followed: Sequence[_Followed], plan: Plan)
 
     def norm(k: int) -> Value:
         sizes = (f.multiply(share, largest(rows, k)) for rows, share in shared)
-        return reduce(f.larger, sizes, largest(states, k))
+        moving = reduce(f.larger, sizes, largest(states, k))
+        if not integrals:
+            return moving
+        # at rest the states bound no step, but the source still charges the film: its integrals count relative to 1
+        return f.choose(still, f.larger(moving, f.multiply(size, largest(integrals, k))), moving)
 
     allowed = functions.rough_log2(f, f.multiply(size, f.real(plan.tolerance)))
     logarithms = [
