@@ -36,12 +36,13 @@ class Law(Protocol):
 
 
 class Ring(NamedTuple):
-    """Derivatives of a ring's energy by l1 and l2: T1, T2, T11 and T12; and its squared width n."""
+    """Derivatives of a ring's energy by l1 and l2: T1, T2, T11, T12 and T22; and its squared width n."""
 
     meridional: Array
     hoop: Array
     firmness: Array
     coupling: Array
+    hoop_firmness: Array
     width: Array
 
 
@@ -119,6 +120,7 @@ class Gel:
             held * (2.0 * l2 * by_n),
             2.0 * by_m + 4.0 * m * (by_mm - softer),
             held * (4.0 * l1 * l2 * by_mn),
+            held * (2.0 * by_n + 4.0 * n * by_nn),
             n,
         )
 

@@ -54,7 +54,7 @@ def rates(gel: Gel, at: Rings, V: Array, radius: float, settled: bool = True) ->
     if not settled:
         slack = gel.hoop(l1, l2, V) < 0.0
         guess = np.where(slack, np.maximum(guess, l2 * l2), guess)
-    T1, T2, T11, T12, n = gel.ring(l1, l2, V, slack, guess)
+    T1, T2, T11, T12, _, n = gel.ring(l1, l2, V, slack, guess)
     cosine, firm, turn = np.tanh(u), T11 * l1, T2 / T1
     whole = 1.0 / (firm + T1 + np.abs(turn) * firm)
     rate, stretch = firm * whole, l1 * cosine - l2

@@ -1,0 +1,63 @@
+"""The membrane in finite elements against states that shooting certified."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gelcone.membrane.elements import Elements
+from gelcone.membrane.gel import Gel
+from gelcone.physics.laws import LAWS
+
+CERTIFIED = json.loads((Path(__file__).parents[1] / "reference" / "membrane.json").read_text())["states"]
+
+
+def film(state: dict, count: int) -> Elements:
+    law = LAWS["gent"]
+    numbers = law.numbers({"stretch_limit": state["stretch_limit"] or np.inf})
+    A, B = state["meridional_prestretch"] ** 2, state["hoop_prestretch"] ** 2
+    return Elements(Gel(law, numbers, A, B), state["radius_ratio"], count)
+
+
+def found(state: dict, count: int):
+    """The certified state, raised in voltage at its height from the straight cone."""
+    own = film(state, count)
+    V = state["v"] ** 2
+    at = own.found(own.cones(np.array([state["x"]]), np.zeros(1)))
+    for share in np.linspace(0.0, 1.0, 2 + int(V / 0.05))[1:]:
+        at = own.found(at._replace(V=np.array([V * share])))
+    return own, at
+
+
+@pytest.mark.parametrize(
+    "state", CERTIFIED, ids=lambda s: f"{s['radius_ratio']}-{s['hoop_prestretch']}-{s['x']}-{s['v']}"
+)
+def test_states_are_the_certified_ones_within_the_error_of_the_elements(state):
+    errors = []
+    for count in (60, 120):
+        own, at = found(state, count)
+        assert at.found.all()
+        measured = own.measures(at)
+        assert measured.x[0] == pytest.approx(state["x"])
+        errors.append([abs(measured.force[0] / state["force"] - 1.0), abs(measured.area[0] / state["area"] - 1.0)])
+        assert measured.disc[0] == pytest.approx(state["disc_m"], rel=5e-4)
+        assert measured.field[0] * state["v"] == pytest.approx(state["largest_field"], rel=5e-2, abs=1e-12)
+    coarse, fine = np.array(errors)
+    assert fine[0] < 8e-5
+    assert fine[1] < 2e-5
+    assert np.all(fine < np.maximum(0.35 * coarse, 5e-7))  # the error falls with the square of the length
+
+
+def test_a_force_is_the_slope_of_the_energy_and_the_area_that_by_the_voltage():
+    own = film(CERTIFIED[2], 60)
+    step, x, V = 1e-4, 0.5, 0.25
+    places = [(x, V), (x + step, V), (x - step, V), (x, V + step), (x, V - step)]
+    heights, voltages = (np.array(values) for values in zip(*places, strict=True))
+    at = own.found(own.cones(heights, 0.0 * voltages))
+    for share in np.linspace(0.0, 1.0, 8)[1:]:
+        at = own.found(at._replace(V=share * voltages))
+    measured = own.measures(at)
+    assert -2.0 * (measured.force[3] - measured.force[4]) == pytest.approx(
+        measured.area[1] - measured.area[2], rel=1e-6
+    )  # d(area)/dx = -2 dF/dV, as both come from one energy
