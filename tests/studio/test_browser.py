@@ -88,6 +88,21 @@ def test_what_moves_is_painted_and_said_in_words(page):
     page.wait(f"document.getElementById('scrub').value != {before}")
 
 
+def test_the_portrait_switches_between_the_settled_motion_and_the_run_from_the_start(page):
+    pressed = "document.querySelector('#motion [aria-pressed=true]').textContent"
+    assert page.js(pressed) == "settled"
+    size = "(() => { const c = document.querySelector('#portrait canvas').getContext('2d');"
+    size += "const p = c.getImageData(0, 0, c.canvas.width, c.canvas.height).data; let n = 0;"
+    size += "for (let i = 0; i < p.length; i += 4) n += p[i] < 60 && p[i + 2] > 120; return n })()"
+    settled = page.js(size)
+    page.click("#motion [data-motion=start]")
+    page.wait("location.hash.includes('motion=start')")
+    assert page.js(pressed) == "from the start"
+    assert settled > 200 > page.js(size)  # the orbit in full colour is gone
+    page.js("history.back()")
+    page.wait(pressed + " === 'settled'")
+
+
 @pytest.mark.slow
 def test_every_control_is_answered(page):
     names = page.js("[...document.querySelectorAll('#groups [role=tab]')].map((t) => t.textContent)")

@@ -8,6 +8,7 @@ from gelcone.analyses.answer import in_si
 from gelcone.devices.checks import doubts
 from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.studio import look
+from gelcone.studio.orbit import PER_OSCILLATION, PER_PERIOD
 from gelcone.studio.setting import Setting, Shelf
 from gelcone.words import evidence_in_words
 
@@ -287,12 +288,62 @@ def test_a_motion_that_repeats_every_few_periods_seems_to(shelf, repeats):
 def test_a_run_has_the_samples_that_its_oscillations_need(shelf):
     slow = shelf.subject(Setting(device="biased-pump"))
     fast = shelf.subject(Setting(preset="base", values={"drive_frequency": "0.01"}))
-    assert look.response(slow, 5).arrays["t"].size == 5 * look.PER_PERIOD + 1
+    assert look.response(slow, 5).arrays["t"].size == 5 * PER_PERIOD + 1
     run = look.response(fast, 1)
     swings = float(fast.model.members().rate[0]) * run.arrays["t"][-1] / (2.0 * np.pi)
-    assert run.arrays["t"].size - 1 >= look.PER_OSCILLATION * swings > look.PER_PERIOD
-    assert look.response(fast, 100).arrays["t"].size == look.MOST_SAMPLES + 1
+    assert run.arrays["t"].size - 1 >= PER_OSCILLATION * swings > PER_PERIOD
     assert run.arrays["t"][-1] == pytest.approx(run.words["period"], rel=1e-12)
+    assert (run.words["shown"], run.words["cut"]) == (1.0, False)
+
+
+def test_a_run_that_needs_too_many_samples_is_cut_and_says_where(shelf, monkeypatch):
+    monkeypatch.setattr(look, "MOST_SAMPLES", 3000)
+    subject = shelf.subject(Setting(preset="base", values={"voltage": "1.7"}))
+    run = look.response(subject, 20)
+    assert run.arrays["t"].size == 3001
+    assert run.words["cut"]
+    assert run.arrays["t"][-1] == pytest.approx(run.words["shown"] * run.words["period"], rel=1e-12)
+    assert 1.0 < run.words["shown"] < 20.0
+
+
+def test_every_oscillation_of_two_hundred_periods_of_chaos_has_forty_samples(shelf):
+    run = look.response(shelf.subject(Setting(preset="base", values={"voltage": "1.7"})), 200).arrays
+    turns = np.flatnonzero(np.diff(np.sign(run["u"])) > 0)
+    assert len(turns) > 2000
+    assert np.diff(turns).min() >= 40
+
+
+@pytest.mark.parametrize("setting", [Setting(device="biased-pump"), Setting(device="soft-film")])
+def test_the_settled_orbit_closes_and_goes_through_its_section_points(shelf, setting):
+    found = look.kind(shelf.subject(setting)).arrays
+    x, u = found["ox"], found["ou"]
+    size = np.array([np.ptp(x), np.ptp(u)])
+    assert np.hypot((x[-1] - x[0]) / size[0], (u[-1] - u[0]) / size[1]) < 1e-6
+    for px, pu in zip(found["px"][:4], found["pu"][:4], strict=True):
+        assert np.hypot((x - px) / size[0], (u - pu) / size[1]).min() < 1e-6
+
+
+def test_the_settled_orbit_is_what_a_long_run_settles_to(shelf):
+    subject = shelf.subject(Setting(device="soft-film"))
+    late = gelcone.section(subject.model, subject.initial, discard=3000, repeats=2)
+    found = look.kind(subject).arrays
+    here = np.stack([found["ox"], found["ou"]], axis=1)
+    for k in range(2):
+        there = [float(in_si(late, subject)[name].values[k]) for name in ("displacement", "velocity")]
+        assert np.abs((here - there) / np.ptp(here, axis=0)).max(axis=1).min() < 1e-5
+
+
+def test_section_points_of_chaos_lie_on_the_curve_that_is_shown_with_them(shelf):
+    found = look.kind(shelf.subject(Setting(preset="base", values={"voltage": "1.7"}))).arrays
+    assert found["px"].size > 2
+    assert set(found["px"].tolist()) <= set(found["ox"].tolist())
+    turns = np.flatnonzero(np.diff(np.sign(found["ou"])) > 0)
+    assert np.diff(turns).min() >= 40
+
+
+def test_a_motion_that_ends_has_no_settled_orbit(shelf):
+    gone = shelf.subject(Setting(preset="base", values={"film": "wrinkling", "voltage": "1.2"}))
+    assert "ox" not in look.kind(gone).arrays
 
 
 def test_shares_of_the_film_add_up_and_name_what_occurs():

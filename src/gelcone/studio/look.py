@@ -30,13 +30,14 @@ from gelcone.physics.records import bias_record
 from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
+from gelcone.studio.orbit import samples_over, settled_orbit
 from gelcone.words import evidence_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
 
-PER_PERIOD, PER_OSCILLATION, MOST_SAMPLES = 100, 20, 8000
-"""Samples of a run on the screen: each period of the voltage, each oscillation at the fastest rate, and in all."""
+MOST_SAMPLES = 200_000
+"""Samples of a run on the screen; one that needs more is shown up to where they suffice."""
 PERIODS = 20
 """Periods of the voltage that a run lasts where nothing else is asked for."""
 FEWEST, MOST = 1, 500
@@ -110,10 +111,10 @@ def response(subject: Subject, periods: float) -> Parts:
     """The motion from its start, the voltage, the film's state, and in words what it seems to be."""
     members = subject.model.members()
     states0 = start_states(members, subject.initial)
-    span = periods * float(members.drive_period[0])
-    oscillations = float(members.rate[0]) * span / (2.0 * np.pi)
-    wanted = np.ceil(max(PER_PERIOD * periods, PER_OSCILLATION * oscillations))
-    count = int(np.clip(wanted, PER_PERIOD, MOST_SAMPLES))
+    period = float(members.drive_period[0])
+    wanted = samples_over(members, periods * period)
+    count = min(wanted, MOST_SAMPLES)
+    span = periods * period * count / wanted
     shares = np.linspace(0.0, 1.0, count + 1)
     whole = run = integrate(members, states0, span * shares, threads=1)
     if whole.outcome[0] and whole.end_times[0] > 0.0:  # what there is of it, up to its end, in as many samples
@@ -138,7 +139,9 @@ def response(subject: Subject, periods: float) -> Parts:
             "seems": seems,
             "ended": outcome.label.replace("_", " ") if outcome else "",
             "shares": _shares(films[-1][ran]),
-            "period": float(members.drive_period[0]) * by["time"],
+            "period": period * by["time"],
+            "shown": span / period,
+            "cut": count < wanted,
         },
     )
 
@@ -202,7 +205,7 @@ def _seems(members: Members, times: Array, states: Array) -> str:
 
 
 def kind(subject: Subject) -> Parts:
-    """The regime of the motion with its evidence in the words of the command line, and its section."""
+    """The regime of the motion with its evidence in the words of the command line, its section and the settled orbit."""
     analysis = ANALYSES["regime"]
     states = start_states(subject.model.members(), subject.initial)
     found = analysis.compute(subject.model.members(), states, threads=1)
@@ -210,7 +213,13 @@ def kind(subject: Subject) -> Parts:
     regime = Regime(int(member["regime"])) if not int(member["outcome"]) else Regime.LEFT_THE_DOMAIN
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     points = np.asarray(found.variables["section"][1])[0]
-    arrays = {"px": points[:, 0] * by["length"], "pu": points[:, 1] * by["velocity"]}
+    arrays = {}
+    if regime is not Regime.LEFT_THE_DOMAIN and np.isfinite(points[0]).all():
+        run, whole = settled_orbit(subject.model.members(), points[0], regime, int(member["period"]))
+        arrays = {"ox": run.states[0, :, 0] * by["length"], "ou": run.states[0, :, 1] * by["velocity"]}
+        if regime not in (Regime.REST, Regime.PERIODIC):  # two runs of chaos come apart
+            points = run.states[0, whole]
+    arrays |= {"px": points[:, 0] * by["length"], "pu": points[:, 1] * by["velocity"]}
     extent = [float(member[name]) for name in ("lowest", "highest")]
     words = {"regime": int(regime), "lines": evidence_in_words(member)}
     return Parts(arrays, {**words, "extent": extent if np.isfinite(extent).all() else None})

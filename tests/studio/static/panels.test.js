@@ -67,9 +67,13 @@ test("two settings share their axes, each in its colour; of other units only the
   assert.deepEqual([drawn(mixed, LIGHT.a).length, drawn(mixed, LIGHT.b).length], [10, 0]);
 });
 
-test("the phase portrait has the height along and the velocity up, its section points and a dot that is now", () => {
-  const own = look({ px: Float32Array.of(1), pu: Float32Array.of(0.5), wanders: false }), p = panel(portraitPanel, { a: own });
-  assert.ok(close(drawn(p, LIGHT.a), [...own.x].map((x, k) => [p.X(x), p.Y(own.u[k])])));
+const ORBIT = { ox: Float32Array.of(1, 2, 1, 0, 1), ou: Float32Array.of(0.5, 0, -0.5, 0, 0.5), px: Float32Array.of(1), pu: Float32Array.of(0.5), wanders: false };
+const strokes = (p, faint) => p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === LIGHT.a && (c.globalAlpha < 0.5) === faint).map((c) => c.args);
+
+test("the phase portrait has the height along and the velocity up: the settled orbit, its section points, and pale the run", () => {
+  const own = look(ORBIT), p = panel(portraitPanel, { a: own });
+  assert.ok(close(strokes(p, false), [...own.ox].map((x, k) => [p.X(x), p.Y(own.ou[k])])));
+  assert.ok(close(strokes(p, true), [...own.x].map((x, k) => [p.X(x), p.Y(own.u[k])])));
   const [point] = p.context.calls.filter((c) => c.name === "arc");
   assert.deepEqual([point.args.slice(0, 3), point.fillStyle], [[p.X(1), p.Y(0.5), 3.5], LIGHT.b]);
   assert.ok(close([placed(p, "a")], [[p.X(3), p.Y(-0.5)].map((v) => Number(v.toFixed(1)))]));
@@ -79,8 +83,29 @@ test("the phase portrait has the height along and the velocity up, its section p
   assert.equal(wild.context.calls.filter((c) => c.name === "arc").length, 0);
   const both = panel(portraitPanel, { a: own, b: { ...own } });
   assert.deepEqual(both.context.calls.filter((c) => c.name === "arc").map((c) => c.fillStyle), [LIGHT.a, LIGHT.b]);
-  const far = panel(portraitPanel, { a: look({ px: Float32Array.of(40), pu: Float32Array.of(9) }) });
-  assert.ok(far.X(40) < far.right && far.Y(9) > far.top);
+});
+
+test("from the start the run alone is drawn, in its own range; so is one without a settled motion", () => {
+  for (const [own, motion] of [[look({ ...ORBIT, ox: Float32Array.of(40, 41) }), "start"], [look(), "settled"]]) {
+    const p = panel(portraitPanel, { a: own, motion });
+    assert.ok(close(strokes(p, false), [...own.x].map((x, k) => [p.X(x), p.Y(own.u[k])])));
+    assert.ok(strokes(p, true).length === 0 && !p.context.calls.some((c) => c.name === "arc") && p.X(10) > p.right);
+  }
+});
+
+test("the settled orbit has the room: a run far outside is cut, a wide one inside shown, one of an older setting faded", () => {
+  const far = panel(portraitPanel, { a: look({ ...ORBIT, x: Float32Array.of(0, 200, -200, 0, 0) }) });
+  assert.ok(far.X(200) > far.right && far.X(0) > far.left && far.X(2) < far.right && far.X(2) - far.X(0) > 0.4 * (far.right - far.left));
+  const old = panel(portraitPanel, { a: look({ ...ORBIT, old: true }) });
+  assert.equal(strokes(old, false).length, 0);
+  const standing = panel(portraitPanel, { a: look({ ...ORBIT, ox: Float32Array.of(1, 1), ou: Float32Array.of(0, 0), px: Float32Array.of(1), pu: Float32Array.of(0) }) });
+  assert.ok(standing.X(4) < standing.right && standing.Y(1) > standing.top);
+});
+
+test("a run that had to be cut says so", () => {
+  const said = (words) => texts(panel(timePanel, { a: look({ words: { ended: "", period: 20, shares: [], ...words } }) }).context);
+  assert.ok(said({ shown: 3.512, cut: true }).some((text) => text.startsWith("the first 3.5 periods")));
+  assert.ok(!said({ shown: 20, cut: false }).some((text) => text.startsWith("the first")));
 });
 
 test("the spectrum is that of its frequencies on a logarithmic axis, with its lines", () => {

@@ -1,6 +1,6 @@
 // The whole state of the page as the part of its address behind the #.
 const KEYS = ["device", "preset", "file"];
-const PAGE = { periods: "20", top: "time", left: "portrait", right: "map", view: "kind" };
+const PAGE = { periods: "20", top: "time", left: "portrait", right: "map", view: "kind", motion: "settled" };
 
 export function read(text, start) {
   const given = new URLSearchParams(text.replace(/^#/, ""));

@@ -17,6 +17,7 @@ const ASKED_AGAIN = 500;
 const FRAME = 22; // ms from a picture of the cone until the next is asked for: every second frame of most screens
 const BUSY = 38; // the same while a map is computed, which the browser leaves the processor to: every third
 const HELD = 150; // ms for which the cone moves with answers alone, at most, while one is on its way
+const AGED = 150; // ms after which the settled motion shown fades, if that of the newer run has not come
 const RESTED = 300; // ms after the last move of a slider at which the address follows
 
 // --- state ---------------------------------------------------------------------------------------------------------
@@ -25,6 +26,7 @@ const looks = { active: "a" };
 let hello = null, state = null;
 const asked = { a: null, b: null };
 let wrong = null; // an error that came before there were controls to show it beside
+const ageing = {}; // timers after which the settled motion of an older setting is faded
 let held = 0; // until when an answer is waited for
 const studio = (window.studio = { looks, painted: 0, waiting: new Map() });
 
@@ -130,6 +132,7 @@ function apply(next) {
   $("periods").value = state.periods;
   envelopeTab(!setting().preset);
   for (const place of ["top", "left", "right"]) tab(place, state[place]);
+  motionShown();
   sidesShown();
   subjectShown();
   for (const side of sides()) look(side, side === state.side);
@@ -148,6 +151,14 @@ function sidesShown() {
   document.body.classList.toggle("b", state.side === "b");
   badge.keep(sides());
 }
+
+// Whether the portrait shows the settled motion or the run from the start.
+function motionShown() {
+  if (state.motion !== "start") state.motion = "settled";
+  looks.motion = state.motion;
+  for (const button of $("motion").querySelectorAll("button")) button.setAttribute("aria-pressed", button.dataset.motion === state.motion);
+}
+for (const button of $("motion").querySelectorAll("button")) button.onclick = () => { state.motion = button.dataset.motion; motionShown(); keep(true); plots.portrait.redraw(); };
 
 function subjectShown() {
   const own = setting(), select = $("subject");
@@ -235,6 +246,9 @@ const ANSWERS = {
     const before = looks[head.side] ?? {};
     const look = { ...before, film1: undefined, film2: undefined, ...arrays, words: head.words, about: head.about, id: head.id };
     delete look.lines;
+    if (head.words.ended) look.ox = look.px = undefined;
+    clearTimeout(ageing[head.side]);
+    ageing[head.side] = setTimeout(() => { look.old = true; plots.portrait.redraw(); }, AGED);
     looks[head.side] = look;
     if (head.side === state.side) {
       controls.settle();
@@ -252,7 +266,8 @@ const ANSWERS = {
   },
   kind(head, arrays) {
     const look = looks[head.side], wanders = ![0, 1].includes(head.words.regime);
-    Object.assign(look, arrays, { lines: head.words.lines, regime: head.words.regime, extent: head.words.extent, wanders });
+    clearTimeout(ageing[head.side]);
+    Object.assign(look, { ox: undefined, ou: undefined, old: false }, arrays, { lines: head.words.lines, regime: head.words.regime, extent: head.words.extent, wanders });
     if (head.id >= asked[head.side]) held = 0;
     if (head.side === state.side) grids.moved();
   },

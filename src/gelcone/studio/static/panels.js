@@ -1,8 +1,12 @@
 // The plots that follow every look: over time, phase portrait, spectrum, statics.
 import { colours } from "./colours.js";
+import { format } from "./controls.js";
 import { Plot, Range, extent } from "./plot.js";
 
 const VOLTAGE_SHARE = 0.27;
+const PALE = 0.3; // of the run behind the motion that it settles to
+const ROOM = 0.4; // around that motion, at most, as a share of its size
+const MOST_DRAWN = 12000; // samples of a run in the portrait: more are a blot
 
 // Each panel draws the looks of one or two settings: {a, b}, with the arrays of response, kind, spectrum and statics.
 // Both are drawn only where they have the same units.
@@ -25,6 +29,8 @@ export function timePanel(host, looks, clock) {
       p.axes(x, y, { to: 1 - VOLTAGE_SHARE - 0.06, xTicks: false, yLabel: axes.displacement });
       for (const [look, colour] of shown) p.line(look.t, look.x, { colour, sorted: true, alpha: shown.length > 1 ? 0.8 : 1 });
       states(p, shown[0][0]);
+      const { shown: periods, cut } = shown[0][0].words;
+      if (cut) p.label(`the first ${format(periods, 2)} periods: a longer run would lose its oscillations`, p.left + 6, p.top + 9);
     },
     over(p) {
       const t = clock.time();
@@ -49,26 +55,35 @@ function states(p, look) {
   }
 }
 
+// The settled motion on top of the run that led to it, or that run alone.
 export function portraitPanel(host, looks, clock) {
   const xs = new Range(), us = new Range();
   return new Plot(host, {
     draw(p) {
       const shown = sidesOf(looks).filter(([look]) => look.t);
       if (!shown.length) return;
-      const { axes } = shown[0][0].about;
-      const all = (own, more) => extent(...shown.flatMap(([look]) => (look[more] ? [look[own], look[more]] : [look[own]])));
-      p.axes(xs.fit(all("x", "px")), us.fit(all("u", "pu")), { xLabel: axes.displacement, yLabel: axes.velocity });
-      for (const [look, colour] of shown) p.line(look.x, look.u, { colour, width: 0.8, alpha: look.x.length > 3000 ? 0.4 : 0.6 });
-      for (const [look, colour, side] of shown) {
-        if (!look.px) continue;
-        const few = !look.wanders;
-        p.points(look.px, look.pu, { colour: shown.length > 1 ? colour : colours().b, size: few ? 7 : 2.4 });
-      }
+      const { axes } = shown[0][0].about, settled = ([look]) => looks.motion !== "start" && look.ox;
+      const drawn = shown.filter(settled), runs = shown.filter((side) => !settled(side));
+      const all = (own) => within(extent(...shown.map(([look]) => look[own])), drawn.map(([look]) => [look[`o${own}`], look[`p${own}`]]), runs.map(([look]) => look[own]));
+      p.axes(xs.fit(all("x")), us.fit(all("u")), { xLabel: axes.displacement, yLabel: axes.velocity });
+      for (const [look, colour] of drawn) p.line(look.x, look.u, { colour, width: 0.8, alpha: PALE, most: MOST_DRAWN });
+      for (const [look, colour] of runs) p.line(look.x, look.u, { colour, width: 0.8, alpha: look.x.length > 3000 ? 0.4 : 0.6, most: MOST_DRAWN });
+      for (const [look, colour] of drawn) p.line(look.ox, look.ou, { colour, width: look.wanders ? 0.8 : 1.8, alpha: (look.wanders ? 0.6 : 1) * (look.old ? 0.4 : 1) });
+      for (const [look, colour] of drawn) p.points(look.px, look.pu, { colour: shown.length > 1 ? colour : colours().b, size: look.wanders ? 2.4 : 7, alpha: look.old ? 0.4 : 1 });
+      if (runs.some(([look]) => look.x.length > MOST_DRAWN)) p.label("the beginning of the run", p.left + 6, p.top + 9);
     },
     over(p) {
       dots(p, looks, clock, (state) => [p.X(state.x), p.Y(state.u)]);
     },
   });
+}
+
+// The range of what is settled with as much of the run as leaves that large, and the whole of runs without it.
+function within(whole, settled, runs) {
+  if (!settled.length) return extent(...runs);
+  const [low, high] = extent(...settled.flat()), more = ROOM * (high - low);
+  const seen = more > 0 ? [Math.max(whole[0], low - more), Math.min(whole[1], high + more)] : whole;
+  return extent([low, high], seen, ...runs);
 }
 
 // A dot where each of the shown looks is now.

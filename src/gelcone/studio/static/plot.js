@@ -127,13 +127,13 @@ export class Plot {
     draw(g); g.restore();
   }
 
-  line(x, y, { colour, width = 1.3, alpha = 1, sorted = false, dash = [] }) {
+  line(x, y, { colour, width = 1.3, alpha = 1, sorted = false, dash = [], most = Infinity }) {
     this.inside((g) => {
       g.globalAlpha = alpha; g.strokeStyle = g.fillStyle = colour; g.lineWidth = width; g.lineJoin = "bevel"; g.setLineDash(dash);
       if (sorted && x.length > 1.5 * (this.right - this.left) * this.d) return this.columns(g, x, y);
       g.beginPath();
       let down = false;
-      for (let i = 0; i < x.length; i++) {
+      for (let i = 0, end = Math.min(x.length, most); i < end; i++) {
         if (y[i] !== y[i] || x[i] !== x[i]) { down = false; continue; }
         if (down) g.lineTo(this.X(x[i]), this.Y(y[i])); else g.moveTo(this.X(x[i]), this.Y(y[i]));
         down = true;

@@ -1,0 +1,43 @@
+"""The settled motion as a curve: one turn of a periodic orbit, or a stretch of a motion that does not repeat."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gelcone.codes import Regime
+from gelcone.motion.flow import integrate
+from gelcone.motion.job import Trajectories
+from gelcone.physics.members import Members
+from gelcone.quantity import Array
+
+PER_PERIOD, PER_OSCILLATION = 100, 40
+"""Samples of a curve on the screen: each period of the voltage, and each oscillation at the fastest rate, at least."""
+MOST_SAMPLES = 8000
+"""Samples of a motion that does not repeat."""
+LONGEST = 64
+"""Forcing periods of it that are drawn."""
+
+
+def samples_over(members: Members, span: float) -> int:
+    """The even samples of a single actuator's motion that a curve over the time ``span`` needs, at least `PER_PERIOD`.
+
+    The rate that counts is a bound of the actuator's own: the motion oscillates no faster."""
+    periods = span / float(members.drive_period[0])
+    oscillations = float(members.rate[0]) * span / (2.0 * np.pi)
+    return int(np.ceil(max(PER_PERIOD * periods, PER_OSCILLATION * oscillations, PER_PERIOD)))
+
+
+def settled_orbit(members: Members, start: Array, regime: Regime, period: int) -> tuple[Trajectories, Array]:
+    """The run along the settled motion of a single actuator from ``start`` (N,) at phase 0, and its samples that are at
+    whole forcing periods.
+
+    ``period`` is that of a periodic orbit in forcing periods. A motion that does not repeat is followed for as many
+    periods as `MOST_SAMPLES` can draw, at least one and at most `LONGEST`.
+    """
+    repeat = float(members.forcing_period[0])
+    each = samples_over(members, repeat)
+    count = period if regime is Regime.PERIODIC else 1 if regime is Regime.REST else max(1, MOST_SAMPLES // each)
+    count = count if regime is Regime.PERIODIC else min(count, LONGEST)
+    ticks = np.arange(count * each + 1) / each
+    run = integrate(members, start[None], ticks[None] * repeat, threads=1)
+    return run, np.arange(0, count * each, each)
