@@ -30,6 +30,34 @@ import pytest
             ["simulate", "--set", "voltage=0,5"],
             "--set voltage=0,5: may be one number or two; write 0.5 with a point, or the list [0, 5]",
         ),
+        (
+            ["static", "biased-pump", "--displacements", "500 mm,600 mm"],
+            "displacements from 500 mm to 600 mm: none is reached; stay within 141.2 mm",
+        ),
+        (
+            [
+                "locus",
+                "biased-pump",
+                "fold",
+                "--over",
+                "film_thickness=0.1 mm:0.3 mm",
+                "--over",
+                "frequency=19 Hz:22 Hz",
+            ],
+            "frequency from 19 Hz to 22 Hz: must hold the device's own value, which is 10 Hz",
+        ),
+        (
+            ["simulate", "biased-pump", "--set", "film_thickness=0.2 mmm"],
+            "give a number in m or a string such as '200 um' (units m, cm, mm, um, nm)",
+        ),
+        (
+            ["simulate", "biased-pump", "--set", "film_radius=-3 cm"],
+            "must be greater than 0 m; give a larger one, such as 30 mm",
+        ),
+        (
+            ["simulate", "soft-film", "--set", "prestretch=9", "--set", "damping_ratio=0.1"],
+            "prestretch: mounted flat, the film has I1 - 3 = 159, which must be less than its stretch limit 50",
+        ),
         (["envelope", "soft-film", "--over", "damping_ratio=1:2:3"], "envelope sweeps frequency and peak_voltage"),
     ],
 )

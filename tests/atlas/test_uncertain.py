@@ -120,3 +120,25 @@ def test_another_seed_gives_other_draws(method):
     one, other, again = (draw({"voltage": Uniform(0.0, 1.0)}, 8, method=method, seed=s)["voltage"] for s in (1, 2, 1))
     np.testing.assert_array_equal(one, again)
     assert (one != other).all()
+
+
+def test_a_device_is_uncertain_in_texts_with_units():
+    spread = {"film_thickness": Normal("0.2 mm", "5 um"), "frequency": Uniform("0.009 kHz", "11 Hz")}
+    in_numbers = {"film_thickness": Normal(2e-4, 5e-6), "frequency": Uniform(9.0, 11.0)}
+    for name, values in draw(in_numbers, 16).items():
+        np.testing.assert_array_equal(draw(spread, 16)[name], values)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Normal("0.25 mm", 1e-5), "mixes a number and a text"),
+        (lambda: Uniform(0.1, None), "None must be a number, or a text such as '0.25 mm'"),
+        (lambda: draw({"film_thickness": Normal("0.25 V", "1 V")}, 4), "V is a unit of voltage, not of length"),
+        (lambda: draw({"film_thickness": Normal("0.25 mm", "-1 um")}, 4), "must be positive"),
+        (lambda: draw({"voltage": Normal("0.25 V", "1 V")}, 4), "voltage is not a device's field with one"),
+    ],
+)
+def test_texts_that_are_no_distribution_are_refused(make, message):
+    with pytest.raises(InputError, match=message):
+        make()

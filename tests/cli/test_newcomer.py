@@ -146,3 +146,16 @@ def test_bad_input_is_one_clear_line(command_line, device_file, tmp_path, argume
     assert told in err
     assert err.startswith("Error: ")
     assert err.count("\n") == 1
+
+
+def test_each_line_that_is_left_out_can_be_taken_in(command_line, tmp_path):
+    command_line("init", "mine.toml")
+    text = (tmp_path / "mine.toml").read_text(encoding="utf-8")
+    lines = re.findall(r"^# (\w+) = .*$", text.split("# --- a gel")[0], flags=re.MULTILINE)
+    assert {"pull_in", "second_drive", "circuit"} <= set(lines)
+    for name in lines:
+        try:
+            gelcone.Device.from_text(re.sub(rf"^# {name} = ", f"{name} = ", text, flags=re.MULTILINE))
+        except gelcone.InputError as error:  # noqa: PERF203
+            needs_another = re.search("there is no (beam_rate|second_film); give|are both given; give", str(error))
+            assert needs_another or name == "bias", str(error)  # a bias of one's own is a class that is there

@@ -360,7 +360,7 @@ def test_the_figure_tells_stable_from_unstable():
         (lambda: static(TABLE1, [[0.0, 1.0]]), r"shape \(1, 2\)"),
         (lambda: static(TABLE1, [0.0], [1.0, 0.0]), "increasing"),
         (lambda: static(TABLE1, [0.0], [np.inf]), "finite"),
-        (lambda: static(TABLE1, [0.0], [30.0, 40.0]), r"none is reached; give \|x\| below 7\.\d"),
+        (lambda: static(TABLE1, [0.0], [30.0, 40.0]), r"none is reached; stay within 7\.\d"),
         (lambda: static(ConeModel(prestretch=0.2, stretch_limit=1.0), [0.0]), "stretch_limit = 1: must exceed"),
         (lambda: pull_in_voltage(TABLE1, start=np.nan), "start = nan: must be finite"),
         (lambda: pull_in_voltage(TABLE1, start=[0.0, 1.0]), "start = "),
@@ -369,3 +369,9 @@ def test_the_figure_tells_stable_from_unstable():
 def test_bad_input_is_refused_with_the_bound_and_the_remedy(call, message):
     with pytest.raises(InputError, match=message):
         call()
+
+
+def test_by_default_the_voltages_are_the_offset_and_the_peak_of_the_drive():
+    model = ConeModel(voltage=0.3, voltage_bias=-0.2, rest_height=0.3)
+    assert static(model)["constant_voltage"].values == pytest.approx([0.2, 0.5], rel=1e-15)
+    assert static(model.replace(voltage_bias=0.0))["constant_voltage"].values.tolist() == [0.3]

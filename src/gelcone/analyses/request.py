@@ -342,7 +342,7 @@ def _of_field(option: str, text: str, field: Field) -> float:
         if not math.isfinite(number) and not (field.infinite and number == math.inf):
             raise InputError(f"{option} {text}: must be finite")
         return number
-    return parse(option, text, field.unit)
+    return parse(option, text, field.unit, example=field.example_text())
 
 
 def measure_reader(quantity: str, device: Device | None, *, in_si: bool = False) -> Reader:

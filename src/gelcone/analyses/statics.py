@@ -33,8 +33,8 @@ def static_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict
 
 
 def _own_levels(result: xr.Dataset, subject: Subject) -> list[int]:
-    """For each member, which of the voltages is its own amplitude."""
-    own = np.broadcast_to(subject.model.voltage, subject.model.shape).ravel()
+    """For each member, which of the voltages is the peak of its own drive."""
+    own = np.broadcast_to(subject.model.peak_voltage, subject.model.shape).ravel()
     return [int(i) for i in np.searchsorted(result["constant_voltage"].values, own)]
 
 
@@ -94,9 +94,10 @@ def static_words(shown: xr.Dataset, subject: Subject) -> str:
     """The statics as text."""
     lines = heading(subject) + outcome_lines(shown)
     members = members_of(shown)
+    fitted = any(film.film.name == "continuum" for film in subject.model.system.films)
     if len(members) == 1:
-        return "\n".join(lines + _curve_lines(members[0][1]) + _event_lines(members[0][1]))
-    listed = [line for name, member in members for line in (f"{name}:", *(f"  {e}" for e in _event_lines(member)))]
+        return "\n".join(lines + _curve_lines(members[0][1]) + _event_lines(members[0][1], fitted))
+    listed = [line for name, one in members for line in (f"{name}:", *(f"  {e}" for e in _event_lines(one, fitted)))]
     return "\n".join(lines + shortened(listed))
 
 
@@ -129,8 +130,8 @@ def _about(equilibrium: dict[str, Any]) -> list[str]:
     return ["stable" if equilibrium["stable"] else "unstable", *states, *(FAILINGS[name] for name in failing)]
 
 
-def _event_lines(member: xr.Dataset) -> list[str]:
-    """Pitchfork, folds and pull-in."""
+def _event_lines(member: xr.Dataset, fitted: bool = False) -> list[str]:
+    """Pitchfork, folds and pull-in; ``fitted`` says whether the range of a fit may end first."""
     if int(member["outcome"]):
         return ["nothing can be reached inside the stretch limit"]
     volt, length = unit_of(member["constant_voltage"]), unit_of(member["displacement"])
@@ -147,6 +148,8 @@ def _event_lines(member: xr.Dataset) -> list[str]:
     if kind == PullIn.NEVER:
         return [*lines, f"{ramp}: {kind.meaning}"]
     event = f"{ramp}: at {voltage:.4g}{volt} the disc {kind.meaning}"
+    if fitted and kind == PullIn.FILM:
+        event += " or its displacement leaves the range of the fit"
     if np.isinf(end):
         return [*lines, event]
     return [*lines, f"{event} ({'it leaves it gradually' if begin == end else f'moves to {end:.4g}{length}'})"]

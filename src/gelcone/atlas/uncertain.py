@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, get_args
+from dataclasses import astuple, dataclass
+from numbers import Real
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Outcome, Regime
+from gelcone.devices.fields import SWEPT_FIELDS
+from gelcone.devices.points import STATE_FIELDS
+from gelcone.devices.units import parse
 from gelcone.errors import InputError, unknown_name
 from gelcone.quantity import Array
 
@@ -23,12 +27,14 @@ METHODS: tuple[Method, ...] = get_args(Method)
 
 @dataclass(frozen=True)
 class Uniform:
-    """Anything between two bounds, with the same density."""
+    """Anything between two bounds, with the same density; texts with units for a field of a device."""
 
-    low: float
-    high: float
+    low: Any
+    high: Any
 
     def __post_init__(self) -> None:
+        if _worded(self):
+            return
         if not (np.isfinite(self.low) and np.isfinite(self.high) and self.low < self.high):
             raise InputError(f"{self.low:g}:{self.high:g}: a uniform distribution goes from a lower to a higher bound")
 
@@ -39,12 +45,14 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Normal:
-    """The normal distribution of a mean and a standard deviation."""
+    """The normal distribution of a mean and a standard deviation; texts with units for a field of a device."""
 
-    mean: float
-    deviation: float
+    mean: Any
+    deviation: Any
 
     def __post_init__(self) -> None:
+        if _worded(self):
+            return
         if not (np.isfinite(self.mean) and np.isfinite(self.deviation) and self.deviation > 0.0):
             raise InputError(f"{self.mean:g}~{self.deviation:g}: the standard deviation must be positive")
 
@@ -59,6 +67,28 @@ class Normal:
 Distribution = Uniform | Normal
 
 
+def _worded(given: Distribution) -> bool:
+    """Whether a distribution is given by texts, which `draw` reads; `InputError` for what is neither text nor number."""
+    texts = [isinstance(value, str) for value in astuple(given)]
+    for value in astuple(given):
+        if isinstance(value, bool) or not isinstance(value, str | Real):
+            raise InputError(f"{given}: {value!r} must be a number, or a text such as '0.25 mm' for a device's field")
+    if any(texts) and not all(texts):
+        raise InputError(f"{given}: mixes a number and a text; give both as numbers in SI, or both with a unit")
+    return all(texts)
+
+
+def _in_numbers(name: str, given: Distribution) -> Distribution:
+    """A distribution in SI numbers; texts are read as values of the device's field ``name``."""
+    if not _worded(given):
+        return given
+    fields = {**SWEPT_FIELDS, **STATE_FIELDS}
+    if name not in fields:
+        raise InputError(f"{name}: {given} has units, and {name} is not a device's field with one; give numbers")
+    one, other = (parse(name, v, fields[name].unit, example=fields[name].example_text()) for v in astuple(given))
+    return type(given)(one, other)
+
+
 def draw(
     uncertain: Mapping[str, Distribution], count: int, *, method: Method = "sobol", seed: int = 0
 ) -> dict[str, Array]:
@@ -66,7 +96,7 @@ def draw(
 
     Parameters
     ----------
-    uncertain : name -> distribution.
+    uncertain : name -> distribution, of a device's field also in texts: ``{"film_thickness": Normal("0.2 mm", "5 um")}``.
     count : number of draws, at least 2; powers of 2 suit Sobol's sequence.
     method : ``"sobol"``, scrambled (Owen, J. Complexity 14 (1998) 466; default), or ``"latin-hypercube"`` (McKay et
         al., Technometrics 21 (1979) 239).
@@ -82,6 +112,7 @@ def draw(
         raise InputError(f"count = {count}: must be at least 2 draws")
     if method not in METHODS:
         raise unknown_name("method of drawing", str(method), METHODS)
+    known = {name: _in_numbers(name, given) for name, given in uncertain.items()}
     import warnings
 
     from scipy.stats import qmc
@@ -94,7 +125,7 @@ def draw(
     else:
         shares = qmc.LatinHypercube(dimension, seed=seed).random(count)
     inside = np.clip(shares, 0.5 / 2**53, 1.0 - 2.0**-53)
-    return {name: uncertain[name].at(inside[:, k]) for k, name in enumerate(uncertain)}
+    return {name: known[name].at(inside[:, k]) for k, name in enumerate(known)}
 
 
 def share_interval(hits: npt.ArrayLike, count: npt.ArrayLike, confidence: float = 0.95) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ from dataclasses import astuple
 
 import numpy as np
 
-from gelcone.devices.cone import cone_of_device
+from gelcone.devices.cone import cone_of_device, undamped_cone
 from gelcone.devices.fields import BELONGING, DAMPINGS, DeviceFields
 from gelcone.devices.units import FieldError, format_si
 from gelcone.errors import InputError
@@ -27,7 +27,8 @@ def misfits(device: DeviceFields) -> Iterator[FieldError]:
     if not errors:
         with np.errstate(all="ignore"):
             try:
-                _check_heights(device, cone_of_device(device))
+                _check_heights(device, undamped_cone(device))
+                cone_of_device(device)
             except FieldError as error:
                 yield error
             except InputError as error:

@@ -30,6 +30,11 @@ def cone_of_device(device: DeviceFields) -> ConeModel:
     return _damped(device, lambda ratio: _cone(device, ratio, _own_film(device) or "taut"))
 
 
+def undamped_cone(device: DeviceFields) -> ConeModel:
+    """`cone_of_device` without its damping, which may refer to a rest that does not exist."""
+    return _cone(device, np.zeros(device.shape)[()], _own_film(device) or "taut")
+
+
 def film_of_device(
     device: DeviceFields, model: ConeModel, *, starting: Callable[[], None] = lambda: None
 ) -> Film | str:
@@ -142,7 +147,14 @@ def _damped(device: DeviceFields, build: Callable[[Any], ConeModel]) -> ConeMode
     model = build(0.0)
     name = "damping_ratio" if device.quality_factor is None else "quality_factor"
     ratio = device.damping_ratio if device.quality_factor is None else 0.5 / device.quality_factor
-    stiffness = np.asarray(switched_off(model).stiffness(rest_displacements(model)))
+    rests = rest_displacements(model)
+    if np.isnan(rests).any():
+        raise FieldError(
+            name,
+            f"{name}: refers to the free vibration about the rest without voltage, and no such rest was found within "
+            "the stretch limit; lower the pre-stretch, change spring or bias, or give damping_coefficient",
+        )
+    stiffness = np.asarray(switched_off(model).stiffness(rests))
     if not (stiffness > 0.0).all():
         raise FieldError(
             name,

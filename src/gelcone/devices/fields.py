@@ -64,7 +64,7 @@ class DeviceFields(Record):
     )  # fmt: skip
     film_thickness: Any = Field(
         "thickness of the film as mounted (flat, after pre-stretch)", "m", typical=(2e-5, 2e-3), above=0.0,
-        near=("thickness", "membrane_thickness", "height_film", "t", "h"),
+        near=("thickness", "membrane_thickness", "height_film", "t", "h"), example=2e-4,
     )  # fmt: skip
     material: Any = Field(
         "name of a gel that ships (`gelcone materials`), or a table [material] of its numbers",
@@ -92,7 +92,7 @@ class DeviceFields(Record):
     )  # fmt: skip
     pull_in: Any = Field(
         "where a wrinkling film pulls in, a run ends (first); for study: minimum, memoryless or snap", default=None,
-        unset="first", near=("after_pull_in", "on_pull_in"),
+        unset="first", near=("after_pull_in", "on_pull_in"), example="first",
     )  # fmt: skip
     spring_rate: Any = Field(
         "stiffness of the spring", "N/m", typical=(1.0, 2000.0), least=0.0,
@@ -105,6 +105,7 @@ class DeviceFields(Record):
     beam_rate: Any = Field(
         "stiffness of a buckled beam where it is straight, negative", "N/m", default=None, unset="no beam",
         typical=(0.1, 2000.0), near=("negative_rate", "negative_stiffness", "negative_spring", "buckled_beam", "k1"),
+        example=-20.0,
     )  # fmt: skip
     beam_cubic_rate: Any = Field(
         "cubic stiffness of the beam", "N/m^3", default=None, unset="0", typical=(1e2, 1e8), least=0.0,
@@ -166,11 +167,11 @@ class DeviceFields(Record):
     )  # fmt: skip
     circuit: Any = Field(
         "circuit of one's own between the drive and the film, as module:Class", default=None, unset="none",
-        near=("source", "amplifier", "resistor"),
+        near=("source", "amplifier", "resistor"), example="ideal",
     )  # fmt: skip
     bias: Any = Field(
         "bias of one's own, as module:Class, that acts besides spring, beam, weight and force", default=None,
-        unset="none", near=("own_bias", "magnet"),
+        unset="none", near=("own_bias", "magnet"), example="module:Class",
     )  # fmt: skip
     release_height: Any = Field(
         "height at which the disc is held and let go at t = 0", "m", default=None,
@@ -184,7 +185,7 @@ class DeviceFields(Record):
 
     second_film: Any = Field(
         "film on the other side of the disc, for a double cone: taut or wrinkling", default=None,
-        unset="none: a single cone", near=("antagonist", "other_film", "double_cone"),
+        unset="none: a single cone", near=("antagonist", "other_film", "double_cone"), example="wrinkling",
     )  # fmt: skip
     second_flat_height: Any = Field(
         "height of the disc at which the second film is flat", "m", default=None, unset="0", typical=(1e-3, 0.1),
@@ -192,19 +193,19 @@ class DeviceFields(Record):
     )  # fmt: skip
     second_prestretch: Any = Field(
         "pre-stretch of the second film, as prestretch", "1", default=None, unset="the first film's",
-        typical=(0.5, 4.0), above=0.0,
+        typical=(0.5, 4.0), above=0.0, example=1.2,
     )  # fmt: skip
     second_meridional_prestretch: Any = Field(
         "pre-stretch of the second film from rim to disc", "1", default=None, unset="the first film's",
-        typical=(0.5, 4.0), above=0.0,
+        typical=(0.5, 4.0), above=0.0, example=1.2,
     )  # fmt: skip
     second_hoop_prestretch: Any = Field(
         "pre-stretch of the second film along the hoop", "1", default=None, unset="the first film's",
-        typical=(0.5, 4.0), above=0.0,
+        typical=(0.5, 4.0), above=0.0, example=1.2,
     )  # fmt: skip
     second_drive: Any = Field(
         "voltage of the second film: same, opposite (offset - amplitude sin) or constant", default=None, unset="same",
-        near=("second_phase", "antagonist_drive"),
+        near=("second_phase", "antagonist_drive"), example="opposite",
     )  # fmt: skip
     second_voltage: Any = Field(
         "constant voltage of the second film, where second_drive is constant", "V", default=None, unset="0",

@@ -33,7 +33,7 @@ class Field:
     near : other names that people use for it; a message about one of them names the field.
     above, least : bounds in SI, exclusive and inclusive.
     infinite : whether infinity is allowed.
-    example : a value for a first file, where the field is left out.
+    example : a value for messages, and for a first file where the field is left out. Default: from the typical range.
     """
 
     meaning: str
@@ -58,6 +58,7 @@ class Field:
                 raise FieldError(name, f"{name} = {value!r}: must be a non-empty text in quotes")
             return value
         bounds: dict[str, Any] = {"above": self.above, "least": self.least, "infinite": self.infinite}
+        bounds["example"] = self.example_text()
         number = parse_many(name, value, self.unit, **bounds)
         sizes = np.abs(np.atleast_1d(number))
         if (sizes[np.isfinite(sizes)] > LARGEST).any():
@@ -73,6 +74,17 @@ class Field:
         sizes = np.atleast_1d(np.asarray(value, dtype=float))
         odd = sizes[(sizes != 0.0) & np.isfinite(sizes) & ((np.abs(sizes) < low) | (np.abs(sizes) > high))]
         return float(odd[0]) if odd.size else None
+
+    def example_value(self) -> Any:
+        """A usual value: the example, or the middle of the typical range to one digit."""
+        if self.example is not None or self.typical is None:
+            return 1.0 if self.example is None else self.example
+        return float(f"{(self.typical[0] * self.typical[1]) ** 0.5:.1g}")
+
+    def example_text(self) -> str:
+        """The example with its unit; empty where only its dimension has one."""
+        known = self.unit and (self.example is not None or self.typical is not None)
+        return format_si(self.example_value(), self.unit) if known else ""
 
     def typical_text(self) -> str:
         """The typical range, with units; empty where there is none."""

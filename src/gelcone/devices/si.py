@@ -176,6 +176,10 @@ def in_device_words(message: str, device: Device) -> str:
     def place(found: re.Match[str]) -> str:
         return f"{found[1]}{_size(scales, 'length', found[2], 'm')}"
 
+    def reach(found: re.Match[str]) -> str:
+        first, last, farthest = (_size(scales, "length", found[k], "m") for k in (1, 2, 3))
+        return f"displacements from {first} to {last}: none is reached; stay within {farthest}"
+
     def time(found: re.Match[str]) -> str:
         return f"{found[1]}{_size(scales, 'time', found[2], 's')}"
 
@@ -185,7 +189,7 @@ def in_device_words(message: str, device: Device) -> str:
     # a name that may be a word of a sentence counts only with its value
     names = "|".join(name if "_" in name else f"{re.escape(name)}(?= = )" for name in (*numbers, "damping_ratio"))
     named = re.compile(rf"(?<![\w.'-])(?P<name>{names})(?![\w'])(?: = {_NUMBER})?")
-    said_so_far = _TIME.sub(time, _PLACE.sub(place, named.sub(said, message)))
+    said_so_far = _TIME.sub(time, _PLACE.sub(place, _REACH.sub(reach, named.sub(said, message))))
     return _DEFAULT.sub("", _VOLTAGES.sub(voltage, said_so_far))
 
 
@@ -194,6 +198,7 @@ def _size(scales: Scales, quantity: str, number: str, unit: str) -> str:
     return format_si(float(number) * float(np.ravel(scales.size(quantity))[0]), unit)
 
 
+_PLAIN = r"([-+]?\d[\d.]*(?:e[-+]?\d+)?)"
 _NUMBER = r"(?P<number>[-+]?\d[\d.]*(?:e[-+]?\d+)?)"
 _TIME = re.compile(
     r"((?:transient|patience|budget|window) = |times: |comes after |time of at most )([-+]?\d[\d.]*(?:e[-+]?\d+)?)"
@@ -201,6 +206,7 @@ _TIME = re.compile(
 _VOLTAGES = re.compile(r"(?<![\w])voltages = ([-+]?\d[\d.]*(?:e[-+]?\d+)?)")
 _DEFAULT = re.compile(r"; its default is \S+$")
 """The default of a parameter is dimensionless, and none of the device's."""
+_REACH = re.compile(rf"displacements from {_PLAIN} to {_PLAIN}: none is reached; stay within {_PLAIN}")
 _PLACE = re.compile(r"(initial displacement )([-+]?\d[\d.]*(?:e[-+]?\d+)?)")
 
 

@@ -92,9 +92,7 @@ def _explained(name: str, value: Any, field: Field, out: bool = False) -> list[s
     """A field with its meaning; commented out where it is left out."""
     left_out = out or value is None
     if value is None:
-        value = field.example
-    if value is None:
-        value = field.typical[0] if field.typical else 1.0
+        value = field.example_value()
     return [
         f"# {field.meaning}",
         f"#   {'; '.join(_terms(field))}",

@@ -50,12 +50,12 @@ class Dimension:
     example: str
     shown: tuple[str, ...]
 
-    def accepted(self, unit: str) -> str:
+    def accepted(self, unit: str, example: str) -> str:
         """What a value may look like, for messages."""
         if unit == "1":
-            return f"give a plain number such as {self.example}"
+            return f"give a plain number such as {example}"
         units = ", ".join(u for u in self.powers if u.isascii())
-        return f"give a number in {unit} or a string such as '{self.example}' (units {units})"
+        return f"give a number in {unit} or a string such as '{example}' (units {units})"
 
 
 def _dimension(name: str, example: str, powers: Mapping[str, int], shown: tuple[str, ...] = ()) -> Dimension:
@@ -140,6 +140,7 @@ def parse(
     above: float | None = None,
     least: float | None = None,
     infinite: bool = False,
+    example: str = "",
 ) -> float:
     """``value`` in the SI unit ``unit``, as a float.
 
@@ -150,6 +151,7 @@ def parse(
     unit : a key of `DIMENSIONS`; ``"1"`` for a pure number.
     above, least : bounds in SI, exclusive and inclusive. Default none.
     infinite : whether plus infinity, as a number, is allowed. Default no.
+    example : a usual value, for messages. Default that of the dimension.
 
     Raises
     ------
@@ -159,6 +161,7 @@ def parse(
     0.05
     """
     dimension = DIMENSIONS[unit]
+    example = example or dimension.example
     reason = ""
     number = math.nan
     if isinstance(value, np.ndarray) and value.ndim == 0:
@@ -179,14 +182,14 @@ def parse(
     if not reason and not allowed:
         reason = "must be finite"
     if reason:
-        raise FieldError(name, f"{name} = {_shown(value)}: {reason}; {dimension.accepted(unit)}")
+        raise FieldError(name, f"{name} = {_shown(value)}: {reason}; {dimension.accepted(unit, example)}")
     in_unit = "" if unit == "1" else f" {unit}"
     if above is not None and not number > above:
         reason = f"must be greater than {above:g}{in_unit}"
     if least is not None and not number >= least:
         reason = f"must be at least {least:g}{in_unit}"
     if reason:
-        raise FieldError(name, f"{name} = {_shown(value)}: {reason}; give a larger one, such as {dimension.example}")
+        raise FieldError(name, f"{name} = {_shown(value)}: {reason}; give a larger one, such as {example}")
     return number
 
 
@@ -198,9 +201,10 @@ def parse_many(
     above: float | None = None,
     least: float | None = None,
     infinite: bool = False,
+    example: str = "",
 ) -> float | Array:
     """Like `parse`, but a list or one-dimensional array of values gives a read-only float array of its shape (n,)."""
-    bounds: Any = {"above": above, "least": least, "infinite": infinite}
+    bounds: Any = {"above": above, "least": least, "infinite": infinite, "example": example}
     if hasattr(value, "__array__"):
         value = np.asarray(value)
         if value.ndim > 1:

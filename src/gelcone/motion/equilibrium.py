@@ -59,9 +59,9 @@ def static(
 
     Parameters
     ----------
-    model : one actuator or an ensemble; its own drive plays no part.
-    voltages : constant voltages v, at least 0, one number or shape (voltages,). Default the voltage amplitude, taken as
-        a constant voltage.
+    model : one actuator or an ensemble; its own drive only gives the default of ``voltages``.
+    voltages : constant voltages v, at least 0, one number or shape (voltages,). Default the peak of the drive and, where
+        it has one, its offset.
     displacements : increasing x at which the force is given; default 401 even ones around all equilibria.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -82,7 +82,7 @@ def static(
     InputError : for voltages out of bounds, displacements that do not increase or of which none can be reached, or
         when no member can be reached at all.
     """
-    levels = np.unique(model.voltage) if voltages is None else _voltages(voltages)
+    levels = own_levels(model) if voltages is None else _voltages(voltages)
     balances = balances_of(model)
     counted = Counted(progress)
     found = []
@@ -126,6 +126,12 @@ def static(
     counted.finish()
     options = json.loads(result.attrs["options"]) | {"voltages": None if voltages is None else levels.tolist()}
     return _with_flags(result.assign_attrs(options=json.dumps(options)))
+
+
+def own_levels(model: Ensemble) -> Array:
+    """The peaks of the drive and the offsets other than 0, as constant voltages in rising order."""
+    offsets = np.abs(np.ravel(model.voltage_bias))
+    return np.unique([*np.ravel(model.peak_voltage), *offsets[offsets > 0.0]])
 
 
 def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: Array) -> xr.Dataset:
@@ -289,7 +295,7 @@ def _wanted(displacements: npt.ArrayLike, balances: list[StaticBalance]) -> Arra
         raise InputError(f"displacements = {np.asarray(displacements).tolist()}: must be finite and increasing")
     if not any(balance.inside(x).any() for balance in balances):
         highest = max(balance.highest for balance in balances if balance.reachable)
-        raise InputError(f"displacements from {x[0]:g} to {x[-1]:g}: none is reached; give |x| below {highest:.6g}")
+        raise InputError(f"displacements from {x[0]:g} to {x[-1]:g}: none is reached; stay within {highest:.6g}")
     return x
 
 

@@ -55,11 +55,11 @@ class PullIn(IntEnum):
 
 
 _MEANINGS = {
-    PullIn.NEVER: "stable at every voltage, ever closer to the stretch limit",
+    PullIn.NEVER: "stable at every voltage, approaching the stretch limit asymptotically",
     PullIn.PITCHFORK: "loses stability in a pitchfork: the flat film buckles to either side",
     PullIn.FOLD: "meets an unstable equilibrium in a fold and vanishes",
     PullIn.SEARCH_RANGE: f"leaves the searched displacements, |x| up to {SEARCH_RANGE:g}",
-    PullIn.FILM: "comes to where the film pulls in, or a continuum film leaves the range of its fit",
+    PullIn.FILM: "comes to where the film pulls in",
 }
 
 

@@ -130,7 +130,7 @@ def locus(
     if not seeds:
         raise InputError(
             f"event = {event}: none lies on {names[0]} from {across.said(low)} to {across.said(high)} at "
-            f"{names[1]} = {own:g}; take a wider interval, or see what there is with continue_branch"
+            f"{names[1]} = {varied.worded(own, 1)}; take a wider interval, or see what there is with continue_branch"
         )
     own /= float(varied.scales[1])
     stretched = float(across.scales[0] / varied.scales[0])
@@ -178,10 +178,11 @@ def _own_value(varied: Varied) -> float:
     target = varied.target
     own = target.get(name) if isinstance(target, Device) else target.values[name]
     if own is None or not low <= float(own) <= high:
-        what = "is not given" if own is None else f"is {float(own):g}"
+        what = "is not given" if own is None else f"is {varied.worded(float(own), 1)}"
+        whose = "model" if varied.device is None else "device"
         raise InputError(
-            f"{name} from {low:g} to {high:g}: must hold the model's own value, which {what}, and at which the "
-            "events are looked for; set it, or move the interval"
+            f"{name} from {varied.worded(low, 1)} to {varied.worded(high, 1)}: must hold the {whose}'s own value, which "
+            f"{what}, and at which the events are looked for; set it, or move the interval"
         )
     return float(own)
 

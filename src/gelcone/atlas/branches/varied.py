@@ -143,10 +143,13 @@ class Varied:
 
     def said(self, value: float, k: int = 0) -> str:
         """A value over its scale in words."""
+        return self.worded(value * float(self.scales[k]), k)
+
+    def worded(self, value: float, k: int = 0) -> str:
+        """A value of the k-th parameter or, in SI, of the k-th field in words."""
         from gelcone.devices.units import format_si
 
-        size = value * float(self.scales[k])
-        return f"{size:g}" if self.device is None else format_si(size, self.attributes(k)["units"])
+        return f"{value:g}" if self.device is None else format_si(value, self.attributes(k)["units"])
 
 
 def vary(target: ConeModel | Device, over: Mapping[str, tuple[Any, Any]], initial: Any = None) -> Varied:
