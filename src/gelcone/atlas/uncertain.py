@@ -68,7 +68,7 @@ Distribution = Uniform | Normal
 
 
 def _worded(given: Distribution) -> bool:
-    """Whether a distribution is given by texts, which `draw` reads; `InputError` for what is neither text nor number."""
+    """Whether a distribution is given by texts, which `draw` reads; `InputError` for neither text nor number."""
     texts = [isinstance(value, str) for value in astuple(given)]
     for value in astuple(given):
         if isinstance(value, bool) or not isinstance(value, str | Real):
@@ -96,7 +96,7 @@ def draw(
 
     Parameters
     ----------
-    uncertain : name -> distribution, of a device's field also in texts: ``{"film_thickness": Normal("0.2 mm", "5 um")}``.
+    uncertain : name -> distribution, of a device's field also in texts: ``{"frequency": Normal("9 Hz", "0.1 Hz")}``.
     count : number of draws, at least 2; powers of 2 suit Sobol's sequence.
     method : ``"sobol"``, scrambled (Owen, J. Complexity 14 (1998) 466; default), or ``"latin-hypercube"`` (McKay et
         al., Technometrics 21 (1979) 239).

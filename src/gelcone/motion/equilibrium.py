@@ -60,8 +60,8 @@ def static(
     Parameters
     ----------
     model : one actuator or an ensemble; its own drive only gives the default of ``voltages``.
-    voltages : constant voltages v, at least 0, one number or shape (voltages,). Default the peak of the drive and, where
-        it has one, its offset.
+    voltages : constant voltages v, at least 0, one number or shape (voltages,). Default the peak of the drive and,
+        where it has one, its offset.
     displacements : increasing x at which the force is given; default 401 even ones around all equilibria.
     progress : called with the share of the work just done (the shares add up to 1).
 

@@ -181,8 +181,8 @@ def _own_value(varied: Varied) -> float:
         what = "is not given" if own is None else f"is {varied.worded(float(own), 1)}"
         whose = "model" if varied.device is None else "device"
         raise InputError(
-            f"{name} from {varied.worded(low, 1)} to {varied.worded(high, 1)}: must hold the {whose}'s own value, which "
-            f"{what}, and at which the events are looked for; set it, or move the interval"
+            f"{name} from {varied.worded(low, 1)} to {varied.worded(high, 1)}: must hold the {whose}'s own value, "
+            f"which {what}, and at which the events are looked for; set it, or move the interval"
         )
     return float(own)
 
