@@ -36,6 +36,10 @@ Variable = tuple[tuple[str, ...], Any, str, Of]
 """Dims behind the member dims, values, long name, and what it holds."""
 
 
+UNITS = {"angle": "degree"}
+"""Units of the quantities that are not pure numbers without a device."""
+
+
 class Findings(NamedTuple):
     """Results of an analysis for some members: its variables by name, and the outcome of each run (members,)."""
 
@@ -104,7 +108,7 @@ def label(
 def attributes(long_name: str, of: Of) -> dict[str, Any]:
     """The attributes of a variable; one that holds values of a parameter keeps its meaning unless it is given one."""
     if isinstance(of, str):
-        return {"long_name": long_name, "units": "1", "quantity": of}
+        return {"long_name": long_name, "units": UNITS.get(of, "1"), "quantity": of}
     if isinstance(of, Mapping):
         return {**of, **({"long_name": long_name} if long_name else {})}
     return attributes(long_name, "flag") | flags(of)

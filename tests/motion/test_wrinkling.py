@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gelcone import frequency, lyapunov, regime, simulate
+from gelcone import frequency, lyapunov, regime, simulate, static
 from gelcone.codes import FilmPullIn, Outcome, Regime
 from gelcone.devices.device import find_device
 from gelcone.errors import InputError
@@ -333,3 +333,43 @@ def test_a_second_film_that_cannot_hold_its_voltage_has_pulled_in_at_the_start(l
     assert run.outcome[0] == Outcome.PULLED_IN
     assert run.end_times[0] == 0.0
     assert run.pull_in[0, 1] != FilmPullIn.NONE == run.pull_in[0, 0]
+
+
+def test_the_current_follows_from_the_states():
+    """Against differences of the charge along a run sampled 1e-5 apart; at the ends, at borders, and between samples
+    that nearly coincide, where differences of the samples say nothing."""
+    model = ConeModel(
+        film="wrinkling",
+        prestretch=1.2,
+        stretch_limit=5.0,
+        rest_height=0.5,
+        spring_stiffness=1.0,
+        damping_ratio=0.1,
+        drive_frequency=0.35,
+        voltage=0.75,
+    )
+    even = np.linspace(0.5, 40.0, 400)
+    times = np.sort(np.concatenate([even - 1e-5, even, even + 1e-5]))
+    run = simulate(model, (0.5, 0.0), times=times)
+    assert set(run["film_state"].values) >= {0, 2}
+    voltage = run["drive_voltage"].values
+    charge = 2.0 * run["field_energy"].values / voltage
+    expected = (charge[2::3] - charge[::3]) / 2e-5
+    np.testing.assert_allclose(run["current"].values[1::3], expected, atol=1e-6)
+    crowded = np.sort(np.concatenate([even, even + 1e-13]))
+    np.testing.assert_allclose(
+        simulate(model, (0.5, 0.0), times=crowded)["current"].values[::2], run["current"].values[1::3], atol=1e-10
+    )
+
+
+def test_static_force_and_stiffness_are_unknown_beyond_localisation():
+    model = ConeModel(film="wrinkling", stretch_limit=50.0)
+    x = np.array([0.3, 1.3, 1.6])
+    limit = float(model.film.highest_squared(1.3, model.own_numbers))
+    for level, known in ((np.sqrt(limit) * (1.0 - 1e-9), True), (np.sqrt(limit) * (1.0 + 1e-9), False)):
+        assert np.isfinite(model.force(1.3, level)) == known
+        assert np.isfinite(model.stiffness(1.3, level)) == known
+        found = static(model, voltages=[level], displacements=x)
+        assert np.isfinite(found["force"].values[0, 1]) == known
+        assert np.isfinite(found["stiffness"].values[0, 1]) == known
+    assert np.isfinite(model.film.force(1.3, limit * 1.01, [], model.own_numbers)[0])  # it has localised, not ended

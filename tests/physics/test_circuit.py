@@ -159,8 +159,11 @@ def test_a_border_needs_a_switch_and_a_charge_a_film_that_knows_it():
 
     with pytest.raises(InputError, match="circuit 'saturating': a border has no switch"):
         ConeModel(circuit=Endless())
-    with pytest.raises(InputError, match="film 'wrinkling': its charge is not known while a motion is computed"):
+    with pytest.raises(InputError, match="film 'wrinkling': its voltage does not follow from its charge"):
         integrate(ConeModel(circuit=SeriesResistor(), film="wrinkling"), (0.6, 0.0), TIMES)
+    failing = ConeModel(circuit=VoltageBehindResistor(), film="wrinkling", pull_in="snap")
+    with pytest.raises(InputError, match="film 'wrinkling': its charge is not known while a motion is computed"):
+        integrate(failing, (0.6, 0.0), TIMES)
 
 
 def test_both_films_of_a_double_cone_are_charged_through_one_resistance():
@@ -202,6 +205,27 @@ def test_what_the_source_gives_is_lost_somewhere_or_stored():
     assert float(abs(run["energy_residual"]).max()) < 1e-12
     power = run["input_power"].values
     np.testing.assert_allclose(power, np.gradient(expected[:, 3], TIMES), atol=0.05)
+
+
+def test_a_film_that_wrinkles_is_charged_through_a_resistance():
+    """What the source gives, integrated in the program, is what is stored, by the lengths of the film, or lost."""
+    model = ConeModel(
+        film="wrinkling",
+        circuit=VoltageBehindResistor(),
+        series_resistance=0.2,
+        prestretch=1.2,
+        stretch_limit=5.0,
+        rest_height=0.3,
+        spring_stiffness=1.0,
+        damping_ratio=0.1,
+        voltage=0.8,
+        drive_frequency=0.35,
+    )
+    run = simulate(model, (0.6, 0.0), times=TIMES)
+    assert int(run["outcome"]) == 0
+    assert float(run["film_state_meridional_slack"]) > 0.05
+    assert float(run["resistor_dissipation"][-1]) > 0.01
+    assert float(abs(run["energy_residual"]).max()) < 1e-12
 
 
 BRANCH = 0.4

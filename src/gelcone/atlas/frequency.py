@@ -423,8 +423,7 @@ def _label(
 
     step = "drive_frequency" if shared else "step"
     each, wave, linear_wave = ("branch", step), ("branch", "harmonic", step), ("harmonic", step)
-    harmonics = np.moveaxis(swept.harmonics, -1, 2)
-    phase = np.where(np.abs(harmonics) > 0.0, np.degrees(np.angle(harmonics)), np.nan)
+    harmonics, phase = np.moveaxis(swept.harmonics, -1, 2), np.moveaxis(swept.phases, -1, 2)
     linear = [linear_response(model.take(i), own) for i, own in enumerate(grid)]
     lines = np.zeros((len(linear), len(HARMONICS), grid.shape[1]), dtype=complex)
     lines[:, :2] = [response.harmonics for response in linear]
@@ -437,10 +436,10 @@ def _label(
         "period": (each, swept.forcing_periods, "period in forcing periods, 0 if none", "count"),
         "resting": (each, swept.resting.astype(np.int8), "1 if the disc is at rest", "code"),
         "harmonic_amplitude": (wave, np.abs(harmonics), "amplitude of a harmonic of the drive", "length"),
-        "harmonic_phase": (wave, phase, "phase of the harmonic, degrees ahead of the voltage's", "angle"),
+        "harmonic_phase": (wave, phase, "phase of the harmonic ahead of the voltage's", "angle"),
         "linear_stroke": ((step,), np.stack([one.stroke for one in linear]), "stroke by linear theory", "length"),
         "linear_amplitude": (linear_wave, np.abs(lines), "amplitude of a harmonic by linear theory", "length"),
-        "linear_phase": (linear_wave, line_phase, "phase of the harmonic by linear theory, degrees", "angle"),
+        "linear_phase": (linear_wave, line_phase, "phase of the harmonic by linear theory", "angle"),
     }
     for name, values, meaning, quantity in (
         ("peak_frequency", peaks.frequency, "drive frequency of the highest peak", "frequency"),

@@ -146,15 +146,11 @@ class Plane:
         times = even_times(model, PERIODS * model.drive_period)
         run = integrate(members, states, times, keep="work", threads=self.threads)
         assert run.work is not None
-        x, u, n = run.states[..., 0], run.states[..., 1], members.numbers(trailing=1)
+        x, n = run.states[..., 0], members.numbers(trailing=1)
         voltages = members.voltages(times, run.states)
-        voltage, film, to_end = voltages[0], members.system.film, run.outcome == Outcome.OK
+        voltage, film = voltages[0], members.system.film
         with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
-            change = members.system.voltage_rates(times, list(np.moveaxis(run.states, -1, 0)), n)[0]
-            change, current = np.broadcast_to(change, x.shape), np.full(x.shape, np.nan)
-            t, place, speed, v, rate = (values[to_end] for values in (times, x, u, voltage, change))
-            if to_end.any():
-                current[to_end] = film.current(t, place, speed, v, rate, members.take(to_end).numbers(trailing=1))
+            current = members.system.currents(times, list(np.moveaxis(run.states, -1, 0)), n)[0]
             state = film.state(x, voltage, n)
             fails = broken(members, x, voltages, (state, None))
             apparent = [np.sqrt(np.mean(values * values, axis=1)) for values in (voltage, current)]

@@ -69,7 +69,8 @@ def static(
     -------
     Dataset over the ensemble's dims, ``constant_voltage``, ``displacement`` and ``equilibrium`` (padded with NaN;
     ``equilibria`` counts them). ``force`` holds the disc at x and ``stiffness`` is its slope, both NaN beyond the
-    stretch limit. ``slope`` is that of the force at ``equilibrium_displacement``, which is ``stable`` where the energy
+    stretch limit and where a film held at x has pulled in. ``slope`` is that of the force at
+    ``equilibrium_displacement``, which is ``stable`` where the energy
     has a minimum. ``branch_*`` trace the equilibria over the voltage, pieces parted by NaN, with the folds among the
     points. Pitchfork, folds and pull-in are those of `pitchfork_voltage`, `fold_voltages` and `pull_in_voltage`,
     ``stroke`` and ``blocked_force`` on a slow voltage ramp those of `stroke_and_blocked_force`. ``validity_*`` are 1
@@ -91,8 +92,9 @@ def static(
         counted(0.7 / len(balances))
     x = _force_range(balances, found) if displacements is None else _wanted(displacements, balances)
     squared = levels[:, None] ** 2
-    force = np.stack([np.where(balance.inside(x), balance.force(x, squared), np.nan) for balance in balances])
-    stiffness = np.stack([np.where(balance.inside(x), balance.slope(x, squared), np.nan) for balance in balances])
+    whole = np.stack([balance.whole(x, squared) for balance in balances])
+    force = np.where(whole, np.stack([balance.force(x, squared) for balance in balances]), np.nan)
+    stiffness = np.where(whole, np.stack([balance.slope(x, squared) for balance in balances]), np.nan)
     count = np.array([[len(at) for at in row] for row in found])
     folds = each(_real_folds, balances)
     rests = each(rest_of, balances, [None] * len(balances))

@@ -224,19 +224,21 @@ def small_signal_response(model: ConeModel, frequencies: Frequencies) -> xr.Data
 
     Returns
     -------
-    Dataset over ``drive_frequency``: ``gain`` (displacement per voltage, dimensionless) and ``phase`` in degrees.
+    Dataset over ``drive_frequency``: ``gain`` (displacement per voltage, dimensionless) and ``phase`` in degrees, NaN
+    where the gain is 0.
     """
     omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
     if omega.ndim != 1 or not np.isfinite(omega).all() or (omega <= 0.0).any():
         raise InputError("frequencies: must be positive numbers")
     a, b, c, d = state_space(model)
     transfer = np.array([(c @ np.linalg.solve(1j * w * np.eye(len(a)) - a, b) + d)[0, 0] for w in omega])
+    phase = np.where(transfer != 0.0, np.degrees(np.angle(transfer)), np.nan)
     dims = ("drive_frequency",)
     return dataset.label(
         model,
         {
             "gain": (dims, np.abs(transfer), "displacement per small voltage about the bias", "gain"),
-            "phase": (dims, np.degrees(np.angle(transfer)), "phase of the displacement, degrees", "angle"),
+            "phase": (dims, phase, "phase of the displacement", "angle"),
         },
         coords={"drive_frequency": (dims, omega, "drive frequency", "frequency")},
         options={},

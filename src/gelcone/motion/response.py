@@ -252,17 +252,16 @@ def _variables(members: Members, run: Trajectories) -> tuple[dict[str, Array], l
     assert run.work is not None
     x, u, z = run.states[..., 0], run.states[..., 1], list(np.moveaxis(run.states, -1, 0))
     system, n = members.system, members.numbers(trailing=1)
-    rates = [np.broadcast_to(rate, x.shape) for rate in system.voltage_rates(run.times, z, n)]
+    currents = system.currents(run.times, z, n)
     voltages = members.voltages(run.times, run.states)
     bias = np.broadcast_to(system.bias.energy(x, n), x.shape)
     series = {s.name: run.states[..., i] for i, s in enumerate(system.states) if i > 1}
     states, energies = [], list[tuple[Array, Array, Array]]()
-    for k, (film, v, rate) in enumerate(zip(system.films, voltages, rates, strict=True)):
+    for k, (film, v, current) in enumerate(zip(system.films, voltages, currents, strict=True)):
         y = system.states_of(z, "film", k)
         states.append(state := film.state(x, v, n))
         field = 0.5 * v * v * np.broadcast_to(film.capacitance(x, v * v, y, n), x.shape)
         strain = film.work(x, v * v, y, n) + field - 0.5 * v * v
-        current = film.current(run.times, x, u, v, rate, n)
         energies.append((strain, field, v * current))
         own = {"drive_voltage": v, "current": current} | {name: getattr(state, name) for name in _OF_EACH_FILM}
         series |= {film.prefix + name: value for name, value in own.items()}

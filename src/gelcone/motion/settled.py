@@ -33,6 +33,8 @@ SAMPLES = 128
 """Samples of a forcing period; turning points between them are found by parabolas."""
 HARMONICS = (1, 2, 3, 4)
 """Multiples of the drive frequency of which amplitude and phase are reported."""
+ROUNDING = 1e-12
+"""Harmonics below this share of the largest displacement are rounding."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,13 @@ class Swing:
         return np.where(self.resting, 0, self.period)
 
     @property
+    def phases(self) -> Array:
+        """Phases of the harmonics in degrees; NaN where the disc rests or a harmonic is rounding."""
+        size = ROUNDING * np.maximum(np.abs(self.lowest), np.abs(self.highest))
+        moves = (np.abs(self.harmonics) > size[..., None]) & ~self.resting[..., None]
+        return np.where(moves, np.degrees(np.angle(self.harmonics)), np.nan)
+
+    @property
     def middle(self) -> Array:
         """Halfway between its turning points."""
         return 0.5 * (self.highest + self.lowest)
@@ -122,7 +131,7 @@ def settled(
     ``period`` in forcing periods as in `regime`: 1 where the motion follows the forcing, more for subharmonics, 0 where
     the disc is ``resting``, and where none up to 64 was found (chaos, or not settled); over ``harmonic``, multiples of
     the drive frequency, ``harmonic_amplitude`` and ``harmonic_phase`` in degrees ahead of sin(harmonic omega t), where
-    the voltage is sin(omega t); ``linear_stroke`` by linear theory (NaN where there is no equilibrium); ``validity_*``
+    the voltage is sin(omega t), NaN where there is no such motion; ``linear_stroke`` by linear theory (NaN where there is no equilibrium); ``validity_*``
     as in `regime`; and ``outcome``, that of a member without damping being an error.
 
     Raises
@@ -171,7 +180,6 @@ def settled_cells(
     for row in np.flatnonzero(found.outcome == Outcome.OK):
         alone = single(members, int(row))
         linear[row] = linear_response(alone, np.array([alone.drive_frequency])).stroke[0]
-    phase = np.where(np.abs(found.harmonics) > 0.0, np.degrees(np.angle(found.harmonics)), np.nan)
     return Findings(
         {
             "stroke": ((), 2.0 * found.amplitude, "stroke of the settled motion, peak to peak", "length"),
@@ -180,7 +188,7 @@ def settled_cells(
             "period": ((), found.forcing_periods, "period in forcing periods, 0 if none", "count"),
             "resting": ((), found.resting.astype(np.int8), "1 if the disc is at rest", "code"),
             "harmonic_amplitude": (("harmonic",), np.abs(found.harmonics), "amplitudes of harmonics 1 to 4", "length"),
-            "harmonic_phase": (("harmonic",), phase, "their phases, degrees ahead of the voltage's", "angle"),
+            "harmonic_phase": (("harmonic",), found.phases, "their phases ahead of the voltage's", "angle"),
             "linear_stroke": ((), linear, "stroke by linear theory", "length"),
             **validity_variables(found.validity, found.outcome, members.system),
         },

@@ -128,6 +128,11 @@ class StaticBalance:
         with np.errstate(all="ignore"):
             return self.system.static_force(np.asarray(x, dtype=float), np.asarray(squared, dtype=float), self.n)[1]
 
+    def whole(self, x: Array, squared: Array) -> npt.NDArray[np.bool_]:
+        """Whether x lies inside the stretch limits and no film that is held there has pulled in."""
+        with np.errstate(all="ignore"):
+            return self.inside(x) & ~np.asarray(self.system.pulled_in(x, squared, self.n))
+
     def voltage_force(self, x: Any, squared: Any) -> Any:
         """What the voltage takes from the force."""
         with np.errstate(all="ignore"):

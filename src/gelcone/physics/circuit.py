@@ -53,8 +53,14 @@ class Port:
 
     def voltage(self, charge: Any) -> Any:
         """The voltage at which the films hold a charge."""
+        unlike = [film.film for film, _ in self.films if not film.film.linear_charge]
+        if traced(self.xp) and any(film.borders for film in unlike):  # the width of a wrinkled film is a root itself
+            raise InputError(
+                f"film {unlike[0].name!r}: its voltage does not follow from its charge while a motion is computed; "
+                "take a circuit whose state is the film's voltage (Port.voltage_rate), or the taut film"
+            )
         flat = charge / self.capacitance(0.0 * charge)
-        if all(film.film.linear_charge for film, _ in self.films):
+        if not unlike:
             return flat
 
         def residual(v: Any, charge: Any, xp: Any) -> Any:

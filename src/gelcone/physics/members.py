@@ -98,18 +98,21 @@ class Ensemble:
 
         NaN at and beyond the stretch limit, and beyond the voltage at which a film pulls in.
         """
-        x, n = self._at(x)
-        return self._within(x, n, lambda: self.system.static_force(x, voltage * voltage, n)[0])
+        return self._static(x, voltage, 0)
 
     def stiffness(self, x: npt.ArrayLike, voltage: Any = 0.0) -> Any:
         """Slope of `force`: positive where an equilibrium is stable; NaN where that is."""
-        x, n = self._at(x)
-        return self._within(x, n, lambda: self.system.static_force(x, voltage * voltage, n)[1])
+        return self._static(x, voltage, 1)
 
-    def _within(self, x: Array, n: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
+    def _static(self, x: npt.ArrayLike, voltage: Any, order: int) -> Any:
+        x, n = self._at(x)
+        squared = np.square(np.asarray(voltage, dtype=float))
         with np.errstate(all="ignore"):
             inside = self.system.strain(x, n) < self.system.strain_limit(n)
-            return np.where(inside, compute(), np.nan)[()]
+            # without a voltage nothing pulls in, and a film that wrinkles takes long to say so
+            if squared.any():
+                inside = inside & ~self.system.pulled_in(x, squared, n)
+            return np.where(inside, self.system.static_force(x, squared, n)[order], np.nan)[()]
 
     # --- the drive ---------------------------------------------------------------------------------------------------
 

@@ -175,9 +175,9 @@ class PlacedFilm(Component):
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         return self.film.capacitance(self.place(x, n), squared, y, self.own(n), xp)
 
-    def current(self, times: Array, x: Array, velocity: Array, voltage: Array, rate: Array, n: Numbers) -> Array:
+    def current(self, x: Any, velocity: Any, voltage: Any, rate: Any, n: Numbers) -> Any:
         """Rate of its charge."""
-        return self.film.current(times, self.place(x, n), self._turned(velocity), voltage, rate, self.own(n))
+        return self.film.current(self.place(x, n), self._turned(velocity), voltage, rate, self.own(n))
 
     def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
         return self.film.state(self.place(x, n), voltage, self.own(n))

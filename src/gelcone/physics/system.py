@@ -198,6 +198,16 @@ class ConeSystem:
         leaves, nodes = _voltage_rates_of(self)
         return self._values(leaves, nodes, tau, z, n)
 
+    def currents(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
+        """Rates of change of the films' charges along a motion, of numbers or arrays."""
+        leaves, nodes = _currents_of(self)
+        found = iter(self._values(leaves, nodes, tau, z, n))
+        moving = zip(self.films, self.voltages(tau, z, n), self.voltage_rates(tau, z, n), strict=True)
+        return [
+            next(found) if film.film.traced_charge else film.current(z[0], z[1], voltage, rate, n)
+            for film, voltage, rate in moving
+        ]
+
     def _moment(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> _Moment:
         return _Moment(
             self, self.waveform.voltage(tau, n, xp), lambda: self.waveform.voltage_rate(tau, n, xp), z, n, xp
@@ -284,11 +294,16 @@ class ConeSystem:
     def causes(self) -> tuple[str, ...]:
         """What `powers` holds, in this order: ``"motion"``, what film and field give the disc; ``"damper"``, what the
         disc's damping takes; and, where the charge of all films is known in a program, the ``"source"``, and where
-        there are such losses those of ``"film"``, ``"resistor"`` and ``"leak"``."""
-        if not all(film.film.traced_charge for film in self.films):
-            return ("motion", "damper")
+        there are such losses those of ``"film"``, ``"resistor"`` and ``"leak"``.
+
+        The source is left out where all that it gives moves the disc or is stored and a charge is not proportional to
+        the voltage: the current of a crumpled film grows beyond all bounds as it pulls in, and the first law does not.
+        """
         lossy = any(type(film.film).dissipation is not Film.dissipation for film in self.films)
         circuit = type(self.circuit).powers is not Circuit.powers
+        simple = all(film.film.linear_charge for film in self.films)
+        if not all(film.film.traced_charge for film in self.films) or not (simple or lossy or circuit):
+            return ("motion", "damper")
         return ("motion", "damper", "source", *(["film"] if lossy else []), *(LOSSES if circuit else ()))
 
     def powers(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[Any, ...]:
@@ -350,6 +365,13 @@ class ConeSystem:
         return self.films[0].highest_squared(x, n)
 
     # --- where the films have a state --------------------------------------------------------------------------------
+
+    def pulled_in(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """Whether a film has pulled in where the disc is held at x, at a constant squared voltage on the first."""
+        found = False
+        for film, own in zip(self.films, self.squares_at_rest(squared, n), strict=True):
+            found = found | (own > film.highest_squared(x, n))
+        return found
 
     def strain(self, x: Any, n: Numbers) -> Any:
         """The film's measure of strain; of several films the largest share of their limits, or the largest measure
@@ -532,3 +554,16 @@ def _voltage_rates_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
     graph, leaves, time, z, n = _leaves(system)
     rates = system.rates(time, z, n, graph)
     return leaves, [_total(graph.node(v), time, z, rates) for v in system.voltages(time, z, n, graph)]
+
+
+@lru_cache(maxsize=64)
+def _currents_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
+    """The leaves of a graph, and in it the currents of the films whose charge it knows."""
+    graph, leaves, time, z, n = _leaves(system)
+    rates, voltages = system.rates(time, z, n, graph), system.voltages(time, z, n, graph)
+    charges = [
+        voltage * film.capacitance(z[0], voltage * voltage, system.states_of(z, "film", k), n, graph)
+        for k, (film, voltage) in enumerate(zip(system.films, voltages, strict=True))
+        if film.film.traced_charge
+    ]
+    return leaves, [_total(graph.node(charge), time, z, rates) for charge in charges]

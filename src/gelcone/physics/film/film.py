@@ -21,6 +21,9 @@ from gelcone.quantity import Array
 SMALL = 1e-6
 """A displacement at which limits at the flat film are taken: forces are odd in x, so the error is its square."""
 
+DIFFERENCE = 1e-5
+"""Relative step of the central difference of the capacitance."""
+
 
 class FilmState(NamedTuple):
     """True stretches, true stresses over mu, true field over sqrt(mu/eps), and (I1 - 3) over the stretch limit, NaN
@@ -70,7 +73,7 @@ class Film(Component):
     """Whether the charge is proportional to the voltage at every displacement."""
     traced_charge: ClassVar[bool] = False
     """Whether `capacitance` runs in a program too. A circuit that uses the charge needs that, and so does an energy
-    balance that does not rest on the film's own energy."""
+    balance that does not rest on the film's own energy; the current then follows from it."""
     kinds: tuple[str, ...] = ()
     """The states between which it changes, by name: those whose shares of time results carry."""
 
@@ -178,10 +181,19 @@ class Film(Component):
             )
         return 1.0 + 2.0 * integral(lambda at: self.voltage_gain(at, squared, n), np.asarray(x, dtype=float))
 
-    def current(self, times: Array, x: Array, velocity: Array, voltage: Array, rate: Array, n: Numbers) -> Array:
-        """Rate of the charge along motions (members, samples); the default takes differences of the samples."""
-        area = np.broadcast_to(self.capacitance(x, voltage * voltage, [], n), x.shape)
-        return np.stack([np.gradient(v * a, t) for v, a, t in zip(voltage, area, times, strict=True)])
+    def current(self, x: Any, velocity: Any, voltage: Any, rate: Any, n: Numbers) -> Any:
+        """Rate of the charge where the displacement and the ``voltage`` change at a ``velocity`` and a ``rate``; of a
+        film with states of its own unknown (NaN).
+
+        The capacitance grows with x as fast as the voltage weakens the force, both from one energy; its slope over V is
+        a central difference.
+        """
+        squared = voltage * voltage
+        shares = (1.0, 1.0 + DIFFERENCE, 1.0 - DIFFERENCE)
+        area, above, below = (self.capacitance(x, share * squared, [], n) for share in shares)
+        by_voltage = area if self.linear_charge else area + (above - below) / DIFFERENCE
+        found = rate * by_voltage + 2.0 * voltage * velocity * self.voltage_gain(x, squared, n)
+        return found * np.nan if self.states else found
 
     # --- what is asked of a film -------------------------------------------------------------------------------------
 

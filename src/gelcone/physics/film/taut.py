@@ -23,7 +23,7 @@ from gelcone.errors import InputError, unknown_name
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
-from gelcone.quantity import Array, Quantity
+from gelcone.quantity import Quantity
 
 PRESTRETCH_MODES = ("radial", "equibiaxial")
 PRESTRETCHES = {
@@ -184,9 +184,6 @@ class TautCone(GelFilm):
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """q."""
         return 1.0 + x * x
-
-    def current(self, times: Array, x: Array, velocity: Array, voltage: Array, rate: Array, n: Numbers) -> Array:
-        return np.asarray(rate * (1.0 + x * x) + 2.0 * voltage * x * velocity)
 
     def describe(self) -> str:
         return "taut film: a homogeneous cone that bears compression"

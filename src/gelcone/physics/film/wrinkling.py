@@ -112,7 +112,11 @@ class WrinklingCone(TautCone):
 
     name = "wrinkling"
     linear_charge = False
-    traced_charge = False
+
+    @property
+    def traced_charge(self) -> bool:  # type: ignore[override]
+        """False where a run goes on after pull-in: the charge of a film that has failed is unknown."""
+        return not self.goes_on
 
     def __post_init__(self) -> None:
         check_prestretch_mode(self.prestretch_mode)
@@ -217,7 +221,6 @@ class WrinklingCone(TautCone):
         """The film's own state, K s1/q (beyond the border of the force what has its sign), 1 where its width is held,
         and 1 where it pulls."""
         held, pulls = self._switches(xx, squared, n, xp)
-        name = f"natural width, {getattr(n['crumpled'], 'value', '')}"  # of either film of a double cone
         mixed = pulls is not None and known(pulls) != 1.0  # also without force, where s2 = 0 may have no root
 
         def free(xx: Any) -> Any:
@@ -245,7 +248,7 @@ class WrinklingCone(TautCone):
             own = self.local(xx, squared, free(xx), n, xp)
             return own, own.excess, held, pulls
         else:
-            y = root(xp, name, residual, (xx, squared), first)
+            y = root(xp, _root_name("width", squared, n, xp), residual, (xx, squared), first)
         own = self.local(xx, squared, y, n, xp)
         # where the width is held n = 1, without force A q = B n; elsewhere the excess is zero
         share = held + (1.0 - held) * (1.0 - pulls) if mixed else held
@@ -416,23 +419,57 @@ class WrinklingCone(TautCone):
     def _natural_meridian(self, xx: Any, squared: Any, n: Numbers) -> Any:
         """The m of a meridionally slack film, s1 = 0 at n = 1."""
         longest = np.maximum(n["B"] / n["A"] - 1.0, xx)
-        return 1.0 + rise(lambda at: self.tension(self.local(at, squared, 0.0, n)), xx, longest)
+
+        def pull(at: Any) -> Any:
+            own = self.local(at, squared, 0.0, n)
+            return own.lead + own.excess  # unlike the stress itself without a pole at the stretch limit
+
+        return 1.0 + rise(pull, xx, longest)
 
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """m n."""
-        if traced(xp):
+        if not traced(xp):
+            m, width = self.lengths(x, squared, n)
+            return m * width
+        if not self.traced_charge:
             return Film.capacitance(self, x, squared, y, n, xp)
-        m, width = self.lengths(x, squared, n)
-        return m * width
+        own, _, _, pulls = self._at(x * x, squared, n, xp)
+        with_force = (1.0 + x * x) * (1.0 + own.y)
+        if known(pulls) == 1.0:
+            return with_force
+        m = self._slack_meridian(x * x, squared, pulls, n, xp)
+        return pulls * with_force + (1.0 - pulls) * (m * self._slack_width(m, n))
+
+    def _slack_width(self, m: Any, n: Numbers) -> Any:
+        """The n of a film without force in a program: 1, or that at which A m = B n where it is crumpled."""
+        crumpled = 0.5 + 0.5 * n["crumpled"]
+        return (1.0 - crumpled) + crumpled * (n["A"] / n["B"]) * m
+
+    def _slack_meridian(self, xx: Any, squared: Any, pulls: Any, n: Numbers, xp: Any) -> Any:
+        """The m of a film without force in a program, the root of s1 = 0; q where it ``pulls``."""
+        A, B, G = (n[name] for name in "ABG")
+
+        def residual(m: Any, xx: Any, squared: Any, xp: Any) -> Any:
+            width = self._slack_width(m, n)
+            thickness = G / (m * width)
+            compliance = self.law.compliance(A * m + B * width + thickness - 3.0, n, xp)
+            slack = (A - thickness / m) / width - squared * compliance
+            return slack if known(pulls) == 0.0 else pulls * (m - 1.0 - xx) + (1.0 - pulls) * slack
+
+        def first(xx: Any, squared: Any, xp: Any) -> Any:
+            """The larger one of q and the m without voltage, or where it is crumpled that of A m = B: Newton's method
+            comes to the root from below."""
+            crumpled = 0.5 + 0.5 * n["crumpled"]
+            more = crumpled * (B / A) + (1.0 - crumpled) * xp.sqrt(G / A) - 1.0 - xx
+            return 1.0 + xx + 0.5 * (more + xp.sqrt(more * more))
+
+        return root(xp, _root_name("length", squared, n, xp), residual, (xx, squared), first)
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """W - V (m n - 1)/2."""
         m, width = self.lengths(x, squared, n)
         strain = n["A"] * m + n["B"] * width + n["G"] / (m * width) - 3.0
         return self.law.energy(strain, n) - 0.5 * squared * (m * width - 1.0)
-
-    def current(self, times: Array, x: Array, velocity: Array, voltage: Array, rate: Array, n: Numbers) -> Array:
-        return Film.current(self, times, x, velocity, voltage, rate, n)
 
     def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         return Film.voltage_force(self, x, squared, y, n, xp)
@@ -540,6 +577,12 @@ class WrinklingCone(TautCone):
             t = n["A"] * (1.0 + xx)
             limit = np.where(t > n["end_of_slack"], self._crumpling(t, n) / n["G"], n["limit_squared"])
             return (squared > limit) & (t < n["valley"])
+
+
+def _root_name(of: str, squared: Any, n: Numbers, xp: Any) -> str:
+    """Name of a root in a program, of either film of a double cone and at whichever voltage a circuit asks for."""
+    film = getattr(n["crumpled"], "value", "")
+    return f"natural {of}, {film}, {xp.node(squared).index}" if traced(xp) else of
 
 
 def _place(x: Any, m: Any, width: Any) -> Any:
