@@ -14,6 +14,7 @@ from gelcone.motion.section import section, section_cells
 from gelcone.motion.settle import start_states
 from gelcone.motion.settled import settled, settled_cells
 from gelcone.motion.spectrum import spectrum, spectrum_cells
+from gelcone.physics.balance import PullIn
 from gelcone.physics.model import ConeModel
 
 MODEL = ConeModel(
@@ -94,6 +95,7 @@ def test_limits_are_those_of_each_analysis_alone():
     assert np.isnan(result["onset_voltage"].values[1:]).all()
     pull_in = gelcone.pull_in_voltage(model.take([2]))["pull_in_voltage"]
     assert float(result["pull_in_voltage"][2]) == float(pull_in[0])
+    assert result["pull_in_kind"].attrs["flag_meanings"].split()[int(result["pull_in_kind"][2])] == "never"
     found = limits_cells(model.members(), np.zeros((3, 2)))
     for name, (_, values, _, _) in found.variables.items():
         np.testing.assert_array_equal(values, result[name].values, name)
@@ -152,6 +154,19 @@ def test_without_damping_no_motion_settles():
     assert np.isnan(result["stroke"].values[0])
     with pytest.raises(InputError, match="damping_ratio = 0"):
         settled(ConeModel(damping_ratio=0.0))
+
+
+def test_a_pitchfork_from_which_the_disc_rises_gradually_is_no_pull_in():
+    """Before it nothing is lost, and behind it a film without limit has a fold; with a second film, too."""
+    model = ConeModel(spring_stiffness=0.5, stretch_limit=[8.0, 1e6])
+    result = limits(model)
+    assert gelcone.pull_in_voltage(model)["pull_in_kind"].values.tolist() == [PullIn.PITCHFORK] * 2
+    assert (result["pitchfork_voltage"].values < 1.3).all()
+    assert result["pull_in_kind"].values[0] == PullIn.NEVER
+    assert np.isposinf(result["pull_in_voltage"].values[0])
+    double = limits(ConeModel(spring_stiffness=0.5, stretch_limit=8.0, second_film="taut"))
+    assert (float(double["pull_in_voltage"]), int(double["pull_in_kind"])) == (np.inf, PullIn.NEVER)
+    assert float(double["pitchfork_voltage"]) < 1.3
 
 
 # --- operating limits -------------------------------------------------------------------------------------------------

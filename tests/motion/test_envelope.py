@@ -63,8 +63,9 @@ def test_the_window_keeps_the_margin_to_the_lowest_limit(taut):
     np.testing.assert_allclose(taut["recommended_peak"], 0.75 * np.minimum(low, 2.0))
 
 
-def test_pull_in_is_met_by_a_slow_ramp_in_time(flat):
-    pitchfork = float(flat["static_limit_voltage"][STATIC_LIMITS.index("pull-in")])
+def test_the_pitchfork_is_met_by_a_slow_ramp_in_time(flat):
+    pitchfork, pull_in = (float(flat["static_limit_voltage"][STATIC_LIMITS.index(k)]) for k in ("pitchfork", "pull-in"))
+    assert pull_in > 1.1 * pitchfork  # the disc rises from it gradually
     levels = pitchfork * np.array([0.97, 1.03])
     constant = FLAT.replace(voltage=0.0, voltage_bias=levels)
     end = np.abs(integrate(constant, (1e-3, 0.0), [2000.0]).states[:, 0, 0])

@@ -14,7 +14,7 @@ from gelcone.physics.balance import (
     PullIn,
     along_ramp,
     equilibria_of,
-    first_loss,
+    losses_of,
     rest_of,
 )
 from gelcone.physics.bias import Bias
@@ -187,7 +187,7 @@ def test_a_fold_by_hand():
     balance = one(quintic(k1=-0.5))
     rest = rest_of(balance, None)
     assert rest**2 == pytest.approx(2.0 - math.sqrt(2.0), rel=1e-12)  # -0.5 + s - s^2/4 = 0
-    voltage, kind, before, beyond = first_loss(balance, rest)
+    voltage, kind, before, beyond = losses_of(balance, rest)[0]
     assert kind == PullIn.FOLD
     assert voltage == pytest.approx(math.sqrt(0.5), rel=1e-12)
     assert before == pytest.approx(math.sqrt(2.0), rel=1e-7)
@@ -204,7 +204,7 @@ def test_a_ramp_jumps_to_the_nearest_stable_stretch_beyond():
     """Of three stable stretches the first loses its stability; there are equilibria on both of the others."""
     balance = one(ConeModel(film=PowerFilm(), film_modulus=0.0, bias=Wavy()))
     rest = rest_of(balance, None)
-    voltage, kind, before, beyond = first_loss(balance, rest)
+    voltage, kind, before, beyond = losses_of(balance, rest)[0]
 
     def squared(s):
         return s - 0.5 + 0.6 * math.sin(4.0 * s)
@@ -221,10 +221,12 @@ def test_a_ramp_jumps_to_the_nearest_stable_stretch_beyond():
 
 def test_a_pitchfork_by_hand_and_the_fold_behind_it():
     balance = one(quintic())
-    voltage, kind, before, beyond = first_loss(balance, 0.0)
+    voltage, kind, before, beyond = losses_of(balance, 0.0)[0]
     assert kind == PullIn.PITCHFORK
     assert voltage == pytest.approx(math.sqrt(0.5), rel=1e-12)
     assert (before, beyond) == (0.0, 0.0)
+    jump = balance.jump(0.0)
+    assert (jump.voltage, jump.kind) == (pytest.approx(math.sqrt(1.5), rel=1e-12), PullIn.FOLD)
     squared = np.array([0.2, 0.4999, 0.75, 1.25, 1.4999, 1.51])
     place, losses = along_ramp(balance, 0.0, squared)
     np.testing.assert_array_equal(losses, [0, 0, 1, 1, 1, 2])
@@ -235,7 +237,7 @@ def test_a_pitchfork_by_hand_and_the_fold_behind_it():
 
 def test_a_bias_that_stiffens_leaves_the_searched_displacements():
     balance = one(wells())
-    voltage, kind, before, beyond = first_loss(balance, rest_of(balance, None))
+    voltage, kind, before, beyond = losses_of(balance, rest_of(balance, None))[0]
     assert kind == PullIn.SEARCH_RANGE
     assert voltage == pytest.approx(math.sqrt(-0.8 + 0.5 * SEARCH_RANGE**2), rel=1e-9)
     assert before == SEARCH_RANGE
@@ -246,7 +248,7 @@ def test_a_lifted_film_with_a_limit_is_never_lost():
     balance = one(ConeModel(rest_height=0.3, stretch_limit=9.0))
     rest = rest_of(balance, None)
     assert 0.0 < rest < 0.3
-    voltage, kind, before, beyond = first_loss(balance, rest)
+    voltage, kind, before, beyond = losses_of(balance, rest)[0]
     assert (voltage, kind) == (math.inf, PullIn.NEVER)
     assert math.isnan(before)
     assert math.isnan(beyond)
@@ -263,7 +265,7 @@ def test_a_film_that_has_no_state_above_a_voltage_pulls_in_there(k1, kind, squar
     balance = one(model)
     assert balance.film_fails
     assert balance.highest_squared == 2.0
-    voltage, found, before, _ = first_loss(balance, 0.0)
+    voltage, found, before, _ = losses_of(balance, 0.0)[0]
     assert found == kind
     assert voltage == pytest.approx(math.sqrt(squared), rel=1e-12)
     assert before == 0.0

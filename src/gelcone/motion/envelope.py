@@ -22,7 +22,7 @@ from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.coexisting import coexisting
 from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE, DriveShape, Plane, driven, is_flat, peak_of
-from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage, stroke_and_blocked_force
+from gelcone.motion.equilibrium import jump_voltages, pitchfork_voltage, stroke_and_blocked_force
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.settle import inside, single, start_states
 from gelcone.motion.validity import NEAR_LIMIT, validity_variables
@@ -379,7 +379,7 @@ def _static(model: ConeModel, highest: float, membrane: PullInCurve | None = Non
         _first(levels, -state.meridional_stress),
         _first(levels, state.limit_share - NEAR_LIMIT),
         float(np.nan_to_num(pitchfork_voltage(model), nan=np.inf)) if is_flat(model) else np.nan,
-        float(pull_in_voltage(model)["pull_in_voltage"]),
+        float(jump_voltages(model)[0][0]),
     ]
     if membrane is not None:
         limits[-1] = min(limits[-1], _membrane_pull_in(model, membrane, limits[-1]))

@@ -355,8 +355,16 @@ def _pitchfork_variable(balances: list[StaticBalance]) -> dict[str, dataset.Vari
     return {"pitchfork_voltage": ((), voltage, "voltage at which the flat film loses stability", "voltage")}
 
 
+def jump_voltages(model: Ensemble) -> tuple[Array, Array]:
+    """Constant voltage at which each member jumps or pulls in on a slow ramp from rest, (members,), infinite if never;
+    and how, a `PullIn`. A pitchfork that continues smoothly is neither."""
+    balances = balances_of(model)
+    lost = each(lambda balance, rest: balance.jump(rest), balances, each(rest_of, balances, [None] * len(balances)))
+    return np.array([loss.voltage for loss in lost]), np.array([loss.kind for loss in lost], dtype=np.int8)
+
+
 def _pull_in_variables(balances: list[StaticBalance], rests: list[float]) -> dict[str, dataset.Variable]:
-    lost = each(lambda balance, rest: balance.first_loss(rest), balances, rests)
+    lost = each(lambda balance, rest: balance.losses(rest)[0], balances, rests)
     voltage, kind, before, after = (np.array([row[k] for row in lost]) for k in range(4))
     return {
         "rest_displacement": ((), np.array(rests), "stable equilibrium without voltage", "length"),

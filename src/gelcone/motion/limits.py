@@ -10,10 +10,11 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
-from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
+from gelcone.motion.equilibrium import jump_voltages, pitchfork_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.settle import inside, start_states
+from gelcone.physics.balance import PullIn
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
@@ -44,8 +45,9 @@ def limits(
     -------
     Dataset over the ensemble's dims: ``onset_voltage``, the amplitude at which the flat film under the drive loses its
     stability, and the width ``onset_error`` to which it is known (`gelcone.onset_voltage`; NaN where it stays stable,
-    or where the film does not rest flat); ``pitchfork_voltage`` (`gelcone.pitchfork_voltage`); ``pull_in_voltage``
-    (`gelcone.pull_in_voltage`); and ``outcome``.
+    or where the film does not rest flat); ``pitchfork_voltage`` (`gelcone.pitchfork_voltage`); ``pull_in_voltage``,
+    at which the disc jumps or a film pulls in on a slow ramp (infinity if never; a pitchfork from which the disc rises
+    gradually is not one), and ``pull_in_kind``, how (a `PullIn`); and ``outcome``.
 
     Raises
     ------
@@ -69,13 +71,14 @@ def limits_cells(
     """What `limits` finds of every member of a flattened ensemble, whose ``states`` play no part; options as there."""
     found = {name: np.full(members.size, np.nan) for name in _MEANINGS}
     outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
+    kind = np.full(members.size, PullIn.NEVER, dtype=np.int8)
     reachable = inside(members, 0.0)
     flat = reachable & members.symmetric
     if reachable.any():
         part = members.take(reachable)
         outcome[reachable] = Outcome.OK
         found["pitchfork_voltage"][reachable] = pitchfork_voltage(part)
-        found["pull_in_voltage"][reachable] = pull_in_voltage(part)["pull_in_voltage"]
+        found["pull_in_voltage"][reachable], kind[reachable] = jump_voltages(part)
     if progress is not None:
         progress(0.1 if flat.any() else 1.0)
     if flat.any():
@@ -85,12 +88,13 @@ def limits_cells(
         outcome[flat] = onset["outcome"]
         for name in ("onset_voltage", "onset_error"):
             found[name][flat] = onset[name]
-    return Findings({name: ((), found[name], meaning, "voltage") for name, meaning in _MEANINGS.items()}, outcome)
+    variables: dict[str, dataset.Variable] = {n: ((), found[n], meaning, "voltage") for n, meaning in _MEANINGS.items()}
+    return Findings(variables | {"pull_in_kind": ((), kind, "how the disc jumps or pulls in", PullIn)}, outcome)
 
 
 _MEANINGS = {
     "onset_voltage": "voltage amplitude at which rest loses stability",
     "onset_error": "width to which the onset is known",
     "pitchfork_voltage": "constant voltage at which the flat film loses stability",
-    "pull_in_voltage": "constant voltage at which the equilibrium is lost",
+    "pull_in_voltage": "constant voltage at which the disc jumps or the film pulls in",
 }

@@ -63,6 +63,20 @@ _MEANINGS = {
 }
 
 
+class Loss(NamedTuple):
+    """A loss of stability on a slow voltage ramp: its voltage and kind, and the displacements before and after, equal
+    where a pitchfork continues smoothly."""
+
+    voltage: float
+    kind: PullIn
+    before: float
+    after: float
+
+
+NO_LOSS = Loss(math.inf, PullIn.NEVER, math.nan, math.nan)
+NO_RAMP = Loss(math.nan, PullIn.NEVER, math.nan, math.nan)
+
+
 @dataclass(frozen=True)
 class StaticBalance:
     """One actuator of a ``system`` with the numbers ``n`` under a constant voltage.
@@ -161,9 +175,15 @@ class StaticBalance:
         """All equilibria at each v^2, (levels,), in the order of x."""
         return equilibria_of(self, squared)
 
-    def first_loss(self, rest: float) -> tuple[float, PullIn, float, float]:
-        """Voltage, kind, displacement before and after the first loss of stability on a ramp from ``rest``."""
-        return first_loss(self, rest)
+    def losses(self, rest: float) -> list[Loss]:
+        """The losses of stability on a ramp from ``rest``, in their order; the last has the kind `PullIn.NEVER` where
+        the ramp then stays stable, and an unknown voltage (NaN) where nothing is stable without voltage."""
+        return losses_of(self, rest)
+
+    def jump(self, rest: float) -> Loss:
+        """The first loss of stability that is not a pitchfork which continues smoothly."""
+        found = self.losses(rest)
+        return next(loss for loss in found if loss.kind != PullIn.PITCHFORK or loss.after != loss.before)
 
     def along_ramp(self, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
         """Displacement and losses of stability passed at each v^2."""
@@ -346,16 +366,14 @@ def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: floa
     return float(x[0]) if k == 0 else sign_change(balance.excess, x[k - 1], x[k])
 
 
-def first_loss(balance: StaticBalance, rest: float) -> tuple[float, PullIn, float, float]:
-    """Voltage, kind, displacement before and after the first loss of stability."""
+def losses_of(balance: StaticBalance, rest: float) -> list[Loss]:
+    """See `StaticBalance.losses`."""
     legs = _ramp(balance, rest)
-    if not legs:
-        return math.nan, PullIn.NEVER, math.nan, math.nan
-    first = legs[0]
-    if first.end == PullIn.NEVER:
-        return math.inf, first.end, math.nan, math.nan
-    beyond = legs[1].begin if len(legs) > 1 else math.copysign(math.inf, rest)
-    return math.sqrt(first.high), first.end, first.segment[1], beyond
+    begins = [*(leg.begin for leg in legs[1:]), math.copysign(math.inf, rest)]
+    return [
+        NO_LOSS if leg.end == PullIn.NEVER else Loss(math.sqrt(leg.high), leg.end, leg.segment[1], begin)
+        for leg, begin in zip(legs, begins, strict=False)
+    ] or [NO_RAMP]
 
 
 def along_ramp(balance: StaticBalance, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:

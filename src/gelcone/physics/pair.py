@@ -11,6 +11,7 @@ Continuation Methods (2003), chapter 2.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -19,10 +20,13 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.physics.balance import (
+    NO_LOSS,
+    NO_RAMP,
     ROUNDING,
     SEARCH_RANGE,
     WALL_DISTANCE,
     Equilibrium,
+    Loss,
     PullIn,
     StaticBalance,
     same_squared,
@@ -49,6 +53,8 @@ SEEDS = np.concatenate([np.linspace(0.0, 0.1, 17), np.geomspace(0.1, 1.0, 9)[1:]
 """Shares of the highest voltage at which curves are looked for that no other voltage shows."""
 BEYOND = 1e-6
 """Share of the voltage past a loss of stability at which the disc is looked for next."""
+SMOOTH = 0.02
+"""A branch born in a pitchfork is this close to it that share past it: the distance grows as its square root."""
 ON_CURVE = 1e-6
 
 
@@ -335,18 +341,22 @@ class PairBalance(StaticBalance):
             stable = [place for place in stable if (place - x) * push > 0.0]
         return min(stable, key=lambda place: (round(abs(place - x), 9), -place), default=math.nan), level
 
-    def first_loss(self, rest: float) -> tuple[float, PullIn, float, float]:
+    def losses(self, rest: float) -> list[Loss]:
         legs = self.legs(rest)
-        if not legs:
-            return math.nan, PullIn.NEVER, math.nan, math.nan
-        first = legs[0]
-        if first.end == PullIn.NEVER:
-            return math.inf, first.end, math.nan, math.nan
-        force = float(self.force(first.x[-1], (first.voltage[-1] * (1.0 + BEYOND)) ** 2))
-        beyond = legs[1].x[0] if len(legs) > 1 else math.copysign(math.inf, -force)
-        if first.end == PullIn.PITCHFORK:
-            beyond = first.x[-1]
-        return float(first.voltage[-1]), first.end, float(first.x[-1]), float(beyond)
+        return [self._loss(legs, k) for k in range(len(legs))] or [NO_RAMP]
+
+    def _loss(self, legs: Sequence[Leg], k: int) -> Loss:
+        """What the k-th leg ends in."""
+        leg = legs[k]
+        if leg.end == PullIn.NEVER:
+            return NO_LOSS
+        voltage, before = float(leg.voltage[-1]), float(leg.x[-1])
+        if k + 1 == len(legs):
+            after = math.copysign(math.inf, -float(self.force(before, (voltage * (1.0 + BEYOND)) ** 2)))
+        else:
+            after = float(legs[k + 1].x[0])
+        smooth = leg.end == PullIn.PITCHFORK and abs(after - before) < SMOOTH
+        return Loss(voltage, leg.end, before, before if smooth else after)
 
     def along_ramp(self, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
         highest = math.sqrt(float(squared.max())) + 1e-9
