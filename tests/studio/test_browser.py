@@ -2,10 +2,13 @@
 
 import asyncio
 import threading
+import time
 
 import browser
 import pytest
 
+import gelcone.studio.page
+from gelcone.studio import look
 from gelcone.studio.server import Studio
 from gelcone.studio.setting import Shelf
 
@@ -127,7 +130,7 @@ def test_an_error_stands_beside_its_control_and_the_picture_stays(page):
     samples = page.js("studio.looks.a.x.length")
     type_in(page, "disc_radius", "40 mm")
     page.wait("!document.querySelector('[data-name=disc_radius] .error').hidden")
-    told = page.js("document.querySelector('[data-name=disc_radius] .error').textContent")
+    told = page.js("document.querySelector('[data-name=disc_radius] .error span').textContent")
     assert "must be less than film_radius" in told
     assert page.js("document.querySelector('[data-name=disc_radius] input').getAttribute('aria-invalid')") == "true"
     assert page.js("studio.looks.a.x.length") == samples
@@ -307,3 +310,75 @@ def test_a_lost_connection_is_said_and_comes_back(chromium):
     finally:
         tab.close()
         second.close()
+
+
+def test_a_page_that_waits_paints_at_once_and_says_for_what(chromium, monkeypatch):
+    monkeypatch.setattr(look, "response", lambda *given: time.sleep(30.0))
+    served = Served()
+    tab = chromium.tab(served.studio.address("device=soft-film"))
+    try:
+        tab.wait("window.studio && document.getElementById('doing').textContent.startsWith('Computing the run')")
+        assert tab.js("document.querySelector('#subject').selectedOptions[0].textContent") == "soft-film"
+        assert tab.js("document.querySelectorAll('.control').length") > 3  # the controls are there before the run
+        pixel = "(() => [...document.getElementById('cone').getContext('2d').getImageData(5, 5, 1, 1).data])()"
+        assert tab.js(pixel)[:3] == [255, 255, 255]
+        assert tab.js("document.body.classList.contains('old')")
+    finally:
+        tab.close()
+        served.close()
+
+
+def test_a_run_that_takes_too_long_is_given_up_with_a_sentence(chromium, monkeypatch):
+    monkeypatch.setattr(gelcone.studio.page, "EVIDENCE_SECONDS", 0.2)
+    served = Served()
+    tab = chromium.tab(served.studio.address("device=biased-pump&frequency=1e-6 Hz"))
+    try:
+        tab.wait(
+            "window.studio && /evidence takes more than 0.2 s/.test(document.getElementById('badges').innerText)"
+        )
+        assert tab.js("studio.looks.a.words.cut")
+        monkeypatch.undo()
+        type_in(tab, "frequency", "10 Hz")
+        tab.wait("document.getElementById('badges').innerText.includes('Periodic, period 1')")
+        assert tab.log == []
+    finally:
+        tab.close()
+        served.close()
+
+
+@pytest.mark.parametrize("state", ["device=nope&periods=abc", "preset=nope", "file=nonsense", "frequency=-1 Hz&evil=x"])
+def test_an_address_that_cannot_be_shown_falls_back_with_a_sentence(served, chromium, state):
+    tab = chromium.tab(served.studio.address(state))
+    try:
+        tab.wait("window.studio && studio.looks.a && studio.looks.a.t && true")
+        assert tab.js("document.getElementById('notices').children.length") >= 1
+        tab.wait("!/nope|abc|nonsense|-1|evil/.test(location.hash)")
+        assert not tab.js("document.body.classList.contains('old')")
+        assert tab.log == []
+    finally:
+        tab.close()
+
+
+def test_a_wrong_entry_is_no_step_of_the_history_and_not_in_the_link(page):
+    steps = page.js("history.length")
+    type_in(page, "frequency", "-3 Hz")
+    page.wait("!document.querySelector('[data-name=frequency] .error').hidden")
+    assert page.js("document.body.classList.contains('old')")
+    assert page.js("document.querySelector('[data-name=frequency] input').value") == "-3 Hz"
+    type_in(page, "voltage_amplitude", "700 V")
+    page.wait("location.hash.includes('voltage_amplitude=700')")
+    assert "&frequency=" not in page.js("location.hash")
+    assert page.js("history.length") == steps + 1
+    page.wait("document.querySelector('[data-name=frequency] input').value === '10 Hz'")
+    assert not page.js("document.body.classList.contains('old')")
+
+
+def test_a_file_that_is_no_device_does_not_trap(page, tmp_path):
+    (tmp_path / "bad.toml").write_text('film_radius = "3 apples"\n')
+    node = page.send("DOM.querySelector", nodeId=page.send("DOM.getDocument")["root"]["nodeId"], selector="#file")
+    page.send("DOM.setFileInputFiles", files=[str(tmp_path / "bad.toml")], nodeId=node["nodeId"])
+    page.wait("document.getElementById('notices').children.length === 1")
+    assert page.js("document.querySelector('#subject').value") == "device:biased-pump"
+    assert "file=" not in page.js("location.hash")
+    type_in(page, "frequency", "12 Hz")
+    page.wait("location.hash.includes('frequency=12')")

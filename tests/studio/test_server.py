@@ -271,14 +271,42 @@ def test_a_foreign_page_cannot_talk(server, wrong):
 def test_a_look_is_answered_in_parts(server):
     with server.page() as page:
         ask(page, "look", 7, side="a", setting=PUMP, periods=5, controls=True)
+        head, _ = unpack(page.recv(timeout=20))  # the controls come first
+        assert (head["kind"], head["id"], head["side"]) == ("subject", 7, "a")
+        assert {control["name"] for control in head["controls"]} >= {"frequency", "disc_radius"}
         head, arrays = answer(page, "response")
         assert (head["id"], head["side"], arrays["x"].size) == (7, "a", arrays["t"].size)
-        assert {control["name"] for control in head["controls"]} >= {"frequency", "disc_radius"}
         head, arrays = answer(page, "kind")
         assert head["words"]["lines"][0] == "periodic, period 1"
         assert arrays["px"].size == 64
         ask(page, "look", 8, side="a", setting={"preset": "base"}, panels=["statics"])
         assert answer(page, "statics")[1]["voltage"].size > 10
+
+
+def endless(*given):
+    """An integration without an end."""
+    current_watch().stop.wait(20.0)
+    raise Stopped
+
+
+def test_what_takes_too_long_is_given_up_and_the_next_is_answered(server, monkeypatch):
+    monkeypatch.setattr(gelcone.studio.page, "EVIDENCE_SECONDS", 0.1)
+    with server.page() as page:
+        slow = {**PUMP, "values": {"frequency": "1e-6 Hz"}}
+        ask(page, "look", 1, side="a", setting=slow, panels=["spectrum"])
+        assert answer(page, "response")[0]["words"]["cut"]
+        for stage in ("kind", "spectrum"):
+            head = answer(page, "late")[0]
+            assert (head["id"], head["side"], head["stage"]) == (1, "a", stage)
+            assert "takes more than 0.1 s" in head["message"]
+        monkeypatch.setattr(gelcone.studio.page, "RUN_SECONDS", 0.05)
+        monkeypatch.setattr(look, "response", endless)
+        ask(page, "look", 2, side="a", setting=PUMP)
+        head = answer(page, "error")[0]
+        assert (head["id"], head["message"].partition(";")[0]) == (2, "the run takes more than 0.05 s")
+        monkeypatch.undo()
+        ask(page, "look", 3, side="a", setting=PUMP)
+        assert answer(page, "kind")[0]["id"] == 3
 
 
 def test_an_error_names_its_control_and_the_page_goes_on(server):
@@ -617,7 +645,7 @@ def test_each_side_gets_its_own_answers_and_the_panels_that_are_open(server):
             "a",
             "a worker process ended, perhaps for lack of memory; change a setting to try again",
         ),
-        (KeyError("/secret/path"), "the", "the studio failed at this; the terminal says how"),
+        (KeyError("/secret/path"), "internal", "internal error; see the terminal"),
     ],
 )
 def test_an_error_is_one_line_with_its_control_and_a_fault_says_nothing_of_itself(server, error, control, message):

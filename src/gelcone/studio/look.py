@@ -205,7 +205,7 @@ def _seems(members: Members, times: Array, states: Array) -> str:
 
 
 def kind(subject: Subject) -> Parts:
-    """The regime of the motion with its evidence in the words of the command line, its section and the settled orbit."""
+    """The regime of the motion with its evidence in the words of the command line, its section and settled orbit."""
     analysis = ANALYSES["regime"]
     states = start_states(subject.model.members(), subject.initial)
     found = analysis.compute(subject.model.members(), states, threads=1)

@@ -23,7 +23,7 @@ from gelcone.atlas.processes import ProcessesEnded
 from gelcone.codes import Regime
 from gelcone.errors import InputError, MissingDependency
 from gelcone.presets import load_presets
-from gelcone.progress import Stopped, watching
+from gelcone.progress import Stopped, Watch, watching
 from gelcone.studio import exports, look
 from gelcone.studio.controls import as_json
 from gelcone.studio.frames import pack
@@ -37,12 +37,18 @@ _log = logging.getLogger(__name__)
 RATE, BURST = 200.0, 400
 """Messages a second that are read, and how many at once."""
 LONGEST_ID = 2**53
+RUN_SECONDS, EVIDENCE_SECONDS = 15.0, 30.0
+"""After which a run, and each part of what follows it, is given up."""
 THREADS = 3
 """Of a page: one for each slot, and one in which other requests are read."""
 LANES = ("map", "strip", "envelope", "export")
 """Long work, each in a lane of its own."""
 MAP_CELLS = (65, 49)
 STRIP_VALUES = 241
+
+
+class _Late(Exception):
+    """Something takes longer than a page may have."""
 
 
 class Page:
@@ -144,15 +150,19 @@ class Page:
     async def _look(self, side: str, request: dict[str, Any]) -> None:
         """The run from the start, and the controls if they are asked for; then hands on to the second slot."""
 
-        def compute() -> tuple[Subject, look.Parts, dict[str, Any]]:
-            setting = request["setting"]
-            more: dict[str, Any] = {}
-            if request.get("controls"):
-                more["controls"] = as_json(self.shelf.controls(setting))
-            subject = self.shelf.subject(setting)
-            more["about"] = look.about(subject)
-            return subject, look.response(subject, request["periods"]), more
+        def read() -> tuple[Subject, dict[str, Any]]:
+            subject = self.shelf.subject(request["setting"])
+            return subject, {"controls": as_json(self.shelf.controls(request["setting"]))}
 
+        def compute() -> tuple[Subject, look.Parts, dict[str, Any]]:
+            subject = self.shelf.subject(request["setting"])
+            return subject, look.response(subject, request["periods"]), {"about": look.about(subject)}
+
+        if request.get("controls"):  # they come before the run, which may take a while
+            known = await self._computed(self.first, request, read)
+            if known is None:
+                return
+            await self._show("subject", request, look.Parts(), known[1])
         found = await self._computed(self.first, request, compute)
         if found is None:
             return
@@ -166,7 +176,12 @@ class Page:
         wanted = ["kind", *(name for name in ("spectrum", "statics") if name in request["panels"])]
         for name in wanted:
             self.second.refines = name == "section"
-            parts = await self._computed(self.second, request, partial(look.STAGES[name], subject))
+            try:
+                parts = await self._computed(self.second, request, partial(look.STAGES[name], subject))
+            except _Late as late:
+                head = {"kind": "late", "id": request["id"], "side": side, "stage": name, "message": str(late)}
+                await self.send(head)
+                continue
             if parts is None:
                 return
             await self._show(name, request, parts)
@@ -178,19 +193,30 @@ class Page:
         """What ``compute`` gives, in a thread under the slot's watch; None after an error, which the page is told."""
         if self._ended.is_set():
             raise Stopped
-        watch = slot.watch
+        watch, loop = slot.watch, asyncio.get_running_loop()
+        seconds = RUN_SECONDS if slot is self.first else EVIDENCE_SECONDS
 
         def watched() -> Any:
             with watching(watch):
                 return compute()
 
+        limit = loop.call_later(seconds, watch.stop.set)
         try:
-            found = await asyncio.get_running_loop().run_in_executor(self._threads, watched)
+            found = await loop.run_in_executor(self._threads, watched)
         except Stopped:
-            raise
+            if loop.time() < limit.when() or slot.overtaken or self._ended.is_set():
+                raise
+            late = _Late(f"takes more than {seconds:g} s; take a shorter run, or ask the command line (Save…)")
+            if slot is self.second:
+                slot.watch = Watch()  # for what comes next of this request
+                raise late from None
+            await self.fail(request["id"], InputError(f"the run {late}"), request.get("side"))
+            return None
         except Exception as error:
             await self.fail(request["id"], error, request.get("side"))
             return None
+        finally:
+            limit.cancel()
         if slot.overtaken:
             raise Stopped
         return found
@@ -348,7 +374,7 @@ class Page:
             message = " ".join(str(error).split())
         else:
             _log.error("the studio failed", exc_info=error)
-            message = "the studio failed at this; the terminal says how"
+            message = "internal error; see the terminal"
         control = getattr(error, "field", None) or message.removeprefix("--set ").partition(" ")[0].rstrip(":")
         await self.send({"kind": "error", "id": number, "side": side, "control": control, "message": message})
 

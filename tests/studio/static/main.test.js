@@ -24,8 +24,9 @@ const asked = (kind) => socket.sent.filter((sent) => sent.kind === kind);
 const last = (kind) => asked(kind).at(-1);
 
 function answer(more = {}, arrays = RUN(), words = {}) {
-  const { id, side } = last("look");
-  socket.give({ kind: "response", id, side, about: ABOUT, controls: CONTROLS, words: { seems: "seems to repeat", ended: "", period: 100, shares: [{ code: 0, share: 0.4 }, { code: 1, share: 0.3 }, { code: 4, share: 0.3 }], ...words }, ...more }, arrays);
+  const { id, side, controls } = last("look");
+  if (controls) socket.give({ kind: "subject", id, side, controls: CONTROLS, words: {} });
+  socket.give({ kind: "response", id, side, about: ABOUT, words: { seems: "seems to repeat", ended: "", period: 100, shares: [{ code: 0, share: 0.4 }, { code: 1, share: 0.3 }, { code: 4, share: 0.3 }], ...words }, ...more }, arrays);
 }
 
 test("the page says hello, and asks for what its address says", () => {
@@ -101,11 +102,16 @@ test("a slider asks at once, the address follows once the hand rests, and a rele
   const steps = page.steps.length;
   slider.value = "250"; slider.oninput();
   assert.deepEqual([last("look").setting.values, last("look").controls], [{ frequency: "9 Hz", voltage_amplitude: "400 V" }, false]);
+  wait(300);
+  assert.ok(!location.hash.includes("&voltage_amplitude=")); // it is not known yet whether the server takes it
+  answer();
   assert.ok(!location.hash.includes("&voltage_amplitude="));
   wait(300);
   assert.ok(location.hash.includes("&voltage_amplitude=400+V"));
   assert.equal(page.steps.length, steps);
   slider.value = "500"; slider.onchange();
+  assert.equal(page.steps.length, steps);
+  answer();
   assert.equal(page.steps.length, steps + 1);
   assert.ok(page.steps.at(-1).includes("voltage_amplitude=800+V"));
 });
@@ -119,14 +125,59 @@ test("a choice asks for the controls too, and reset takes all back", () => {
   assert.equal(last("look").controls, true);
 });
 
-test("an error stands beside its control, and the picture stays", () => {
+test("a wrong entry stands beside its reason, the picture is faded, and neither history nor link nor later looks have it", () => {
   answer();
-  const before = studio.looks.a.x, { id } = last("look");
-  socket.give({ kind: "error", id, side: "a", control: "frequency", message: "frequency: must be positive" });
-  const error = document.querySelector('[data-name="frequency"] .error');
-  assert.deepEqual([error.hidden, error.textContent, studio.looks.a.x], [false, "frequency: must be positive", before]);
+  const before = studio.looks.a.x, steps = page.steps.length, field = document.querySelector('[data-name="frequency"]').querySelectorAll("input")[0];
+  const error = document.querySelector('[data-name="frequency"] .error'), old = () => document.body.classList.contains("old");
+  field.value = "-9"; field.onchange();
+  const { id } = last("look");
+  assert.equal(last("look").setting.values.frequency, "-9 Hz");
+  socket.give({ kind: "error", id, side: "a", control: "frequency", message: "frequency = -9 Hz: must be positive" });
+  assert.deepEqual([error.hidden, error.firstChild.textContent, studio.looks.a.x, field.value, old()], [false, "frequency = -9 Hz: must be positive", before, "-9 Hz", true]);
+  wait(300);
+  assert.ok(page.steps.length === steps && !location.hash.includes("-9"));
+  const slider = document.querySelector('[data-name="voltage_amplitude"]').querySelectorAll("input")[1];
+  slider.value = "250"; slider.oninput();
+  assert.deepEqual(last("look").setting.values, { voltage_amplitude: "400 V" });
   answer();
-  assert.ok(error.hidden);
+  assert.deepEqual([error.hidden, field.value, old()], [true, "10 Hz", false]);
+  $("reset-all").click(); answer();
+});
+
+test("a cleared entry comes back, also a wrong one that still has the cursor", () => {
+  const field = document.querySelector('[data-name="frequency"]').querySelectorAll("input")[0];
+  field.focus(); field.value = "nonsense"; field.onchange();
+  socket.give({ kind: "error", id: last("look").id, side: "a", control: "frequency", message: "frequency = 'nonsense': must be one number, with its unit" });
+  field.value = " "; field.onchange();
+  assert.equal(field.value, "10 Hz");
+  answer();
+  assert.ok(document.querySelector('[data-name="frequency"] .error').hidden);
+});
+
+test("an error of two numbers stands at the one that was changed", () => {
+  const field = document.querySelector('[data-name="voltage_amplitude"]').querySelectorAll("input")[0];
+  field.value = "9 kV"; field.onchange();
+  socket.give({ kind: "error", id: last("look").id, side: "a", control: "frequency", message: "frequency: is too high for this amplitude" });
+  assert.ok(!document.querySelector('[data-name="voltage_amplitude"] .error').hidden && document.querySelector('[data-name="frequency"] .error').hidden);
+  $("reset-all").click(); answer();
+});
+
+test("what is computed is said once it takes a while, with the picture faded until its answer", () => {
+  const slider = document.querySelector('[data-name="frequency"]').querySelectorAll("input")[1];
+  slider.value = "100"; slider.oninput();
+  assert.equal($("doing").textContent, "");
+  wait(400);
+  assert.match($("doing").textContent, /^Computing the run: 20 periods at frequency 2.09 Hz/);
+  assert.ok(document.body.classList.contains("old"));
+  answer();
+  assert.deepEqual([$("doing").textContent, document.body.classList.contains("old")], ["", false]);
+  $("reset-all").click(); answer();
+});
+
+test("evidence that takes too long is given up in words, and the first impression stays", () => {
+  answer();
+  socket.give({ kind: "late", id: last("look").id, side: "a", stage: "kind", message: "takes more than 30 s" });
+  assert.match($("badges").querySelector(".evidence").textContent, /first impression: the evidence takes more than 30 s/);
 });
 
 test("the length of a run is asked for as a number", () => {
@@ -142,17 +193,18 @@ test("two settings are asked for and shown each on its side, and one is kept", (
   assert.deepEqual([last("look").side, $("sides").hidden, $("side-b").getAttribute("aria-pressed")], ["b", false, "true"]);
   answer({}, { ...RUN(), x: Float32Array.of(1, 2, 1) });
   assert.deepEqual([[...studio.looks.a.x], [...studio.looks.b.x]], [[10, 20, 10], [1, 2, 1]]);
-  assert.equal($("badges").parts.length, 2);
+  assert.equal($("badges").querySelectorAll(".badge").length, 2);
   forget($("cone").getContext()); draw();
   assert.ok(texts($("cone").getContext()).some((text) => text.startsWith("2 mm, ")));
   document.querySelector('[data-name="frequency"]').querySelectorAll("input")[1].value = "1000";
   document.querySelector('[data-name="frequency"]').querySelectorAll("input")[1].onchange();
+  answer();
   assert.deepEqual([last("look").side, last("look").setting.values.frequency], ["b", "20 Hz"]);
   assert.ok(location.hash.includes("b.frequency=20+Hz"));
   $("side-a").click();
   assert.deepEqual([last("look").side, last("look").setting.values], ["a", {}]);
   $("compare").click();
-  assert.deepEqual([studio.looks.b, $("sides").hidden, $("badges").parts.length], [undefined, true, 1]);
+  assert.deepEqual([studio.looks.b, $("sides").hidden, $("badges").querySelectorAll(".badge").length], [undefined, true, 1]);
 });
 
 test("another subject starts anew, and only a device has an envelope", () => {
@@ -180,7 +232,21 @@ test("a file is opened and sent as text; one that is too large is not", async ()
   $("file").files = [{ name: "huge.toml", size: 30001, text: async () => "" }];
   await $("file").onchange();
   assert.equal(asked("look").length, before);
-  assert.match($("general").textContent, /huge.toml: is too large/);
+  assert.match($("notices").textContent, /huge.toml: has more than 30000 characters/);
+});
+
+test("a file that is no device leaves what is shown, and says why", async () => {
+  const hash = location.hash;
+  $("file").files = [{ name: "bad.toml", size: 20, text: async () => "disc_radius = 1" }];
+  $("subject").value = "device:soft-film"; $("subject").onchange(); answer();
+  await $("file").onchange();
+  socket.give({ kind: "error", id: last("look").id, side: "a", control: "file", message: "the device file, line 1: disc_radius = 1: needs a unit" });
+  assert.match($("notices").textContent, /line 1: disc_radius = 1: needs a unit/);
+  assert.equal($("subject").value, "device:soft-film");
+  assert.ok(!location.hash.includes("file=") && location.hash !== hash);
+  $("periods").value = "60"; $("periods").onchange();
+  assert.deepEqual(last("look").setting, { device: "soft-film", preset: null, file: null, values: {} });
+  $("periods").value = "20"; $("periods").onchange(); answer();
 });
 
 test("files are asked for with what is shown, and saved under the server's name", () => {
@@ -232,4 +298,28 @@ test("a link is copied, a lost connection is said, and comes back", async () => 
   Socket.all.at(-1).open();
   assert.ok($("lost").hidden);
   assert.equal(Socket.all.at(-1).sent[0].kind, "hello");
+});
+
+test("an address that cannot be shown falls back, with a sentence for each part of it", () => {
+  const own = Socket.all.at(-1), looks = () => own.sent.filter((sent) => sent.kind === "look");
+  const fail = (control, message) => own.give({ kind: "error", id: looks().at(-1).id, side: "a", control, message });
+  $("notices").replaceChildren();
+  location.hash = "#device=nope&frequency=-1&evil%3Dx=1&periods=abc&top=nope&x=frequency,2,1";
+  own.give(HELLO);
+  const said = $("notices").textContent;
+  for (const text of ["periods = abc: is not one of 20, 5, 60, 200; 20 is shown.", "top = nope: is not", "There is no device nope; biased-pump is shown."]) assert.ok(said.includes(text), text);
+  assert.equal(looks().at(-1).periods, 20);
+  assert.deepEqual(looks().at(-1).setting, { device: "biased-pump", preset: null, file: null, values: {} });
+  own.give({ kind: "subject", id: looks().at(-1).id, side: "a", controls: CONTROLS, words: {} });
+  own.give({ kind: "response", id: looks().at(-1).id, side: "a", about: ABOUT, words: { seems: "seems to repeat", ended: "", period: 100, shares: [] } }, RUN());
+  wait(300);
+  assert.ok(location.hash.startsWith("#device=biased-pump&x=frequency%2C0.1%2C20&") && !/evil|abc|nope/.test(location.hash));
+  location.hash = "#device=biased-pump&frequency=12+Hz&evil%3Dx=1";
+  own.give(HELLO);
+  fail("evil=x", "'evil=x': is not a control of this subject");
+  assert.deepEqual(looks().at(-1).setting.values, { frequency: "12 Hz" }); // what is right in it stays
+  location.hash = "#file=nonsense&frequency=1+Hz";
+  own.give(HELLO);
+  for (const name of ["file", "file"]) fail(name, "the device file, line 1: is not TOML");
+  assert.deepEqual(looks().at(-1).setting, { device: "biased-pump", preset: null, file: null, values: {} });
 });

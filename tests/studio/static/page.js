@@ -74,6 +74,7 @@ class Element {
   get selectedOptions() { return this.options.filter((o) => o.value === this.value); }
   get value() { return this.chosen ?? (this.tagName === "select" ? this.options[0]?.value ?? "" : ""); }
   set value(value) { this.chosen = this.tagName === "select" && !this.options.some((o) => o.value === String(value)) ? "" : String(value); }
+  get firstChild() { return this.children[0] ?? null; }
   get parts() { return this.children.filter((c) => c instanceof Element); }
   all() { return this.parts.flatMap((c) => [c, ...c.all()]); }
   matches(selector) {

@@ -1,15 +1,22 @@
 // The whole state of the page as the part of its address behind the #.
 const KEYS = ["device", "preset", "file"];
-const PAGE = { periods: "20", top: "time", left: "portrait", right: "map", view: "kind", motion: "settled" };
+// What each part of the page may show, the usual one first.
+const PAGE = { periods: ["20", "5", "60", "200"], top: ["time", "spectrum"], left: ["portrait", "statics"], right: ["map", "strip", "envelope"], view: ["kind", "exponent", "stroke"], motion: ["settled", "start"] };
+const USUAL = Object.fromEntries(Object.entries(PAGE).map(([name, [usual]]) => [name, usual]));
+const SHOWN = 24; // characters of a value in a sentence
 
+// The state of an address, and in ``odd`` a sentence for each part that was not understood.
 export function read(text, start) {
   const given = new URLSearchParams(text.replace(/^#/, ""));
-  const state = { a: setting(), b: null, side: "a", ...PAGE, x: null, y: null, over: null };
+  const state = { a: setting(), b: null, side: "a", ...USUAL, x: null, y: null, over: null, odd: [] };
   for (const [name, value] of given) {
-    if (name in PAGE) state[name] = value;
-    else if (name === "side") state.side = value === "b" ? "b" : "a";
-    else if (name === "x" || name === "y" || name === "over") state[name] = axis(value);
-    else if (name.startsWith("b.")) put((state.b ??= setting()), name.slice(2), value);
+    if (Object.hasOwn(PAGE, name)) {
+      if (PAGE[name].includes(value)) state[name] = value; else state.odd.push(`${name} = ${value.slice(0, SHOWN)}: is not one of ${PAGE[name].join(", ")}; ${state[name]} is shown.`);
+    } else if (name === "side") state.side = value === "b" ? "b" : "a";
+    else if (name === "x" || name === "y" || name === "over") {
+      state[name] = axis(value);
+      if (!state[name]) state.odd.push(`${name} = ${value.slice(0, SHOWN)}: is not a parameter with its two ends; the usual ones are shown.`);
+    } else if (name.startsWith("b.")) put((state.b ??= setting()), name.slice(2), value);
     else put(state.a, name, value);
   }
   for (const own of [state.a, state.b]) if (own && !KEYS.some((key) => own[key])) own.device = start;
@@ -20,12 +27,14 @@ export function read(text, start) {
 const setting = () => ({ device: null, preset: null, file: null, values: {} });
 
 function put(own, name, value) {
-  if (KEYS.includes(name)) own[name] = value; else own.values[name] = value;
+  if (!KEYS.includes(name)) { own.values[name] = value; return; }
+  for (const key of KEYS) own[key] = null;
+  own[name] = value;
 }
 
 function axis(text) {
   const [name, low, high] = text.split(",");
-  return Number.isFinite(Number(low)) && Number.isFinite(Number(high)) && high !== undefined ? [name, Number(low), Number(high)] : null;
+  return low && high && Number.isFinite(Number(low)) && Number(high) > Number(low) && Number.isFinite(Number(high)) ? [name, Number(low), Number(high)] : null;
 }
 
 export function write(state) {
@@ -36,7 +45,7 @@ export function write(state) {
   };
   add(state.a, "");
   if (state.b) { add(state.b, "b."); out.set("side", state.side); }
-  for (const [name, usual] of Object.entries(PAGE)) if (state[name] !== usual) out.set(name, state[name]);
+  for (const [name, usual] of Object.entries(USUAL)) if (state[name] !== usual) out.set(name, state[name]);
   for (const name of ["x", "y", "over"]) if (state[name]) out.set(name, state[name].join(","));
   return out.toString();
 }

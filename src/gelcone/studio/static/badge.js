@@ -32,7 +32,7 @@ export class Badge {
     const colour = sure ? legend.regimes[look.regime].colour : null;
     say(row.kind, kind[0].toUpperCase() + kind.slice(1) + (sure || look.words.ended ? "" : " …"));
     row.kind.style.background = colour ?? ""; row.kind.style.color = colour ? onto(colour) : "";
-    const evidence = look.words.ended ? look.words.seems : sure ? look.lines.slice(1).join(" · ") : "first impression; the evidence is under way";
+    const evidence = look.words.ended ? look.words.seems : sure ? look.lines.slice(1).join(" · ") : look.late ? `first impression: the evidence ${look.late}` : "first impression; the evidence is under way";
     say(row.evidence, evidence, true);
     const [text, holds] = validity(look);
     say(row.valid, text, true);

@@ -18,6 +18,8 @@ export class Cone {
     const d = devicePixelRatio, w = this.canvas.clientWidth, h = this.canvas.clientHeight;
     Object.assign(this, { w, h, d });
     this.canvas.width = Math.round(w * d); this.canvas.height = Math.round(h * d);
+    this.context.fillStyle = colours().panel; // an opaque canvas is black until it is drawn on
+    this.context.fillRect(0, 0, this.canvas.width, this.canvas.height);
   }
 
   // sides: for each setting {about, height, voltage, films, low, high, volts}; heights in the unit of about.rim.

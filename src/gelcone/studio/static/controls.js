@@ -93,7 +93,9 @@ export class Controls {
   }
 
   row(control) {
-    const id = `c-${control.name}`, error = make("p", { className: "error", hidden: true, id: `${id}-error`, role: "alert" });
+    const id = `c-${control.name}`, error = make("p", { className: "error", hidden: true, id: `${id}-error`, role: "alert" }, make("span"));
+    const more = make("button", { type: "button", className: "more", textContent: "more", "aria-expanded": "false", onclick: () => more.setAttribute("aria-expanded", error.classList.toggle("whole")) });
+    error.append(more);
     const label = make("label", { htmlFor: id, textContent: control.label, title: control.about });
     const reset = make("button", { type: "button", className: "tiny reset", title: "Reset", "aria-label": `Reset ${control.label}`, onclick: () => this.give(control, null, true) }, icon(SHAPES.reset));
     const lock = make("button", { type: "button", className: "tiny lock", title: "Lock", "aria-label": `Lock ${control.label}`, "aria-pressed": "false", onclick: () => this.toggle(control) }, icon(SHAPES.open));
@@ -150,7 +152,7 @@ export class Controls {
     row.classList.toggle("changed", text !== undefined);
     if (control.kind === "choice") { number.value = text ?? usual ?? ""; return; }
     const shown = text ?? (usual === null ? "" : this.text(control, usual));
-    if (document.activeElement !== number || !row.classList.contains("wrong")) number.value = shown;
+    number.value = shown;
     number.classList.toggle("long", shown.length > 8);
     number.placeholder = usual === null ? "automatic" : "";
     const value = this.value(control.name, { [control.name]: text });
@@ -174,14 +176,17 @@ export class Controls {
     lock.replaceChildren(icon(on ? SHAPES.lock : SHAPES.open));
   }
 
-  // Shows an error beside its control, or below all of them.
+  // Shows an error beside its control, or below all of them; whether there is such a control.
   fail(name, message) {
     this.settle();
     const entry = this.rows.get(name) ?? this.ending(`.${name}`) ?? this.ending(`_${name}`);
-    if (!entry) { this.general.textContent = message; this.general.hidden = false; return; }
+    if (!entry) { this.general.textContent = message; this.general.hidden = false; return false; }
     if (entry.control.group !== "Drive" && entry.control.group !== this.open) this.choose(entry.control.group);
     entry.row.classList.add("wrong"); entry.number.setAttribute("aria-invalid", "true");
-    entry.error.textContent = message; entry.error.hidden = false;
+    const [text, more] = entry.error.children;
+    text.textContent = text.title = message; entry.error.hidden = false; entry.error.classList.toggle("whole", false);
+    more.hidden = text.scrollWidth <= text.clientWidth; more.setAttribute("aria-expanded", "false");
+    return true;
   }
 
   // The row of a control by the end of its name, of several one that is changed: hoop_prestretch for prestretch.

@@ -14,6 +14,8 @@ import { Saver } from "./save.js";
 const $ = (id) => document.getElementById(id);
 const SUN = "M8 6a3 3 0 1 0 .01 0M8 1v2M8 15v2M1 9h2M13 9h2M3 4l1.5 1.5M11.5 12.5L13 14M3 14l1.5-1.5M11.5 5.5L13 4", MOON = "M13 11A6 6 0 1 1 7 3a5 5 0 0 0 6 8z";
 const ASKED_AGAIN = 500;
+const SLOW = 400; // ms after which a look that has no answer is said to be computed, and the picture faded
+const LARGEST_FILE = 30000, MOST_NOTICES = 3;
 const FRAME = 22; // ms from a picture of the cone until the next is asked for: every second frame of most screens
 const BUSY = 38; // the same while a map is computed, which the browser leaves the processor to: every third
 const HELD = 150; // ms for which the cone moves with answers alone, at most, while one is on its way
@@ -25,7 +27,9 @@ const RESTED = 300; // ms after the last move of a slider at which the address f
 const looks = { active: "a" };
 let hello = null, state = null;
 const asked = { a: null, b: null };
-let wrong = null; // an error that came before there were controls to show it beside
+const asks = { a: [], b: [] }; // of each side the looks without an answer: number, setting, whether it is worth a step
+const good = { a: null, b: null }; // the last settings that the server took: what a wrong entry returns to, and the link
+const unknown = { a: true, b: true }; // whether the controls of a side are still to come
 const ageing = {}; // timers after which the settled motion of an older setting is faded
 let held = 0; // until when an answer is waited for
 const studio = (window.studio = { looks, painted: 0, waiting: new Map() });
@@ -74,7 +78,7 @@ const grids = new GridPanels({
 const saver = new Saver($("saver"), { ask: (kind, content) => link.ask(kind, content), state: () => state, setting, toast, grids });
 const link = new Link(tokenOf(location.search, () => sessionStorage), {
   opened: () => { $("lost").hidden = true; link.ask("hello"); },
-  lost: () => { $("lost").hidden = false; grids.lost(); },
+  lost: () => { $("lost").hidden = false; grids.lost(); faded(true); },
   message,
 });
 
@@ -86,7 +90,7 @@ function toast(text) {
 
 // --- changes -------------------------------------------------------------------------------------------------------
 
-// Sets values by name, null for the default; settled: worth a step in the browser's history.
+// Sets values by name, null for the default; settled: worth a step in the browser's history once the server takes them.
 function change(values, settled = true) {
   const own = setting();
   for (const [name, text] of Object.entries(values)) {
@@ -94,9 +98,8 @@ function change(values, settled = true) {
     if (text === null) delete own.values[name]; else own.values[name] = text;
   }
   const structure = Object.keys(values).some((name) => controls.list.find((c) => c.name === name)?.kind === "choice");
-  look(state.side, structure);
+  look(state.side, structure, settled);
   controls.values(own.values);
-  keep(settled);
   grids.changed(Object.keys(values));
 }
 
@@ -108,27 +111,54 @@ function keep(step) {
 }
 
 function written(step) {
-  const text = `#${address.write(state)}`;
+  const text = `#${address.write({ ...state, a: good.a ?? state.a, b: state.b && (good.b ?? state.b) })}`;
   if (!step || text === keep.last) history.replaceState(null, "", text);
   else history.pushState(null, "", text);
   if (step) keep.last = text;
+}
+
+// The server takes a look: its setting is one to return to, and may stand in the address.
+function taken(side, id) {
+  const at = asks[side].findIndex((ask) => ask.id === id);
+  if (at < 0) return;
+  const done = asks[side].slice(0, at + 1);
+  good[side] = done.at(-1).setting;
+  if (done.some((ask) => ask.step !== null)) keep(done.some((ask) => ask.step));
+  for (const ask of done) ask.step = null;
 }
 
 function panelsWanted() {
   return [state.top === "spectrum" && "spectrum", state.left === "statics" && "statics"].filter(Boolean);
 }
 
-function look(side, withControls = false) {
+// Asks for the pictures of a side; step: whether its setting is worth a step of the history, null where it is not new.
+function look(side, withControls = false, step = null) {
   held = performance.now() + HELD;
-  asked[side] = link.ask("look", { side, setting: state[side], periods: Number(state.periods), controls: withControls, panels: panelsWanted() });
+  unknown[side] ||= withControls;
+  asked[side] = link.ask("look", { side, setting: state[side], periods: Number(state.periods), controls: unknown[side], panels: panelsWanted() });
+  asks[side].push({ id: asked[side], setting: structuredClone(state[side]), step });
+  doing.timer ??= setTimeout(doing, SLOW);
 }
+
+// Says what is computed, for as long as the picture is not that of the controls.
+function doing() {
+  const side = sides().find((own) => asks[own].length);
+  faded(Boolean(side));
+  clearTimeout(doing.timer);
+  doing.timer = null;
+  if (!side) return say($("doing"), "");
+  const drive = [...controls.rows.values()].filter(({ control }) => /frequency$/.test(control.name)).map(({ control, number }) => `${control.label.toLowerCase()} ${number.value}`);
+  say($("doing"), unknown[side] ? "Reading the device and finding where it rests …" : `Computing the run: ${state.periods} periods${drive.length ? ` at ${drive[0]}` : ""} …`);
+}
+
+function faded(on) { document.body.classList.toggle("old", on); }
 
 // Shows a state read from an address.
 function apply(next) {
   looks.active = next.side;
   const other = state && JSON.stringify([state.a.device, state.a.preset, state.a.file]) !== JSON.stringify([next.a.device, next.a.preset, next.a.file]);
   state = next;
-  if (!state.b) delete looks.b;
+  if (!state.b) forget("b");
   $("periods").value = state.periods;
   envelopeTab(!setting().preset);
   for (const place of ["top", "left", "right"]) tab(place, state[place]);
@@ -138,6 +168,9 @@ function apply(next) {
   for (const side of sides()) look(side, side === state.side);
   grids.applied(other);
 }
+
+// Ends what a side was: another takes its place, or none.
+function forget(side) { delete looks[side]; asks[side] = []; good[side] = null; }
 
 // Only a device has an envelope.
 function envelopeTab(shown) { document.querySelector('[data-tab="envelope"]').hidden = !shown; }
@@ -171,12 +204,8 @@ function subjectShown() {
 // Puts another device or preset in place of the one that the controls change.
 function choose(next) {
   state[state.side] = { device: null, preset: null, file: null, values: {}, ...next };
-  Object.assign(state, { x: null, y: null, over: null });
-  if (state.right === "envelope" && next.preset) tab("right", "map");
-  keep(true);
   subjectShown();
-  look(state.side, true);
-  grids.applied(true);
+  look(state.side, true, true);
 }
 
 $("subject").onchange = () => {
@@ -187,13 +216,13 @@ $("open").onclick = () => $("file").click();
 $("file").onchange = async () => {
   const [file] = $("file").files;
   $("file").value = "";
-  if (file.size > 30000) return controls.fail("", `${file.name}: is too large for a device file`);
+  if (file.size > LARGEST_FILE) return notice(`${file.name}: has more than ${LARGEST_FILE} characters, and is no device file.`);
   choose({ file: await file.text() });
 };
 $("reset-all").onclick = () => change(Object.fromEntries(Object.keys(setting().values).map((name) => [name, null])));
 $("compare").onclick = () => {
-  if (state.b) { state.a = setting(); state.b = null; delete looks.b; state.side = "a"; look("a", true); }
-  else { state.b = structuredClone(state.a); state.side = "b"; looks.b = { ...looks.a }; look("b", true); }
+  if (state.b) { state.a = setting(); good.a = good[state.side]; state.b = null; forget("b"); state.side = "a"; look("a", true); }
+  else { state.b = structuredClone(state.a); good.b = structuredClone(good.a); state.side = "b"; looks.b = { ...looks.a }; look("b", true); }
   keep(true);
   sidesShown();
   repaint();
@@ -236,29 +265,42 @@ function message(head, arrays) {
   if (head.kind === "error") return failed(head);
   if (grids.message(head, arrays) || saver.message(head, arrays)) return;
   if (head.id < (asked[head.side] ?? 0) - ASKED_AGAIN || !state[head.side]) return;
-  if (head.kind !== "response" && !looks[head.side]) return; // evidence of what is no longer shown
+  if (!["subject", "response"].includes(head.kind) && !looks[head.side]) return; // evidence of what is no longer shown
   ANSWERS[head.kind](head, arrays);
   show(head.side, head.kind);
 }
 
 const ANSWERS = {
+  subject(head) {
+    const other = good[head.side] && subjectOf(good[head.side]) !== subjectOf(asks[head.side].find((ask) => ask.id === head.id)?.setting ?? good[head.side]);
+    if (other) { // its own axes, and no envelope of a preset
+      Object.assign(state, { x: null, y: null, over: null });
+      if (state.right === "envelope" && setting(head.side).preset) tab("right", "map");
+      grids.applied(true);
+    }
+    taken(head.side, head.id);
+    if (head.id !== asked[head.side]) return;
+    unknown[head.side] = false;
+    if (head.side !== state.side) return;
+    controls.show(head.controls, setting().values);
+    grids.controlsChanged();
+    if ($("doing").textContent) doing();
+  },
   response(head, arrays) {
     const before = looks[head.side] ?? {};
     const look = { ...before, film1: undefined, film2: undefined, ...arrays, words: head.words, about: head.about, id: head.id };
-    delete look.lines;
+    delete look.lines; delete look.late;
     if (head.words.ended) look.ox = look.px = undefined;
     clearTimeout(ageing[head.side]);
     ageing[head.side] = setTimeout(() => { look.old = true; plots.portrait.redraw(); }, AGED);
     looks[head.side] = look;
+    taken(head.side, head.id);
+    asks[head.side] = asks[head.side].filter((ask) => ask.id > head.id);
+    if (sides().some((side) => asks[side].length)) { clearTimeout(doing.timer); doing.timer = setTimeout(doing, SLOW); } else doing();
     if (head.side === state.side) {
       controls.settle();
-      if (head.controls) {
-        controls.show(head.controls, setting().values);
-        grids.controlsChanged();
-        subjectShown();
-        if (wrong) controls.fail(wrong.control, wrong.message);
-        wrong = null;
-      }
+      controls.values(setting().values);
+      if (setting().file && before.about?.name !== head.about.name) subjectShown();
       say($("subject-note"), head.about.doubts.join("; "), true);
       clock.speeds(head.words.period, head.about.si);
       envelopeTab(head.about.si);
@@ -271,6 +313,9 @@ const ANSWERS = {
     if (head.id >= asked[head.side]) held = 0;
     if (head.side === state.side) grids.moved();
   },
+  late(head) {
+    if (head.stage === "kind") Object.assign(looks[head.side], { late: head.message, ox: undefined, px: undefined });
+  },
   section(head, arrays) { Object.assign(looks[head.side], arrays); },
   spectrum(head, arrays) { looks[head.side].spectrum = { ...arrays, ...head.words }; },
   statics(head, arrays) { looks[head.side].statics = { ...arrays, ...head.words }; },
@@ -279,27 +324,73 @@ const ANSWERS = {
 function begin(head) {
   hello = head;
   $("film-legend").replaceChildren();
-  apply(address.read(location.hash, hello.devices[0]));
+  for (const side of ["a", "b"]) { asks[side] = []; good[side] = null; unknown[side] = true; }
+  const next = address.read(location.hash, hello.devices[0]);
+  for (const own of [next.a, next.b]) if (own && !own.file && !(own.preset ? Object.hasOwn(hello.presets, own.preset) : hello.devices.includes(own.device))) {
+    next.odd.push(`There is no ${own.preset ? "preset" : "device"} ${(own.preset ?? own.device).slice(0, 40)}; ${hello.devices[0]} is shown.`);
+    Object.assign(own, { device: hello.devices[0], preset: null, values: {} });
+  }
+  if (next.odd.length) notice(next.odd.join(" "));
+  apply(next);
+  if (next.odd.length) for (const side of sides()) asks[side].at(-1).step = false; // the address is written anew
   keep.last = location.hash;
 }
 
+const subjectOf = (own) => JSON.stringify([own.device, own.preset, own.file]);
+
+// An answer that something is wrong. The newest look of a side returns to the last setting that was good: a value's
+// entry stays to be corrected, with the reason beside it, and another subject does not take the place of the one shown.
 function failed(head) {
   if (saver.failed(head) || grids.failed(head)) return;
-  if (!head.side || head.side === state.side) controls.fail(head.control, head.message);
-  if (!controls.list.length && Object.keys(setting().values).length && !wrong) { // an address with a value that cannot be
-    wrong = head;
-    asked[state.side] = link.ask("look", { side: state.side, setting: { ...setting(), values: {} }, periods: Number(state.periods), controls: true, panels: [] });
+  const { side } = head, ask = side && asks[side].find((own) => own.id === head.id);
+  if (!ask) return side ? undefined : notice(head.message);
+  asks[side] = asks[side].filter((own) => own.id > head.id);
+  if (asks[side].length || !state[side]) return;
+  if (!good[side]) return fallBack(side, ask.setting, head);
+  const same = subjectOf(ask.setting) === subjectOf(good[side]), names = [...new Set([...Object.keys(ask.setting.values), ...Object.keys(good[side].values)])];
+  const differ = names.filter((name) => ask.setting.values[name] !== good[side].values[name]);
+  state[side] = structuredClone(good[side]);
+  unknown[side] = false;
+  doing();
+  if (!same) { subjectShown(); notice(head.message); }
+  else if (side === state.side) {
+    const own = differ.length === 1 ? differ[0] : head.control;
+    if (controls.fail(own, head.message)) faded(true); else controls.values(state[side].values);
   }
+}
+
+// Of an address that cannot be shown: without the value that is wrong, or another device.
+function fallBack(side, { values, ...subject }, { control, message }) {
+  const own = state[side], left = Object.hasOwn(values, control) ? [control] : Object.keys(values);
+  for (const name of left) delete own.values[name];
+  if (left.length) notice(`${message} (left out: ${left.map((name) => name.slice(0, 40)).join(", ")})`);
+  else if (subject.device !== hello.devices[0]) {
+    state[side] = { device: hello.devices[0], preset: null, file: null, values: {} };
+    notice(`${message} (${hello.devices[0]} is shown instead)`);
+    subjectShown();
+  } else return notice(message);
+  look(side, true, false);
+}
+
+// A sentence that stays until it is put away; several stand one after the other.
+function notice(text) {
+  const line = make("p", {}, make("span", { textContent: text }));
+  const more = make("button", { type: "button", className: "more", textContent: "more", "aria-expanded": "false", onclick: () => more.setAttribute("aria-expanded", line.classList.toggle("whole")) });
+  line.append(more, make("button", { type: "button", className: "tiny", "aria-label": "Put away", textContent: "×", onclick: () => line.remove() }));
+  $("notices").append(line);
+  more.hidden = line.firstChild.scrollWidth <= line.firstChild.clientWidth;
+  while ($("notices").children.length > MOST_NOTICES) $("notices").firstChild.remove();
 }
 
 // --- painting ------------------------------------------------------------------------------------------------------
 
-const DRAWN = { response: ["time", "portrait", "spectrum", "statics"], kind: ["portrait", "statics"], section: ["portrait"], spectrum: ["spectrum"], statics: ["statics"] };
+const DRAWN = { subject: [], late: ["portrait"], response: ["time", "portrait", "spectrum", "statics"], kind: ["portrait", "statics"], section: ["portrait"], spectrum: ["spectrum"], statics: ["statics"] };
 
 // Draws what an answer changes, at once: the picture is on the screen with the next frame.
 function show(side, kind) {
   const open = [state.top, state.left];
   for (const name of DRAWN[kind]) if (open.includes(name)) plots[name].redraw();
+  if (!looks[side]) return;
   badge.keep(sides());
   badge.show(side, looks[side], hello);
   if (kind === "response") { filmLegend(); moved(); }
@@ -360,3 +451,7 @@ function frame(now) {
 
 function later() { waiting = setTimeout(() => (held > performance.now() ? later() : next()), grids.open?.running ? BUSY : FRAME); }
 clock.wakes = cone.wakes = next;
+
+// What the address names, until the server says what there is.
+const first = address.read(location.hash, "").a;
+$("subject").replaceChildren(new Option(first.preset ?? first.device ?? "device file"));
