@@ -287,7 +287,7 @@ def test_without_a_membrane_pull_in_is_that_of_the_cone(monkeypatch):
 
 def test_the_membranes_static_pull_in_is_found_above_the_voltages_that_were_asked_for():
     membrane = PullInCurve((0.0, 2.0), (0.45, 0.45), 0.01)
-    curves, limits = envelope_module._static(WRINKLING, 0.2, membrane)
+    curves, limits = envelope_module._static(Plane.of(WRINKLING, None, membrane), 0.2)
     assert curves["peak_voltage"][-1] == 0.2
     assert limits[STATIC_LIMITS.index("pull-in")] == pytest.approx(0.45, abs=2e-3)
 
@@ -296,8 +296,33 @@ def test_the_membranes_static_pull_in_is_found_above_the_voltages_that_were_aske
 def test_a_membrane_that_pulls_in_at_no_voltage_or_only_higher_up_has_a_static_limit(voltages, expected):
     """Of a film with a low stretch limit, whose cone never pulls in."""
     model = WRINKLING.replace(stretch_limit=5.0, rest_height=0.8, spring_stiffness=0.5)
-    _, limits = envelope_module._static(
-        model, 0.2, PullInCurve((0.0, 0.5, 2.0), (voltages[0], *voltages[1:] * 2), 0.01)
-    )
+    membrane = PullInCurve((0.0, 0.5, 2.0), (voltages[0], *voltages[1:] * 2), 0.01)
+    _, limits = envelope_module._static(Plane.of(model, None, membrane), 0.2)
     found = limits[STATIC_LIMITS.index("pull-in")]
     assert found == expected if expected is not None else 0.9 <= found <= 1.8
+
+
+def test_the_bias_of_films_in_opposite_phase_rises_with_the_ramp():
+    """At each constant peak both films have their share of it: the disc is where their forces balance there, whatever
+    the device's own amplitude; breakdown is that of either film, the natural frequency that of small motions."""
+    films = {"second_film": "taut", "second_drive": "opposite", "second_flat_height": 0.8, "second_prestretch": 1.3}
+    films |= {"stretch_limit": 9.0, "dielectric_strength": 0.9}
+    model = ConeModel(damping_ratio=0.1, voltage=0.1, voltage_bias=0.3, **films)
+    plane = Plane.of(model, None)
+    assert plane.shape.bias == pytest.approx(0.75)
+    curves, limits = envelope_module._static(plane, 1.2)
+    doubled, same = envelope_module._static(Plane.of(model.replace(voltage=0.2, voltage_bias=0.6), None), 1.2)
+    for name, values in curves.items():
+        np.testing.assert_allclose(values, doubled[name], rtol=1e-12, err_msg=name)
+    np.testing.assert_allclose(limits, same)
+    peak, x, n = curves["peak_voltage"], curves["static_displacement"], model.own_numbers
+    force, slope = model.system.force_under(x, [peak**2, (0.5 * peak) ** 2], n)
+    np.testing.assert_allclose(force, 0.0, atol=1e-12)
+    np.testing.assert_allclose(curves["natural_frequency"], np.sqrt(slope), rtol=1e-12)
+    first, second = (peak * np.sqrt(1.0 + x**2), 0.5 * peak * np.sqrt(1.0 + (0.8 - x) ** 2))
+    expected = np.interp(0.9, np.maximum(first, second), peak)
+    assert limits[STATIC_LIMITS.index("dielectric breakdown")] == pytest.approx(expected, rel=1e-9)
+    level, omega = 0.4, plane.natural_frequency(0.4)
+    drive = model.replace(voltage=0.25 * level, voltage_bias=0.75 * level, damping_ratio=1e-3, drive_frequency=omega)
+    response = gelcone.motion.linear.linear_response(drive, omega * np.array([0.97, 1.0, 1.03])).stroke
+    assert response.argmax() == 1

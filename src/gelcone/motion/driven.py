@@ -12,9 +12,11 @@ from gelcone.codes import Outcome, Regime
 from gelcone.continuum.pull_in import PullInCurve
 from gelcone.errors import InputError
 from gelcone.motion.attractor.classification import classify
+from gelcone.motion.equilibrium import Ramp, drive_ramp
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
-from gelcone.motion.natural import natural_frequency
+from gelcone.motion.linear import stiffness_under
+from gelcone.motion.natural import frequency_of
 from gelcone.motion.response import dissipated_energy, even_times
 from gelcone.motion.settle import start_states
 from gelcone.motion.validity import broken, shares
@@ -83,16 +85,25 @@ class Plane:
     membrane: PullInCurve | None = None
     """Above which voltages the film as a membrane has pulled in; None: the model's own film tells."""
 
+    @classmethod
+    def of(cls, model: ConeModel, threads: int | None, membrane: PullInCurve | None = None) -> Plane:
+        """That of a single model; `InputError` for a drive without voltage."""
+        shape = DriveShape.of(model)
+        return cls(model, shape, drive_ramp(model, np.zeros(1), shape.bias).rest, threads, membrane)
+
     def at(self, omegas: Array, peaks: Array) -> ConeModel:
         return self.model.replace(
             drive_frequency=omegas, voltage=self.shape.amplitude * peaks, voltage_bias=self.shape.bias * peaks
         )
 
+    def ramp(self, levels: Array) -> Ramp:
+        """Of the drive in proportion, to constant peak voltages."""
+        return drive_ramp(self.model, levels, self.shape.bias)
+
     def natural_frequency(self, peak: float = 0.0) -> float:
-        """About the equilibrium under the drive's mean-square voltage; NaN where there is no stable one."""
+        """About the equilibrium under the drive's mean-square voltages; NaN where there is no stable one."""
         drive = self.model.replace(voltage=self.shape.amplitude * peak, voltage_bias=self.shape.bias * peak)
-        mean_square = self.model.system.waveform.mean_square(drive.own_numbers)
-        return float(natural_frequency(self.model, float(np.sqrt(mean_square))))
+        return float(frequency_of(np.float64(stiffness_under(drive))))
 
     def default_frequencies(self, own_peak: float) -> Array:
         """Frequencies around the natural one, those of the first resonances and the model's own among them."""

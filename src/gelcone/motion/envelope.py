@@ -8,7 +8,7 @@ rest.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -22,8 +22,8 @@ from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.coexisting import coexisting
 from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE, DriveShape, Plane, driven, is_flat, peak_of
-from gelcone.motion.equilibrium import jump_voltages, pitchfork_voltage, stroke_and_blocked_force
-from gelcone.motion.natural import natural_frequency
+from gelcone.motion.equilibrium import stroke_and_blocked_force
+from gelcone.motion.natural import frequency_of
 from gelcone.motion.settle import inside, single, start_states
 from gelcone.motion.validity import NEAR_LIMIT, validity_variables
 from gelcone.physics.members import Members
@@ -119,17 +119,16 @@ def envelope(
         raise InputError(f"an envelope is that of a single device, not of an ensemble of shape {model.shape}")
     if not 0.0 <= margin < 1.0:
         raise InputError(f"margin = {margin:g}: must be at least 0 and below 1")
-    shape, own_peak = DriveShape.of(model), peak_of(model)
-    rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
+    own_peak = peak_of(model)
     membrane = find_pull_in_curve(model, DEFAULT_RADIUS_RATIO if radius_ratio is None else radius_ratio)
-    plane = Plane(model, shape, rest, threads, membrane)
+    plane = Plane.of(model, threads, membrane)
     volts = own_peak * np.linspace(*PEAKS) if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
     omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
     found = driven(
         plane, omegas, volts, refine=refine, progress=weighted(progress, 1.0 - COEXISTING_SHARE) or (lambda share: None)
     )
-    static, static_limits = _static(model, max(float(volts[-1]), 2.0 * own_peak), membrane)
+    static, static_limits = _static(plane, max(float(volts[-1]), 2.0 * own_peak))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
     low = np.where(np.isnan(found["low"]), np.inf, found["low"])
     lowest = low.min(axis=1)
@@ -163,7 +162,7 @@ def envelope(
                 "recommended highest constant voltage",
                 "voltage",
             ),
-            "rest_displacement": ((), np.array(rest), "rest without voltage", "length"),
+            "rest_displacement": ((), np.array(plane.rest), "rest without voltage", "length"),
         },
         coords={
             "peak_voltage": (of_peak, static["peak_voltage"], "constant peak voltage", "voltage"),
@@ -261,12 +260,11 @@ _LIMITS = (
 def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
     """The limits of a single model by the names in `_LIMITS`; `InputError` for a drive without voltage."""
     own_peak = peak_of(model)
-    rest = float(stroke_and_blocked_force(model, [0.0])["rest_displacement"])
-    plane = Plane(model, DriveShape.of(model), rest, threads)
+    plane = Plane.of(model, threads)
     volts = own_peak * np.linspace(*PEAKS)
     found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=lambda share: None)
     low, high = found["low"][0], found["high"][0]
-    static = _static(model, float(volts[-1]))[1]
+    static = _static(plane, float(volts[-1]))[1]
     with np.errstate(invalid="ignore"):
         error = np.fmax.reduce(np.where(np.isfinite(high), high - low, 0.0))
     safe = min(np.fmin.reduce(low), np.fmin.reduce(static), volts[-1])
@@ -357,33 +355,33 @@ def _axis(name: str, values: npt.ArrayLike) -> Array:
 # --- quasi-static ---------------------------------------------------------------------------------------------------
 
 
-def _static(model: ConeModel, highest: float, membrane: PullInCurve | None = None) -> tuple[dict[str, Array], Array]:
-    """Curves over the constant peak voltage, and the voltage of each of `STATIC_LIMITS`."""
-    levels = np.linspace(0.0, highest, STATIC_POINTS + 1)
-    ramp = stroke_and_blocked_force(model, levels)
-    x = ramp["displacement"].values
-    state = model.film_state(x, levels)
+def _static(plane: Plane, highest: float) -> tuple[dict[str, Array], Array]:
+    """Curves over the constant peak voltage of a drive in proportion, and the voltage of each of `STATIC_LIMITS`, of
+    either film."""
+    model, levels = plane.model, np.linspace(0.0, highest, STATIC_POINTS + 1)
+    ramp = plane.ramp(levels)
+    x, n = ramp.displacement, model.own_numbers
+    states = [film.state(x, v, n) for film, v in zip(model.system.films, ramp.voltages, strict=True)]
     curves = {
         "peak_voltage": levels,
         "static_displacement": x,
-        "stroke": ramp["stroke"].values,
-        "blocked_force": ramp["blocked_force"].values,
-        "natural_frequency": natural_frequency(model, levels, x),
-        "static_field": state.true_field,
-        "static_hoop_stress": state.hoop_stress,
-        "static_meridional_stress": state.meridional_stress,
+        "stroke": ramp.stroke,
+        "blocked_force": ramp.blocked_force,
+        "natural_frequency": frequency_of(ramp.stiffness),
+        "static_field": states[0].true_field,
+        "static_hoop_stress": states[0].hoop_stress,
+        "static_meridional_stress": states[0].meridional_stress,
     }
-    limits: list[Any] = [
-        np.nan if model.dielectric_strength is None else _first(levels, state.true_field - model.dielectric_strength),
-        _first(levels, -state.hoop_stress),
-        _first(levels, -state.meridional_stress),
-        _first(levels, state.limit_share - NEAR_LIMIT),
-        float(np.nan_to_num(pitchfork_voltage(model), nan=np.inf)) if is_flat(model) else np.nan,
-        float(jump_voltages(model)[0][0]),
+    strength = np.nan if model.dielectric_strength is None else model.dielectric_strength
+    excess = [
+        (s.true_field - strength, -s.hoop_stress, -s.meridional_stress, s.limit_share - NEAR_LIMIT) for s in states
     ]
-    if membrane is not None:
-        limits[-1] = min(limits[-1], _membrane_pull_in(model, membrane, limits[-1]))
-    return curves, np.array(limits)
+    limits = np.array([[_first(levels, of_limit) for of_limit in film] for film in excess]).min(axis=0)
+    limits[0] = np.nan if np.isnan(strength) else limits[0]
+    pull_in = ramp.pull_in
+    if plane.membrane is not None:
+        pull_in = min(pull_in, _membrane_pull_in(model, plane.membrane, pull_in))
+    return curves, np.array([*limits, ramp.pitchfork if is_flat(model) else np.nan, pull_in])
 
 
 def _membrane_pull_in(model: ConeModel, membrane: PullInCurve, highest: float) -> float:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -252,6 +252,41 @@ def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths
         coords={"constant_voltage": (("constant_voltage",), levels, "constant voltage", "voltage")},
         start=start,
         title="stroke and blocked force",
+    )
+
+
+class Ramp(NamedTuple):
+    """A slow ramp of a drive from rest: ``displacement``, ``stroke``, ``blocked_force`` and ``stiffness`` at constant
+    voltages, (voltages,), the constant ``voltages`` on each film; and the voltages of its ``pitchfork`` and of its
+    first jump or ``pull_in``, infinite if never."""
+
+    rest: float
+    displacement: Array
+    stroke: Array
+    blocked_force: Array
+    stiffness: Array
+    voltages: list[Array]
+    pitchfork: float
+    pull_in: float
+
+
+def drive_ramp(model: Ensemble, levels: Array, bias_share: float) -> Ramp:
+    """The ramp of a single model's drive, whose bias takes that share of the voltage, at the ``levels``."""
+    balances = every_balance(model, bias_share)
+    (balance,), rests = balances, each(rest_of, balances, [None])
+    found = {name: values[1][0] for name, values in _ramp_variables(balances, rests, levels).items() if values[0]}
+    squared, x = levels**2, found["displacement"]
+    stiffness = np.where(balance.whole(x, squared), balance.slope(x, squared), np.nan)
+    (pitchfork,) = _pitchfork_voltages(balances)
+    return Ramp(
+        rests[0],
+        x,
+        found["stroke"],
+        found["blocked_force"],
+        stiffness,
+        [np.sqrt(own) for own in model.system.squares_at_rest(squared, balance.n)],
+        float(np.nan_to_num(pitchfork, nan=np.inf)),
+        balance.jump(rests[0]).voltage,
     )
 
 

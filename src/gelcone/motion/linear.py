@@ -139,6 +139,13 @@ def linear_response(model: ConeModel, frequencies: Array) -> LinearResponse:
     return LinearResponse(np.ptp(motion, axis=1), harmonics[:2])
 
 
+def stiffness_under(model: ConeModel) -> float:
+    """Slope of the static force at rest under the mean squares of a single model's drive, at its own frequency; NaN
+    where there is no equilibrium."""
+    voltages = _film_voltages(model, float(model.drive_frequency))
+    return _equilibrium(model, tuple(float(np.mean(voltage**2)) for voltage in voltages))[1]
+
+
 def _equilibrium(model: ConeModel, mean_squares: tuple[float, ...]) -> tuple[float, float]:
     """Displacement and stiffness at rest under the mean squares of the films' voltages; NaN where there is none."""
     try:

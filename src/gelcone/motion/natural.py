@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.physics.model import ConeModel
+from gelcone.quantity import Array
 
 ROUNDING = 1e-9
 """A stiffness this little below zero, as in a fold, is zero."""
@@ -27,6 +28,10 @@ def natural_frequency(model: ConeModel, voltage: npt.ArrayLike, displacement: np
     if displacement is None:
         ramp = stroke_and_blocked_force(model, np.abs(voltage))
         displacement = ramp["displacement"].values.reshape(np.shape(voltage))
-    stiffness = np.asarray(model.stiffness(displacement, voltage))
+    return frequency_of(np.asarray(model.stiffness(displacement, voltage)))
+
+
+def frequency_of(stiffness: Array) -> Any:
+    """Angular frequency of small undamped motions where the static force has that slope; NaN where it is negative."""
     with np.errstate(invalid="ignore"):
         return np.sqrt(np.where(stiffness >= -ROUNDING, np.maximum(stiffness, 0.0), np.nan))[()]

@@ -14,18 +14,22 @@ from gelcone.physics.balance import StaticBalance, rest_of, single_balance
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.pair import pair_balance
-from gelcone.physics.system import ConeSystem
+from gelcone.physics.system import BIAS_SHARE, ConeSystem
 from gelcone.quantity import Array
 
 E = TypeVar("E", ConeModel, Members)
 T = TypeVar("T")
 
 
-def every_balance(model: Ensemble) -> list[StaticBalance]:
-    """All members of the ensemble, also those that reach nothing; of one film, one for equal films and bias."""
+def every_balance(model: Ensemble, bias_share: float | None = None) -> list[StaticBalance]:
+    """All members of the ensemble, also those that reach nothing; of one film, one for equal films and bias.
+
+    ``bias_share``: share of the voltage that the bias of films in opposite phase takes; default: theirs is the model's.
+    """
     members = model.members()
     if len(members.system.films) > 1:
-        return [pair_balance(members.system, members.numbers_at(member)) for member in range(members.size)]
+        more = {} if bias_share is None else {BIAS_SHARE: bias_share}
+        return [pair_balance(members.system, members.numbers_at(member) | more) for member in range(members.size)]
     _, firsts, which = _alike(members)
     found = [single_balance(members.system, members.numbers_at(member)) for member in firsts]
     return [found[place] for place in which]

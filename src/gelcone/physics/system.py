@@ -36,6 +36,9 @@ DISC = (
     State("displacement", "displacement x = h/(b-a)", "length", mirrored=True),
     State("velocity", "velocity of the disc", "velocity", mirrored=True),
 )
+BIAS_SHARE = "bias share"
+"""Among the numbers of statics: the share of the first film's voltage that the bias of a drive takes, where it rises
+with it; else the bias is the model's own."""
 _IDEAL = CIRCUITS["ideal"]
 
 
@@ -345,7 +348,8 @@ class ConeSystem:
             if drive == "constant":
                 return n["second_voltage"] * n["second_voltage"] + 0.0 * squared
             if drive == "opposite":
-                voltage = self._twice_bias(n) - np.sqrt(squared)
+                first = np.sqrt(squared)
+                voltage = self._twice_bias(first, n) - first
                 return voltage * voltage
             return squared
 
@@ -353,11 +357,14 @@ class ConeSystem:
 
     def square_rates_at_rest(self, voltage: float, n: Numbers) -> list[float]:
         """Derivatives of `squares_at_rest` by the voltage on the first film."""
-        slopes = {"constant": lambda: 0.0, "opposite": lambda: float(2.0 * (voltage - self._twice_bias(n)))}
-        return [slopes.get(str(film.drive), lambda: 2.0 * voltage)() for film in self.films]
+        opposite = 2.0 * (self._twice_bias(voltage, n) - voltage) * (2.0 * n.get(BIAS_SHARE, 0.0) - 1.0)
+        slopes = {"constant": 0.0, "opposite": float(opposite)}
+        return [slopes.get(str(film.drive), 2.0 * voltage) for film in self.films]
 
-    def _twice_bias(self, n: Numbers) -> Any:
-        """The sum of both films' voltages at rest in opposite phase, where the first's is not negative."""
+    def _twice_bias(self, first: Any, n: Numbers) -> Any:
+        """The sum of both films' voltages at rest in opposite phase, where the ``first``'s is not negative."""
+        if BIAS_SHARE in n:
+            return 2.0 * n[BIAS_SHARE] * first
         return 2.0 * np.abs(n["voltage_bias"] * np.real(self.circuit.gain(0.0, n)))
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
