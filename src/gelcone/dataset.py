@@ -114,6 +114,15 @@ def attributes(long_name: str, of: Of) -> dict[str, Any]:
     return attributes(long_name, "flag") | flags(of)
 
 
+NAN, INFINITE = "nan_means", "infinite_means"
+"""Attributes of a variable: the words for its values that are not finite."""
+
+
+def absent(quantity: str, nan: str = "not applicable", infinite: str = "not reached") -> dict[str, str]:
+    """What a variable holds whose values may be missing: its quantity, and what NaN and infinity mean, in words."""
+    return {"units": "1", "quantity": quantity, NAN: nan, INFINITE: infinite}
+
+
 def columns(dims: str | tuple[str, ...], table: Table) -> dict[str, Any]:
     """Variables with the same dims, as `Dataset.assign` takes them, from a table of values, long names and what they
     hold."""

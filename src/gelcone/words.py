@@ -46,8 +46,16 @@ def unit_of(variable: xr.DataArray) -> str:
 
 
 def measured(variable: xr.DataArray, digits: int = 4) -> str:
-    """A single number with its unit."""
-    return f"{float(variable):.{digits}g}{unit_of(variable)}"
+    """A single number with its unit; one that is not finite in the words of its attributes."""
+    value = float(variable)
+    return f"{value:.{digits}g}{unit_of(variable)}" if math.isfinite(value) else missing(value, variable)
+
+
+def missing(value: float, variable: xr.DataArray) -> str:
+    """The words for a value of a variable that is not finite."""
+    if math.isnan(value):
+        return str(variable.attrs.get("nan_means", "unknown"))
+    return str(variable.attrs.get("infinite_means", "infinite"))
 
 
 TIMES = (("ms", 1.0), ("s", 1e3), ("min", 6e4), ("h", 3.6e6), ("days", 8.64e7))
@@ -270,8 +278,14 @@ def members_of(result: xr.Dataset, most: int | None = None) -> list[tuple[str, x
     stacked = result.stack(flat=dims)
     varied = ("parameter", "device field")
     names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") in varied]
-    chosen = [stacked.isel(flat=i) for i in range(stacked.sizes["flat"])[:most]]
+    chosen = [with_own_axes(stacked.isel(flat=i)) for i in range(stacked.sizes["flat"])[:most]]
     return [(", ".join(f"{n} {measured(m[n])}" for n in names), m) for m in chosen]
+
+
+def with_own_axes(member: xr.Dataset) -> xr.Dataset:
+    """A member whose axes have their own names; they are `sample` where their values in SI differ over the members."""
+    own = {name: c.dims[0] for name, c in member.coords.items() if c.ndim == 1 and name != "time"}
+    return member.swap_dims({dim: name for name, dim in own.items() if str(dim).endswith("sample")})
 
 
 # --- branches of periodic orbits --------------------------------------------------------------------------------------

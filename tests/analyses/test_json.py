@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import gelcone
 from gelcone.register.analyses import ANALYSES
@@ -83,17 +84,21 @@ def spaced(kind):
 
 
 def equal(printed, there, where):
-    """Whether printed JSON is exactly what is there; not a number and infinity are null."""
+    """Whether printed JSON is exactly what is there; not a number and infinity are words of the variable, or null."""
+    attrs = getattr(there, "attrs", {})
+    words = [attrs.get(name) for name in ("nan_means", "infinite_means")]
     there = own_words(there) if hasattr(there, "attrs") else there
     there = there.values if hasattr(there, "values") else there
     if (isinstance(there, np.ndarray) and there.dtype.kind == "f") or isinstance(there, float | np.floating):
-        there = each(np.asarray(there, dtype=float), lambda v: float(v) if np.isfinite(v) else None)
+        there = each(np.asarray(there, dtype=float), lambda v: float(v) if np.isfinite(v) else words[int(np.isinf(v))])
     there = there.tolist() if isinstance(there, np.ndarray | np.generic) else there
     assert printed == there, where
 
 
 def interval(result, name):
-    return np.stack([result[f"{name}_low"].values, result[f"{name}_high"].values], axis=-1)
+    ends = [own_words(result[f"{name}_{end}"]) for end in ("low", "high")]
+    values = np.stack([end.values for end in ends], axis=-1)
+    return xr.DataArray(values, dims=(*ends[0].dims, "end"), attrs=ends[0].attrs)
 
 
 def one_branch(r, k, *path):
@@ -503,12 +508,17 @@ def rising(value, name=""):
         for own in value:
             rising(own, name)
     elif name.endswith("interval"):
-        pairs = np.asarray(value, dtype=float).reshape(-1, 2)
+        pairs = numbers(value).reshape(-1, 2)
         compare(pairs[:, 0], pairs[:, 1])
 
 
+def numbers(values):
+    """Nested lists as an array, NaN for words."""
+    return np.vectorize(lambda v: np.nan if v is None or isinstance(v, str) else v, otypes=[float])(values)
+
+
 def compare(low, high):
-    low, high = (np.asarray(end, dtype=float) for end in (low, high))
+    low, high = (numbers(end) for end in (low, high))
     known = np.isfinite(low) & np.isfinite(high)
     assert (low[known] <= high[known]).all()
 
@@ -518,16 +528,17 @@ def test_every_command_is_asked():
 
 
 def test_a_device_answers_in_its_units(command_line, delivered):
-    """The numbers of ``si`` are those of the file, and the dimensionless ones times the scales of the device."""
+    """Results, units and options are those of the file, and the dimensionless ones times the scales of the device."""
     code, out, err = command_line("regime", "soft-film", "--budget", "60 ms", "--json", "--out", "results")
     assert code == 0, err
     content, shown = answer(out), delivered[-1]
-    scale = 1e3 * gelcone.find_device("soft-film").scales.length
-    for name, own in content["si"].items():
-        assert own["units"] == shown[name].attrs["units"]
-        assert own["dims"] == list(shown[name].dims)
-        equal(own["values"], shown[name].rename("values"), name)
+    device = gelcone.find_device("soft-film")
+    times = {"budget": 0.06 / device.scales.time}
+    alone = gelcone.regime(device.to_model(), device.initial_state(), **times)
     evidence = content["result"]["regime"]["evidence"]
-    assert content["si"]["highest"]["values"] == pytest.approx(scale * evidence["highest"])
-    missing = {str(n) for n, v in shown.variables.items() if v.attrs.get("units", "1") != "1"} - set(content["si"])
-    assert not missing
+    equal(evidence["highest"], shown["highest"], "highest")
+    assert evidence["highest"] == pytest.approx(1e3 * device.scales.length * float(alone["highest"]))
+    assert content["options"]["budget"] == pytest.approx(60.0)
+    assert content["subject"]["initial"] == pytest.approx([2.0, 0.0])
+    units = {str(n): v.attrs["units"] for n, v in shown.variables.items() if v.attrs.get("units", "1") != "1"}
+    assert content["units"] == units

@@ -25,9 +25,9 @@ def test_the_object_holds_limits_window_stroke_and_power_in_si(gelcone):
     code, out, err = gelcone(*PUMP, "--json")
     assert (code, err) == (0, "")
     content = result(out)
-    si = content["si"]
-    np.testing.assert_allclose(si["drive_frequency"]["values"], [8.0, 10.0])
-    assert [si[f"window_{name}"]["units"] for name in ("stroke", "power", "apparent_power")] == ["mm", "mW", "mVA"]
+    np.testing.assert_allclose(content["drive_frequency"], [8.0, 10.0])
+    units = content["units"]
+    assert [units[f"window_{name}"] for name in ("stroke", "power", "apparent_power")] == ["mm", "mW", "mVA"]
     assert content["static_limits"]["pitchfork"] == {"voltage": None, "status": "not applicable"}
     assert content["driven_limits"]["onset of rest"]["status"] == ["not applicable"] * 2
     low = np.array(content["driven_limits"]["hoop slack"]["low"])

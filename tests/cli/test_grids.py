@@ -58,7 +58,7 @@ def test_a_store_knows_its_device(run, tmp_path):
         again = result(run(*command, tmp_path / "s", "--json"))
         assert again["subject"]["device"] == told["subject"]["device"] == "biased pumping cone"
         assert "0 to 400 V" in run(*command, tmp_path / "s")
-    assert result(run("map", "--resume", tmp_path / "s", "--json"))["si"] == told["si"]
+    assert result(run("map", "--resume", tmp_path / "s", "--json"))["lyapunov"] == told["lyapunov"]
     with pytest.raises(InputError, match="give it alone, and the store's own sweep is taken"):
         run("map", "biased-pump", "--resume", tmp_path / "s")
 

@@ -6,6 +6,8 @@ import pytest
 from gelcone.analyses.grids import read_sweeps
 from gelcone.dataset import load
 from gelcone.devices.device import find_device
+from gelcone.motion.lyapunov import lyapunov
+from gelcone.motion.regime import regime
 from gelcone.words import MOST_LINES, shortened
 from tests.answers import result
 
@@ -50,7 +52,7 @@ def test_every_object_says_what_it_was_computed_from(found, command):
     assert content["parameters"]["damping_ratio"] == 0.3
     assert content["options"]["budget"] == 100.0
     assert np.isin(np.ravel(content["outcome"]), ["ok", "outside"]).all()
-    assert content["subject"]["device"] is content["si"] is None
+    assert content["subject"]["device"] is content["units"] is None
 
 
 def test_exponents(found):
@@ -142,31 +144,36 @@ def test_basin_names_its_attractors(found):
 # --- devices -----------------------------------------------------------------------------------------------------
 
 
-def test_exponents_of_a_device_also_per_second(found):
+def test_exponents_of_a_device_are_per_second(found):
     content = found("lyapunov", "soft-film")
-    scale = find_device("soft-film").scales.time
-    in_si = content["si"]
-    assert (in_si["lyapunov"]["units"], in_si["averaged_time"]["units"]) == ("1/s", "ms")
-    np.testing.assert_allclose(np.array(in_si["lyapunov"]["values"]) * scale, content["lyapunov"]["values"])
-    np.testing.assert_allclose(np.array(in_si["finite"]["values"]) * scale, content["lyapunov"]["finite"])
-    assert content["subject"]["device"] == find_device("soft-film").name
+    device = find_device("soft-film")
+    scale = device.scales.time
+    assert (content["units"]["lyapunov"], content["units"]["averaged_time"]) == ("1/s", "ms")
+    assert content["lyapunov"]["unit"] == "per second"
+    assert [content["options"][name] for name in ("transient", "budget")] == pytest.approx([1e3, 2e3])
+    alone = lyapunov(device.to_model(), device.initial_state(), transient=1.0 / scale, budget=2.0 / scale)
+    np.testing.assert_allclose(np.array(content["lyapunov"]["values"]) * scale, alone["lyapunov"])
+    np.testing.assert_allclose(np.array(content["lyapunov"]["finite"]) * scale, alone["finite"])
+    assert content["subject"]["device"] == device.name
 
 
-def test_regime_of_a_device_also_in_millimetres(found):
+def test_regime_of_a_device_in_millimetres(found):
     content = found("regime", "soft-film")
-    length = 1e3 * find_device("soft-film").scales.length
-    assert content["si"]["highest"]["units"] == "mm"
-    assert content["si"]["highest"]["values"] == pytest.approx(length * content["regime"]["evidence"]["highest"])
+    device = find_device("soft-film")
+    times = {"transient": 1.0 / device.scales.time, "budget": 2.0 / device.scales.time}
+    alone = regime(device.to_model(), device.initial_state(), **times)
+    assert content["units"]["highest"] == "mm"
+    highest = 1e3 * device.scales.length * float(alone["highest"])
+    assert content["regime"]["evidence"]["highest"] == pytest.approx(highest)
 
 
-def test_thresholds_of_a_device_also_in_volts(found, undrawn, tmp_path):
+def test_thresholds_of_a_device_in_volts(found, undrawn, tmp_path):
     over = ["--over", "voltage_amplitude=0 V:3200 V:3", "--sweeps", "none", "--bisections", "1"]
     content = found("bifurcation", "soft-film", *over, "--set", "damping_coefficient=0.02", "--out", tmp_path)
-    np.testing.assert_allclose(content["si"]["voltage_amplitude"]["values"], [0.0, 1600.0, 3200.0], atol=1e-9)
-    assert content["si"]["voltage_amplitude"]["units"] == content["si"]["threshold_low"]["units"] == "V"
+    np.testing.assert_allclose(content["values"], [0.0, 1600.0, 3200.0], atol=1e-9)
+    assert content["units"]["voltage_amplitude"] == content["units"]["threshold_low"] == "V"
     assert content["thresholds"]
     own = [row["low"] for row in content["thresholds"]]
-    np.testing.assert_allclose(content["si"]["threshold_low"]["values"], own)
     assert min(own) > 100.0
     written = load(tmp_path / "bifurcation.nc")
     assert written["voltage_amplitude"].attrs["units"] == "V"
@@ -178,9 +185,9 @@ def test_thresholds_of_a_device_also_in_volts(found, undrawn, tmp_path):
 def test_a_map_over_two_fields_of_a_device(found):
     over = ["--over", "film_thickness=90 um,0.1 mm", "--over", "prestretch=1.2,1.3"]
     content = found("map", "soft-film", *over, "--set", "voltage_amplitude=300 V")
-    thickness = {"units": "mm", "dims": ["film_thickness"], "values": pytest.approx([0.09, 0.1])}
-    assert content["si"]["film_thickness"] == thickness
-    assert content["si"]["lyapunov"]["units"] == "1/s"
+    assert content["axes"]["film_thickness"] == pytest.approx([0.09, 0.1])
+    assert (content["units"]["film_thickness"], content["units"]["lyapunov"]) == ("mm", "1/s")
+    assert content["lyapunov"]["unit"] == "per second"
     assert content["axes"]["prestretch"] == [1.2, 1.3]
     assert content["subject"]["fields"]["voltage_amplitude"] == 300.0
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gelcone import ConeModel, find_device, load, onset_voltage, static
+from gelcone import ConeModel, find_device, floquet_multipliers, load, onset_voltage, static
 from tests.answers import result
 
 pytestmark = pytest.mark.usefixtures("computed_once")
@@ -42,9 +42,9 @@ def test_static_takes_the_voltage_amplitude_as_a_constant_voltage(as_json):
     assert content["fold_voltages"] == []
     assert content["pull_in"] == {"voltage": np.sqrt(1.5), "kind": "pitchfork", "from": 0.0, "to": 0.0}
     assert content["outcome"] == "ok"
-    assert content["si"] is None
+    assert content["units"] is None
     assert [place["validity"]["hoop_slack"] for place in places] == [1.0, 1.0, 1.0]
-    assert [place["validity"]["breakdown"] for place in places] == [None] * 3
+    assert [place["validity"]["breakdown"] for place in places] == [None] * 3  # without a dielectric strength
 
 
 def test_static_lists_a_curve_for_each_voltage(as_json):
@@ -61,22 +61,34 @@ def test_static_of_an_ensemble_lists_its_members(as_json):
     assert content["pitchfork_voltage"] == [np.sqrt(1.5)] * 3
 
 
-def test_static_of_a_device_is_also_in_volts_and_millimetres(as_json):
+def test_static_of_a_device_is_in_volts_and_millimetres(as_json):
     device = find_device("paper-table1").replace(initial_height=0.005)
     arguments = ("paper-table1", "--set", "initial_height=0.005", "--voltages", "0 kV,4 kV,16 kV")
     content = as_json("static", *arguments)
-    si = content["si"]
     units = {"displacement": "mm", "force": "N", "slope": "N/m", "constant_voltage": "V"}
-    assert {name: si[name]["units"] for name in units} == units
-    np.testing.assert_allclose(si["constant_voltage"]["values"], [0.0, 4000.0, 16000.0], rtol=1e-12)
+    assert {name: content["units"][name] for name in units} == units
     scales = device.scales
-    for k, own in enumerate(content["curves"]):
-        assert si["stroke"]["values"][k] == pytest.approx(own["stroke"] * scales.length * 1e3)
-        assert si["blocked_force"]["values"][k] == pytest.approx(own["blocked_force"] * scales.force)
-        for one, other in zip(own["equilibria"], si["equilibrium_displacement"]["values"][k], strict=False):
-            assert other == pytest.approx(one["displacement"] * scales.length * 1e3)
-    assert si["fold_voltage"]["values"][0] == pytest.approx(content["fold_voltages"][0] * scales.voltage)
-    assert content["pull_in"] == {"voltage": None, "kind": "never", "from": None, "to": None}
+    levels = [0.0, 4000.0, 16000.0]
+    found = static(device.to_model(), np.array(levels) / scales.voltage)
+    assert [own["voltage"] for own in content["curves"]] == pytest.approx(levels, rel=1e-12)
+    for own, one in zip(content["curves"], [found.isel(constant_voltage=k) for k in range(3)], strict=True):
+        assert own["stroke"] == pytest.approx(float(one["stroke"]) * scales.length * 1e3)
+        assert own["blocked_force"] == pytest.approx(float(one["blocked_force"]) * scales.force)
+        places = one["equilibrium_displacement"].values * scales.length * 1e3
+        assert [e["displacement"] for e in own["equilibria"]] == pytest.approx(places[np.isfinite(places)])
+    assert content["fold_voltages"][0] == pytest.approx(float(found["fold_voltage"][0]) * scales.voltage)
+    nowhere = dict.fromkeys(("from", "to"), "not applicable")
+    assert content["pull_in"] == {"voltage": "not reached", "kind": "never", **nowhere}
+
+
+def test_static_of_devices_of_several_sizes(as_json):
+    """Each is that of the device alone, though length and voltage have another scale in each."""
+    radii = ("30 mm", "32 mm")
+    both = as_json("static", "biased-pump", "--set", "film_radius=30 mm,32 mm", "--set", "film_thickness=0.2 mm,0.3 mm")
+    for k, (radius, thickness) in enumerate(zip(radii, ("0.2 mm", "0.3 mm"), strict=True)):
+        one = as_json("static", "biased-pump", "--set", f"film_radius={radius}", "--set", f"film_thickness={thickness}")
+        assert both["rest_displacement"][k] == pytest.approx(one["rest_displacement"], rel=1e-12)
+        assert both["equilibria"][k][0]["displacement"] == pytest.approx(one["equilibria"][0]["displacement"], rel=1e-9)
 
 
 def test_static_writes_data_and_a_figure_and_tells_what_it_found(gelcone, tmp_path):
@@ -110,23 +122,25 @@ def test_tongues_give_the_onset_at_the_models_own_frequency_and_the_grid(as_json
 
 def test_tongues_say_when_nothing_is_found_in_what_was_searched(as_json, gelcone):
     content = as_json("tongues", *COARSE, "--highest", "0.3")
-    assert (content["onset_voltage"], content["onset_kind"], content["searched"]) == (None, "none", [0.0, 0.3])
+    assert (content["onset_voltage"], content["onset_kind"], content["searched"]) == ("not reached", "none", [0.0, 0.3])
     _, out, _ = gelcone("tongues", *COARSE, "--highest", "0.3")
     assert "rest stays stable in the searched interval (searched up to 0.3)" in out
 
 
-def test_tongues_of_a_device_are_also_in_volts_and_hertz(as_json, undrawn, tmp_path):
+def test_tongues_of_a_device_are_in_volts_and_hertz(as_json, undrawn, tmp_path):
     over = ["--over", "frequency=4 Hz:12 Hz:3", "--over", "voltage_amplitude=0 kV:16 kV:5"]
     content = as_json("tongues", "paper-table1", *over, "--out", tmp_path)
-    si = content["si"]
     units = {"drive_frequency": "Hz", "voltage": "V", "growth_rate": "1/s"}
-    assert {name: si[name]["units"] for name in units} == units
-    np.testing.assert_allclose(si["drive_frequency"]["values"], [4.0, 8.0, 12.0], rtol=1e-12)
-    np.testing.assert_allclose(si["voltage"]["values"], np.linspace(0.0, 16e3, 5), rtol=1e-12)
-    scales = find_device("paper-table1").scales
-    own = np.array(content["tongues"]["growth_rate"])
-    np.testing.assert_allclose(si["growth_rate"]["values"], own / scales.time)
-    assert si["own_onset_voltage"]["values"] == pytest.approx(content["onset_voltage"] * scales.voltage)
+    assert {name: content["units"][name] for name in units} == units
+    grid = content["tongues"]
+    np.testing.assert_allclose(grid["drive_frequency"], [4.0, 8.0, 12.0], rtol=1e-12)
+    np.testing.assert_allclose(grid["voltage"], np.linspace(0.0, 16e3, 5), rtol=1e-12)
+    device = find_device("paper-table1")
+    cone, scales = device.to_model(), device.scales
+    omega, volts = np.array([4.0, 8.0, 12.0]) / scales.frequency, np.linspace(0.0, 16e3, 5) / scales.voltage
+    rates = floquet_multipliers(cone.replace(drive_frequency=omega[:, None], voltage=volts))["growth_rate"]
+    np.testing.assert_allclose(grid["growth_rate"], rates / scales.time, rtol=1e-9)
+    assert content["onset_voltage"] == pytest.approx(float(onset_voltage(cone).onset_voltage) * scales.voltage)
     assert (tmp_path / "tongues.png").exists()
     assert load(tmp_path / "tongues.nc").growth_rate.attrs["units"] == "1/s"
 

@@ -12,9 +12,11 @@ import numpy as np
 
 from gelcone._version import __version__
 from gelcone.codes import Outcome, Regime
+from gelcone.dataset import INFINITE, NAN
+from gelcone.devices.si import STATE
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
-from gelcone.words import DISCORD, members_of, regime_counts, shortened, unit_of
+from gelcone.words import DISCORD, members_of, missing, rate_unit, regime_counts, shortened, unit_of
 from gelcone.words import MOST_LINES as MOST_PRINTED
 
 if TYPE_CHECKING:
@@ -22,10 +24,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gelcone.analyses.request import Subject
+    from gelcone.devices.device import Device
 
 WIDTH = 118
 """Columns of a text."""
-UNIT = "per unit dimensionless time"
 
 
 # --- SI units ---------------------------------------------------------------------------------------------------------
@@ -43,12 +45,10 @@ def in_si(result: xr.Dataset, subject: Subject) -> xr.Dataset:
 # --- JSON -------------------------------------------------------------------------------------------------------------
 
 
-def answer_json(
-    command: str, content: Mapping[str, Any], result: xr.Dataset, shown: xr.Dataset, subject: Subject
-) -> dict[str, Any]:
+def answer_json(command: str, content: Mapping[str, Any], shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a command: the same members for every one, described by ``docs/answer.schema.json``.
 
-    ``content`` is the command's own, dimensionless; ``shown`` the result in SI units where there is a device.
+    ``content`` is the command's own; ``shown`` the result, with a device in its units.
     """
     device = subject.device
     return bare_answer(command, content) | {
@@ -57,21 +57,60 @@ def answer_json(
             "fields": None if device is None else device.parameters(),
             "film": subject.model.film.name,
             "members": subject.model.size,
-            "initial": list(subject.initial),
+            "initial": initial_json(subject),
         },
-        "parameters": parameters_json(subject.model),
-        "options": json.loads(result.attrs["options"]),
-        "outcome": outcome_names(result) if "outcome" in result else None,
-        "validity": validity_json(result),
-        "film_state": film_state_json(result),
-        "si": None if device is None else si_json(shown, content),
+        "parameters": parameters_json(subject.model) if device is None else None,
+        "options": options_json(command, shown, device),
+        "outcome": outcome_names(shown) if "outcome" in shown else None,
+        "validity": validity_json(shown),
+        "film_state": film_state_json(shown),
+        "units": None if device is None else units_json(shown),
     }
 
 
 def bare_answer(command: str, content: Mapping[str, Any]) -> dict[str, Any]:
     """The same for a command that runs nothing on a model."""
     nothing = ("subject", "parameters", "options", "outcome", "validity", "film_state")
-    return {"version": __version__, "command": command, **dict.fromkeys(nothing), "result": content, "si": None}
+    return {"version": __version__, "command": command, **dict.fromkeys(nothing), "result": content, "units": None}
+
+
+def initial_json(subject: Subject) -> Any:
+    """The initial displacement and velocity, of a device in the units in which results are read."""
+    state = np.asarray(subject.initial, dtype=float)
+    if subject.device is None:
+        return state
+    scales = np.broadcast_arrays(*(subject.device.scales.shown(quantity) for quantity in STATE))
+    return state * np.stack(scales, axis=-1)
+
+
+def options_json(command: str, shown: xr.Dataset, device: Device | None) -> dict[str, Any]:
+    """The options of a result, those that measure something in the units in which results are read."""
+    options: dict[str, Any] = json.loads(shown.attrs["options"])
+    if device is None:
+        return options
+    from gelcone.devices.analysis import option_scale
+    from gelcone.devices.scales import MEASURES
+
+    for name, quantity in _option_quantities(command, shown).items():
+        if quantity in MEASURES and options.get(name) is not None:
+            scale = option_scale(name, quantity, device.scales) * MEASURES[quantity].per_unit
+            options[name] = (np.asarray(options[name], dtype=float) * scale).tolist()
+    return options
+
+
+def _option_quantities(command: str, shown: xr.Dataset) -> dict[str, str]:
+    """What the options of a command, or of the analysis that it asks of every cell, measure."""
+    from gelcone.register.analyses import ANALYSES, COMMANDS
+
+    names = [COMMANDS.get(command), shown.attrs.get("analysis")]
+    known = [ANALYSES[name] for name in names if name is not None and name in ANALYSES]
+    return {option.name: option.quantity for one in known for option in one.options.values()}
+
+
+def units_json(shown: xr.Dataset) -> dict[str, str]:
+    """The unit of every variable of a result that has one."""
+    units = {str(name): str(variable.attrs.get("units", "1")) for name, variable in shown.variables.items()}
+    return {name: unit for name, unit in units.items() if unit != "1"}
 
 
 def validity_json(result: xr.Dataset) -> dict[str, Any] | None:
@@ -89,29 +128,15 @@ def film_state_json(result: xr.Dataset) -> dict[str, Any] | None:
     return {str(n).removeprefix(start): v for n, v in result.items() if str(n).startswith(start)} or None
 
 
-_SAMPLED = {"time", "sample"}
-
-
-def si_json(shown: xr.Dataset, content: Mapping[str, Any]) -> dict[str, Any]:
-    """All variables of a result that have a unit: name -> unit, dims and values.
-
-    Of those over time only the ones that ``content`` has too.
-    """
-    return {
-        str(name): {"units": variable.attrs["units"], "dims": list(variable.dims), "values": variable}
-        for name, variable in shown.variables.items()
-        if variable.attrs.get("units", "1") != "1" and (name in content or not _SAMPLED & set(variable.dims))
-    }
-
-
 def plain(value: Any) -> Any:
-    """``value`` in the types of JSON; what is not a finite number becomes null."""
+    """``value`` in the types of JSON; what is not a finite number becomes the words of its variable, or null."""
     if isinstance(value, dict):
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
         return [plain(v) for v in value]
     if hasattr(value, "dims"):
-        value = value.values
+        worded = value.attrs.keys() & {NAN, INFINITE} and not np.isfinite(value.values).all()
+        value = np.vectorize(lambda v: _known(v, value), otypes=[object])(value.values) if worded else value.values
     if isinstance(value, np.ndarray):
         return plain(value.tolist())
     if isinstance(value, np.generic):
@@ -119,6 +144,11 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not np.isfinite(value):
         return None
     return value
+
+
+def _known(value: Any, variable: xr.DataArray) -> Any:
+    """A value, or the words of its variable for one that is not finite."""
+    return float(value) if np.isfinite(value) else missing(float(value), variable)
 
 
 def parameters_json(model: Any) -> dict[str, Any]:
@@ -178,6 +208,11 @@ def periods_json(periods: Any) -> Any:
 
 def _names(codes: Any, name: Callable[[Any], Any]) -> Any:
     return np.vectorize(name, otypes=[object])(np.asarray(codes)).tolist()
+
+
+def exponent_unit(variable: xr.DataArray) -> str:
+    """The unit of an exponent, in words."""
+    return "per unit dimensionless time" if variable.attrs.get("units", "1") == "1" else rate_unit(variable)
 
 
 def first(variable: xr.DataArray) -> xr.DataArray:

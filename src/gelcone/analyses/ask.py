@@ -9,25 +9,22 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from gelcone.analyses import tables
-from gelcone.analyses.request import measure_reader, read_measures
+from gelcone.analyses.request import Subject, measure_reader, read_measures
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gelcone.analyses import tables
-from gelcone.analyses.request import Subject
-
 
 @dataclass(frozen=True)
 class Answers:
-    """How a command answers: ``words`` of a result as it is shown, in SI units for a device, and the subject; ``json``
-    of the dimensionless result, the result as it is shown, and the subject: the ``result`` of the JSON object."""
+    """How a command answers: ``words`` and ``json``, the ``result`` of the JSON object, both of the result as it is
+    shown, in the units of a device, and of the subject."""
 
     command: str
     words: Callable[[xr.Dataset, Subject], str]
-    json: Callable[[xr.Dataset, xr.Dataset, Subject], dict[str, Any]]
+    json: Callable[[xr.Dataset, Subject], dict[str, Any]]
 
 
 def answers_of(analysis: Analysis) -> Answers:

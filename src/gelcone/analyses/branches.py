@@ -71,7 +71,7 @@ def _start(text: str) -> Any:
     return load(text)
 
 
-def continue_branch_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def continue_branch_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of branches; their orbits are in the netCDF file."""
     return branches_json(result)
 
@@ -255,7 +255,7 @@ def _two_intervals(subject: Subject) -> str:
     return '--over "voltage_amplitude=100 V:800 V" --over "frequency=5 Hz:20 Hz"'
 
 
-def locus_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def locus_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a locus: its curves, and their points of codimension two."""
     names = result.attrs["parameters"].split(",")
     curves = []

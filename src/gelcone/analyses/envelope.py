@@ -25,7 +25,7 @@ _HEADS = ("frequency", "up to", "stroke", "power", "apparent")
 _WIDTHS = (18, 12, 14, 14, 16)
 
 
-def envelope_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def envelope_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object. A limit that is not met has the voltage null, and so has one that does not apply."""
     static = zip(_names(result, "static_limit"), result["static_limit_voltage"].values, strict=True)
     low, high = result["limit_low"].values, result["limit_high"].values

@@ -19,7 +19,7 @@ _JUMP = ("jump_low", "jump_high", "jump_from", "jump_to")
 _CURVES = ("stroke", "lowest", "highest", "harmonic_amplitude", "harmonic_phase")
 
 
-def frequency_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def frequency_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object; phases in degrees."""
     return {
         "drive_frequency": result["drive_frequency"],

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from gelcone.analyses.answer import (
-    UNIT,
     counts_text,
     doubt_lines,
+    exponent_unit,
     first,
     grid_text,
     heading,
@@ -50,7 +50,7 @@ def _cells_json(result: xr.Dataset) -> dict[str, Any]:
         "lyapunov": {
             "values": first(result["lyapunov"]),
             "standard_error": first(result["standard_error"]),
-            "unit": UNIT,
+            "unit": exponent_unit(result["lyapunov"]),
         },
         "lowest": result["lowest"],
         "highest": result["highest"],
@@ -85,7 +85,7 @@ def read_sweeps(text: str) -> list[str]:
     return sweeps
 
 
-def bifurcation_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def bifurcation_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a bifurcation diagram; section points are in the netCDF file."""
     from gelcone.atlas.bifurcation import thresholds_of
 
@@ -96,7 +96,7 @@ def bifurcation_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) ->
         "thresholds": thresholds_of(result),
         "followed": followed_json(result),
         "branches": {str(branch): _branch_json(result.sel(branch=branch)) for branch in result["branch"].values},
-        "unit": UNIT,
+        "unit": exponent_unit(result["lyapunov"]),
         **marked_cells(result),
     }
 
@@ -138,7 +138,7 @@ def _threshold_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
 # --- maps -------------------------------------------------------------------------------------------------------------
 
 
-def map_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def map_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a map; arrays are nested in the order of ``axes``."""
     totals = json.loads(result.attrs["totals"])
     return _cells_json(result) | {"status": variable_json(result, "status"), "totals": totals}
@@ -170,7 +170,7 @@ def _exponent_lines(shown: xr.Dataset) -> list[str]:
 # --- sweeps and stores ------------------------------------------------------------------------------------------------
 
 
-def sweep_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def sweep_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a sweep; arrays are nested in the order of ``dims``."""
     content: dict[str, Any] = {"dims": list(map(str, result["status"].dims))}
     content |= {name: variable_json(result, name) for name in map(str, result.data_vars)}
@@ -179,7 +179,7 @@ def sweep_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[
         from gelcone.atlas.uncertain import probability
 
         content["probability"] = {str(name): variable for name, variable in probability(result).data_vars.items()}
-    return content | show_json(result, shown, subject)
+    return content | show_json(result, subject)
 
 
 def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -199,7 +199,7 @@ def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
     return "\n".join(lines)
 
 
-def show_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def show_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a store: axes, counts and totals."""
     content: dict[str, Any] = {"axes": {str(dim): result[dim] for dim in result["status"].dims if dim in result.coords}}
     if "regime" in result:
@@ -275,7 +275,7 @@ def basin_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any
     return {"over": read_states(given.get("over", ()), subject.device), **others}
 
 
-def basin_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def basin_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of basins of attraction; arrays are nested in the order of ``axes``."""
     content: dict[str, Any] = {"attractors": _attractors_json(result), "attractor": result["attractor"]}
     return content | _cells_json(result)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import (
-    UNIT,
     counts_text,
     doubt_lines,
+    exponent_unit,
     heading,
     member_lines,
     outcome_lines,
@@ -42,7 +42,7 @@ def _time(variable: xr.DataArray) -> str:
 # --- exponents --------------------------------------------------------------------------------------------------------
 
 
-def lyapunov_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def lyapunov_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of Lyapunov exponents."""
     evidence = ("standard_error", "finite", "sign", "sum_residual", "averaged_time")
     return {
@@ -51,7 +51,7 @@ def lyapunov_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> di
             **{name: variable_json(result, name) for name in evidence},
             "cycle": periods_json(result["cycle"]),
             "per_repeat": result["per_repeat"],
-            "unit": UNIT,
+            "unit": exponent_unit(result["lyapunov"]),
         }
     }
 
@@ -103,13 +103,13 @@ _KIND = ("regime", "period", "symmetric")
 # --- regimes ----------------------------------------------------------------------------------------------------------
 
 
-def regime_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def regime_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of kinds of motion."""
     evidence = {
         "lyapunov": {
             "values": result["lyapunov"],
             **{name: variable_json(result, name) for name in ("standard_error", "sign", "averaged_time")},
-            "unit": UNIT,
+            "unit": exponent_unit(result["lyapunov"]),
         },
         **{name: result[name] for name in ("return_distance", "cycle_distance", "zero_one")},
         **{name: result[name] for name in ("lowest", "highest", "settled_time")},
@@ -130,7 +130,11 @@ def _lasting_json(result: xr.Dataset) -> dict[str, Any]:
 
 def _interval(result: xr.Dataset, name: str) -> Any:
     """Both ends of a variable's interval side by side."""
-    return np.stack([result[f"{name}_low"].values, result[f"{name}_high"].values], axis=-1)
+    import xarray as xr
+
+    ends = [result[f"{name}_{end}"] for end in ("low", "high")]
+    both = np.stack([end.values for end in ends], axis=-1)
+    return xr.DataArray(both, dims=(*ends[0].dims, "end"), attrs=ends[0].attrs)
 
 
 def regime_words(shown: xr.Dataset, subject: Subject) -> str:

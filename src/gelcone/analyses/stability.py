@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from gelcone.analyses.request import Subject
 
 
-def tongues_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def tongues_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """Onset at the model's own frequency, and the grid, nested frequency first."""
     own = {name: result[name] for name in ("drive_frequency", "voltage", "growth_rate", "onset_voltage")}
     return {

@@ -26,7 +26,7 @@ def static_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, An
     return dict(given)
 
 
-def static_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def static_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object; for an ensemble each entry is a list over its members."""
     own = _own_levels(result, subject) if json.loads(result.attrs["options"])["voltages"] is None else None
     return _members_json(result, own)
@@ -34,8 +34,10 @@ def static_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict
 
 def _own_levels(result: xr.Dataset, subject: Subject) -> list[int]:
     """For each member, which of the voltages is the peak of its own drive."""
-    own = np.broadcast_to(subject.model.peak_voltage, subject.model.shape).ravel()
-    return [int(i) for i in np.searchsorted(result["constant_voltage"].values, own)]
+    scale = 1.0 if subject.device is None else subject.device.scales.shown("voltage")
+    own = np.broadcast_to(subject.model.peak_voltage * scale, subject.model.shape).ravel()
+    levels = [member["constant_voltage"].values for _, member in members_of(result)]
+    return [int(np.abs(known - peak).argmin()) for known, peak in zip(levels, own, strict=True)]
 
 
 def _members_json(result: xr.Dataset, own: list[int] | None) -> dict[str, Any]:

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from gelcone.analyses.answer import heading, member_lines, outcome_lines, variable_json
 from gelcone.codes import Outcome
-from gelcone.words import unit_of, validity_in_words
+from gelcone.words import measured, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +14,7 @@ if TYPE_CHECKING:
     from gelcone.analyses.request import Subject
 
 
-def table_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def table_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object: every variable by its name."""
     own = [name for name in map(str, result.data_vars) if not name.startswith(("outcome", "initial", "validity_"))]
     return {name: variable_json(result, name) for name in own}
@@ -37,14 +35,7 @@ def _rows(member: xr.Dataset) -> list[str]:
     if int(member["outcome"]) != Outcome.OK:
         return ["failed"]
     return [
-        f"{variable.attrs['long_name']}: {_number(variable)}"
+        f"{variable.attrs['long_name']}: {measured(variable, 5)}"
         for name, variable in member.data_vars.items()
         if not variable.dims and name != "outcome" and not str(name).startswith("validity_")
     ]
-
-
-def _number(variable: xr.DataArray) -> str:
-    value = float(variable)
-    if np.isnan(value):
-        return "none"
-    return "not reached" if np.isinf(value) else f"{value:.5g}{unit_of(variable)}"

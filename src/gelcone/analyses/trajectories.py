@@ -28,7 +28,7 @@ def _span(variable: xr.DataArray, digits: int = 5) -> str:
 # --- time responses ---------------------------------------------------------------------------------------------------
 
 
-def simulate_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def simulate_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a time response."""
     measures = ("time", "displacement", "velocity", "drive_voltage")
     content: dict[str, Any] = {name: result[name] for name in measures}
@@ -96,7 +96,7 @@ def _film_lines(shown: xr.Dataset) -> list[str]:
 _POINT = ("time", "displacement", "velocity")
 
 
-def section_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def section_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a Poincare section."""
     return {name: result[name] for name in ("repeat", *_POINT)}
 
@@ -109,7 +109,7 @@ def section_words(shown: xr.Dataset, subject: Subject) -> str:
     return "\n".join(lines)
 
 
-def extrema_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def extrema_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of the turning points."""
     return {name: result[name] for name in ("phase", "maximum", "count", *_POINT)}
 
@@ -135,7 +135,7 @@ def _section_heading(shown: xr.Dataset, subject: Subject) -> list[str]:
 # --- spectra ----------------------------------------------------------------------------------------------------------
 
 
-def spectrum_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def spectrum_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object of a spectrum."""
     own = ("frequency_ratio", "line_ratio", "line_prominence", "power_in_lines", "flatness")
     measures = ("frequency", "amplitude", "line_frequency", "line_amplitude", "mean_displacement", "rms", "folded")

@@ -53,7 +53,7 @@ def constant_voltages(voltages: str | None, settings: tuple[str, ...], subject: 
     return np.unique(subject.model.voltage) if is_set else np.zeros(1)
 
 
-def validate_json(result: xr.Dataset, shown: xr.Dataset, subject: Subject) -> dict[str, Any]:
+def validate_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     """The JSON object. Points are lists over voltages and displacements, over displacements alone at one voltage."""
     result = result.squeeze("constant_voltage") if result.sizes["constant_voltage"] == 1 else result
     return {

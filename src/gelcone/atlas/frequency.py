@@ -437,7 +437,12 @@ def _label(
         "resting": (each, swept.resting.astype(np.int8), "1 if the disc is at rest", "code"),
         "harmonic_amplitude": (wave, np.abs(harmonics), "amplitude of a harmonic of the drive", "length"),
         "harmonic_phase": (wave, phase, "phase of the harmonic ahead of the voltage's", "angle"),
-        "linear_stroke": ((step,), np.stack([one.stroke for one in linear]), "stroke by linear theory", "length"),
+        "linear_stroke": (
+            (step,),
+            np.stack([one.stroke for one in linear]),
+            "stroke by linear theory",
+            dataset.absent("length"),
+        ),
         "linear_amplitude": (linear_wave, np.abs(lines), "amplitude of a harmonic by linear theory", "length"),
         "linear_phase": (linear_wave, line_phase, "phase of the harmonic by linear theory", "angle"),
     }

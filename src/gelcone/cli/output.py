@@ -45,8 +45,7 @@ def deliver(
     shown = in_si(result, subject)
     paths = () if out is None else write_results(out, answers.command, shown, draw(shown), force)
     if as_json:
-        content = answers.json(result, shown, subject)
-        print_json(answer_json(answers.command, content, result, shown, subject))
+        print_json(answer_json(answers.command, answers.json(shown, subject), shown, subject))
         return code
     click.echo(answers.words(shown, subject))
     for path in paths:

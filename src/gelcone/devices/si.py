@@ -108,7 +108,8 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
         raise InputError("to_si: the result does not say of which device it is; give the device too")
     result = _with_member_fields(result, device)
     converted, everywhere = result.copy(), Scales.of(_getter(result, device))
-    for name, variable in result.variables.items():
+    # axes last: one whose values come to differ over members gets another name in all that lies along it
+    for name, variable in (*result.data_vars.items(), *result.coords.items()):
         own_fields = variable.attrs.get("along")
         scales = Scales.of(_getter(result, device, str(own_fields))) if own_fields else everywhere
         quantity, units = str(variable.attrs.get("quantity")), str(variable.attrs.get("units"))
@@ -220,8 +221,9 @@ def _put(result: xr.Dataset, name: str, values: xr.DataArray) -> xr.Dataset:
     if name not in result.coords:
         return result.assign({name: (values.dims, values.values, values.attrs)})
     if name in values.dims and values.ndim > 1:
-        result = result.drop_vars(name).rename_dims({name: "sample"})
-        values = values.drop_vars(name).rename({name: "sample"})
+        dim = "sample" if "sample" not in result.dims else f"{name}_sample"
+        result = result.drop_vars(name).rename_dims({name: dim})
+        values = values.drop_vars(name).rename({name: dim})
     return result.assign_coords({name: (values.dims, values.values, values.attrs)})
 
 

@@ -243,11 +243,16 @@ def operating_limits_cells(
             progress(1.0 / members.size)
     return Findings(
         {
-            f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _LIMITS[name], "voltage")
+            f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _LIMITS[name], _limit(name))
             for name, values in found.items()
         },
         outcome,
     )
+
+
+def _limit(name: str) -> dict[str, str]:
+    """What a variable with a limit holds; without a dielectric strength that of breakdown is not known."""
+    return dataset.absent("voltage", nan="unknown" if "breakdown" in name else "not applicable")
 
 
 _LIMITS = (
@@ -275,11 +280,11 @@ def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
     )
 
 
-_STATIC = {
+_STATIC: dict[str, tuple[str, dataset.Of]] = {
     "static_displacement": ("displacement on a slow voltage ramp", "length"),
     "stroke": ("displacement from the rest without voltage", "length"),
     "blocked_force": ("force on a stop at the rest position", "force"),
-    "natural_frequency": ("natural frequency about the equilibrium", "frequency"),
+    "natural_frequency": ("natural frequency about the equilibrium", dataset.absent("frequency")),
     "static_field": ("true electric field", "field"),
     "static_hoop_stress": ("true hoop stress", "stress"),
     "static_meridional_stress": ("true meridional stress", "stress"),
@@ -300,15 +305,15 @@ _WINDOW = {
 }
 
 
-_MOTIONS = {
+_MOTIONS: dict[str, tuple[str, dataset.Of]] = {
     "stroke": ("stroke of a coexisting motion, peak to peak", "length"),
     "lowest": ("lowest displacement of it", "length"),
     "highest": ("highest displacement of it", "length"),
     "period": ("its period in forcing periods, 0 if none", "count"),
     "regime": ("its kind of motion", "code"),
     "outcome": ("how its run ended", "code"),
-    "kick_low": ("the smallest kick to it lies above this velocity", "velocity"),
-    "kick_high": ("and at or below this one", "velocity"),
+    "kick_low": ("the smallest kick to it lies above this velocity", dataset.absent("velocity")),
+    "kick_high": ("and at or below this one", dataset.absent("velocity")),
 }
 
 
@@ -335,7 +340,10 @@ def _coexisting(plane: Plane, omegas: Array, peaks: Array, progress: Progress) -
     variables: dict[str, dataset.Variable] = {}
     variables |= (
         {"coexisting": (of_frequency, all_frequencies(found["motions"]), "motions beside the window's", "count")}
-        | {name: (of_frequency, all_frequencies(found[name]), meaning, "velocity") for name, meaning in kicks.items()}
+        | {
+            name: (of_frequency, all_frequencies(found[name]), meaning, dataset.absent("velocity"))
+            for name, meaning in kicks.items()
+        }
         | {
             f"motion_{name}": (of_motion, all_frequencies(found[f"motion_{name}" if "kick" in name else name]), *about)
             for name, about in _MOTIONS.items()

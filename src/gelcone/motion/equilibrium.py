@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORCE_SAMPLES = 401
+_TO = dataset.absent("length", infinite="no other equilibrium")
+_PULLED = dataset.absent("length", nan="beyond pull-in", infinite="beyond pull-in")
 
 
 @analysis(
@@ -297,8 +299,8 @@ def _ramp_variables(balances: list[StaticBalance], rests: list[float], levels: A
     with np.errstate(all="ignore"):
         blocked = np.stack([balance.voltage_force(x, levels**2) for x, balance in zip(rests, balances, strict=True)])
     return {
-        "displacement": (dims, place, "displacement on a slow voltage ramp", "length"),
-        "stroke": (dims, place - rest[:, None], "displacement from the rest without voltage", "length"),
+        "displacement": (dims, place, "displacement on a slow voltage ramp", _PULLED),
+        "stroke": (dims, place - rest[:, None], "displacement from the rest without voltage", _PULLED),
         "blocked_force": (dims, blocked + 0.0, "force on a stop at the rest position", "force"),
         "losses": (dims, losses, "losses of stability passed on the ramp", "count"),
         "rest_displacement": ((), rest, "stable equilibrium without voltage", "length"),
@@ -387,7 +389,9 @@ def _fold_variables(folds: list[list[tuple[float, float]]]) -> dict[str, dataset
 
 def _pitchfork_variable(balances: list[StaticBalance]) -> dict[str, dataset.Variable]:
     voltage = _pitchfork_voltages(balances)
-    return {"pitchfork_voltage": ((), voltage, "voltage at which the flat film loses stability", "voltage")}
+    return {
+        "pitchfork_voltage": ((), voltage, "voltage at which the flat film loses stability", dataset.absent("voltage"))
+    }
 
 
 def jump_voltages(model: Ensemble) -> tuple[Array, Array]:
@@ -403,10 +407,10 @@ def _pull_in_variables(balances: list[StaticBalance], rests: list[float]) -> dic
     voltage, kind, before, after = (np.array([row[k] for row in lost]) for k in range(4))
     return {
         "rest_displacement": ((), np.array(rests), "stable equilibrium without voltage", "length"),
-        "pull_in_voltage": ((), voltage, "voltage at which a slow ramp loses stability", "voltage"),
+        "pull_in_voltage": ((), voltage, "voltage at which a slow ramp loses stability", dataset.absent("voltage")),
         "pull_in_kind": ((), kind.astype(np.int8), "how the ramp loses stability", "flag"),
-        "pull_in_from": ((), before, "displacement at which the ramp loses stability", "length"),
-        "pull_in_to": ((), after, "displacement that it goes to", "length"),
+        "pull_in_from": ((), before, "displacement at which the ramp loses stability", dataset.absent("length")),
+        "pull_in_to": ((), after, "displacement that it goes to", _TO),
     }
 
 

@@ -47,6 +47,7 @@ NEAR_ONSET = -0.2
 SECTIONS = 8
 """Points inside a bracket that the root finder computes at once, one a lane of the integrator."""
 ROUNDS = 6
+_ONSET = dataset.absent("voltage", nan="not reached")
 PEAK_ROUNDS = 4
 STILL_STABLE = 1e-12
 """A margin below this without voltage is rounding."""
@@ -186,9 +187,14 @@ def onset_voltage(
     result = dataset.label(
         model,
         {
-            "onset_voltage": ((), found[0], "voltage amplitude at which rest loses stability", "voltage"),
+            "onset_voltage": (
+                (),
+                found[0],
+                "voltage amplitude at which rest loses stability",
+                _ONSET,
+            ),
             "onset_kind": ((), found[1].astype(np.int8), "how rest loses stability", "flag"),
-            "onset_error": ((), found[2], "width to which the onset is known", "voltage"),
+            "onset_error": ((), found[2], "width to which the onset is known", _ONSET),
             "searched": (("bound",), np.stack([0.0 * ends, ends], axis=1), "voltage amplitudes searched", "voltage"),
         },
         outcome=outcome,
@@ -273,7 +279,12 @@ def tongues(
             "margin": (plane, margin, *_MARGIN),
             "boundary_voltage": ((*line, "boundary"), boundary, "voltages at which the stability changes", "voltage"),
             "doubles": (plane, maps.trace.reshape(shape) < 0.0, "whether the larger multiplier is negative", "flag"),
-            "pitchfork_amplitude": ((), static, "amplitude whose peak voltage is at the static pitchfork", "voltage"),
+            "pitchfork_amplitude": (
+                (),
+                static,
+                "amplitude whose peak voltage is at the static pitchfork",
+                dataset.absent("voltage"),
+            ),
         },
         coords={
             "drive_frequency": (line, omega, "drive frequency", "frequency"),

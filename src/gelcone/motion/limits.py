@@ -88,8 +88,15 @@ def limits_cells(
         outcome[flat] = onset["outcome"]
         for name in ("onset_voltage", "onset_error"):
             found[name][flat] = onset[name]
-    variables: dict[str, dataset.Variable] = {n: ((), found[n], meaning, "voltage") for n, meaning in _MEANINGS.items()}
+    variables: dict[str, dataset.Variable] = {
+        n: ((), found[n], meaning, _absent(n)) for n, meaning in _MEANINGS.items()
+    }
     return Findings(variables | {"pull_in_kind": ((), kind, "how the disc jumps or pulls in", PullIn)}, outcome)
+
+
+def _absent(name: str) -> dict[str, str]:
+    """What NaN and infinity mean; rest that stays stable and a film that does not rest flat have no onset alike."""
+    return dataset.absent("voltage", nan="none" if name.startswith("onset") else "not applicable")
 
 
 _MEANINGS = {

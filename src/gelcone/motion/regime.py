@@ -25,6 +25,9 @@ from gelcone.statistics import wilson
 if TYPE_CHECKING:
     import xarray as xr
 
+_UNSEEN = dataset.absent("time", infinite="no end was seen")
+"""A lifetime: of a motion that is not chaotic there is none."""
+
 
 @analysis(
     swept=True,
@@ -145,9 +148,9 @@ def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
         **validity_variables(evidence.validity, evidence.outcome, system),
         "seen_until": ((), evidence.seen_until, "time to which the motion was seen to be chaotic", "time"),
         "share_chaotic": ((), evidence.share_chaotic, "share of the nearby starts that are still chaotic", "share"),
-        "lifetime": ((), evidence.lifetime, "mean lifetime of chaos, infinite if no end was seen", "time"),
-        "lifetime_low": ((), evidence.lifetime_low, "lower end of its 95 % interval", "time"),
-        "lifetime_high": ((), evidence.lifetime_high, "upper end of its 95 % interval", "time"),
+        "lifetime": ((), evidence.lifetime, "mean lifetime of chaos, infinite if no end was seen", _UNSEEN),
+        "lifetime_low": ((), evidence.lifetime_low, "lower end of its 95 % interval", _UNSEEN),
+        "lifetime_high": ((), evidence.lifetime_high, "upper end of its 95 % interval", _UNSEEN),
         "starts": ((), evidence.followed, "nearby starts that were followed, the motion's own among them", "count"),
         "fate_regime": (("fate",), evidence.fate_regime, "where nearby starts end: the regime, -1 if none", "code"),
         "fate_period": (("fate",), evidence.fate_period, "and its period in forcing periods", "count"),

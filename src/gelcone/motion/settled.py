@@ -189,7 +189,7 @@ def settled_cells(
             "resting": ((), found.resting.astype(np.int8), "1 if the disc is at rest", "code"),
             "harmonic_amplitude": (("harmonic",), np.abs(found.harmonics), "amplitudes of harmonics 1 to 4", "length"),
             "harmonic_phase": (("harmonic",), found.phases, "their phases ahead of the voltage's", "angle"),
-            "linear_stroke": ((), linear, "stroke by linear theory", "length"),
+            "linear_stroke": ((), linear, "stroke by linear theory", dataset.absent("length")),
             **validity_variables(found.validity, found.outcome, members.system),
         },
         found.outcome,

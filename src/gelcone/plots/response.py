@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, axis_label, styled
-from gelcone.words import measured, outcome_in_words
+from gelcone.words import measured, outcome_in_words, with_own_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,7 +102,7 @@ def members(response: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     stacked = response.stack(flat=dims)
     picks = np.unique(np.linspace(0, stacked.sizes["flat"] - 1, MOST_LINES).astype(int))
     names = [n for n, c in response.coords.items() if c.attrs.get("quantity") in ("parameter", "device field")]
-    chosen = [stacked.isel(flat=i) for i in picks]
+    chosen = [with_own_axes(stacked.isel(flat=i)) for i in picks]
     return [(", ".join(f"{str(n).replace('_', ' ')} {measured(m[n])}" for n in names), m) for m in chosen]
 
 

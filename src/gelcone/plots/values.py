@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.plots.style import CYCLE, axis_label, styled
-from gelcone.words import unit_of
+from gelcone.words import missing, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,6 +70,8 @@ def write_numbers(numbers: dict[str, xr.DataArray], axes: Axes) -> None:
     """Each number on a line with its meaning and unit."""
     axes.set_axis_off()
     for line, (name, variable) in enumerate(numbers.items()):
-        values = ", ".join(f"{value:.5g}" for value in variable.values.ravel()[:MOST_NUMBERS])
-        text = f"{variable.attrs.get('long_name', name)}: {values}{unit_of(variable)}"
+        values = variable.values.ravel()[:MOST_NUMBERS].astype(float)
+        told = [f"{value:.5g}" if np.isfinite(value) else missing(value, variable) for value in values]
+        unit = unit_of(variable) if np.isfinite(values).any() else ""
+        text = f"{variable.attrs.get('long_name', name)}: {', '.join(told)}{unit}"
         axes.text(0.0, 1.0 - (line + 0.5) / len(numbers), text, transform=axes.transAxes, va="center")
