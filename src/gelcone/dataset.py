@@ -119,7 +119,7 @@ NAN, INFINITE = "nan_means", "infinite_means"
 
 
 def absent(quantity: str, nan: str = "not applicable", infinite: str = "not reached") -> dict[str, str]:
-    """What a variable holds whose values may be missing: its quantity, and what NaN and infinity mean, in words."""
+    """Make the attributes of a variable whose values may be missing, with the words for NaN and infinity."""
     return {"units": "1", "quantity": quantity, NAN: nan, INFINITE: infinite}
 
 
