@@ -333,9 +333,7 @@ def test_a_run_that_takes_too_long_is_given_up_with_a_sentence(chromium, monkeyp
     served = Served()
     tab = chromium.tab(served.studio.address("device=biased-pump&frequency=1e-6 Hz"))
     try:
-        tab.wait(
-            "window.studio && /evidence takes more than 0.2 s/.test(document.getElementById('badges').innerText)"
-        )
+        tab.wait("window.studio && /evidence takes more than 0.2 s/.test(document.getElementById('badges').innerText)")
         assert tab.js("studio.looks.a.words.cut")
         monkeypatch.undo()
         type_in(tab, "frequency", "10 Hz")
