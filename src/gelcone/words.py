@@ -137,7 +137,7 @@ def evidence_in_words(member: xr.Dataset) -> list[str]:
     if np.isfinite(member["zero_one"]):
         lines.append(f"0-1 test {float(member['zero_one']):.2f}")
     if np.isfinite(member["cycle_distance"]):
-        lines.append(f"{float(member['cycle_distance']):.0e} of its size from the motion it settles to")
+        lines.append(f"settled (within {float(member['cycle_distance']):.0e} of its size)")
     elif period:
         lines.append(f"points return to within {float(member['return_distance']):.0e} of its size")
     if int(member["doubtful"]):

@@ -67,7 +67,7 @@ def test_the_evidence_is_written_line_by_line():
     assert rest == [
         "rest",
         "largest exponent -0.1000 ± 0.0010 per unit time",
-        "2e-05 of its size from the motion it settles to",
+        "settled (within 2e-05 of its size)",
     ]
     assert periodic == [
         "periodic, period 2, symmetric",

@@ -309,6 +309,41 @@ def test_what_takes_too_long_is_given_up_and_the_next_is_answered(server, monkey
         assert answer(page, "kind")[0]["id"] == 3
 
 
+def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_where_they_are_open(server, monkeypatch):
+    for store in ("_pull_ins", "_statics"):
+        monkeypatch.setattr(look, store, {})
+    with server.page() as page:
+        ask(page, "look", 1, side="a", setting=PUMP, panels=["statics"])
+        names = {own["name"] for _ in range(2) for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]}
+        assert names == {"current", "power", "static pull-in"}
+        marks = answer(page, "statics", 60.0)[0]["words"]["marks"]
+        subject = server.studio.shelf.subject(Setting(**PUMP))
+        assert look.margins(subject).words["numbers"][0]["value"] == pytest.approx(marks["pull_in"], rel=1e-9)
+        # of another drive they are known, and come before it rests
+        ask(page, "look", 2, side="a", setting={**PUMP, "values": {"frequency": "9 Hz"}}, panels=["statics"])
+        found = []
+        while "statics" not in found:
+            head, _ = unpack(page.recv(timeout=20))
+            if head["id"] == 2:
+                found.append(head["kind"])
+        assert found == ["response", "kind", "numbers", "statics"]
+
+
+def test_what_takes_long_is_not_begun_while_the_hand_moves(server, monkeypatch):
+    monkeypatch.setattr(look, "_pull_ins", {})
+    monkeypatch.setattr(gelcone.studio.page, "RESTED_SECONDS", 0.3)
+    begun = []
+    electrical = look.electrical
+    monkeypatch.setattr(look, "electrical", lambda subject, run: begun.append(1) or electrical(subject, run))
+    with server.page() as page:
+        for number in range(10):
+            ask(page, "look", number, side="a", setting={**PUMP, "values": {"spring_rate": f"{10 + number} N/m"}})
+            while answer(page, "kind")[0]["id"] != number:
+                pass
+        answer(page, "numbers")
+    assert begun == [1]
+
+
 def test_an_error_names_its_control_and_the_page_goes_on(server):
     with server.page() as page:
         ask(page, "look", 1, side="a", setting={**PUMP, "values": {"disc_radius": "90 mm"}})
@@ -363,7 +398,7 @@ def test_what_refines_an_older_picture_gives_way_to_a_newer_one_at_once(server, 
             in_time.append(ended.wait(3))
         return response(subject, periods)
 
-    chaotic = look.Parts({}, {"regime": int(Regime.CHAOTIC), "lines": ["chaotic"], "extent": None})
+    chaotic = look.Settled({}, {"regime": int(Regime.CHAOTIC), "lines": ["chaotic"], "extent": None})
     monkeypatch.setitem(look.STAGES, "kind", lambda subject: chaotic)
     monkeypatch.setitem(look.STAGES, "section", section)
     monkeypatch.setattr(look, "response", first_picture)
@@ -623,7 +658,8 @@ def test_each_side_gets_its_own_answers_and_the_panels_that_are_open(server):
         found = []
         while len(found) < 5:
             head, _ = unpack(page.recv(timeout=30))
-            found.append((head["side"], head["id"], head["kind"]))
+            if head["kind"] != "numbers":  # which come once the hand rests
+                found.append((head["side"], head["id"], head["kind"]))
         assert sorted(found) == [
             ("a", 1, "kind"),
             ("a", 1, "response"),

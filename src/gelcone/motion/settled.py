@@ -224,16 +224,17 @@ def swing(
         found.lowest[rows], found.highest[rows] = -highest(-ringed), highest(ringed)
         found.outcome[rows], found.final[rows] = run.outcome, run.path[:, -1]
         if not only_extent:
-            found.harmonics[rows] = _harmonics(part, x)
+            found.harmonics[rows] = harmonics_of(part, x, SAMPLES)
             found.validity[rows] = validity(part, run.times, run.states, turn=own > 0)
     return found
 
 
-def _harmonics(members: Members, x: Array) -> npt.NDArray[np.complex128]:
-    """The complex harmonics (members, harmonics) of displacements sampled over whole drive periods."""
+def harmonics_of(members: Members, x: Array, samples: int) -> npt.NDArray[np.complex128]:
+    """The complex harmonics (members, harmonics) of displacements over whole drive periods, ``samples`` of them in a
+    forcing period, the first one spacing after phase 0."""
     turn = np.broadcast_to(members.drive_frequency * members.forcing_period, members.shape)
     turns, which = np.unique(turn, return_inverse=True)
-    waves = np.exp(-1j * turns[:, None] * (np.arange(1, x.shape[1] + 1) / SAMPLES))
+    waves = np.exp(-1j * turns[:, None] * (np.arange(1, x.shape[1] + 1) / samples))
     return np.stack([2j * (x * (waves**k)[which]).mean(axis=1) for k in HARMONICS], axis=1)
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,8 +28,12 @@ from gelcone.motion.settle import start_states
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
+from gelcone.studio import look
 from gelcone.studio.controls import Control
 from gelcone.studio.pool import report
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 LEAST_TASK, FIRST_TASK, TASK = 32, 48, 128
 """Cells of a task at least, and at most of the coarsest picture and of later ones: enough to fill the lanes of vectors,
@@ -152,6 +156,16 @@ def _of_device(device: Device, axes: Mapping[str, list[str]]) -> Cells:
 
 def load() -> None:
     """Nothing: a worker that has done it has loaded what the rest needs."""
+
+
+def find_pull_in(source: Source) -> float:
+    """`look.pull_in_of` a subject."""
+    return look.pull_in_of(source.subject().model)
+
+
+def find_static(source: Source) -> xr.Dataset:
+    """`look.static_of` a subject."""
+    return look.static_of(source.subject().model)
 
 
 def kinds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:

@@ -30,6 +30,7 @@ from gelcone.physics.records import bias_record
 from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
+from gelcone.studio import performance
 from gelcone.studio.orbit import samples_over, settled_orbit
 from gelcone.words import evidence_in_words
 
@@ -204,7 +205,14 @@ def _seems(members: Members, times: Array, states: Array) -> str:
 # --- what kind of motion ---------------------------------------------------------------------------------------------
 
 
-def kind(subject: Subject) -> Parts:
+@dataclass(frozen=True)
+class Settled(Parts):
+    """The kind of motion, with the ``run`` along the settled motion; None where there is none."""
+
+    run: Trajectories | None = None
+
+
+def kind(subject: Subject) -> Settled:
     """The regime of the motion with its evidence in the words of the command line, its section and settled orbit."""
     analysis = ANALYSES["regime"]
     states = start_states(subject.model.members(), subject.initial)
@@ -213,16 +221,27 @@ def kind(subject: Subject) -> Parts:
     regime = Regime(int(member["regime"])) if not int(member["outcome"]) else Regime.LEFT_THE_DOMAIN
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     points = np.asarray(found.variables["section"][1])[0]
-    arrays = {}
-    if regime is not Regime.LEFT_THE_DOMAIN and np.isfinite(points[0]).all():
-        run, whole = settled_orbit(subject.model.members(), points[0], regime, int(member["period"]))
+    arrays, run = {}, None
+    words: dict[str, Any] = {"regime": int(regime), "lines": evidence_in_words(member), "numbers": []}
+    if regime is not Regime.LEFT_THE_DOMAIN and np.isfinite(points[:2]).all():
+        members = subject.model.members()
+        # two forcing periods past the start of the cycle: there the drive, too, is at its phase 0
+        run, whole = settled_orbit(members, points[1], regime, int(member["period"]))
+        words["numbers"] = performance.in_words(
+            performance.motion(members, run, regime, whole.stop // whole.step), subject
+        )
         arrays = {"ox": run.states[0, :, 0] * by["length"], "ou": run.states[0, :, 1] * by["velocity"]}
         if regime not in (Regime.REST, Regime.PERIODIC):  # two runs of chaos come apart
             points = run.states[0, whole]
     arrays |= {"px": points[:, 0] * by["length"], "pu": points[:, 1] * by["velocity"]}
     extent = [float(member[name]) for name in ("lowest", "highest")]
-    words = {"regime": int(regime), "lines": evidence_in_words(member)}
-    return Parts(arrays, {**words, "extent": extent if np.isfinite(extent).all() else None})
+    return Settled(arrays, words | {"extent": extent if np.isfinite(extent).all() else None}, run)
+
+
+def electrical(subject: Subject, run: Trajectories) -> Parts:
+    """Current and power along the run of `Settled`."""
+    numbers = performance.electrical(subject.model.members(), run)
+    return Parts({}, {"numbers": performance.in_words(numbers, subject)})
 
 
 class Reading(np.ndarray):
@@ -287,24 +306,71 @@ DRIVEN = ("voltage", "drive_frequency", "damping_ratio", "waveform", "circuit")
 """Parameters on which equilibria under a constant voltage do not depend."""
 MOST_STATICS = 32
 _statics: dict[str, xr.Dataset] = {}
+_pull_ins: dict[str, float] = {}
 
 
-def _static(model: ConeModel) -> xr.Dataset:
+def _body(model: ConeModel) -> str:
+    """All of a model but its drive."""
+    return repr(sorted((name, value) for name, value in model.parameters().items() if name not in DRIVEN))
+
+
+def _levels(model: ConeModel) -> float:
+    """A voltage past the peak, the same for neighbouring ones."""
+    return float(2.0 ** np.ceil(np.log2(max(float(model.peak_voltage), 1e-3))))
+
+
+def static_of(model: ConeModel) -> xr.Dataset:
     """`gelcone.static` past the peak voltage, which takes seconds for films that wrinkle; kept while only the drive
     changes."""
-    highest = 2.0 ** np.ceil(np.log2(max(float(model.peak_voltage), 1e-3)))
-    own = sorted((name, value) for name, value in model.parameters().items() if name not in DRIVEN)
-    key = repr((highest, own))
+    key = f"{_levels(model)} {_body(model)}"
     if key not in _statics:
-        if len(_statics) >= MOST_STATICS:
-            _statics.clear()
-        _statics[key] = static(model, np.linspace(0.0, highest, STATIC_LEVELS))
+        keep_static(model, static(model, np.linspace(0.0, _levels(model), STATIC_LEVELS)))
     return _statics[key]
+
+
+def keep_static(model: ConeModel, found: xr.Dataset) -> None:
+    """Keeps what `static_of` found of a model elsewhere."""
+    _kept(_statics, f"{_levels(model)} {_body(model)}", found)
+
+
+def pull_in_of(model: ConeModel) -> float:
+    """`performance.pull_in`, kept while only the drive changes."""
+    key = _body(model)
+    if key not in _pull_ins:
+        keep_pull_in(model, performance.pull_in(model))
+    return _pull_ins[key]
+
+
+def keep_pull_in(model: ConeModel, found: float) -> None:
+    """Keeps what `pull_in_of` found of a model elsewhere."""
+    _kept(_pull_ins, _body(model), found)
+
+
+def _kept(store: dict[str, Any], key: str, found: Any) -> None:
+    if len(store) >= MOST_STATICS:
+        store.clear()
+    store[key] = found
+
+
+def has_static(model: ConeModel) -> bool:
+    """Whether `static_of` answers at once."""
+    return f"{_levels(model)} {_body(model)}" in _statics
+
+
+def has_pull_in(model: ConeModel) -> bool:
+    """Whether `pull_in_of` answers at once."""
+    return _body(model) in _pull_ins
+
+
+def margins(subject: Subject) -> Parts:
+    """The static pull-in voltage, and how near the drive's peak is to it."""
+    numbers = {"static pull-in": pull_in_of(subject.model)}
+    return Parts({}, {"numbers": performance.in_words(numbers, subject)})
 
 
 def statics(subject: Subject) -> Parts:
     """The equilibria over a constant voltage, stable where the slope is positive, and the voltages that matter."""
-    result = _static(subject.model)
+    result = static_of(subject.model)
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     voltage, place, slope = (result[f"branch_{name}"].values for name in ("voltage", "displacement", "slope"))
     marks = {
@@ -328,7 +394,6 @@ STAGES: Mapping[str, Callable[[Subject], Parts]] = {
     "kind": kind,
     "section": section,
     "spectrum": spectrum,
-    "statics": statics,
 }
 
 

@@ -27,9 +27,9 @@ def samples_over(members: Members, span: float) -> int:
     return int(np.ceil(max(PER_PERIOD * periods, PER_OSCILLATION * oscillations, PER_PERIOD)))
 
 
-def settled_orbit(members: Members, start: Array, regime: Regime, period: int) -> tuple[Trajectories, Array]:
-    """The run along the settled motion of a single actuator from ``start`` (N,) at phase 0, and its samples that are at
-    whole forcing periods.
+def settled_orbit(members: Members, start: Array, regime: Regime, period: int) -> tuple[Trajectories, slice]:
+    """The run along the settled motion of a single actuator from ``start`` (N,) at phase 0, and its samples at the
+    beginning of each forcing period.
 
     ``period`` is that of a periodic orbit in forcing periods. A motion that does not repeat is followed for as many
     periods as `MOST_SAMPLES` can draw, at least one and at most `LONGEST`.
@@ -40,4 +40,4 @@ def settled_orbit(members: Members, start: Array, regime: Regime, period: int) -
     count = count if regime is Regime.PERIODIC else min(count, LONGEST)
     ticks = np.arange(count * each + 1) / each
     run = integrate(members, start[None], ticks[None] * repeat, threads=1)
-    return run, np.arange(0, count * each, each)
+    return run, slice(0, count * each, each)

@@ -22,12 +22,13 @@ from gelcone.analyses.request import Subject
 from gelcone.atlas.processes import ProcessesEnded
 from gelcone.codes import Regime
 from gelcone.errors import InputError, MissingDependency
+from gelcone.motion.job import Trajectories
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, Watch, watching
 from gelcone.studio import exports, look
 from gelcone.studio.controls import as_json
 from gelcone.studio.frames import pack
-from gelcone.studio.grids import Axis, Source, axis, load
+from gelcone.studio.grids import Axis, Source, axis, find_pull_in, find_static, load
 from gelcone.studio.long_work import Outdated, Work, draw_envelope, fill_map, fill_strip, make_file
 from gelcone.studio.pool import Pool
 from gelcone.studio.setting import OWN_FILE, Setting, Shelf, typed
@@ -43,6 +44,9 @@ THREADS = 3
 """Of a page: one for each slot, and one in which other requests are read."""
 LANES = ("map", "strip", "envelope", "export")
 """Long work, each in a lane of its own."""
+SIDES = ("a", "b")
+RESTED_SECONDS = 0.2
+"""Without a newer look, after which what takes longer than a picture is computed."""
 MAP_CELLS = (65, 49)
 STRIP_VALUES = 241
 
@@ -59,7 +63,7 @@ class Page:
         self.first, self.second = Slot(self._look, patient=True), Slot(self._examine)
         self._threads = ThreadPoolExecutor(THREADS, initializer=permission.limit, initargs=(shelf.names,))
         self._sending = asyncio.Lock()
-        self._lanes = {name: self._pool(name).lane() for name in LANES}
+        self._lanes = {name: self._pool(name).lane() for name in (*LANES, *SIDES)}
         self._tasks: set[asyncio.Task[None]] = set()
         self._ended = asyncio.Event()
 
@@ -137,11 +141,12 @@ class Page:
     async def _take_look(self, request: dict[str, Any]) -> None:
         request["setting"] = Setting.read(request.get("setting"))
         request["periods"] = look.check_periods(request.get("periods", look.PERIODS))
-        if _text(request, "side") not in ("a", "b"):
+        if _text(request, "side") not in SIDES:
             raise InputError("side: must be a or b")
         panels = request.setdefault("panels", [])
         if not isinstance(panels, list):
             raise InputError("panels: must be a list of names")
+        self._cancel_task(request["side"])
         self.first.give(request["side"], request)
         self.second.put_off(request["side"])
 
@@ -173,7 +178,7 @@ class Page:
     async def _examine(self, side: str, job: tuple[dict[str, Any], Subject]) -> None:
         """The kind of motion with its evidence, more section points if it does not repeat, and the open panels."""
         request, subject = job
-        wanted = ["kind", *(name for name in ("spectrum", "statics") if name in request["panels"])]
+        wanted = ["kind", *(name for name in ("spectrum",) if name in request["panels"])]
         for name in wanted:
             self.second.refines = name == "section"
             try:
@@ -186,8 +191,45 @@ class Page:
                 return
             await self._show(name, request, parts)
             self.pool.warm(load)
+            if name == "kind":
+                self._start(side, request, partial(self._afterwards, request, subject, parts.run))
             if name == "kind" and parts.words["regime"] in (Regime.CHAOTIC, Regime.QUASI_PERIODIC, Regime.TRANSIENT):
                 wanted.append("section")
+
+    async def _afterwards(self, request: Mapping[str, Any], subject: Subject, run: Trajectories | None) -> None:
+        """What is kept of other drives at once; once the hand rests, current and power, pull-in and equilibria."""
+        model, side, drawn = subject.model, request["side"], "statics" in request["panels"]
+
+        async def show(kind: str, compute: Callable[..., look.Parts], *given: Any) -> None:
+            loop = asyncio.get_running_loop()
+            await self._show(kind, request, await loop.run_in_executor(self._threads, compute, subject, *given))
+
+        pull_in_kept, static_kept = look.has_pull_in(model), look.has_static(model)
+        if pull_in_kept:
+            await show("numbers", look.margins)
+        if drawn and static_kept:
+            await show("statics", look.statics)
+        await asyncio.sleep(RESTED_SECONDS)
+        if run is not None:
+            await show("numbers", look.electrical, run)
+        lane = self._lanes[side]
+        work = Work(self.pool, lane, self.pool.begin(lane), request["id"], self.send)
+        source = await self._in_thread(lambda asked: self.source(asked["setting"]), request)
+        try:
+            if not pull_in_kept:
+                with suppress(InputError):
+                    look.keep_pull_in(model, await work.do(find_pull_in, source))
+                    await show("numbers", look.margins)
+            if drawn and not static_kept:
+                look.keep_static(model, await work.do(find_static, source))
+                await show("statics", look.statics)
+        except InputError as error:
+            head = {"kind": "late", "id": request["id"], "side": side, "stage": "statics", "message": str(error)}
+            await self.send(head)
+        except asyncio.CancelledError:
+            if self._lanes:  # the page is still there
+                self.pool.begin(lane)
+            raise
 
     async def _computed(self, slot: Slot, request: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
         """What ``compute`` gives, in a thread under the slot's watch; None after an error, which the page is told."""

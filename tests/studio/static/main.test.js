@@ -174,6 +174,19 @@ test("what is computed is said once it takes a while, with the picture faded unt
   $("reset-all").click(); answer();
 });
 
+test("numbers come with the kind, others once the hand rests, and those of an older setting are pale", () => {
+  answer();
+  const { id } = last("look"), stroke = { name: "stroke", place: 0, text: "14.7 mm", value: 14.7 }, current = { name: "current", place: 3, text: "79 uA", value: 0.079 };
+  const shown = () => $("badges").querySelectorAll(".number").map((own) => [own.textContent, own.className]);
+  socket.give({ kind: "kind", id, side: "a", words: { regime: 1, lines: ["periodic, period 1"], extent: [9, 21], numbers: [stroke] } }, {});
+  socket.give({ kind: "numbers", id, side: "a", words: { numbers: [current] } });
+  assert.deepEqual(shown(), [["stroke 14.7 mm", "number"], ["current 79 µA", "number"]]);
+  answer();
+  assert.deepEqual(shown().map(([, name]) => name), ["number old", "number old"]);
+  socket.give({ kind: "kind", id, side: "a", words: { regime: 0, lines: ["rest"], extent: [9, 9], numbers: [{ ...stroke, text: "0 mm" }] } }, {});
+  assert.deepEqual(shown(), [["stroke 0 mm", "number"], ["current 79 µA", "number old"]]);
+});
+
 test("evidence that takes too long is given up in words, and the first impression stays", () => {
   answer();
   socket.give({ kind: "late", id: last("look").id, side: "a", stage: "kind", message: "takes more than 30 s" });

@@ -254,6 +254,26 @@ test("the badge tells a first impression from a verdict, with the colour of its 
   assert.deepEqual([ended.kind, ended.evidence, ended.row.kind.style.background], ["Pulled in", "the film pulls in after 3 ms", ""]);
 });
 
+test("the first line has the numbers in their order, those of an older setting pale, and words where there are none", () => {
+  const numbers = (...own) => new Map(own.map((one) => [one.name, one]));
+  const { row } = badge({}, { numbers: numbers({ name: "lag", place: 2, text: "7.45°" }, { name: "stroke", place: 0, text: "14.7 mm" }, { name: "current", place: 3, text: "-79.1 uA", old: true }) });
+  assert.deepEqual(row.numbers.parts.map((own) => [own.textContent, own.className]), [["stroke 14.7 mm", "number"], ["lag 7.45°", "number"], ["current −79.1 µA", "number old"]]);
+  assert.equal(badge({}).row.numbers.textContent, "the settled motion is under way …");
+  assert.match(badge({}, { late: "takes more than 30 s" }).row.numbers.textContent, /first impression only: the evidence takes more than 30 s/);
+  const ended = badge({ ended: "pulled in", seems: "the film pulls in after 3 ms" }, { numbers: numbers({ name: "stroke", place: 0, text: "1 mm", old: true }) });
+  assert.equal(ended.row.numbers.textContent, "the film pulls in after 3 ms");
+});
+
+test("exponent and evidence are one click behind, for both settings", () => {
+  const { own, row } = badge({}, { lines: ["chaotic", "one", "two"], regime: 3 });
+  assert.ok(row.evidence.hidden);
+  row.why.click();
+  own.show("b", { words: { shares: [{ code: 0, share: 1 }], seems: "does not repeat yet", ended: "" }, about: { film: FILM } }, LEGEND);
+  assert.deepEqual([row.evidence.hidden, row.evidence.textContent, row.why.getAttribute("aria-expanded"), own.rows.get("b").evidence.hidden], [false, "one · two", "true", false]);
+  row.why.click();
+  assert.ok(row.evidence.hidden && own.rows.get("b").evidence.hidden);
+});
+
 test("the badge says whether the model holds", () => {
   const cases = [
     [{}, {}, "the model holds: film taut throughout", true],

@@ -1,20 +1,28 @@
 // The kind of motion in words, its evidence, and how far the model held.
 import { colours, onto } from "./colours.js";
-import { make, say } from "./controls.js";
+import { make, say, typeset } from "./controls.js";
 
 const BREAKDOWN = 4;
 const percent = (share) => (share >= 0.9995 ? "all" : share < 0.01 ? "under 1 %" : `${Math.round(100 * share)} %`);
 
 export class Badge {
-  constructor(host) { this.host = host; this.rows = new Map(); }
+  constructor(host) { this.host = host; this.rows = new Map(); this.open = false; }
 
   row(side) {
     if (!this.rows.has(side)) {
-      const parts = { side: make("span", { className: "side" }), kind: make("span", { className: "kind" }), evidence: make("span", { className: "evidence" }), valid: make("span", { className: "valid" }) };
-      this.rows.set(side, { box: make("div", { className: "badge" }, parts.side, parts.kind, make("div", { className: "words" }, parts.evidence, parts.valid)), ...parts });
+      const evidence = make("p", { className: "evidence", hidden: !this.open });
+      const why = make("button", { type: "button", className: "more why", textContent: "evidence", "aria-expanded": String(this.open), onclick: () => this.toggle() });
+      const parts = { side: make("span", { className: "side" }), kind: make("span", { className: "kind" }), numbers: make("p", { className: "numbers" }), valid: make("span", { className: "valid" }), evidence, why };
+      this.rows.set(side, { box: make("div", { className: "badge" }, parts.side, parts.kind, make("div", { className: "words" }, parts.numbers, make("p", { className: "line" }, parts.valid, why), evidence)), ...parts });
       this.host.append(this.rows.get(side).box);
     }
     return this.rows.get(side);
+  }
+
+  // The evidence is one click behind the numbers.
+  toggle() {
+    this.open = !this.open;
+    for (const { evidence, why } of this.rows.values()) { evidence.hidden = !this.open; why.setAttribute("aria-expanded", this.open); }
   }
 
   keep(sides) {
@@ -32,12 +40,23 @@ export class Badge {
     const colour = sure ? legend.regimes[look.regime].colour : null;
     say(row.kind, kind[0].toUpperCase() + kind.slice(1) + (sure || look.words.ended ? "" : " …"));
     row.kind.style.background = colour ?? ""; row.kind.style.color = colour ? onto(colour) : "";
+    writeNumbers(row.numbers, look);
     const evidence = look.words.ended ? look.words.seems : sure ? look.lines.slice(1).join(" · ") : look.late ? `first impression: the evidence ${look.late}` : "first impression; the evidence is under way";
     say(row.evidence, evidence, true);
     const [text, holds] = validity(look);
     say(row.valid, text, true);
     row.valid.classList.toggle("no", !holds); row.valid.classList.toggle("yes", holds);
   }
+}
+
+// The numbers of the settled motion, those of an older setting pale; before there are any, and where it ends, words.
+function writeNumbers(host, { numbers, words, late }) {
+  const shown = words.ended ? [] : [...(numbers?.values() ?? [])].sort((p, q) => p.place - q.place);
+  const plain = words.ended ? words.seems : late ? `first impression only: the evidence ${late}` : "the settled motion is under way …";
+  const key = shown.length ? shown.map(({ name, text, old }) => [name, text, Boolean(old)]).join() : plain;
+  if (host.dataset.key === key) return;
+  host.dataset.key = key;
+  host.replaceChildren(...(shown.length ? shown.map(({ name, text, old }) => make("span", { className: old ? "number old" : "number" }, `${name} `, make("b", { textContent: typeset(text) }))) : [plain]));
 }
 
 // Whether the model holds, and what the film does: one that wrinkles may be slack, one that is taut by assumption not.

@@ -38,6 +38,9 @@ export function format(value, digits = 4) {
   return Math.abs(text) >= 1e6 || (text !== 0 && Math.abs(text) < 1e-4) ? text.toExponential() : String(text);
 }
 
+// A text as it is printed: with true minus signs and micro.
+export const typeset = (text) => text.replace(/-(?=[\d.])/g, "−").replace(/(?<=\d )u(?=[A-Za-z])/g, "µ");
+
 export class Controls {
   // changed(name, text or null for the default, settled): a value was set; settled once the user let go.
   constructor({ drive, groups, group, general, changed }) {

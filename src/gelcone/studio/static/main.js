@@ -289,7 +289,8 @@ const ANSWERS = {
   response(head, arrays) {
     const before = looks[head.side] ?? {};
     const look = { ...before, film1: undefined, film2: undefined, ...arrays, words: head.words, about: head.about, id: head.id };
-    delete look.lines; delete look.late;
+    delete look.lines; delete look.late; delete look.problem;
+    look.numbers = new Map([...(before.numbers ?? [])].map(([name, own]) => [name, { ...own, old: true }]));
     if (head.words.ended) look.ox = look.px = undefined;
     clearTimeout(ageing[head.side]);
     ageing[head.side] = setTimeout(() => { look.old = true; plots.portrait.redraw(); }, AGED);
@@ -310,16 +311,23 @@ const ANSWERS = {
     const look = looks[head.side], wanders = ![0, 1].includes(head.words.regime);
     clearTimeout(ageing[head.side]);
     Object.assign(look, { ox: undefined, ou: undefined, old: false }, arrays, { lines: head.words.lines, regime: head.words.regime, extent: head.words.extent, wanders });
+    for (const name of ["stroke", "mean height", "lag", "field"]) look.numbers.delete(name);
+    numbered(look, head);
     if (head.id >= asked[head.side]) held = 0;
     if (head.side === state.side) grids.moved();
   },
+  numbers(head) { numbered(looks[head.side], head); },
   late(head) {
+    if (head.stage === "statics") looks[head.side].problem = head.message;
     if (head.stage === "kind") Object.assign(looks[head.side], { late: head.message, ox: undefined, px: undefined });
   },
   section(head, arrays) { Object.assign(looks[head.side], arrays); },
   spectrum(head, arrays) { looks[head.side].spectrum = { ...arrays, ...head.words }; },
   statics(head, arrays) { looks[head.side].statics = { ...arrays, ...head.words }; },
 };
+
+// Puts the numbers of an answer in the place of those of the same names.
+function numbered(look, { words }) { for (const own of words.numbers ?? []) look.numbers.set(own.name, own); }
 
 function begin(head) {
   hello = head;
@@ -384,7 +392,7 @@ function notice(text) {
 
 // --- painting ------------------------------------------------------------------------------------------------------
 
-const DRAWN = { subject: [], late: ["portrait"], response: ["time", "portrait", "spectrum", "statics"], kind: ["portrait", "statics"], section: ["portrait"], spectrum: ["spectrum"], statics: ["statics"] };
+const DRAWN = { subject: [], late: ["portrait", "statics"], numbers: [], response: ["time", "portrait", "spectrum", "statics"], kind: ["portrait", "statics"], section: ["portrait"], spectrum: ["spectrum"], statics: ["statics"] };
 
 // Draws what an answer changes, at once: the picture is on the screen with the next frame.
 function show(side, kind) {

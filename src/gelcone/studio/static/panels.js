@@ -132,7 +132,7 @@ export function staticsPanel(host, looks, clock) {
   return new Plot(host, {
     draw(p) {
       const shown = sidesOf(looks).filter(([look]) => look.statics);
-      if (!shown.length) return p.label("The equilibria are under way.", p.w / 2, p.h / 2, { align: "center" });
+      if (!shown.length) return p.paragraph(looks[looks.active]?.problem ?? "The equilibria are under way.", p.w / 2, p.h / 2, 0.7 * p.w);
       const { axes } = shown[0][0].about, c = colours();
       const most = Math.max(...shown.map(([look]) => Math.max(...look.statics.swing.map(Math.abs), ...Object.values(look.statics.marks)))) * 1.15;
       const near = shown.flatMap(([look]) => [...look.statics.x].filter((_, i) => look.statics.voltage[i] <= most));

@@ -1,0 +1,123 @@
+"""What an engineer asks first of a settled motion: stroke, mean height, lag, current, power and the margins left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from gelcone.analyses.request import Subject
+from gelcone.codes import Regime
+from gelcone.devices.scales import MEASURES
+from gelcone.devices.units import format_si
+from gelcone.motion.equilibrium import jump_voltages
+from gelcone.motion.job import Trajectories
+from gelcone.motion.settled import HARMONICS, harmonics_of, highest
+from gelcone.physics.members import Members
+from gelcone.physics.model import ConeModel
+
+DIGITS = 3
+MOST_SAMPLES = 2000
+"""Samples of a settled motion from which current, power and field are taken."""
+ROUNDING = 1e-9
+"""A mean height or a harmonic of less than this share of the stroke is rounding."""
+QUANTITIES: Mapping[str, str] = {
+    "stroke": "length",
+    "mean height": "length",
+    "lag": "",
+    "current": "current",
+    "power": "power",
+    "field": "",
+    "static pull-in": "voltage",
+}
+"""The numbers in the order in which they are shown, and the quantity of those that have a unit."""
+MULTIPLES = ("", " at twice the drive's frequency", " at three times the drive's frequency", " at four times it")
+
+
+def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> dict[str, float]:
+    """Numbers of the settled motion of a single actuator along ``run``, over so many forcing periods, by name.
+
+    In the model's units ``stroke`` and ``mean height``; ``lag``, by how many degrees of the drive frequency's multiple
+    ``harmonic`` the largest harmonic of the height follows the voltage's sine; and ``field``, the largest true field
+    over the dielectric strength. What is not known, or does not apply, is left out.
+    """
+    x = run.states[:, 1:, 0]
+    ringed = np.pad(x, ((0, 0), (1, 1)), mode="wrap")  # of an orbit that closes, the first sample follows the last one
+    found = {"stroke": float(highest(ringed)[0] + highest(-ringed)[0]), "mean height": float(x.mean())}
+    if abs(found["mean height"]) < ROUNDING * found["stroke"]:
+        found["mean height"] = 0.0
+    if regime is Regime.PERIODIC:
+        # two forcing periods are a whole number of the drive's
+        whole = np.concatenate([x, x], axis=1) if turns % 2 else x
+        own = harmonics_of(members, whole, x.shape[1] // turns)[0]
+        k = int(np.argmax(np.abs(own)))
+        if abs(own[k]) > ROUNDING * found["stroke"]:
+            found |= {"harmonic": HARMONICS[k], "lag": -float(np.degrees(np.angle(own[k]))) % 360.0}
+    if "dielectric_strength" in members.values:
+        times, states = _thinned(run)
+        n, voltages = members.numbers(trailing=1), members.voltages(times, states)
+        moving = zip(members.system.films, voltages, strict=True)
+        field = max(float(np.nanmax(film.state(states[..., 0], voltage, n).true_field)) for film, voltage in moving)
+        found["field"] = field / float(np.ravel(members.values["dielectric_strength"])[0])
+    return found
+
+
+def electrical(members: Members, run: Trajectories) -> dict[str, float]:
+    """The peak ``current`` into a film and the mean ``power`` that the source puts in, along a run as in `motion`.
+
+    Left out where a film does not know its charge."""
+    times, states = _thinned(run)
+    z, n, system = list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1), members.system
+    currents = system.currents(times, z, n)
+    powers = dict(zip(system.causes, system.powers(times, z, n), strict=True))
+    given = sum(v * i for v, i in zip(members.voltages(times, states), currents, strict=True))
+    power = np.broadcast_to(powers.get("source", given), times.shape)
+    found = {"current": float(max(np.abs(i).max() for i in currents)), "power": float(power.mean())}
+    return {name: value for name, value in found.items() if np.isfinite(value)}
+
+
+def _thinned(run: Trajectories) -> tuple[Any, Any]:
+    """At most some `MOST_SAMPLES` times (1, samples) and states (1, samples, N) of a run, but for its last."""
+    step = max(1, (run.times.shape[1] - 1) // MOST_SAMPLES)
+    return run.times[:, :-1:step], run.states[:, :-1:step]
+
+
+def pull_in(model: ConeModel) -> float:
+    """The constant voltage at which a single actuator jumps or pulls in on a slow ramp; infinite if never.
+
+    Takes up to a second for films that wrinkle."""
+    return float(jump_voltages(model)[0][0])
+
+
+def in_words(numbers: Mapping[str, float], subject: Subject) -> list[dict[str, Any]]:
+    """The numbers as the page shows them, in order: ``name``, ``place`` in that order, ``text``, and the ``value`` in
+    the units of the page's axes (of lag degrees, of the field a share)."""
+    told = []
+    for place, (name, quantity) in enumerate(QUANTITIES.items()):
+        if name not in numbers or not np.isfinite(numbers[name]):
+            continue
+        value = float(numbers[name])
+        if name == "lag":
+            text = f"{value:.{DIGITS}g}°{MULTIPLES[int(numbers['harmonic']) - 1]}"
+        elif name == "field":
+            text = f"{_percent(value)} of breakdown"
+        else:
+            text, value = _with_unit(value, quantity, subject)
+        if name == "static pull-in":
+            text += f" (peak at {_percent(float(subject.model.peak_voltage) / numbers[name])})"
+        told.append({"name": name, "place": place, "text": text, "value": value})
+    return told
+
+
+def _with_unit(value: float, quantity: str, subject: Subject) -> tuple[str, float]:
+    if subject.device is None:
+        return f"{value:.{DIGITS}g}", value
+    si = value * float(getattr(subject.device.scales, quantity))
+    text = format_si(si, MEASURES[quantity].unit, DIGITS) if si else f"0 {MEASURES[quantity].shown}"
+    return text, si * MEASURES[quantity].per_unit
+
+
+def _percent(share: float) -> str:
+    """A share in per cent, to two digits below 100 and three above."""
+    return f"{100.0 * share:.{2 if share < 0.995 else 3}g} %"

@@ -1,0 +1,114 @@
+"""The numbers of the first line are those of the analyses."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.analyses.answer import in_si
+from gelcone.studio import look
+from gelcone.studio.performance import QUANTITIES
+from gelcone.studio.setting import Setting, Shelf
+
+SETTINGS = {
+    "pump": Setting(device="biased-pump"),
+    "weight": Setting(device="weight-cone"),
+    "soft": Setting(device="soft-film"),
+    "double": Setting(device="double-cone"),
+    "preset": Setting(preset="base", values={"voltage": "1.2"}),
+    "offset": Setting(preset="base", values={"voltage": "0.3", "voltage_bias": "0.5", "drive_frequency": "1.3"}),
+    "two": Setting(preset="base", values={"voltage": "0.9", "rest_height": "1", "damping_ratio": "0.05"}),
+}
+
+
+@pytest.fixture(scope="module")
+def shelf():
+    return Shelf()
+
+
+@pytest.fixture(params=SETTINGS, scope="module")
+def case(request, shelf):
+    subject = shelf.subject(SETTINGS[request.param])
+    return subject, look.kind(subject)
+
+
+def numbers(parts):
+    return {own["name"]: own for own in parts.words["numbers"]}
+
+
+def test_stroke_and_lag_are_those_of_settled(case):
+    subject, found = case
+    settled, own = in_si(gelcone.settled(subject.model, subject.initial), subject), numbers(found)
+    assert own["stroke"]["value"] == pytest.approx(float(settled.stroke), rel=2e-4, abs=1e-9)
+    if "lag" not in own:
+        assert found.words["regime"] == gelcone.Regime.REST
+        return
+    largest = int(np.argmax(settled.harmonic_amplitude.values))
+    assert ("twice" in own["lag"]["text"]) == (largest == 1)
+    phase = float(settled.harmonic_phase[largest])
+    assert (own["lag"]["value"] + phase + 180.0) % 360.0 - 180.0 == pytest.approx(0.0, abs=0.02)
+
+
+def test_mean_height_current_and_power_are_those_of_simulate_along_the_settled_motion(case):
+    subject, found = case
+    times = np.linspace(0.0, float(found.run.times[0, -1]), 4001)
+    run = in_si(gelcone.simulate(subject.model, found.run.states[0, 0], times=times), subject)
+    electrical = look.electrical(subject, found.run)
+    own = numbers(found) | numbers(electrical)
+
+    def mean(name):
+        return float(np.trapezoid(run[name].values, times) / times[-1])
+
+    size = float(np.ptp(run["displacement"].values))
+    assert own["mean height"]["value"] == pytest.approx(mean("displacement"), rel=1e-3, abs=1e-4 * size + 1e-12)
+    currents = [run[name].values for name in ("current", "second_current") if name in run]
+    assert own["current"]["value"] == pytest.approx(max(np.abs(i).max() for i in currents), rel=5e-3)
+    assert own["power"]["value"] == pytest.approx(mean("input_power"), rel=2e-3, abs=1e-9)
+
+
+def test_the_field_is_the_share_of_the_dielectric_strength(shelf):
+    subject = shelf.subject(SETTINGS["pump"])
+    found = look.kind(subject)
+    times = np.linspace(0.0, float(found.run.times[0, -1]), 2001)
+    run = in_si(gelcone.simulate(subject.model, found.run.states[0, 0], times=times), subject)
+    share = float(run["true_field"].max()) / (1e-6 * subject.device.dielectric_strength)
+    own = numbers(found)["field"]
+    assert own["value"] == pytest.approx(share, rel=1e-3)
+    assert own["text"] == f"{100 * share:.2g} % of breakdown"
+    unknown = look.kind(shelf.subject(SETTINGS["preset"]))
+    assert "field" not in numbers(unknown)
+
+
+def test_the_pull_in_is_that_of_the_static_analysis_and_is_kept_for_other_drives(shelf, monkeypatch):
+    monkeypatch.setattr(look, "_pull_ins", {})
+    subject = shelf.subject(SETTINGS["pump"])
+    expected = in_si(gelcone.limits(subject.model), subject)
+    own = numbers(look.margins(subject))["static pull-in"]
+    assert own["value"] == pytest.approx(float(expected.pull_in_voltage), rel=1e-12)
+    assert own["text"] == f"2.49 kV (peak at {100 * 1800 / own['value']:.2g} %)"
+    other = shelf.subject(Setting(device="biased-pump", values={"voltage_amplitude": "400 V", "frequency": "7 Hz"}))
+    assert look.has_pull_in(other.model)
+    stiffer = shelf.subject(Setting(device="biased-pump", values={"spring_rate": "16 N/m"}))
+    assert not look.has_pull_in(stiffer.model)
+    never = shelf.subject(Setting(preset="base"))
+    assert numbers(look.margins(never)) == {}
+
+
+def test_numbers_stand_in_their_order_with_three_digits_and_their_units(shelf):
+    subject = shelf.subject(SETTINGS["pump"])
+    found = look.kind(subject)
+    told = found.words["numbers"] + look.electrical(subject, found.run).words["numbers"]
+    assert all(list(QUANTITIES)[own["place"]] == own["name"] for own in told)
+    texts = {own["name"]: own["text"] for own in told}
+    assert texts["stroke"].endswith(" mm")
+    assert texts["current"].endswith(" uA")
+    assert texts["lag"].endswith("°")
+    assert texts["power"].endswith(" mW")
+    flat = numbers(look.kind(shelf.subject(SETTINGS["soft"])))["mean height"]
+    assert (flat["text"], flat["value"]) == ("0 mm", 0.0)  # and not the 1e-17 of rounding
+
+
+def test_a_motion_that_ends_has_no_numbers(shelf):
+    gone = shelf.subject(Setting(preset="base", values={"film": "wrinkling", "voltage": "1.2"}))
+    found = look.kind(gone)
+    assert found.words["numbers"] == []
+    assert found.run is None
