@@ -32,6 +32,16 @@ def test_an_existing_file_is_kept_unless_forced(result, tmp_path):
     result.gelcone.save(tmp_path / "a.nc", force=True)
 
 
+def test_a_device_is_saved_as_a_device_file(tmp_path):
+    device = gelcone.find_device("biased-pump").replace(film_thickness="0.25 mm")
+    gelcone.save(device, tmp_path / "mine.toml")
+    assert gelcone.find_device(tmp_path / "mine.toml") == device
+    with pytest.raises(gelcone.InputError, match="exists already"):
+        gelcone.save(device, tmp_path / "mine.toml")
+    with pytest.raises(gelcone.InputError, match="was given a dict; give a result of an analysis, or a device"):
+        gelcone.save({}, tmp_path / "other.toml")
+
+
 LOADED = (
     "import sys, gelcone, gelcone.plots; "
     "print(*(name for name in ('xarray', 'matplotlib', 'llvmlite') if name in sys.modules)); "

@@ -21,6 +21,7 @@ FLOORS = [
         "files",
         "disk_cache",
         "netcdf",
+        "interchange",
         "permission",
     ],
     ["accessor", "register"],

@@ -21,7 +21,7 @@ Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     Plan, sweep, show, cluster              any analysis over any parameters, in stores, on clusters
     Uniform, Normal, draw, probability      uncertain parameters
 Results, each an xarray.Dataset
-    plot, save, load, to_si, model_of; also result.gelcone.plot() and so on; Outcome, Regime, PullIn, Onset
+    plot, save, load, export, to_si, model_of; also result.gelcone.plot() and so on; Outcome, Regime, PullIn, Onset
 Models and their components
     ConeModel; Film, Bias, Waveform, Circuit, StrainEnergyLaw and those that ship; fit_film, read_film, write_film
 
@@ -94,7 +94,7 @@ if TYPE_CHECKING:
     """Any analysis over any parameters, and the probability of chaos."""
     from gelcone.atlas.record import show as show
 
-    """What the store of a map or sweep holds by now."""
+    """What a file or a store holds, also while its run continues."""
     from gelcone.atlas.maps import basin as basin
 
     """Which motions coexist: the attractor of each initial state."""
@@ -127,6 +127,7 @@ if TYPE_CHECKING:
     from gelcone.devices.si import to_si as to_si
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
+    from gelcone.interchange import export as export
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages
     from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
     from gelcone.motion.equilibrium import pull_in_voltage as pull_in_voltage

@@ -37,6 +37,10 @@ class Accessor:
         """Writes the result as netCDF-4; see `gelcone.save`."""
         gelcone.save(self._result, path, force=force)
 
+    def export(self, path: str | Path, *, force: bool = False) -> list[Path]:
+        """Write the result as CSV, Parquet or for MATLAB; see `gelcone.export`."""
+        return gelcone.export(self._result, path, force=force)
+
     def to_si(self, device: gelcone.Device | None = None) -> xr.Dataset:
         """The result in the units of its device; see `gelcone.to_si`."""
         return gelcone.to_si(self._result, device)

@@ -11,7 +11,7 @@ import json
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -166,9 +166,26 @@ def model_of(dataset: xr.Dataset) -> ConeModel:
     return ConeModel.from_parameters(parameters)
 
 
-def save(dataset: xr.Dataset, path: str | Path, *, force: bool = False) -> None:
-    """Writes a Dataset as netCDF-4; see `write_whole` for what is refused."""
-    write_whole(Path(path), lambda to: write_netcdf(dataset, to), force=force)
+def save(dataset: xr.Dataset | Savable, path: str | Path, *, force: bool = False) -> None:
+    """Write a Dataset as netCDF-4, or a device as a device file (TOML); see `write_whole` for what is refused."""
+    if isinstance(dataset, Savable):
+        text = dataset.to_toml()
+        write_whole(Path(path), lambda to: _write_text(to, text), force=force)
+    elif hasattr(dataset, "data_vars"):
+        write_whole(Path(path), lambda to: write_netcdf(dataset, to), force=force)
+    else:
+        raise InputError(f"save: was given a {type(dataset).__name__}; give a result of an analysis, or a device")
+
+
+def _write_text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")
+
+
+@runtime_checkable
+class Savable(Protocol):
+    """A device, which writes itself as a device file."""
+
+    def to_toml(self) -> str: ...
 
 
 def load(path: str | Path) -> xr.Dataset:

@@ -75,12 +75,3 @@ def test_brackets_or_a_point_make_a_list(command_line, typed):
     code, out, err = command_line("simulate", *typed, "--periods", "1", "--json")
     assert code == 0, err
     assert len(json.loads(out)["outcome"]) == 2
-
-
-def test_a_file_is_not_a_store(command_line, tmp_path):
-    (tmp_path / "result.nc").write_bytes(b"no netCDF")
-    code, _, err = command_line("show", "result.nc")
-    assert (code, err) == (
-        2,
-        "Error: result.nc: is a file, not the folder of a store; gelcone.load reads what --out wrote\n",
-    )

@@ -96,7 +96,7 @@ def test_limits_over_three_parameters(run):
         (["map", "--store", "a", "--resume", "b"], "--store and --resume"),
         (["map", "--threads", "1", "--workers", "2"], "give one of them"),
         (["map", "--resume", "nothing-there"], "no such store"),
-        (["show", "nothing-there"], "no such store"),
+        (["show", "nothing-there"], "no such file"),
     ],
 )
 def test_bad_input(run, arguments, message):

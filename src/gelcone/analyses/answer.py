@@ -76,6 +76,8 @@ def bare_answer(command: str, content: Mapping[str, Any]) -> dict[str, Any]:
 
 def initial_json(subject: Subject) -> Any:
     """The initial displacement and velocity, of a device in the units in which results are read."""
+    if subject.initial is None:
+        return None
     state = np.asarray(subject.initial, dtype=float)
     if subject.device is None:
         return state

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gelcone.analyses import tables
 from gelcone.analyses.request import Subject, measure_reader, read_measures
 from gelcone.errors import DoubtfulInput, InputError
+from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gelcone.devices.device import Device
 
 
 @dataclass(frozen=True)
@@ -25,6 +31,65 @@ class Answers:
     command: str
     words: Callable[[xr.Dataset, Subject], str]
     json: Callable[[xr.Dataset, Subject], dict[str, Any]]
+
+
+TITLES: Mapping[str, str] = {
+    "time response": "simulate",
+    "Poincare section": "section",
+    "extrema": "extrema",
+    "spectrum": "spectrum",
+    "Lyapunov exponents": "lyapunov",
+    "regime of motion": "regime",
+    "statics": "static",
+    "limits": "limits",
+    "settled motion": "settled",
+    "operating limits": "operating_limits",
+    "instability tongues of rest": "tongues",
+    "bifurcation diagram": "bifurcation",
+    "branches": "continue_branch",
+    "locus": "locus",
+    "parameter map": "map",
+    "sweep": "sweep",
+    "basins of attraction": "basin",
+    "frequency response": "frequency",
+    "operating envelope": "envelope",
+}
+"""Title of a result, up to a colon -> the analysis that gave it."""
+
+
+def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
+    """How the command that gave a result answers, and what it was asked about; `InputError` for another Dataset."""
+    title = str(result.attrs.get("title", "")).partition(":")[0]
+    from gelcone.dataset import model_of
+    from gelcone.devices.si import device_of
+
+    if title == "cone and continuum":
+        from gelcone.analyses.validation import validate_json, validate_words
+
+        answers = Answers("validate", validate_words, validate_json)
+    elif title in TITLES:
+        answers = answers_of(find_analysis(TITLES[title]))
+    else:
+        raise InputError(
+            f"the file holds {title or 'no result of gelcone'!r}, which no command prints; use gelcone.load"
+        )
+    device = device_of(result)
+    initial = _initial_of(result, device)
+    if device is not None:
+        return answers, Subject(device.to_model(), device, initial)
+    own = json.loads(result.attrs["model"])  # what a sweep varies has a value there too, an ensemble's has none
+    return answers, Subject(model_of(result.drop_vars([name for name in result.coords if name in own])), None, initial)
+
+
+def _initial_of(result: xr.Dataset, device: Device | None) -> Any:
+    """The initial state of a result, dimensionless; of one that states none the device's own, or None."""
+    stated = json.loads(result.attrs["options"]).get("initial")
+    if device is None:
+        return result["initial"].values[..., :2] if "initial" in result else stated
+    scales = np.stack(np.broadcast_arrays(device.scales.length, device.scales.velocity), axis=-1)
+    if "initial" in result:
+        return result["initial"].values[..., :2] / (scales * [1e3, 1.0])
+    return device.initial_state() if stated is None else stated / scales
 
 
 def answers_of(analysis: Analysis) -> Answers:

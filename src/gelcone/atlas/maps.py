@@ -26,6 +26,9 @@ SAME_ATTRACTOR = 1e-3
 """Two cycles are one when their highest turning points agree to this share of the size of the larger one."""
 
 
+TITLE = "parameter map"
+
+
 @analysis(
     answers="grids",
     over="A parameter of the map, or a field of a device: name=from:to:count or name=v1,v2,...; give two, the "
@@ -83,7 +86,7 @@ def map(
     options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     plan = Plan(model, over, initial, options=options)
     result = plain(sweep)(plan, coarsest=coarsest, store=store, threads=threads, progress=progress)
-    return result.assign_attrs(title="parameter map")
+    return result.assign_attrs(title=TITLE)
 
 
 @analysis(

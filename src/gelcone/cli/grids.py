@@ -10,13 +10,15 @@ import click
 from click.core import ParameterSource
 
 from gelcone.analyses.answer import check_folder
-from gelcone.analyses.ask import answers_of, read_options
+from gelcone.analyses.ask import answer_to, answers_of, read_options
 from gelcone.analyses.request import DEFAULT_INITIAL, Subject, read_uncertain
+from gelcone.atlas.maps import TITLE
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import show, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep
 from gelcone.atlas.uncertain import draw
 from gelcone.cli.command import help_of
+from gelcone.cli.lists import list_devices
 from gelcone.cli.options import (
     OUTPUT,
     PLACE,
@@ -27,12 +29,17 @@ from gelcone.cli.options import (
     subject_parameters,
 )
 from gelcone.cli.output import deliver, tally_shown
-from gelcone.devices.analysis import device_words, plain
+from gelcone.dataset import load
+from gelcone.devices.analysis import device_words, plain, state_of
+from gelcone.devices.si import device_of, to_si
 from gelcone.errors import InputError
+from gelcone.interchange import export
 from gelcone.register.analyses import find_analysis, sweepable
 from gelcone.register.analysis import Analysis, Option
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from gelcone.atlas.workers import Workers
 
 MAP, SWEEP, SHOW = (find_analysis(name) for name in ("map", "sweep", "show"))
@@ -217,21 +224,67 @@ def run(
             workers=workers,
             watch=watch,
         )
+    if command is MAP:
+        result = result.assign_attrs(title=TITLE)
     return deliver(answers_of(command), result, subject, **output)
 
 
 def show_command() -> click.Command:
     """`gelcone show`."""
-    store = click.Argument(["store"], type=PLACE)
-    return click.Command("show", params=[store, *output_parameters()], callback=run_show, help=help_of(SHOW))
+    place = click.Argument(["place"], type=PLACE, metavar="STORE|FILE.nc|FILE.toml")
+    text = (
+        "What a file or a store holds: a result that --out wrote, in the words of its command; a device; the cells of "
+        "a map or sweep, also while it runs.\n\n\b\ngelcone show results/simulate.nc\n"
+        "gelcone show map.zarr --out results"
+    )
+    return click.Command("show", params=[place, *output_parameters()], callback=run_show, help=text)
 
 
-def run_show(*, store: Path, out: Path | None, force: bool, as_json: bool) -> int:
-    """Reads a store and delivers what it holds."""
-    if store.is_file():
-        raise InputError(f"{store}: is a file, not the folder of a store; gelcone.load reads what --out wrote")
-    check_folder(out, SHOW.command, force)
-    return deliver(answers_of(SHOW), show(store), stored(store).subject, out, force, as_json)
+def run_show(*, place: Path, out: Path | None, force: bool, as_json: bool) -> int:
+    """Reads a file or a store and delivers what it holds."""
+    if place.suffix == ".toml":
+        if out is not None:
+            raise InputError(f"--out {out}: a device has no figure; leave it out")
+        list_devices(name=str(place), as_json=as_json)
+        return 0
+    if place.is_dir():
+        check_folder(out, SHOW.command, force)
+        return deliver(answers_of(SHOW), show(place), stored(place).subject, out, force, as_json)
+    result = load(place)
+    answers, subject = answer_to(result)
+    check_folder(out, answers.command, force)
+    return deliver(answers, result, subject, out, force, as_json)
+
+
+def in_device_units(result: xr.Dataset) -> xr.Dataset:
+    """A result in the units of its device, where it has one."""
+    return result if device_of(result) is None else to_si(result)
+
+
+def export_command() -> click.Command:
+    """`gelcone export`."""
+    params: list[click.Parameter] = [
+        click.Argument(["place"], type=PLACE, metavar="FILE.nc|STORE"),
+        click.Option(["--to", "kind"], metavar="csv|mat|parquet", default="csv", show_default=True, help="The format."),
+        click.Option(["--out"], type=PLACE, metavar="DIR", help="Folder for the files. [default: that of the result]"),
+        click.Option(["--force"], is_flag=True, help="Overwrite files that exist."),
+    ]
+    text = """A result as tables (CSV, Parquet) or for MATLAB, with the unit of every number.
+
+    Variables over the same dims make a table; a table over dims has them in its name, as in simulate.time.csv.
+
+    \b
+    gelcone export results/simulate.nc --to csv
+    gelcone export map.zarr --to mat --out tables
+    """
+    return click.Command("export", params=params, callback=run_export, help=text)
+
+
+def run_export(*, place: Path, kind: str, out: Path | None, force: bool) -> None:
+    """Reads a result or a store and writes it in another format."""
+    result = in_device_units(show(place)) if place.is_dir() else load(place)
+    for path in export(result, (out or place.parent) / f"{place.stem}.{kind.lower()}", force=force):
+        click.echo(f"wrote {path}")
 
 
 def _plan(
@@ -255,10 +308,12 @@ def _two_axes(subject: Subject) -> str:
 def stored(store: Path) -> Sweep:
     """The sweep that a store was made for."""
     own = stored_sweep(store)
-    device = own.plan.device
-    initial = DEFAULT_INITIAL if own.plan.initial is None else own.plan.initial
-    subject = Subject(own.plan.cone, device, initial, own.plan.initial if device is not None else None)
-    return Sweep(subject, own.plan, own.analysis, own.coarsest, own.keep)
+    plan = own.plan
+    if plan.device is None:
+        subject = Subject(plan.cone, None, plan.initial or DEFAULT_INITIAL)
+    else:
+        subject = Subject(plan.cone, plan.device, state_of(plan.device, plan.initial), plan.initial)
+    return Sweep(subject, plan, own.analysis, own.coarsest, own.keep)
 
 
 def from_store(resume: Path, given: bool) -> bool:

@@ -1,0 +1,58 @@
+"""Results in other programs' formats hold the numbers of the result, each with its unit."""
+
+import csv
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.io import loadmat
+
+import gelcone
+
+PUMP = gelcone.find_device("biased-pump")
+
+
+@pytest.fixture(scope="module")
+def run():
+    return gelcone.simulate(PUMP, times=["0 ms", "1 ms", "2 ms"])
+
+
+def test_a_table_has_a_row_for_each_time_and_units_in_its_head(run, tmp_path):
+    paths = gelcone.export(run, tmp_path / "run.csv")
+    assert [path.name for path in paths] == ["run.time.csv", "run.csv", "run.state.csv"]
+    with open(tmp_path / "run.time.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["time (ms)"]) for row in rows] == run["time"].values.tolist()
+    assert [float(row["displacement (mm)"]) for row in rows] == run["displacement"].values.tolist()
+    assert {row["film_state"] for row in rows} == {"taut"}
+
+
+def test_members_and_cells_have_a_row_each_with_what_varies(tmp_path):
+    several = gelcone.static(PUMP.replace(film_thickness=["0.2 mm", "0.3 mm"], film_radius=["30 mm", "32 mm"]))
+    gelcone.export(several, tmp_path / "many.parquet")
+    table = pd.read_parquet(tmp_path / "many.member-fold.parquet")
+    assert table["film_thickness (mm)"].tolist() == [0.2, 0.3]
+    forces = pd.read_parquet(next(path for path in tmp_path.iterdir() if "displacement_sample" in path.name))
+    of_second = forces[forces["film_thickness (mm)"] == 0.3]["force (N)"].to_numpy()
+    own = several["force"].isel(member=1).values.ravel()
+    np.testing.assert_array_equal(of_second, own)
+
+
+def test_matlab_has_arrays_and_their_units(run, tmp_path):
+    run.gelcone.export(tmp_path / "run.mat")
+    held = loadmat(tmp_path / "run.mat", squeeze_me=True, simplify_cells=True)
+    np.testing.assert_array_equal(held["displacement"], run["displacement"])
+    assert held["units"]["displacement"] == "mm"
+    assert held["dims"]["displacement"] == "time"
+    assert held["attributes"]["device"] == "biased pumping cone"
+
+
+def test_what_is_there_is_kept_and_other_formats_are_refused(run, tmp_path):
+    gelcone.export(run, tmp_path / "run.csv")
+    with pytest.raises(gelcone.InputError, match="exists already"):
+        gelcone.export(run, tmp_path / "run.csv")
+    assert len(gelcone.export(run, tmp_path / "run.csv", force=True)) == 3
+    with pytest.raises(gelcone.InputError, match="'xls' is not a format of other programs; known: csv, mat, parquet"):
+        gelcone.export(run, tmp_path / "run.xls")
+    with pytest.raises(gelcone.InputError, match="was given a Device"):
+        gelcone.export(PUMP, tmp_path / "pump.csv")
