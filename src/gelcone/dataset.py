@@ -185,7 +185,8 @@ def _write_text(path: Path, text: str) -> None:
 class Savable(Protocol):
     """A device, which writes itself as a device file."""
 
-    def to_toml(self) -> str: ...
+    def to_toml(self) -> str:
+        """Make the text of a device file."""
 
 
 def load(path: str | Path) -> xr.Dataset:
