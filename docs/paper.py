@@ -35,7 +35,7 @@ def table(run: dict[str, object]) -> str:
     """The claim table in Markdown, with the date and version that produced it."""
     same = agreeing(run)
     rows = [
-        f"| {c['id']} | {c['verdict']} | {c['with_film']['text'] if c['with_film'] else ''} | {number(c)} "
+        f"| {c['id']} | {c['text']} | {c['with_film']['text'] if c['with_film'] else ''} | {number(c)} "
         f"| {same[c['id']]} |"
         for c in run["claims"]  # type: ignore[attr-defined]
     ]

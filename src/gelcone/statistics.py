@@ -13,15 +13,15 @@ Z = 1.959963984540054
 """Standard errors on either side that hold 95 % of a normal distribution."""
 
 
-def wilson(share: npt.ArrayLike, count: npt.ArrayLike) -> tuple[Array, Array]:
-    """Compute the 95 % interval of a share observed in ``count`` trials (Wilson, J. Am. Stat. Assoc. 22 (1927) 209).
+def wilson(share: npt.ArrayLike, count: npt.ArrayLike, z: float = Z) -> tuple[Array, Array]:
+    """Compute the interval of a share observed in ``count`` trials (Wilson, J. Am. Stat. Assoc. 22 (1927) 209).
 
-    0 and 1 for no trials at all.
+    ``z`` standard errors on either side, by default those of 95 %. 0 and 1 for no trials at all.
     """
     p, n = np.asarray(share, dtype=float), np.asarray(count, dtype=float)
     known = n > 0
     n, p = np.where(known, n, 1.0), np.where(known, p, 0.5)
-    centre = (p + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n)
-    half: Any = Z / (1.0 + Z * Z / n) * np.sqrt(p * (1.0 - p) / n + Z * Z / (4.0 * n * n))
+    centre = (p + z * z / (2.0 * n)) / (1.0 + z * z / n)
+    half: Any = z / (1.0 + z * z / n) * np.sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n))
     low, high = np.maximum(centre - half, 0.0), np.minimum(centre + half, 1.0)
     return np.where(known, low, 0.0), np.where(known, high, 1.0)

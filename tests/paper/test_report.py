@@ -131,7 +131,7 @@ def test_the_page_says_what_is_needed_to_judge_it(page):
         "Redraw it with gelcone paper 8 . Its data: data/swing.nc",
         "1.0432 ± 0.0031",
         "0.20 [0.10, 0.30] mm",
-        "share of other parameters (voltages) for which it holds 0.10 [0.03, 0.30]",
+        "share of other parameters (voltages) for which it holds 0.10 [0.02, 0.39]",
         "Claims whose figure is not drawn here gelcone paper 12 draws the figures that show them.",
     ):
         assert said in text

@@ -8,7 +8,7 @@ import pytest
 
 from gelcone.paper.numbers import Number
 from gelcone.paper.truths import Share
-from gelcone.paper.verdicts import Finding, Verdict, judge
+from gelcone.paper.verdicts import Finding, Verdict, judge, verdict_text
 
 ASIDE = {"numbers": (), "why": "made up"}
 MOST, FEW, NONE, HALF = Share(18, 2), Share(2, 18), Share(0, 20), Share(10, 10)
@@ -67,6 +67,14 @@ def test_numbers_and_words_do_not_sway_a_verdict():
     plain = Finding(holds=False, holds_finite=True, **ASIDE)
     told = dataclasses.replace(plain, numbers=(Number("exponent", 0.3, error=0.1),), why="other", unseen="much")
     assert judge(told) is judge(plain)
+
+
+def test_parts_of_a_claim_have_verdicts_of_their_own_in_its_text():
+    parts = {"it falls": Finding(holds=True, **ASIDE), "it stays": Finding(holds=False, holds_finite=True, **ASIDE)}
+    whole = Finding(holds=False, holds_finite=True, parts=parts, **ASIDE)
+    assert judge(whole) is Verdict.TRANSIENT
+    assert verdict_text(whole) == "only as a transient (it falls: reproduced; it stays: only as a transient)"
+    assert verdict_text(Finding(holds=True, **ASIDE)) == "reproduced"
 
 
 @pytest.mark.parametrize(

@@ -115,8 +115,12 @@ def summary(result: PaperRun) -> str:
 def claim_table(claims: Sequence[JudgedClaim]) -> list[str]:
     """Claim, verdict, what becomes of it if the film wrinkles, and key number with what it is: a line a claim, cut to
     the width of a terminal."""
+    from gelcone.paper.verdicts import verdict_text
+
     rows = [("claim", "verdict", "if the film wrinkles", "key number", "which is")]
-    rows += [(judged.claim.name, judged.verdict.value, str(judged.other or ""), *_key(judged)) for judged in claims]
+    rows += [
+        (judged.claim.name, verdict_text(judged.finding), str(judged.other or ""), *_key(judged)) for judged in claims
+    ]
     widths = [max(len(row[column]) for row in rows) for column in range(4)]
     lines = [
         "  ".join([f"{cell:{width}}" for cell, width in zip(row, widths, strict=False)] + [row[4]]) for row in rows

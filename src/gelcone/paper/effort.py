@@ -9,7 +9,11 @@ from gelcone.presets import Preset, find_preset
 
 @dataclass(frozen=True)
 class Effort:
-    """Sizes of the paper's studies, and the ``film`` that they are computed with."""
+    """Sizes of the paper's studies, and the ``film`` that they are computed with.
+
+    ``samples``: most points of a sample, a power of two (`gelcone.paper.sampling`), and ``costly_samples`` of one with
+    much chaos.
+    """
 
     name: str
     diagram_values: int
@@ -21,8 +25,8 @@ class Effort:
     limit_map: tuple[int, int]
     patience: float | None
     bisections: int
-    neighbours: int
-    neighbour_voltages: int
+    samples: int
+    costly_samples: int
     window: float = 500.0
     film: str = "taut"
 
@@ -42,8 +46,8 @@ FULL = Effort(
     (25, 60),
     patience=None,
     bisections=8,
-    neighbours=24,
-    neighbour_voltages=13,
+    samples=512,
+    costly_samples=512,
 )
 QUICK = Effort(
     "quick",
@@ -56,6 +60,6 @@ QUICK = Effort(
     (7, 18),
     patience=25_000.0,
     bisections=4,
-    neighbours=12,
-    neighbour_voltages=5,
+    samples=128,
+    costly_samples=32,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,17 +11,31 @@ from gelcone.codes import Regime
 from gelcone.motion.attractor.search import PATIENCE
 from gelcone.motion.tangents import CERTAIN
 from gelcone.paper.numbers import Number
+from gelcone.paper.verdicts import NEARLY_ALL
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
+
+LIMIT_THRESHOLD = 1.5
+"""Stretch limit below which the paper sees chaos (text)."""
+SAME = 0.05
+"""Motions are indistinguishable when they differ by less than this share of their size: what a plot shows."""
+SIX = (5.5, 6.5)
+"""What rounds to 6, the digit that the paper gives (text)."""
+
+
+def ended(study: xr.Dataset) -> Array:
+    """Where the run ended before the long run, for example by pull-in: there is no motion to judge."""
+    left: Array = study["regime"].values == Regime.LEFT_THE_DOMAIN
+    return left
 
 
 def chaotic(study: xr.Dataset) -> Array:
     """Where the long run is chaotic by exponent and 0-1 test: truths.
 
     Open where the motion has not settled, where chaos ends so late that it is chance whether an end is seen, and where
-    some of the nearby starts have left it and others have not.
+    some of the nearby starts have left it and others have not. A run that ended is not chaotic.
     """
     kinds = study["regime"].values
     untold = kinds == Regime.TRANSIENT
@@ -32,13 +47,18 @@ def chaotic(study: xr.Dataset) -> Array:
 
 
 def regular(study: xr.Dataset) -> Array:
-    """Where the long run is certain not to be chaotic: truths."""
-    return 1.0 - chaotic(study)
+    """Where the long run is a motion that is certain not to be chaotic: truths; false of a run that ended."""
+    return np.where(ended(study), 0.0, 1.0 - chaotic(study))
+
+
+def without_chaos(study: xr.Dataset) -> Array:
+    """Where no chaos is seen in the long run: truths; open of a run that ended."""
+    return np.where(ended(study), np.nan, 1.0 - chaotic(study))
 
 
 def positive(study: xr.Dataset) -> Array:
     """Where the largest exponent of the long run is positive by more than three standard errors: truths, open where it
-    is within three of zero and the motion is not known to be regular."""
+    is within three of zero and the motion is not known to be regular. A run that ended has no positive exponent."""
     exponent, error = study["lyapunov"].values[..., 0], study["standard_error"].values[..., 0]
     kinds = study["regime"].values
     certain = exponent > CERTAIN * error
@@ -46,9 +66,99 @@ def positive(study: xr.Dataset) -> Array:
     return np.where(untold, np.nan, certain)
 
 
+def not_positive(study: xr.Dataset) -> Array:
+    """Where the largest exponent of the long run is at most zero: truths; open of a run that ended."""
+    return np.where(ended(study), np.nan, 1.0 - positive(study))
+
+
+def resolution(study: xr.Dataset) -> float:
+    """Exponent over a finite window up to which it counts as zero: log(T)/T, which regular motions reach."""
+    window = study.attrs.get("window")
+    return math.log(window) / window if window else 0.0
+
+
 def finite_positive(study: xr.Dataset) -> Array:
-    """Where the largest exponent over the finite window from the start is above zero, as the paper would read it."""
-    return np.where(study["finite"].values[..., 0] > 0.0, 1.0, 0.0)
+    """Where the largest exponent over the finite window from the start is above zero, as the paper would read it;
+    false of a run that ended in it."""
+    return np.where(study["finite"].values[..., 0] > resolution(study), 1.0, 0.0)
+
+
+def finite_not_positive(study: xr.Dataset) -> Array:
+    """Where the largest exponent over the finite window is at most zero; open of a run that ended in it."""
+    return np.where(np.isnan(study["finite"].values[..., 0]), np.nan, 1.0 - finite_positive(study))
+
+
+def any_of(rows: Array) -> Array:
+    """Whether something holds at any place of each row: truths."""
+    return np.where((rows == 1.0).any(axis=-1), 1.0, np.where(np.isnan(rows).any(axis=-1), np.nan, 0.0))
+
+
+def all_of(rows: Array) -> Array:
+    """Whether something holds at all places of each row: truths."""
+    return 1.0 - any_of(1.0 - rows)
+
+
+def nearly_all_of(rows: Array) -> Array:
+    """Whether something holds at nine of ten places of each row, or more: truths."""
+    most_failing = math.floor((1.0 - NEARLY_ALL) * rows.shape[-1] + 1e-9)
+    failing, open_ = (rows == 0.0).sum(axis=-1), np.isnan(rows).sum(axis=-1)
+    return np.where(failing > most_failing, 0.0, np.where(failing + open_ <= most_failing, 1.0, np.nan))
+
+
+def parted(study: xr.Dataset) -> Array:
+    """Whether chaos lies at most of the stretch limits below about 1.5 and all above are regular, at every point."""
+    below = study["stretch_limit"].values < LIMIT_THRESHOLD
+    chaos, calm = chaotic(study), regular(study)
+    held = np.where(below, chaos, 0.0)
+    failing = np.where(below, 1.0 - chaos, 0.0)
+    half = 0.5 * below.sum(axis=-1)
+    low = np.where((held == 1.0).sum(axis=-1) > half, 1.0, np.where((failing == 1.0).sum(axis=-1) >= half, 0.0, np.nan))
+    high = all_of(np.where(below, 1.0, calm))
+    return all_of(np.stack([low, high], axis=-1))
+
+
+def about_six(largest: Array, chaos: Array) -> Array:
+    """Whether the largest displacements in chaos round to 6: truths; without any chaos they do not."""
+    none = np.where(np.isnan(chaos).any(axis=-1), np.nan, 0.0)
+    return np.where(np.isnan(largest), none, (largest >= SIX[0]) & (largest < SIX[1]))
+
+
+def largest_in(chaos: Array, extent: Array) -> Array:
+    """Largest extent in chaos of each row; NaN without any."""
+    size = np.where(chaos == 1.0, extent, -np.inf).max(axis=-1)
+    return np.where(np.isfinite(size), size, np.nan)
+
+
+def ordered(kinds: Array) -> Array:
+    """Whether the three motions of each row are chaotic, periodic and at rest: truths, open where one that has not
+    settled decides."""
+    told = kinds != Regime.TRANSIENT
+    fits = kinds == np.array([Regime.CHAOTIC, Regime.PERIODIC, Regime.REST])
+    return all_of(np.where(told, fits, np.nan))
+
+
+def same_extents(extent: Array, kinds: Array) -> Array:
+    """Whether the extents (points, limits, starts) at every limit are those at the largest one: truths.
+
+    They are where each start has one at the other limit within `SAME` of its extent, and are not where no two agree;
+    between these the start decides. Motions that wander, as in chaos, cover their extent only slowly: where some start
+    does at every limit, one pair that agrees is enough.
+    """
+    least, _, apart = differences(extent)
+    wandering = (~np.isin(kinds, (Regime.REST, Regime.PERIODIC))).any(axis=-1).all(axis=-1)
+    return np.where((apart < SAME) | (wandering & (least < SAME)), 1.0, np.where(least >= SAME, 0.0, np.nan))
+
+
+def differences(extent: Array) -> tuple[Array, Array, Array]:
+    """Relative differences of the extents from those at the largest limit, of the limit that differs most, (points,).
+
+    Between the two starts that agree best, between those that agree worst, and the largest one from a start to the
+    start of the other limit that is nearest.
+    """
+    last = extent[:, -1:, None, :]
+    off = np.abs(extent[:, :-1, :, None] - last) / np.maximum(last, 0.01)
+    nearest = np.maximum(off.min(axis=-1).max(axis=-1), off.min(axis=-2).max(axis=-1))
+    return off.min(axis=(2, 3)).max(axis=1), off.max(axis=(2, 3)).max(axis=1), nearest.max(axis=1)
 
 
 def fixed_branch(diagram: xr.Dataset) -> xr.Dataset:
@@ -59,7 +169,7 @@ def fixed_branch(diagram: xr.Dataset) -> xr.Dataset:
 
 
 def first_chaos(diagram: xr.Dataset, parameter: str, *, falling: bool = False) -> Number | None:
-    """Lowest value of the parameter with chaos (highest if ``falling``), with the range of its threshold.
+    """Lowest value of the parameter at which chaos was seen (highest if ``falling``), with the range of its threshold.
 
     The range reaches from there over all values of which it is not certain to the next one without chaos.
     """
@@ -75,19 +185,14 @@ def first_chaos(diagram: xr.Dataset, parameter: str, *, falling: bool = False) -
     if not 0 <= neighbour < len(values):
         return Number(f"chaos at the end of the range, {parameter}", float(values[edge]))
     low, high = sorted((float(values[edge]), float(values[neighbour])))
-    refined = [
-        (float(a), float(b))
-        for name, a, b in zip(
-            diagram["threshold_branch"].values,
-            diagram["threshold_low"].values,
-            diagram["threshold_high"].values,
-            strict=True,
-        )
-        if name == str(branch["branch"].values) and abs(neighbour - edge) == 1 and a < high and low < b
-    ]
-    low, high = refined[0] if refined else (low, high)
+    if abs(neighbour - edge) == 1:
+        columns = (diagram[f"threshold_{name}"].values for name in ("branch", "low", "high"))
+        own = str(branch["branch"].values)
+        bisected = ((float(a), float(b)) for name, a, b in zip(*columns, strict=True) if name == own)
+        low, high = next(((a, b) for a, b in bisected if a < high and low < b), (low, high))
     which = "largest" if falling else "smallest"
-    return Number(f"{which} {parameter.replace('_', ' ')} with chaos", 0.5 * (low + high), low=low, high=high)
+    seen = low if falling else high
+    return Number(f"{which} {parameter.replace('_', ' ')} at which chaos was seen", seen, low=low, high=high)
 
 
 def slack_of(study: xr.Dataset, parameter: str) -> tuple[Number, ...]:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from gelcone.paper.numbers import Number
 from gelcone.paper.truths import Share
-from gelcone.paper.verdicts import Finding, Verdict, judge
+from gelcone.paper.verdicts import Finding, Verdict, judge, verdict_text
 from gelcone.physics.model import parameter_quantity
 from gelcone.presets import Preset, load_presets
 
@@ -63,10 +63,10 @@ class WithFilm:
 
     def __str__(self) -> str:
         """The verdict, or that there is no motion to judge."""
-        share = self.pulled_in.value
+        share, text = self.pulled_in.value, verdict_text(self.finding)
         if share == 1.0:
             return "every run ends by pull-in"
-        return f"{self.verdict.value}; {share:.0%} of the runs end by pull-in" if share > 0.0 else self.verdict.value
+        return f"{text}; {share:.0%} of the runs end by pull-in" if share > 0.0 else text
 
 
 @dataclass(frozen=True)
@@ -132,8 +132,8 @@ names; figures are redrawn and claims checked with an integrator that respects t
 <p class="remark"><strong>The identification of the parameters is not unique.</strong> Numbers marked <em>text</em>
 are from the paper's text. Those marked <em>reconstructed</em> were found by a search over a few thousand sets for those
 under which most of the paper's claims hold; other sets fit equally well, and a verdict can depend on the choice.
-Where a claim was also checked at other parameters, the share of them for which it holds is given with its interval
-(95 %).</p>
+Where a claim was also checked at other parameters, the share of them for which it holds is given with its interval:
+samples grow until it leaves the claim's cut or a budget ends, and all looks together hold at 95 %.</p>
 <p>All quantities are dimensionless unless a unit is given. Lyapunov exponents are those of the flow, per unit
 of dimensionless time.</p>
 </header>"""
@@ -156,7 +156,7 @@ def _overview(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) -> 
     rows = "\n".join(
         f'<tr><td><a href="#{escape(judged.claim.name)}">{escape(judged.claim.name)}</a>'
         f"<br>{escape(judged.claim.statement)}</td>"
-        f"<td>{_badge(judged.verdict)}</td><td>{_other(judged)}</td><td>{_key(judged.finding)}</td>"
+        f"<td>{_badge(judged)}</td><td>{_other(judged)}</td><td>{_key(judged.finding)}</td>"
         f"<td>{_figure_link(judged.claim.figure, drawn)}</td></tr>"
         for judged in claims
     )
@@ -207,7 +207,7 @@ def _claim(judged: JudgedClaim) -> str:
         f'<p><span class="label">{label}:</span> {escape(text)}</p>' for label, text in remarks.items() if text
     )
     return f"""<article class="claim" id="{escape(claim.name)}">
-<h3>{escape(claim.name)} {_badge(judged.verdict)}</h3>
+<h3>{escape(claim.name)} {_badge(judged)}</h3>
 <p><span class="label">The paper says:</span> {escape(claim.statement)}</p>
 <p><span class="label">Why this verdict:</span> {escape(finding.why)}</p>
 <table class="numbers"><tbody>
@@ -330,8 +330,8 @@ def _other(judged: JudgedClaim) -> str:
     return "not applicable" if judged.other is None else escape(str(judged.other))
 
 
-def _badge(verdict: Verdict) -> str:
-    return f'<span class="badge {BADGES[verdict]}">{escape(verdict.value)}</span>'
+def _badge(judged: JudgedClaim) -> str:
+    return f'<span class="badge {BADGES[judged.verdict]}">{escape(verdict_text(judged.finding))}</span>'
 
 
 def _figure_link(number: int, drawn: Iterable[int]) -> str:

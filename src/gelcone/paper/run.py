@@ -30,7 +30,7 @@ from gelcone.paper.numbers import Number
 from gelcone.paper.report import DrawnFigure, JudgedClaim, WithFilm, report_html
 from gelcone.paper.stamp import stamp
 from gelcone.paper.truths import Share, share
-from gelcone.paper.verdicts import judge
+from gelcone.paper.verdicts import judge, verdict_text
 from gelcone.paper.work import Job, Progress, do
 from gelcone.plots.style import draw_file
 
@@ -196,6 +196,8 @@ def claim_record(judged: JudgedClaim) -> dict[str, Any]:
         "id": judged.claim.name,
         "statement": judged.claim.statement,
         "verdict": judged.verdict.value,
+        "parts": {name: judge(part).value for name, part in finding.parts.items()},
+        "text": verdict_text(finding),
         "why": finding.why,
         "numbers": [_number_record(number) for number in finding.numbers],
         "figure": judged.claim.figure,

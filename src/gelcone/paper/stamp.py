@@ -22,11 +22,9 @@ SHOWING = (
     "plots",
     "paper/figures",
     "paper/claims",
-    "paper/reading.py",
     "paper/report.py",
     "paper/run.py",
     "paper/stamp.py",
-    "paper/verdicts.py",
     "paper/work.py",
     "words.py",
 )

@@ -43,7 +43,8 @@ class Finding:
     long run, the paper's own not among them, and what these are (``neighbourhood``). ``decidable`` is False where the
     surviving text does not say enough, or nothing could be computed. ``numbers``, the first being the key number;
     ``slack`` says for what share of the time the film was slack; ``consequence`` says of a claim that follows from
-    the equation of motion, for any motion, how; ``unseen`` is what the paper could not see.
+    the equation of motion, for any motion, how; ``unseen`` is what the paper could not see. ``parts`` of a claim that
+    makes several statements are the findings on each, by its words.
     """
 
     holds: Truth
@@ -58,6 +59,7 @@ class Finding:
     consequence: str = ""
     unseen: str = ""
     details: dict[str, str] = field(default_factory=dict)
+    parts: dict[str, Finding] = field(default_factory=dict)
 
 
 def judge(finding: Finding) -> Verdict:
@@ -83,6 +85,12 @@ def judge(finding: Finding) -> Verdict:
     )
     possible = {_rule(*answers) for answers in product(*((True, False) if a is None else (a,) for a in asked))}
     return possible.pop() if len(possible) == 1 else Verdict.UNDECIDED
+
+
+def verdict_text(finding: Finding) -> str:
+    """The verdict in words, with those on the parts of a claim where they differ."""
+    parts = [f"{name}: {judge(part).value}" for name, part in finding.parts.items()]
+    return f"{judge(finding).value} ({'; '.join(parts)})" if parts else judge(finding).value
 
 
 def _rule(holds: bool, finite: bool, fixed_step: bool, wide: bool, elsewhere: bool) -> Verdict:

@@ -4,130 +4,100 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from gelcone.paper.claims import CLAIMS
+from gelcone.paper.effort import FULL, QUICK
+from gelcone.paper.reading import parted, same_extents
 from gelcone.paper.truths import Share
 from gelcone.paper.verdicts import Verdict
-from tests.paper.made_up import both_exponents, cells, diagram, found, number, triple, verdict
-
-LIMITS = np.concatenate([np.linspace(0.52, 1.24, 40), [1.4, 1.6], np.linspace(1.81, 10.0, 40)])
-BELOW = LIMITS < 1.5
-VOLTAGES = np.linspace(0.705, 1.305, 21)  # 1.005 is the eleventh
+from tests.paper.made_up import both_exponents, cells, found, number, verdict
+from tests.paper.worlds import World, studies_in
 
 
-def threshold(chaos=BELOW, finite=BELOW, tops=(1.4,) * 21):
-    """Chaos up to a stretch limit at each voltage of the map, ``tops``."""
-    plane = np.array([[limit <= top for limit in LIMITS] for top in tops])
-    over = {"voltage": VOLTAGES, "stretch_limit": LIMITS}
-    finite = np.where(finite, 1.0, -1.0)
-    return {
-        "diagram_fast_stretch_limit": diagram("stretch_limit", LIMITS, chaos, finite=finite),
-        "limit_map": cells(over, plane),
-        "limit": triple("stretch_limit"),
-    }
+@pytest.mark.parametrize("effort", [QUICK, FULL], ids=["quick", "full"])
+def test_shares_of_chaos_on_both_sides_and_the_largest_limit_over_the_voltage(effort):
+    def chaos(n):
+        low = np.where(n["voltage"] > 1.2, n["stretch_limit"] < 5.0, n["stretch_limit"] < 0.8)
+        return low & (n["voltage"] > 0.8)
+
+    finding = CLAIMS["limit-threshold"].check(studies_in(World(chaos), "limit-threshold", effort))
+    assert finding.holds is False
+    below, above = number(finding, "below 1.25 with"), number(finding, "above 1.8 with")
+    assert below.low <= np.log(0.8 / 0.52) / np.log(1.25 / 0.52) <= below.high
+    assert above.value == 1.0
+    first = finding.numbers[0]
+    assert first.meaning == "largest stretch limit at which chaos was seen"
+    assert first.low == first.value <= 0.8 < first.high
+    shown = list(finding.details.values())
+    assert shown[0] == "none from 0.52 on"
+    assert 0.52 <= float(shown[len(shown) // 2]) < 0.8
+    assert 3.0 < float(shown[-1]) < 5.0
 
 
-FEW = LIMITS < 1.0
-NEVER = LIMITS < 0.0
+def test_without_chaos_there_is_no_threshold_to_print():
+    never = World(lambda n: n["voltage"] < 0.0)
+    assert len(CLAIMS["limit-threshold"].check(studies_in(never, "limit-threshold", QUICK)).numbers) == 2
 
 
 @pytest.mark.parametrize(
-    ("expected", "changed"),
+    ("below", "above", "truth"),
     [
-        (Verdict.REPRODUCED, {}),
-        (Verdict.REPRODUCED, {"chaos": LIMITS < 1.3}),  # about 1.5 leaves a fifth to either side
-        (Verdict.REPRODUCED, {"tops": (1.4,) * 10 + (0.1,) + (1.4,) * 10}),  # the own voltage is no neighbour
-        (Verdict.CHOSEN, {"tops": (0.6,) * 10 + (1.4,) + (0.6,) * 10}),
-        (Verdict.UNDECIDED, {"tops": (0.6,) * 10 + (1.4,) * 11}),
-        (Verdict.UNDECIDED, {"chaos": BELOW & (np.arange(82) % 10 > 0)}),  # nine of ten
-        (Verdict.TRANSIENT, {"chaos": FEW}),
-        (Verdict.TRANSIENT, {"chaos": LIMITS < 5.0}),
-        (Verdict.CHOSEN, {"chaos": FEW, "finite": FEW}),
-        (Verdict.NOT_REPRODUCED, {"chaos": FEW, "finite": NEVER, "tops": (5.0,) * 21}),
+        ("3333", "1111", 1.0),
+        ("3331", "0101", 1.0),
+        ("3311", "1111", 0.0),  # half is not most
+        ("3333", "1131", 0.0),
+        ("3333", "1151", 0.0),  # a run that ended is no regular motion
+        ("3344", "1111", np.nan),
+        ("3334", "1111", 1.0),
+        ("3333", "1141", np.nan),
     ],
 )
-def test_the_threshold_of_the_stretch_limit(expected, changed):
-    assert verdict("limit-threshold", **threshold(**changed)) is expected
-
-
-def test_another_voltage_counts_where_chaos_is_below_about_1_5_and_not_above():
-    tops = [1.4] * 21
-    tops[0], tops[1], tops[2] = 0.1, 0.8, 1.9
-    finding = found("limit-threshold", **threshold(tops=tops))
-    assert finding.share == Share(17, 3)
-    shown = list(finding.details.values())
-    assert shown[:4] == ["none from 0.52 on", "0.797", "1.81", "1.4"]
-    assert "none at v = 0.705" in finding.unseen
-
-
-def test_shares_of_chaos_on_both_sides():
-    finding = found("limit-threshold", **threshold(chaos=(np.arange(82) % 4 == 0)))
-    assert number(finding, "below 1.25 with").value == pytest.approx(0.25)
-    assert number(finding, "above 1.8 without").value == pytest.approx(0.75)
-    assert len(found("limit-threshold", **threshold(chaos=NEVER)).numbers) == 2
+def test_a_voltage_parts_chaos_from_regular_motion(below, above, truth):
+    limits = np.array([0.6, 0.8, 1.0, 1.2, 2.0, 4.0, 8.0, 16.0])
+    kinds = np.array([[int(k) for k in below + above]])
+    study = cells({"point": [0]}, [False]).drop_vars(["regime"]).isel(point=[0])
+    study = study.assign(regime=(("point", "inner"), kinds), stretch_limit=(("point", "inner"), limits[None]))
+    np.testing.assert_equal(parted(study), [truth])
 
 
 # --- large limits -----------------------------------------------------------------------------------------------------
 
-SPEEDS = np.linspace(0.505, 1.705, 25)  # 1.005 is the eleventh
-OWN = 10
-
-
-def large(different=(), other=(), open_=(), mirrored=False, small=False):
-    """Voltages of which some (by index) differ in extent between the limits; three limits, four starts each.
-
-    ``different`` for all starts, ``open_`` for one of them; the window is that of sines of the first start's extent.
-    """
-    extent = np.ones((25, 3, 4))
-    extent[list(different), 0] = 1.2
-    extent[list(open_), 0, 0] = 1.2
-    time = np.linspace(0.0, 6.0, 50)
-    window = np.ones((25, 3))
-    window[list(other), 0] = 1.2
-    highest, lowest = extent, -0.5 * extent
-    if mirrored:
-        highest, lowest = np.where([[[1], [0], [1]]], highest, -lowest), np.where([[[1], [0], [1]]], lowest, -highest)
-    if small:
-        highest, lowest = 0.005 + 0.001 * (extent > 1.0), 0.0 * extent
-    at = ("voltage_index", "limit_index")
-    return xr.Dataset(
-        {
-            "displacement": ((*at, "time"), window[..., None] * np.sin(time)),
-            "highest": ((*at, "start"), highest),
-            "lowest": ((*at, "start"), lowest),
-            "voltage": (at, np.repeat(SPEEDS[:, None], 3, axis=1)),
-        }
-    )
-
-
-REST = tuple(k for k in range(25) if k != OWN)
-
 
 @pytest.mark.parametrize(
-    ("expected", "changed"),
+    ("first", "last", "kinds", "truth"),
     [
-        (Verdict.REPRODUCED, {}),
-        (Verdict.REPRODUCED, {"mirrored": True}),
-        (Verdict.CHOSEN, {"different": REST}),
-        (Verdict.CHOSEN, {"different": (OWN,), "other": (OWN,)}),
-        (Verdict.TRANSIENT, {"different": (OWN,)}),
-        (Verdict.UNDECIDED, {"open_": (OWN,), "other": (OWN,)}),
-        (Verdict.UNDECIDED, {"open_": REST}),
-        (Verdict.NOT_REPRODUCED, {"different": range(25), "other": range(25)}),
+        ([1.0, 1.0], [1.04, 1.04], (1, 1), 1.0),
+        ([1.0, 2.0], [2.04, 1.04], (1, 1), 1.0),  # each has one that is the same
+        ([1.0, 2.0], [1.0, 1.0], (1, 1), np.nan),  # the start decides
+        ([1.0, 1.0], [2.0, 1.0], (1, 1), np.nan),
+        ([1.0, 2.0], [1.0, 1.0], (3, 3), 1.0),  # chaos covers its extent slowly
+        ([1.0, 2.0], [1.0, 1.0], (3, 1), np.nan),
+        ([1.0, 1.0], [1.2, 1.2], (1, 1), 0.0),
+        ([1.0, 1.0], [1.2, 1.2], (3, 3), 0.0),
+        ([0.005, 0.005], [0.0054, 0.0054], (1, 1), 1.0),  # of at least a hundredth
+        ([np.nan, 1.0], [1.0, 1.0], (1, 1), np.nan),
     ],
 )
-def test_large_limits_are_the_same_at_the_papers_own_voltage(expected, changed):
-    assert verdict("limit-large-same", large_limits=large(**changed)) is expected
+def test_extents_are_the_same_from_each_start_or_from_none(first, last, kinds, truth):
+    extent = np.array([[first, last, last]])
+    codes = np.array([[[kinds[0]] * 2, [kinds[1]] * 2, [kinds[1]] * 2]])
+    np.testing.assert_equal(same_extents(extent, codes), [truth])
 
 
 def test_numbers_of_the_largest_limits():
-    finding = found("limit-large-same", large_limits=large(different=(0, 1), other=(OWN,), open_=(2, OWN)))
+    world = World(lambda n: n["voltage"] < 0.0, extent=lambda n: np.where(n["voltage"] > 1.1, n["stretch_limit"], 1.0))
+    studies = studies_in(world, "limit-large-same", QUICK)
+    study = studies["large-limits"]
+    time = np.linspace(0.0, 6.0, study.sizes["time"])
+    waves = np.array([1.2, 1.0, 1.0])[:, None] * np.sin(time)
+    own = study["own_extent"].values.copy()
+    own[0, 0] = 1.2 * own[2, 0]
+    study = study.assign(displacement=(("limit", "time"), waves), own_extent=(study["own_extent"].dims, own))
+    finding = CLAIMS["limit-large-same"].check({"large-limits": study})
     key = finding.numbers[0]
     assert (key.value, key.low, key.high) == pytest.approx((0.2, 0.0, 0.2))
-    assert finding.share == Share(21, 2, open=1)
-    assert number(finding, "same time series").value == pytest.approx(24.0 / 25.0)
+    assert finding.share.value == pytest.approx(0.5, abs=0.04)
     assert number(finding, "v = 1.005").value == pytest.approx(0.2 / 1.2, rel=0.01)
     assert "that of v = 1.005" in finding.unseen
-    small = found("limit-large-same", large_limits=large(different=(OWN,), small=True))
-    assert small.numbers[0].value == pytest.approx(0.1)  # of at least a hundredth
 
 
 # --- tiny limits ------------------------------------------------------------------------------------------------------
@@ -151,7 +121,7 @@ POSITIVE = (1.0, 1.0, 1.0, -9.0)
 @pytest.mark.parametrize(
     ("expected", "changed"),
     [
-        (Verdict.ARTEFACT, {}),
+        (Verdict.NOT_REPRODUCED, {}),  # one of three is chance
         (Verdict.NOT_REPRODUCED, {"fixed": POSITIVE}),
         (Verdict.CHOSEN, {"fixed": POSITIVE, "inside": (-0.1, 0.1, 0.1, 0.1)}),
         (Verdict.NOT_REPRODUCED, {"fixed": POSITIVE, "inside": (-0.1, 0.1, 0.1, 0.1), "error": 0.04}),
@@ -159,9 +129,14 @@ POSITIVE = (1.0, 1.0, 1.0, -9.0)
         (Verdict.UNDECIDED, {"inside": (-0.1, -0.1, 0.1, 0.1), "strain": 0.15}),
     ],
 )
-def test_negative_exponents_beyond_the_limit_are_an_artefact(expected, changed):
+def test_negative_exponents_at_small_limits(expected, changed):
     """The initial state lies beyond the limits up to its strain 0.5, that one included."""
     assert verdict("limit-tiny-negative", beyond=beyond(**changed)) is expected
+
+
+def test_a_fixed_step_run_that_is_negative_at_most_limits_is_an_artefact():
+    study = xr.concat([beyond(fixed=(-1.0, -1.0, -1.0, 1.0))] * 5, "limit")
+    assert verdict("limit-tiny-negative", beyond=study) is Verdict.ARTEFACT
 
 
 def test_negative_exponents_from_the_papers_start_and_others_are_reproduced():

@@ -4,115 +4,101 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from gelcone.paper.claims import CLAIMS
+from gelcone.paper.claims.voltage import _at
+from gelcone.paper.effort import FULL, QUICK
+from gelcone.paper.numbers import Number
 from gelcone.paper.truths import Share
-from gelcone.paper.verdicts import Verdict
-from tests.paper.made_up import CHAOTIC, cells, diagram, found, number, triple, verdict
-
-VOLTAGES = np.concatenate([np.linspace(0.0, 1.03, 40), np.linspace(1.04, 2.0, 60)])
-ABOVE = VOLTAGES >= 1.04
-WINDOW = np.where(ABOVE, 1.0, -1.0)
+from gelcone.paper.verdicts import Verdict, judge
+from tests.paper.made_up import found, triple, verdict
+from tests.paper.worlds import World, studies_in
 
 
-def near(rows, of=20, across=40, extent=6.0, own=6.0, spread=0.0):
-    """Parameter sets near the base set: ``rows`` of them chaotic at all voltages, the others at none."""
-    chaos = np.repeat(np.arange(of)[:, None] < rows, across, axis=1)
-    study = cells({"set": np.arange(of), "voltage": np.linspace(1.04, 2.0, across)}, chaos)
-    starts = own + np.linspace(-0.5, 0.5, 8)[:, None] * spread * np.ones(across)
-    return study.assign(
-        extent=(("set", "voltage"), np.full(chaos.shape, extent)),
-        own_extent=(("start", "voltage"), starts),
-        own_regime=(("start", "voltage"), np.full(starts.shape, int(CHAOTIC))),
-    )
+@pytest.mark.parametrize("effort", [QUICK, FULL], ids=["quick", "full"])
+def test_numbers_of_the_threshold(effort):
+    """The base set and those with a soft spring are chaotic from 1.2 on but for a window."""
 
+    def chaos(n):
+        near = np.isclose(n["spring_stiffness"], 0.9, rtol=1e-9) | (n["spring_stiffness"] < 0.8)
+        return (n["voltage"] >= 1.2) & ~((n["voltage"] > 1.5) & (n["voltage"] < 1.7)) & near
 
-def threshold(chaos=ABOVE, finite=WINDOW, second=ABOVE, rows=18, **more):
-    return {
-        "diagram_base_voltage": diagram("voltage", VOLTAGES, chaos, finite=finite, **more),
-        "diagram_fast_voltage": diagram("voltage", VOLTAGES, second),
-        "neighbours": near(rows),
-        "voltage": triple("voltage"),
-    }
-
-
-def flipped(values, *places):
-    changed = np.array(values)
-    changed[list(places)] = ~changed[list(places)] if changed.dtype == bool else -changed[list(places)]
-    return changed
-
-
-WINDOWS = range(45, 60)
-
-
-@pytest.mark.parametrize(
-    ("expected", "changed"),
-    [
-        (Verdict.REPRODUCED, {}),
-        (Verdict.REPRODUCED, {"chaos": flipped(ABOVE, 45)}),  # 59 of 60 are certain to be nearly all
-        (Verdict.UNDECIDED, {"chaos": flipped(ABOVE, 45, 46, 47)}),
-        (Verdict.CHOSEN, {"rows": 2}),
-        (Verdict.UNDECIDED, {"rows": 10}),
-        (Verdict.TRANSIENT, {"chaos": flipped(ABOVE, *WINDOWS)}),
-        (Verdict.TRANSIENT, {"chaos": flipped(ABOVE, 39)}),  # one below is one too many
-        (Verdict.CHOSEN, {"chaos": flipped(ABOVE, 39), "finite": flipped(WINDOW, *range(20, 39))}),
-        (Verdict.CHOSEN, {"chaos": flipped(ABOVE, 39), "finite": flipped(WINDOW, *WINDOWS)}),
-        (Verdict.UNDECIDED, {"chaos": flipped(ABOVE, 39), "finite": flipped(WINDOW, 45, 46, 47)}),
-        (Verdict.NOT_REPRODUCED, {"chaos": ~ABOVE, "finite": -WINDOW, "rows": 0}),
-    ],
-)
-def test_the_threshold_of_the_voltage(expected, changed):
-    assert verdict("voltage-threshold", **threshold(**changed)) is expected
-
-
-def test_numbers_of_the_threshold():
-    chaos, second = flipped(ABOVE, *WINDOWS, 0), flipped(ABOVE, 40, 50)
-    finding = found("voltage-threshold", **threshold(chaos=chaos, second=second, rows=5))
+    studies = studies_in(World(chaos), "voltage-threshold", effort)
+    finding = CLAIMS["voltage-threshold"].check(studies)
     first = finding.numbers[0]
-    assert first.meaning.startswith("chaos at the end")
-    assert finding.share == Share(5, 15)
-    assert number(finding, "below 1.04").value == pytest.approx(0.975)
-    assert finding.numbers[1].value == pytest.approx(0.75)
-    assert number(finding, "positive exponent, set fast").value == pytest.approx(58.0 / 60.0)
-    other = number(finding, "chaos, set fast")
-    assert (other.low, other.high) == (VOLTAGES[40], VOLTAGES[41])
+    assert first.meaning == "smallest voltage at which chaos was seen"
+    assert first.low < 1.2 <= first.value == first.high
+    assert first.high - first.low == pytest.approx(2.0 / (2 * effort.diagram_values - 2) / 2**effort.bisections)
+    above = number(finding, "share of voltages in 1.04 to 2 with a positive exponent")
+    assert above.low <= 0.6 / 0.96 <= above.high
+    assert number(finding, "below 1.04").value == 1.0
+    assert finding.share.value == 0.0  # nine of ten voltages are not chaotic in any set
     assert number(finding, "pitchfork").value == pytest.approx(0.9**0.5)
-    assert [one.value for one in finding.slack] == [0.8, 0.7]
-    none = found("voltage-threshold", **threshold(chaos=~ABOVE & ABOVE, second=~ABOVE & ABOVE))
+    assert [one.value for one in finding.slack] == [0.0]
+    none = CLAIMS["voltage-threshold"].check(
+        studies_in(World(lambda n: n["voltage"] > 9.0), "voltage-threshold", effort)
+    )
     assert len(none.numbers) == len(finding.numbers) - 2
 
 
-def reach(base, spread=0.0, rows=18, extent=6.0):
-    """Chaos at the last three values; the regular motions before reach farther."""
-    chaos = np.array([0, 0, 1, 1, 1])
-    lowest, highest = np.array([-9.0, -1.0, -base, -1.0, -2.0]), np.array([9.0, 1.0, 0.5 * base, 2.0, 1.0])
-    own = diagram("voltage", [0.5, 1.0, 1.2, 1.6, 2.0], chaos, lowest=lowest, highest=highest)
-    return {
-        "diagram_base_voltage": own,
-        "neighbours": near(rows, extent=extent, own=base, spread=spread),
-        "voltage": triple("voltage"),
-    }
+def number(finding, part):
+    """The first number of a finding whose meaning begins so or holds it."""
+    return next(one for one in finding.numbers if part in one.meaning)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "truth"),
+    [
+        (1.039, 1.04, True),
+        (1.035, 1.0449, True),
+        (1.03, 1.034, False),
+        (1.045, 1.05, False),
+        (1.03, 1.035, None),
+        (1.044, 1.046, None),
+    ],
+)
+def test_a_threshold_is_at_1_04_when_its_bracket_rounds_to_it(low, high, truth):
+    assert _at(Number("threshold", high, low=low, high=high)) is truth
+    assert _at(None) is False
+    assert _at(Number("chaos at the end of the range", 0.0)) is False
+
+
+def reach(base, spread=0.0, extent=6.0, window=4.0):
+    """Largest displacements in chaos: of the base set, of the sets near, and over the window."""
+
+    def size(n):
+        own = n["drive_frequency"] == 0.1
+        return np.where(own, base, extent)
+
+    studies = studies_in(World(lambda n: n["voltage"] > 1.0, extent=size), "voltage-amplitude", QUICK)
+    near = studies["neighbours"]
+    offsets = np.linspace(-0.5, 0.5, near.sizes["start"]) * spread
+    studies["neighbours"] = near.assign(own_extent=near["own_extent"] + xr.DataArray(offsets, dims="start"))
+    ends = {"window_highest": window, "window_lowest": -window}
+    studies["voltage"] = studies["voltage"].assign({name: ("voltage", [9.0, v, v]) for name, v in ends.items()})
+    return studies
 
 
 @pytest.mark.parametrize(
     ("expected", "changed"),
     [
         (Verdict.REPRODUCED, {"base": 6.0}),
-        (Verdict.REPRODUCED, {"base": 7.1}),
-        (Verdict.REPRODUCED, {"base": 4.9}),
-        (Verdict.UNDECIDED, {"base": 7.1, "spread": 0.2}),  # nearby starts lie on both sides of 7.2
-        (Verdict.CHOSEN, {"base": 7.3}),
+        (Verdict.REPRODUCED, {"base": 5.5}),
+        (Verdict.UNDECIDED, {"base": 6.4, "spread": 0.3}),  # nearby starts lie on both sides of 6.5
+        (Verdict.TRANSIENT, {"base": 7.0, "window": 6.0}),  # at rest before the chaos it reached farther
+        (Verdict.CHOSEN, {"base": 7.0}),
         (Verdict.CHOSEN, {"base": 6.0, "extent": 4.7}),
-        (Verdict.NOT_REPRODUCED, {"base": 4.7, "extent": 7.3, "rows": 20}),
-        (Verdict.CHOSEN, {"base": 6.0, "rows": 0}),  # without chaos nothing reaches 6 in chaos
+        (Verdict.NOT_REPRODUCED, {"base": 5.4, "extent": 7.0}),
     ],
 )
-def test_about_six_is_within_a_fifth(expected, changed):
-    assert verdict("voltage-amplitude", **reach(**changed)) is expected
+def test_about_six_is_what_rounds_to_six(expected, changed):
+    assert judge(CLAIMS["voltage-amplitude"].check(reach(**changed))) is expected
 
 
 def test_the_amplitude_is_that_of_chaos_with_the_error_of_nearby_starts():
-    finding = found("voltage-amplitude", **reach(4.0, spread=0.25))
+    finding = CLAIMS["voltage-amplitude"].check(reach(4.0, spread=0.25))
     assert (finding.numbers[0].value, finding.numbers[0].error) == pytest.approx((4.0, 0.25))
-    assert finding.share == Share(18, 2)
+    assert finding.share.value == 1.0
+    assert finding.numbers[1].value == 4.0
 
 
 # --- spectra ----------------------------------------------------------------------------------------------------------

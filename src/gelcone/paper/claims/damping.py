@@ -6,12 +6,14 @@ import numpy as np
 
 from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.numbers import Number
-from gelcone.paper.reading import finite_positive, fixed_branch, regular
-from gelcone.paper.studies.diagrams import PANELS
+from gelcone.paper.reading import finite_not_positive, fixed_branch, without_chaos
+from gelcone.paper.sampling import share_of
+from gelcone.paper.studies.samples import holds_throughout, rows_without_chaos
 from gelcone.paper.studies.triples import TRIPLES
-from gelcone.paper.truths import every, share
+from gelcone.paper.truths import lengths
 from gelcone.paper.verdicts import NEARLY_ALL, Finding
 from gelcone.presets import find_preset
+from gelcone.quantity import Array
 
 SMALLEST_ERROR = 1e-6
 """Below this an error of the exponents says no more than their rounding."""
@@ -22,24 +24,23 @@ SMALLEST_ERROR = 1e-6
     "Over damping ratios from 0 to 2 no motion is chaotic; the exponent is slightly positive only towards zero.",
     13,
     "diagram-base-damping-ratio",
-    "diagram-fast-damping-ratio",
-    "damping-map",
+    "share-damping",
+    "other-voltages-damping",
 )
 def damping_never_chaotic(studies: Studies) -> Finding:
-    base = fixed_branch(studies["diagram-base-damping-ratio"])
-    wide = studies["damping-map"]
-    damped = base["damping_ratio"].values > 0.0
-    calm = share(regular(base)[damped])
-    rows = wide["voltage"].values
-    own = int(np.argmin(np.abs(rows - PANELS["base", "damping_ratio"])))
-    by_voltage = {float(v): share(regular(wide.sel(voltage=v))) for k, v in enumerate(rows) if k != own}
-    never = {v: None if calm.failing == 0 and calm.open else calm.failing == 0 for v, calm in by_voltage.items()}
-    undamped = base.isel(damping_ratio=0)
+    own, others = studies["share-damping"], studies["other-voltages-damping"]
+    calm = share_of(own, without_chaos(own))
+    never = rows_without_chaos(others)
+    voltages = others["voltage"].values[:, 0]
+    chaos = voltages[never == 0.0]
+    first = float(chaos.min()) if chaos.size else float("nan")
+    below = voltages[(never == 1.0) & ~(voltages > first)]
+    undamped = fixed_branch(studies["diagram-base-damping-ratio"]).isel(damping_ratio=0)
     return Finding(
-        holds=every(calm.failing == 0, calm.exceeds(NEARLY_ALL) if calm.open else True),
-        holds_finite=bool(not finite_positive(base)[damped].any()),
-        share=share(list(never.values())),
-        neighbourhood="other drive voltages from 0.5 to 2, each over damping ratios from 0.02 to 2",
+        holds=holds_throughout(calm),
+        holds_finite=holds_throughout(share_of(own, finite_not_positive(own))),
+        share=share_of(others, never),
+        neighbourhood="other drive voltages from 0.5 to 2, each at damping ratios from 0.02 to 2",
         numbers=(
             calm.number("share of damping ratios in (0, 2] without chaos"),
             Number(
@@ -48,12 +49,14 @@ def damping_never_chaotic(studies: Studies) -> Finding:
                 error=float(undamped["standard_error"].values[0]),
             ),
             Number(
-                "largest drive voltage without chaos at any damping ratio",
-                max([v for v, ok in never.items() if ok], default=float("nan")),
-                error=float(np.diff(rows)[0]),
+                "largest drive voltage up to which no chaos was seen at any damping ratio",
+                float(below.max()) if below.size else float("nan"),
+                low=float(below.max()) if below.size else None,
+                high=first if chaos.size else None,
             ),
         ),
-        why="At this voltage rest is stable and attracts every motion; at a higher one little damping leaves chaos.",
+        why="At this voltage rest is stable and attracts every motion; at a higher one little damping leaves chaos. "
+        f"Needed: no chaos at any of so many damping ratios that its share is below {1.0 - NEARLY_ALL:.0%}.",
         unseen="That the statement concerns the chosen voltage: it lies below the loss of stability of rest. "
         "Without damping the exponent over a window T falls like log(T)/T, which looks slightly positive in any "
         "window.",
@@ -79,18 +82,13 @@ def damping_order(studies: Studies) -> Finding:
     small, _, large = TRIPLES["damping"][2]
     at = int(np.argmin(np.abs(zeta - large)))
     nearest = int(np.argmin(np.abs(zeta - small)))
-    others = (zeta >= large) & (np.arange(zeta.size) != at)
     order = bool(slow[nearest] and overdamped[at])
     return Finding(
         holds=order,
-        share=share(overdamped[others] & slow[nearest]),
+        share=lengths(zeta[at:], overdamped[at:] & slow[nearest]),
         neighbourhood=f"larger damping ratios than the largest drawn, {large:g}, up to 2",
         numbers=(
-            Number(
-                "smallest overdamped damping ratio on the grid",
-                float(zeta[overdamped].min()) if overdamped.any() else float("nan"),
-                error=float(np.diff(zeta)[0]),
-            ),
+            _first(zeta, overdamped),
             Number("square root of the small-signal stiffness: critical damping without voltage", stiffness**0.5),
         ),
         why=f"The order is right where the larger damping is large enough; the largest drawn ({large:g}) "
@@ -98,3 +96,12 @@ def damping_order(studies: Studies) -> Finding:
         consequence="Any damped oscillator is overdamped beyond critical damping; the number is where that lies.",
         unseen="Where overdamping begins: at the root of the small-signal stiffness, reduced by the voltage.",
     )
+
+
+def _first(zeta: Array, overdamped: Array) -> Number:
+    """The smallest overdamped damping ratio that was seen, and the largest one below it."""
+    meaning = "smallest overdamped damping ratio that was seen"
+    if not overdamped.any():
+        return Number(meaning, float("nan"))
+    k = int(np.argmax(overdamped))
+    return Number(meaning, float(zeta[k]), low=float(zeta[max(k - 1, 0)]), high=float(zeta[k]))

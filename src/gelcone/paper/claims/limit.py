@@ -10,23 +10,30 @@ import numpy as np
 from gelcone.motion.tangents import CERTAIN
 from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.numbers import Number
-from gelcone.paper.reading import chaotic, finite_positive, first_chaos, fixed_branch, regular, slack_of
-from gelcone.paper.studies.diagrams import PANELS
+from gelcone.paper.reading import (
+    LIMIT_THRESHOLD,
+    SAME,
+    chaotic,
+    differences,
+    finite_not_positive,
+    finite_positive,
+    first_chaos,
+    parted,
+    regular,
+    same_extents,
+    slack_of,
+)
+from gelcone.paper.sampling import part, share_of
+from gelcone.paper.studies.limits import OWN_VOLTAGE
+from gelcone.paper.studies.samples import ABOUT, rows_same
 from gelcone.paper.truths import every, share, truth
-from gelcone.paper.verdicts import NEARLY_ALL, Finding
-from gelcone.quantity import Array
+from gelcone.paper.verdicts import NEARLY_ALL, WIDE, Finding
 
 if TYPE_CHECKING:
     import xarray as xr
 
-LIMIT_THRESHOLD = 1.5
-"""From the paper's text."""
-ABOUT = 1.2
-"""What "about" leaves to either side, as a factor."""
 TINY = 0.5
 """Stretch limits up to here count as going to zero."""
-SAME = 0.05
-"""Motions are indistinguishable when they differ by less than this share of their size: what a plot shows."""
 
 
 @claim(
@@ -34,54 +41,42 @@ SAME = 0.05
     "Chaos for stretch limits below about 1.5, stable motion above.",
     13,
     "diagram-fast-stretch-limit",
+    "share-limit",
+    "other-voltages-limit",
     "limit-map",
     "limit",
 )
 def limit_threshold(studies: Studies) -> Finding:
-    diagram, plane = studies["diagram-fast-stretch-limit"], studies["limit-map"]
-    branch = fixed_branch(diagram)
-    limits = branch["stretch_limit"].values
-    below, above = limits < LIMIT_THRESHOLD / ABOUT, limits > LIMIT_THRESHOLD * ABOUT
-    threshold = first_chaos(diagram, "stretch_limit", falling=True)
-    voltages = plane["voltage"].values
-    own = int(np.argmin(np.abs(voltages - PANELS["fast", "stretch_limit"])))
-    rows = {float(v): plane.sel(voltage=v) for v in voltages}
-    largest = {v: _largest(row) for v, row in rows.items()}
+    plane, others = studies["limit-map"], studies["other-voltages-limit"]
+    below, above = (part(studies["share-limit"], name) for name in ("below", "above"))
+    threshold = first_chaos(studies["diagram-fast-stretch-limit"], "stretch_limit", falling=True)
+    largest = {float(v): _largest(plane.sel(voltage=v)) for v in plane["voltage"].values}
     lowest = float(plane["stretch_limit"].values.min())
-    chaos, calm = share(chaotic(branch)[below]), share(regular(branch)[above])
-    finite = finite_positive(branch)
+    chaos, calm = share_of(below, chaotic(below)), share_of(above, regular(above))
+    finite, finite_calm = share_of(below, finite_positive(below)), share_of(above, finite_not_positive(above))
     return Finding(
         holds=every(chaos.exceeds(NEARLY_ALL), calm.exceeds(NEARLY_ALL)),
-        holds_finite=every(share(finite[below]).exceeds(NEARLY_ALL), share(1.0 - finite[above]).exceeds(NEARLY_ALL)),
-        share=share([_parted(row) for k, row in enumerate(rows.values()) if k != own]),
+        holds_finite=every(finite.exceeds(NEARLY_ALL), finite_calm.exceeds(NEARLY_ALL)),
+        share=share_of(others, parted(others)),
         neighbourhood="other drive voltages from 0.7 to 1.6, chaos at most of the lower stretch limits and at none of "
         "the higher",
         numbers=(
             *(() if threshold is None else (threshold,)),
             chaos.number(f"share of stretch limits below {LIMIT_THRESHOLD / ABOUT:g} with chaos"),
-            calm.number(f"share of stretch limits above {LIMIT_THRESHOLD * ABOUT:g} without chaos"),
+            calm.number(f"share of stretch limits above {LIMIT_THRESHOLD * ABOUT:g} with regular motion"),
         ),
         why="A low stretch limit stiffens the film within reach of the motion; how low it must be follows the voltage. "
-        f"Needed: chaos at {NEARLY_ALL:.0%} of the stretch limits below about 1.5 (a fifth less), and none at "
-        f"{NEARLY_ALL:.0%} of those above it (a fifth more).",
+        f"Needed: chaos at {NEARLY_ALL:.0%} of the stretch limits below about 1.5 (a fifth less), and regular motion "
+        f"at {NEARLY_ALL:.0%} of those above it (a fifth more).",
         slack=slack_of(studies["limit"], "stretch_limit"),
-        unseen="The largest chaotic stretch limit over voltage: "
-        + ", ".join(f"{j:.3g} at v = {v:.3g}" if j == j else f"none at v = {v:.3g}" for v, j in largest.items())
-        + ".",
+        unseen="The largest stretch limit at which chaos was seen, over the voltage.",
         details={
-            f"largest chaotic stretch limit at v = {v:.3g}": f"{j:.3g}" if j == j else f"none from {lowest:.3g} on"
+            f"largest stretch limit at which chaos was seen, v = {v:.3g}": f"{j:.3g}"
+            if j == j
+            else f"none from {lowest:.3g} on"
             for v, j in largest.items()
         },
     )
-
-
-def _parted(row: xr.Dataset) -> float:
-    """Whether one voltage's stretch limits are mostly chaotic below about 1.5, and not at all above: 1, 0 or NaN."""
-    limits, chaos = row["stretch_limit"].values, chaotic(row)
-    lower = share(chaos[limits < LIMIT_THRESHOLD / ABOUT], sample=False)
-    upper = share(chaos[limits > LIMIT_THRESHOLD * ABOUT], sample=False)
-    met = every(lower.exceeds(0.5), None if upper.failing and not upper.found and upper.open else not upper.holding)
-    return float("nan") if met is None else float(met)
 
 
 def _largest(row: xr.Dataset) -> float:
@@ -93,48 +88,32 @@ def _largest(row: xr.Dataset) -> float:
 def limit_large_same(studies: Studies) -> Finding:
     study = studies["large-limits"]
     x = study["displacement"].values
-    window = np.abs(x - x[:, -1:]).max(axis=-1) / np.abs(x).max(axis=-1)
-    # Mirror images count as the same motion: which of the two a motion ends on is a matter of its start.
-    extent = np.fmax(np.abs(study["highest"].values), np.abs(study["lowest"].values))
-    least, most = _differences(extent)
-    voltages = study["voltage"].values[:, 0]
-    own = int(np.argmin(np.abs(voltages - PANELS["fast", "stretch_limit"])))
-    same_window = (window < SAME).all(axis=1)
-    same_long = np.where(most < SAME, 1.0, np.where(least < SAME, np.nan, 0.0))
-    others = share(np.delete(same_long, own))
+    window = float((np.abs(x - x[-1:]).max(axis=-1) / np.abs(x).max(axis=-1)).max())
+    own = study["own_extent"].values[None]
+    least, most, _ = differences(own)
+    others = share_of(study, rows_same(study))
     return Finding(
-        holds=truth(same_long[own]),
-        holds_finite=bool(same_window[own]),
+        holds=truth(float(same_extents(own, study["own_regime"].values[None])[0])),
+        holds_finite=None if np.isnan(window) else window < SAME,
         share=others,
-        neighbourhood=f"{len(voltages) - 1} other drive voltages from {voltages.min():g} to {voltages.max():g}",
+        neighbourhood="other drive voltages from 0.5 to 1.7",
         numbers=(
             Number(
                 "largest difference of the extents in the long run, J = 100 and 300 against 1000",
-                float(most[own]),
-                low=float(least[own]),
-                high=float(most[own]),
+                float(most[0]),
+                low=float(least[0]),
+                high=float(most[0]),
             ),
             others.number("share of other voltages from 0.5 to 1.7 with the same extent in the long run"),
-            share(same_window).number("share of all voltages with the same time series over the window"),
-            Number("difference of the time series over the window, v = 1.005", float(window[own, 0])),
+            Number("largest difference of the time series over the window, v = 1.005", window),
         ),
         why="While I1 - 3 stays far below J, Gent's film is neo-Hookean to the order (I1 - 3)/J. The extents count as "
-        f"the same when they agree within {SAME:.0%} for all of {extent.shape[-1]} starts within 1e-9 of one another, "
-        "and as different when for none; else the start decides, and nothing is said.",
+        f"the same when each of {own.shape[-1]} starts within 1e-9 of one another has one at the other limit within "
+        f"{SAME:.0%} (in chaos, when two agree), and as different when no two agree; else the start decides, and "
+        "nothing is said.",
         unseen="In chaos no two stretch limits give the same time series, however large they are. The verdict is that "
-        f"of v = {voltages[own]:g}.",
+        f"of v = {OWN_VOLTAGE:g}.",
     )
-
-
-def _differences(extent: Array) -> tuple[Array, Array]:
-    """Smallest and largest relative difference of the extents from those at the largest limit, over nearby starts.
-
-    ``extent`` is (voltages, limits, starts); both results are (voltages,): for each limit the pair of starts that
-    agrees best, or worst, and of these the limit that differs most.
-    """
-    last = extent[:, -1, None, None, :]
-    off = np.abs(extent[:, :-1, :, None] - last) / np.maximum(last, 0.01)
-    return off.min(axis=(2, 3)).max(axis=1), off.max(axis=(2, 3)).max(axis=1)
 
 
 @claim(
@@ -156,7 +135,7 @@ def limit_tiny_negative(studies: Studies) -> Finding:
     other = share(negative[tiny & ~allowed])
     return Finding(
         holds=bool((negative & tiny & allowed).any()),
-        holds_fixed_step=bool((fixed[tiny & ~allowed] < 0.0).any()),
+        holds_fixed_step=share(fixed[tiny & ~allowed] < 0.0).exceeds(WIDE) is True,
         share=other,
         neighbourhood="starts at half the displacement that the stretch limit allows, for limits from 0.02 to 0.5 that "
         "do not allow the paper's start",

@@ -7,13 +7,10 @@ import numpy as np
 from gelcone.codes import Regime
 from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.numbers import Number
-from gelcone.paper.reading import slack_of
+from gelcone.paper.reading import SAME, ordered, resolution, slack_of
+from gelcone.paper.studies.samples import rows_ordered
 from gelcone.paper.truths import entries, every, share, truth
 from gelcone.paper.verdicts import Finding
-from gelcone.quantity import Array
-
-SAME = 0.05
-"""Motions are indistinguishable when they differ by less than this share of their size: what a plot shows."""
 
 
 @claim(
@@ -26,13 +23,13 @@ SAME = 0.05
 def prestretch_order(studies: Studies) -> Finding:
     study = studies["prestretch"]
     kinds = study["regime"].values
-    finite = study["finite"].values[:, 0]
-    others = share([_ordered(row) for row in studies["neighbours"]["prestretch_kind"].values])
+    finite, resolved = study["finite"].values[:, 0], resolution(study)
+    others = share(rows_ordered(studies["neighbours"]))
     return Finding(
-        holds=truth(_ordered(kinds)),
-        holds_finite=bool(finite[0] > 0.0 and finite[2] < 0.0),
+        holds=truth(float(ordered(kinds))),
+        holds_finite=bool(finite[0] > resolved and abs(finite[1]) <= resolved and finite[2] < 0.0),
         share=others,
-        neighbourhood=f"{others.holding + others.failing + others.open} parameter sets near the base set",
+        neighbourhood=f"{others.count:g} parameter sets near the base set",
         numbers=(
             *(
                 Number(
@@ -51,13 +48,6 @@ def prestretch_order(studies: Studies) -> Finding:
     )
 
 
-def _ordered(kinds: Array) -> float:
-    """Whether three motions are chaotic, periodic and at rest: 1, 0, or NaN where one that has not settled decides."""
-    told = kinds != Regime.TRANSIENT
-    fits = kinds == np.array([Regime.CHAOTIC, Regime.PERIODIC, Regime.REST])
-    return 0.0 if (told & ~fits).any() else 1.0 if told.all() else float("nan")
-
-
 @claim(
     "spring-frequency",
     "Raising the spring stiffness from 0.1 to 20 moves the resonance up.",
@@ -72,8 +62,8 @@ def spring_frequency(studies: Studies) -> Finding:
     rises = np.where(low[1:] > high[:-1], 1.0, np.where(high[1:] < low[:-1], 0.0, np.nan))
     return Finding(
         holds=every(*entries(rises)),
-        share=share(rises, sample=False),
-        neighbourhood="single pairs of neighbouring spring stiffnesses",
+        share=share([every(*entries(rises[first:][: rises.size - 1])) for first in (0, 1)], sample=False),
+        neighbourhood="the stiffnesses without the smallest or without the largest",
         numbers=tuple(
             Number(f"resonance at spring stiffness {k:g}", float(f), low=float(a), high=float(b))
             for k, f, a, b in zip(stiffness, peaks, low, high, strict=True)
@@ -106,7 +96,13 @@ def spring_amplitude(studies: Studies) -> Finding:
     start = 0.5 * (spring["window_highest"].values - spring["window_lowest"].values)
     unaffected, from_start = (bool(np.ptp(a) / a.mean() < SAME) for a in (late, start))
     falling = every(*entries(falls))
+    seen = "from each stiffness to the next where the errors of the peaks do not overlap"
+    parts = {
+        "the peak falls": Finding(holds=falling, numbers=(), why=seen),
+        "the amplitude is not affected": Finding(unaffected, (), "in the long run", holds_finite=from_start),
+    }
     return Finding(
+        parts=parts,
         holds=every(falling, unaffected),
         holds_finite=every(falling, from_start),
         numbers=(

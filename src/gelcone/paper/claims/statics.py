@@ -10,8 +10,8 @@ from gelcone.paper.numbers import Number
 from gelcone.paper.truths import share
 from gelcone.paper.verdicts import Finding
 
-EVEN = 101
-"""Initial displacements, evenly between 0 and the paper's own, of which the share is taken."""
+EVEN = 1001
+"""Initial displacements, evenly between 0 and the paper's own, that measure the share."""
 LINEAR = 0.01
 """An oscillation counts as linear while its period is within this share of the linear one."""
 
@@ -70,7 +70,7 @@ def linear_limit(studies: Studies) -> Finding:
     even = np.linspace(0.0, amplitude[-1], EVEN, endpoint=False)[1:]
     return Finding(
         holds=bool(linear[-1]),
-        share=share(np.interp(even, amplitude[smaller], off[smaller]) < LINEAR),
+        share=share(np.interp(even, amplitude[smaller], off[smaller]) < LINEAR, sample=False),
         neighbourhood="smaller initial displacements than the paper's own, 1",
         numbers=(
             Number("largest displacement with the period within 1 % of the linear one", reach),

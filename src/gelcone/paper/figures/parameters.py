@@ -11,7 +11,7 @@ from gelcone.atlas.branches.attached import attached_branches
 from gelcone.codes import Regime
 from gelcone.paper.figures.figure import paper_figure
 from gelcone.paper.studies.diagrams import PANELS, diagram_name
-from gelcone.paper.studies.maps import MODES
+from gelcone.paper.studies.samples import MODES
 from gelcone.plots.branches import DASHED, sections_of, stability_parts
 from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, styled
 

@@ -5,9 +5,9 @@ from gelcone.paper.studies import (
     diagrams,
     limits,
     maps,
-    neighbours,
     practical,
     resonance,
+    samples,
     spectra,
     statics,
     triples,
@@ -16,6 +16,6 @@ from gelcone.paper.studies.study import Study
 
 STUDIES: dict[str, Study] = {
     study.name: study
-    for module in (statics, continuum, triples, spectra, practical, resonance, diagrams, maps, limits, neighbours)
+    for module in (statics, continuum, triples, spectra, practical, resonance, diagrams, maps, limits, samples)
     for study in module.STUDIES
 }

@@ -13,17 +13,12 @@ from gelcone.dataset import attributes
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.diagrams import FINITE, rest_stability
+from gelcone.paper.studies.samples import MODES
 from gelcone.paper.studies.study import Progress, Study
-from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MODES = ("radial", "equibiaxial")
-HIGH = 1.6
-"""From which voltage on it is high."""
-BETWEEN = 3
-"""Voltages added between two of those."""
 STACKED = (0.6, 0.8, 1.0, 1.2, 1.5)
 """Pre-stretches of which the section points are kept; rows of the map at every effort."""
 
@@ -34,7 +29,7 @@ def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
     ``section`` is over ``stacked_prestretch`` instead, the rows of the map nearest to `STACKED`.
     """
     count, stretches = effort.map_shape
-    over = {"voltage": voltages(count), "prestretch": np.linspace(0.4, 2.0, stretches)}
+    over = {"voltage": np.linspace(0.0, 2.0, count), "prestretch": np.linspace(0.4, 2.0, stretches)}
     preset = effort.preset("base")
     plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial, options={"patience": effort.patience})
     result = sweep(plan, keep=["section"], progress=lambda share: progress(0.9 * share))
@@ -52,11 +47,4 @@ def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
     return result.assign_attrs(preset="base", prestretch_mode=mode, window=effort.window)
 
 
-def voltages(count: int) -> Array:
-    """``count`` even voltages from 0 to 2, and between those above `HIGH`, where shares are counted, `BETWEEN` each."""
-    even = np.linspace(0.0, 2.0, count)
-    first = int(np.searchsorted(even, HIGH, side="right"))
-    return np.concatenate([even[:first], np.linspace(even[first], 2.0, (count - 1 - first) * (BETWEEN + 1) + 1)])
-
-
-STUDIES = tuple(Study(f"map-{mode}", partial(plane, mode), work=13.0) for mode in MODES)
+STUDIES = tuple(Study(f"map-{mode}", partial(plane, mode), work=5.0) for mode in MODES)
