@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import gelcone
 from gelcone import ConeModel, Outcome
-from gelcone.motion.attractor.classification import RETURNS
-from gelcone.motion.validity import BLOCKS, SAMPLES, SHARES, invalid, spread_over, unknown, validity, validity_variables
+from gelcone.motion.flow import integrate
+from gelcone.motion.validity import BLOCKS, SHARES, invalid, unknown, validity, validity_variables
 from gelcone.presets import find_preset
 
 STILL = ConeModel(damping_ratio=0.5, spring_stiffness=2.0, voltage=1.0, drive_frequency=1.0, dielectric_strength=0.5)
@@ -15,18 +16,43 @@ SWINGS = ConeModel(damping_ratio=0.3, voltage=0.5, voltage_bias=0.9, rest_height
 """Follows its drive in a cycle of one period."""
 
 
-@pytest.mark.parametrize("period", range(1, 17))
-def test_samples_lie_evenly_at_all_phases_of_a_motion_of_any_period(period):
-    phases = np.sort(spread_over(RETURNS) % period) / period
-    gaps = np.diff(np.append(phases, phases[0] + 1.0))
-    assert gaps.max() <= 2.5 / SAMPLES * np.ceil(period / 4)
-    assert gaps.min() >= 0.0
+@pytest.mark.parametrize("strength", [0.5, 0.999999, 1.000001])
+def test_the_share_above_the_dielectric_strength_is_that_of_a_sine(strength):
+    """Also where that is exceeded for less than a sample at a time."""
+    model = STILL.replace(dielectric_strength=strength)
+    expected = 1.0 - 2.0 * np.arcsin(min(strength, 1.0)) / np.pi
+    for result in (gelcone.regime(model, (0.1, 0.0)), gelcone.simulate(model, (0.0, 0.0), periods=3)):
+        assert float(result["validity_breakdown"]) == pytest.approx(expected, abs=1e-9)
+        assert float(result["validity_error"]) < 1e-9
 
 
-def test_the_share_above_the_dielectric_strength_is_that_of_a_sine():
-    kind = gelcone.regime(STILL, (0.1, 0.0))
-    assert float(kind["validity_breakdown"]) == pytest.approx(2.0 / 3.0, abs=2.0 / SAMPLES)
-    assert 1.0 / SAMPLES <= float(kind["validity_error"]) < 0.01
+@pytest.mark.parametrize("waveform", ["sine", "triangle"])
+def test_shares_are_those_between_exact_crossings_within_their_errors(waveform):
+    """Crossings by bisection of the run's own integration, from samples 1e-4 of a period apart."""
+    model = SWINGS.replace(waveform=waveform)
+    period = float(model.drive_period)
+    begin = integrate(model, (0.6, 0.0), [100.0 * period]).states[0, 0]
+    members = model.members()
+
+    def excess(phase):
+        times = np.atleast_1d(phase) * period
+        states = integrate(model, begin, times).states
+        (voltage,) = members.voltages(times[None], states)
+        state = model.film.state(states[0, :, 0], voltage[0], model.own_numbers)
+        return {"breakdown": state.true_field - 1.4, "meridional_slack": -state.meridional_stress}
+
+    phases = np.linspace(1e-9, 1.0, 10_001)
+    coarse = excess(phases)
+    for result in (gelcone.regime(model, (0.6, 0.0)), gelcone.settled(model, (0.6, 0.0))):
+        for name, values in coarse.items():
+            places = []
+            for k in np.flatnonzero((values[1:] > 0.0) != (values[:-1] > 0.0)):
+                ends = phases[k], phases[k + 1]
+                places.append(brentq(lambda at, name=name: excess(at)[name][0], *ends, xtol=1e-13))
+            gaps = np.diff([0.0, *places, 1.0])
+            share = gaps[int(values[0] <= 0.0) :: 2].sum()
+            assert abs(float(result[f"validity_{name}"]) - share) <= float(result["validity_error"]) + 1e-12
+            assert float(result["validity_error"]) < 1e-6
 
 
 @pytest.mark.parametrize("analysis", ["regime", "settled", "frequency", "bifurcation", "basin", "sweep", "map"])
@@ -78,14 +104,15 @@ def test_the_error_covers_what_another_start_gives():
 
 
 def test_the_error_is_that_of_the_parts():
-    times = np.arange(1.0, 81.0)[None]
+    times = np.arange(0.0, 81.0)[None]
     members = ConeModel(dielectric_strength=0.5, voltage=0.0, voltage_bias=1.0).members()
-    states = np.zeros((1, 80, 2))
+    states = np.zeros((1, 81, 2))
     states[0, :40, 0] = np.nan  # a field of 1 at every sample that is there
     assert np.isnan(validity(members, times, np.full_like(states, np.nan))[0]).all()
     assert validity(members, times, states)[0, SHARES.index("breakdown")] == 1.0
     expected = np.std(np.repeat([0.0, 1.0], BLOCKS // 2), ddof=1) / np.sqrt(BLOCKS)
     assert validity(members, times, states)[0, len(SHARES)] == pytest.approx(expected)
+    assert validity(members, times, states, turn=True)[0, len(SHARES)] == 0.0
 
 
 def test_a_run_that_ends_by_pull_in_has_pulled_in():

@@ -19,7 +19,7 @@ from gelcone.motion.linear import stiffness_under
 from gelcone.motion.natural import frequency_of
 from gelcone.motion.response import dissipated_energy, even_times
 from gelcone.motion.settle import start_states
-from gelcone.motion.validity import broken, shares
+from gelcone.motion.validity import lasting, slack_places
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -163,10 +163,13 @@ class Plane:
         with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
             current = members.system.currents(times, list(np.moveaxis(run.states, -1, 0)), n)[0]
             state = film.state(x, voltage, n)
-            fails = broken(members, x, voltages, (state, None))
             apparent = [np.sqrt(np.mean(values * values, axis=1)) for values in (voltage, current)]
         beyond = np.zeros(len(x)) if self.membrane is None else (voltage > self.membrane.voltage(x)).mean(axis=1)
-        return shares(fails, ~np.isnan(x)) | {
+        found = lasting(members, times, run.states).shares()
+        if film.kinds:  # wrinkles bound the use of a film, too
+            times_of = run.film_times[:, 0]
+            found |= {name: times_of[:, places].sum(axis=1) for name, places in slack_places(film).items()}
+        return found | {
             "beyond_membrane": beyond,
             "stroke": np.ptp(x, axis=1),
             "power": dissipated_energy(members.system, run.work)[:, -1] / (PERIODS * model.drive_period),

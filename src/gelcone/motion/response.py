@@ -16,7 +16,7 @@ from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.settle import LONGEST_TIME, start_states
-from gelcone.motion.validity import ASSUMPTIONS, broken, outside, shares, unknown, validity_variables
+from gelcone.motion.validity import ASSUMPTIONS, SHARES, broken, lasting, unknown, validity_variables
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.film.wrinkling import FAILED
 from gelcone.physics.members import Members
@@ -77,9 +77,9 @@ def simulate(
     ``meridional_slack`` (a true stress is negative), ``breakdown`` (the true field exceeds the model's
     ``dielectric_strength``) and ``near_limit`` (the strain is within 1 % of the stretch limit) flag where the model
     stops being true.
-    ``validity_*`` are the shares of the run's time during which they do, taken on an even grid of times whichever
-    samples are kept; NaN for the breakdown when the strength is unknown. ``validity_pulled_in`` is 1 of a run that
-    ended so.
+    ``validity_*`` are the shares of the run's time during which they do, between the times at which they begin and
+    cease, and ``validity_error`` how well these are known; NaN for the breakdown when the strength is unknown.
+    ``validity_pulled_in`` is 1 of a run that ended so.
     In a double cone energies, powers and what fails are those of both films together; the second film's own voltage,
     current, stretches, stresses and field have ``second_`` before their names.
     With a wrinkling film ``film_state_*`` are the shares of the time that it spent in each of its states, between the
@@ -112,16 +112,14 @@ def simulate(
     members = model.members()
     with np.errstate(over="ignore", invalid="ignore"):
         variables, film_states = _variables(members, run)
-        where = (members, variables["displacement"], members.voltages(run.times, run.states), film_states)
-        fails, untrue = broken(*where), outside(*where)
-    ran = ~np.isnan(variables["displacement"][:, checked])
-    failing = shares({name: there[:, checked] for name, there in untrue.items()}, ran)
-    resolved = np.where(ran.any(axis=1), 1.0 / len(checked), np.nan)
-    found = unknown(len(ran))
-    found[:, : len(failing) + 1] = np.stack([*failing.values(), resolved], axis=1)
+        voltages = members.voltages(run.times, run.states)
+        fails = broken(members, variables["displacement"], voltages, film_states)
+    found = unknown(model.size)
+    lasted = lasting(members, *_to_the_end(run, checked))
+    found[:, : len(SHARES) + 1] = np.stack([*lasted.shares().values(), lasted.share_error], axis=1)
     states = film_variables(members, run)
     if FAILED in members.system.film.kinds:  # the exact share of the time for which it has failed
-        found[:, len(failing) + 1 + members.system.film.kinds.index(FAILED)] = states[f"film_state_{FAILED}"][1]
+        found[:, len(SHARES) + 1 + members.system.film.kinds.index(FAILED)] = states[f"film_state_{FAILED}"][1]
     valid = validity_variables(found, run.outcome, members.system, of="time")
     films = {film.prefix: film for film in members.system.films}
     kinds = {film.prefix: own.kind for film, own in zip(films.values(), film_states, strict=True) if film.kinds}
@@ -152,6 +150,16 @@ def simulate(
     for name in kinds:
         result[f"{name}film_state"].attrs |= dataset.flags_of(films[name].kinds)
     return dataset.with_initial(result, model, states0)
+
+
+def _to_the_end(run: Trajectories, samples: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+    """Times and states of some samples of a run, and where it ended before them."""
+    times, states = run.times[:, samples].copy(), run.states[:, samples].copy()
+    ended = np.isnan(states[..., 0])
+    rows, first = np.flatnonzero(ended.any(axis=1)), ended.argmax(axis=1)
+    later = rows[run.end_times[rows] > times[rows, first[rows] - 1]]
+    times[later, first[later]], states[later, first[later]] = run.end_times[later], run.end_states[later]
+    return times, states
 
 
 def _check_positive(name: str, value: Any, bound: str) -> None:

@@ -18,7 +18,7 @@ from gelcone.motion.attractor.search import search
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import linear_response
 from gelcone.motion.settle import check_budgets, single, start_states
-from gelcone.motion.validity import unknown, validity, validity_variables
+from gelcone.motion.validity import unknown, validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
@@ -225,7 +225,7 @@ def swing(
         found.outcome[rows], found.final[rows] = run.outcome, run.path[:, -1]
         if not only_extent:
             found.harmonics[rows] = harmonics_of(part, x, SAMPLES)
-            found.validity[rows] = validity(part, run.times, run.states, turn=own > 0)
+            found.validity[rows] = run.validity(part, turn=own > 0)
     return found
 
 

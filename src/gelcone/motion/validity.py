@@ -1,20 +1,21 @@
 """Where the model stops being true: for which share of a motion the film is slack, breaks down or nears its limit.
 
-Shares are those of samples spread evenly over the motion. Over forcing periods they are spread so that their phases
-are spread evenly too, also over the periods of a subharmonic (`spread_over`). A film that wrinkles may be slack: what
-it does then is told by the shares of its states, and only a film that bears compression is outside its validity there.
+Shares are of the time, between the times at which an assumption begins and ceases to hold (`gelcone.motion.dwell`). A
+film that wrinkles may be slack: the shares of its states say what it does then, and only a film that bears compression
+is outside its validity there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.dataset import Variable
+from gelcone.motion.dwell import Path, dwell_times
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.film.wrinkling import FAILED
 from gelcone.physics.members import Members
@@ -40,23 +41,12 @@ MOST_KINDS = 5
 SHARES = tuple(name for name in ASSUMPTIONS if name != "pulled_in")
 """Those of which a motion has a share."""
 NEAR_LIMIT = 0.99
-SAMPLES = 511
-"""Samples of a settled motion: not a multiple of any number of phases, so that over 64 forcing periods each lies at a
-phase of its own."""
 BLOCKS = 8
 """Parts of a motion whose shares are compared for the error of the whole's."""
 
 
 Fails = Mapping[str, npt.NDArray[np.bool_]]
 """Name of an assumption -> where it fails."""
-
-
-def spread_over(periods: int) -> Array:
-    """Times of the samples in forcing periods, (samples,), within a motion of so many periods.
-
-    The third of a spacing keeps them off the phases at which other samples are taken.
-    """
-    return periods * (np.arange(SAMPLES) + 1.0 / 3.0) / SAMPLES
 
 
 def broken(
@@ -93,29 +83,43 @@ def _of_either(films: Sequence[Fails], x: Array) -> Fails:
 def broken_by_film(
     members: Members, x: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> list[dict[str, npt.NDArray[np.bool_]]]:
-    """What `broken` tells of each film alone."""
-    n, found = members.numbers(trailing=1), list[dict[str, npt.NDArray[np.bool_]]]()
-    for film, voltage, state in zip(members.system.films, voltages, states, strict=False):
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # at a stretch limit
-            state = film.state(x, voltage, n) if state is None else state
-            fails = {"near_limit": film.near_limit(x, voltage, n, NEAR_LIMIT)}
-            fails |= _slack(film, state)
-            if "dielectric_strength" in members.values:
-                fails["breakdown"] = np.asarray(state.true_field > members.values["dielectric_strength"][:, None])
-        found.append({name: np.broadcast_to(where, x.shape) for name, where in fails.items()})
+    """What `broken` tells of each film alone; a film that wrinkles is slack in the states that say so."""
+    found = []
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # at a stretch limit
+        every = excesses(members, x, voltages, states)
+        for film, voltage, state, excess in zip(members.system.films, voltages, states, every, strict=False):
+            fails = {name: np.broadcast_to(values > 0.0, x.shape) for name, values in excess.items()}
+            if film.kinds:
+                state = film.state(x, voltage, members.numbers(trailing=1)) if state is None else state
+                fails |= {name: np.isin(state.kind, places) for name, places in slack_places(film).items()}
+            found.append(fails)
     return found
 
 
-def _slack(film: PlacedFilm, state: FilmState) -> Fails:
-    """Where hoops and meridians are slack: under compression, or wrinkled instead where the film wrinkles."""
-    stresses = {"hoop_slack": state.hoop_stress, "meridional_slack": state.meridional_stress}
-    known = {name: stress for name, stress in stresses.items() if not np.isnan(stress).all()}
-    if not film.kinds:
-        return {name: np.asarray(stress < 0.0) for name, stress in known.items()}
-    # The stresses of a slack direction are zero up to rounding, so that the state of the film tells.
-    return {
-        name: np.isin(state.kind, [k for k, kind in enumerate(film.kinds) if kind in SLACK_IN[name]]) for name in known
-    }
+def slack_places(film: PlacedFilm) -> dict[str, list[int]]:
+    """The states of a film in which its hoops and its meridians are slack, by their places among its ``kinds``."""
+    return {name: [k for k, kind in enumerate(film.kinds) if kind in kinds] for name, kinds in SLACK_IN.items()}
+
+
+def excesses(
+    members: Members, x: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
+) -> list[dict[str, Array]]:
+    """By how much each assumption fails, of each film: positive where it does, and continuous along a motion. Left out
+    is what nothing is known of; a film that wrinkles is never compressed."""
+    n, strength = members.numbers(trailing=1), members.values.get("dielectric_strength")
+    found = []
+    for film, voltage, state in zip(members.system.films, voltages, states, strict=False):
+        own = {"near_limit": film.limit_share(x, voltage, n) - NEAR_LIMIT}
+        own |= dict.fromkeys(SLACK_IN if film.kinds else (), -1.0)
+        if state is None and (strength is not None or not film.kinds):
+            state = film.state(x, voltage, n)
+        if state is not None and not film.kinds:
+            stresses = {"hoop_slack": state.hoop_stress, "meridional_slack": state.meridional_stress}
+            own |= {name: -stress for name, stress in stresses.items() if not np.isnan(stress).all()}
+        if state is not None and strength is not None:
+            own["breakdown"] = state.true_field - np.asarray(strength)[:, None]
+        found.append({name: np.broadcast_to(values, x.shape) for name, values in own.items()})
+    return found
 
 
 def untrue_by(name: str) -> str:
@@ -123,43 +127,89 @@ def untrue_by(name: str) -> str:
     return ASSUMPTIONS[name] + (" under compression" if name in SLACK_IN else "")
 
 
-def shares(fails: Fails, ran: npt.NDArray[np.bool_]) -> dict[str, Array]:
-    """Share (members,) of the samples (members, samples) that ``ran`` at which each of `SHARES` fails, NaN unknown."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        found = {name: (where & ran).sum(axis=1) / ran.sum(axis=1) for name, where in fails.items()}
-    return {name: found.get(name, np.full(len(ran), np.nan)) for name in SHARES}
+class Lasting(NamedTuple):
+    """``times`` (members, intervals) for which each assumption fails on either film, by name; ``spans``, for how long
+    the motion ran in each interval; and the largest ``error`` (members,) of the sums of the times."""
+
+    times: dict[str, Array]
+    spans: Array
+    error: Array
+
+    def shares(self) -> dict[str, Array]:
+        """Share (members,) of the time for which each of `SHARES` fails, NaN where it is unknown."""
+        whole = self.spans.sum(axis=1)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            found = {name: times.sum(axis=1) / whole for name, times in self.times.items()}
+        return {name: found.get(name, np.full(len(whole), np.nan)) for name in SHARES}
+
+    @property
+    def share_error(self) -> Array:
+        """The error of the shares, NaN where nothing ran."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(self.error / self.spans.sum(axis=1))
 
 
-def validity(members: Members, times: Array, states: Array, *, turn: bool = False) -> Array:
-    """Shares over samples of motions, (members, 5 + 2 `MOST_KINDS`): of each of `SHARES`; the largest standard error of
-    all shares; and of each state of the first film and of the second.
+def lasting(members: Members, times: Array, states: Array) -> Lasting:
+    """For how long the model is untrue (`outside`) along motions sampled at times (members, samples) from their start
+    to their end."""
 
-    The error is the standard error of the shares of `BLOCKS` parts of the motion, and at least one sample. Of one whole
-    ``turn`` of a cycle it is half a sample for each time that an assumption begins or ceases to hold.
+    def excess(some: Members, at: Array, z: Array) -> dict[str, Array]:
+        """The larger one of two films'."""
+        found: dict[str, Array] = {}
+        with np.errstate(all="ignore"):
+            for own in excesses(some, z[..., 0], some.voltages(at, z)):
+                found |= {name: np.fmax(found.get(name, -np.inf), values) for name, values in own.items()}
+        return found
+
+    ran = ~np.isnan(states[..., 0])
+    spans = np.where(ran[:, :-1] & ran[:, 1:], np.diff(times, axis=1), 0.0)
+    known = {name: np.where(ran, values, np.nan) for name, values in excess(members, times, states).items()}
+
+    def functions(some: Members, at: Array, z: Array) -> Array:
+        found = excess(some, at, z)
+        return np.stack([found.get(name, np.full(at.shape, -np.inf)) for name in known])
+
+    lasted, error = dwell_times(Path(members, times, states), functions, np.stack([*known.values()]))
+    return Lasting(dict(zip(known, np.where(spans > 0.0, lasted, 0.0), strict=True)), spans, error.max(axis=0))
+
+
+def validity(
+    members: Members, times: Array, states: Array, *, turn: bool = False, film_times: Array | None = None
+) -> Array:
+    """Shares of the time of motions sampled from their start to their end, (members, 5 + 2 `MOST_KINDS`): of each of
+    `SHARES`; the largest error of all shares; and of each state of the first film and of the second, from the
+    ``film_times`` (members, films, kinds) of the run.
+
+    The error is that of the times at which assumptions begin and cease to hold; unless the motion is one whole ``turn``
+    of a cycle at least the standard error of the shares of `BLOCKS` parts of it.
     """
-    x, n = states[..., 0], members.numbers(trailing=1)
-    ran, voltages = ~np.isnan(x), members.voltages(times, states)
-    films = members.system.films
-    with np.errstate(over="ignore", invalid="ignore"):
-        of_films = [film.state(x, voltage, n) for film, voltage in zip(films, voltages, strict=True)]
-    fails = outside(members, x, voltages, of_films)
-    kinds = np.full((len(x), 2, MOST_KINDS), np.nan)
-    spent = {}
-    for place, (film, state) in enumerate(zip(films, of_films, strict=True)):
-        for k in range(len(film.kinds)):
-            spent[place, k] = np.broadcast_to(state.kind == k, x.shape)
-            with np.errstate(invalid="ignore", divide="ignore"):
-                kinds[:, place, k] = (spent[place, k] & ran).sum(axis=1) / ran.sum(axis=1)
-    error = np.where(ran.any(axis=1), 1.0 / states.shape[1], np.nan)
-    length = states.shape[1] // BLOCKS
-    for where in (*fails.values(), *spent.values()):
-        if turn:
-            changes = (where[:, 1:] != where[:, :-1]).sum(axis=1) + (where[:, 0] != where[:, -1])
-            error = np.maximum(error, 0.5 * (changes / where.shape[1]))
-            continue
-        parts = where[:, : length * BLOCKS].reshape(len(where), BLOCKS, length).mean(axis=2)
-        error = np.maximum(error, parts.std(axis=1, ddof=1) / np.sqrt(BLOCKS))
-    return np.hstack([np.stack([*shares(fails, ran).values(), error], axis=1), kinds.reshape(len(x), -1)])
+    found, films = lasting(members, times, states), members.system.films
+    error, ran = found.share_error, found.spans.sum(axis=1) > 0.0
+    if not turn:
+        error = np.maximum(error, _spread_of_parts(members, times, states, found))
+    kinds = np.full((len(times), 2, MOST_KINDS), np.nan)
+    for place, film in enumerate(films if film_times is not None else ()):
+        with np.errstate(invalid="ignore", divide="ignore"):
+            spent = film_times[:, place] / film_times[:, place].sum(axis=1, keepdims=True)
+        kinds[:, place, : len(film.kinds)] = np.where(ran[:, None], spent[:, : len(film.kinds)], np.nan)
+    return np.hstack([np.stack([*found.shares().values(), error], axis=1), kinds.reshape(len(times), -1)])
+
+
+def _spread_of_parts(members: Members, times: Array, states: Array, found: Lasting) -> Array:
+    """The largest standard error of the shares, (members,), by those of `BLOCKS` parts of the motion."""
+    length = found.spans.shape[1] // BLOCKS
+    lasted = list(found.times.values())
+    for film, voltage in zip(members.system.films, members.voltages(times, states), strict=True):
+        if film.kinds:
+            with np.errstate(all="ignore"):
+                kind = film.state(states[..., 0], voltage, members.numbers(trailing=1)).kind
+            lasted += [np.where(kind[:, 1:] == k, found.spans, 0.0) for k in range(len(film.kinds))]
+    error = np.zeros(len(times))
+    for own in lasted if length else ():
+        parts, of = (a[:, : length * BLOCKS].reshape(len(a), BLOCKS, length).sum(axis=2) for a in (own, found.spans))
+        part = np.divide(parts, of, out=np.zeros_like(of), where=of > 0.0)
+        error = np.maximum(error, part.std(axis=1, ddof=1) / np.sqrt(BLOCKS))
+    return error
 
 
 def unknown(*shape: int) -> Array:
@@ -189,7 +239,7 @@ def validity_variables(
             ran_on = np.fmax(ran_on, rows[film.kinds.index(FAILED)])
     columns["pulled_in"] = np.where(np.asarray(outcome) == Outcome.PULLED_IN, 1.0, ran_on)
     names = {name: f"share of the {of} with {untrue_by(name)}" for name in ASSUMPTIONS}
-    names["error"] = "largest standard error of these shares"
+    names["error"] = "largest error of these shares"
     told: dict[str, Variable] = {
         f"validity_{name}": (dims, columns[name], meaning, "share") for name, meaning in names.items()
     }
@@ -201,7 +251,7 @@ def validity_variables(
 
 
 def invalid(result: xr.Dataset, prefix: str = "") -> xr.DataArray | None:
-    """Where in a result any assumption fails for more than a sample; None for a result without validity."""
+    """Where in a result any assumption fails at some time; None for a result without validity."""
     names = [f"{prefix}validity_{name}" for name in ASSUMPTIONS]
     known = [result[name] for name in names if name in result]
     if not known:

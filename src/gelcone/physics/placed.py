@@ -182,8 +182,8 @@ class PlacedFilm(Component):
     def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
         return self.film.state(self.place(x, n), voltage, self.own(n))
 
-    def near_limit(self, x: Any, voltage: Any, n: Numbers, share: float) -> Any:
-        return self.film.near_limit(self.place(x, n), voltage, self.own(n), share)
+    def limit_share(self, x: Any, voltage: Any, n: Numbers) -> Any:
+        return self.film.limit_share(self.place(x, n), voltage, self.own(n))
 
     def stiffness_scale(self, n: Numbers) -> Any:
         return self.film.stiffness_scale(self.own(n))

@@ -173,12 +173,12 @@ def test_the_force_does_the_work_of_the_meridional_stress(name, squared):
 def test_near_the_limit_is_beyond_its_share_of_strain():
     model = ConeModel(stretch_limit=4.0)
     x = np.linspace(0.0, model.film.reach(model.own_numbers)[1], 50)
-    near = model.film.near_limit(x, 0.3, model.own_numbers, 0.8)
+    near = model.film.limit_share(x, 0.3, model.own_numbers) >= 0.8
     np.testing.assert_array_equal(near, model.strain(x) >= 3.2)
     assert near.any()
     assert not near.all()
     unlimited = ConeModel(law="neo-hookean")
-    assert not unlimited.film.near_limit(x, 0.3, unlimited.own_numbers, 0.8).any()
+    assert not unlimited.film.limit_share(x, 0.3, unlimited.own_numbers).any()
 
 
 # --- what it takes ----------------------------------------------------------------------------------------------------

@@ -456,10 +456,13 @@ def _extent(branch: Branch) -> tuple[Array, Array, Array]:
     if shooting.kind.reflected:
         high = np.maximum(high, -low)
         low = -high
+    first, whole = (slice(None), slice(1)), np.tile(np.arange(n) // shooting.segments, points)[:, None]
+    times = times + whole * length[:, None]
     holds = validity(
         shooting.members_at((branch.values,)),
-        times.reshape(points, -1),
-        run.states.reshape(points, n * samples, -1),
+        np.hstack([np.zeros((points, 1)), times.reshape(points, -1)]),
+        np.hstack([nodes.reshape(points, n, -1)[first], run.states.reshape(points, n * samples, -1)]),
         turn=True,
+        film_times=run.film_times.reshape(points, n, *run.film_times.shape[1:]).sum(axis=1),
     )
     return low, high, holds

@@ -27,7 +27,7 @@ from gelcone.motion.attractor.search import Search, cycles_reached, patience_of,
 from gelcone.motion.flow import integrate
 from gelcone.motion.lyapunov import average, bound_shear, shear_level
 from gelcone.motion.settle import LONG_STRETCH, STRETCH, repeats_lasting, settle
-from gelcone.motion.validity import unknown, validity
+from gelcone.motion.validity import unknown
 from gelcone.motion.zero_one import zero_one
 from gelcone.physics.members import Members
 from gelcone.progress import Counted, Progress
@@ -233,7 +233,7 @@ def _look(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, opti
     """Follows `RETURNS` forcing periods: section points and extent; the path (members, periods, phases, N)."""
     seen = sampled(members, evidence.final[rows], RETURNS, PHASES, **options)
     path = seen.path.reshape(rows.size, RETURNS, PHASES, -1)
-    evidence.outcome[rows], evidence.validity[rows] = seen.outcome, validity(members, seen.times, seen.states)
+    evidence.outcome[rows], evidence.validity[rows] = seen.outcome, seen.validity(members, turn=False)
     x = path[..., 0]
     evidence.lowest[rows], evidence.highest[rows] = x.min(axis=(1, 2)), x.max(axis=(1, 2))
     evidence.section[rows], evidence.final[rows] = path[:, :, -1], path[:, -1, -1]
@@ -298,7 +298,7 @@ def _on_cycles(
         same = np.flatnonzero(cycles.period == periods)
         part, at = members.take(rows[same]), rows[same]
         turn = sampled(part, cycles.point[same], int(periods), CYCLE_SAMPLES, **options)
-        evidence.validity[at] = validity(part, turn.times, turn.states, turn=True)
+        evidence.validity[at] = turn.validity(part, turn=True)
         section, x = turn.path[:, CYCLE_SAMPLES - 1 :: CYCLE_SAMPLES], turn.path[..., 0]
         evidence.lowest[at], evidence.highest[at] = x.min(axis=1), x.max(axis=1)
         evidence.section[at] = section[:, np.arange(RETURNS) % periods]

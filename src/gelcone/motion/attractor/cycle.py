@@ -18,7 +18,7 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.orbit import newton
 from gelcone.motion.settle import Clock, clocks
 from gelcone.motion.tangents import CERTAIN, FLOOR
-from gelcone.motion.validity import spread_over
+from gelcone.motion.validity import validity
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -34,6 +34,8 @@ FIRST_TOLERANCE = 1e-8
 SAME_POINT = 1e-6
 """Points of a cycle that are closer than this share of its size are one."""
 SMALLEST_SIZE = 1e-3
+TICKS = 32
+"""Fewest samples of a forcing period between which motions are interpolated for their validity."""
 REST_TOLERANCE = 1e-6
 """A cycle that moves less than this, in displacement and velocity, is a rest."""
 
@@ -167,21 +169,24 @@ def _is_symmetric(path: Array, period: npt.NDArray[np.int64], size: Array, signs
 
 
 class Sampled(NamedTuple):
-    """Motions over some forcing periods: the ``path`` (members, samples, N) at even times, the last at the end; and
-    ``times`` (members, samples) and ``states`` (members, samples, N) spread over all phases, see
-    `gelcone.motion.validity`; the ``outcome`` of each run."""
+    """Motions over some forcing periods: the ``path`` (members, samples, N) at even times, the last at the end;
+    ``times`` (members, ticks) and ``states`` (members, ticks, N) from start to end, at least `TICKS` a period; the
+    ``outcome`` of each run and its ``film_times``, see `gelcone.motion.job.Trajectories`."""
 
     path: Array
     times: Array
     states: Array
     outcome: npt.NDArray[np.int8]
+    film_times: Array
+
+    def validity(self, members: Members, *, turn: bool) -> Array:
+        """See `gelcone.motion.validity.validity`."""
+        return validity(members, self.times, self.states, turn=turn, film_times=self.film_times)
 
 
 def sampled(members: Members, states: Array, periods: int, samples: int, **flow_options: Any) -> Sampled:
     """Motions over ``periods`` forcing periods from ``states`` (members, N) at phase 0, with ``samples`` in each."""
-    even, spread = np.arange(1, periods * samples + 1) / samples, spread_over(periods)
-    ticks = np.union1d(even, spread)
+    finer = -(-TICKS // samples)
+    ticks = np.arange(periods * samples * finer + 1) / (samples * finer)
     run = integrate(members, states, members.forcing_period[:, None] * ticks, **flow_options)
-    between = np.searchsorted(ticks, spread)
-    path = run.states[:, np.searchsorted(ticks, even)]
-    return Sampled(path, run.times[:, between], run.states[:, between], run.outcome)
+    return Sampled(run.states[:, finer::finer], run.times, run.states, run.outcome, run.film_times)

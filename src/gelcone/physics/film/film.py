@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from gelcone.codes import FilmPullIn, Outcome
 from gelcone.errors import InputError
@@ -202,9 +201,9 @@ class Film(Component):
         unknown = np.full(np.broadcast_shapes(np.shape(x), np.shape(voltage)), np.nan)
         return FilmState(*[unknown] * (len(FilmState._fields) - 1))
 
-    def near_limit(self, x: Any, voltage: Any, n: Numbers, share: float) -> npt.NDArray[np.bool_]:
-        """Whether the film is within the last part of its strain limit, beyond the ``share``."""
-        return np.asarray(self.strain(x, n) >= share * np.asarray(self.strain_limit(n)))
+    def limit_share(self, x: Any, voltage: Any, n: Numbers) -> Any:
+        """How much of its strain limit the film has reached: 1 at the limit."""
+        return self.strain(x, n) / self.strain_limit(n)
 
     def describe(self) -> str:
         """A line about the film for those who read a result; empty if there is nothing to say."""

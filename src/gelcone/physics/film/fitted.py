@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
@@ -88,9 +87,9 @@ class FittedFilm(GelFilm):
     def reach(self, n: Numbers) -> tuple[float, float]:
         return 0.0, self.largest
 
-    def near_limit(self, x: Any, voltage: Any, n: Numbers, share: float) -> npt.NDArray[np.bool_]:
-        """Also where the strain beside the disc is."""
-        return super().near_limit(x, voltage, n, share) | np.asarray(self.state(x, voltage, n).limit_share >= share)
+    def limit_share(self, x: Any, voltage: Any, n: Numbers) -> Any:
+        """Also that of the strain beside the disc."""
+        return np.fmax(super().limit_share(x, voltage, n), self.state(x, voltage, n).limit_share)
 
     def outside(self, x: float, n: Numbers) -> str:
         return (

@@ -1,0 +1,144 @@
+"""For how long along sampled motions a function of the state is positive, also where that begins and ends between two
+samples.
+
+Between samples the displacement is the quintic through displacement, velocity and acceleration at both, and every other
+state the cubic through its values and rates. Crossings are found on these, so that their error is that of the
+polynomials, not the spacing of the samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.physics.bracket import rise
+from gelcone.physics.members import Members
+from gelcone.quantity import Array
+
+NODES = np.linspace(0.0, 1.0, 5)
+"""Shares of an interval at which a function is evaluated for the polynomial on which it passes zero."""
+INVERSE = np.linalg.inv(np.vander(NODES))
+FINE = np.vander(np.linspace(0.0, 1.0, 65), NODES.size)
+"""Powers of the shares among which the extremum of a polynomial is."""
+Rows = npt.NDArray[np.intp]
+Places = tuple[Rows, Rows, Rows]
+"""Functions, members and intervals, (points,) each."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """Motions of ``members``: ``times`` (members, samples), the first and the last included, and ``states`` (members,
+    samples, N), NaN where one has ended."""
+
+    members: Members
+    times: Array
+    states: Array
+
+    @cached_property
+    def rates(self) -> Array:
+        """Rates of change of the states, (members, samples, N)."""
+        n, z = self.members.numbers(trailing=1), list(np.moveaxis(self.states, -1, 0))
+        with np.errstate(all="ignore"):
+            n = {**n, **self.members.system.switches(self.times, z, n)}
+            found = self.members.system.rates(self.times, z, n)
+        return np.stack([np.broadcast_to(rate, self.times.shape) for rate in found], axis=-1)
+
+    def at(self, rows: Rows, interval: Rows, share: Array, *, cubic: bool = False) -> tuple[Array, Array]:
+        """Times (points,) and states (points, N) at a ``share`` of intervals behind samples of members ``rows``;
+        ``cubic`` takes cubics of all states."""
+        first, last = (rows, interval), (rows, interval + 1)
+        step, s = (self.times[last] - self.times[first])[:, None], share[:, None]
+        z, ahead, rate, later = self.states[first], self.states[last], self.rates[first], self.rates[last]
+        more = ahead - z
+        found = z + s * (step * rate + s * (3.0 * more - step * (2.0 * rate + later)))
+        found = found + s**3 * (step * (rate + later) - 2.0 * more)
+        if not cubic:
+            h, s = step[:, 0], share
+            bend, change = h * h * rate[:, 1], h * h * (later[:, 1] - rate[:, 1])
+            rest, slope = more[:, 0] - h * rate[:, 0] - 0.5 * bend, h * (later[:, 0] - rate[:, 0]) - bend
+            third = 10.0 * rest - 4.0 * slope + 0.5 * change
+            fourth, fifth = 7.0 * slope - 15.0 * rest - change, 6.0 * rest - 3.0 * slope + 0.5 * change
+            smooth = h * rate[:, 0] + s * (0.5 * bend + s * (third + s * (fourth + s * fifth)))
+            found[:, 0] = z[:, 0] + s * smooth
+        return self.times[first] + share * step[:, 0], found
+
+
+Values = Callable[[Members, Array, Array], Array]
+"""Functions of members (points,), times (points, 1) and states (points, 1, N): an array (functions, points, 1)."""
+
+
+def dwell_times(path: Path, functions: Values, values: Array) -> tuple[Array, Array]:
+    """For how long each of the ``functions`` is positive between samples, (functions, members, samples - 1), 0 where a
+    motion has ended, and the error of the sum, (functions, members); ``values`` (functions, members, samples) are those
+    at the samples."""
+    spans = np.diff(path.times, axis=1)
+    positive, known = values > 0.0, np.isfinite(values)
+    found = np.where(positive[..., :-1] & positive[..., 1:], spans, 0.0)
+    error = np.zeros(values.shape[:2])
+
+    def at(place: Places, share: Array, *, cubic: bool = False) -> Array:
+        times, states = path.at(*place[1:], share, cubic=cubic)
+        every = functions(path.members.take(place[1]), times[:, None], states[:, None])
+        return np.asarray(every[place[0], np.arange(share.size), 0])
+
+    def polynomial(place: Places) -> Array:
+        """Coefficients (points, nodes), highest first, in the share of the interval."""
+        every = tuple(np.tile(part, NODES.size) for part in place)
+        of = at(every, np.repeat(NODES, place[0].size)).reshape(NODES.size, -1)
+        return np.asarray((INVERSE @ of).T)
+
+    def cross(place: Places, terms: Array, low: Array, high: Array, upwards: npt.NDArray[np.bool_]) -> Array:
+        """The shares of intervals at which the functions pass zero between shares ``low`` and ``high``."""
+        function, rows, interval = place
+        sign = np.where(upwards, 1.0, -1.0)
+        share = np.asarray(rise(lambda s: sign * _horner(terms, s), low, high))
+        exact, rough = (at(place, share, cubic=c) for c in (False, True))
+        steep = np.abs(values[function, rows, interval + 1] - values[place])
+        with np.errstate(all="ignore"):
+            off = np.fmin((np.abs(rough - exact) + np.abs(exact)) / steep, high - low)
+        np.add.at(error, (function, rows), np.nan_to_num(off) * spans[rows, interval])
+        return share
+
+    place = np.nonzero((positive[..., :-1] != positive[..., 1:]) & known[..., :-1] & known[..., 1:])
+    if place[0].size:
+        upwards = positive[place[0], place[1], place[2] + 1]
+        share = cross(place, polynomial(place), np.zeros(upwards.size), np.ones(upwards.size), upwards)
+        found[place] = np.where(upwards, 1.0 - share, share) * spans[place[1:]]
+    _add_passings(values, spans, found, polynomial, cross)
+    return found, error
+
+
+def _horner(terms: Array, share: Array) -> Array:
+    value = terms[:, 0]
+    for k in range(1, terms.shape[1]):
+        value = value * share + terms[:, k]
+    return np.asarray(value)
+
+
+def _add_passings(values: Array, spans: Array, found: Array, polynomial: Any, cross: Any) -> None:
+    """Adds the times of passings that begin and end between samples, next to samples where the distance to zero has a
+    minimum so small that the parabola through its neighbours leaves room for one."""
+    sign, size = np.where(values > 0.0, 1.0, -1.0), np.abs(values)
+    before, here, after = size[..., :-2], size[..., 1:-1], size[..., 2:]
+    bend = before + after - 2.0 * here
+    with np.errstate(all="ignore"):
+        nearest = here - (after - before) ** 2 / (8.0 * bend)
+        close = (here <= before) & (here <= after) & (nearest < 0.1 * bend)
+    same = (sign[..., :-2] == sign[..., 1:-1]) & (sign[..., 1:-1] == sign[..., 2:])
+    function, rows, sample = np.nonzero(same & close)
+    own = sign[function, rows, sample + 1]
+    for side in (0, 1) if rows.size else ():  # in the interval before the sample, and in the one after it
+        place = (function, rows, sample + side)
+        terms = polynomial(place)
+        of = own * (FINE @ terms.T)
+        past, turn = of.min(axis=0) < 0.0, of.argmin(axis=0) / (len(FINE) - 1.0)
+        if past.any():
+            there, upper, terms = tuple(part[past] for part in place), own[past] > 0.0, terms[past]
+            begin = cross(there, terms, np.zeros(upper.size), turn[past], ~upper)
+            end = cross(there, terms, turn[past], np.ones(upper.size), upper)
+            found[there] += np.where(upper, -1.0, 1.0) * (end - begin) * spans[there[1:]]
