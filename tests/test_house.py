@@ -32,7 +32,7 @@ FLOORS = [
     ["devices"],
     ["motion"],
     ["atlas"],
-    ["words"],
+    ["words", "glossary"],
     ["plots"],
     ["analyses"],
     ["paper", "studio"],

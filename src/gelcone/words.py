@@ -204,8 +204,8 @@ def regime_counts(cells: xr.Dataset) -> dict[str, int]:
 # --- validity ---------------------------------------------------------------------------------------------------------
 
 FAILINGS = {
-    "hoop_slack": "hoops slack",
-    "meridional_slack": "meridians slack",
+    "hoop_slack": "hoop slack",
+    "meridional_slack": "meridional slack",
     "breakdown": "above breakdown",
     "near_limit": "near the stretch limit",
     "pulled_in": "pulled in",

@@ -412,7 +412,7 @@ def test_where_the_model_does_not_hold():
     shares = {"hoop_slack": [0.2, 0.1, np.nan], "near_limit": [0.0, 0.0, 0.0], "breakdown": [np.nan] * 3}
     found = xr.Dataset({f"validity_{name}": ("member", values) for name, values in shares.items()})
     assert validity_in_words(found) == [
-        "of 3 motions the model does not hold in: hoops slack in 2 (up to 20 % of the motion)",
+        "of 3 motions the model does not hold in: hoop slack in 2 (up to 20 % of the motion)",
         "breakdown unknown: the dielectric strength is not given",
     ]
     held = found.assign(validity_breakdown=("member", [0.0] * 3), validity_hoop_slack=("member", [0.0] * 3))

@@ -94,7 +94,7 @@ def test_static_of_devices_of_several_sizes(as_json):
 def test_static_writes_data_and_a_figure_and_tells_what_it_found(gelcone, tmp_path):
     code, out, _ = gelcone("static", *TABLE1, "--voltages", "0:1.5:4", "--out", tmp_path)
     assert code == 0
-    assert "1.5: rests at -0.9858 (stable, hoops slack" in out
+    assert "1.5: rests at -0.9858 (stable, hoop slack" in out
     assert "breakdown unknown: the dielectric strength is not given" in out
     assert "pitchfork of the flat film at 1.225" in out
     written = load(tmp_path / "static.nc")

@@ -279,7 +279,8 @@ def _window_row(shown: xr.Dataset, k: int) -> str:
         reading = f"none met up to {_plain(highest)}{unit_of(shown['driven_peak'])}"
     elif lowest_static < low:
         at = int(np.nanargmin(shown["static_limit_voltage"].values))
-        reading = f"{_names(shown, 'static_limit')[at]} held at {_plain(lowest_static)}{unit_of(shown['driven_peak'])}"
+        name = _names(shown, "static_limit")[at]
+        reading = f"{name} at constant {_plain(lowest_static)}{unit_of(shown['driven_peak'])}"
     else:
         reading = f"{_first_name(shown, first)} {_interval(shown, first, k)}"
     return "".join(f"{cell:{width}s}" for cell, width in zip(cells, _WIDTHS[1:], strict=True)) + reading

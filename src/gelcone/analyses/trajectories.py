@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.analyses.answer import ending_lines, film_state_json, heading
 from gelcone.codes import FilmPullIn, Outcome
-from gelcone.words import film_state_in_words, measured, unit_of
+from gelcone.words import FAILINGS, film_state_in_words, measured, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,7 +72,7 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
                 if share == 0.0 and wrinkles and str(name).endswith("slack"):
                     continue  # a film that wrinkles is never compressed: the shares of its states tell how it is slack
                 text = f"{100 * share:5.1f} %" if share == share else _UNKNOWN.get(str(name), "unknown")
-                lines.append(f"  {str(name).removeprefix('validity_').replace('_', ' '):17s} {text}")
+                lines.append(f"  {FAILINGS[str(name).removeprefix('validity_')]:22s} {text}")
     return "\n".join(lines)
 
 

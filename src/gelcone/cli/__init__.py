@@ -17,7 +17,7 @@ OWN_COMMANDS = {
     "validate": ("Is the cone right? Its force against the film as a continuum.", "validate:validate_command"),
     "export": ("A result as tables (CSV, Parquet) or for MATLAB.", "grids:export_command"),
     "init": ("Write a first device file, every field explained, to be filled in.", "own:init_command"),
-    "help": ("Explain a subject: the fields of a device, or a command.", "own:help_command"),
+    "help": ("Explain a subject: the fields of a device, a term, or a command.", "own:help_command"),
     "devices": ("List the device files that ship, or print one.", "lists:devices_command"),
     "materials": ("List the measured gels that ship.", "lists:materials_command"),
 }
@@ -76,9 +76,10 @@ class LazyGroup(click.Group):
 def group(context: click.Context) -> None:
     """Conical PVC-gel actuators, from energy to motion.
 
-    Begin with a device: `gelcone init mine.toml` writes a file to fill in, `gelcone simulate mine.toml` runs it, and
-    `gelcone help device` lists its fields. A field is changed with --set "film_thickness=0.3 mm"; a list "500 V,800 V"
-    or a range "0 V:800 V:5" (from, to, how many) makes an ensemble. Without a device all numbers are dimensionless.
+    Begin with a device: `gelcone init mine.toml` writes a file to fill in, `gelcone simulate mine.toml` runs it,
+    `gelcone help device` lists its fields and `gelcone help glossary` explains the terms of figures and tables. A field
+    is changed with --set "film_thickness=0.3 mm"; a list "500 V,800 V" or a range "0 V:800 V:5" (from, to, how many)
+    makes an ensemble. Without a device all numbers are dimensionless.
     """
     if context.invoked_subcommand is None:
         click.echo(context.get_help())

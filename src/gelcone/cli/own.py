@@ -7,12 +7,13 @@ from pathlib import Path
 
 import click
 
+from gelcone import glossary
 from gelcone.cli.options import PLACE
 from gelcone.errors import InputError, unknown_name
 
 START = "biased-pump"
 """The device whose numbers a first file starts from."""
-TOPICS = ("device", "units")
+TOPICS = ("device", "units", "glossary")
 
 
 def init_command() -> click.Command:
@@ -47,13 +48,17 @@ def _write(text: str, file: Path) -> None:
 
 def help_command() -> click.Command:
     """`gelcone help`."""
-    text = """Explain a subject: `device` lists the fields of a device, `units` the units; or a command.
+    text = """Explain a subject: `device` lists the fields of a device, `units` the units, `glossary` the terms of
+    figures and tables; or one of these terms; or a command.
 
     \b
     gelcone help device
+    gelcone help glossary
+    gelcone help pull-in
     gelcone help simulate
     """
-    params: list[click.Parameter] = [click.Argument(["topic"], required=False, metavar="[device|units|COMMAND]")]
+    form = "[device|units|glossary|TERM|COMMAND]"
+    params: list[click.Parameter] = [click.Argument(["topic"], required=False, metavar=form)]
     return click.Command("help", params=params, callback=explain, help=text)
 
 
@@ -73,9 +78,14 @@ def explain(*, topic: str | None) -> None:
         from gelcone.devices.template import unit_table
 
         click.echo(unit_table())
+    elif topic == "glossary":
+        click.echo("\n".join(map(glossary.explain, glossary.GLOSSARY)))
+    elif (term := glossary.find_term(topic)) is not None:
+        click.echo(glossary.explain(term))
     else:
         name = topic.replace("_", "-")
         command = group.command.get_command(group, name)
         if command is None:
-            raise unknown_name("subject of help", topic, [*TOPICS, *group.command.list_commands(group)])
+            commands = group.command.list_commands(group)
+            raise unknown_name("subject of help", topic, [*TOPICS, *commands, *glossary.GLOSSARY])
         click.echo(command.get_help(click.Context(command, info_name=name, parent=group)))

@@ -19,6 +19,7 @@ LETTERS_AN_INCH = 19
 LONGEST_NAME = 20
 """Letters of a component's name; what is longer is a description."""
 TIED = "\N{NO-BREAK SPACE}"
+TERMS = "terms: gelcone help glossary"
 LINE = 0.115
 """Height of its lines, inches."""
 
@@ -47,9 +48,8 @@ def fixed_parameters(result: xr.Dataset) -> str:
 
 
 def add_footnote(figure: Figure, text: str) -> None:
-    """Writes small lines below a figure, which grows by their height."""
-    if not text:
-        return
+    """Writes small lines below a figure, which grows by their height; the last words say where terms are explained."""
+    text = f"{text}. {TERMS}" if text else TERMS
     width, height = figure.get_size_inches()
     held = text.replace(" ", TIED).replace(f",{TIED}", ", ")  # no line parts a name from its value and unit
     lines = [line.replace(TIED, " ") for line in textwrap.wrap(held, int(LETTERS_AN_INCH * width))]

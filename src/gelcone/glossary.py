@@ -1,0 +1,85 @@
+"""The terms of figures, tables and messages, explained once; `docs/glossary.md` and `gelcone help` print them."""
+
+from __future__ import annotations
+
+import textwrap
+
+WIDTH = 100
+"""Columns of the text."""
+GLOSSARY: dict[str, str] = {
+    "amplitude": "Half the peak-to-peak size of an oscillating quantity; of the drive, voltage = offset + amplitude "
+    "sin(2 pi frequency t).",
+    "apparent power": "Root mean square voltage times root mean square current: what the amplifier must be rated for. "
+    "The mean power is far smaller, for the film is a capacitor.",
+    "attractor": "A motion that nearby motions approach: a rest, a periodic orbit, a torus or chaos. Several may "
+    "coexist; the start decides which is approached.",
+    "bifurcation": "A value of a parameter at which the kind or the number of motions changes.",
+    "blocked force": "Force of the disc on a stop that holds it where it rests without voltage.",
+    "branch": "A family of motions that changes continuously with a parameter, stable or not.",
+    "breakdown": "The true electric field in the film exceeds its dielectric strength.",
+    "chaotic": "Bounded, never repeating, with a positive Lyapunov exponent: neighbouring motions part exponentially.",
+    "crumpled": "A film compressed along hoop and meridian: wrinkled in both directions, without tension.",
+    "doubtful": "A result whose pieces of evidence disagree; run it longer or look at it before relying on it.",
+    "fold": "A value of a parameter at which a stable and an unstable state meet and vanish; a jump follows.",
+    "forcing period": "Period of the force on the disc, which follows the squared voltage: half the period of the "
+    "voltage where there is no offset.",
+    "hoop": "The direction around the cone, along circles.",
+    "hoop slack": "The film is compressed along the hoop, and wrinkles along the meridians. A taut film bears the "
+    "compression, a real one does not.",
+    "kick": "A sudden change of the disc's velocity, which may lead to another attractor.",
+    "linear theory": "The response of the model linearised about its equilibrium under the mean square of the drive.",
+    "localisation": "A way to pull in: the strain of a stretched film runs into one ring, which thins without limit, "
+    "because the tension of the ring falls as it lengthens.",
+    "Lyapunov exponent": "Mean rate at which neighbouring motions part (positive: chaos) or approach each other.",
+    "membrane": "The film with a stretch that varies from disc to rim, as opposed to the cone, whose stretch is "
+    "the same everywhere.",
+    "meridian": "The direction from the disc to the rim, along the straight lines of the cone.",
+    "meridional slack": "The film is compressed along the meridians, and pulls no longer.",
+    "minimum": "A way to pull in: a slack film loses the minimum of its energy, and thins without limit.",
+    "near the stretch limit": "The strain is within 1 % of the stretch limit, where the film is almost rigid.",
+    "onset of rest": "The amplitude at which a flat film under a periodic voltage begins to move (parametric "
+    "resonance); the regions above it are the tongues.",
+    "outcome": "How the computation of a motion ended: ok, or the reason why it did not reach its end.",
+    "peak voltage": "The largest absolute value of the voltage of a drive: |offset| + amplitude for a sine.",
+    "period": "The number of forcing periods after which a motion repeats; more than 1 is subharmonic.",
+    "pitchfork": "The constant voltage at which the flat film loses its stability and buckles to either side.",
+    "Poincare section": "Displacement and velocity once every forcing period; a periodic motion is a few points.",
+    "pull-in": "The film loses its equilibrium under the voltage: it thins without limit, or the disc jumps to "
+    "another equilibrium or away. A run ends there.",
+    "pull-in at a constant voltage": "Pull-in on a slow ramp to a constant voltage; it bounds a window where no "
+    "driven motion pulls in at a lower peak voltage.",
+    "quasi-periodic": "A motion of two frequencies that have no common period.",
+    "regime": "The kind of a motion: rest, periodic, quasi-periodic, chaotic, transient, transient chaos, or one that "
+    "left the domain of the model.",
+    "rest": "The disc does not move.",
+    "settled": "After the transient: the motion that is approached.",
+    "stretch limit": "The largest strain I1 - 3 that the law of the film allows (Gent's J).",
+    "stroke": "Peak-to-peak displacement of a motion; in statics the displacement from the rest without voltage.",
+    "taut": "In tension along hoop and meridian.",
+    "transient chaos": "Chaos that ends by itself, after its lifetime in the mean.",
+    "validity": "The share of a motion in which an assumption of the model does not hold.",
+    "window": "The drives recommended at a frequency: peak voltages below all limits by the margin.",
+}
+"""Term -> what it means."""
+
+
+def explain(term: str) -> str:
+    """Explain a term, a block of lines."""
+    return "\n".join([term, *textwrap.wrap(GLOSSARY[term], WIDTH, initial_indent="  ", subsequent_indent="  ")])
+
+
+def find_term(text: str) -> str | None:
+    """Find the term that a text names, whatever its case, hyphens and underscores; None where there is none."""
+    known = {_plain(term): term for term in GLOSSARY}
+    return known.get(_plain(text))
+
+
+def markdown() -> str:
+    """Make the text of ``docs/glossary.md``."""
+    rows = [f"| {term} | {meaning} |" for term, meaning in GLOSSARY.items()]
+    head = "# Glossary\n\nThe words of figures, tables and messages; `gelcone help glossary` prints them.\n"
+    return "\n".join([head, "| term | meaning |", "|---|---|", *rows]).replace("|offset|", "\\|offset\\|") + "\n"
+
+
+def _plain(text: str) -> str:
+    return text.lower().replace("-", " ").replace("_", " ")
