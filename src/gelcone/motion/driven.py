@@ -103,7 +103,7 @@ class Plane:
     def natural_frequency(self, peak: float = 0.0) -> float:
         """About the equilibrium under the drive's mean-square voltages; NaN where there is no stable one."""
         drive = self.model.replace(voltage=self.shape.amplitude * peak, voltage_bias=self.shape.bias * peak)
-        return float(frequency_of(np.float64(stiffness_under(drive))))
+        return float(frequency_of(stiffness_under(drive)))
 
     def default_frequencies(self, own_peak: float) -> Array:
         """Frequencies around the natural one, those of the first resonances and the model's own among them."""

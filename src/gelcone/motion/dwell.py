@@ -26,7 +26,7 @@ INVERSE = np.linalg.inv(np.vander(NODES))
 FINE = np.vander(np.linspace(0.0, 1.0, 65), NODES.size)
 """Powers of the shares among which the extremum of a polynomial is."""
 Rows = npt.NDArray[np.intp]
-Places = tuple[Rows, Rows, Rows]
+Places = tuple[Rows, ...]
 """Functions, members and intervals, (points,) each."""
 
 
@@ -82,7 +82,7 @@ def dwell_times(path: Path, functions: Values, values: Array) -> tuple[Array, Ar
     error = np.zeros(values.shape[:2])
 
     def at(place: Places, share: Array, *, cubic: bool = False) -> Array:
-        times, states = path.at(*place[1:], share, cubic=cubic)
+        times, states = path.at(place[1], place[2], share, cubic=cubic)
         every = functions(path.members.take(place[1]), times[:, None], states[:, None])
         return np.asarray(every[place[0], np.arange(share.size), 0])
 

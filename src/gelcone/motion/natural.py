@@ -28,10 +28,10 @@ def natural_frequency(model: ConeModel, voltage: npt.ArrayLike, displacement: np
     if displacement is None:
         ramp = stroke_and_blocked_force(model, np.abs(voltage))
         displacement = ramp["displacement"].values.reshape(np.shape(voltage))
-    return frequency_of(np.asarray(model.stiffness(displacement, voltage)))
+    return frequency_of(model.stiffness(displacement, voltage))
 
 
-def frequency_of(stiffness: Array) -> Any:
+def frequency_of(stiffness: Array | float) -> Any:
     """Angular frequency of small undamped motions where the static force has that slope; NaN where it is negative."""
     with np.errstate(invalid="ignore"):
-        return np.sqrt(np.where(stiffness >= -ROUNDING, np.maximum(stiffness, 0.0), np.nan))[()]
+        return np.sqrt(np.where(np.asarray(stiffness) >= -ROUNDING, np.maximum(stiffness, 0.0), np.nan))[()]

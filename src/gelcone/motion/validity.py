@@ -16,7 +16,7 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.dataset import Variable
 from gelcone.motion.dwell import Path, dwell_times
-from gelcone.physics.film.film import FilmState
+from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.film.wrinkling import FAILED
 from gelcone.physics.members import Members
 from gelcone.physics.placed import PlacedFilm
@@ -96,7 +96,7 @@ def broken_by_film(
     return found
 
 
-def slack_places(film: PlacedFilm) -> dict[str, list[int]]:
+def slack_places(film: PlacedFilm | Film) -> dict[str, list[int]]:
     """The states of a film in which its hoops and its meridians are slack, by their places among its ``kinds``."""
     return {name: [k for k, kind in enumerate(film.kinds) if kind in kinds] for name, kinds in SLACK_IN.items()}
 
@@ -188,7 +188,9 @@ def validity(
     if not turn:
         error = np.maximum(error, _spread_of_parts(members, times, states, found))
     kinds = np.full((len(times), 2, MOST_KINDS), np.nan)
-    for place, film in enumerate(films if film_times is not None else ()):
+    for place, film in enumerate(films):
+        if film_times is None:
+            break
         with np.errstate(invalid="ignore", divide="ignore"):
             spent = film_times[:, place] / film_times[:, place].sum(axis=1, keepdims=True)
         kinds[:, place, : len(film.kinds)] = np.where(ran[:, None], spent[:, : len(film.kinds)], np.nan)
