@@ -1,0 +1,162 @@
+"""Every command in README, guides and help is taken as it stands: read up to where the computation would begin."""
+
+import re
+import shlex
+from pathlib import Path
+
+import click
+import pytest
+
+import gelcone
+from gelcone.cli import COMMANDS, group
+from gelcone.register.analyses import ANALYSES
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "ARCHITECTURE.md", *(ROOT / "docs").glob("*.md")])
+PLACEHOLDER = re.compile(r"\b[A-Z]{3,}\b|\.\.\.|\[|<|\|")
+
+
+def in_blocks(text):
+    """The commands of a page's blocks of shell lines, those that run over several lines joined."""
+    for block in re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL):
+        for line in block.replace("\\\n", " ").splitlines():
+            if line.strip().startswith("gelcone "):
+                yield re.sub(r"\s+#.*$", "", line.strip())
+
+
+def in_lines(text):
+    """The commands among the words of a page or of a help text, without those that stand for many."""
+    for code in re.findall(r"`(gelcone [^`]+)`", " ".join(text.split())):
+        named = re.fullmatch(r"gelcone [\w-]+( --[\w-]+)?", code)  # a command or option by its name
+        if not named and not PLACEHOLDER.search(re.sub(r'"[^"]*"', "", code)):
+            yield code
+
+
+def of_help(name):
+    """The examples of a command's help, a line each."""
+    command = group.get_command(click.Context(group), name)
+    for line in (command.help or "").splitlines():
+        if line.strip().startswith("gelcone "):
+            yield line.strip()
+    yield from in_lines((command.help or "").replace("\b", ""))
+
+
+def written():
+    """(where, command) of all."""
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for command in dict.fromkeys([*in_blocks(text), *in_lines(re.sub(r"```.*?```", "", text, flags=re.DOTALL))]):
+            yield page.name, command
+    for name in COMMANDS:
+        for command in dict.fromkeys(of_help(name)):
+            yield f"help {name}", command
+
+
+WRITTEN = list(dict.fromkeys(written()))
+
+
+class Begun(Exception):
+    """The computation would begin here."""
+
+
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory):
+    """A folder with what commands of the guides refer to: results, stores and devices by the names they have there."""
+    folder = tmp_path_factory.mktemp("docs")
+    pump = gelcone.find_device("biased-pump")
+    for name in ("mine.toml", "my-device.toml"):
+        gelcone.save(pump, folder / name)
+    (folder / "results").mkdir()
+    gelcone.save(gelcone.simulate(pump, times=[0.0, 1e-3]), folder / "results" / "simulate.nc")
+    grid = gelcone.Plan(gelcone.ConeModel(), {"voltage": [0.5, 1.0], "drive_frequency": [0.1, 0.2]})
+    found = gelcone.sweep(grid, "limits")
+    for name in ("map.nc", "tongues.nc", "results/map.nc"):
+        gelcone.save(found, folder / name)
+    for name in ("map.zarr", "fast.zarr"):
+        gelcone.sweep(grid, "regime", store=folder / name)
+    return folder
+
+
+@pytest.fixture
+def dry(monkeypatch, prepared):
+    """Nothing is computed, written or served."""
+
+    def begin(*_, **__):
+        raise Begun
+
+    for place in (
+        "gelcone.cli.command.plain",
+        "gelcone.cli.grids.deliver",
+        "gelcone.cli.grids.export",
+        "gelcone.continuum.compare.compare",
+        "gelcone.paper.run.run",
+        "gelcone.cli.studio.start",
+        "gelcone.cli.options._fitting",
+    ):
+        monkeypatch.setattr(place, begin)
+    for place in ("cli.command", "cli.grids", "cli.validate"):  # results of a name may be there
+        monkeypatch.setattr(f"gelcone.{place}.check_folder", lambda *_: None)
+    monkeypatch.setattr("gelcone.cli.grids.plain", lambda call: begin)
+    monkeypatch.setattr("gelcone.files.write_whole", begin)
+    monkeypatch.chdir(prepared)
+
+
+def refused(arguments):
+    """Why a command is refused; empty where its computation would begin, or where it has only to print something."""
+    try:
+        group.main(arguments, prog_name="gelcone", standalone_mode=False)
+    except Begun:
+        return ""
+    except (gelcone.InputError, click.ClickException) as error:
+        return str(getattr(error, "message", error))
+    return ""
+
+
+@pytest.mark.parametrize(("where", "command"), WRITTEN, ids=lambda text: text[:70])
+@pytest.mark.usefixtures("dry")
+def test_a_command_is_taken_as_it_stands(where, command, monkeypatch, tmp_path):
+    _, *arguments = shlex.split(command.rstrip("&").strip())
+    if arguments[0] == "init":
+        monkeypatch.chdir(tmp_path)
+    assert refused(arguments) == "", f"{where}: {command}"
+
+
+@pytest.mark.usefixtures("dry")
+def test_what_is_refused_is_seen():
+    assert "not a device field" in refused(["settled", "biased-pump", "--set", "drive_frequency=6 Hz"])
+    assert refused(["sweep", "biased-pump", "--over", "no_such=1:2:3"])
+    assert refused(["no-such-command"])
+
+
+def test_every_page_and_every_analysis_has_commands():
+    assert {"README.md", "maps.md", "branches.md", "continuum.md"} <= {where for where, _ in WRITTEN}
+    told = {where for where, _ in WRITTEN}
+    assert {f"help {analysis.command}" for analysis in ANALYSES.values()} <= told
+    assert len(WRITTEN) > 80
+
+
+# --- what commands print ----------------------------------------------------------------------------------------------
+
+PRINTED = [
+    (page, commands, output)
+    for page in PAGES
+    for commands, output in re.findall(
+        r"```sh\n([^`]*)```\n\n```\n([^`]*)```", page.read_text(encoding="utf-8"), flags=re.DOTALL
+    )
+]
+TIMED = re.compile(r" in [\d.]+ s\b")
+
+
+@pytest.mark.slow
+def test_what_a_page_says_is_printed_is_printed(command_line, undrawn):
+    """In the order of the page, for a store of one command is that of the next."""
+    for page, commands, output in PRINTED:
+        for command in in_blocks(f"```sh\n{commands}```"):
+            code, printed, err = command_line(*shlex.split(command)[1:], *(["--force"] if "--out" in command else []))
+            assert code == 0, err
+        for line in output.splitlines():
+            assert TIMED.sub("", line) in TIMED.sub("", printed), f"{page.name}: {line}"
+
+
+def test_there_are_pages_that_say_what_is_printed():
+    assert [page.name for page, _, _ in PRINTED].count("maps.md") == 3
