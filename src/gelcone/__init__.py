@@ -19,7 +19,7 @@ Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     tongues, onset_voltage, floquet_multipliers, small_signal_response, state_space
     bifurcation, map, basin                 over one parameter, two, or initial states
     Plan, sweep, show, cluster              any analysis over any parameters, in stores, on clusters
-    Uniform, Normal, draw, probability      uncertain parameters
+    Uniform, Normal, draw, probability, tolerances   uncertain parameters
 Results, each an xarray.Dataset
     plot, save, load, export, to_si, model_of; also result.gelcone.plot() and so on; Outcome, Regime, PullIn, Onset
 Models and their components
@@ -109,6 +109,7 @@ if TYPE_CHECKING:
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
     from gelcone.atlas.cluster import cluster as cluster
     from gelcone.atlas.plan import Plan as Plan
+    from gelcone.atlas.tolerances import tolerances as tolerances
     from gelcone.atlas.uncertain import Normal as Normal
     from gelcone.atlas.uncertain import Uniform as Uniform
     from gelcone.atlas.uncertain import draw as draw

@@ -140,3 +140,31 @@ def test_the_totals_say_what_the_check_missed_with_its_interval():
         "200 of 400 cells computed, 200 inferred; 1,234 steps in 2 s",
         "check: of 33 inferred cells, drawn at random and computed, 2 had another regime or sign: 6.1 % [0.74, 20]",
     ]
+
+
+def test_tolerances_in_words_and_as_json_are_the_same(run, tmp_path):
+    table = tmp_path / "fit.csv"
+    rows = [(0.3, 1.0), (1.2, 1.1), (1.6, 0.9), (1.9, 1.05), (2.0, 1.0), (0.4, 1.2)]
+    table.write_text("voltage,prestretch\n" + "\n".join(f"{v},{p}" for v, p in rows), encoding="utf-8")
+    arguments = ["sweep", *SETTINGS, "--uncertain", str(table), *QUICK]
+    told, text = result(run(*arguments, "--json")), run(*arguments)
+    assert told["draws"]["voltage"] == [v for v, _ in rows]  # as they come
+    found = told["tolerances"]
+    assert found["risk"] == ["pull-in", "breakdown", "chaos"]
+    chance, low, high = (found[name][2] for name in ("probability", "low", "high"))
+    assert f"probability of chaos {chance:.3g} [{low:.3g}, {high:.3g}] of {found['decided'][2]} draws" in text
+    assert f"50 % {found['stroke'][1]:.3g} [" in text
+    assert "breakdown" not in text.split("probability of", 1)[1]  # not known
+    assert "6 draws of voltage, prestretch" in text
+    assert "Sobol" not in text  # a table is not arranged for them
+
+
+def test_indices_are_printed_the_largest_first(run):
+    two = ["--uncertain", "voltage=0.2:2", "--uncertain", "prestretch=0.99:1.01", "--count", "16"]
+    text = run("sweep", *SETTINGS, *two, *QUICK)
+    lines = [line.strip() for line in text.splitlines()]
+    first = next(k for k, line in enumerate(lines) if "Sobol indices: alone" in line)
+    assert lines[first + 1].startswith("voltage: ")
+    assert lines[first + 2].startswith("prestretch: ")
+    assert "16 draws of voltage, prestretch, and 16 for Sobol indices" in text
+    assert "Sobol" not in run("sweep", *SETTINGS, *two, *QUICK, "--no-indices")

@@ -97,10 +97,13 @@ def test_draws_are_a_cloud_over_the_first_parameter():
         np.testing.assert_array_equal(y, data["stroke"].values[-x.size :, k])
 
 
-def test_draws_alone_stand_over_their_number():
-    figure = sweep_figure(swept(("draw",), (5,), {}))
-    np.testing.assert_array_equal(data_of(figure.axes[0].lines[0])[0], [1.0, 2.0, 3.0, 4.0])
-    assert figure.axes[-1].get_xlabel() == "draw"
+def test_draws_alone_are_ticks_of_a_density():
+    study = swept(("draw",), (5,), {})
+    axes = sweep_figure(study).axes[0]
+    places, heights = data_of(axes.lines[0])
+    assert (np.asarray(heights) == 0.0).all()
+    assert axes.lines[0].get_linestyle() == "None"
+    assert len(places) == 4
 
 
 def test_a_sweep_over_two_parameters_is_a_map_for_each_variable():

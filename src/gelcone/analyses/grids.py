@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from gelcone.analyses.answer import (
     counts_text,
@@ -176,9 +178,13 @@ def sweep_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
     content |= {name: variable_json(result, name) for name in map(str, result.data_vars)}
     content["draws"] = {name: result[f"drawn_{name}"] for name in _drawn(result)}
     if "draw" in result.dims and "regime" in result:
+        from gelcone.atlas.tolerances import base_draws, tolerances
         from gelcone.atlas.uncertain import probability
 
-        content["probability"] = {str(name): variable for name, variable in probability(result).data_vars.items()}
+        chance = probability(base_draws(result))
+        content["probability"] = {str(name): variable for name, variable in chance.data_vars.items()}
+        found = tolerances(result)
+        content["tolerances"] = {str(name): values for name, values in {**found.coords, **found.data_vars}.items()}
     return content | show_json(result, subject)
 
 
@@ -186,17 +192,62 @@ def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
     """A sweep as text."""
     lines = [*_grid_heading(shown, subject), *_regime_lines(shown), totals_text(json.loads(shown.attrs["totals"]))]
     if "draw" in shown.dims and "regime" in shown:
-        from gelcone.atlas.uncertain import probability
+        from gelcone.atlas.tolerances import tolerances
 
-        chance = probability(shown)
-        highest = chance.isel(chance["probability"].argmax(...)) if chance["probability"].ndim else chance
-        where = ", ".join(f"{name} {measured(highest[name])}" for name in chance["probability"].dims)
-        lines.append(
-            f"probability of chaos {float(highest['probability']):.3g} "
-            f"[{float(highest['low']):.3g}, {float(highest['high']):.3g}] "
-            f"of {int(highest['decided'])} draws" + (f", the highest, at {where}" if where else "")
-        )
+        lines += tolerance_lines(tolerances(shown))
     return "\n".join(lines)
+
+
+def tolerance_lines(found: xr.Dataset) -> list[str]:
+    """Risks with their intervals, each where it is highest, quantiles of the stroke, and what the stroke depends on."""
+    lines = []
+    for risk in found["risk"].values:
+        one = found.sel(risk=risk)
+        if not one["probability"].notnull().any():
+            continue
+        at = one.isel(one["probability"].argmax(...)) if one["probability"].ndim else one
+        lines.append(
+            f"probability of {risk} {float(at['probability']):.3g} [{float(at['low']):.3g}, {float(at['high']):.3g}] "
+            f"of {int(at['decided'])} draws"
+            + _where(at, "the highest, at", one["probability"].dims if one["probability"].any() else ())
+        )
+    median = found["stroke"].sel(quantile=0.5, drop=True)
+    if median.notnull().any():
+        at = found.isel(median.argmax(...)) if median.ndim else found
+        unit = f" in{unit_of(found['stroke'])}" if unit_of(found["stroke"]) else ""
+        parts = [
+            f"{100.0 * float(q):.0f} % {float(v):.3g} [{_end(low)}, {_end(high)}]"
+            for q, v, low, high in zip(
+                *(at[name].values for name in ("quantile", "stroke", "stroke_low", "stroke_high")), strict=True
+            )
+        ]
+        lines.append(f"quantiles of the stroke{unit}: {', '.join(parts)}" + _where(at, "at", median.dims))
+        if "first_order" in found:
+            lines += _tornado_lines(at)
+    return lines
+
+
+def _end(value: float) -> str:
+    """An end of an interval by ranks; with few draws it lies beyond them all."""
+    return f"{value:.3g}" if np.isfinite(value) else "unknown"
+
+
+def _where(at: xr.Dataset, word: str, dims: Iterable[Any]) -> str:
+    where = ", ".join(f"{name} {measured(at[name])}" for name in dims)
+    return f", {word} {where}" if where else ""
+
+
+def _tornado_lines(at: xr.Dataset) -> list[str]:
+    """The Sobol indices of the parameters, the largest total one first."""
+    total = at["total_order"].sel(end="value").values
+    if not np.isfinite(total).all():
+        return ["Sobol indices of the stroke: none, for some draw has no stroke or all have the same one"]
+    lines = ["share of the stroke's variance by each parameter (Sobol indices: alone; with interactions):"]
+    for k in np.argsort(-total):
+        alone, all_ = (at[name].isel(parameter=int(k)).values for name in ("first_order", "total_order"))
+        both = "; ".join(f"{v:.2f} [{low:.2f}, {high:.2f}]" for v, low, high in (alone, all_))
+        lines.append(f"  {at['parameter'].values[k]}: {both}")
+    return lines
 
 
 def show_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
@@ -232,8 +283,16 @@ def _grid_heading(shown: xr.Dataset, subject: Subject) -> list[str]:
     """What was computed on, over which axes and draws, and what failed."""
     axes, drawn = [dim for dim in shown["status"].dims if dim in shown.coords], _drawn(shown)
     lines = [*heading(subject, [*axes, *drawn]), grid_text(shown, axes), *outcome_lines(_known(shown))]
-    lines += [f"{shown.sizes['draw']} draws of {', '.join(drawn)}"] if drawn else []
+    lines += [_draws_text(shown, drawn)] if drawn else []
     return [line for line in lines if line]
+
+
+def _draws_text(shown: xr.Dataset, drawn: list[str]) -> str:
+    from gelcone.atlas.tolerances import base_draws
+
+    own = base_draws(shown).sizes["draw"]
+    more = shown.sizes["draw"] - own
+    return f"{own} draws of {', '.join(drawn)}" + (f", and {more} for Sobol indices" if more else "")
 
 
 def _regime_lines(shown: xr.Dataset) -> list[str]:

@@ -522,6 +522,27 @@ def read_uncertain(texts: Iterable[str], subject: Subject) -> dict[str, Distribu
     return spread
 
 
+def read_drawn(option: str, name: str, numbers: Array, unit: str, subject: Subject) -> Array:
+    """A column of a table of draws; of a device in SI, from numbers in a unit that the table names."""
+    device = subject.device
+    if name not in STATES:
+        _sweepable(option, name, device, subject.model.system)
+    if name in subject.given:
+        raise InputError(f"--set {name}: is drawn by --uncertain {option.partition(':')[0]}; leave one of them out")
+    if device is None:
+        if unit not in ("", "1"):
+            raise InputError(f"{option} [{unit}]: a model without a device is dimensionless; leave the unit out")
+        return numbers
+    from gelcone.devices.points import swept_field
+    from gelcone.devices.units import parse
+
+    field = swept_field(device, name)
+    if unit in ("", "1") and field.unit not in ("", "1"):
+        example = field.example_text()
+        raise InputError(f"{option}: has no unit; write it into the header, as in {name} [{example.split()[-1]}]")
+    return numbers if unit in ("", "1") else numbers * parse(option, f"1 {unit}", field.unit)
+
+
 def _two(option: str, text: str, parts: list[str], name: str, device: Device | None) -> list[float]:
     """The two numbers of a distribution."""
     _one_manner(f"{option}={text}", parts)

@@ -338,7 +338,9 @@ class _Cells:
         for field in self.fields.values():
             field.values[inferred] = field.values[refined.sources[inferred]]
         self.fields["status"].values[inferred] = Status.INFERRED
-        border = border_dimension(self.kinds(np.arange(self.plan.size)).reshape(self.plan.shape))
+        # draws have no order, and so no border between them
+        kinds = self.kinds(np.arange(self.plan.size)).reshape(self.plan.shape)
+        border = None if self.plan.draws else border_dimension(kinds)
         checked, missed = refined.checked, refined.missed
         self.tally = replace(self.tally, inferred=inferred.size, checked=checked, missed=missed, border=border)
         self._unwritten.append(inferred)

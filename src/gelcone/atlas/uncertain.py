@@ -90,7 +90,12 @@ def _in_numbers(name: str, given: Distribution) -> Distribution:
 
 
 def draw(
-    uncertain: Mapping[str, Distribution], count: int, *, method: Method = "sobol", seed: int = 0
+    uncertain: Mapping[str, Distribution],
+    count: int,
+    *,
+    method: Method = "sobol",
+    seed: int = 0,
+    indices: bool = False,
 ) -> dict[str, Array]:
     """Draws of independent uncertain parameters that fill their ranges evenly: for `Plan`'s ``draws``.
 
@@ -101,10 +106,13 @@ def draw(
     method : ``"sobol"``, scrambled (Owen, J. Complexity 14 (1998) 466; default), or ``"latin-hypercube"`` (McKay et
         al., Technometrics 21 (1979) 239).
     seed : the same seed gives the same draws.
+    indices : adds the draws that Sobol indices need (Saltelli et al., Comput. Phys. Commun. 181 (2010) 259): half of
+        ``count`` for each of the parameters, which are two or more. Default no.
 
     Raises
     ------
-    InputError : for nothing uncertain, fewer than 2 draws or an unknown method.
+    InputError : for nothing uncertain, fewer than 2 draws, an unknown method, or indices of a single parameter or of a
+        number of draws that is not a power of 2.
     """
     if not uncertain:
         raise InputError("uncertain: is empty; give at least one parameter and its distribution")
@@ -113,19 +121,30 @@ def draw(
     if method not in METHODS:
         raise unknown_name("method of drawing", str(method), METHODS)
     known = {name: _in_numbers(name, given) for name, given in uncertain.items()}
+    if indices and (len(uncertain) < 2 or count & (count - 1)):
+        raise InputError(
+            f"count = {count} draws of {len(uncertain)}: Sobol indices need two parameters or more, and a power of 2"
+        )
+    inside = np.clip(_shares(len(uncertain), count, method, seed, indices), 0.5 / 2**53, 1.0 - 2.0**-53)
+    return {name: known[name].at(inside[:, k]) for k, name in enumerate(known)}
+
+
+def _shares(dimension: int, count: int, method: Method, seed: int, indices: bool) -> Array:
+    """Points of the unit cube (draws, parameters)."""
     import warnings
 
     from scipy.stats import qmc
 
-    dimension = len(uncertain)
-    if method == "sobol":
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", category=UserWarning)  # that a number of draws is no power of 2
-            shares = qmc.Sobol(dimension, seed=seed).random(count)
-    else:
-        shares = qmc.LatinHypercube(dimension, seed=seed).random(count)
-    inside = np.clip(shares, 0.5 / 2**53, 1.0 - 2.0**-53)
-    return {name: known[name].at(inside[:, k]) for k, name in enumerate(known)}
+    sampler = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", category=UserWarning)  # that a number of draws is no power of 2
+        if not indices:
+            return np.asarray(sampler(dimension, seed=seed).random(count))
+        # both halves come from one sequence in twice the dimensions: they are independent of each other
+        both = sampler(2 * dimension, seed=seed).random(count // 2)
+    first, second = both[:, :dimension], both[:, dimension:]
+    mixed = [np.where(np.arange(dimension) == k, second, first) for k in range(dimension)]
+    return np.concatenate([first, second, *mixed])
 
 
 def share_interval(hits: npt.ArrayLike, count: npt.ArrayLike, confidence: float = 0.95) -> tuple[Array, Array]:

@@ -11,12 +11,12 @@ from click.core import ParameterSource
 
 from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import answer_to, answers_of, read_options
-from gelcone.analyses.request import DEFAULT_INITIAL, Subject, read_uncertain
+from gelcone.analyses.draws import read_draws
+from gelcone.analyses.request import DEFAULT_INITIAL, Subject
 from gelcone.atlas.maps import TITLE
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import show, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep
-from gelcone.atlas.uncertain import draw
 from gelcone.cli.command import help_of
 from gelcone.cli.lists import list_devices
 from gelcone.cli.options import (
@@ -150,13 +150,18 @@ def sweep_command() -> click.Command:
         click.Option(
             ["--uncertain"],
             multiple=True,
-            metavar="NAME=DISTRIBUTION",
+            metavar="NAME=DISTRIBUTION|TABLE",
             help="A parameter that is drawn at every point: low:high (uniform) or mean~deviation (normal); "
-            "may be repeated.",
+            "may be repeated. Or a table of draws as they come from a fit (.csv, .nc), which may be correlated.",
         ),
         click.Option(["--count"], type=int, default=64, show_default=True, help="Draws of the uncertain parameters."),
         click.Option(
             ["--method"], default="sobol", show_default=True, help="How they are drawn: sobol or latin-hypercube."
+        ),
+        click.Option(
+            ["--indices/--no-indices"],
+            default=True,
+            help="Two or more parameters: with Sobol indices, half of the draws again for each. [default: indices]",
         ),
         click.Option(["--seed"], type=int, default=0, show_default=True, help="Seed of the draws."),
         click.Option(
@@ -184,6 +189,7 @@ def run_sweep(
     uncertain: tuple[str, ...],
     count: int,
     method: Any,
+    indices: bool,
     seed: int,
     analysis: str,
     keep: tuple[str, ...],
@@ -198,8 +204,8 @@ def run_sweep(
     else:
         subject = subject_of(typed).alone("sweep")
         found = find_analysis(analysis.replace("-", "_"))
-        spread = read_uncertain(uncertain, subject)
-        draws = draw(spread, count, method=method, seed=seed) if spread else {}
+        wanted_indices = indices and found.name == "regime"
+        draws = read_draws(uncertain, subject, count=count, method=method, seed=seed, indices=wanted_indices)
         plan = _plan(found, subject, subject.over(over), draws, _given(typed))
         wanted = Sweep(subject, plan, found.name, None, keep)
     return run(SWEEP, wanted, kept, resume is not None, workers, output)

@@ -31,6 +31,7 @@ def fixed_parameters(result: xr.Dataset) -> str:
         return ""
     swept = {*map(str, result.coords), *map(str, result.dims), attrs.get("parameter", "")}
     swept |= set(str(attrs.get("parameters", "")).split(","))
+    swept |= {name.removeprefix("drawn_") for name in swept}
     if (device := device_of(result)) is not None:
         film = [f"film {device.film}"] if "film" not in swept and len(str(device.film)) < LONGEST_NAME else []
         return "fixed: " + ", ".join([*told_fields(device, swept), *film])

@@ -86,6 +86,9 @@ def sweep_figure(result: xr.Dataset) -> Figure:
     if len(dims) == 3 and all(dim in result.coords for dim in dims):
         return _slices(result, full[names[0]])
 
+    if dims == ("draw",):
+        return _densities({name: full[name] for name in names}, result)
+
     def draw(figure: Figure) -> None:
         panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=True):
@@ -93,12 +96,21 @@ def sweep_figure(result: xr.Dataset) -> Figure:
             place = result[along].values if along in result.coords else np.arange(result.sizes[along])
             axes.plot(place, values, color=BLUE, ls="-" if values.shape[1] == 1 else "", marker=".", ms=2.5, lw=1.0)
             axes.set_ylabel(axis_label(result[name], name))
-        if along in result.coords:
-            coordinate_axis(panels[-1], result, along, "bottom")
-        else:
-            panels[-1].set_xlabel("draw")
+        coordinate_axis(panels[-1], result, along, "bottom")
 
     return styled(5.6, 0.8 + 1.5 * len(names), draw)
+
+
+def _densities(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
+    from gelcone.plots.tolerances import densities
+
+    def draw(figure: Figure) -> None:
+        panels = figure.subplots(len(shown), 1, squeeze=False)[:, 0]
+        for axes, (name, values) in zip(panels, shown.items(), strict=True):
+            densities(axes, values, result)
+            axes.set_xlabel(axis_label(result[name], name))
+
+    return styled(5.6, 0.8 + 1.5 * len(shown), draw)
 
 
 def _is_code(name: str, variable: xr.DataArray) -> bool:
@@ -161,10 +173,14 @@ def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
 
 def any_figure(cells: xr.Dataset) -> Figure:
     """The picture of a sweep: a probability, a map, or else what is known over the first axes."""
-    if "regime" in cells and "draw" in cells.dims and 2 <= cells["regime"].ndim <= 3:
+    if "regime" in cells and "draw" in cells.dims and cells["regime"].ndim <= 3:
+        from gelcone.atlas.tolerances import base_draws
         from gelcone.atlas.uncertain import probability
+        from gelcone.plots.tolerances import tolerances_figure
 
-        return probability_figure(probability(cells))
+        if cells["regime"].ndim < 3:
+            return tolerances_figure(cells)
+        return probability_figure(probability(base_draws(cells)))
     if "regime" in cells and cells["regime"].ndim == 2:
         from gelcone.plots.map import map_figure
 

@@ -11,9 +11,9 @@ import numpy.typing as npt
 from gelcone.codes import Regime
 from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.numbers import Number, Truth
-from gelcone.paper.reading import all_of, any_of, finite_not_positive, finite_positive, positive, regular, slack_of
+from gelcone.paper.reading import all_of, finite_not_positive, positive, regular, slack_of
 from gelcone.paper.sampling import part, share_of
-from gelcone.paper.studies.samples import BANDS, SAMPLES, rows_with_chaos
+from gelcone.paper.studies.samples import BANDS, SAMPLES, rows_finite, rows_with_chaos
 from gelcone.paper.truths import Share, every, share
 from gelcone.paper.verdicts import NEARLY_ALL, WIDE, Finding
 from gelcone.quantity import Array
@@ -69,7 +69,7 @@ def map_high_voltage(studies: Studies) -> Finding:
 def map_low_prestretch(studies: Studies) -> Finding:
     def early(name: str, finite: bool = False) -> Share:
         points = part(studies["share-prestretch"], name)
-        return share_of(points, any_of(finite_positive(points)) if finite else rows_with_chaos(points))
+        return share_of(points, (rows_finite if finite else rows_with_chaos)(points))
 
     def already(finite: bool = False) -> Truth:
         late = early("radial, large", finite).exceeds(WIDE)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -76,9 +76,10 @@ def _answered(long: Truth, window: Truth) -> bool:
     return long is True or (long is False and window is not None)
 
 
-def half(read: Read, points: xr.Dataset) -> bool:
-    """Whether it is known on which side of one half the share lies at which something holds."""
-    return share_of(points, read(points)).exceeds(WIDE) is not None
+def half(*reads_and_points: Any) -> bool:
+    """Whether it is known of all truths on which side of one half the share lies at which they hold."""
+    *reads, points = reads_and_points
+    return all(share_of(points, read(points)).exceeds(WIDE) is not None for read in reads)
 
 
 def _voltage(name: str, low: float, high: float, answered: Callable[[xr.Dataset], bool]) -> Sample:
@@ -100,6 +101,11 @@ def rows_with_chaos(points: xr.Dataset) -> Array:
     return reading.any_of(chaotic(points))
 
 
+def rows_finite(points: xr.Dataset) -> Array:
+    """Whether some voltage of a row has a positive exponent over the window."""
+    return reading.any_of(finite_positive(points))
+
+
 def rows_positive(points: xr.Dataset) -> Array:
     """Whether nearly all voltages of a row have a positive exponent."""
     return reading.nearly_all_of(reading.positive(points))
@@ -119,10 +125,6 @@ def rows_ordered(points: xr.Dataset) -> Array:
 def rows_same(points: xr.Dataset) -> Array:
     """Whether the large stretch limits of a row have the same extents."""
     return reading.same_extents(points["extent"].values, points["regime"].values)
-
-
-def _of_a_set(points: xr.Dataset) -> bool:
-    return all(half(read, points) for read in (rows_positive, rows_about_six, rows_ordered))
 
 
 SAMPLES: dict[str, tuple[Sample, ...]] = {
@@ -186,7 +188,7 @@ SAMPLES: dict[str, tuple[Sample, ...]] = {
             f"{mode}, {size}",
             "base",
             {"prestretch": ends},
-            partial(half, rows_with_chaos),
+            partial(half, rows_with_chaos, rows_finite),
             {"prestretch_mode": mode},
             {"voltage": np.linspace(0.0, VOLTAGE_THRESHOLD, VOLTAGES + 2)[1:-1]},
         )
@@ -202,7 +204,14 @@ def neighbours(effort: Effort, progress: Progress) -> xr.Dataset:
     base = find_preset("base").model
     voltages = np.linspace(VOLTAGE_THRESHOLD, HIGHEST, VOLTAGES)
     drawn = {name: (float(getattr(base, name)) / FACTOR, float(getattr(base, name)) * FACTOR) for name in DRAWN}
-    sample = Sample("set", "base", drawn, _of_a_set, inner={"voltage": voltages}, logarithmic=True)
+    sample = Sample(
+        "set",
+        "base",
+        drawn,
+        partial(half, rows_positive, rows_about_six, rows_ordered),
+        inner={"voltage": voltages},
+        logarithmic=True,
+    )
     result = sampled((sample,), effort, lambda done: progress(0.8 * done), _of_sets)
     offsets = NEARBY * np.linspace(-1.0, 1.0, STARTS)
     preset = effort.preset("base")

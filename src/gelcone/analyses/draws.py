@@ -1,0 +1,93 @@
+"""Draws of uncertain parameters from the command line: distributions, or a table as it comes from a fit."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.analyses.request import Subject, read_drawn, read_uncertain
+from gelcone.atlas.uncertain import Method, draw
+from gelcone.errors import InputError
+from gelcone.files import read_text
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TABLES = (".csv", ".nc")
+MOST_DRAWS = 100_000
+MOST_PARAMETERS = 64
+FORM = "a header of names, such as film_thickness [mm],shear_modulus [kPa], and a row of numbers a draw"
+
+
+def read_draws(
+    texts: Sequence[str], subject: Subject, *, count: int, method: Method, seed: int, indices: bool
+) -> dict[str, Array]:
+    """The draws that ``--uncertain`` asks for; ``indices``: with those that Sobol indices need, where they can be.
+
+    Raises `InputError` for a text that is neither a distribution nor a table, or a table among others.
+    """
+    tables = [text for text in texts if text.endswith(TABLES) and "=" not in text]
+    if not tables:
+        spread = read_uncertain(texts, subject)
+        wanted = indices and len(spread) > 1 and count >= 4 and not count & (count - 1)
+        return draw(spread, count, method=method, seed=seed, indices=wanted) if spread else {}
+    if len(texts) > 1:
+        raise InputError(f"--uncertain {tables[0]}: a table holds all uncertain parameters; give it alone")
+    path = Path(tables[0])
+    columns = _of_csv(path) if path.suffix == ".csv" else _of_netcdf(path)
+    return {name: read_drawn(f"{path}: {name}", name, *column, subject) for name, column in columns.items()}
+
+
+Columns = dict[str, tuple[Array, str]]
+"""Numbers and unit by name."""
+
+
+def _of_csv(path: Path) -> Columns:
+    """The columns of a CSV file, whose header names may carry a unit in brackets."""
+    rows = [row for row in csv.reader(StringIO(read_text(path, f"give a table with {FORM}"))) if row]
+    if len(rows) < 3 or len(rows) > MOST_DRAWS + 1 or len(rows[0]) > MOST_PARAMETERS:
+        raise InputError(
+            f"{path}: has {max(len(rows) - 1, 0)} draws of {len(rows[0]) if rows else 0} parameters; give 2 to "
+            f"{MOST_DRAWS} of up to {MOST_PARAMETERS}: {FORM}"
+        )
+    names = [_named(path, title) for title in rows[0]]
+    if len(dict(names)) < len(names):
+        raise InputError(f"{path}: its header has a name twice; leave one out")
+    numbers = np.array([_numbers(path, k, row, len(names)) for k, row in enumerate(rows[1:], start=2)])
+    return {name: (numbers[:, k], unit) for k, (name, unit) in enumerate(names)}
+
+
+def _named(path: Path, title: str) -> tuple[str, str]:
+    name, bracket, unit = title.strip().partition("[")
+    if bracket and not unit.endswith("]"):
+        raise InputError(f"{path}: {title.strip()!r} has a bracket that is not closed; give {FORM}")
+    return name.strip(), unit.removesuffix("]").strip()
+
+
+def _numbers(path: Path, line: int, row: list[str], count: int) -> list[float]:
+    if len(row) != count:
+        raise InputError(f"{path}, line {line}: has {len(row)} values for {count} names; give {FORM}")
+    try:
+        return [float(value) for value in row]
+    except ValueError as error:
+        raise InputError(f"{path}, line {line}: {error}; give numbers with a decimal point") from None
+
+
+def _of_netcdf(path: Path) -> Columns:
+    """The variables of a netCDF-4 file over one dimension, with their units."""
+    table: xr.Dataset = dataset.load(path)
+    if len(table.sizes) != 1 or not 2 <= next(iter(table.sizes.values())) <= MOST_DRAWS:
+        sizes = ", ".join(f"{dim} {size}" for dim, size in table.sizes.items()) or "no dimension"
+        raise InputError(f"{path}: has {sizes}; give variables over one dimension of 2 to {MOST_DRAWS} draws")
+    columns = {str(name): values for name, values in table.data_vars.items() if values.dtype.kind in "fiu"}
+    if not columns or len(columns) > MOST_PARAMETERS:
+        raise InputError(f"{path}: has {len(columns)} variables of numbers; give 1 to {MOST_PARAMETERS}")
+    units = {name: str(values.attrs.get("units", "")) for name, values in columns.items()}
+    return {name: (values.values.astype(float), units[name]) for name, values in columns.items()}

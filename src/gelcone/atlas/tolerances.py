@@ -1,0 +1,165 @@
+"""Tolerances: what draws of uncertain parameters say about risks and stroke, and which parameter matters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import dataset
+from gelcone.atlas.uncertain import share_interval
+from gelcone.codes import Outcome, Regime
+from gelcone.errors import InputError
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+RISKS = ("pull-in", "breakdown", "chaos")
+QUANTILES = (0.05, 0.5, 0.95)
+CONFIDENCE = 0.95
+RESAMPLES = 400
+"""Bootstrapped samples behind the ends of Sobol indices (Archer et al., J. Stat. Comput. Simul. 58 (1997) 99)."""
+UNDECIDED = (Outcome.STEP_LIMIT, Outcome.ERROR)
+Kinds = npt.NDArray[np.bool_]
+
+
+def tolerances(cells: xr.Dataset) -> xr.Dataset:
+    """Report risks, quantiles of the stroke and sensitivities at every point of a grid, by the draws made there.
+
+    Parameters
+    ----------
+    cells : what `gelcone.sweep` gives of a plan with draws and the analysis ``"regime"``.
+
+    Returns
+    -------
+    Dataset over the grid: over ``risk`` (``pull-in``, ``breakdown`` - the field exceeds the dielectric strength at some
+    time - and ``chaos``) ``probability``, the share of the ``decided`` draws, with the ends ``low`` and ``high`` of its
+    95 % interval (Clopper and Pearson, Biometrika 26 (1934) 404); over ``quantile`` ``stroke``, peak to peak, of the
+    draws that have a long run, with ``stroke_low`` and ``stroke_high`` (by ranks, which needs no distribution); for
+    draws that `gelcone.draw` arranged for it, over ``parameter`` and ``end`` the Sobol indices of the stroke,
+    ``first_order`` and ``total_order`` (Saltelli et al., Comput. Phys. Commun. 181 (2010) 259), with bootstrapped ends.
+    NaN: not known, as the indices where a draw has no stroke or all have the same one.
+
+    Raises
+    ------
+    InputError : for a sweep without draws or regimes.
+    """
+    if "draw" not in cells.dims or "regime" not in cells:
+        raise InputError("the sweep has no draws of the regime; give uncertain parameters and the analysis 'regime'")
+    drawn = {str(name).removeprefix("drawn_"): cells[name].values for name in cells.coords if "drawn_" in str(name)}
+    dims = [str(dim) for dim in cells["regime"].dims if dim != "draw"]
+    own = base_draws(cells)
+    hits, known = _risks(own.transpose(*dims, "draw", ...))
+    count, total = hits.sum(axis=-1), known.sum(axis=-1)
+    low, high = share_interval(count, total, CONFIDENCE)
+    decided = total > 0
+    at = (*dims, "risk")
+    table: dataset.Table = {
+        "probability": (np.where(decided, count / np.maximum(total, 1), np.nan), "probability of the event", "share"),
+        "low": (np.where(decided, low, 0.0), "lower end of its 95 % interval", "share"),
+        "high": (np.where(decided, high, 1.0), "upper end of its 95 % interval", "share"),
+        "decided": (total, "draws that are decided", "count"),
+    }
+    strokes = strokes_of(cells).transpose(*dims, "draw")
+    quantiles = _over_grid(stroke_quantiles, strokes_of(own).transpose(*dims, "draw").values, (3, len(QUANTILES)))
+    of = dict(strokes.attrs)
+    named = ("stroke", "stroke_low", "stroke_high")
+    meanings = ("stroke, peak to peak", "lower end of its 95 % interval", "upper end of its 95 % interval")
+    result = dataset.label(dataset.model_of(cells), {}, options={}, title="tolerances")
+    result = result.assign(dataset.columns(at, table)).assign(
+        {
+            name: ((*dims, "quantile"), quantiles[..., k, :], of | {"long_name": meaning})
+            for k, (name, meaning) in enumerate(zip(named, meanings, strict=True))
+        }
+    )
+    if arranged(drawn):
+        indices = _over_grid(lambda row: sobol(row, len(drawn)), strokes.values, (2, len(drawn), 3))
+        for k, name in enumerate(("first_order", "total_order")):
+            described = dataset.attributes(f"{name.replace('_', '-')} Sobol index of the stroke", "share")
+            result[name] = ((*dims, "parameter", "end"), indices[..., k, :, :], described)
+        result = result.assign_coords(parameter=list(drawn), end=["value", "low", "high"])
+    coords: dict[str, Any] = {dim: cells[dim] for dim in dims if dim in cells.coords}
+    return result.assign_coords(coords | {"risk": list(RISKS), "quantile": list(QUANTILES)})
+
+
+def base_draws(cells: xr.Dataset) -> xr.Dataset:
+    """The independent draws of a sweep, without those that stand only for Sobol indices."""
+    drawn = {str(name): cells[name].values for name in cells.coords if str(name).startswith("drawn_")}
+    count = arranged(drawn)
+    return cells.isel(draw=slice(2 * count)) if count else cells
+
+
+def arranged(drawn: Mapping[str, Array]) -> int:
+    """The rows of each block of draws that are arranged for Sobol indices; 0 for draws that are not.
+
+    The blocks are A, B, and for each parameter A with that parameter from B.
+    """
+    table = np.array(list(drawn.values()))
+    blocks = len(table) + 2
+    count, left = divmod(table.shape[-1], blocks) if table.size else (0, 1)
+    if left or len(table) < 2:
+        return 0
+    first, second, *mixed = np.split(table, blocks, axis=1)
+    expected = [np.where(np.arange(len(table))[:, None] == k, second, first) for k in range(len(table))]
+    return count if all(np.array_equal(*pair) for pair in zip(mixed, expected, strict=True)) else 0
+
+
+def _risks(own: xr.Dataset) -> tuple[Kinds, Kinds]:
+    """Which draws meet each risk, and of which that is known, (grid..., risk, draws)."""
+    outcome, regime = own["outcome"].values, own["regime"].values
+    told = ~np.isin(outcome, UNDECIDED) & (regime >= 0)
+    field = own["validity_breakdown"].values if "validity_breakdown" in own else np.full(outcome.shape, np.nan)
+    pulled = outcome == Outcome.PULLED_IN
+    hits = [pulled, field > 0.0, regime == Regime.CHAOTIC]
+    known = [told, told & np.isfinite(field), told & (regime != Regime.TRANSIENT)]
+    return np.stack(hits, axis=-2) & np.stack(known, axis=-2), np.stack(known, axis=-2)
+
+
+def strokes_of(cells: xr.Dataset) -> xr.DataArray:
+    """Stroke peak to peak of every draw, 0 at rest; NaN for one without a long run."""
+    stroke = (cells["highest"] - cells["lowest"]).where(cells["regime"] != Regime.REST, 0.0)
+    found: xr.DataArray = stroke.where(cells["outcome"] == Outcome.OK)
+    return found.assign_attrs(cells["highest"].attrs)
+
+
+def _over_grid(function: Any, values: Array, shape: tuple[int, ...]) -> Array:
+    """A function of the draws at every point of the grid, (grid..., *shape)."""
+    flat = values.reshape(-1, values.shape[-1])
+    return np.array([function(row) for row in flat]).reshape((*values.shape[:-1], *shape))
+
+
+def stroke_quantiles(strokes: Array) -> Array:
+    """Quantiles of finite numbers and the ends of their intervals, (3, quantiles); NaN for fewer than two numbers."""
+    from scipy.stats import quantile_test
+
+    there = strokes[np.isfinite(strokes)]
+    if there.size < 2:
+        return np.full((3, len(QUANTILES)), np.nan)
+    ends = [quantile_test(there, p=p).confidence_interval(CONFIDENCE) for p in QUANTILES]
+    # with few draws an end lies beyond them all, at an unknown place
+    return np.array([np.quantile(there, QUANTILES), [e.low for e in ends], [e.high for e in ends]])
+
+
+def sobol(strokes: Array, parameters: int) -> Array:
+    """First-order and total indices of arranged draws with their ends, (2, parameters, 3); NaN where there are none."""
+    from scipy.stats import sobol_indices
+
+    if not np.isfinite(strokes).all() or np.ptp(strokes) <= 1e-9 * np.abs(strokes).max():
+        return np.full((2, parameters, 3), np.nan)
+    blocks = strokes.reshape(parameters + 2, -1)
+
+    def indices(rows: Any) -> Array:
+        first, second, *mixed = blocks[:, rows]
+        known = {"f_A": first[None], "f_B": second[None], "f_AB": np.array(mixed)[:, None]}
+        with np.errstate(invalid="ignore", divide="ignore"):  # rows that are all the same have no variance
+            found = sobol_indices(func=known, n=first.size)
+        return np.stack([np.ravel(found.first_order), np.ravel(found.total_order)])
+
+    count = blocks.shape[1]
+    rng = np.random.default_rng(0)
+    resampled = [indices(rng.integers(count, size=count)) for _ in range(RESAMPLES)]
+    tail = 50.0 * (1.0 - CONFIDENCE)
+    return np.stack([indices(slice(None)), *np.nanpercentile(resampled, [tail, 100.0 - tail], axis=0)], axis=-1)

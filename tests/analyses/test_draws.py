@@ -1,0 +1,119 @@
+"""Draws from the command line: distributions, or tables within bounds."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gelcone
+from gelcone.analyses import draws
+from gelcone.analyses.draws import read_draws
+from gelcone.analyses.request import Subject
+from gelcone.devices.device import find_device
+from gelcone.errors import InputError
+from gelcone.physics.model import ConeModel
+
+HOW = {"count": 8, "method": "sobol", "seed": 0, "indices": False}
+
+
+def of_model():
+    return Subject(ConeModel(), None, (1.0, 0.0))
+
+
+def of_device():
+    device = find_device("soft-film")
+    return Subject(device.to_model(), device, None)
+
+
+def table(tmp_path, text, name="draws.csv"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def test_a_table_is_read_as_it_comes(tmp_path):
+    path = table(tmp_path, "voltage,prestretch\n0.5,1.0\n0.7,1.1\n\n0.9,1.2\n")
+    found = read_draws([path], of_model(), **HOW)
+    assert {name: values.tolist() for name, values in found.items()} == {
+        "voltage": [0.5, 0.7, 0.9],
+        "prestretch": [1.0, 1.1, 1.2],
+    }
+
+
+def test_columns_of_a_device_have_units(tmp_path):
+    path = table(tmp_path, "film_thickness [um], prestretch ,material.shear_modulus [kPa]\n100,1.3,8\n90,1.2,9\n")
+    found = read_draws([path], of_device(), **HOW)
+    np.testing.assert_allclose(found["film_thickness"], [1e-4, 9e-5])
+    np.testing.assert_allclose(found["material.shear_modulus"], [8e3, 9e3])
+    np.testing.assert_allclose(found["prestretch"], [1.3, 1.2])
+
+
+def test_a_netcdf_table_is_the_same_as_csv(tmp_path):
+    data = xr.Dataset({"film_thickness": ("draw", [100.0, 90.0], {"units": "um"}), "prestretch": ("draw", [1.3, 1.2])})
+    gelcone.save(data, tmp_path / "draws.nc")
+    found = read_draws([str(tmp_path / "draws.nc")], of_device(), **HOW)
+    np.testing.assert_allclose(found["film_thickness"], [1e-4, 9e-5])
+    assert found["prestretch"].tolist() == [1.3, 1.2]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "has 0 draws of 0 parameters"),
+        ("voltage\n1\n", "has 1 draws of 1 parameters"),
+        ("voltage,voltage\n1,2\n3,4\n", "a name twice"),
+        ("voltage,prestretch\n1,2\n3\n", "line 3: has 1 values for 2 names"),
+        ("voltage\n1\n0,5\n", "line 3: has 2 values for 1 names"),
+        ("voltage\n1\nhigh\n", "could not convert string to float: 'high'; give numbers"),
+        ("voltage [V\n1\n2\n", "bracket that is not closed"),
+        ("voltage [V]\n1\n2\n", "is dimensionless; leave the unit out"),
+        ("volts\n1\n2\n", "volts"),
+        (",".join(f"p{k}" for k in range(70)) + "\n", "of 70 parameters"),
+    ],
+)
+def test_bad_tables_are_refused(tmp_path, text, message):
+    with pytest.raises(InputError, match=message.replace("[", r"\[")):
+        read_draws([table(tmp_path, text)], of_model(), **HOW)
+
+
+def test_tables_have_bounds(tmp_path, monkeypatch):
+    monkeypatch.setattr(draws, "MOST_DRAWS", 3)
+    text = "voltage\n" + "1\n" * 4
+    with pytest.raises(InputError, match="give 2 to 3"):
+        read_draws([table(tmp_path, text)], of_model(), **HOW)
+    gelcone.save(xr.Dataset({"voltage": ("draw", np.ones(4))}), tmp_path / "draws.nc")
+    with pytest.raises(InputError, match="of 2 to 3 draws"):
+        read_draws([str(tmp_path / "draws.nc")], of_model(), **HOW)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        xr.Dataset({"voltage": (("chain", "draw"), np.ones((2, 3)))}),
+        xr.Dataset({"voltage": ("draw", ["a", "b"])}),
+        xr.Dataset({"voltage": 1.0}),
+    ],
+)
+def test_netcdf_tables_have_one_dimension_and_numbers(tmp_path, data):
+    gelcone.save(data, tmp_path / "draws.nc")
+    with pytest.raises(InputError, match=r"one dimension|variables of numbers"):
+        read_draws([str(tmp_path / "draws.nc")], of_model(), **HOW)
+
+
+def test_a_table_names_its_units_and_stands_alone(tmp_path):
+    path = table(tmp_path, "film_thickness\n1\n2\n")
+    with pytest.raises(InputError, match=r"has no unit; write it into the header, as in film_thickness \["):
+        read_draws([path], of_device(), **HOW)
+    with pytest.raises(InputError, match="give it alone"):
+        read_draws([path, "voltage=0:1"], of_model(), **HOW)
+    with pytest.raises(InputError, match="no such file"):
+        read_draws(["nowhere.csv"], of_model(), **HOW)
+
+
+def test_two_distributions_are_arranged_for_indices_where_that_is_possible():
+    two = ["voltage=0:1", "prestretch=1~0.1"]
+    how = HOW | {"indices": True}
+    assert len(read_draws(two, of_model(), **how)["voltage"]) == 16
+    assert len(read_draws(two, of_model(), **HOW)["voltage"]) == 8
+    assert len(read_draws(two, of_model(), **(how | {"count": 10}))["voltage"]) == 10
+    assert len(read_draws(two[:1], of_model(), **how)["voltage"]) == 8
+    assert read_draws([], of_model(), **how) == {}

@@ -1,0 +1,88 @@
+"""Figures of uncertain parameters show what the draws give, and nothing that they do not."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from gelcone.atlas.tolerances import tolerances
+from gelcone.atlas.uncertain import Uniform, draw
+from gelcone.codes import Outcome, Regime
+from gelcone.errors import InputError
+from gelcone.plots.sweep import any_figure, sweep_figure
+from gelcone.plots.tolerances import density, tolerances_figure
+from tests.atlas.test_tolerances import cells
+
+TWO = draw({"a": Uniform(0.0, 1.0), "b": Uniform(0.0, 1.0)}, 64, indices=True)
+
+
+def made_up(**more):
+    return cells(TWO, 1.0 + TWO["a"] + 0.1 * TWO["b"], **more)
+
+
+def widths(axes):
+    return [bar.get_width() for bar in axes.patches]
+
+
+def test_strokes_are_a_density_and_no_line_joins_draws():
+    figure = any_figure(made_up())
+    top, risks, tornado = figure.axes
+    curve = next(line for line in top.lines if len(line.get_xdata()) == 200)
+    area = np.trapezoid(curve.get_ydata(), curve.get_xdata())
+    assert 0.8 < area < 1.0  # between the least and the greatest draw
+    ticks = next(line for line in top.lines if len(line.get_xdata()) == 64)
+    assert ticks.get_linestyle() == "None"
+    np.testing.assert_allclose(sorted(ticks.get_xdata()), np.sort(1.0 + TWO["a"][:64] + 0.1 * TWO["b"][:64]))
+    drawn = {float(line.get_xdata()[0]) for line in top.lines if len(line.get_xdata()) == 2}
+    assert drawn == set(tolerances(made_up())["stroke"].values.tolist())
+    assert [label.get_text() for label in risks.get_yticklabels()] == ["pull-in", "breakdown: not known", "chaos"]
+    assert [label.get_text() for label in tornado.get_yticklabels()] == ["b", "a"]  # the largest on top
+    found = tolerances(made_up())
+    order = found["total_order"].sel(end="value").values[[1, 0]]
+    np.testing.assert_allclose(widths(tornado)[:2], order)
+
+
+def test_risks_are_bars_with_their_intervals():
+    count = len(TWO["a"])
+    regime = np.where(np.arange(count) < 16, int(Regime.CHAOTIC), int(Regime.PERIODIC))
+    outcome = np.where(np.arange(count) == 20, int(Outcome.PULLED_IN), 0)
+    figure = tolerances_figure(made_up(regime=regime, outcome=outcome, breakdown=np.zeros(count)))
+    assert len(figure.axes) == 2  # a draw without a stroke: no indices
+    assert widths(figure.axes[1]) == pytest.approx([1.0 / 64.0, 0.0, 0.25])
+    assert "without a long run 1.56 %" in figure.axes[0].get_title(loc="left")
+
+
+def test_rest_is_named_and_not_drawn_as_a_density():
+    count = len(TWO["a"])
+    regime = np.full(count, int(Regime.REST))
+    figure = tolerances_figure(made_up(regime=regime))
+    assert "at rest 100 %" in figure.axes[0].get_title(loc="left")
+    assert not any(len(line.get_xdata()) == 200 for line in figure.axes[0].lines)
+
+
+def test_along_a_parameter_quantiles_are_a_band_and_risks_are_lines():
+    stroke = np.stack([TWO["a"], 2.0 * TWO["a"], 3.0 * TWO["a"]])
+    study = cells(TWO, stroke, over=[1.0, 2.0, 3.0])
+    upper, lower = any_figure(study).axes
+    found = tolerances(study)
+    np.testing.assert_allclose(upper.lines[0].get_ydata(), found["stroke"].sel(quantile=0.5))
+    assert [line.get_label() for line in lower.lines] == ["pull-in", "chaos"]
+
+
+def test_draws_over_three_axes_are_refused_in_words():
+    study = cells(TWO, np.stack([TWO["a"]] * 2), over=[1.0, 2.0]).expand_dims(prestretch=[1.0, 1.1])
+    with pytest.raises(InputError, match="take a slice"):
+        tolerances_figure(study)
+
+
+def test_draws_of_any_analysis_are_densities():
+    study = cells(TWO, TWO["a"]).drop_vars(["regime", "lowest"]).assign(status=("draw", np.ones(len(TWO["a"]))))
+    (axes,) = sweep_figure(study).axes
+    assert any(len(line.get_xdata()) == 200 for line in axes.lines)
+    assert axes.get_xlabel() != "draw"
+
+
+@pytest.mark.parametrize("values", [[2.0, 2.0, 2.0], [1.0, 2.0], [np.nan] * 3, []])
+def test_too_few_or_equal_numbers_have_no_density_curve(values):
+    axes = plt.figure().subplots()
+    density(axes, np.array(values, dtype=float))
+    assert not any(len(line.get_xdata()) == 200 for line in axes.lines)
