@@ -26,8 +26,9 @@ from gelcone.codes import Regime
 from gelcone.devices.units import FieldError
 from gelcone.errors import InputError
 from gelcone.presets import load_presets
+from gelcone.physics import statics
 from gelcone.progress import Stopped, current_watch
-from gelcone.studio import exports, look
+from gelcone.studio import exports, look, setting
 from gelcone.studio.frames import unpack
 from gelcone.studio.page import MAP_CELLS, STRIP_VALUES, Page
 from gelcone.studio.pool import LANES
@@ -342,6 +343,22 @@ def test_what_takes_long_is_not_begun_while_the_hand_moves(server, monkeypatch):
                 pass
         answer(page, "numbers")
     assert begun == [1]
+
+
+def test_another_rest_is_looked_for_once_the_hand_rests_and_shown(server, monkeypatch):
+    monkeypatch.setattr(statics, "_rests", {})
+    setting._start.cache_clear()
+    with server.page() as page:
+        snap = {"device": "snap-cone"}
+        ask(page, "look", 1, side="a", setting={**snap, "values": {"initial_height": "2 mm"}})
+        while "static pull-in" not in [own["name"] for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]]:
+            pass
+        ask(page, "look", 2, side="a", setting={**snap, "values": {"initial_height": "-2 mm"}})
+        first = answer(page, "response")[1]["x"][0]
+        assert first > 0.0
+        head, arrays = answer(page, "response", 60.0)
+        assert head["id"] == 2
+        assert arrays["x"][0] == pytest.approx(-first, rel=1e-6)
 
 
 def test_an_error_names_its_control_and_the_page_goes_on(server):

@@ -9,7 +9,8 @@ import pytest
 from gelcone import InputError
 from gelcone.analyses.request import read_subject
 from gelcone.devices.files import shipped_devices
-from gelcone.studio.grids import Source
+from gelcone.studio import setting
+from gelcone.studio.grids import Source, find_rests
 from gelcone.studio.setting import Setting, Shelf, typed
 
 
@@ -28,7 +29,7 @@ def test_a_setting_gives_what_the_command_line_gives(shelf):
     found = shelf.subject(Setting.read({"device": "biased-pump", "values": values}))
     typed = read_subject("biased-pump", settings=[f"{name}={value}" for name, value in values.items()])
     assert found.model.parameters() == typed.model.parameters()
-    assert found.initial == typed.initial
+    assert found.initial == pytest.approx(typed.initial, rel=1e-12)
     preset = shelf.subject(Setting.read({"preset": "base", "values": {"voltage": "1.04", "displacement": "0.5"}}))
     assert (preset.model.voltage, preset.initial) == (1.04, (0.5, 0.0))
 
@@ -164,7 +165,7 @@ def test_every_control_sets_what_the_command_line_sets(shelf, base):
         setting = Setting.read({**given_by(base), "values": {control.name: text}})
         found, expected = shelf.subject(setting), read_subject(base.device, **typed(setting))
         assert found.model.parameters() == expected.model.parameters(), control.name
-        assert np.array_equal(found.initial, expected.initial), control.name
+        np.testing.assert_allclose(found.initial, expected.initial, rtol=1e-12, err_msg=control.name)
         plain = shelf.subject(base)
         assert (found.model.parameters(), found.initial) != (plain.model.parameters(), plain.initial), control.name
 
@@ -205,3 +206,46 @@ def test_choices_alone_say_which_controls_there_are():
     setting = Setting(preset="base", values={"law": "yeoh", "voltage": "1", "film": "taut"})
     assert setting.chosen == Setting(preset="base", values={"law": "yeoh", "film": "taut"})
     assert setting.base == Setting(preset="base")
+
+
+# --- rests that continue the last one ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("device", sorted(shipped_devices()))
+def test_a_rest_under_the_hand_is_that_of_a_search_without_one(shelf, device, monkeypatch):
+    base = Setting(device=device)
+    control = next(c for c in shelf.controls(base) if c.name == "spring_rate")
+    value = control.value or 0.05 * control.high
+    setting._start.cache_clear()
+    shelf.subject(base)
+    monkeypatch.setattr("gelcone.physics.statics.every_balance", lambda *given: pytest.fail("searched"))
+    settings = [Setting(device=device, values={"spring_rate": f"{s * value:.6g} N/m"}) for s in (1.01, 1.03, 1.06)]
+    found = [shelf.subject(own) for own in settings]
+    monkeypatch.undo()
+    for given, own in zip(settings, found, strict=True):
+        expected = read_subject(device, **typed(given))
+        np.testing.assert_allclose(own.initial, expected.initial, rtol=1e-10, atol=1e-12)
+        numbers = [model.parameters() for model in (own.model, expected.model)]
+        one, other = ({n: v for n, v in some.items() if isinstance(v, float)} for some in numbers)
+        assert one == pytest.approx(other, rel=1e-10)
+
+
+def test_a_rest_that_a_search_finds_elsewhere_takes_the_place_of_the_guess(shelf):
+    above, below = (Setting(device="snap-cone", values={"initial_height": f"{h} mm"}) for h in (2, -2))
+    first = shelf.subject(above).initial[0]
+    assert shelf.subject(below).initial[0] == pytest.approx(first)  # it stays in its well
+    keys = shelf.guesses(below)
+    found = find_rests(Source(shelf.path(below), None, typed(below)), list(keys))
+    assert keys
+    assert keys.keys() == found.keys()
+    assert shelf.confirm(below, found) == pytest.approx(2.0 * first)
+    assert shelf.subject(below).initial[0] == read_subject("snap-cone", **typed(below)).initial[0] < 0.0
+    assert shelf.guesses(below) == {}
+    assert shelf.confirm(below, {}) == 0.0
+
+
+def test_a_rest_far_away_is_searched_for(shelf):
+    shelf.subject(Setting(device="biased-pump"))
+    far = Setting(device="biased-pump", values={"initial_height": "40 mm"})
+    assert shelf.subject(far).initial == read_subject("biased-pump", **typed(far)).initial
+    assert shelf.guesses(far) == {}

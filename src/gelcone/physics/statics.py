@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator, MutableMapping, Sequence
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 import numpy as np
@@ -82,19 +84,87 @@ def rest_displacements(model: Ensemble) -> Any:
     sets, firsts, which = _alike(members)
     keys = [(members.system, own.tobytes()) for own in sets]
     found = [_rests.get(key) for key in keys]
+    trail = getattr(_thread, "trail", None)
+    guessed = {} if trail is None else trail.guessed
     for place in (place for place, rest in enumerate(found) if rest is None):
-        found[place] = _rest(*every_balance(members.take(firsts[place : place + 1])))
-    if len(_rests) > MOST_RESTS:
-        _rests.clear()
-    _rests.update(zip(keys, found, strict=True))
+        one = members.take(firsts[place : place + 1])
+        if trail is not None and (guess := _continued(one, trail.places.get(members.system))) is not None:
+            found[place] = guessed[keys[place]] = guess
+        else:
+            found[place] = _rest(*every_balance(one))
+    keep_rests({key: rest for key, rest in zip(keys, found, strict=True) if rest is not None and key not in guessed})
+    if trail is not None:
+        trail.places[members.system] = found[-1]
     rests = np.array(found)[which]
     return rests.reshape(model.shape) if model.shape else float(rests[0])
 
 
+RestKey = tuple[ConeSystem, bytes]
+"""A system and the numbers of its films and bias."""
 MOST_RESTS = 1024
 """Those that are kept besides an ensemble's own."""
-_rests: dict[tuple[ConeSystem, bytes], Any] = {}
-"""System and numbers of its films and bias -> rest."""
+_rests: dict[RestKey, float] = {}
+
+
+def keep_rests(found: dict[RestKey, float]) -> None:
+    """Keeps rests, also those that were searched for in another process."""
+    if len(_rests) > MOST_RESTS:
+        _rests.clear()
+    _rests.update(found)
+
+
+def kept_rests(keys: Sequence[RestKey]) -> dict[RestKey, float]:
+    """Those of some rests that are kept."""
+    return {key: _rests[key] for key in keys if key in _rests}
+
+
+# --- rests of a parameter under the hand ------------------------------------------------------------------------------
+
+FARTHEST = 0.1
+"""How far a rest may lie from the one that it continues, in units of b - a."""
+MOST_STEPS = 12
+_thread = threading.local()
+
+
+class _Trail:
+    def __init__(self, places: MutableMapping[ConeSystem, float]) -> None:
+        self.places, self.guessed = places, dict[RestKey, float]()
+
+
+@contextmanager
+def continuing(places: MutableMapping[ConeSystem, float]) -> Iterator[dict[RestKey, float]]:
+    """In this thread `rest_displacements` starts from the last rest in ``places``, which it keeps up to date, where
+    none is known: some Newton steps in place of a search. What was found so is not kept, for another stable rest may
+    lie nearer to where the bias is free; it is in the mapping that this gives, so that one may search for it later.
+    """
+    before, _thread.trail = getattr(_thread, "trail", None), _Trail(places)
+    try:
+        yield _thread.trail.guessed
+    finally:
+        _thread.trail = before
+
+
+def _continued(member: Members, near: float | None) -> float | None:
+    """The stable rest of a single member that Newton's method reaches from ``near``; None where none is close by."""
+    if near is None or math.isnan(near):
+        return None
+    n, x = member.numbers_at(0), near
+    for _ in range(MOST_STEPS):
+        with np.errstate(all="ignore"):
+            force, slope = (float(value) for value in member.system.static_force(np.asarray(x), np.asarray(0.0), n))
+        if not (slope > 0.0 and math.isfinite(force)):
+            return None
+        step = force / slope
+        x -= step
+        if not abs(x - near) < FARTHEST:
+            return None
+        if abs(step) <= NEWTON_ROUNDING * (1.0 + abs(x)):
+            return x
+    return None
+
+
+NEWTON_ROUNDING = 1e-13
+"""A Newton step of less than this share is rounding."""
 
 
 def _rest(balance: StaticBalance) -> float:

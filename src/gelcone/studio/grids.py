@@ -26,6 +26,7 @@ from gelcone.motion.attractor.classification import RETURNS
 from gelcone.motion.limits import limits_cells
 from gelcone.motion.settle import start_states
 from gelcone.physics.members import Members
+from gelcone.physics.statics import RestKey, kept_rests
 from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
 from gelcone.studio import look
@@ -166,6 +167,12 @@ def find_pull_in(source: Source) -> float:
 def find_static(source: Source) -> xr.Dataset:
     """`look.static_of` a subject."""
     return look.static_of(source.subject().model)
+
+
+def find_rests(source: Source, keys: list[RestKey]) -> dict[RestKey, float]:
+    """Those of a subject's rests, which are searched for while it is read."""
+    source.subject()
+    return kept_rests(keys)
 
 
 def kinds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:

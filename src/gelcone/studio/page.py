@@ -22,17 +22,16 @@ from gelcone.analyses.request import Subject
 from gelcone.atlas.processes import ProcessesEnded
 from gelcone.codes import Regime
 from gelcone.errors import InputError, MissingDependency
-from gelcone.motion.job import Trajectories
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, Watch, watching
 from gelcone.studio import exports, look
 from gelcone.studio.controls import as_json
 from gelcone.studio.frames import pack
-from gelcone.studio.grids import Axis, Source, axis, find_pull_in, find_static, load
+from gelcone.studio.grids import Axis, Source, axis, find_pull_in, find_rests, find_static, load
 from gelcone.studio.long_work import Outdated, Work, draw_envelope, fill_map, fill_strip, make_file
 from gelcone.studio.pool import Pool
 from gelcone.studio.setting import OWN_FILE, Setting, Shelf, typed
-from gelcone.studio.slot import Slot
+from gelcone.studio.slot import GRACE, Slot
 
 _log = logging.getLogger(__name__)
 RATE, BURST = 200.0, 400
@@ -45,6 +44,11 @@ THREADS = 3
 LANES = ("map", "strip", "envelope", "export")
 """Long work, each in a lane of its own."""
 SIDES = ("a", "b")
+CHEAP = 0.02
+"""Seconds in which a kind of motion is found that is looked for with every picture."""
+WANDERING = (Regime.CHAOTIC, Regime.QUASI_PERIODIC, Regime.TRANSIENT)
+SAME_REST = 1e-9
+"""Rests closer than this, in units of b - a, are one in a picture, but of a chaotic motion."""
 RESTED_SECONDS = 0.2
 """Without a newer look, after which what takes longer than a picture is computed."""
 MAP_CELLS = (65, 49)
@@ -62,6 +66,8 @@ class Page:
         self.socket, self.shelf, self.pool, self.saving = socket, shelf, pool, saving
         self.first, self.second = Slot(self._look, patient=True), Slot(self._examine)
         self._threads = ThreadPoolExecutor(THREADS, initializer=permission.limit, initargs=(shelf.names,))
+        self._done, self._taken = dict.fromkeys(SIDES, 0.0), dict.fromkeys(SIDES, 0.0)
+        """When the kind of motion of each side was examined last, and for how long."""
         self._sending = asyncio.Lock()
         self._lanes = {name: self._pool(name).lane() for name in (*LANES, *SIDES)}
         self._tasks: set[asyncio.Task[None]] = set()
@@ -178,6 +184,19 @@ class Page:
     async def _examine(self, side: str, job: tuple[dict[str, Any], Subject]) -> None:
         """The kind of motion with its evidence, more section points if it does not repeat, and the open panels."""
         request, subject = job
+        loop, taken = asyncio.get_running_loop(), self._taken[side]
+        # what costs more than a picture takes half of the time while the hand moves; what would be stopped then, waits
+        # until it rests
+        pause = 0.0 if taken < CHEAP else taken - (loop.time() - self._done[side]) if taken < GRACE else GRACE
+        await self.second.until(loop.time() + pause)
+        began = loop.time()
+        try:
+            await self._examine_now(side, request, subject)
+        finally:
+            self._done[side] = loop.time()
+            self._taken[side] = self._done[side] - began
+
+    async def _examine_now(self, side: str, request: dict[str, Any], subject: Subject) -> None:
         wanted = ["kind", *(name for name in ("spectrum",) if name in request["panels"])]
         for name in wanted:
             self.second.refines = name == "section"
@@ -192,13 +211,14 @@ class Page:
             await self._show(name, request, parts)
             self.pool.warm(load)
             if name == "kind":
-                self._start(side, request, partial(self._afterwards, request, subject, parts.run))
-            if name == "kind" and parts.words["regime"] in (Regime.CHAOTIC, Regime.QUASI_PERIODIC, Regime.TRANSIENT):
+                self._start(side, request, partial(self._afterwards, request, subject, parts))
+            if name == "kind" and parts.words["regime"] in WANDERING:
                 wanted.append("section")
 
-    async def _afterwards(self, request: Mapping[str, Any], subject: Subject, run: Trajectories | None) -> None:
+    async def _afterwards(self, request: dict[str, Any], subject: Subject, kind: look.Settled) -> None:
         """What is kept of other drives at once; once the hand rests, current and power, pull-in and equilibria."""
-        model, side, drawn = subject.model, request["side"], "statics" in request["panels"]
+        model, side, drawn, run = subject.model, request["side"], "statics" in request["panels"], kind.run
+        wanders = kind.words["regime"] in WANDERING
 
         async def show(kind: str, compute: Callable[..., look.Parts], *given: Any) -> None:
             loop = asyncio.get_running_loop()
@@ -216,6 +236,12 @@ class Page:
         work = Work(self.pool, lane, self.pool.begin(lane), request["id"], self.send)
         source = await self._in_thread(lambda asked: self.source(asked["setting"]), request)
         try:
+            if guesses := self.shelf.guesses(request["setting"]):
+                found = await work.do(find_rests, source, list(guesses))
+                moved = self.shelf.confirm(request["setting"], found)
+                if moved > SAME_REST or (moved > 0.0 and wanders):  # it rests elsewhere: another picture
+                    self.first.give(side, request)
+                    return
             if not pull_in_kept:
                 with suppress(InputError):
                     look.keep_pull_in(model, await work.do(find_pull_in, source))

@@ -25,6 +25,8 @@ from gelcone.devices.files import shipped_devices
 from gelcone.devices.units import DIMENSIONS, FieldError
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.component import class_names
+from gelcone.physics.statics import RestKey, continuing, keep_rests
+from gelcone.physics.system import ConeSystem
 from gelcone.presets import load_presets
 from gelcone.studio.controls import CHOICES, Control, controls_of, leaf
 from gelcone.studio.grids import changed, device_in
@@ -92,6 +94,10 @@ class Shelf:
 
     def __init__(self, given: Path | None = None, names: frozenset[str] = frozenset()) -> None:
         self.given, self.names = given, names
+        self._places: dict[_Key, dict[ConeSystem, float]] = {}
+        """Where each device rested last."""
+        self._guesses: dict[tuple[_Key, _Texts], dict[RestKey, float]] = {}
+        """Settings whose rest continues another one, and has not been searched for."""
         self.devices: Mapping[str, Path] = shipped_devices() | ({} if given is None else {given.stem: given.resolve()})
         """Name -> file."""
 
@@ -133,15 +139,37 @@ class Shelf:
             if setting.preset is not None:
                 return read_subject(**typed(setting))
             try:
-                texts = read_pairs(typed(setting)["settings"], device=True) if setting.values else {}
-                own = tuple((name, text) for name, text in sorted(texts.items()) if name not in DRIVE_NUMBERS)
-                found = _device(key, own)
-                found = found.redriven({name: read_value(texts[name]) for name in DRIVE_NUMBERS if name in texts})
-                return Subject(found.to_model(), found, _start(key, own))
+                texts, own = _split(typed(setting)["settings"]) if setting.values else ({}, ())
+                places = _bounded(self._places).setdefault(key, {})
+                with continuing(places) as guessed:
+                    found = _device(key, own)
+                    found = found.redriven({name: read_value(texts[name]) for name in DRIVE_NUMBERS if name in texts})
+                    subject = Subject(found.to_model(), found, _start(key, own))
+                if guessed:
+                    _bounded(self._guesses).setdefault((key, own), {}).update(guessed)
+                return subject
             except InputError as error:
                 if setting.file is None:
                     raise
                 raise FieldError(getattr(error, "field", "file"), str(error)) from None
+
+    def guesses(self, setting: Setting) -> dict[RestKey, float]:
+        """The rests of a setting that continue those of another, and have not been searched for."""
+        return self._guesses.get((self._key(setting), self._own(setting)), {})
+
+    def confirm(self, setting: Setting, found: dict[RestKey, float]) -> float:
+        """Takes the rests of a setting that a search found; how far from the guess they are, in units of b - a."""
+        guesses = self._guesses.pop((self._key(setting), self._own(setting)), {})
+        keep_rests(found)
+        moved = max((abs(found.get(key, guess) - guess) for key, guess in guesses.items()), default=0.0)
+        if moved > 0.0:
+            self._places.get(self._key(setting), {}).update({system: rest for (system, _), rest in found.items()})
+            _start.cache_clear()
+        return moved
+
+    def _own(self, setting: Setting) -> _Texts:
+        """The values of a setting that are not its drive's."""
+        return () if not setting.values else _split(typed(setting)["settings"])[1]
 
     def _check(self, setting: Setting) -> None:
         """`InputError` for values that are not of controls, which those of a setting with fewer values are."""
@@ -166,6 +194,20 @@ class Shelf:
 
 _Key = tuple[Path | None, int, str | None]
 """A device: its file and when that was changed, or its text."""
+_Texts = tuple[tuple[str, str], ...]
+MOST_KEPT = 256
+
+
+def _split(settings: list[str]) -> tuple[Mapping[str, str], _Texts]:
+    """All settings by name, and those that are not the drive's, in order."""
+    texts = read_pairs(settings, device=True)
+    return texts, tuple((name, text) for name, text in sorted(texts.items()) if name not in DRIVE_NUMBERS)
+
+
+def _bounded(store: dict[Any, Any]) -> dict[Any, Any]:
+    if len(store) >= MOST_KEPT:
+        store.clear()
+    return store
 
 
 @lru_cache(maxsize=64)
@@ -176,7 +218,7 @@ def _controls(
 
 
 @lru_cache(maxsize=64)
-def _device(key: _Key, texts: tuple[tuple[str, str], ...] = ()) -> Device:
+def _device(key: _Key, texts: _Texts = ()) -> Device:
     """A device with other fields as they were typed."""
     if texts:
         return _device(key).replace_quietly({name: read_value(text) for name, text in texts})
@@ -188,7 +230,7 @@ def _device(key: _Key, texts: tuple[tuple[str, str], ...] = ()) -> Device:
 
 
 @lru_cache(maxsize=64)
-def _start(key: _Key, texts: tuple[tuple[str, str], ...]) -> Any:
+def _start(key: _Key, texts: _Texts) -> Any:
     """`Device.initial_state` of a `_device`, which no drive changes."""
     return _device(key, texts).initial_state()
 

@@ -19,6 +19,7 @@ from gelcone.progress import Stopped, Watch
 
 GRACE = 0.15
 """Seconds that what runs may go on after something newer has come."""
+LOOK_SECONDS = 0.01
 
 
 class Slot:
@@ -74,6 +75,14 @@ class Slot:
                 except Stopped:
                     if self.patient:
                         self._unanswered.add(self._side)
+
+    async def until(self, moment: float) -> None:
+        """Waits until a moment of the loop's clock; `Stopped` once something newer for the side has come."""
+        loop = asyncio.get_running_loop()
+        while (left := moment - loop.time()) > 0.0:
+            if self._side in self._next:
+                raise Stopped
+            await asyncio.sleep(min(left, LOOK_SECONDS))
 
     def end(self) -> None:
         self.watch.stop.set()
