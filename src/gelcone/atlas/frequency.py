@@ -424,9 +424,9 @@ def _label(
     step = "drive_frequency" if shared else "step"
     each, wave, linear_wave = ("branch", step), ("branch", "harmonic", step), ("harmonic", step)
     harmonics, phase = np.moveaxis(swept.harmonics, -1, 2), np.moveaxis(swept.phases, -1, 2)
-    linear = [linear_response(model.take(i), own) for i, own in enumerate(grid)]
-    lines = np.zeros((len(linear), len(HARMONICS), grid.shape[1]), dtype=complex)
-    lines[:, :2] = [response.harmonics for response in linear]
+    linear = linear_response(model.members(), grid)
+    lines = np.zeros((len(grid), len(HARMONICS), grid.shape[1]), dtype=complex)
+    lines[:, :2] = linear.harmonics
     line_phase = np.where(np.abs(lines) > 0.0, np.degrees(np.angle(lines)), np.nan)
     variables: dict[str, dataset.Variable] = {
         "amplitude": (each, swept.amplitude, "half of what the settled motion covers", "length"),
@@ -439,7 +439,7 @@ def _label(
         "harmonic_phase": (wave, phase, "phase of the harmonic ahead of the voltage's", "angle"),
         "linear_stroke": (
             (step,),
-            np.stack([one.stroke for one in linear]),
+            linear.stroke,
             "stroke by linear theory",
             dataset.absent("length"),
         ),

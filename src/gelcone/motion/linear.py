@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,11 +14,14 @@ from gelcone.devices.analysis import check_model, for_devices
 from gelcone.devices.device import Device
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import stroke_and_blocked_force
+from gelcone.physics.balance import rest_of
+from gelcone.physics.circuit import Circuit
 from gelcone.physics.component import State
 from gelcone.physics.differentiate import gradients
 from gelcone.physics.drive import PHASES
+from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
-from gelcone.physics.statics import rest_displacement
+from gelcone.physics.statics import each, every_balance, rest_displacements
 from gelcone.quantity import Array, Frequencies
 
 if TYPE_CHECKING:
@@ -113,111 +115,111 @@ def _scales(states: tuple[State, ...], device: Device | None) -> tuple[Array, fl
 
 @dataclass(frozen=True)
 class LinearResponse:
-    """``stroke`` (frequencies,), and the complex amplitudes of the first two ``harmonics`` (2, frequencies) of the
-    drive: the displacement is the imaginary part of harmonic times exp(i k omega t)."""
+    """``stroke`` (..., frequencies), and the complex amplitudes of the first two ``harmonics`` (..., 2, frequencies) of
+    the drive, with the ensemble's axis before where there is one: the displacement is the imaginary part of harmonic
+    times exp(i k omega t)."""
 
     stroke: Array
     harmonics: npt.NDArray[np.complex128]
 
 
-def linear_response(model: ConeModel, frequencies: Array) -> LinearResponse:
-    """The response to the model's own drive, linearised about the equilibrium under its mean-square voltage.
+def linear_response(model: Ensemble, frequencies: Array) -> LinearResponse:
+    """The response to the members' own drives, linearised about the equilibria under their mean-square voltages.
 
     The force goes with the square of the film's voltage, whose harmonics drive the disc: for a sine with bias, that at
     the drive frequency with 2 v0 v, and at twice that with v^2/2. With a bias and a small amplitude this is
-    `small_signal_response`. NaN where there is no equilibrium, or an unstable one. ``model`` is a single one,
-    ``frequencies`` are angular.
+    `small_signal_response`. NaN where there is no equilibrium, or an unstable one. ``frequencies`` are angular,
+    (frequencies,) or (members, frequencies).
     """
+    members = model.members()
     omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
-    # Only a circuit makes the film's voltage, and with it the equilibrium, depend on the frequency.
-    equilibrium = cache(partial(_equilibrium, model))
-    found = [_harmonics(model, float(frequency), equilibrium) for frequency in omega]
-    harmonics = np.stack(found, axis=1)
+    omega = np.broadcast_to(omega, (members.size, omega.shape[-1]))
+    harmonics = _harmonics(members, omega)
     turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)
-    orders = np.arange(1, len(harmonics) + 1)
-    motion = np.einsum("kf,kp->fp", harmonics, turn ** orders[:, None]).imag
-    return LinearResponse(np.ptp(motion, axis=1), harmonics[:2])
+    orders = np.arange(1, HARMONICS + 1)
+    motion = np.einsum("mfk,kp->mfp", harmonics, turn ** orders[:, None]).imag
+    found = LinearResponse(np.ptp(motion, axis=2), np.moveaxis(harmonics[..., :2], -1, 1))
+    return found if model.shape else LinearResponse(found.stroke[0], found.harmonics[0])
 
 
 def stiffness_under(model: ConeModel) -> float:
     """Slope of the static force at rest under the mean squares of a single model's drive, at its own frequency; NaN
     where there is no equilibrium."""
-    voltages = _film_voltages(model, float(model.drive_frequency))
-    return _equilibrium(model, tuple(float(np.mean(voltage**2)) for voltage in voltages))[1]
+    members = model.members()
+    voltages = _film_voltages(members, np.full((1, 1), float(model.drive_frequency)))
+    return float(_equilibria(members, [np.mean(voltage**2, axis=-1) for voltage in voltages])[1][0, 0])
 
 
-def _equilibrium(model: ConeModel, mean_squares: tuple[float, ...]) -> tuple[float, float]:
-    """Displacement and stiffness at rest under the mean squares of the films' voltages; NaN where there is none."""
-    try:
-        if len(model.system.films) > 1:
-            return _under_both(model, *mean_squares)
-        level = float(np.sqrt(mean_squares[0]))
-        place = equilibrium_under_bias(model, level)
-        return place, float(model.stiffness(place, level))
-    except InputError:
-        return np.nan, np.nan
+def _equilibria(members: Members, mean_squares: Sequence[Array]) -> tuple[Array, Array]:
+    """Displacement and stiffness at rest under the mean squares of the films' voltages, (members, levels) each; NaN
+    where there is none."""
+    if len(members.system.films) > 1:
+        return _under_both(members, mean_squares)
+    (squared,) = mean_squares
+    balances = every_balance(members)
+    rests = each(rest_of, balances, [None] * len(balances))
+    place = np.stack(
+        [balance.along_ramp(rest, own)[0] for balance, rest, own in zip(balances, rests, squared, strict=True)]
+    )
+    return place, np.asarray(members.stiffness(place, np.sqrt(squared)))
 
 
-def _harmonics(
-    model: ConeModel, frequency: float, equilibrium: Callable[[tuple[float, ...]], tuple[float, float]]
-) -> npt.NDArray[np.complex128]:
-    """Complex amplitudes (HARMONICS,) of the displacement at multiples of one drive frequency."""
-    system, n = model.system, model.numbers()
-    damping = float(model.damping_ratio)
-    orders = np.arange(1, HARMONICS + 1)
-    voltages = _film_voltages(model, frequency)
-    mean_squares = tuple(float(np.mean(voltage**2)) for voltage in voltages)
-    level = float(np.sqrt(mean_squares[0]))
-    place, stiffness = equilibrium(mean_squares)
-    if not stiffness > 0.0:
-        return np.full(HARMONICS, np.nan + 0j)
-    squares = (level**2, *mean_squares[1:])
-    gains = [
-        float(film.voltage_gain(np.float64(place), squared, n))
-        for film, squared in zip(system.films, squares, strict=True)
-    ]
+def _harmonics(members: Members, omega: Array) -> npt.NDArray[np.complex128]:
+    """Complex amplitudes (members, frequencies, HARMONICS) of the displacement at multiples of drive frequencies."""
+    n = members.numbers(trailing=1)
+    voltages = _film_voltages(members, omega)
+    mean_squares = [np.mean(voltage**2, axis=-1) for voltage in voltages]
+    place, stiffness = _equilibria(members, mean_squares)
     # amplitudes as multiples of sines: the displacement is the imaginary part of the sum
-    drive = np.zeros(HARMONICS, dtype=complex)
-    for gain, voltage, mean_square in zip(gains, voltages, mean_squares, strict=True):
-        harmonics = 2j * np.fft.fft(voltage**2)[1 : HARMONICS + 1] / PHASES
-        harmonics[np.abs(harmonics) < ROUNDING * mean_square] = 0.0
-        drive += gain * harmonics
-    multiples = orders * frequency
-    return np.asarray(drive / (stiffness - multiples**2 + 2j * damping * multiples))
+    drive = np.zeros((*place.shape, HARMONICS), dtype=complex)
+    for film, voltage, mean_square in zip(members.system.films, voltages, mean_squares, strict=True):
+        with np.errstate(all="ignore"):
+            gain = np.broadcast_to(film.voltage_gain(place, mean_square, n), place.shape)
+        harmonics = 2j * np.fft.fft(voltage**2)[..., 1 : HARMONICS + 1] / PHASES
+        harmonics[np.abs(harmonics) < ROUNDING * mean_square[..., None]] = 0.0
+        drive = drive + gain[..., None] * harmonics
+    multiples = np.arange(1, HARMONICS + 1) * omega[..., None]
+    damping = members.values["damping_ratio"][:, None, None]
+    response = drive / (stiffness[..., None] - multiples**2 + 2j * damping * multiples)
+    stable = np.broadcast_to((stiffness > 0.0)[..., None], response.shape)
+    return np.where(stable, response, np.nan)
 
 
-def _film_voltages(model: ConeModel, frequency: float) -> list[Array]:
-    """The films' voltages at `PHASES` phases of a drive of this frequency, through the circuit's gain."""
-    system, n = model.system, model.numbers()
-    samples = system.waveform.samples(n)
+def _film_voltages(members: Members, omega: Array) -> list[Array]:
+    """The films' voltages at `PHASES` phases of drives of frequencies (members, frequencies), through the circuit's
+    gain, (members, frequencies, PHASES), or (members, 1, PHASES) where the circuit changes nothing."""
+    system, n = members.system, members.numbers(trailing=2)
+    samples = system.waveform.samples(members.numbers(trailing=1))
 
     def through(commanded: Array) -> Array:
+        if type(system.circuit).gain is Circuit.gain:
+            return commanded
         harmonics = np.fft.rfft(commanded)
-        gains = np.array([complex(system.circuit.gain(k * frequency, n)) for k in range(len(harmonics))])
-        return np.fft.irfft(gains * harmonics, PHASES)
+        multiples = np.arange(harmonics.shape[-1]) * omega[..., None]
+        return np.fft.irfft(system.circuit.gain(multiples, n) * harmonics, PHASES)
 
     lines = [system.line_of(film) for film in range(len(system.films))]
     commands = [np.asarray(system.command_of(line, samples, n)) for line in lines]
+    commands = [np.broadcast_to(command, (members.size, 1, PHASES)) for command in commands]
     return [
         command if line.drive == "constant" else through(command) for line, command in zip(lines, commands, strict=True)
     ]
 
 
-def _under_both(model: ConeModel, *squares: float) -> tuple[float, float]:
-    """Where a double cone rests under constant voltages that both rose from 0 together, and its stiffness there.
-
-    Raises `InputError` where it loses its stability on the way.
-    """
-    system, n = model.system, model.numbers()
-    x = np.float64(rest_displacement(model))
-    stiffness = np.float64(np.nan)
+def _under_both(members: Members, mean_squares: Sequence[Array]) -> tuple[Array, Array]:
+    """Where double cones rest under constant voltages that all rose from 0 together, and their stiffness there; NaN
+    where one loses its stability on the way."""
+    system, n = members.system, members.numbers(trailing=1)
+    squares = np.broadcast_arrays(*mean_squares)
+    x = np.broadcast_to(np.reshape(rest_displacements(members), (-1, 1)), squares[0].shape)
+    stiffness = np.full(x.shape, np.nan)
     for share in np.linspace(0.0, 1.0, RAMP):
-        for _ in range(NEWTON_STEPS):
-            force, stiffness = system.force_under(x, [share * squared for squared in squares], n)
-            x = x - force / stiffness
-        if not (np.isfinite(x) and stiffness > 0.0):
-            raise InputError("voltage: beyond the loss of stability, there is no equilibrium; lower it")
-    return float(x), float(stiffness)
+        with np.errstate(all="ignore"):
+            for _ in range(NEWTON_STEPS):
+                force, stiffness = system.force_under(x, [share * squared for squared in squares], n)
+                x = x - force / stiffness
+            x = np.where(np.isfinite(x) & (stiffness > 0.0), x, np.nan)
+    return x, np.where(np.isnan(x), np.nan, stiffness)
 
 
 @for_devices

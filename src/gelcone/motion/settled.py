@@ -17,7 +17,7 @@ from gelcone.motion.attractor.cycle import Cycles, sampled
 from gelcone.motion.attractor.search import search
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import linear_response
-from gelcone.motion.settle import check_budgets, single, start_states
+from gelcone.motion.settle import check_budgets, start_states
 from gelcone.motion.validity import unknown, validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -177,9 +177,9 @@ def settled_cells(
             "threads": threads,
         }
         found.put(losing, settled_swing(members.take(losing), states[losing], progress=progress, **options))
-    for row in np.flatnonzero(found.outcome == Outcome.OK):
-        alone = single(members, int(row))
-        linear[row] = linear_response(alone, np.array([alone.drive_frequency])).stroke[0]
+    if (ran := found.outcome == Outcome.OK).any():
+        part = members.take(ran)
+        linear[ran] = linear_response(part, part.number("drive_frequency")[:, None]).stroke[:, 0]
     return Findings(
         {
             "stroke": ((), 2.0 * found.amplitude, "stroke of the settled motion, peak to peak", "length"),
