@@ -534,7 +534,7 @@ def test_the_defaults_are_those_of_the_table():
     expected |= {"stretch_limit": 50.0, "prestretch_mode": "radial", "law": "gent"}
     expected |= {"film": "taut", "bias": "spring", "waveform": "sine", "circuit": "ideal"}
     others = [name for kind in (LAWS, BIASES) for part in kind.values() for name in part.parameters]
-    others += [name for name in PARAMETERS if name.startswith("second_")]
+    others += [name for name in PARAMETERS if name.startswith("second_")] + ["radius_ratio"]
     own = {*LAWS["gent"].parameters, *BIASES["spring"].parameters}
     assert parameters == {name: value for name, value in expected.items() if name in own or name not in others}
 
@@ -551,7 +551,8 @@ def test_every_parameter_name_is_known_once_and_accepts_its_default():
         assert quantity.meaning
         law = next((law.name for law in LAWS.values() if name.removeprefix("second_") in law.parameters), "gent")
         bias = next((bias.name for bias in BIASES.values() if name in bias.parameters), "spring")
-        second = {"second_film": "taut", "second_drive": "constant"} if name.startswith("second_") else {}
+        film = "membrane" if name.endswith("radius_ratio") else "taut"
+        second = {"second_film": film, "second_drive": "constant"} if name.startswith("second_") else {"film": film}
         m = ConeModel.from_parameters({name: quantity.default, "law": law, "bias": bias} | second)
         assert m.parameters()[name] == quantity.default
 

@@ -49,10 +49,10 @@ def subject_parameters() -> list[click.Parameter]:
         ),
         click.Option(
             ["--film"],
-            metavar="taut|wrinkling|continuum|FILE",
+            metavar="taut|wrinkling|membrane|continuum|FILE",
             help="The film as a homogeneous cone: taut bears compression (the paper's; default without a device), "
-            "wrinkling wrinkles instead (default of devices); as a continuum, fitted on first use and kept (for the "
-            "device's a/b, or --set radius_ratio=..., default 0.2); or one that "
+            "wrinkling wrinkles instead (default of devices); membrane is the membrane that wrinkles; as a continuum, "
+            "fitted on first use and kept (for the device's a/b, or --set radius_ratio=..., default 0.2); or one that "
             "gelcone validate --fit wrote.",
         ),
     ]

@@ -104,7 +104,10 @@ def _cone(device: DeviceFields, damping_ratio: Any, film: Film | str) -> ConeMod
         for parameter, (field, quantity) in numbers_of(device).items()
         if (value := device.get(field)) is not None
     }
-    gel = isinstance(component_of("film", film), GelFilm)
+    own = component_of("film", film)
+    if "radius_ratio" in own.parameters:
+        numbers["radius_ratio"] = device.disc_radius / device.film_radius
+    gel = isinstance(own, GelFilm)
     if gel:
         numbers |= {"law": device.material.law, "prestretch_mode": device.prestretch_mode}
     else:

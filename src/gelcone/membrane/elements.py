@@ -24,12 +24,14 @@ from gelcone.membrane.gel import Array, Gel
 GRADING = 1.6
 """Exponent of the elements' places over ln R."""
 ROUNDS = 60
-ACCURATE = 1e-10
-"""Largest step of a node, over its element, of a state that was found."""
+ACCURATE = 1e-9
+"""Largest change of an element in the last round, over its length, of a state that was found."""
 LARGEST_STEP = 0.35
-"""Of a node's step in one round, over its element."""
+"""Of the change of an element in one round, over its length."""
 LEAST_TENSION = 1e-9
 """Tension with which a slack element withstands turning, so that a state without tension is a single one."""
+BETWEEN = 6
+"""Rings between the middles of two elements at which their firmness is computed, too."""
 BAND = 3
 """Unknowns r and z of neighbouring nodes are at most three places apart."""
 
@@ -121,10 +123,11 @@ class Elements:
                 break
             at = Chains(start.V[live], r[live], z[live], done[live])
             step, width[live] = self._step(at, width[live])
-            largest = np.max(np.abs(step) / np.minimum(self.lengths[1:], self.lengths[:-1])[:, None], axis=(1, 2))
+            length = np.hypot(np.diff(at.r, axis=1), np.diff(at.z, axis=1))
+            largest = np.max(np.abs(np.diff(step, axis=1)).max(axis=2) / length, axis=1)
             share = np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300))
-            r[live, 1:-1] += share[:, None] * step[:, :, 0]
-            z[live, 1:-1] += share[:, None] * step[:, :, 1]
+            r[live] += share[:, None] * step[:, :, 0]
+            z[live] += share[:, None] * step[:, :, 1]
             converged = largest < ACCURATE
             done[live[converged]] = True
             lost = ~np.isfinite(largest)
@@ -132,7 +135,7 @@ class Elements:
         return Chains(start.V, r, z, done)
 
     def _step(self, at: Chains, width: Array) -> tuple[Array, Array]:
-        """Newton's step of the inner nodes, (states, nodes, 2), and the rings' widths."""
+        """Newton's step of the nodes, (states, nodes, 2), and the rings' widths."""
         l1, l2, cosine, sine = self.stretches(at)
         V = np.broadcast_to(at.V[:, None], l1.shape)
         with np.errstate(all="ignore"):
@@ -177,9 +180,19 @@ class Elements:
         band[:, ~ok], right[~ok] = 0.0, 0.0
         band[BAND, ~ok] = 1.0
         step = -solve_banded((BAND, BAND), band.reshape(2 * BAND + 1, -1), right.ravel(), check_finite=False)
-        step = step.reshape(states, inner, 2)
+        step = np.pad(step.reshape(states, inner, 2), ((0, 0), (1, 1), (0, 0)))
         step[~ok] = np.nan
         return step, ring.width
+
+    def least_firmness(self, at: Chains) -> Array:
+        """Of any ring of states, (states,), also between the middles of elements."""
+        l1, l2, _, _ = self.stretches(at)
+        share = np.linspace(0.0, 1.0, BETWEEN + 1)[:-1]
+        fine = [values[:, :-1, None] + np.diff(values, axis=1)[:, :, None] * share for values in (l1, l2)]
+        V = np.broadcast_to(at.V[:, None, None], fine[0].shape)
+        with np.errstate(all="ignore"):
+            found: Array = np.min(self.gel.at(fine[0], fine[1], V).firmness, axis=(1, 2))
+        return found
 
     def measures(self, at: Chains) -> Measures:
         """What states are; NaN where none was found."""

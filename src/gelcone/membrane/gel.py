@@ -143,7 +143,8 @@ class Gel:
         """The t of the first maximum of Vb; infinite without one."""
         top = min(MOST_STRETCHED, 0.5 * (self.strain_limit + 3.0) * (1.0 - 1e-6))
         t = np.geomspace(1.0 + 1e-6, top, 4001)
-        falls = np.diff(self.crumpling(t)) < 0.0
+        voltage = self.crumpling(t)
+        falls = voltage[1:] < voltage[:-1]
         if not falls.any():
             return np.inf
         first = int(np.argmax(falls))

@@ -34,7 +34,10 @@ ASSUMPTIONS = {
     "pulled_in": "a film that has pulled in",
 }
 """How the model stops being true. A film that wrinkles may be slack."""
-SLACK_IN = {"hoop_slack": ("hoop_slack", "crumpled"), "meridional_slack": ("meridional_slack", "crumpled")}
+SLACK_IN = {
+    "hoop_slack": ("hoop_slack", "crumpled", "partly_wrinkled", "wrinkled", "slack"),
+    "meridional_slack": ("meridional_slack", "crumpled", "slack"),
+}
 """States of a film that wrinkles in which each direction is slack."""
 MOST_KINDS = 5
 """States that each of two films may have (`gelcone.physics.film.film.Film.kinds`)."""

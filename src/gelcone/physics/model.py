@@ -59,7 +59,8 @@ class ConeModel(Ensemble):
         results say for which share of it the field is higher. Default None: unknown.
     law : a `StrainEnergyLaw` or the name of one in `LAWS`. Default Gent. Its parameters (Yeoh: ``yeoh_c2``,
         ``yeoh_c3``) are parameters of the model.
-    film : a `Film`: ``"taut"`` (default), the homogeneous cone, or a `ContinuumFilm` fitted for this law and
+    film : a `Film`: ``"taut"`` (default) and ``"wrinkling"``, homogeneous cones; ``"membrane"``, which takes
+        ``radius_ratio`` = a/b (default 0.2); or a `ContinuumFilm` fitted for this law and
         pre-stretch, or its JSON text.
     pull_in : where a wrinkling film pulls in: ``"first"`` (default) ends the run; for study ``"minimum"``,
         ``"memoryless"`` and ``"snap"``, see `gelcone.physics.film.wrinkling.WrinklingCone`.

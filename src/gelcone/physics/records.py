@@ -10,12 +10,13 @@ from gelcone.physics.component import find_component, to_record
 from gelcone.physics.drive import WAVEFORMS
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.fitted import FittedFilm
+from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.taut import GelFilm, TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS
 from gelcone.physics.system import ConeSystem
 
-FILMS: dict[str, Film] = {film.name: film for film in (TautCone(), WrinklingCone())}
+FILMS: dict[str, Film] = {film.name: film for film in (TautCone(), WrinklingCone(), MembraneFilm())}
 _SHIPPED = {name: to_record(film, FILMS) for name, film in FILMS.items()}
 
 

@@ -57,7 +57,7 @@ DISC_STATES = 2
 """States without which the trace of the Jacobian depends on the damping alone."""
 SHORTENING_POWERS = 2
 """Powers whose integrals bear on the length of steps."""
-MOST_TELLING = 2
+MOST_TELLING = 4
 """Switches that tell laws apart: each more of them doubles the code."""
 _ALIGNMENT = 128
 _ADDRESSES = tuple(field.name.lower() for field in list(Job)[: Job.MEMBERS])

@@ -136,8 +136,8 @@ class WrinklingCone(TautCone):
         hump, valley = _turnings(self.law, law)
         with np.errstate(all="ignore"):
             turning = np.maximum(hump, B)
-            limit = np.where(np.isinf(hump) | (valley <= B), NEVER, self._crumpling(turning, law) / G)
-            crumpling = self._crumpling(B, law) / G
+            limit = np.where(np.isinf(hump) | (valley <= B), NEVER, self.crumpling(turning, law) / G)
+            crumpling = self.crumpling(B, law) / G
         one = np.ones(np.broadcast_shapes(A.shape, hump.shape))
         return (
             own
@@ -179,7 +179,7 @@ class WrinklingCone(TautCone):
         short = 1.0 / (A * np.sqrt(np.maximum(B, 1.0))) - 1.0
         return np.where((short > 0.0) & (strain >= self.law.strain_limit(law)), short, -1.0)
 
-    def _crumpling(self, t: Any, n: Numbers) -> Any:
+    def crumpling(self, t: Any, n: Numbers) -> Any:
         """Vb(t), the V G at which the film is slack in both directions at the squared stretch t; infinite at and beyond
         the stretch limit."""
         t = np.asarray(t, dtype=float)
@@ -414,7 +414,7 @@ class WrinklingCone(TautCone):
         low = np.where(behind, least, 1.0)
         most = 0.5 * (self.strain_limit(n) + 3.0)
         high = np.minimum(np.where((n["hump"] < NEVER) & ~behind, n["hump"], most), MOST_STRETCHED)
-        return rise(lambda t: self._crumpling(t, n) - squared * n["G"], low, high)
+        return rise(lambda t: self.crumpling(t, n) - squared * n["G"], low, high)
 
     def _natural_meridian(self, xx: Any, squared: Any, n: Numbers) -> Any:
         """The m of a meridionally slack film, s1 = 0 at n = 1."""
@@ -534,7 +534,7 @@ class WrinklingCone(TautCone):
         xx = np.square(np.asarray(x, dtype=float))
         with np.errstate(all="ignore"):
             t = n["A"] * (1.0 + xx)
-            limit = np.where(t > n["end_of_slack"], self._crumpling(t, n) / n["G"], n["limit_squared"])
+            limit = np.where(t > n["end_of_slack"], self.crumpling(t, n) / n["G"], n["limit_squared"])
             limit = np.where(t >= n["valley"], UNREACHED, limit)
             if self.pull_in == "first":
                 limit = np.minimum(limit, self._localising(xx, n))
@@ -575,7 +575,7 @@ class WrinklingCone(TautCone):
         """Whether the energy's minimum has ended."""
         with np.errstate(all="ignore"):
             t = n["A"] * (1.0 + xx)
-            limit = np.where(t > n["end_of_slack"], self._crumpling(t, n) / n["G"], n["limit_squared"])
+            limit = np.where(t > n["end_of_slack"], self.crumpling(t, n) / n["G"], n["limit_squared"])
             return (squared > limit) & (t < n["valley"])
 
 

@@ -1,0 +1,158 @@
+"""All states of a film: columns of rising voltage at held heights, and the limits at which they end.
+
+A column starts from the straight cone without voltage and rises until the film falls slack, or until its innermost ring
+localises. There the firmness T11 of that ring, whose hoop the disc holds, has fallen to zero, smoothly or by a jump
+where its hoop falls slack: an equation of one ring, `longest`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gelcone.membrane.elements import Chains, Elements, Measures
+from gelcone.membrane.gel import Array, Gel, bisected
+
+LONGEST, SHORTEST, GRID = 30.0, 0.5, 500
+"""Meridional lengths of the innermost ring, over the mounted one, between which it is looked for, and how densely."""
+LIMIT_SHARE = 0.9
+"""Share of the stretch limit beside the disc up to which states are computed."""
+WEAKEST = 1e-6
+"""Of the force without voltage: a film that pulls less is slack."""
+LARGEST_CHANGE = 0.12
+"""Of an element's length from one state of a column to the next; a film that has localised changes more."""
+LOWEST_ROUNDS, LOWEST_GRID = 5, 3000
+MOST_STEPS = 150
+STEP_ROUNDS = 14
+GOLDEN = 0.6180339887498949
+
+
+def longest(gel: Gel, V: Array, grid: int = GRID) -> Array:
+    """The meridional length of the innermost ring at which it localises, (voltages,); NaN where it does not below its
+    stretch limit."""
+    lengths = np.geomspace(SHORTEST, LONGEST, grid)[:, None] * np.ones(V.size)
+    one = np.ones_like(lengths)
+    with np.errstate(all="ignore"):
+        ring = gel.at(lengths, one, np.broadcast_to(V, lengths.shape))
+        share = gel.strain(lengths * lengths, ring.width) / gel.strain_limit
+        lost = (ring.meridional > 0.0) & (share < 1.0) & (ring.firmness <= 0.0)
+        first, column = np.argmax(lost, axis=0), np.arange(V.size)
+        before = lengths[np.maximum(first - 1, 0), column]
+        found = bisected(lambda l1: -gel.at(l1, np.ones_like(l1), V).firmness, before, lengths[first, column])
+    return np.where(lost.any(axis=0) & (first > 0), found, np.nan)
+
+
+def lowest_localisation(gel: Gel, highest: float) -> float:
+    """V*, the lowest V at which any ring whose hoop is held localises; infinity if that is above ``highest``."""
+    low, high = 0.0, np.inf
+    trial = np.geomspace(1e-4 * highest, highest, 60)
+    for _ in range(LOWEST_ROUNDS):
+        localises = np.isfinite(longest(gel, trial, LOWEST_GRID))
+        if not localises.any():
+            return high
+        first = int(np.argmax(localises))
+        low, high = (float(trial[first - 1]) if first else low), float(trial[first])
+        trial = np.linspace(low, high, 13)[1:]
+    return high
+
+
+@dataclass(frozen=True)
+class Columns:
+    """States in columns: the ``column`` of each, its V and `Measures`; of each column its height, how it ended, the V
+    at which it did, and the ``top`` where it would have been left."""
+
+    column: Array
+    V: Array
+    measures: Measures
+    heights: Array
+    slack: Array
+    end: Array
+    top: Array
+
+    @cached_property
+    def first(self) -> Array:
+        """Force without voltage of each column."""
+        found = np.full(self.heights.size, np.nan)
+        start = self.V == 0.0
+        found[self.column[start]] = self.measures.force[start]
+        return found
+
+    def falls(self, values: Array) -> Array:
+        """The V of each column at which ``values`` of its states fall through zero; NaN where they do not."""
+        found = np.full(self.heights.size, np.nan)
+        for k in range(self.heights.size):
+            V, own = self.along(k, values)
+            after = np.flatnonzero((own[:-1] > 0.0) & (own[1:] <= 0.0))
+            if after.size:
+                j = after[0]
+                found[k] = V[j] + (V[j + 1] - V[j]) * own[j] / (own[j] - own[j + 1])
+        return found
+
+    def along(self, k: int, values: Array) -> tuple[Array, Array]:
+        """V and ``values`` of the states of a column, in the order of V."""
+        own = np.flatnonzero(self.column == k)
+        own = own[np.argsort(self.V[own])]
+        return self.V[own], values[own]
+
+
+def columns(
+    film: Elements, heights: Array, first: Array, top: Array, steps: int = 14, finest: float = 0.0003
+) -> Columns:
+    """Columns at ``heights`` > 0, up to V = ``top``; ``first`` is the V that a column is expected to reach.
+
+    A column rises by equal steps of that over ``steps``, after a shorter one, halved where no near state is found, and
+    ends where they are less than ``finest`` of it. Columns without a state at V = 0 are empty.
+    """
+    count = heights.size
+    now = film.found(film.cones(heights, np.zeros(count)))
+    measured = film.measures(now)
+    force, live = measured.force, np.flatnonzero(now.found & (measured.force > 0.0))
+    column, V, kept = [live], [np.zeros(live.size)], [Measures(*(v[live] for v in measured))]
+    r, z, reached = now.r.copy(), now.z.copy(), np.zeros(count)
+    rate_r, rate_z = np.zeros_like(r), np.zeros_like(z)
+    # the first steps of the columns differ, so that their states are scattered over the voltage
+    regular = np.minimum(first / steps, top)
+    step, least = regular * (1.0 - GOLDEN * np.arange(count) % 1.0 * 0.8), finest * first
+    failed, slack = np.full(count, np.inf), np.zeros(count, bool)
+    for _ in range(MOST_STEPS):
+        if not live.size:
+            break
+        h = step[live]
+        start = Chains(
+            reached[live] + h, r[live] + h[:, None] * rate_r[live], z[live] + h[:, None] * rate_z[live], slack[live]
+        )
+        after = film.found(start, STEP_ROUNDS)
+        measured = film.measures(after)
+        with np.errstate(all="ignore"):
+            change = np.max(np.abs(_lengths(after.r, after.z) / _lengths(r[live], z[live]) - 1.0), axis=1)
+            near = after.found & (film.least_firmness(after) > 0.0) & (change < LARGEST_CHANGE)
+            weak = near & (measured.force < WEAKEST * force[live])
+        good = near & ~weak
+        on, off = live[good], live[~good]
+        rate_r[on] = (after.r[good] - r[on]) / h[good, None]
+        rate_z[on] = (after.z[good] - z[on]) / h[good, None]
+        r[on], z[on], reached[on] = after.r[good], after.z[good], after.V[good]
+        column.append(on)
+        V.append(after.V[good])
+        kept.append(Measures(*(values[good] for values in measured)))
+        slack[off] = weak[~good]
+        failed[off] = after.V[~good]
+        step[off] *= 0.5
+        beyond = reached + step >= failed
+        step = np.where(beyond, 0.5 * (failed - reached), step)
+        step[on] = np.where(np.isfinite(failed[on]), step[on], regular[on])
+        step = np.minimum(step, top - reached)
+        live = live[step[live] >= 0.999 * least[live]]
+    parts = zip(*kept, strict=True)
+    found = Columns(
+        np.concatenate(column), np.concatenate(V), Measures(*(np.concatenate(part) for part in parts)), heights, slack,
+        np.minimum(0.5 * (reached + np.where(np.isfinite(failed), failed, reached)), top),
+        top,
+    )  # fmt: skip
+    return found
+
+
+def _lengths(r: Array, z: Array) -> Array:
+    return np.hypot(np.diff(r, axis=1), np.diff(z, axis=1))

@@ -1,0 +1,190 @@
+"""The force of a film as formulas: of numbers, arrays or the expressions of a program.
+
+With s = x^2, the squared voltage V, p = s/(s + c) and u, p scaled to run from -1 to 1, a film pulls the disc back with
+x k,
+
+    k = base [P(u, q) + rim^2 P1(u, q) + whole^2 P2(u, q)],
+
+in two pieces. The ``near`` one is of heights at which the film falls slack as the voltage rises, at V = W(u): q = V/W
+and base = W - V. The ``far`` one is of heights at which its innermost ring localises before, where q = V W(u) is about
+1: base = 1. ``rim`` = q - (the q at which the first hoop, at the rim, falls slack) and ``whole`` = q - (that of the
+last hoop) count where they are positive: the second derivative of the force has a kink there. The film held at s
+localises above
+
+    V = lowest + d E(t) + e E'(p),    d = p(star) - p, e = p - p(star) where they are positive, else 0,
+
+with t, (p - p0)^(1/2) scaled to run from -1 to 1: before the star its innermost ring localises, behind it another one.
+
+The numbers are those of `gelcone.membrane.table.Table`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+Numbers = Mapping[str, Any]
+PIECES = ("near", "far")
+MAIN, KINK = {"near": (4, 3), "far": (7, 3)}, (3, 2)
+"""Degrees in u and q of P, and of P1 and P2."""
+ALONE = {"near": 4, "far": 11}
+"""Degree in u of what does not depend on V."""
+SCALE = {"near": 8, "far": 3}
+"""Degree of W, which is exact only where it is the voltage of a slack film."""
+CURVE, END, AFTER = 3, 8, 3
+"""Degrees of the curves in u at which hoops fall slack, of E and of E'."""
+END_NAMES, AFTER_NAMES = [f"end_{i}" for i in range(END + 1)], [f"end_after_{i}" for i in range(AFTER + 1)]
+LENGTH = (10, 6)
+"""Degrees in u and q of the innermost ring's length and of the largest field."""
+TINY = 1e-12
+"""Added to the near W, so that a flat film without tension has a q."""
+ROUNDED = 1e-3
+"""Of p: within this distance d and e turn into 0."""
+
+
+class Pull(NamedTuple):
+    """k, its derivatives by s and V, ``rim``, ``whole``, the base, and u and q."""
+
+    k: Any
+    by_s: Any
+    by_v: Any
+    rim: Any
+    whole: Any
+    base: Any
+    u: Any
+    q: Any
+
+
+def shapes(piece: str) -> dict[str, tuple[int, ...]]:
+    """Of the numbers of a piece, by name: u = ``scale`` p + ``offset``, W = ``start`` + (u + 1) times the sum with
+    ``rise``; sums are by powers of u, or of u and q, from the constant on."""
+    main = (max(MAIN[piece][0], ALONE[piece]) + 1, MAIN[piece][1] + 1)
+    kink, length = (KINK[0] + 1, KINK[1] + 1), (LENGTH[0] + 1, LENGTH[1] + 1)
+    curve = (CURVE + 1,)
+    return {
+        "scale": (), "offset": (), "start": (), "rise": (SCALE[piece] + 1,), "main": main, "rim": kink, "whole": kink,
+        "rim_at": curve, "whole_at": curve, "disc": length, "field": length,
+    }  # fmt: skip
+
+
+def names(piece: str, what: str) -> np.ndarray[Any, np.dtype[Any]]:
+    """The names of the numbers of one kind, in their shape."""
+    shape = shapes(piece)[what]
+    found = np.empty(shape, dtype=object)
+    for place in np.ndindex(shape):
+        found[place] = "_".join([piece, what, *map(str, place)])
+    return found
+
+
+def place(s: Any, n: Numbers) -> tuple[Any, Any]:
+    """p and its derivative by s."""
+    inverse = 1.0 / (s + n["place_variable"])
+    return s * inverse, n["place_variable"] * inverse * inverse
+
+
+def pull(piece: str, s: Any, V: Any, n: Numbers, behind: tuple[Any, Any] | None = None) -> Pull:
+    """The force of one piece. ``behind`` is 1 or 0: whether ``rim`` and ``whole`` count; None: where they are
+    positive."""
+    p, p_slope = place(s, n)
+    scale = n[f"{piece}_scale"]
+    u, u_slope = scale * p + n[f"{piece}_offset"], scale * p_slope
+    power = powers(u, max(ALONE[piece], SCALE[piece]))
+    rise, rise_slope = _line(piece, "rise", n, power)
+    scale_own, scale_slope = n[f"{piece}_start"] + (u + 1.0) * rise, rise + (u + 1.0) * rise_slope
+    if piece == "near":
+        q_by_v = 1.0 / (scale_own + TINY)
+        q = V * q_by_v
+        q_by_u = -q * q_by_v * scale_slope
+    else:
+        q_by_v, q, q_by_u = scale_own, V * scale_own, V * scale_slope
+    total, by_u, by_q = tensor(piece, "main", n, power, q)
+    kinks = []
+    for k, kink in enumerate(("rim", "whole")):
+        at, at_slope = _line(piece, f"{kink}_at", n, power)
+        distance = q - at
+        kinks.append(distance)
+        counts = np.where(distance > 0.0, 1.0, 0.0) if behind is None else behind[k]
+        if getattr(counts, "value", None) == 0.0:
+            continue
+        factor, own = counts * distance, tensor(piece, kink, n, power, q)
+        square, twice = factor * factor, 2.0 * factor * own[0]
+        total = total + square * own[0]
+        by_u = by_u + square * own[1] - twice * at_slope
+        by_q = by_q + square * own[2] + twice
+    by_s, by_v = (by_u + by_q * q_by_u) * u_slope, by_q * q_by_v
+    if piece == "near":
+        base = scale_own - V
+        slope = scale_slope * u_slope * total + base * by_s
+        return Pull(base * total, slope, base * by_v - total, kinks[0], kinks[1], base, u, q)
+    return Pull(total, by_s, by_v, kinks[0], kinks[1], 1.0, u, q)
+
+
+def tension(s: Any, V: Any, n: Numbers) -> Any:
+    """Positive where a film below the cut is in tension: W - V."""
+    return _scale("near", s, n)[0] - V
+
+
+def distance(piece: str, kink: str, s: Any, V: Any, n: Numbers) -> Any:
+    """``rim`` or ``whole``."""
+    W, power = _scale(piece, s, n)
+    q = V / (W + TINY) if piece == "near" else V * W
+    return q - _line(piece, f"{kink}_at", n, power)[0]
+
+
+def _scale(piece: str, s: Any, n: Numbers) -> tuple[Any, list[Any]]:
+    """W and the powers of u."""
+    p, _ = place(s, n)
+    u = n[f"{piece}_scale"] * p + n[f"{piece}_offset"]
+    power = powers(u, SCALE[piece])
+    return n[f"{piece}_start"] + (u + 1.0) * _line(piece, "rise", n, power)[0], power
+
+
+def pull_in(s: Any, n: Numbers, xp: Any = np) -> Any:
+    """The V above which a film held at s localises."""
+    p, _ = place(s, n)
+    t = n["end_scale"] * xp.sqrt(p - n["end_begin"]) + n["end_offset"]
+    before = _sum([n[name] for name in END_NAMES], powers(t, END))
+    after = _sum([n[name] for name in AFTER_NAMES], powers(p - n["star_place"], AFTER))
+    below = n["star_place"] - p
+    rounded = xp.sqrt(below * below + ROUNDED * ROUNDED)
+    return n["lowest_pull_in"] + 0.5 * (rounded + below) * before + 0.5 * (rounded - below) * after
+
+
+def tensor(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> tuple[Any, Any, Any]:
+    """The sum of c_ij u^i q^j, and its derivatives by u and q."""
+    name = names(piece, what)
+    columns, slopes = [], []
+    for j in range(name.shape[1]):
+        rows = name.shape[0] if j == 0 or what != "main" else MAIN[piece][0] + 1
+        own = [n[name[i, j]] for i in range(rows)]
+        columns.append(_sum(own, power))
+        slopes.append(_sum([float(i) * c for i, c in enumerate(own)][1:], power))
+    value, by_u, by_q = columns[-1], slopes[-1], 0.0
+    for column, slope in zip(columns[-2::-1], slopes[-2::-1], strict=True):
+        by_q = by_q * q + value
+        value, by_u = value * q + column, by_u * q + slope
+    return value, by_u, by_q
+
+
+def powers(u: Any, most: int) -> list[Any]:
+    """1, u, u^2, ... to the power ``most``."""
+    found = [1.0, u]
+    while len(found) <= most:
+        half = len(found) // 2
+        found.append(found[half] * found[len(found) - half])
+    return found
+
+
+def _line(piece: str, what: str, n: Numbers, power: Sequence[Any]) -> tuple[Any, Any]:
+    """The sum of c_i u^i and its derivative."""
+    own = [n[name] for name in names(piece, what)]
+    return _sum(own, power), _sum([float(i) * c for i, c in enumerate(own)][1:], power)
+
+
+def _sum(coefficients: Sequence[Any], power: Sequence[Any]) -> Any:
+    found = coefficients[0]
+    for c, value in zip(coefficients[1:], power[1:], strict=False):
+        found = found + c * value
+    return found

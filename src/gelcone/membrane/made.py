@@ -1,0 +1,66 @@
+"""Tables of films, each made once: kept in memory and in the disk cache."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gelcone import disk_cache
+from gelcone.errors import InputError
+from gelcone.membrane.gel import Array, Gel
+from gelcone.membrane.table import names, table
+
+KIND = "membranes"
+MOST = 4096
+"""Tables held in memory."""
+
+
+def numbers_of(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: Any) -> dict[str, Array]:
+    """The numbers of the tables of films, each an array of the shape that the arguments broadcast to.
+
+    ``law`` is the strain-energy law, ``law_numbers`` are its numbers by name, ``ratio`` is a/b, A and B are the squared
+    pre-stretches. Raises `InputError` for a ratio that is not below 1, and for films of which there is no table.
+    """
+    given = np.broadcast_arrays(ratio, A, B, *law_numbers.values())
+    shape = given[0].shape
+    rows = np.stack([np.asarray(value, dtype=float).ravel() for value in given], axis=1)
+    if np.any(rows[:, 0] >= 1.0):
+        raise InputError(f"radius_ratio = {rows[:, 0].max():g}: must be below 1; the disc is smaller than its ring")
+    each, place = np.unique(rows, axis=0, return_inverse=True)
+    made = np.array([_made(law, tuple(law_numbers), tuple(map(float, row))) for row in each])
+    return {name: made[place.ravel(), k].reshape(shape)[()] for k, name in enumerate(names())}
+
+
+@lru_cache(maxsize=MOST)
+def _made(law: Any, law_names: tuple[str, ...], row: tuple[float, ...]) -> tuple[float, ...]:
+    """The numbers of one table, in the order of their names."""
+    parts = [
+        type(law).__module__,
+        type(law).__qualname__,
+        repr(law),
+        law_names,
+        [value.hex() for value in row],
+        _program(),
+    ]
+    key = hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+    stored = disk_cache.read(KIND, key)
+    if stored is not None and len(stored) == 8 * len(names()):
+        return tuple(np.frombuffer(stored).tolist())
+    ratio, A, B, *own = row
+    found = table(Gel(law, dict(zip(law_names, own, strict=True)), A, B), ratio)
+    values = [found[name] for name in names()]
+    disk_cache.write(KIND, key, np.array(values).tobytes())
+    return tuple(values)
+
+
+@cache
+def _program() -> str:
+    """What tables depend on besides their film: the files of this folder."""
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()

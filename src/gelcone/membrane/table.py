@@ -1,0 +1,387 @@
+"""The numbers of a film's force, fitted to its states; see `gelcone.membrane.force` for the formulas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.polynomial import chebyshev, polynomial
+
+from gelcone.errors import InputError
+from gelcone.membrane import force
+from gelcone.membrane.columns import LIMIT_SHARE, Columns, columns, longest, lowest_localisation
+from gelcone.membrane.elements import Elements
+from gelcone.membrane.force import ALONE, CURVE, KINK, LENGTH, MAIN, SCALE
+from gelcone.membrane.gel import Array, Gel
+
+NODES, CHECKS = {"near": 14, "far": 24}, {"near": 9, "far": 11}
+"""Heights that are fitted, and others, which take no part in it."""
+STEPS, CHECK_STEPS = 14, 9
+FLAT = 6
+"""Degree in V of the flat film's area."""
+FLOOR_FITTED, FLOOR = 0.05, 0.1
+"""Share of the force without voltage that is added to a force before its relative error is taken, in the fit and in the
+stated error."""
+SMALLEST = 1e-10
+"""Singular values below this share of the largest are left out of a fit."""
+NEVER = 1e30
+"""A squared voltage that is never reached."""
+HIGHEST = 3.0
+"""Largest height, in b - a, of states that are looked for."""
+TRIALS = np.geomspace(0.05, 2.0 * HIGHEST, 48)
+BRACKETS, ROUNDS = 8, 3
+"""Heights in a round of looking for where films localise before they fall slack, and rounds."""
+LEAST_NEAR = 2e-3
+"""Of s: a film that falls slack below a lower height only is taken to localise there, too."""
+BEFORE = 1e-4
+"""Share of the voltage that is left when a column that falls slack ends."""
+NOT_MET = 1.03
+"""The q of a hoop that stays taut."""
+VARIABLE = 1.0
+"""c."""
+NEXT = 1e-3
+"""Of p: the pull-in curve turns vertical this far below the cut."""
+MARGIN = 1.5
+"""The stated error over the largest that was found at the other heights: others lie between."""
+LARGEST_ERROR = 0.1
+"""Of a film that is still made."""
+
+
+@dataclass
+class _Film:
+    """A film while its table is made: its ``numbers`` so far, and the largest ``errors`` of the force."""
+
+    elements: Elements
+    numbers: dict[str, float]
+    errors: list[float] = field(default_factory=list)
+
+    @property
+    def gel(self) -> Gel:
+        return self.elements.gel
+
+    def slack_at(self, s: Array) -> Array:
+        """The V at which the film loses its tension."""
+        found: Array = np.maximum(self.gel.crumpling(self.gel.A * (1.0 + s)) / self.gel.G, 0.0)
+        return found
+
+
+def table(gel: Gel, ratio: float) -> dict[str, float]:
+    """The numbers of the film of a gel; ``ratio`` is a/b. ``film_error`` is the largest error of the force, over the
+    force and a tenth of that without voltage.
+
+    Raises `InputError` for a film of which too few states are found, or whose force is fitted too badly.
+    """
+    film = _Film(Elements(gel, ratio), {"place_variable": VARIABLE})
+    if gel.A < gel.B:
+        raise InputError(
+            "film = membrane: is not computed where the hoop is stretched more than the meridian; give prestretch_mode "
+            "= equibiaxial, or film = wrinkling"
+        )
+    hump = gel.hump()
+    limit = float(gel.crumpling(hump)) / gel.G if np.isfinite(hump) else NEVER
+    flat = float(film.slack_at(np.zeros(1))[0])
+    reach, begin = _reach(film.elements), max(0.0, 1.0 / gel.A - 1.0)
+    lowest = lowest_localisation(gel, max(limit if limit < NEVER else 0.0, flat, 1.0))
+    film.numbers["lowest_pull_in"] = min(lowest, NEVER)
+    cut = reach
+    if np.isfinite(lowest):
+        cut = -1.0 if hump <= gel.A else _cut(film, begin, hump, reach)
+    falls_slack = cut > begin + LEAST_NEAR
+    cut = cut if falls_slack else -1.0
+    film.numbers |= {
+        "cut_squared": cut,
+        "begin_squared": begin,
+        "reach_squared": reach,
+        "slack_limit": limit,
+        "flat_voltage": flat,
+    }
+    _piece(film, "near", begin, cut) if falls_slack else _no_piece(film, "near")
+    _piece(film, "far", max(cut, 0.0), reach) if cut < reach else _no_piece(film, "far")
+    error = MARGIN * max(film.errors)
+    if not error <= LARGEST_ERROR:
+        raise InputError(
+            f"film = membrane: the force of this film (a/b = {ratio:g}) is known to {error:.0%} only; take film = "
+            "wrinkling"
+        )
+    return film.numbers | {"film_error": error}
+
+
+def names() -> list[str]:
+    """Of all numbers of a table, sorted."""
+    own = ["place_variable", "cut_squared", "begin_squared", "reach_squared", "slack_limit", "flat_voltage"]
+    own += ["lowest_pull_in", "star_place", "end_begin", "end_scale", "end_offset", "film_error"]
+    own += [*force.END_NAMES, *force.AFTER_NAMES] + [f"flat_area_{i}" for i in range(FLAT + 1)]
+    for piece in force.PIECES:
+        for what in force.shapes(piece):
+            own += list(force.names(piece, what).ravel())
+    return sorted(own)
+
+
+def _reach(film: Elements) -> float:
+    """The largest s at which the film without voltage stays within its stretch limit beside the disc."""
+    states = film.found(film.cones(TRIALS, np.zeros(TRIALS.size)))
+    gel, measured = film.gel, film.measures(states)
+    with np.errstate(all="ignore"):
+        inside = states.found & (gel.strain(measured.disc, np.ones(TRIALS.size)) < LIMIT_SHARE * gel.strain_limit)
+    count = int(np.argmin(inside)) if not inside.all() else TRIALS.size
+    if count < 2:
+        raise InputError(
+            "stretch_limit: is too close to the pre-stretch for the membrane; raise it, or take film = wrinkling"
+        )
+    return float(min(TRIALS[count - 1], HIGHEST)) ** 2
+
+
+def _cut(film: _Film, begin: float, hump: float, reach: float) -> float:
+    """The s above which the film, raised in voltage, localises before it falls slack."""
+    low, high = begin, min(hump / film.gel.A - 1.0, reach)
+    for _ in range(ROUNDS):
+        s = np.linspace(low, high, BRACKETS + 2)[1:-1]
+        top = film.slack_at(s)
+        found = columns(film.elements, np.sqrt(s), top, top * (1.0 - BEFORE), STEPS, 0.02)
+        falls = found.end >= top * (1.0 - 0.03)
+        first = int(np.argmin(falls)) if not falls.all() else s.size
+        low, high = (s[first - 1] if first else low), (s[first] if first < s.size else high)
+    return float(low)
+
+
+# --- a piece ----------------------------------------------------------------------------------------------------------
+
+
+def _no_piece(film: _Film, piece: str) -> None:
+    for what, shape in force.shapes(piece).items():
+        _set(film, piece, what, np.zeros(shape))
+    film.numbers[f"{piece}_start"] = 1.0
+    if piece == "far":
+        film.numbers |= {"star_place": 0.0, "end_begin": -1.0, "end_scale": 1.0, "end_offset": 0.0}
+        film.numbers |= dict.fromkeys([*force.END_NAMES, *force.AFTER_NAMES], 0.0)
+
+
+def _piece(film: _Film, piece: str, begin: float, end: float) -> None:
+    """Fits the piece between two s."""
+    n, c = film.numbers, VARIABLE
+    low, high = begin / (begin + c), end / (end + c)
+    n[f"{piece}_scale"] = 2.0 / (high - low)
+    n[f"{piece}_offset"] = -1.0 - 2.0 * low / (high - low)
+    u = chebyshev.chebpts1(NODES[piece])
+    other = np.linspace(-1.0, 1.0, CHECKS[piece] + 2)[1:-1]
+
+    def height(at: Array) -> Array:
+        p = low + (high - low) * 0.5 * (at + 1.0)
+        found: Array = np.sqrt(c * p / (1.0 - p))
+        return found
+
+    top, first = _tops(film, piece, height(u))
+    fitted = columns(film.elements, height(u), first, top, STEPS)
+    _scale(film, piece, u, fitted)
+    top, first = _tops(film, piece, height(other))
+    checked = columns(film.elements, height(other), first, top, CHECK_STEPS, 0.01)
+    inside = _inside(film, piece, fitted, u)
+    _curves(film, piece, u, fitted)
+    _force(film, piece, fitted, u, inside)
+    _lengths(film, piece, fitted, u, inside)
+    if piece == "near" or film.numbers["cut_squared"] < 0.0:
+        _flat_area(film, fitted)
+    film.errors += [
+        _error(film, piece, fitted, inside),
+        _error(film, piece, checked, _inside(film, piece, checked, other)),
+    ]
+
+
+def _tops(film: _Film, piece: str, x: Array) -> tuple[Array, Array]:
+    """Up to which V columns go, and which they are expected to reach."""
+    gel = film.gel
+    if piece == "near":
+        slack = film.slack_at(x * x)
+        return slack * (1.0 - BEFORE), slack
+    n = film.numbers
+    lowest = n["lowest_pull_in"]
+    highest = max(n["slack_limit"] if n["slack_limit"] < NEVER else 0.0, n["flat_voltage"], 1.0)
+    states = film.elements.found(film.elements.cones(x, np.zeros(x.size)))
+    own = np.sqrt(film.elements.measures(states).disc)
+    V = np.geomspace(lowest * 1.0001, highest, 60)
+    length = longest(gel, V)
+    known = np.isfinite(length)
+    expected = np.interp(-own, -length[known], V[known], left=lowest, right=V[known][-1])
+    return 1.3 * expected, expected
+
+
+def _scale(film: _Film, piece: str, u: Array, fitted: Columns) -> None:
+    """W, and the pull-in curve of the far piece."""
+    n = film.numbers
+    if piece == "near":
+        s = fitted.heights**2
+        start = float(film.slack_at(np.array([n["begin_squared"]]))[0])
+        rise = (film.slack_at(s) - start) / (u + 1.0)
+        n["near_start"] = start
+        _set(film, piece, "rise", _line(u, rise, SCALE[piece], 1.0 / rise))
+        return
+    inverse = 1.0 / _pull_in(film, u, fitted)
+    n["far_start"] = float(inverse[np.argmin(u)])
+    _set(film, piece, "rise", _line(u, (inverse - n["far_start"]) / (u + 1.0), SCALE[piece], (u + 1.0) / inverse))
+
+
+def _pull_in(film: _Film, u: Array, fitted: Columns) -> Array:
+    """The V at which each column of the far piece ends, and the curve through them."""
+    n, lowest = film.numbers, film.numbers["lowest_pull_in"]
+    limit = fitted.end.copy()
+    # where a film raised in voltage localises at the lowest V of all rings, it is another ring than the innermost
+    length = longest(film.gel, np.array([lowest * (1.0 + 1e-6)]))[0]
+    own = np.array([np.interp(lowest, *fitted.along(k, np.sqrt(fitted.measures.disc))) for k in range(u.size)])
+    place = fitted.heights**2 / (fitted.heights**2 + VARIABLE)
+    order = np.argsort(own)
+    star = float(np.interp(length, own[order], place[order]))
+    star = star if own.max() > length else float(place.max()) + 1.0
+    cut = n["cut_squared"]
+    begin = cut / (cut + VARIABLE) - NEXT if cut > 0.0 else -1.0
+    t = np.sqrt(place - begin)
+    scale = 2.0 / (t.max() - t.min())
+    # towards the stretch limit no ring localises any more, which the curve does not follow
+    unended = (fitted.end >= fitted.top * (1.0 - BEFORE)) & (place > star)
+    n["reach_squared"] = min(n["reach_squared"], float(np.min(fitted.heights[unended], initial=np.inf)) ** 2)
+    n |= {"star_place": star, "end_begin": begin, "end_scale": scale, "end_offset": -1.0 - scale * t.min()}
+    for names_, side in ((force.END_NAMES, place < star), (force.AFTER_NAMES, place >= star)):
+        values, at, degree = np.zeros(1), star - place[side], min(len(names_) - 1, int(side.sum()) - 2)
+        if degree >= 0:
+            away = 0.5 * (np.abs(at) + np.hypot(at, force.ROUNDED))
+            share, weight = (limit[side] - lowest) / away, away / limit[side]
+            before = names_ is force.END_NAMES
+            values = _line(scale * t[side] + n["end_offset"] if before else -at, share, degree, weight)
+        n |= {name: float(v) for name, v in zip(names_, np.pad(values, (0, len(names_) - values.size)), strict=True)}
+    return limit
+
+
+def _inside(film: _Film, piece: str, found: Columns, u: Array) -> Array:
+    """The states of a film that has not localised."""
+    s = found.heights**2
+    limit = film.slack_at(s) if piece == "near" else force.pull_in(s, film.numbers)
+    length = longest(film.gel, found.V)
+    beyond = np.sqrt(found.measures.disc) > length
+    return np.flatnonzero(~beyond & (limit[found.column] >= found.V))
+
+
+def _curves(film: _Film, piece: str, u: Array, fitted: Columns) -> None:
+    """The q at which the first and the last hoop fall slack."""
+    W = _scale_at(film, piece, u)
+    for kink, hoop in (("rim_at", fitted.measures.least_hoop), ("whole_at", fitted.measures.largest_hoop)):
+        q = _share(piece, fitted.falls(hoop), W)
+        met = q < NOT_MET
+        if met.sum() < 2:
+            values = np.array([NOT_MET])
+        else:
+            edge = ~met & (np.roll(met, 1) | np.roll(met, -1))
+            own = met | edge
+            values = _line(
+                u[own], np.where(met, q, NOT_MET)[own], min(CURVE, int(own.sum()) - 1), np.ones(int(own.sum()))
+            )
+        _set(film, piece, kink, values)
+
+
+def _scale_at(film: _Film, piece: str, u: Array) -> Array:
+    rise = [film.numbers[name] for name in force.names(piece, "rise")]
+    found: Array = film.numbers[f"{piece}_start"] + (u + 1.0) * polynomial.polyval(u, rise)
+    return found
+
+
+def _force(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) -> None:
+    """P, P1 and P2 by least squares of the relative error of the force."""
+    at, x, q, base = _places(film, piece, fitted, u, inside)
+    main, alone = MAIN[piece], ALONE[piece]
+    parts = [_products(at, q, main)]
+    if alone > main[0]:
+        parts.append(chebyshev.chebvander(at, alone)[:, main[0] + 1 :])
+    for kink in ("rim_at", "whole_at"):
+        curve = [film.numbers[name] for name in force.names(piece, kink)]
+        parts.append(_products(at, q, KINK) * np.maximum(q - polynomial.polyval(at, curve), 0.0)[:, None] ** 2)
+    sizes = np.cumsum([part.shape[1] for part in parts])[:-1]
+    own, first = fitted.measures.force[inside], fitted.first[fitted.column[inside]]
+    weight = 1.0 / (own + FLOOR_FITTED * first)
+    values = np.split(_solved(np.hstack(parts) * (base * x)[:, None], own, weight), sizes)
+    rows = chebyshev_to_powers(values[0].reshape(main[0] + 1, main[1] + 1))
+    if alone > main[0]:
+        rows = np.pad(rows, ((0, alone - main[0]), (0, 0)))
+        rows[:, 0] += chebyshev.cheb2poly(np.concatenate([np.zeros(main[0] + 1), values[1]]))
+    _set(film, piece, "main", rows)
+    for kink, part in zip(("rim", "whole"), values[-2:], strict=True):
+        _set(film, piece, kink, chebyshev_to_powers(part.reshape(KINK[0] + 1, KINK[1] + 1)))
+
+
+def _lengths(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) -> None:
+    """The squared length of the innermost ring and the largest squared field over V, each less 1, over s."""
+    at, x, q, _ = _places(film, piece, fitted, u, inside)
+    for what, values in (("disc", fitted.measures.disc), ("field", fitted.measures.field**2)):
+        own = values[inside] - 1.0
+        found = _solved(_products(at, q, LENGTH) * (x * x)[:, None], own, 1.0 / (own + 0.1 * x * x))
+        _set(film, piece, what, chebyshev_to_powers(found.reshape(LENGTH[0] + 1, LENGTH[1] + 1)))
+
+
+def _flat_area(film: _Film, fitted: Columns) -> None:
+    """The area of the flat film less 1, by powers of V, from the lowest heights; 0 where no ring moves."""
+    values = np.zeros(FLAT + 1)
+    if film.gel.A != film.gel.B:
+        V, area = fitted.along(int(np.argmin(fitted.heights)), fitted.measures.area)
+        degree = min(FLAT, V.size - 1)
+        values[: degree + 1] = polynomial.polyfit(V, area - 1.0, degree)
+    film.numbers |= {f"flat_area_{i}": float(value) for i, value in enumerate(values)}
+
+
+def _places(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) -> tuple[Array, ...]:
+    """u, x, q and the base of states."""
+    column, V = fitted.column[inside], fitted.V[inside]
+    W = _scale_at(film, piece, u[column])
+    return u[column], fitted.heights[column], _share(piece, V, W), W - V if piece == "near" else np.ones_like(V)
+
+
+def _share(piece: str, V: Array, W: Array) -> Array:
+    """q."""
+    return V / W if piece == "near" else V * W
+
+
+def _error(film: _Film, piece: str, found: Columns, inside: Array) -> float:
+    """Largest error of the force of states, over the force and a tenth of that without voltage."""
+    column, V = found.column[inside], found.V[inside]
+    x, own = found.heights[column], found.measures.force[inside]
+    k = force.pull(piece, x * x, V, film.numbers).k
+    return float(np.max(np.abs(x * k - own) / (own + FLOOR * found.first[column])))
+
+
+# --- least squares ----------------------------------------------------------------------------------------------------
+
+
+def _products(u: Array, q: Array, degrees: tuple[int, int]) -> Array:
+    """Products of Chebyshev polynomials of u and 2 q - 1, (places, products)."""
+    found: Array = chebyshev.chebvander2d(u, 2.0 * q - 1.0, degrees)
+    return found
+
+
+def _solved(matrix: Array, values: Array, weight: Array) -> Array:
+    found: Array = np.linalg.lstsq(matrix * weight[:, None], values * weight, rcond=SMALLEST)[0]
+    return found
+
+
+def _line(u: Array, values: Array, degree: int, weight: Array) -> Array:
+    """The polynomial of u through values, by rising powers."""
+    found: Array = chebyshev.cheb2poly(_solved(chebyshev.chebvander(u, degree), values, weight))
+    return found
+
+
+def chebyshev_to_powers(rows: Array) -> Array:
+    """From Chebyshev polynomials of u and 2 q - 1 to powers of u and q."""
+    in_u = np.apply_along_axis(_padded, 0, rows)
+    shifted = np.zeros_like(in_u)
+    for row, own in zip(shifted, in_u, strict=True):
+        total = polynomial.Polynomial(_padded(own))(polynomial.Polynomial([-1.0, 2.0])).coef
+        row[: total.size] = total
+    return shifted
+
+
+def _padded(coefficients: Array) -> Array:
+    found = chebyshev.cheb2poly(coefficients)
+    return np.pad(found, (0, coefficients.size - found.size))
+
+
+def _set(film: _Film, piece: str, what: str, values: Array) -> None:
+    """Numbers of a piece, filled up with zeros."""
+    name = force.names(piece, what)
+    own = np.zeros(name.shape)
+    own[tuple(map(slice, np.shape(values)))] = values
+    film.numbers |= {str(key): float(value) for key, value in zip(name.ravel(), np.ravel(own), strict=True)}

@@ -1,0 +1,375 @@
+"""The film as a membrane that wrinkles: its innermost ring is stretched most, and localises first.
+
+The relaxed axisymmetric membrane (tension field, with a voltage; see `gelcone.membrane`) on a disc of the radius a
+inside a ring of the radius b, for one axisymmetric state at each height and voltage. Its force is what
+`gelcone.membrane.table` fitted to states of the membrane, x k(x^2, V), and vanishes where the film is slack. Energy and
+charge follow from the force and from the flat or slack film:
+
+    E(x, V) = E(x0, V) + integral of the force from x0 to x,    capacitance = -2 dE/dV,
+
+with x0 = 0 where the flat film is in tension, else the height at which the film begins to pull.
+
+At a height below the cut between its pieces a film falls slack as the voltage rises, and pulls in as a slack film does;
+above, it localises. Slack films above the cut are taken to have pulled in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from gelcone.codes import FilmPullIn, Outcome
+from gelcone.membrane import force as formulas
+from gelcone.membrane.made import numbers_of
+from gelcone.membrane.table import FLAT, NEVER
+from gelcone.physics.bracket import rise
+from gelcone.physics.component import Numbers
+from gelcone.physics.film.film import Border, Film, FilmState
+from gelcone.physics.film.taut import GelFilm, check_prestretch_mode
+from gelcone.physics.film.wrinkling import MOST_STRETCHED, STEEP, WrinklingCone
+from gelcone.physics.implicit import known, traced
+from gelcone.physics.laws import LAWS, StrainEnergyLaw
+from gelcone.quantity import Array, Quantity
+
+KINDS = ("taut", "partly_wrinkled", "wrinkled", "slack")
+"""The states of the film: all hoops in tension, some, none; and without tension."""
+RADIUS_RATIO = {"radius_ratio": Quantity("a/b", "radius of the disc over that of the ring", 0.2, positive=True)}
+BISECTIONS = 48
+POINTS = 16
+"""Of Gauss's quadrature between two kinks of the force."""
+
+
+@dataclass(frozen=True)
+class MembraneFilm(GelFilm):
+    """The membrane that wrinkles.
+
+    Parameters
+    ----------
+    law : a strain-energy law. Default Gent.
+    prestretch_mode : ``"radial"`` or ``"equibiaxial"``, as for the taut cone.
+    """
+
+    law: StrainEnergyLaw = LAWS["gent"]
+    prestretch_mode: str = "radial"
+
+    name = "membrane"
+    ending = Outcome.STRETCH_LIMIT
+    kinds = KINDS
+
+    def __post_init__(self) -> None:
+        check_prestretch_mode(self.prestretch_mode)
+
+    @property
+    def parameters(self) -> Mapping[str, Quantity]:
+        return dict(super().parameters) | RADIUS_RATIO
+
+    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        own = dict(given)
+        ratio = RADIUS_RATIO["radius_ratio"]
+        values = {"radius_ratio": ratio.check("radius_ratio", own.pop("radius_ratio", ratio.default))}
+        return super().complete(own) | values
+
+    def numbers(self, parameters: Numbers) -> dict[str, Any]:
+        """Besides those of the gel, the numbers of the table and the switches."""
+        law = self.law.numbers(parameters)
+        own = self._ring.numbers(parameters)
+        table = numbers_of(self.law, law, parameters["radius_ratio"], own["A"], own["B"])
+        one = np.ones(np.shape(table["film_error"]))
+        return own | table | {"pulls": one, "near": one, "rim_taut": one, "any_taut": one}
+
+    # --- force -------------------------------------------------------------------------------------------------------
+
+    def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        """x k and its slope; 0 where the film is slack, NaN where it has pulled in."""
+        s = x * x
+        if traced(xp):
+            pulls = 0.5 + 0.5 * n["pulls"]
+            if known(pulls) == 0.0:
+                return 0.0 * x, 0.0 * x
+            own = self._pull(s, squared, n)
+            return x * (pulls * own.k), pulls * (own.k + 2.0 * s * own.by_s)
+        own, slack, gone = self._at(s, squared, n)
+        k, by_s = (np.where(gone, np.nan, np.where(slack, 0.0, value)) for value in (own.k, own.by_s))
+        return (x * k)[()], (k + 2.0 * s * by_s)[()]
+
+    def _pull(self, s: Any, squared: Any, n: Numbers) -> formulas.Pull:
+        """In a program, by its switches."""
+        near, behind = 0.5 + 0.5 * n["near"], (0.5 - 0.5 * n["rim_taut"], 0.5 - 0.5 * n["any_taut"])
+        if known(near) == 1.0:
+            return formulas.pull("near", s, squared, n, behind)
+        far = formulas.pull("far", s, squared, n, behind)
+        if known(near) == 0.0:
+            return far
+        own = formulas.pull("near", s, squared, n, behind)
+        return formulas.Pull(*(near * one + (1.0 - near) * other for one, other in zip(own, far, strict=True)))
+
+    def _at(self, s: Any, squared: Any, n: Numbers) -> tuple[formulas.Pull, Any, Any]:
+        """Of numbers: the force where the film is in tension, where it is slack, and where it has pulled in."""
+        s, squared = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(squared, dtype=float))
+        with np.errstate(all="ignore"):
+            near = s < n["cut_squared"]
+            parts = [formulas.pull(piece, s, squared, n) for piece in formulas.PIECES]
+            own = formulas.Pull(*(np.where(near, one, other) for one, other in zip(*parts, strict=True)))
+            slack = near & (own.base <= 0.0) | (s < n["begin_squared"])
+            gone = (squared > self._highest(s, n)) | np.isnan(s) | (s > n["reach_squared"])
+        return own, slack, gone
+
+    def _highest(self, s: Any, n: Numbers) -> Any:
+        return np.where(s < n["cut_squared"], n["slack_limit"], formulas.pull_in(s, n))
+
+    # --- borders -----------------------------------------------------------------------------------------------------
+
+    @property
+    def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
+        """``pulls`` tells a film in tension from a slack one, ``near`` heights below the cut from those above,
+        ``rim_taut`` whether all hoops are in tension, ``any_taut`` whether one is. The last border ends the film."""
+        return (
+            Border(self._slack_border, "pulls", tells=True),
+            Border(self._cut_border, "near", tells=True),
+            Border(self._rim_border, "rim_taut", tells=True),
+            Border(self._whole_border, "any_taut", tells=True),
+            Border(self._end_border, seldom=True),
+        )
+
+    def _slack_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        near = 0.5 + 0.5 * n["near"]
+        if known(near) == 0.0:
+            return 1.0 + 0.0 * x
+        return near * (n["pulls"] * formulas.tension(x * x, squared, n)) + (1.0 - near)
+
+    def _cut_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        return n["near"] * (n["cut_squared"] - x * x)
+
+    def _rim_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        return self._hoop_border("rim", "rim_taut", x, squared, n)
+
+    def _whole_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        return self._hoop_border("whole", "any_taut", x, squared, n)
+
+    def _hoop_border(self, which: str, switch: str, x: Any, squared: Any, n: Numbers) -> Any:
+        pulls = 0.5 + 0.5 * n["pulls"]
+        if known(pulls) == 0.0:
+            return 1.0 + 0.0 * x
+        return (1.0 - pulls) - pulls * (n[switch] * getattr(self._pull(x * x, squared, n), which))
+
+    def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        near, pulls = 0.5 + 0.5 * n["near"], 0.5 + 0.5 * n["pulls"]
+        slack = n["slack_limit"] - squared
+        if known(near) == 1.0:
+            return pulls + (1.0 - pulls) * slack
+        # a slack film does not come above the cut
+        above = pulls * (formulas.pull_in(x * x, n, xp) - squared) - (1.0 - pulls)
+        return near * (pulls + (1.0 - pulls) * slack) + (1.0 - near) * above
+
+    def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+        own, slack, _ = self._at(np.square(x), squared, n)
+
+        def sign(positive: Any) -> Any:
+            return np.where(positive, 1.0, -1.0)
+
+        return {
+            "pulls": sign(~slack),
+            "near": sign(np.square(x) < n["cut_squared"]),
+            "rim_taut": sign(own.rim <= 0.0),
+            "any_taut": sign(own.whole <= 0.0),
+        }
+
+    def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
+        place = np.arange(dwell.shape[1])
+        pulls, rim, some = (
+            (place >> list(switches).index(name)) & 1 == 0 for name in ("pulls", "rim_taut", "any_taut")
+        )
+        places = [pulls & rim & some, pulls & ~rim & some, pulls & ~some, ~pulls]
+        return np.stack([dwell[:, which].sum(axis=1) for which in places], axis=1)
+
+    def pull_in_kind(self, switches: Numbers) -> Any:
+        return np.where(switches["pulls"] > 0.0, FilmPullIn.LOCALISATION, FilmPullIn.MINIMUM)
+
+    # --- where it has a state ----------------------------------------------------------------------------------------
+
+    def strain_limit(self, n: Numbers) -> Any:
+        """The x^2 at which the innermost ring of the film without voltage comes to 90 % of its stretch limit, or 9."""
+        return n["reach_squared"]
+
+    def reach(self, n: Numbers) -> tuple[float, float]:
+        return 0.0, float(np.sqrt(n["reach_squared"]))
+
+    def outside(self, x: float, n: Numbers) -> str:
+        return (
+            f"initial displacement {x:g}: must be less than {self.reach(n)[1]:g} either way, where the innermost ring "
+            "of the film comes near its stretch limit; start lower"
+        )
+
+    def limit_share(self, x: Any, voltage: Any, n: Numbers) -> Any:
+        """That of the innermost ring, and of the height."""
+        return np.fmax(super().limit_share(x, voltage, n), self.state(x, voltage, n).limit_share)
+
+    def highest_squared(self, x: Any, n: Numbers) -> Any:
+        """The V at which it localises at x, or, below the cut, at which a slack film pulls in."""
+        found = self._highest(np.square(np.asarray(x, dtype=float)), n)
+        return np.where(found >= NEVER, np.inf, found)[()]
+
+    # --- statics -----------------------------------------------------------------------------------------------------
+
+    def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
+        own, slack, gone = self._at(np.square(x), squared, n)
+        return (x * np.where(gone, np.nan, np.where(slack, 0.0, -own.by_v)))[()]
+
+    def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
+        """By bisection, as the pull k falls while the voltage rises. No voltage makes the film push: a negative
+        ``pull`` takes a V that rises too steeply to be reached; so does one that is less than the pull at which the
+        film pulls in."""
+        s, pull = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(pull, dtype=float))
+        wanted = np.maximum(pull, 0.0)
+        near = s < n["cut_squared"]
+        with np.errstate(all="ignore"):
+            slackening = s * 0.0 + formulas.tension(s, 0.0, n)
+            low, high = np.zeros_like(s), np.where(near, np.maximum(slackening, 0.0), formulas.pull_in(s, n))
+            end = np.where(high >= NEVER, 0.0, high)
+
+            def weight(V: Any) -> Any:
+                own, slack, _ = self._at(s, V, n)
+                return np.where(slack, 0.0, own.k)
+
+            weakest, strongest = weight(end), weight(low)
+            high = np.array(end)
+            for _ in range(BISECTIONS):
+                middle = 0.5 * (low + high)
+                above = weight(middle) > wanted
+                low, high = np.where(above, middle, low), np.where(above, high, middle)
+            found = np.where(weakest > wanted, end + STEEP * (weakest - wanted), 0.5 * (low + high))
+            found = np.where(wanted > strongest, strongest - wanted, found)
+        return (found - STEEP * np.minimum(pull, 0.0))[()]
+
+    # --- energies ----------------------------------------------------------------------------------------------------
+
+    def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
+        """Energy of film and field less the charge times the voltage."""
+        return self._integrals(x, squared, n)[0]
+
+    def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        """Mean square of the deformed over the mounted area."""
+        if traced(xp):
+            return Film.capacitance(self, x, squared, y, n, xp)
+        return self._integrals(x, squared, n)[1]
+
+    def _integrals(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
+        """Energy and area."""
+        s, V = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(squared, dtype=float))
+        with np.errstate(all="ignore"):
+            energy, area = self._without_tension(V, n)
+            for piece, low, high in self._parts(s, V, n):
+                k, by_v = _between(partial(formulas.pull, piece), low, high, V, n)
+                energy, area = energy + 0.5 * k, area - by_v
+            gone = self._at(s, V, n)[2]
+        return np.where(gone, np.nan, energy)[()], np.where(gone, np.nan, area)[()]
+
+    def _without_tension(self, V: Any, n: Numbers) -> tuple[Any, Any]:
+        """Energy and area of the flat film where it is in tension, else of the slack one."""
+        flat = np.minimum(V, n["flat_voltage"])
+        powers = formulas.powers(flat, FLAT + 1)
+        own = [n[f"flat_area_{i}"] for i in range(FLAT + 1)]
+        area = 1.0 + sum(c * power for c, power in zip(own, powers, strict=False))
+        energy = -0.5 * (
+            flat + sum(c * power / (i + 1.0) for i, (c, power) in enumerate(zip(own, powers[1:], strict=True)))
+        )
+        beyond = flat < V
+        slack, before = (self._slack(np.where(beyond, value, flat), n) for value in (V, flat))
+        return np.where(beyond, energy + slack[0] - before[0], energy), np.where(beyond, slack[1], area)
+
+    def _slack(self, V: Any, n: Numbers) -> tuple[Any, Any]:
+        """Energy and area of a film without tension, stretched evenly by t^(1/2): V G = Vb(t)."""
+        most = np.minimum(n["hump"], 0.5 * (self.law.strain_limit(n) + 3.0))
+        high = np.minimum(most, MOST_STRETCHED) + 0.0 * V
+        t = rise(lambda t: self._ring.crumpling(t, n) - V * n["G"], np.ones_like(high), high)
+        strain = 2.0 * t + 1.0 / (t * t) - 3.0
+        area = t * t * n["G"]
+        return self.law.energy(strain, n) - 0.5 * V * area, area
+
+    def _parts(self, s: Any, V: Any, n: Numbers) -> list[tuple[str, Any, Any]]:
+        """Ranges of s between the place where the film begins to pull and ``s``, within which the force is smooth."""
+        begin = self._begin(V, n)
+        found = []
+        for piece in formulas.PIECES:
+            if piece == "near":
+                low, high = np.minimum(begin, s), np.minimum(s, np.maximum(n["cut_squared"], begin))
+            else:
+                low, high = np.minimum(np.maximum(begin, n["cut_squared"]), s), s
+            at = [self._kink(piece, which, low, high, V, n) for which in ("rim", "whole")]
+            places = [low, np.minimum(*at), np.maximum(*at), high]
+            found += [(piece, one, other) for one, other in pairwise(places)]
+        return found
+
+    def _begin(self, V: Any, n: Numbers) -> Any:
+        """The s at which the film begins to pull."""
+        low = np.zeros_like(V) + n["begin_squared"]
+        high = np.maximum(low, np.zeros_like(V) + n["cut_squared"])
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            slack = formulas.tension(middle, V, n) < 0.0
+            low, high = np.where(slack, middle, low), np.where(slack, high, middle)
+        return np.where(n["cut_squared"] > 0.0, np.where(low > n["begin_squared"], low, n["begin_squared"]), 0.0)
+
+    def _kink(self, piece: str, which: str, low: Any, high: Any, V: Any, n: Numbers) -> Any:
+        """The s between two at which a hoop falls slack; ``high`` where there is none."""
+
+        def distance(s: Any) -> Any:
+            return formulas.distance(piece, which, s, V, n)
+
+        begin, end = np.array(low), np.array(high)
+        sign = np.sign(distance(begin))
+        none = sign == np.sign(distance(end))
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (begin + end)
+            before = np.sign(distance(middle)) == sign
+            begin, end = np.where(before, middle, begin), np.where(before, end, middle)
+        return np.where(none, high, end)
+
+    # --- what is asked of a film -------------------------------------------------------------------------------------
+
+    @cached_property
+    def _ring(self) -> WrinklingCone:
+        """A ring beside the disc, whose hoop is held: it obeys the wrinkling cone's law at its own meridian."""
+        return WrinklingCone(law=self.law, prestretch_mode=self.prestretch_mode, pull_in="minimum")
+
+    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+        """Beside the disc, where the meridian is stretched most, but for the field, which is the largest anywhere; NaN
+        where the film has pulled in."""
+        s, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.square(voltage))
+        own, slack, gone = self._at(s, squared, n)
+        with np.errstate(all="ignore"):
+            near = s < n["cut_squared"]
+            disc, largest = (
+                np.where(near, *(formulas.tensor(piece, what, n, formulas.powers(own.u, formulas.LENGTH[0]), own.q)[0]
+                                 for piece in formulas.PIECES))
+                for what in ("disc", "field")
+            )  # fmt: skip
+            along = np.sqrt(np.where(slack, s, np.maximum(s * disc, 0.0)))
+            state = self._ring.state(along, np.broadcast_to(voltage, s.shape), n)
+            field = np.where(slack, state.true_field, np.abs(voltage) * np.sqrt(1.0 + np.maximum(s * largest, 0.0)))
+            some = np.where(own.rim <= 0.0, 0, np.where(own.whole <= 0.0, 1, 2))
+        found = FilmState(*(np.where(gone, np.nan, values)[()] for values in state._replace(true_field=field)))
+        return found._replace(kind=np.where(gone, -1, np.where(slack, 3, some)))
+
+    def describe(self) -> str:
+        return "membrane film: wrinkles where it would be compressed, and localises first at its innermost ring"
+
+
+def _between(pull: Callable[..., formulas.Pull], low: Any, high: Any, V: Any, n: Numbers) -> tuple[Any, Any]:
+    """The integrals over s of k and its derivative by V; over log s where ``low`` is positive, since they vary there
+    with V over the voltage of a slack film."""
+    add = np.where(low > 0.0, 0.0, 1.0)
+    begin = np.log(low + add)
+    length = np.log(np.maximum(high, low) + add) - begin
+    places, weights = np.polynomial.legendre.leggauss(POINTS)
+    k = by_v = 0.0
+    for place, weight in zip(0.5 * (places + 1.0), 0.5 * weights, strict=True):
+        shifted = np.exp(begin + place * length)
+        own = pull(shifted - add, V, n)
+        k, by_v = k + weight * shifted * own.k, by_v + weight * shifted * own.by_v
+    return length * k, length * by_v

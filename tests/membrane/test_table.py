@@ -1,0 +1,127 @@
+"""Columns of states, the limits of films, and the numbers that are fitted to them."""
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gelcone import disk_cache
+from gelcone.membrane import force, made
+from gelcone.membrane.columns import columns, longest, lowest_localisation
+from gelcone.membrane.elements import Elements
+from gelcone.membrane.gel import Gel
+from gelcone.membrane.table import names, table
+from gelcone.physics.laws import LAWS
+
+LAW = LAWS["gent"]
+PULL_IN = json.loads((Path(__file__).parents[1] / "reference" / "membrane.json").read_text())["pull_in"]
+
+
+def gel_of(meridional, hoop, limit):
+    return Gel(LAW, LAW.numbers({"stretch_limit": limit}), meridional**2, hoop**2)
+
+
+@cache
+def numbers(ratio, meridional, hoop, limit):
+    return table(gel_of(meridional, hoop, limit), ratio)
+
+
+def test_the_lowest_localisation_is_the_certified_one():
+    """V* of the specification of the membrane, of one ring alone."""
+    assert lowest_localisation(gel_of(1, 1, 50), 0.5) == pytest.approx(0.09841, rel=2e-4)
+    assert lowest_localisation(gel_of(1.5, 1.5, 50), 2.5) == pytest.approx(0.49821, rel=1e-4)
+    assert lowest_localisation(gel_of(1, 1, 50), 0.09) == np.inf
+
+
+def test_the_innermost_ring_is_as_long_as_certified_where_it_localises():
+    rows = [r for r in PULL_IN if r["meridional_prestretch"] == 1 and r["hoop_prestretch"] == 1]
+    for row in rows:
+        found = longest(gel_of(1, 1, row["stretch_limit"] or np.inf), np.array([row["v"] ** 2]))
+        assert found[0] == pytest.approx(row["disc_l1"], rel=1e-8)
+
+
+@pytest.mark.parametrize("prestretch", [1, 1.5])
+def test_columns_end_at_the_certified_pull_in(prestretch):
+    rows = [
+        r
+        for r in PULL_IN
+        if (r["radius_ratio"], r["meridional_prestretch"], r["hoop_prestretch"]) == (0.2, prestretch, prestretch)
+        and r["x"] > 0.7 * (prestretch == 1)
+    ]
+    gel = gel_of(prestretch, prestretch, 50)
+    heights, exact = np.array([r["x"] for r in rows]), np.array([r["v"] ** 2 for r in rows])
+    found = columns(Elements(gel, 0.2), heights, exact, 2.0 * exact)
+    assert found.end == pytest.approx(exact, rel=1e-3)
+    assert not found.slack.any()
+
+
+def test_columns_of_low_heights_end_where_the_film_is_slack():
+    heights = np.array([0.2, 0.4, 0.6])
+    gel = gel_of(1, 1, 50)
+    slack = gel.crumpling(1.0 + heights**2)
+    found = columns(Elements(gel, 0.2), heights, slack, 1.2 * slack)
+    assert found.end == pytest.approx(slack, rel=2e-3)
+    assert np.all(found.falls(found.measures.least_hoop) < found.falls(found.measures.largest_hoop))
+
+
+FILMS = [(0.2, 1, 1, 50), (0.3, 1.3, 1.3, 80), (0.8, 1, 1, np.inf), (0.4, 0.9, 0.9, 30), (0.25, 1.3, 1.1, 60)]
+
+
+@pytest.mark.parametrize("film", FILMS, ids=str)
+def test_the_stated_error_covers_states_of_other_heights_on_finer_elements(film):
+    ratio, meridional, hoop, limit = film
+    n, gel = numbers(*film), gel_of(meridional, hoop, limit)
+    cut, reach = max(n["cut_squared"], 0.0) ** 0.5, min(n["reach_squared"] ** 0.5, 2.0)
+    begin = n["begin_squared"] ** 0.5
+    heights = np.concatenate(
+        [begin + (cut - begin) * np.array([0.23, 0.57, 0.81]), cut + (reach - cut) * np.array([0.13, 0.37, 0.71])]
+    )
+    heights = heights[heights > 0.05]
+    near = heights < cut
+    x2 = heights**2
+    with np.errstate(invalid="ignore"):  # the curve of pull-in begins at the cut
+        end = np.where(near, force.tension(x2, 0.0, n), force.pull_in(x2, n))
+    found = columns(Elements(gel, ratio, 160), heights, end, end * 0.995, 7)
+    x = heights[found.column]
+    fitted = np.where(near[found.column], *(force.pull(piece, x * x, found.V, n).k for piece in force.PIECES)) * x
+    error = np.abs(fitted - found.measures.force) / (found.measures.force + 0.1 * found.first[found.column])
+    assert error.size > 20
+    assert error.max() < n["film_error"]
+    assert n["film_error"] < 0.02
+
+
+def test_the_film_ends_at_the_same_height_in_both_pieces():
+    n = numbers(0.2, 1, 1, 50)
+    s = n["cut_squared"]
+    V = np.linspace(0.0, 0.95, 20) * force.pull_in(s * 1.002, n)
+    near, far = (force.pull(piece, s, V, n).k for piece in force.PIECES)
+    assert far == pytest.approx(near, rel=4e-3, abs=1e-3 * near[0])
+
+
+def test_a_table_is_made_once_and_depends_on_its_film(monkeypatch, tmp_path):
+    calls = []
+
+    def counted(gel, ratio):
+        calls.append((gel.A, gel.numbers["inverse_stretch_limit"], ratio))
+        return dict.fromkeys(names(), ratio)
+
+    monkeypatch.setenv(disk_cache.VARIABLE, str(tmp_path))
+    monkeypatch.setattr(made, "table", counted)
+
+    def of(ratio=0.3, A=1.0, limit=50.0):
+        made._made.cache_clear()
+        law = LAW.numbers({"stretch_limit": limit})
+        return made.numbers_of(LAW, law, ratio, A, A)["film_error"]
+
+    assert of() == 0.3
+    assert of() == 0.3
+    assert len(calls) == 1
+    assert of(ratio=0.4) == 0.4
+    of(A=1.2)
+    of(limit=60.0)
+    assert len(calls) == 4
+    both = made.numbers_of(LAW, LAW.numbers({"stretch_limit": 50.0}), np.array([0.3, 0.4]), 1.0, 1.0)["film_error"]
+    assert both.tolist() == [0.3, 0.4]
+    made._made.cache_clear()

@@ -1,0 +1,169 @@
+"""The membrane as a film: certified states and limits, one energy for force and charge, the engine against SciPy."""
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from gelcone import ConeModel, InputError
+from gelcone.codes import FilmPullIn, Outcome
+from gelcone.motion.flow import integrate
+from gelcone.motion.response import simulate
+from gelcone.physics.film.membrane import KINDS, MembraneFilm
+
+REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "membrane.json").read_text())
+MADE = [(0.2, 1), (0.2, 1.5)]
+"""Ratio and equibiaxial pre-stretch of films with certified states, of one stretch limit."""
+
+
+@cache
+def film_of(ratio, prestretch):
+    film = MembraneFilm(prestretch_mode="equibiaxial")
+    own = {"radius_ratio": ratio, "prestretch": float(prestretch), "stretch_limit": 50.0}
+    return film, film.numbers(film.complete(own))
+
+
+def model_of(prestretch, **changes):
+    own = {"prestretch": prestretch, "prestretch_mode": "equibiaxial"}
+    own |= {"damping_ratio": 0.01, "spring_stiffness": 0.9, "rest_height": 0.5, "voltage": 0.3, "drive_frequency": 0.1}
+    return ConeModel(film="membrane", **(own | changes))
+
+
+def rows(kind):
+    return [
+        pytest.param(r, id=f"{r['meridional_prestretch']}-{r['x']:.2f}-{r['v']}")
+        for r in REFERENCE[kind]
+        if (r["radius_ratio"], r["meridional_prestretch"]) in MADE
+        and r["hoop_prestretch"] == r["meridional_prestretch"]
+    ]
+
+
+@pytest.mark.parametrize("row", rows("states"))
+def test_forces_and_charges_are_the_certified_ones(row):
+    film, n = film_of(row["radius_ratio"], row["meridional_prestretch"])
+    x, V = row["x"], row["v"] ** 2
+    digits = 4e-3 if x < 2.0 else 1e-2
+    force, without = (film.force(x, squared, [], n)[0] for squared in (V, 0.0))
+    assert abs(force - row["force"]) < n["film_error"] * (row["force"] + 0.1 * without)
+    assert force == pytest.approx(row["force"], rel=1e-3)
+    assert film.capacitance(x, V, [], n) == pytest.approx(row["area"], rel=digits)
+    state = film.state(x, row["v"], n)
+    assert state.meridional_stretch / row["meridional_prestretch"] == pytest.approx(row["disc_m"] ** 0.5, rel=digits)
+    if x < 2.0:  # where the films of devices are
+        assert state.true_field == pytest.approx(row["largest_field"], rel=5e-3, abs=1e-9)
+
+
+@pytest.mark.parametrize("row", rows("pull_in"))
+def test_the_film_localises_at_the_certified_voltages(row):
+    film, n = film_of(row["radius_ratio"], row["meridional_prestretch"])
+    limit = float(film.highest_squared(row["x"], n))
+    if (
+        row["meridional_prestretch"] == 1 and row["x"] < 0.683
+    ):  # of the states of tension above the lowest V that localises there the film knows none
+        assert limit < row["v"] ** 2
+    else:
+        assert limit == pytest.approx(row["v"] ** 2, rel=4e-3)
+        below, above = film.force(row["x"], np.array([0.999, 1.001]) * limit, [], n)[0]
+        assert below > 0.0
+        assert np.isnan(above)
+
+
+def test_the_stated_error_is_that_of_the_fit_and_small():
+    for made in MADE:
+        assert 2e-4 < film_of(*made)[1]["film_error"] < 1e-2
+
+
+PLACES = [(0.5, 0.1), (0.5, 0.36), (0.62, 0.3), (0.03, 5e-4), (0.9, 0.1), (1.4, 0.08), (-0.4, 0.1)]
+
+
+@pytest.mark.parametrize(("x", "V"), PLACES)
+@pytest.mark.parametrize("prestretch", [1, 1.5])
+def test_force_and_charge_are_slopes_of_one_energy(x, V, prestretch):
+    film, n = film_of(0.2, prestretch)
+    step = 1e-4 * abs(x)
+    by_x = (film.work(x + step, V, [], n) - film.work(x - step, V, [], n)) / (2.0 * step)
+    assert by_x == pytest.approx(film.force(x, V, [], n)[0], rel=1e-6)
+    change = 1e-4 * V
+    by_v = (film.work(x, V + change, [], n) - film.work(x, V - change, [], n)) / (2.0 * change)
+    assert -2.0 * by_v == pytest.approx(film.capacitance(x, V, [], n), rel=1e-6)
+    gain = (film.force(x, V - change, [], n)[0] - film.force(x, V + change, [], n)[0]) / (2.0 * change)
+    assert film.voltage_gain(x, V, n) == pytest.approx(gain, rel=1e-5)
+    slope = (film.force(x + step, V, [], n)[0] - film.force(x - step, V, [], n)[0]) / (2.0 * step)
+    assert film.force(x, V, [], n)[1] == pytest.approx(slope, rel=1e-4)
+
+
+def test_a_slack_film_has_no_force_and_the_charge_of_an_even_stretch():
+    film, n = film_of(0.2, 1)
+    x, V = 0.3, 0.4
+    assert film.force(x, V, [], n) == (0.0, 0.0)
+    assert KINDS[film.state(x, V**0.5, n).kind] == "slack"
+    t = film.capacitance(x, V, [], n) ** 0.5  # A = B = G = 1
+    stress = (1.0 - t**-3.0) / (t * (1.0 - (2.0 * t + t**-2.0 - 3.0) / 50.0))
+    assert stress == pytest.approx(V, rel=1e-9)
+
+
+def test_the_kinds_follow_each_other_as_the_voltage_rises():
+    film, n = film_of(0.2, 1)
+    kinds = film.state(0.5, np.linspace(0.0, 0.66, 40), n).kind
+    assert list(dict.fromkeys(kinds.tolist())) == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("prestretch", [1, 1.5])
+def test_balancing_is_the_voltage_at_which_the_film_pulls_so(prestretch):
+    film, n = film_of(0.2, prestretch)
+    x, V = np.array([0.2, 0.45, 0.8]), np.array([0.05, 0.2, 0.2])
+    pull = film.force(x, V, [], n)[0] / x
+    assert film.balancing(x, pull, n) == pytest.approx(V, rel=1e-9)
+    assert np.all(film.balancing(x, -np.ones(3), n) > 1e6)
+
+
+@pytest.mark.parametrize(("prestretch", "voltage", "start"), [(1.0, 0.6, 0.5), (1.0, 0.3, 0.3), (1.5, 0.6, 0.5)])
+def test_the_engine_follows_the_same_motion_as_scipy(prestretch, voltage, start):
+    model = model_of(prestretch, voltage=voltage)
+    period = float(model.drive_period)
+    times = period * np.linspace(0.0, 0.5, 21)
+    run = integrate(model, (start, 0.0), times, tolerance=1e-13)
+    n, film = model.own_numbers, model.film
+
+    def rates(time, state):
+        squared = (voltage * np.sin(2.0 * np.pi * time / period)) ** 2
+        own = {**n, **film.switches(state[0], squared, n)}
+        return [float(value) for value in model.system.rates(time, list(state), own, np)]
+
+    found = solve_ivp(rates, (0.0, times[-1]), (start, 0.0), method="DOP853", rtol=1e-9, atol=1e-11, t_eval=times)
+    assert run.outcome[0] == Outcome.OK
+    assert np.max(np.abs(run.states[0, :, 0] - found.y[0])) < 1e-7
+
+
+def test_the_energy_of_a_long_run_through_all_kinds_balances():
+    result = simulate(model_of(1.0, voltage=0.6), initial=(0.5, 0.0), periods=200)
+    assert result["outcome"].item() == 0
+    assert all(result[f"film_state_{kind}"].item() > 0.0 for kind in KINDS)
+    moved = float(result["dissipated_energy"].max())
+    assert np.max(np.abs(result["energy_residual"].values)) < 1e-10 * moved
+
+
+def test_a_film_raised_in_voltage_ends_by_localisation_before_the_cone_does():
+    model = model_of(1.5, voltage=0.0, voltage_bias=1.3, rest_height=0.6, damping_ratio=0.3)
+    run = integrate(model, (0.3, 0.0), [0.0, 50.0])
+    assert run.outcome[0] == Outcome.PULLED_IN
+    assert run.pull_in[0, 0] == FilmPullIn.LOCALISATION
+    cone = integrate(model.replace(film="wrinkling"), (0.3, 0.0), [0.0, 50.0])
+    assert cone.outcome[0] == Outcome.OK
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"radius_ratio": 1.0}, "radius_ratio = 1: must be below 1"),
+        ({"radius_ratio": -0.1}, "radius_ratio"),
+        ({"prestretch_mode": "radial", "prestretch": 1.4}, "hoop is stretched more than the meridian"),
+        ({"prestretch": 1.5, "stretch_limit": 1.75}, "stretch_limit: is too close to the pre-stretch"),
+    ],
+)
+def test_films_that_are_not_computed_are_refused_in_words(changes, message):
+    with pytest.raises(InputError, match=message):
+        model_of(**({"prestretch": 1.0} | changes)).own_numbers  # noqa: B018
