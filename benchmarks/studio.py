@@ -1,6 +1,8 @@
 """How fast the studio answers, in a real browser: from the input event to the painted pixels.
 
-python benchmarks/studio.py                    (all of it but the long run, some two minutes)
+python benchmarks/studio.py                    (all of it but what follows, some two minutes)
+python benchmarks/studio.py --controls         (a drag of every slider of every shipped device and preset, ten minutes)
+python benchmarks/studio.py --controls biased-pump base       (of some)
 python benchmarks/studio.py --pages 8 --minutes 10     (many pages at once: errors, memory, processes left)
 
 Beside every time stand the processor time that the studio's own processes took and the share of the machine that others
@@ -238,6 +240,48 @@ def map_times(tab: Tab) -> str:
     return f"first picture {(first - began) / 1e3:.2f} s, all cells {(last - began) / 1e3:.2f} s"
 
 
+# --- every slider ----------------------------------------------------------------------------------------------------
+
+SLIDERS = """
+(() => { const found = [];
+  for (const tab of [null, ...document.querySelectorAll('#groups [role=tab]')]) {
+    tab?.click();
+    const own = document.querySelectorAll(`${tab ? "#group" : "#drive"} .control.number`);
+    for (const one of own) found.push([tab?.id ?? null, one.dataset.name]);
+  }
+  return found; })()"""
+AROUND = 30
+"""Steps of a slider, of 1000, that a drag goes to either side."""
+SECONDS = 1.5
+
+
+def every_slider(subjects: list[str]) -> None:
+    """The pictures a second in a drag of every slider, and what each picture cost the server's processor."""
+    with Browser(1600, 900) as browser, Started() as started:
+        tab, server, worst = browser.page, started.process.pid, []
+        tab.go(started.address + "#device=biased-pump&right=strip")
+        tab.wait("window.studio && studio.looks.a && studio.looks.a.lines && true", 60)
+        hello = tab.js("[...document.querySelectorAll('#subject option')].map((o) => o.value)")
+        for name in [one for one in hello if not subjects or one.partition(":")[2] in subjects]:
+            show(tab, f"right=strip&{name.replace(':', '=')}")
+            for group, control in tab.js(SLIDERS):
+                if group:
+                    tab.js(f"document.getElementById({group!r}).click()")
+                place = f"document.querySelector('[data-name=\"{control}\"] input[type=range]').value"
+                at = min(max(float(tab.js(place)), AROUND), 1000 - AROUND)
+                began = seconds_of([server])  # without its workers, which a move stops
+                pictures = tab.js(f"({DRAG})({control!r}, {at - AROUND}, {at + AROUND}, {SECONDS})")
+                cost = 1e3 * (seconds_of([server]) - began) / max(pictures * SECONDS, 1.0)
+                worst.append((cost, pictures, f"{name} {control}"))
+                tab.js(f"document.querySelector('[data-name=\"{control}\"] .reset').click()")
+                time.sleep(0.8)
+                print(f"{name} {control:32s} {pictures:5.0f} pictures a second, {cost:5.1f} ms each", flush=True)
+        print(f"{len(worst)} sliders; most processor time {max(worst)[0]:.1f} ms a picture ({max(worst)[2]}); ", end="")
+        slow = min(worst, key=lambda row: row[1])
+        print(f"fewest pictures {slow[1]:.0f} a second ({slow[2]})")
+        assert tab.log == [], tab.log
+
+
 # --- many pages ------------------------------------------------------------------------------------------------------
 
 
@@ -279,8 +323,11 @@ def main() -> None:
     options.add_argument("--moves", type=int, default=MOVES, help="slider moves of the largest case")
     options.add_argument("--pages", type=int, default=1, help="pages at once; more than one: random moves")
     options.add_argument("--minutes", type=float, default=1.0, help="length of the random moves")
+    options.add_argument("--controls", nargs="*", metavar="SUBJECT", help="a drag of every slider, of these or of all")
     given = options.parse_args()
-    if given.pages > 1:
+    if given.controls is not None:
+        every_slider(given.controls)
+    elif given.pages > 1:
         many_pages(given.pages, given.minutes)
     else:
         one_page(given.moves)

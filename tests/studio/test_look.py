@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import gelcone
+from gelcone import InputError
 from gelcone.analyses.answer import in_si
 from gelcone.devices.checks import doubts
 from gelcone.plots.regime import REGIME_COLOURS
@@ -294,6 +295,13 @@ def test_a_run_has_the_samples_that_its_oscillations_need(shelf):
     assert run.arrays["t"].size - 1 >= PER_OSCILLATION * swings > PER_PERIOD
     assert run.arrays["t"][-1] == pytest.approx(run.words["period"], rel=1e-12)
     assert (run.words["shown"], run.words["cut"]) == (1.0, False)
+
+
+@pytest.mark.parametrize("frequency", ["1.09128e-310", "1e-300", "1e-13"])
+def test_a_drive_too_slow_for_any_run_is_refused_by_its_name(shelf, frequency):
+    subject = shelf.subject(Setting(preset="base", values={"drive_frequency": frequency}))
+    with pytest.raises(InputError, match=r"^drive_frequency: .* raise the frequency"):
+        look.response(subject, 20)
 
 
 def test_a_run_that_needs_too_many_samples_is_cut_and_says_where(shelf, monkeypatch):

@@ -25,8 +25,8 @@ from gelcone.atlas.processes import ProcessesEnded
 from gelcone.codes import Regime
 from gelcone.devices.units import FieldError
 from gelcone.errors import InputError
-from gelcone.presets import load_presets
 from gelcone.physics import statics
+from gelcone.presets import load_presets
 from gelcone.progress import Stopped, current_watch
 from gelcone.studio import exports, look, setting
 from gelcone.studio.frames import unpack

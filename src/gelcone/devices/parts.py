@@ -52,6 +52,8 @@ def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
     """
     kind, shipped, base = _KINDS[name]
     tables = [one for one in (given if isinstance(given, list) else [given]) if isinstance(one, Mapping)]
+    if name == "film" and (taken := [key for one in tables for key in one if key in ("law", "prestretch_mode")]):
+        raise FieldError("film", f"film: {taken[0]} is a field of the material or of the device; leave it out here")
     try:
         if name == "bias":
             found: Component = _own_bias(given)

@@ -119,6 +119,7 @@ def from_record(kind: str, record: Any, shipped: Mapping[str, C], base: type[C])
         own = _imported(kind, name)
         if not issubclass(own, base):
             raise InputError(f"{kind} {name!r}: is no {kind}; derive its class from gelcone.{base.__name__}")
+        permission.check_data(kind, name, {f.name: fields[f.name] for f in _fields(own) if f.name in fields})
     else:
         raise unknown_name(kind, name, shipped)
     try:
@@ -159,10 +160,13 @@ def _value(data: Any) -> Any:
     return tuple(_value(part) for part in data) if isinstance(data, list | tuple) else data
 
 
-def class_names(component: Component) -> set[str]:
-    """The names in files, ``"module:Class"``, of a component's class and of those of its parts."""
-    parts = [part for f in _fields(component) for part in _flat(getattr(component, f.name))]
-    return {_class_name(component)}.union(*map(class_names, parts))
+def names_of(component: Component) -> set[str]:
+    """What `gelcone.permission` must allow for a component and its parts to be read: the names of their classes in
+    files, ``"module:Class"``, and their records."""
+    data = {f.name: getattr(component, f.name) for f in _fields(component)}
+    own, parts = _class_name(component), [part for value in data.values() for part in _flat(value)]
+    plain = permission.record(own, {name: _plain(value) for name, value in data.items()})
+    return {own, plain}.union(*map(names_of, parts))
 
 
 def _flat(value: Any) -> list[Component]:

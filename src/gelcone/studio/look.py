@@ -37,6 +37,8 @@ from gelcone.words import evidence_in_words
 if TYPE_CHECKING:
     import xarray as xr
 
+LONGEST_TIME = 1e12
+"""Of all periods of a run, in time units of the model."""
 MOST_SAMPLES = 200_000
 """Samples of a run on the screen; one that needs more is shown up to where they suffice."""
 PERIODS = 20
@@ -113,6 +115,9 @@ def response(subject: Subject, periods: float) -> Parts:
     members = subject.model.members()
     states0 = start_states(members, subject.initial)
     period = float(members.drive_period[0])
+    if not 0.0 < periods * period <= LONGEST_TIME:
+        name = "frequency" if subject.device is not None else "drive_frequency"
+        raise InputError(f"{name}: {periods:g} periods last {periods * period:g} time units; raise the frequency")
     wanted = samples_over(members, periods * period)
     count = min(wanted, MOST_SAMPLES)
     span = periods * period * count / wanted

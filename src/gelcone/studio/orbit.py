@@ -12,8 +12,8 @@ from gelcone.quantity import Array
 
 PER_PERIOD, PER_OSCILLATION = 100, 40
 """Samples of a curve on the screen: each period of the voltage, and each oscillation at the fastest rate, at least."""
-MOST_SAMPLES = 8000
-"""Samples of a motion that does not repeat."""
+MOST_SAMPLES, MOST_OF_ORBIT = 8000, 100_000
+"""Samples of a motion that does not repeat, and of a periodic orbit: of a very slow drive they are further apart."""
 LONGEST = 64
 """Forcing periods of it that are drawn."""
 
@@ -38,6 +38,7 @@ def settled_orbit(members: Members, start: Array, regime: Regime, period: int) -
     each = samples_over(members, repeat)
     count = period if regime is Regime.PERIODIC else 1 if regime is Regime.REST else max(1, MOST_SAMPLES // each)
     count = count if regime is Regime.PERIODIC else min(count, LONGEST)
+    each = min(each, MOST_OF_ORBIT // count)
     ticks = np.arange(count * each + 1) / each
     run = integrate(members, start[None], ticks[None] * repeat, threads=1)
     return run, slice(0, count * each, each)

@@ -24,7 +24,7 @@ from gelcone.devices.fields import DRIVE_NUMBERS
 from gelcone.devices.files import shipped_devices
 from gelcone.devices.units import DIMENSIONS, FieldError
 from gelcone.errors import InputError, unknown_name
-from gelcone.physics.component import class_names
+from gelcone.physics.component import names_of
 from gelcone.physics.statics import RestKey, continuing, keep_rests
 from gelcone.physics.system import ConeSystem
 from gelcone.presets import load_presets
@@ -244,10 +244,10 @@ def check_single(device: Device) -> None:
 
 
 def names_in(device: Device) -> frozenset[str]:
-    """The file of a device's film, and the classes of its components."""
+    """The file of a device's film, and the classes of its components with their data."""
     system = device.to_model().system
     films = [film.film for film in system.films]
-    classes = (class_names(part) for part in (*films, system.bias, system.waveform, system.circuit))
+    classes = (names_of(part) for part in (*films, system.bias, system.waveform, system.circuit))
     return frozenset({str(device.film)}.union(*classes))
 
 
