@@ -15,7 +15,7 @@ Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     simulate, section, extrema, spectrum    one run: how it moves
     regime, lyapunov, settled               the kind of motion, with the evidence
     static, limits, pull_in_voltage, fold_voltages, pitchfork_voltage, stroke_and_blocked_force
-    frequency, envelope, operating_limits   stroke over frequency; where it is safe to drive
+    drive, frequency, envelope, operating_limits   stroke over frequency; where it is safe to drive
     tongues, onset_voltage, floquet_multipliers, small_signal_response, state_space
     bifurcation, map, basin                 over one parameter, two, or initial states
     Plan, sweep, show, cluster              any analysis over any parameters, in stores, on clusters
@@ -101,6 +101,9 @@ if TYPE_CHECKING:
     from gelcone.atlas.frequency import frequency as frequency
 
     """Stroke over drive frequency, swept up and down: resonances and jumps."""
+    from gelcone.motion.best_drive import drive as drive
+
+    """The best drive within the window: largest stroke, work or speed, and what limits it."""
     from gelcone.motion.envelope import envelope as envelope
 
     """Where a device is safe to drive, and which limit comes first."""

@@ -19,6 +19,7 @@ Times = Annotated[npt.ArrayLike, "time"]
 Voltage = Annotated[float, "voltage"]
 Voltages = Annotated[npt.ArrayLike, "voltage"]
 VoltageArray = Annotated[Array, "voltage"]
+Frequency = Annotated[float, "frequency"]
 Frequencies = Annotated[npt.ArrayLike, "frequency"]
 Lengths = Annotated[npt.ArrayLike, "length"]
 """Numbers of public functions that have a unit with a device, each annotated with its quantity."""

@@ -40,6 +40,7 @@ COMMANDS = {
     "frequency": [
         *(("--preset", "spring", "--set", f"voltage={v}", "--over", "drive_frequency=0.3:0.9:7") for v in (0.1, 0.4)),
     ],
+    "drive": [("--preset", "spring", "--lowest", "0.3", "--highest", "0.6")],
     "envelope": [
         ("--preset", "spring", "--over", "drive_frequency=0.3:0.6:2", "--over", "voltage=0.1:0.9:3"),
         ("--preset", "spring", "--set", "spring_stiffness=1.5", "--over", "drive_frequency=0.3:0.5:3"),
@@ -327,6 +328,10 @@ def place(command, r, path):
             return r[f"linear_{name}"]
         case ("frequency", "jumps", *rest):
             return a_jump(r, *rest)
+        case ("drive", (("largest" | "limit") as name)):
+            return r.attrs[name]
+        case ("drive", "sensitivity", name):
+            return r["sensitivity"].values[r["field"].values.tolist().index(name)]
         case ("envelope", *rest):
             return of_envelope(r, *rest)
         case ("static", *rest):

@@ -32,6 +32,7 @@ def compared():
 RESULTS = {
     "bifurcation diagram": lambda: gelcone.bifurcation(MODEL, "voltage", [0.5, 1.0], bisections=0, **QUICK),
     "extrema": lambda: gelcone.extrema(MOVING, repeats=5, discard=20),
+    "best drive": lambda: gelcone.drive(RAISED, lowest=0.3, highest=0.5),
     "branches": lambda: gelcone.continue_branch(
         RAISED.replace(damping_ratio=0.1), "drive_frequency", 0.5, 0.9, start="settled", checks=2
     ),
@@ -67,6 +68,7 @@ def drawn_numbers(figure):
 
 
 SHOWS = {
+    "best drive": lambda r: r["window_peak"],
     "bifurcation diagram": lambda r: r["section"].isel(state=0),
     "extrema": lambda r: r["displacement"],
     "branches": lambda r: r["lyapunov"],

@@ -53,6 +53,7 @@ TITLES: Mapping[str, str] = {
     "basins of attraction": "basin",
     "frequency response": "frequency",
     "operating envelope": "envelope",
+    "best drive": "drive",
 }
 """Title of a result, up to a colon -> the analysis that gave it."""
 

@@ -24,6 +24,7 @@ FIGURES = MappingProxyType(
         "cone and continuum": "validation.validation_figure",
         "extrema": "section.section_figure",
         "basins of attraction": "basin.basin_figure",
+        "best drive": "drive.drive_figure",
         "branches": "branches.branches_figure",
         "frequency response": "frequency.frequency_figure",
         "instability tongues of rest": "floquet.tongues_figure",

@@ -1,0 +1,74 @@
+"""Answers about the best drive."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.analyses.answer import WIDTH, heading
+from gelcone.words import measured
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.analyses.request import Subject
+
+MOST_FIELDS = 6
+"""Sensitivities that are printed."""
+
+
+def drive_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
+    """The JSON object: the drive, what it yields, its limit, the window, two periods and the sensitivities by name."""
+    names = [str(name) for name in result.data_vars if name not in ("outcome", "sensitivity")]
+    known = {"largest": result.attrs["largest"], "limit": result.attrs["limit"]}
+    fields = [str(name) for name in result["field"].values]
+    return {
+        **known,
+        **{name: result[name] for name in (*names, "frequency", "time")},
+        "sensitivity": {name: result["sensitivity"][k] for k, name in enumerate(fields)},
+    }
+
+
+def drive_words(shown: xr.Dataset, subject: Subject) -> str:
+    """The best drive: first a line with all that is needed to use it, then margins and sensitivities."""
+    peak, limit = float(shown["peak_voltage"]), float(shown["limit_voltage"])
+    largest = shown.attrs["largest"]
+    parts = f"offset {measured(shown['voltage_bias'])}, amplitude {measured(shown['voltage'])}"
+    lines = [
+        *heading(subject, ["voltage_amplitude", "voltage_offset", "frequency", "voltage", "voltage_bias"]),
+        f"largest {largest}: {measured(shown[largest])} at {measured(shown['drive_frequency'])} and "
+        f"{measured(shown['peak_voltage'])} peak ({parts})",
+        f"  {', '.join(_yields(shown, largest))}",
+    ]
+    if np.isfinite(limit):
+        told = (
+            f"limited by {shown.attrs['limit']} at {measured(shown['limit_voltage'])}: {1.0 - peak / limit:.0%} below"
+        )
+        ends = f"{measured(shown['frequency_low'])} to {measured(shown['frequency_high'])}"
+        lines.append(f"  {told} it; this voltage stays below all limits from {ends}")
+    else:
+        lines.append("  no limit was met at this frequency, up to the highest voltage examined")
+    kick = float(shown["kick"])
+    if np.isfinite(kick):
+        lines.append(f"  a kick of {measured(shown['kick'])} leads to another motion")
+    elif np.isinf(kick):
+        lines.append("  no kick that was tried leads to another motion")
+    return "\n".join([*lines, *_sensitivities(shown)])
+
+
+def _yields(shown: xr.Dataset, largest: str) -> list[str]:
+    names = {"stroke": "stroke", "work": "work a period", "speed": "rms speed", "power": "mean power"}
+    told = [f"{words} {measured(shown[name])}" for name, words in names.items() if name != largest]
+    return [*told, f"apparent power {measured(shown['apparent_power'])}"]
+
+
+def _sensitivities(shown: xr.Dataset) -> list[str]:
+    change = shown["sensitivity"].values
+    order = [int(k) for k in np.argsort(-np.abs(np.nan_to_num(change)))][:MOST_FIELDS]
+    known = [f"{shown['field'].values[k]} {change[k]:+.3g}" for k in order if np.isfinite(change[k])]
+    lost = [str(name) for name, own in zip(shown["field"].values, change, strict=True) if np.isnan(own)]
+    told = f"stroke changes by, % per %: {', '.join(known)}"
+    lines = textwrap.wrap(told, WIDTH, initial_indent="  ", subsequent_indent="    ") if known else []
+    return [*lines, *([f"  a change of 1 % ends the motion or its period: {', '.join(lost)}"] if lost else [])]

@@ -1,0 +1,340 @@
+"""The best drive of a device within its operating envelope: the largest stroke, work, speed or power that is safe."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.codes import Regime
+from gelcone.devices.analysis import analysis, dimensionless, plain, radius_ratio_of
+from gelcone.devices.device import Device
+from gelcone.devices.si import device_attributes
+from gelcone.errors import InputError, unknown_name
+from gelcone.motion.driven import NUDGE, DriveShape
+from gelcone.motion.envelope import envelope
+from gelcone.motion.regime import regime
+from gelcone.motion.response import simulate
+from gelcone.motion.settled import settled
+from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import rest_displacement, rest_displacements
+from gelcone.progress import Progress, weighted
+from gelcone.quantity import Array, Frequency
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Largest = Literal["stroke", "work", "speed", "power"]
+COARSE, FINE = 25, 9
+"""Drive frequencies of a range that is given, and those around the best of them."""
+PEAKS = (0.3, 1.4, 12)
+"""Peak voltages around the best drive, over the limit there: from, to, how many."""
+STEP = 0.01
+"""Share by which a field is changed for its sensitivity."""
+NOT_CHANGED = ("release_height", "release_velocity", "dielectric_strength", "material.dielectric_strength")
+"""Fields that the settled motion does not depend on."""
+
+
+class Candidates(NamedTuple):
+    """Drives inside the window of an envelope, arrays (drives,), and what each yields."""
+
+    frequency: Array
+    peak: Array
+    stroke: Array
+    power: Array
+    apparent: Array
+    periodic: Array
+    edge: Array
+
+    def value(self, largest: str, damping_ratio: float) -> Array:
+        """What is to be largest; NaN for a motion that is not periodic."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            values = {
+                "stroke": self.stroke,
+                "power": self.power,
+                "work": self.power * 2.0 * np.pi / self.frequency,
+                "speed": np.sqrt(self.power / (2.0 * damping_ratio)),
+            }[largest]
+        return np.where(self.periodic > 0.0, values, np.nan)
+
+
+@analysis(
+    takes="device",
+    answers="drive",
+    single=True,
+    examples=("biased-pump --out results", 'my-device.toml --largest work --lowest "5 Hz" --highest "20 Hz"'),
+)
+def drive(
+    model: ConeModel | Device,
+    *,
+    largest: str = "stroke",
+    lowest: Frequency | None = None,
+    highest: Frequency | None = None,
+    margin: float = 0.2,
+    radius_ratio: float | None = None,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """The best drive within the recommended window: its frequency and voltage, what it yields and what limits it.
+
+    Parameters
+    ----------
+    model : a single model, or a device; its drive gives the proportion of amplitude to offset.
+    largest : what is to be largest: ``"stroke"`` (default), ``"work"`` a drive period, ``"speed"`` (root mean square)
+        or ``"power"`` (mean), the last three of what the damper or a load takes up.
+    lowest : lowest drive frequency. Default a tenth of the natural frequency, if ``highest`` is left out too.
+    highest : highest drive frequency. Default three times the natural frequency.
+    margin : share of the lowest limit that the voltage stays below it. Default 0.2.
+    radius_ratio : as in `envelope`.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Returns
+    -------
+    Dataset with ``drive_frequency``, ``peak_voltage``, ``voltage`` and ``voltage_bias`` (amplitude and offset) of the
+    best drive, and of the motion that it settles to from rest: ``stroke``, ``work``, ``speed``, ``power`` and
+    ``apparent_power``. ``limit_voltage`` is the lowest limit there, `gelcone.envelope`'s, whose name is the attribute
+    ``limit``, and ``frequency_low`` and ``frequency_high`` are the frequencies examined between which the same peak
+    voltage stays below all limits. ``kick`` is a sudden change of velocity that leads to another motion (infinity: none
+    that was tried). Over ``frequency``: ``window_peak`` and ``window_value``, the window's edge and what is to be
+    largest there. Over ``time``: ``displacement`` and ``drive_voltage`` of two drive periods. Over ``field``:
+    ``sensitivity``, the relative change of the stroke over that of a field at this drive (NaN where the motion ends).
+
+    Raises
+    ------
+    InputError : for an ensemble, what `envelope` refuses, an unknown ``largest``, frequencies that do not increase, or
+        where no drive within the window moves the disc periodically.
+    """
+    if largest not in get_args(Largest):
+        raise unknown_name("quantity to be largest", largest, get_args(Largest))
+    device = model if isinstance(model, Device) else None
+    cone = model if device is None else device.to_model()
+    if not isinstance(cone, ConeModel) or cone.shape:
+        raise InputError("drive: takes one actuator, not an ensemble; take one member")
+    ends = {"lowest": lowest, "highest": highest}
+    if device is not None:
+        ends = dimensionless(dict.fromkeys(ends, "frequency"), ends, device.scales)
+        radius_ratio = radius_ratio_of(device) if radius_ratio is None else radius_ratio
+    options = {"margin": margin, "radius_ratio": radius_ratio, "threads": threads}
+    wide = plain(envelope)(cone, frequencies=_range(**ends), **options, progress=weighted(progress, 0.65))
+    near = plain(envelope)(cone, **_around(wide, cone, largest), **options, progress=weighted(progress, 0.3))
+    zeta, both = float(cone.damping_ratio), [candidates(one) for one in (wide, near)]
+    best = _best(Candidates(*(np.concatenate(parts) for parts in zip(*both, strict=True))), largest, zeta)
+    shape = DriveShape.of(cone)
+    peak, omega = float(best.peak), float(best.frequency)
+    drives = {"voltage": shape.amplitude * peak, "voltage_bias": shape.bias * peak, "drive_frequency": omega}
+    chosen = cone.replace(**drives)
+    names, change = _sensitivities(chosen, device, threads)
+    limit, bound = _limit(wide, near, omega)
+    held = _held(wide, near, omega, peak)
+    curve = _edge(wide, near, largest, zeta)
+    motion = _motion(chosen, threads)
+    variables: dict[str, dataset.Variable] = {
+        "drive_frequency": ((), omega, "frequency of the best drive", "frequency"),
+        "peak_voltage": ((), peak, "its peak voltage", "voltage"),
+        "voltage": ((), drives["voltage"], "its amplitude", "voltage"),
+        "voltage_bias": ((), drives["voltage_bias"], "its offset", "voltage"),
+        "stroke": ((), best.stroke, "stroke, peak to peak", "length"),
+        "work": ((), best.value("work", zeta), "work on damper or load a drive period", "energy"),
+        "speed": ((), best.value("speed", zeta), "root mean square speed", "velocity"),
+        "power": ((), best.power, "mean power to damper or load", "power"),
+        "apparent_power": ((), best.apparent, "root mean square voltage times current", "apparent power"),
+        "limit_voltage": ((), bound, "peak voltage of the lowest limit there", dataset.absent("voltage")),
+        "frequency_low": ((), held[0], "lowest frequency at which this voltage is below all limits", "frequency"),
+        "frequency_high": ((), held[1], "highest frequency at which this voltage is below all limits", "frequency"),
+        "kick": (
+            (),
+            _kick(near, wide, best),
+            "kick that leads to another motion",
+            dataset.absent("velocity", "unknown"),
+        ),
+        "window_peak": (("frequency",), curve[1], "highest recommended peak voltage", "voltage"),
+        "window_value": (("frequency",), curve[2], f"{largest} there", _QUANTITY[largest]),
+        "displacement": (("time",), motion["displacement"].values, "displacement", "length"),
+        "drive_voltage": (("time",), motion["drive_voltage"].values, "voltage of the drive", "voltage"),
+        "sensitivity": (("field",), change, "relative change of the stroke over that of the field", _SHARE),
+    }
+    result = dataset.label(
+        cone,
+        variables,
+        coords={
+            "frequency": (("frequency",), curve[0], "drive frequency", "frequency"),
+            "time": (("time",), motion["time"].values, "time", "time"),
+            "field": (("field",), np.array(names), "field of the device, or parameter of the model", "code"),
+        },
+        outcome=np.zeros(()),
+        options={"largest": largest, **ends, "margin": margin, "radius_ratio": radius_ratio},
+        title="best drive",
+    )
+    about = {} if device is None else device_attributes(device)
+    if progress is not None:
+        progress(0.05)
+    return result.assign_attrs(limit=limit, largest=largest, **about)
+
+
+_QUANTITY = {"stroke": "length", "work": "energy", "speed": "velocity", "power": "power"}
+_SHARE = dataset.absent("share", nan="the motion ends or is no longer periodic")
+
+
+def candidates(found: xr.Dataset) -> Candidates:
+    """All drives inside the window of an envelope: its edge, and the peak voltages examined below it."""
+    peaks, edges = found["driven_peak"].values, found["recommended_peak"].values
+    frequency = found["drive_frequency"].values
+    inside = peaks[None, :] <= edges[:, None]
+    of_plane = {
+        "stroke": found["driven_stroke"].values,
+        "power": found["driven_power"].values,
+        "apparent": found["driven_apparent_power"].values,
+        "periodic": (found["regime"].values == Regime.PERIODIC) & (found["outcome"].values == 0),
+        "frequency": np.broadcast_to(frequency[:, None], inside.shape),
+        "peak": np.broadcast_to(peaks, inside.shape),
+        "edge": np.zeros(inside.shape),
+    }
+    of_edge = {
+        "stroke": found["window_stroke"].values,
+        "power": found["window_power"].values,
+        "apparent": found["window_apparent_power"].values,
+        "periodic": found["window_regime"].values == Regime.PERIODIC,
+        "frequency": frequency,
+        "peak": edges,
+        "edge": np.ones(len(edges)),
+    }
+    return Candidates(
+        *(
+            np.concatenate([np.asarray(of_edge[n], float), of_plane[n][inside].astype(float)])
+            for n in Candidates._fields
+        )
+    )
+
+
+def _best(found: Candidates, largest: str, damping_ratio: float) -> Candidates:
+    """The drive with the largest value."""
+    values = found.value(largest, damping_ratio)
+    if not (values > 0.0).any():
+        raise InputError(
+            "drive: no drive within the window moves the disc periodically; see gelcone envelope, lower the margin or "
+            "give the device an offset or an initial height"
+        )
+    at = int(np.nanargmax(values))
+    return Candidates(*(part[at] for part in found))
+
+
+def _range(lowest: float | None, highest: float | None) -> Array | None:
+    """The frequencies of a range; None for the envelope's own."""
+    if lowest is None and highest is None:
+        return None
+    if lowest is None or highest is None or not 0.0 < lowest < highest:
+        raise InputError("lowest and highest: give both, the lowest frequency above 0 and below the highest")
+    return np.geomspace(lowest, highest, COARSE)
+
+
+def _around(wide: xr.Dataset, cone: ConeModel, largest: str) -> dict[str, Array]:
+    """Frequencies between the neighbours of the best one, and peak voltages around its limit."""
+    best = _best(candidates(wide), largest, float(cone.damping_ratio))
+    known = wide["drive_frequency"].values
+    at = int(np.argmin(np.abs(known - best.frequency)))
+    below, above = known[max(at - 1, 0)], known[min(at + 1, len(known) - 1)]
+    _, bound = _limit(wide, wide, float(best.frequency))
+    top = bound if np.isfinite(bound) else float(wide["driven_peak"][-1])
+    return {"frequencies": np.geomspace(below, above, FINE), "peaks": top * np.linspace(*PEAKS)}
+
+
+def _rows(*envelopes: xr.Dataset) -> tuple[Array, Array, list[str]]:
+    """Frequency, lowest limit and its name of every frequency examined, by rising frequency."""
+    found: dict[float, tuple[float, str]] = {}
+    for one in envelopes:
+        static = one["static_limit_voltage"].values
+        held = float(np.nanmin(static, initial=np.inf))
+        held_by = str(one["static_limit"].values[int(np.nanargmin(static))]) if np.isfinite(held) else ""
+        for k, omega in enumerate(one["drive_frequency"].values):
+            row = int(one["first_limit"][k])
+            low = np.inf if row < 0 else float(one["limit_low"][row, k])
+            name = "none" if row < 0 else str(one["driven_limit"].values[row])
+            found[float(omega)] = (low, name) if low <= held else (held, f"{held_by} at a constant voltage")
+    order = sorted(found)
+    return np.array(order), np.array([found[omega][0] for omega in order]), [found[omega][1] for omega in order]
+
+
+def _limit(wide: xr.Dataset, near: xr.Dataset, omega: float) -> tuple[str, float]:
+    """The lowest limit at a frequency, and its peak voltage; infinite where none is met."""
+    known, limits, names = _rows(wide, near)
+    at = int(np.argmin(np.abs(known - omega)))
+    return names[at], float(limits[at])
+
+
+def _held(wide: xr.Dataset, near: xr.Dataset, omega: float, peak: float) -> tuple[float, float]:
+    """The frequencies next to each other, around one, at which a peak voltage is below all limits."""
+    known, limits, _ = _rows(wide, near)
+    at = int(np.argmin(np.abs(known - omega)))
+    below = np.flatnonzero(limits[:at] <= peak)
+    above = np.flatnonzero(limits[at + 1 :] <= peak)
+    first = int(below[-1]) + 1 if below.size else 0
+    last = at + int(above[0]) if above.size else len(known) - 1
+    return float(known[first]), float(known[last])
+
+
+def _kick(near: xr.Dataset, wide: xr.Dataset, best: Candidates) -> float:
+    """The kick that leads away from the best drive; NaN where it is not at the edge, at which kicks are tried."""
+    for one in (near, wide):
+        at = np.flatnonzero(one["drive_frequency"].values == best.frequency)
+        if best.edge and at.size:
+            return float(one["kick_high"][int(at[0])])
+    return float("nan")
+
+
+def _edge(wide: xr.Dataset, near: xr.Dataset, largest: str, damping_ratio: float) -> tuple[Array, Array, Array]:
+    """Frequency, peak voltage and value along the edge of the window."""
+    rows = []
+    for one in (wide, near):
+        found = candidates(one)
+        value = found.value(largest, damping_ratio)
+        rows += [
+            (f, p, v) for f, p, v, edge in zip(found.frequency, found.peak, value, found.edge, strict=True) if edge
+        ]
+    table = np.array(sorted({row[0]: row for row in rows}.values()))
+    return table[:, 0], table[:, 1], table[:, 2]
+
+
+def _motion(chosen: ConeModel, threads: int | None) -> xr.Dataset:
+    """Two drive periods of the settled motion."""
+    start = (rest_displacement(chosen) + NUDGE, 0.0)
+    points = plain(regime)(chosen, start, threads=threads)["section"].values
+    known = points[np.isfinite(points).all(axis=-1)]
+    return plain(simulate)(chosen, known[-1], periods=2.0, threads=threads)
+
+
+def _sensitivities(chosen: ConeModel, device: Device | None, threads: int | None) -> tuple[list[str], Array]:
+    """Fields of a device or parameters of a model, and d log(stroke) / d log(field) of each at the drive."""
+    if device is None:
+        numbers = {n: v for n, v in chosen.parameters().items() if isinstance(v, float) and _counts(v)}
+        numbers.pop("dielectric_strength", None)
+    else:
+        scales = device.scales
+        driven = device.replace_quietly(
+            voltage_amplitude=float(chosen.voltage) * scales.voltage,
+            voltage_offset=float(chosen.voltage_bias) * scales.voltage,
+            frequency=float(chosen.drive_frequency) * scales.frequency,
+        )
+        fields = driven.swept_fields()
+        numbers = {
+            n: v for n in fields if n not in NOT_CHANGED and isinstance(v := driven.get(n), float) and _counts(v)
+        }
+    names = list(numbers)
+    spread = {name: np.full(2 * len(names), value) for name, value in numbers.items()}
+    for k, name in enumerate(names):
+        spread[name][2 * k : 2 * k + 2] *= (1.0 + STEP, 1.0 - STEP)
+    points = None if device is None else driven.replace_quietly(spread)
+    members = chosen.replace(**spread) if points is None else points.to_model()
+    starts = np.stack([rest_displacements(members) + NUDGE, np.zeros(2 * len(names))], axis=-1)
+    found = plain(settled)(members, starts, threads=threads)
+    length = 1.0 if points is None else points.scales.length
+    strokes = np.where(found["period"].values > 0, found["stroke"].values, np.nan) * length
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.log(strokes[0::2] / strokes[1::2]) / np.log((1.0 + STEP) / (1.0 - STEP))
+    return names, np.where(np.isfinite(ratio), ratio, np.nan)
+
+
+def _counts(value: float) -> bool:
+    """Whether a number can be changed by a share of itself."""
+    return bool(np.isfinite(value) and value != 0.0)

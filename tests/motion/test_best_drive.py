@@ -1,0 +1,130 @@
+"""The best drive is safe, and no other drive in its window yields more; its sensitivities are those of the motion."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.motion import best_drive
+from gelcone.motion.best_drive import drive
+from gelcone.motion.driven import NUDGE
+from tests.toys import ThreeHarmonics
+
+CONE = gelcone.ConeModel(damping_ratio=0.1, rest_height=0.4, stretch_limit=8.0, voltage=0.4, voltage_bias=0.2)
+RANGE = {"lowest": 0.4, "highest": 1.6}
+WORTH = {"stroke": "window_stroke", "power": "window_power"}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few():
+    """Few frequencies, for every one takes a while."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(best_drive, "COARSE", 4)
+        patch.setattr(best_drive, "FINE", 3)
+        patch.setattr(best_drive, "PEAKS", (0.5, 1.2, 3))
+        yield
+
+
+@pytest.fixture(scope="module")
+def found():
+    return drive(CONE, **RANGE, threads=1)
+
+
+def at(found, **changes):
+    numbers = {name: float(found[name]) for name in ("voltage", "voltage_bias", "drive_frequency")}
+    model = CONE.replace(**numbers).replace(**changes)
+    rest = float(gelcone.pull_in_voltage(model)["rest_displacement"])
+    return gelcone.settled(model, (rest + NUDGE, 0.0))
+
+
+def test_the_motion_is_that_of_the_drive(found):
+    own = at(found)
+    assert float(found["stroke"]) == pytest.approx(float(own["stroke"]), rel=1e-3)  # the window samples 12 periods
+    assert float(np.ptp(found["displacement"].values)) == pytest.approx(float(own["stroke"]), rel=1e-3)
+    period = 2.0 * np.pi / float(found["drive_frequency"])
+    assert float(found["time"][-1]) == pytest.approx(2.0 * period)
+    assert float(found["work"]) == pytest.approx(float(found["power"]) * period)
+    assert float(found["power"]) == pytest.approx(2.0 * 0.1 * float(found["speed"]) ** 2)
+    speed = np.gradient(found["displacement"].values, found["time"].values)
+    assert float(found["speed"]) == pytest.approx(np.sqrt(np.mean(speed**2)), rel=2e-2)
+
+
+def test_the_drive_is_below_every_limit_of_the_envelope_by_the_margin(found):
+    there = gelcone.envelope(CONE, frequencies=[0.9 * float(found["drive_frequency"]), float(found["drive_frequency"])])
+    low = np.nanmin([*there["limit_low"].values[:, 1], *there["static_limit_voltage"].values])
+    assert float(found["peak_voltage"]) <= 0.8 * low * (1.0 + 1e-2)
+    assert float(found["frequency_low"]) <= float(found["drive_frequency"]) <= float(found["frequency_high"])
+
+
+@pytest.mark.parametrize("largest", WORTH)
+def test_no_edge_of_the_window_yields_more(largest, found):
+    best = found if largest == "stroke" else drive(CONE, largest=largest, **RANGE, threads=1)
+    there = gelcone.envelope(CONE, frequencies=np.geomspace(*RANGE.values(), 4))
+    assert float(best[largest]) >= float(there[WORTH[largest]].max()) * (1.0 - 1e-9)
+    assert float(best[largest]) == pytest.approx(float(best["window_value"].max()))
+
+
+@pytest.mark.parametrize("name", ["rest_height", "drive_frequency", "damping_ratio"])
+def test_sensitivities_are_those_of_the_settled_motion(name, found):
+    value = {"drive_frequency": float(found["drive_frequency"])}.get(name, getattr(CONE, name))
+    more, less = (float(at(found, **{name: value * (1.0 + h)})["stroke"]) for h in (2e-3, -2e-3))
+    own = float(found["sensitivity"][found["field"].values.tolist().index(name)])
+    assert own == pytest.approx(np.log(more / less) / 4e-3, rel=2e-2, abs=2e-2)
+
+
+def test_a_device_is_answered_in_its_units(command_line, undrawn):
+    typed = (
+        "drive",
+        "soft-film",
+        "--film",
+        "taut",
+        "--set",
+        "initial_height=3 mm",
+        "--lowest",
+        "8 Hz",
+        "--highest",
+        "14 Hz",
+    )
+    code, out, err = command_line(*typed, "--out", "there")
+    assert code == 0, err
+    (line,) = [line for line in out.splitlines() if line.startswith("largest stroke: ")]
+    result = gelcone.load("there/drive.nc")
+    assert f"{float(result['stroke']):.4g} mm at {float(result['drive_frequency']):.4g} Hz" in line
+    assert 8.0 <= float(result["drive_frequency"]) <= 14.0
+    assert {"film_thickness", "material.shear_modulus", "frequency"} <= set(result["field"].values.tolist())
+    device = gelcone.find_device("soft-film").replace(
+        initial_height="3 mm",
+        voltage_amplitude=float(result["voltage"]),
+        frequency=float(result["drive_frequency"]),
+        film="taut",
+        release_height=None,
+    )
+    assert float(gelcone.settled(device)["stroke"]) == pytest.approx(float(result["stroke"]), rel=1e-3)
+    assert command_line("show", "there/drive.nc")[1] == out.split("wrote ")[0]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"largest": "strok"}, "did you mean 'stroke'"),
+        ({"lowest": 1.0}, "lowest and highest: give both"),
+        ({"lowest": 2.0, "highest": 1.0}, "lowest and highest: give both"),
+    ],
+)
+def test_bad_input_is_refused(options, message):
+    with pytest.raises(gelcone.InputError, match=message):
+        drive(CONE, **options)
+
+
+def test_a_drive_that_moves_nothing_is_said():
+    flat = gelcone.ConeModel(damping_ratio=0.5, voltage=0.05, drive_frequency=3.0)
+    with pytest.raises(gelcone.InputError, match="no drive within the window moves the disc"):
+        drive(flat, lowest=2.5, highest=3.5, threads=1)
+    with pytest.raises(gelcone.InputError, match="takes one actuator"):
+        drive(CONE.replace(voltage=[0.1, 0.2]))
+
+
+def test_a_waveform_of_ones_own_is_scaled_to_its_peak():
+    own = CONE.replace(waveform=ThreeHarmonics())
+    found = drive(own, **RANGE, threads=1)
+    numbers = {name: float(found[name]) for name in ("voltage", "voltage_bias", "drive_frequency")}
+    assert float(own.replace(**numbers).peak_voltage) == pytest.approx(float(found["peak_voltage"]))
