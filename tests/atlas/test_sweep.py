@@ -157,12 +157,25 @@ def test_a_sweep_of_envelopes_and_of_responses():
 @pytest.mark.parametrize(("cells", "team"), [(0, 2), (5, 2), (289, 2), (289, 1), (1300, 1), (5000, 64)])
 def test_tasks_hold_every_cell_once_and_those_of_several_workers_are_small_at_the_end(cells, team):
     tasks = list(module._tasks(np.arange(cells), team))
-    np.testing.assert_array_equal(np.concatenate([np.arange(0), *tasks]), np.arange(cells))
+    np.testing.assert_array_equal(np.sort(np.concatenate([np.arange(0), *tasks])), np.arange(cells))
     sizes = [task.size for task in tasks]
     assert sizes == sorted(sizes, reverse=True)
     assert all(size <= module.TASK_CELLS for size in sizes)
     assert max(sizes[-team:], default=0) <= (module.FEWEST_CELLS if team > 1 else module.TASK_CELLS)
     assert team > 1 or max(sizes) - min(sizes) <= 1
+
+
+@pytest.mark.parametrize(("cells", "team"), [(2048, 1), (2048, 2), (10_000, 4)])
+def test_the_time_left_follows_from_the_first_tasks_within_a_factor_of_two(cells, team):
+    """Cells get dearer along the grid, as chaos does with the voltage: a tenth of the grid costs half of the time."""
+    cost = np.where(np.arange(cells) < 0.9 * cells, 1.0, 9.0)
+    tasks = list(module._tasks(np.arange(cells), team))
+    done, spent = np.cumsum([task.size for task in tasks]), np.cumsum([cost[task].sum() for task in tasks])
+    estimate = spent * (cells - done) / done
+    early = (done > 0.1 * cells) & (done < 0.8 * cells)
+    ratio = estimate[early] / (cost.sum() - spent[early])
+    assert 0.5 < ratio.min() <= ratio.max() < 2.0
+    assert all(np.diff(task[:8]).max() == 1 for task in tasks if task.size >= 8)  # neighbours stay together
 
 
 def test_no_task_carries_the_whole_grid():

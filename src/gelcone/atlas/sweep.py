@@ -39,6 +39,7 @@ TASK_CELLS = 256
 """Most cells of a task: some seconds of work that keep the integrator's lanes full."""
 FEWEST_CELLS = 32
 """Fewest cells of a task, where there are as many: with fewer the lanes stay empty, and a cell costs a half more."""
+GOLDEN = (5.0**0.5 - 1.0) / 2.0
 FLUSH_SECONDS, LONGEST_FLUSH_SECONDS = 2.0, 10.0
 """Time between two writes to the store; the longer writing takes, as for a large map, the longer."""
 FLUSH_SHARE = 0.05
@@ -224,10 +225,23 @@ def _work(cells: _Cells, team: Team, task: Task, progress: Callable[[Tally], Non
     return cells.kinds(asked)
 
 
+def _spread(cells: Cells) -> Cells:
+    """Cells in an order whose every part holds cells from all over the grid, in runs of neighbours.
+
+    What a cell costs changes over the grid, so that only such parts say how long the rest will take. The runs follow
+    multiples of the golden ratio, which fill the grid evenly.
+    """
+    runs = np.split(cells, np.arange(FEWEST_CELLS, cells.size, FEWEST_CELLS))
+    order = np.argsort(np.arange(len(runs)) * GOLDEN % 1.0, kind="stable")
+    inverse = np.empty_like(order)
+    inverse[order] = np.arange(len(runs))
+    return np.concatenate([runs[k] for k in inverse])
+
+
 def _tasks(cells: Cells, team: int) -> Iterator[Cells]:
     """Cuts cells into tasks, for several workers the smaller the fewer cells are left, so that none is busy long after
     the others."""
-    first = 0
+    cells, first = _spread(cells), 0
     while left := cells.size - first:
         parts = max(math.ceil(left / TASK_CELLS), 2 * team if team > 1 else 1)
         last = first + min(max(math.ceil(left / parts), FEWEST_CELLS), TASK_CELLS, left)

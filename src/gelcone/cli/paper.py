@@ -73,8 +73,8 @@ def progress_bar(hidden: bool) -> Iterator[Callable[[str, float], None]]:
     from tqdm import tqdm
 
     disable = True if hidden or not sys.stderr.isatty() else None
-    form = "{bar:24}| {percentage:3.0f} % {elapsed} {desc}"
-    with tqdm(total=1.0, disable=disable, leave=False, bar_format=form) as bar:
+    form = "{bar:24}| {percentage:3.0f} % {elapsed}, {remaining} left: {desc}"
+    with tqdm(total=1.0, disable=disable, leave=False, bar_format=form, smoothing=0.0) as bar:
 
         def progress(label: str, share: float) -> None:
             bar.set_description_str(label, refresh=share == 0.0)
