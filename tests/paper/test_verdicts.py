@@ -73,7 +73,7 @@ def test_parts_of_a_claim_have_verdicts_of_their_own_in_its_text():
     parts = {"it falls": Finding(holds=True, **ASIDE), "it stays": Finding(holds=False, holds_finite=True, **ASIDE)}
     whole = Finding(holds=False, holds_finite=True, parts=parts, **ASIDE)
     assert judge(whole) is Verdict.TRANSIENT
-    assert verdict_text(whole) == "only as a transient (it falls: reproduced; it stays: only as a transient)"
+    assert verdict_text(whole) == "it falls: reproduced; it stays: only as a transient"
     assert verdict_text(Finding(holds=True, **ASIDE)) == "reproduced"
 
 

@@ -88,9 +88,9 @@ def judge(finding: Finding) -> Verdict:
 
 
 def verdict_text(finding: Finding) -> str:
-    """The verdict in words, with those on the parts of a claim where they differ."""
+    """The verdict in words; of a claim with parts those on each of them."""
     parts = [f"{name}: {judge(part).value}" for name, part in finding.parts.items()]
-    return f"{judge(finding).value} ({'; '.join(parts)})" if parts else judge(finding).value
+    return "; ".join(parts) or judge(finding).value
 
 
 def _rule(holds: bool, finite: bool, fixed_step: bool, wide: bool, elsewhere: bool) -> Verdict:

@@ -164,8 +164,8 @@ def test_the_two_statements_about_the_amplitude_have_verdicts_of_their_own():
     """The peak falls in the long run; only the release from the start is not affected."""
     parts = found("spring-amplitude", frequency=response(), spring=spring()).parts
     assert {name: judge(part) for name, part in parts.items()} == {
-        "the peak falls": Verdict.REPRODUCED,
-        "the amplitude is not affected": Verdict.TRANSIENT,
+        "peak falls": Verdict.REPRODUCED,
+        "amplitude not affected": Verdict.TRANSIENT,
     }
 
 

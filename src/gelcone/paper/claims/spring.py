@@ -98,8 +98,8 @@ def spring_amplitude(studies: Studies) -> Finding:
     falling = every(*entries(falls))
     seen = "from each stiffness to the next where the errors of the peaks do not overlap"
     parts = {
-        "the peak falls": Finding(holds=falling, numbers=(), why=seen),
-        "the amplitude is not affected": Finding(unaffected, (), "in the long run", holds_finite=from_start),
+        "peak falls": Finding(holds=falling, numbers=(), why=seen),
+        "amplitude not affected": Finding(unaffected, (), "in the long run", holds_finite=from_start),
     }
     return Finding(
         parts=parts,
