@@ -326,3 +326,49 @@ def test_the_bias_of_films_in_opposite_phase_rises_with_the_ramp():
     drive = model.replace(voltage=0.25 * level, voltage_bias=0.75 * level, damping_ratio=1e-3, drive_frequency=omega)
     response = gelcone.motion.linear.linear_response(drive, omega * np.array([0.97, 1.0, 1.03])).stroke
     assert response.argmax() == 1
+
+
+def test_between_two_frequencies_the_lowest_limit_is_known_to_one_percent():
+    """Or it jumps between two that are 0.2 % apart; a limit of the plane alone tells at frequencies of its own."""
+    plane = Plane.of(TAUT.replace(dielectric_strength=1.2), None)
+    volts = np.linspace(0.3, 1.5, 5)
+    found = driven(plane, np.array([0.4, 0.9]), volts, refine=True, progress=lambda share: None)
+    known, lowest = found["frequency"], np.fmin.reduce(found["low"], axis=1)
+    assert known.size > 4
+    between = np.geomspace(0.43, 0.87, 4)
+    alone = driven(plane, between, volts, refine=False, progress=lambda share: None)
+    low, high = (np.fmin.reduce(alone[end], axis=1) for end in ("low", "high"))
+    line = np.interp(np.log(between), np.log(known), lowest)
+    resolved = (volts[1] - volts[0]) / 64.0
+    assert (line * 0.985 - resolved < high).all()
+    assert (line * 1.015 + resolved > low).all()
+    assert np.abs(np.interp(between, [0.4, 0.9], lowest[[0, -1]]) / low - 1.0).max() > 0.02  # two alone do not tell
+
+
+def test_the_transient_of_switching_on_counts_where_limits_hold_from_rest():
+    """A bias that is switched on lifts the disc twice as high as it holds it."""
+    model = TAUT.replace(dielectric_strength=1.1, voltage=0.03, voltage_bias=0.57, damping_ratio=0.05)
+    options = {"peaks": np.linspace(0.4, 1.4, 6), "frequencies": [0.3, 0.4]}
+    low = {}
+    for start in ("rest", "settled", "both"):
+        found = envelope(model, limits_from=start, **options)
+        assert f'"limits_from": "{start}"' in found.attrs["options"]
+        low[start] = found["limit_low"].values[DRIVEN_LIMITS.index("dielectric breakdown")]
+    assert (low["rest"] < 0.98 * low["settled"]).all()
+    np.testing.assert_allclose(low["both"], low["rest"], atol=0.02)
+    peak = 0.5 * (low["rest"][0] + low["settled"][0])
+    drive = model.replace(voltage=0.05 * peak, voltage_bias=0.95 * peak, drive_frequency=0.3)
+    rest = float(found["rest_displacement"])
+    assert float(simulate(drive, (rest, 0.0), periods=12)["validity_breakdown"]) > 0.0
+    assert float(gelcone.regime(drive, (rest, 0.0))["validity_breakdown"]) == 0.0
+
+
+def test_what_was_not_searched_is_not_called_beyond_a_limit():
+    found = envelope(TAUT.replace(dielectric_strength=9.0), peaks=[0.1, 0.2], frequencies=[0.5, 2.0])
+    own = importlib.import_module("gelcone.analyses.envelope")._own_line(found)
+    assert own == "its own drive, 0.6 at 1: above the voltages examined, up to 0.2, at which no limit was met"
+
+
+def test_limits_hold_from_what_is_known():
+    with pytest.raises(InputError, match="'start' is not a limits_from"):
+        envelope(TAUT, limits_from="start")

@@ -183,7 +183,7 @@ def _window_table(shown: xr.Dataset) -> Iterator[str]:
     else:
         units = [shown[name].attrs["units"].replace("1", "") for name in _WINDOW]
         reading = [f"{text} ({u})" if u else text for text, u in zip(_HEADS, units, strict=True)]
-        yield f"recommended drive, {_margin_of(shown):.0%} below its limits:"
+        yield f"recommended drive, {_margin_of(shown):.0%} below its limits{_from_words(shown)}:"
         yield "  " + "".join(f"{head:{width}s}" for head, width in zip(reading, _WIDTHS, strict=True)) + "first limit"
         frequency = shown["drive_frequency"].values
         rows = [_window_row(shown, k) for k in range(frequency.size)]
@@ -194,6 +194,18 @@ def _window_table(shown: xr.Dataset) -> Iterator[str]:
         if (shown["window_regime"].values == 0.0).all():
             yield "within the window the film stays at rest: only a bias and a spring that lifts the disc move it there"
     yield _own_line(shown)
+
+
+def _from_words(shown: xr.Dataset) -> str:
+    """What the limits hold for; results of gelcone 0.2 do not say."""
+    return _FROM.get(json.loads(shown.attrs["options"]).get("limits_from", ""), "")
+
+
+_FROM = {
+    "rest": " when it is switched on from rest",
+    "settled": " when its voltage rises slowly",
+    "both": " when it is switched on from rest or its voltage rises slowly",
+}
 
 
 def _coexisting_lines(shown: xr.Dataset) -> Iterator[str]:
@@ -298,6 +310,9 @@ def _own_line(shown: xr.Dataset) -> str:
     limit = highest / (1.0 - _margin_of(shown))
     if peak <= highest:
         return f"{own} inside the window, {_plain(highest)}{volt} there"
+    searched = float(shown["driven_peak"][-1])
+    if peak > searched and limit >= searched * (1.0 - 1e-9):
+        return f"{own} above the voltages examined, up to {_plain(searched)}{volt}, at which no limit was met"
     return (
         f"{own} above the window, {_plain(highest)}{volt} there, and {'below' if peak <= limit else 'beyond'} a limit"
     )

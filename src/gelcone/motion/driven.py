@@ -10,7 +10,7 @@ import numpy as np
 
 from gelcone.codes import Outcome, Regime
 from gelcone.continuum.pull_in import PullInCurve
-from gelcone.errors import InputError
+from gelcone.errors import InputError, unknown_name
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.equilibrium import Ramp, drive_ramp
 from gelcone.motion.floquet import onset_voltage
@@ -47,9 +47,14 @@ RESONANCES = (0.5, 1.0, 2.0)
 """Drive frequencies over the natural one where the first resonances lie: by a sine, by a bias, parametric."""
 TOO_CLOSE = 0.03
 """Frequencies nearer to each other than this share add nothing."""
-STEEP = 0.1
-"""Between frequencies whose lowest limits differ by more than this share another one is examined."""
-REFINEMENTS = 2
+WITHIN = 0.01
+"""Share to which the lowest limit between two frequencies is known by the straight line from one to the other."""
+NARROWEST = 1.002
+"""Frequencies over each other between which a limit that does not follow the line jumps."""
+REFINEMENTS = 10
+FROM = ("rest", "settled", "both")
+"""What the limits hold for: the motion from rest, switched on at once, with its transient; the motion that is settled
+while the voltage rises slowly; or both."""
 
 Progress = Callable[[float], None]
 
@@ -84,12 +89,19 @@ class Plane:
     threads: int | None
     membrane: PullInCurve | None = None
     """Above which voltages the film as a membrane has pulled in; None: the model's own film tells."""
+    limits_from: str = "rest"
+
+    def __post_init__(self) -> None:
+        if self.limits_from not in FROM:
+            raise unknown_name("limits_from", str(self.limits_from), FROM)
 
     @classmethod
-    def of(cls, model: ConeModel, threads: int | None, membrane: PullInCurve | None = None) -> Plane:
+    def of(
+        cls, model: ConeModel, threads: int | None, membrane: PullInCurve | None = None, limits_from: str = "rest"
+    ) -> Plane:
         """That of a single model; `InputError` for a drive without voltage."""
         shape = DriveShape.of(model)
-        return cls(model, shape, drive_ramp(model, np.zeros(1), shape.bias).rest, threads, membrane)
+        return cls(model, shape, drive_ramp(model, np.zeros(1), shape.bias).rest, threads, membrane, limits_from)
 
     def at(self, omegas: Array, peaks: Array) -> ConeModel:
         return self.model.replace(
@@ -117,24 +129,44 @@ class Plane:
                 kept.append(float(omega))
         return np.sort(kept)
 
-    def examine(self, omegas: Array, peaks: Array, progress: Progress = lambda share: None) -> dict[str, Array]:
-        """What the settled motion does at pairs of frequency and peak, arrays (pairs,); and which limits it meets."""
+    def examine(
+        self, omegas: Array, peaks: Array, progress: Progress = lambda share: None, lower: Array | None = None
+    ) -> dict[str, Array]:
+        """What the settled motion does at pairs of frequency and peak, arrays (pairs,); and which limits it meets.
+
+        ``lower``: states (pairs, N) settled at lower peaks, from which the voltage rises; without them all start from
+        rest.
+        """
         parts = []
         for first in range(0, len(omegas), CHUNK):
             part = slice(first, first + CHUNK)
-            parts.append(self._examine(self.at(omegas[part], peaks[part])))
-            progress(len(parts[-1]["regime"]) / len(omegas))
+            model = self.at(omegas[part], peaks[part])
+            start = start_states(model, (self.rest + NUDGE, 0.0))
+            slow = None if lower is None or self.limits_from == "rest" else self._examine(model, lower[part])
+            if slow is None or self.limits_from == "both":
+                found = self._examine(model, start, transient=self.limits_from != "settled")
+                if slow is not None:
+                    met = {name: np.maximum(found[name], slow[name]) for name in DRIVEN_LIMITS[:-1]}
+                    found = found | met | {"final": slow["final"]}
+            else:
+                found = slow
+            parts.append(found)
+            progress(len(found["regime"]) / len(omegas))
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
-    def _examine(self, model: ConeModel) -> dict[str, Array]:
-        start = start_states(model, (self.rest + NUDGE, 0.0))
+    def _examine(self, model: ConeModel, start: Array, transient: bool = False) -> dict[str, Array]:
+        """`examine` from ``start``, with the limits that the ``transient`` from there meets."""
         evidence = classify(model.members(), start, threads=self.threads)
         ran = evidence.outcome == Outcome.OK
         pulled_in = evidence.outcome == Outcome.PULLED_IN
         left = ~ran & ~pulled_in
         after = np.where(ran[:, None], evidence.final, start)
         seen = self._look(model, after)
-        breakdown = seen["breakdown"]
+        shares = {name: seen[name] for name in (*_SLACK_AND_LIMIT.values(), "breakdown", "beyond_membrane")}
+        if transient:
+            early = self._look(model, start)
+            shares = {name: np.maximum(values, early[name]) for name, values in shares.items()}
+        breakdown = shares["breakdown"]
 
         def where_ran(values: Any) -> Array:
             return np.where(ran, values, np.nan)
@@ -142,13 +174,14 @@ class Plane:
         return (
             {name: where_ran(seen[name]) for name in ("stroke", "power", "apparent_power", "field")}
             | {
+                "final": after,
                 "regime": evidence.regime.astype(float),
                 "outcome": evidence.outcome.astype(float),
-                "pull-in": (pulled_in | (ran & (seen["beyond_membrane"] > 0.0))).astype(float),
+                "pull-in": (pulled_in | (ran & (shares["beyond_membrane"] > 0.0))).astype(float),
                 "dielectric breakdown": np.where(np.isnan(breakdown), np.nan, left | (breakdown > 0.0)),
                 "chaos": np.isin(evidence.regime, (Regime.CHAOTIC, Regime.TRANSIENT_CHAOS)).astype(float),
             }
-            | {limit: (left | (seen[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
+            | {limit: (left | (shares[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
         )
 
     def _look(self, model: ConeModel, states: Array) -> dict[str, Array]:
@@ -185,35 +218,84 @@ _SLACK_AND_LIMIT = {
 }
 
 
-def driven(plane: Plane, omegas: Array, volts: Array, *, refine: bool, progress: Progress) -> dict[str, Array]:
+def driven(
+    plane: Plane,
+    omegas: Array,
+    volts: Array,
+    *,
+    refine: bool,
+    progress: Progress,
+    ceiling: float = np.inf,
+) -> dict[str, Array]:
     """All that `Plane.examine` finds, each (frequencies, peaks); ``low`` and ``high`` (frequencies, limits), the
     intervals of the peak voltage in which each limit is first met; and ``frequency`` (frequencies,).
 
-    With ``refine`` a frequency is added wherever the lowest limit changes steeply between two.
+    With ``refine`` frequencies are added until the lowest limit, or the ``ceiling`` where that is lower, is known to
+    `WITHIN` its share between any two.
     """
-    rounds = REFINEMENTS if refine else 0
-    found = _rows(plane, omegas, volts, lambda share: progress(share / (1.0 + 0.5 * rounds)))
-    for _ in range(rounds):
-        known, lowest = found["frequency"], np.fmin.reduce(found["low"], axis=1)
-        lowest = np.clip(lowest, volts[0], volts[-1])
-        steep = np.abs(np.diff(np.log(lowest))) > np.log1p(STEEP)
-        between = np.sqrt(known[1:] * known[:-1])[steep & (known[1:] / known[:-1] > (1.0 + TOO_CLOSE) ** 2)]
+    found = _rows(plane, omegas, volts, lambda share: progress(0.5 * share if refine else share))
+    confirmed = set[tuple[float, float]]()
+    for _ in range(REFINEMENTS if refine else 0):
+        between = _unknown_between(plane, found, min(ceiling, float(volts[-1])), confirmed)
         if between.size:
-            more = _rows(plane, between, volts, lambda share: progress(0.5 * share / (1.0 + 0.5 * rounds)))
-            order = np.argsort(np.concatenate([known, between]))
+            more = _rows(plane, between, volts, lambda share: progress(0.5 * share / REFINEMENTS))
+            order = np.argsort(np.concatenate([found["frequency"], between]))
             found = {name: np.concatenate([values, more[name]])[order] for name, values in found.items()}
         else:
-            progress(0.5 / (1.0 + 0.5 * rounds))
+            progress(0.5 / REFINEMENTS)
     return found
+
+
+def _unknown_between(
+    plane: Plane, found: dict[str, Array], ceiling: float, confirmed: set[tuple[float, float]]
+) -> Array:
+    """Middles of neighbouring frequencies at which the lowest limit is off the straight line between them; those on
+    it are added to the ``confirmed`` pairs.
+
+    Only two voltages are examined at each: one `WITHIN` below the line, which must meet no limit, and one above, which
+    must meet one.
+    """
+    known = found["frequency"]
+    lowest = np.clip(np.fmin.reduce(found["low"], axis=1), 0.0, ceiling)
+    pairs = list(zip(known[:-1].tolist(), known[1:].tolist(), strict=True))
+    line = 0.5 * (lowest[:-1] + lowest[1:])
+    open_ = np.array([pair not in confirmed for pair in pairs]) & (known[1:] > NARROWEST * known[:-1]) & (line > 0.0)
+    at = np.flatnonzero(open_)
+    if not at.size:
+        return np.empty(0)
+    middle, below, above = np.sqrt(known[at] * known[at + 1]), line[at] * (1.0 - WITHIN), line[at] * (1.0 + WITHIN)
+    lower = 0.5 * (found["final_below"][at] + found["final_below"][at + 1])
+    seen = plane.examine(np.tile(middle, 2), np.concatenate([below, above]), lower=np.tile(lower, (2, 1)))
+    met = np.any([seen[name] > 0.0 for name in DRIVEN_LIMITS[:-1]], axis=0).reshape(2, -1)
+    onset = _onset(plane, middle, ceiling)[0]
+    met |= np.stack([below, above]) >= onset
+    on_line = ~met[0] & (met[1] | (above >= ceiling))
+    confirmed.update(pairs[k] for k in at[on_line])
+    return np.asarray(middle[~on_line])
 
 
 def _rows(plane: Plane, omegas: Array, volts: Array, progress: Progress) -> dict[str, Array]:
     """`driven` at the given frequencies."""
-    grid_omega, grid_peak = (mesh.ravel() for mesh in np.meshgrid(omegas, volts, indexing="ij"))
-    seen = plane.examine(grid_omega, grid_peak, lambda share: progress(0.6 * share))
-    found = {name: values.reshape(len(omegas), len(volts)) for name, values in seen.items()}
+    seen, lower = [], None
+    step = len(volts) if plane.limits_from == "rest" else 1
+    for first in range(0, len(volts), step):  # slowly: each voltage from the motion at the one before
+        some = volts[first : first + step]
+        grid_omega, grid_peak = (mesh.ravel() for mesh in np.meshgrid(omegas, some, indexing="ij"))
+        share = 0.6 * len(some) / len(volts)
+        part = plane.examine(grid_omega, grid_peak, lambda done, share=share: progress(share * done), lower)
+        seen.append({name: v.reshape(len(omegas), len(some), *v.shape[1:]) for name, v in part.items()})
+        lower = seen[-1]["final"][:, -1]
+    found = {name: np.concatenate([part[name] for part in seen], axis=1) for name in seen[0]}
     low, high = _limits(plane, found, omegas, volts, lambda share: progress(0.4 * share))
-    return found | {"low": low, "high": high, "frequency": omegas}
+    final = found.pop("final")
+    return found | {"low": low, "high": high, "frequency": omegas, "final_below": _below_all(final, low, volts)}
+
+
+def _below_all(final: Array, low: Array, volts: Array) -> Array:
+    """The settled states (frequencies, N) at the highest voltage below all limits, or the lowest voltage."""
+    lowest = np.fmin.reduce(low, axis=1)
+    place = np.clip(np.searchsorted(volts, lowest, side="right") - 1, 0, len(volts) - 1)
+    return np.asarray(final[np.arange(len(final)), place])
 
 
 def _limits(
@@ -233,7 +315,9 @@ def _limits(
         middle = 0.5 * (low[rows, columns] + high[rows, columns])
         # a motion that leaves the domain meets several limits at one voltage: it is looked at once
         points, of = np.unique(np.stack([rows, middle]), axis=1, return_inverse=True)
-        now = plane.examine(omegas[points[0].astype(np.intp)], points[1])
+        at = points[0].astype(np.intp)
+        place = np.clip(np.searchsorted(volts, points[1]) - 1, 0, len(volts) - 1)
+        now = plane.examine(omegas[at], points[1], lower=seen["final"][at, place])
         hit = np.stack([now[name] for name in DRIVEN_LIMITS[:-1]])[columns, of.ravel()] > 0.0
         high[rows, columns] = np.where(hit, middle, high[rows, columns])
         low[rows, columns] = np.where(hit, low[rows, columns], middle)

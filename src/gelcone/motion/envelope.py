@@ -58,6 +58,7 @@ def envelope(
     peaks: Voltages | None = None,
     frequencies: Frequencies | None = None,
     margin: float = 0.2,
+    limits_from: str = "rest",
     radius_ratio: float | None = None,
     threads: int | None = None,
     progress: Progress = None,
@@ -70,8 +71,12 @@ def envelope(
         a ``dielectric_strength`` breakdown is NaN, and the window does not account for it.
     peaks : increasing peak voltages of the driven plane; default 24 up to twice the model's own peak.
     frequencies : increasing drive frequencies; default some 30 from a tenth to three times the natural frequency at
-        rest, the first resonances and the model's own among them, and more where the lowest limit changes steeply.
+        rest, the first resonances and the model's own among them, and more until the lowest limit is known to 1 %
+        between any two, or to jump between two that are 0.2 % apart.
     margin : share of the lowest limit that the recommended voltage stays below it. Default 0.2.
+    limits_from : what the limits hold for: ``"rest"`` (default), the motion that is switched on from rest, with its
+        transient over the first 12 drive periods; ``"settled"``, the motion that is settled while the voltage rises
+        slowly; or ``"both"``.
     radius_ratio : the disc's radius over the film's, for the pull-in of the film as a membrane; default 0.2 for a
         model, a device has its own.
     threads : worker threads; default one a core. Does not change a bit of the result.
@@ -121,15 +126,14 @@ def envelope(
         raise InputError(f"margin = {margin:g}: must be at least 0 and below 1")
     own_peak = peak_of(model)
     membrane = find_pull_in_curve(model, DEFAULT_RADIUS_RATIO if radius_ratio is None else radius_ratio)
-    plane = Plane.of(model, threads, membrane)
+    plane = Plane.of(model, threads, membrane, limits_from)
     volts = own_peak * np.linspace(*PEAKS) if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
     omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
-    found = driven(
-        plane, omegas, volts, refine=refine, progress=weighted(progress, 1.0 - COEXISTING_SHARE) or (lambda share: None)
-    )
     static, static_limits = _static(plane, max(float(volts[-1]), 2.0 * own_peak))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
+    of_driven = weighted(progress, 1.0 - COEXISTING_SHARE) or (lambda share: None)
+    found = driven(plane, omegas, volts, refine=refine, progress=of_driven, ceiling=lowest_static)
     low = np.where(np.isnan(found["low"]), np.inf, found["low"])
     lowest = low.min(axis=1)
     omegas, share = found["frequency"], 1.0 - margin
@@ -173,7 +177,7 @@ def envelope(
             "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
             "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
         },
-        options={"margin": margin, "radius_ratio": radius_ratio},
+        options={"margin": margin, "limits_from": limits_from, "radius_ratio": radius_ratio},
         title="operating envelope",
     ).assign_attrs(
         pull_in_of="cone" if membrane is None else "membrane",
