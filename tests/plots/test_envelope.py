@@ -109,6 +109,9 @@ def test_the_window_reaches_from_zero_to_the_recommended_peak():
     for frequency, peak in zip(OMEGA, WINDOW, strict=True):
         assert set(y[x == frequency]) == {0.0, peak}
     assert colour(band) == colour(blank().plot([], [], color=GREEN)[0])
+    gap = blank()
+    driven_limits(envelope(recommended_peak=np.array([1.0, 0.0, 1.2])), gap)
+    assert all(2.0 not in path.vertices[:, 0] for path in gap.collections[0].get_paths())
     none = blank()
     driven_limits(envelope(recommended_peak=np.zeros(3)), none)
     assert not none.collections

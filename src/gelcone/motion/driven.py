@@ -281,8 +281,7 @@ def _rows(plane: Plane, omegas: Array, volts: Array, progress: Progress) -> dict
     for first in range(0, len(volts), step):  # slowly: each voltage from the motion at the one before
         some = volts[first : first + step]
         grid_omega, grid_peak = (mesh.ravel() for mesh in np.meshgrid(omegas, some, indexing="ij"))
-        share = 0.6 * len(some) / len(volts)
-        part = plane.examine(grid_omega, grid_peak, lambda done, share=share: progress(share * done), lower)
+        part = plane.examine(grid_omega, grid_peak, lambda done: progress(0.6 * step / len(volts) * done), lower)
         seen.append({name: v.reshape(len(omegas), len(some), *v.shape[1:]) for name, v in part.items()})
         lower = seen[-1]["final"][:, -1]
     found = {name: np.concatenate([part[name] for part in seen], axis=1) for name in seen[0]}

@@ -43,8 +43,8 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     highest = float(envelope["driven_peak"].max())
     window = envelope["recommended_peak"].values
     if (window > 0.0).any():
-        at, top = broken_at_jumps(frequency, np.where(window > 0.0, window, np.nan))
-        axes.fill_between(at, 0.0, top, color=GREEN, alpha=0.18, lw=0, label="recommended window")
+        there = window > 0.0  # where there is none is a gap, and not a slope down to 0
+        axes.fill_between(frequency, 0.0, window, there, color=GREEN, alpha=0.18, lw=0, label="recommended window")
     looks = zip(envelope["driven_limit"].values, (BLACK, *CYCLE), MARKERS, strict=False)
     for row, (name, colour, marker) in enumerate(looks):
         low, high = envelope["limit_low"].values[row], envelope["limit_high"].values[row]
