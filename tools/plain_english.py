@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 SOURCE = Path(__file__).parents[1] / "src" / "gelcone"
-OBEYING = ("errors.py", "quantity.py", "progress.py", "files.py", "dataset.py", "netcdf.py", "statistics.py")
+OBEYING = ("paper", "errors.py", "quantity.py", "progress.py", "files.py", "dataset.py", "netcdf.py", "statistics.py")
 """Files and folders below ``src/gelcone`` that obey; add a folder here as soon as it does."""
 WORDS = {
     r"told|tells?": "reported, states, reports",

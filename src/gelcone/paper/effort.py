@@ -1,4 +1,4 @@
-"""How finely the paper's figures are computed: in full, or quickly."""
+"""Sizes of the paper's studies, in full and quick runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What claims read off studies: where the motion is chaotic, where exponents are positive, intervals of thresholds."""
+"""Truths and numbers read off studies: where the motion is chaotic, where exponents are positive, thresholds."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ class DrawnFigure:
 
 @dataclass(frozen=True)
 class WithFilm:
-    """What becomes of a claim with another film: ``pulled_in`` is the share of the runs that end because it does."""
+    """A claim judged with another film: ``pulled_in`` is the share of the runs that end because it does."""
 
     film: str
     finding: Finding

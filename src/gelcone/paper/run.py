@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from gelcone.paper.studies.study import Study
 
 OTHER_FILM = "wrinkling"
-"""A film that cannot push: what becomes of each claim with it stands beside the verdict."""
+"""A film that cannot push: the verdict with it stands next to that with the paper's film."""
 FOLDERS = {FULL.name: Path("paper-results"), QUICK.name: Path("paper-results-quick")}
 DRAWING = 2.0
 """Work of drawing a figure, see `Study.work`."""

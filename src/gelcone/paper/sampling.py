@@ -1,8 +1,8 @@
 """Shares of ranges of parameters, by low-discrepancy samples that grow until the answer is certain or a budget ends.
 
-A sample is a scrambled Sobol sequence, looked at whenever its length is a power of two. In one dimension each look then
-has one point in each of even parts of the range, and a share is judged as that of strata: a sharp edge costs few
-points. In more dimensions the points count as independent. The confidence allows for all looks together.
+A sample is a scrambled Sobol sequence, judged whenever its length is a power of two. In one dimension it then has one
+point in each of even parts of the range, and a share is judged as that of strata: a sharp edge costs few points. In
+more dimensions the points count as independent. The confidence allows for all looks together.
 """
 
 from __future__ import annotations

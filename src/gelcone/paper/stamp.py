@@ -1,4 +1,4 @@
-"""What the data of a study depend on apart from the study's name: the effort, and the program that computed them."""
+"""The effort and the program that the data of a study depend on."""
 
 from __future__ import annotations
 

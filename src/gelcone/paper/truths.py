@@ -1,8 +1,8 @@
 """Truths that the numbers may leave open, and shares of parameters with their intervals.
 
 A truth is True, False or None: None where the numbers do not say, because an interval contains the cut or the motion
-at a point could not be told. A share counts the parameters of a range at which something holds; its interval is that
-of Wilson (J. Am. Stat. Assoc. 22, 1927, 209). A sample is looked at up to six times while it grows, at 99.2 % each: all
+at a point is not known. A share counts the parameters of a range at which something holds; its interval is that
+of Wilson (J. Am. Stat. Assoc. 22, 1927, 209). A sample is judged up to six times while it grows, at 99.2 % each: all
 looks together hold with at least 95 %.
 """
 
@@ -23,7 +23,7 @@ LOOKS_Z = 2.638257273476751
 
 @dataclass(frozen=True)
 class Share:
-    """At how many of some parameters a statement holds: ``holding``, ``failing``, and ``open`` where it cannot be told.
+    """At how many of some parameters a statement holds: ``holding``, ``failing``, and ``open`` where it is not known.
 
     ``sample`` is False where the parameters are all that there are: the share is exact. They may be two readings of a
     word, or the parts of a range between bracketed edges, measured by their lengths. A sample with one point in each of
@@ -43,7 +43,7 @@ class Share:
 
     @property
     def value(self) -> float:
-        """Share of the parameters that could be told; NaN for none."""
+        """Share of the parameters that are known; NaN for none."""
         told = self.holding + self.failing
         return self.holding / told if told else float("nan")
 
@@ -81,6 +81,7 @@ class Share:
         return True if self.holding else None if self.open else False
 
     def number(self, meaning: str) -> Number:
+        """The share as a number with its interval."""
         low, high = self.interval
         return Number(meaning, self.value, low=low, high=high)
 

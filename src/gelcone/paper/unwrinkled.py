@@ -138,7 +138,7 @@ def _charged(film: Film, start: Point, free: float) -> tuple[list[_State], float
     """States at one height under rising V, and its end: a fold, a film that bulges, or the limit of a free film.
 
     Towards a fold or bulge the voltage weakens the film ever faster; a film that loses its tension it weakens ever
-    less, and that is no end.
+    less, and the curve does not end there.
     """
     point, states, squared, step = start, [_state(film, start)], 0.0, free / STEPS
     first, ratio, steepest = 0.0, 1.0, 1.0

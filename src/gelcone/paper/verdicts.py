@@ -3,7 +3,7 @@
 A claim's check says whether it holds in the long run at the paper's own parameters, whether it holds over a finite
 window like the paper's, at what share of other parameters it holds, and whether it holds for the paper's fixed-step
 integrator while that integrator is beyond the stretch limit. The verdict follows from these alone. Where one of them
-cannot be told and the verdict depends on it, there is no verdict.
+is not known and the verdict depends on it, there is no verdict.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """What the check of a claim found.
+    """Findings of the check of a claim.
 
     ``holds`` in the long run at the paper's parameters; ``holds_finite`` over a finite window from the start;
     ``holds_fixed_step`` for the fixed-step integrator in runs that go beyond the stretch limit; each False where the

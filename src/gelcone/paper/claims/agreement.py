@@ -129,8 +129,8 @@ def survives(cone: Array, corrected: Array) -> bool:
 def _outcome(cone: Array, corrected: Array, lost: float) -> str:
     if np.isfinite(corrected).all():
         change = float(np.mean(corrected) / np.mean(cone) - 1.0)
-        kept = "survives" if survives(cone, corrected) else "does not survive"
-        return f"corrected {_interval(corrected)} ({change:+.0%}): {kept}"
+        survival = "survives" if survives(cone, corrected) else "does not survive"
+        return f"corrected {_interval(corrected)} ({change:+.0%}): {survival}"
     if np.isfinite(lost):
         return f"corrected none: the film has no state above {lost:.3g}, it pulls in before: does not survive"
     return "corrected none in the searched range: does not survive"

@@ -1,4 +1,4 @@
-"""What the paper claims about damping."""
+"""Claims about damping."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ SMALLEST_ERROR = 1e-6
     "other-voltages-damping",
 )
 def damping_never_chaotic(studies: Studies) -> Finding:
+    """Judge the damping ratios on samples, and other voltages each at several damping ratios."""
     own, others = studies["share-damping"], studies["other-voltages-damping"]
     calm = share_of(own, without_chaos(own))
     never = rows_without_chaos(others)
@@ -56,7 +57,7 @@ def damping_never_chaotic(studies: Studies) -> Finding:
             ),
         ),
         why="At this voltage rest is stable and attracts every motion; at a higher one little damping leaves chaos. "
-        f"Needed: no chaos at any of so many damping ratios that its share is below {1.0 - NEARLY_ALL:.0%}.",
+        f"Needed: no chaos at any damping ratio of a sample that bounds its share by {1.0 - NEARLY_ALL:.0%}.",
         unseen="That the statement concerns the chosen voltage: it lies below the loss of stability of rest. "
         "Without damping the exponent over a window T falls like log(T)/T, which looks slightly positive in any "
         "window.",
@@ -70,6 +71,7 @@ def damping_never_chaotic(studies: Studies) -> Finding:
     "diagram-base-damping-ratio",
 )
 def damping_order(studies: Studies) -> Finding:
+    """Judge decay and return by the two exponents at the damping ratios of the diagram."""
     base = fixed_branch(studies["diagram-base-damping-ratio"])
     base = base.sel(damping_ratio=base["damping_ratio"] > 0.0)
     zeta, exponents = base["damping_ratio"].values, base["lyapunov"].values

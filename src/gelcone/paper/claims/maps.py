@@ -1,4 +1,4 @@
-"""What the paper claims about the map over voltage and pre-stretch."""
+"""Claims about the map over voltage and pre-stretch."""
 
 from __future__ import annotations
 
@@ -37,6 +37,7 @@ WIDEST = 0.1
     "voltage",
 )
 def map_high_voltage(studies: Studies) -> Finding:
+    """Judge each quarter of the pre-stretches on a sample above the voltage 1.6."""
     study = studies["share-high-voltage"]
     names = [sample.name for sample in SAMPLES["share-high-voltage"]]
     bands = [share(positive(part(study, name))) for name in names]
@@ -67,6 +68,8 @@ def map_high_voltage(studies: Studies) -> Finding:
     "prestretch",
 )
 def map_low_prestretch(studies: Studies) -> Finding:
+    """Judge small pre-stretches on a sample, and larger ones in contrast."""
+
     def early(name: str, finite: bool = False) -> Share:
         points = part(studies["share-prestretch"], name)
         return share_of(points, (rows_finite if finite else rows_with_chaos)(points))
@@ -103,6 +106,7 @@ def map_low_prestretch(studies: Studies) -> Finding:
     "map-equibiaxial",
 )
 def map_safe_prestretch(studies: Studies) -> Finding:
+    """Judge the rows of the map from the last one that fails on."""
     rows = {mode: _rows(studies[f"map-{mode}"], regular) for mode in ("radial", "equibiaxial")}
     window = _rows(studies["map-radial"], finite_not_positive)
     stretches = studies["map-radial"]["prestretch"].values
@@ -121,8 +125,9 @@ def map_safe_prestretch(studies: Studies) -> Finding:
                 float(stretches[edge]) if edge < len(stretches) else float("nan"),
             ),
         ),
-        why="Needed: from some pre-stretch up to the largest of the map regular motion at all voltages, over so many "
-        f"points that the share of others is below {1.0 - NEARLY_ALL:.0%}. A run that ends by pull-in is no motion.",
+        why="Needed: from some pre-stretch up to the largest of the map regular motion at all voltages, over "
+        f"enough points to bound the share of others by {1.0 - NEARLY_ALL:.0%}. A run that ends by pull-in "
+        "is not a motion.",
         unseen="That the answer depends on what pre-stretch means; the paper's wording fits the radial reading.",
     )
 
@@ -152,6 +157,7 @@ def _regular_above(rows: Array) -> Truth:
     "map-equibiaxial",
 )
 def stable_pocket(studies: Studies) -> Finding:
+    """Judge the largest narrow pocket of the map against shuffled maps."""
     radial, equibiaxial = (_pocket(studies[f"map-{mode}"]) for mode in ("radial", "equibiaxial"))
     return Finding(
         holds=radial.found,

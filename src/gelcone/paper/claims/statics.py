@@ -1,4 +1,4 @@
-"""What the paper claims about statics and the linear limit."""
+"""Claims about statics and the linear limit."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ LINEAR = 0.01
     "static",
 )
 def static_bistable(studies: Studies) -> Finding:
+    """Judge the equilibria at the highest voltage."""
     study = studies["static"]
     counts = study["equilibria"].values.ravel()
     highest = study.isel(constant_voltage=-1)
@@ -60,6 +61,7 @@ fem_agreement = claim(
     "linear-limit",
 )
 def linear_limit(studies: Studies) -> Finding:
+    """Judge the period over the amplitude."""
     study = studies["linear-limit"]
     amplitude, ratio = study["amplitude"].values, study["period_ratio"].values
     off = np.abs(ratio - 1.0)

@@ -1,4 +1,4 @@
-"""What the paper claims about the voltage."""
+"""Claims about the voltage."""
 
 from __future__ import annotations
 
@@ -51,6 +51,7 @@ BANDWIDTH = 1.94
     "voltage",
 )
 def voltage_threshold(studies: Studies) -> Finding:
+    """Judge the bracket of the threshold, and samples on both sides of it."""
     other = fixed_branch(studies["diagram-fast-voltage"])
     below, above = (part(studies["share-voltage"], name) for name in ("below", "above"))
     threshold = first_chaos(studies["diagram-base-voltage"], "voltage")
@@ -116,6 +117,7 @@ def _cascade(study: xr.Dataset, name: str) -> tuple[Number, ...]:
     "voltage",
 )
 def voltage_amplitude(studies: Studies) -> Finding:
+    """Judge the largest displacement in chaos with the error of nearby starts."""
     near, window = studies["neighbours"], studies["voltage"]
     branch = fixed_branch(studies["diagram-base-voltage"])
     chaos = chaotic(branch)
@@ -158,6 +160,7 @@ def _extent(study: xr.Dataset, lowest: str, highest: str) -> Array:
     "voltage",
 )
 def voltage_spectra(studies: Studies) -> Finding:
+    """Judge lines and flatness of the spectra at three voltages."""
     study = studies["spectra"]
     late, early = _spectral_order(study, ""), _spectral_order(study, "early_")
     base = list(study["set"].values).index("base")
@@ -224,6 +227,7 @@ def _spectral_order(study: xr.Dataset, prefix: str) -> list[bool]:
     "practical",
 )
 def practical_voltage(studies: Studies) -> Finding:
+    """Judge amplitudes and thresholds of the device in volts."""
     study = studies["practical"]
     amplitude = study["window_amplitude"].values
     spread = np.ptp(amplitude, axis=1) / amplitude.mean(axis=1)

@@ -1,4 +1,4 @@
-"""What a figure of the paper is: which studies it draws, and the text that goes with it."""
+"""A figure of the paper: the studies it draws, and its text."""
 
 from __future__ import annotations
 
@@ -34,6 +34,7 @@ class PaperFigure:
 
     @property
     def name(self) -> str:
+        """Name of its files."""
         return f"figure-{self.number:02d}"
 
     @property

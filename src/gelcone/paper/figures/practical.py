@@ -70,6 +70,7 @@ def amplitudes(study: xr.Dataset, axes: Axes) -> None:
 
 
 def legend(study: xr.Dataset, axes: Axes) -> None:
+    """Name the initial heights."""
     from matplotlib.lines import Line2D
 
     looks = list(zip(LOOKS, study["initial_height"].values, strict=True))

@@ -51,7 +51,7 @@ def both_spectra(member: xr.Dataset, axes: Axes) -> None:
         axes.axvline(ratio, color=BLACK, lw=0.6, ls=style, zorder=0.5)
     for prefix, colour, width in (("early_", GREY, 1.2), ("", motion_colour(member), 0.8)):
         frequency, amplitude = member[f"{prefix}frequency_ratio"], member[f"{prefix}amplitude"]
-        # The first bin is the mean displacement, which is no motion.
+        # The first bin is the mean displacement, not a motion.
         axes.plot(frequency[1:], amplitude.where(amplitude > 0.0)[1:], color=colour, lw=width, rasterized=True)
     axes.set_title(f"set {member['set'].item()}, $v$ = {float(member['voltage']):g}", loc="left")
     kind = motion_in_words(int(member["regime"]), int(member["period"]))
@@ -61,6 +61,7 @@ def both_spectra(member: xr.Dataset, axes: Axes) -> None:
 
 
 def legend(figure: Figure) -> None:
+    """Name the two windows of the spectra."""
     from matplotlib.lines import Line2D
 
     figure.legend(

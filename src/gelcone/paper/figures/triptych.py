@@ -91,6 +91,7 @@ def in_the_long_run(member: xr.Dataset, axes: Axes) -> None:
 
 
 def slack_share(axes: Axes, share: float) -> None:
+    """Write the share of the time that the film is slack into a panel."""
     text = f"slack {100.0 * share:.0f} %"
     axes.annotate(text, (1.0, 1.0), xycoords="axes fraction", ha="right", va="top", fontsize=7.0, color=GREY)
 

@@ -37,7 +37,7 @@ SOFT = 0.1
 """Smallest spring stiffness of figure 12."""
 HIGH_PRESTRETCH = 1.5
 DIGITS, ERROR_DIGITS = 8, 3
-"""Digits that are kept of what finite elements give, and of the estimates of its error."""
+"""Digits that are stored of what finite elements give, and of the estimates of its error."""
 TAUT, CORRECTED = "taut", "thresholds in the corrected model"
 MISSING = "missing"
 """Attribute of a study that could not be computed, with the reason."""

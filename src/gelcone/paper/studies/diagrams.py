@@ -52,6 +52,7 @@ def values_of(preset: str, parameter: str, effort: Effort) -> Array:
 
 
 def diagram_name(preset: str, parameter: str) -> str:
+    """Name of the study of one panel."""
     return f"diagram-{preset}-{parameter.replace('_', '-')}"
 
 
@@ -85,7 +86,7 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
 
 
 def rest_stability(ensemble: ConeModel, dims: tuple[str, ...]) -> dict[str, Any]:
-    """What theory says of rest at every value: growth rate under the drive, stiffness at full voltage."""
+    """Stability of rest at every value by theory: growth rate under the drive, stiffness at full voltage."""
     shape = ensemble.shape
     flat = ensemble.members()
     growth = floquet_multipliers(flat)["growth_rate"].values.reshape(shape)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STACKED = (0.6, 0.8, 1.0, 1.2, 1.5)
-"""Pre-stretches of which the section points are kept; rows of the map at every effort."""
+"""Pre-stretches of which the section points are stored; rows of the map at every effort."""
 
 
 def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 CHECKS = 12
 LONGEST_PERIOD = 2
-"""Branches of at most this period are kept."""
+"""Branches of at most this period are stored."""
 STIFFNESSES = (0.1, 0.5, 1.0, 5.0, 10.0, 20.0)
 BAND = (0.05, 6.0)
 """Drive frequencies swept: from far below half the lowest natural frequency to above the highest one."""

@@ -1,4 +1,4 @@
-"""What a study is: one named computation behind figures and claims."""
+"""A study: one named computation behind figures and claims."""
 
 from __future__ import annotations
 
@@ -47,6 +47,7 @@ def kinds_of(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
 
 
 def merged(*parts: xr.Dataset) -> xr.Dataset:
+    """Datasets of one ensemble as one, with the attributes of the first."""
     import xarray as xr
 
     return xr.merge(parts, compat="no_conflicts", join="exact", combine_attrs="override")
