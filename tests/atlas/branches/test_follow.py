@@ -123,3 +123,25 @@ def test_multipliers_of_rest_are_those_of_the_linearised_equation(voltages):
         expected = gelcone.floquet_multipliers(BASE.replace(voltage=float(own["value"])))
         expected = expected["multiplier_real"].values + 1j * expected["multiplier_imag"].values
         np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("highest", [2.4, 2.45])
+def test_two_doublings_within_one_step_are_found(highest):
+    """A multiplier is beyond -1 over 0.8 % of the drive frequency only, narrower than the usual steps."""
+    model = gelcone.ConeModel(
+        damping_ratio=0.15045,
+        spring_stiffness=0.6356,
+        rest_height=0.2152,
+        voltage=0.7115,
+        voltage_bias=0.4025,
+        prestretch=1.5782,
+        stretch_limit=20.0,
+        drive_frequency=1.7,
+    )
+    found = gelcone.continue_branch(model, "drive_frequency", 0.9, highest, start="settled", switch=0, checks=2)
+    assert [event["kind"] for event in events_json(found)] == ["period doubling"] * 2
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(follow, "LONGEST_STEP", 0.004)
+        fine = gelcone.continue_branch(model, "drive_frequency", 1.8, 1.95, start="settled", switch=0, checks=2)
+    for one, other in zip(events_json(found), events_json(fine), strict=True):
+        assert one["value"] == pytest.approx(other["value"], abs=1e-9)

@@ -33,6 +33,8 @@ COLLAPSED = 1e-6
 SAME_WAY = 0.8
 """Cosine of the largest turn from one point to the next."""
 LONGEST_STEP_AT_REST = 0.005
+CLOSE = 0.3
+"""A test function that a parabola takes below this share of its values at both points may have passed zero twice."""
 
 
 def follow(shooting: Shooting, start: Point, walk: Walk, *, both_ways: bool = True, resting: bool = False) -> Branch:
@@ -103,6 +105,11 @@ def _go_on(shooting: Shooting, way: Checkpoint, walk: Walk, resting: bool) -> No
         if way.merge is not None:
             way.finish(Ending.MERGED, _merged(shooting, *way.merge, point))
             return
+    between_them = _turned_back(shooting, points, point, metric)
+    if between_them is not None:
+        way.events += events_between(shooting, here, between_them, len(points) - 1, walk, resting)
+        points.append(between_them)
+        here = between_them
     way.events += events_between(shooting, here, point, len(points) - 1, walk, resting)
     points.append(point)
     walk.tick(point)
@@ -130,6 +137,34 @@ def _trusted(
     if not metric.inner(tangent, point.tangent) > SAME_WAY:
         return False
     return resting or not _collapsed(shooting, here, point)
+
+
+def _turned_back(shooting: Shooting, points: list[Point], point: Point, metric: Metric) -> Point | None:
+    """An orbit between the last point and the next at which a multiplier is beyond 1 or -1, though at both it is not:
+    it has passed there and back. Asked for where the parabola of the test function through the last three points comes
+    close to zero in between; None where there is none."""
+    if len(points) < 2:
+        return None
+    before, here = points[-2], points[-1]
+    back, ahead = (
+        metric.length(Direction(b.nodes - a.nodes, b.value - a.value)) for a, b in ((before, here), (here, point))
+    )
+    for at in (1.0, -1.0):
+        first, middle, last = (float(np.prod(1.0 - at * p.multipliers).real) for p in (before, here, point))
+        if middle * last <= 0.0:
+            continue
+        one, other = (middle - first) / back, (last - middle) / ahead
+        bend = (other - one) / (back + ahead)
+        slope = other - bend * ahead
+        share = -slope / (2.0 * bend * ahead) if bend * middle > 0.0 else 0.0
+        if not 0.0 < share < 1.0 or (middle + 0.5 * slope * share * ahead) / middle > CLOSE * min(1.0, last / middle):
+            continue
+        chord = metric.unit(Direction(point.nodes - here.nodes, point.value - here.value))
+        found = correct(shooting, between(here, point, share), chord, metric).point
+        if found is not None and (found.fold if at > 0.0 else found.double) * middle < 0.0:
+            turned = metric.inner(found.tangent, here.tangent) < 0.0
+            return Point(found.nodes, found.value, found.multipliers, -found.tangent) if turned else found
+    return None
 
 
 def _ahead(before: Point | None, here: Point, tangent: Direction, metric: Metric, step: float) -> Direction:
