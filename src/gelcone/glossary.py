@@ -58,6 +58,8 @@ GLOSSARY: dict[str, str] = {
     "taut": "In tension along hoop and meridian.",
     "transient chaos": "Chaos that ends by itself, after its lifetime in the mean.",
     "validity": "The share of a motion in which an assumption of the model does not hold.",
+    "work of a cycle": "Largest work that a load can take up in a cycle that pushes it out under a constant voltage "
+    "and back without one: the area between the two forces over the stroke.",
     "window": "The drives recommended at a frequency: peak voltages below all limits by the margin.",
 }
 """Term -> what it means."""

@@ -375,3 +375,24 @@ def test_by_default_the_voltages_are_the_offset_and_the_peak_of_the_drive():
     model = ConeModel(voltage=0.3, voltage_bias=-0.2, rest_height=0.3)
     assert static(model)["constant_voltage"].values == pytest.approx([0.2, 0.5], rel=1e-15)
     assert static(model.replace(voltage_bias=0.0))["constant_voltage"].values.tolist() == [0.3]
+
+
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+def test_the_work_of_a_cycle_is_the_area_between_the_forces(film):
+    model = ConeModel(rest_height=0.4, spring_stiffness=0.8, hoop_prestretch=1.4, film=film)
+    levels = [0.0, 0.2, 0.4]
+    wide = static(model, levels)
+    rest = float(wide["rest_displacement"])
+    for k, level in enumerate(levels):
+        end = rest + float(wide["stroke"][k])
+        x = np.linspace(rest, end, 2001)
+        force = static(model, [0.0, level], x)["force"] if end > rest else np.zeros((2, 2001))
+        area = float(np.trapezoid(force[0] - force[-1], x))
+        assert float(wide["cycle_work"][k]) == pytest.approx(area, rel=1e-6, abs=1e-15)
+        if film == "taut":  # the field pushes by v^2 x
+            assert area == pytest.approx(level**2 * (end**2 - rest**2) / 2.0, rel=1e-6)
+
+
+def test_beyond_pull_in_there_is_no_work_of_a_cycle():
+    result = static(ConeModel(film="wrinkling", rest_height=0.4), [0.1, 5.0])
+    assert np.isnan(result["cycle_work"].values).tolist() == [False, True]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+import gelcone
 from gelcone import Outcome
 from gelcone.physics.balance import PullIn
 from gelcone.plots.equilibrium import MARKER_SIZES, equilibrium_branches, force_curves, static_figure
@@ -151,3 +152,22 @@ def test_up_to_three_members_have_a_row_each(members, rows):
     for axes in figure.axes[:2]:
         assert axes.get_legend() is not None
     assert all(axes.get_legend() is None for axes in figure.axes[2:])
+
+
+def test_displacements_that_are_given_show_what_a_load_feels():
+    device = gelcone.find_device("biased-pump")
+    result = gelcone.static(device, ["0 V", "1 kV", "2 kV"], ["12 mm", "14 mm", "16 mm", "18 mm"])
+    axes = gelcone.plot(result).axes[0]
+    assert axes.get_ylabel() == "force on a load (N)"
+    curves = [one for one in axes.lines if len(one.get_xdata()) == 4]
+    for curve, force in zip(curves, result["force"].values, strict=True):
+        assert curve.get_ydata().tolist() == (-force).tolist()
+    points = {tuple(map(float, one.get_xydata()[0])) for one in axes.lines if len(one.get_xdata()) == 1}
+    rest = float(result["rest_displacement"])
+    for k in range(3):
+        assert (rest, float(result["blocked_force"][k])) in points
+        assert (rest + float(result["stroke"][k]), 0.0) in points
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels[2] == "2000 V: 0.0732 N, 3.53 mm, 0.295 mJ"
+    assert "work of a cycle" in labels
+    assert gelcone.plot(gelcone.static(device)).axes[0].get_ylabel() == "force that holds the disc (N)"

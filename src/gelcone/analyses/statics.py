@@ -68,7 +68,7 @@ def _member_json(member: xr.Dataset) -> dict[str, Any]:
             {
                 "voltage": member["constant_voltage"][i],
                 "equilibria": _equilibria(member, i),
-                **{name: member[name][i] for name in ("stroke", "blocked_force", "force")},
+                **{name: member[name][i] for name in ("stroke", "blocked_force", "cycle_work", "force")},
             }
             for i in range(member.sizes["constant_voltage"])
         ],
@@ -112,8 +112,8 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
     for i in range(member.sizes["constant_voltage"]):
         one = member.isel(constant_voltage=i)
         places = [f"{float(e['displacement']):.4g}{length} ({', '.join(_about(e))})" for e in _equilibria(member, i)]
-        yields = {"stroke": measured(one["stroke"]), "blocked force": measured(one["blocked_force"])}
-        told = [f"{name} {value}" for name, value in yields.items() if not value.startswith("nan")]
+        yields = {"stroke": "stroke", "blocked force": "blocked_force", "work of a cycle": "cycle_work"}
+        told = [f"{words} {measured(one[name])}" for words, name in yields.items() if np.isfinite(one[name])]
         lines.append(
             f"  {measured(one['constant_voltage'])}: rests at {', '.join(places) or 'nothing'}; "
             f"{', '.join(told) or 'beyond pull-in'}"

@@ -40,6 +40,9 @@ if TYPE_CHECKING:
 
 FORCE_SAMPLES = 401
 _TO = dataset.absent("length", infinite="no other equilibrium")
+WORK_PANELS, WORK_NODES = 16, 8
+"""Panels, and Gauss-Legendre nodes of each, over which the work of a cycle is integrated; corners lie in few."""
+_WORK = dataset.absent("energy", nan="beyond pull-in")
 _PULLED = dataset.absent("length", nan="beyond pull-in", infinite="beyond pull-in")
 
 
@@ -75,10 +78,11 @@ def static(
     ``equilibrium_displacement``, which is ``stable`` where the energy
     has a minimum. ``branch_*`` trace the equilibria over the voltage, pieces parted by NaN, with the folds among the
     points. Pitchfork, folds and pull-in are those of `pitchfork_voltage`, `fold_voltages` and `pull_in_voltage`,
-    ``stroke`` and ``blocked_force`` on a slow voltage ramp those of `stroke_and_blocked_force`. ``validity_*`` are 1
-    at an equilibrium where an assumption of the model fails (`gelcone.motion.validity.ASSUMPTIONS`), 0 elsewhere, NaN
-    where it is unknown; one has pulled in that lies beyond the fold in which a slow ramp loses stability. The
-    ``outcome`` of a member is ``outside`` where its pre-stretch exceeds the stretch limit at every displacement.
+    ``stroke``, ``blocked_force`` and ``cycle_work`` on a slow voltage ramp those of `stroke_and_blocked_force`.
+    ``validity_*`` are 1 at an equilibrium where an assumption of the model fails
+    (`gelcone.motion.validity.ASSUMPTIONS`), 0 elsewhere, NaN where it is unknown; one has pulled in that lies beyond
+    the fold in which a slow ramp loses stability. The ``outcome`` of a member is ``outside`` where its pre-stretch
+    exceeds the stretch limit at every displacement.
 
     Raises
     ------
@@ -119,7 +123,7 @@ def static(
         | _pitchfork_variable(balances)
         | _fold_variables(folds)
         | pull_in
-        | {name: delivered[name] for name in ("stroke", "blocked_force")},
+        | {name: delivered[name] for name in ("stroke", "blocked_force", "cycle_work")},
         coords={
             "constant_voltage": (("constant_voltage",), levels, "constant voltage", "voltage"),
             "displacement": (("displacement",), x, "displacement x = h/(b-a)", "length"),
@@ -129,6 +133,7 @@ def static(
     result = _with_validity(result, model.members(), levels, place)
     counted.finish()
     options = json.loads(result.attrs["options"]) | {"voltages": None if voltages is None else levels.tolist()}
+    options["displacements"] = None if displacements is None else x.tolist()
     return _with_flags(result.assign_attrs(options=json.dumps(options)))
 
 
@@ -242,7 +247,8 @@ def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths
     ``rest_displacement``, on the branch that the ramp follows and past its end on the one it goes to (after a pitchfork
     the positive one), NaN where it goes to infinity; ``losses``, how many losses of stability the ramp has passed;
     ``blocked_force``, what the voltage adds to the force (v^2 x in the cone), with which the disc pushes (away from the
-    flat film) on a stop that holds it where it rests without voltage.
+    flat film) on a stop that holds it where it rests without voltage; ``cycle_work``, the largest work on a load in a
+    cycle: the area between the forces with and without the voltage over the stroke.
     """
     levels = _voltages(voltages)
     balances = balances_of(model)
@@ -302,9 +308,27 @@ def _ramp_variables(balances: list[StaticBalance], rests: list[float], levels: A
         "displacement": (dims, place, "displacement on a slow voltage ramp", _PULLED),
         "stroke": (dims, place - rest[:, None], "displacement from the rest without voltage", _PULLED),
         "blocked_force": (dims, blocked + 0.0, "force on a stop at the rest position", "force"),
+        "cycle_work": (dims, each_work(balances, rests, place, levels), "largest work of a cycle on a load", _WORK),
         "losses": (dims, losses, "losses of stability passed on the ramp", "count"),
         "rest_displacement": ((), rest, "stable equilibrium without voltage", "length"),
     }
+
+
+def each_work(balances: list[StaticBalance], rests: list[float], place: Array, levels: Array) -> Array:
+    """The area between the forces without and with a voltage from the rest to where the ramp goes, (members, voltages).
+
+    A load takes it up in a cycle that pushes it out under the voltage and takes it back without one.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(WORK_NODES)
+    panels = (0.5 + 0.5 * nodes + np.arange(WORK_PANELS)[:, None]).ravel() / WORK_PANELS
+    shares = np.tile(0.5 * weights / WORK_PANELS, WORK_PANELS)
+    work = np.full(place.shape, np.nan)
+    for member, (balance, rest) in enumerate(zip(balances, rests, strict=True)):
+        for k in np.flatnonzero(np.isfinite(place[member])):
+            x = rest + (place[member, k] - rest) * panels
+            added = balance.voltage_force(x, np.full(x.shape, levels[k] ** 2))
+            work[member, k] = (place[member, k] - rest) * float(added @ shares)
+    return work
 
 
 def _label(

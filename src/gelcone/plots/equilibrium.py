@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from gelcone.motion.validity import invalid
 from gelcone.physics.balance import PullIn
 from gelcone.plots.response import members
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, axis_label, styled
-from gelcone.words import outcome_in_words, unit_of
+from gelcone.words import measured, outcome_in_words, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,12 +28,13 @@ HEADROOM = 1.6
 def static_figure(result: xr.Dataset) -> Figure:
     """Force over displacement next to the equilibria over the voltage; a row for each of up to three members."""
     drawn = members(result)
+    forces = force_curves if _option(result, "displacements") is None else delivered_force
     drawn = [drawn[i] for i in np.unique(np.linspace(0, len(drawn) - 1, min(len(drawn), MOST_ROWS)).astype(int))]
 
     def draw(figure: Figure) -> None:
         grid = figure.subplots(len(drawn), 2, squeeze=False)
         for row, (name, member) in zip(grid, drawn, strict=True):
-            force_curves(member, row[0])
+            forces(member, row[0])
             equilibrium_branches(member, row[1])
             if name:
                 row[0].set_title(name, loc="left")
@@ -63,6 +65,43 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
     limit_forces(member, axes)
     axes.set_xlabel(axis_label(member["displacement"], "displacement"))
     axes.set_ylabel(axis_label(member["force"], "force that holds the disc"))
+    axes.margins(x=0)
+    note_failure(member, axes)
+
+
+def _option(result: xr.Dataset, name: str) -> Any:
+    """An option of the result; None where results of earlier versions have none."""
+    return json.loads(result.attrs.get("options", "{}")).get(name)
+
+
+def delivered_force(member: xr.Dataset, axes: Axes) -> None:
+    """Force of the disc on a load over its displacement, at up to five of the voltages: blocked force where it rests
+    without voltage, stroke where the force is zero, and between the highest voltage and none the work of a cycle."""
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    place = member["displacement"].values
+    rest = float(member["rest_displacement"])
+    count = member.sizes["constant_voltage"]
+    chosen = np.unique(np.linspace(0, count - 1, MOST_CURVES).astype(int))
+    for colour, i in zip(CYCLE, chosen, strict=False):
+        one = member.isel(constant_voltage=i)
+        told = f"{measured(one['constant_voltage'])}: " + ", ".join(
+            measured(one[name], 3) for name in ("blocked_force", "stroke", "cycle_work") if np.isfinite(one[name])
+        )
+        axes.plot(place, -one["force"].values, color=colour, label=told)
+        axes.plot(rest, one["blocked_force"], "o", color=colour, ms=5.0, ls="none", clip_on=False)
+        axes.plot(rest + one["stroke"], 0.0, "D", color=colour, ms=5.0, mfc="white", ls="none", clip_on=False)
+    axes.plot([], [], "o", color=BLACK, ms=5.0, ls="none", label="blocked force")
+    axes.plot([], [], "D", color=BLACK, ms=5.0, mfc="white", ls="none", label="stroke (no force)")
+    last = member.isel(constant_voltage=int(chosen[-1]))
+    end = rest + float(last["stroke"])
+    without = member["constant_voltage"].values == 0.0
+    if np.isfinite(end) and without.any():
+        first = member.isel(constant_voltage=int(np.argmax(without)))
+        inside = (place - rest) * (place - end) <= 0.0
+        low, high = -first["force"].values, -last["force"].values
+        axes.fill_between(place, low, high, where=inside, color=CYCLE[0], alpha=0.12, lw=0, label="work of a cycle")
+    axes.set_xlabel(axis_label(member["displacement"], "displacement"))
+    axes.set_ylabel(axis_label(member["force"], "force on a load"))
     axes.margins(x=0)
     note_failure(member, axes)
 
