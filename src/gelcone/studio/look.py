@@ -114,7 +114,8 @@ def response(subject: Subject, periods: float) -> Parts:
     """The motion from its start, the voltage, the film's state, and in words what it seems to be."""
     members = subject.model.members()
     states0 = start_states(members, subject.initial)
-    period = float(members.drive_period[0])
+    with np.errstate(over="ignore"):
+        period = float(members.drive_period[0])
     if not 0.0 < periods * period <= LONGEST_TIME:
         name = "frequency" if subject.device is not None else "drive_frequency"
         raise InputError(f"{name}: {periods:g} periods last {periods * period:g} time units; raise the frequency")
