@@ -8,7 +8,7 @@ from gelcone import InputError
 from gelcone.analyses.request import read_subject
 from gelcone.devices.files import shipped_devices
 from gelcone.studio.controls import controls_of
-from gelcone.studio.grids import IMPOSSIBLE, Source, axis, even_tasks, kinds, thresholds
+from gelcone.studio.grids import IMPOSSIBLE, PULLED_IN, Source, axis, even_tasks, kinds, thresholds
 
 PUMP = Source(shipped_devices()["biased-pump"], None, {"settings": []})
 
@@ -57,7 +57,7 @@ def test_thresholds_are_those_of_limits():
     lines = thresholds(preset, {"spring_stiffness": ["0.5", "0.9"]})
     model = gelcone.ConeModel.from_parameters(preset.subject().model.parameters()).replace(spring_stiffness=[0.5, 0.9])
     limits = gelcone.limits(model)
-    np.testing.assert_array_equal(lines["pull-in at the peak"], limits.pull_in_voltage)
+    np.testing.assert_array_equal(lines["pull-in of the cone at the peak"], limits.pull_in_voltage)
     np.testing.assert_array_equal(lines["rest becomes unstable"], limits.onset_voltage)
 
 
@@ -66,3 +66,11 @@ def test_the_tasks_of_a_level_are_even(count, sizes):
     parts = even_tasks(np.arange(count), workers=2, most=128)
     assert [part.size for part in parts] == sizes
     assert np.concatenate([np.zeros(0), *parts]).tolist() == list(range(count))
+
+
+def test_cells_that_pull_in_are_a_kind_of_their_own():
+    source = Source(None, None, {"preset": "base", "settings": ["film=wrinkling", "rest_height=1"]})
+    found = kinds(source, {"voltage": ["0.1", "3"]})
+    assert found["regime"].tolist()[1] == PULLED_IN != found["regime"].tolist()[0]
+    outcome = gelcone.regime(source.subject().model.replace(voltage=3.0), source.subject().initial).outcome
+    assert int(outcome) == gelcone.Outcome.PULLED_IN

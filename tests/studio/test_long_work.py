@@ -64,7 +64,7 @@ def test_thresholds_lie_at_the_voltages_of_limits_on_the_axis_of_the_voltage(upr
         if (expected > 0.0).any():
             np.testing.assert_allclose(arrays.pop(words), np.where(expected > 0.0, expected, np.nan) * scale, rtol=1e-9)
     assert not arrays
-    assert "pull-in at the peak" in head["names"]
+    assert "pull-in of the cone at the peak" in head["names"]
 
 
 def test_a_map_without_the_voltage_has_no_thresholds():

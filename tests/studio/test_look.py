@@ -359,3 +359,10 @@ def test_shares_of_the_film_add_up_and_name_what_occurs():
     shares = [(look.TAUT, 0.6), (look.CRUMPLED, 0.1), (look.BREAKDOWN, 0.3)]
     assert [(entry["code"], entry["share"]) for entry in look._shares(film)] == shares
     assert look._shares(film[:0]) == []
+
+
+def test_what_acts_on_the_disc_is_drawn_only_where_it_does(shelf):
+    assert look.about(shelf.subject(Setting(device="snap-cone")))["bias"] == "beam"  # its spring has no stiffness
+    stiff = Setting(device="snap-cone", values={"spring_rate": "1 N/m"})
+    assert look.about(shelf.subject(stiff))["bias"] == "spring+beam"
+    assert look.about(shelf.subject(Setting(preset="base", values={"spring_stiffness": "0"})))["bias"] == "none"

@@ -316,7 +316,7 @@ def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_whe
     with server.page() as page:
         ask(page, "look", 1, side="a", setting=PUMP, panels=["statics"])
         names = {own["name"] for _ in range(2) for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]}
-        assert names == {"current", "power", "static pull-in"}
+        assert names == {"current", "power", "pull-in of the cone"}
         marks = answer(page, "statics", 60.0)[0]["words"]["marks"]
         subject = server.studio.shelf.subject(Setting(**PUMP))
         assert look.margins(subject).words["numbers"][0]["value"] == pytest.approx(marks["pull_in"], rel=1e-9)
@@ -351,7 +351,9 @@ def test_another_rest_is_looked_for_once_the_hand_rests_and_shown(server, monkey
     with server.page() as page:
         snap = {"device": "snap-cone"}
         ask(page, "look", 1, side="a", setting={**snap, "values": {"initial_height": "2 mm"}})
-        while "static pull-in" not in [own["name"] for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]]:
+        while "pull-in of the cone" not in [
+            own["name"] for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]
+        ]:
             pass
         ask(page, "look", 2, side="a", setting={**snap, "values": {"initial_height": "-2 mm"}})
         first = answer(page, "response")[1]["x"][0]

@@ -18,7 +18,7 @@ import numpy as np
 from gelcone.analyses.answer import in_si
 from gelcone.analyses.ask import arguments_of
 from gelcone.analyses.request import Subject, read_subject
-from gelcone.codes import Regime
+from gelcone.codes import Outcome, Regime
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
@@ -41,7 +41,8 @@ LEAST_TASK, FIRST_TASK, TASK = 32, 48, 128
 few enough for a picture that grows, and for no worker to wait for another at the end of a level."""
 COARSEST = 9
 """Cells along each axis of the coarsest picture."""
-IMPOSSIBLE = 99
+PULLED_IN, IMPOSSIBLE = 98, 99
+"""Kinds of cells besides those of motion."""
 
 
 def even_tasks(cells: Array, workers: int, most: int) -> list[Array]:
@@ -194,6 +195,7 @@ def _kinds(subject: Subject, axes: Mapping[str, list[str]]) -> dict[str, Any]:
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     found = ANALYSES["regime"].compute(cells.members, cells.states, threads=1)
     regime = np.where(found.outcome == 0, np.asarray(found.variables["regime"][1]), Regime.LEFT_THE_DOMAIN)
+    regime = np.where(found.outcome == Outcome.PULLED_IN, PULLED_IN, regime)
     low, high = (np.asarray(found.variables[name][1]) * cells.length for name in ("lowest", "highest"))
     section = np.asarray(found.variables["section"][1])[..., 0] * cells.length[:, None]
     return {
@@ -215,7 +217,7 @@ def _impossible(states: int) -> dict[str, Any]:
 THRESHOLDS = {
     "onset_voltage": "rest becomes unstable",
     "pitchfork_voltage": "flat film loses its stability at the peak",
-    "pull_in_voltage": "pull-in at the peak",
+    "pull_in_voltage": "pull-in of the cone at the peak",
 }
 """Voltages that bound the use, as `gelcone.limits` finds them, in words."""
 FREQUENCIES = ("frequency", "drive_frequency")
@@ -264,4 +266,5 @@ def find_envelope(source: Source) -> dict[str, Any]:
         "static": {str(n): float(v) for n, v in zip(static["static_limit"].values, static.values, strict=True)},
         "highest": float(shown["driven_peak"].values[-1]),
         "constant": float(shown["recommended_constant"]),
+        "pull_in_of": str(shown.attrs["pull_in_of"]),
     }

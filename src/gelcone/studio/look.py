@@ -50,6 +50,7 @@ SECTION_POINTS = 600
 """Section points of a motion that does not repeat."""
 SPECTRUM_PERIODS = 64
 STATIC_LEVELS = 2
+PULLED_IN_COLOUR = "#5b5b5b"
 RETURNS = 0.01
 """A run that comes back to within this share of its size seems to repeat."""
 TAUT, HOOP_SLACK, MERIDIONAL_SLACK, CRUMPLED, BREAKDOWN, NEAR_LIMIT = range(6)
@@ -370,7 +371,7 @@ def has_pull_in(model: ConeModel) -> bool:
 
 def margins(subject: Subject) -> Parts:
     """The static pull-in voltage, and how near the drive's peak is to it."""
-    numbers = {"static pull-in": pull_in_of(subject.model)}
+    numbers = {"pull-in of the cone": pull_in_of(subject.model)}
     return Parts({}, {"numbers": performance.in_words(numbers, subject)})
 
 
@@ -407,7 +408,15 @@ def legend() -> dict[str, Any]:
     """Names and colours of kinds of motion."""
     return {
         "regimes": [{"name": regime.label, "colour": REGIME_COLOURS[regime]} for regime in Regime],
+        "pulled_in": {"name": Outcome.PULLED_IN.label.replace("_", " "), "colour": PULLED_IN_COLOUR},
     }
+
+
+def _acting(model: ConeModel) -> str:
+    """What acts on the disc besides the film, joined by a plus: without a spring of no stiffness."""
+    kinds = str(bias_record(model.system.bias)).split("+")
+    stiff = bool(np.any(np.asarray(model.values.get("spring_stiffness", 1.0)) != 0.0))
+    return "+".join(kind for kind in kinds if kind != "spring" or stiff) or "none"
 
 
 def about(subject: Subject) -> dict[str, Any]:
@@ -420,7 +429,7 @@ def about(subject: Subject) -> dict[str, Any]:
     return {
         "disc": disc * unit,
         "rim": rim * unit,
-        "bias": str(bias_record(model.system.bias)),
+        "bias": _acting(model),
         "wrinkles": bool(model.system.film.kinds),
         "film": list(WRINKLED if model.system.film.kinds else FILM_STATES),
         "second": None if flat is None else float(np.ravel(flat)[0]) * by["length"],

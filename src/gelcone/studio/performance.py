@@ -29,7 +29,7 @@ QUANTITIES: Mapping[str, str] = {
     "current": "current",
     "power": "power",
     "field": "",
-    "static pull-in": "voltage",
+    "pull-in of the cone": "voltage",
 }
 """The numbers in the order in which they are shown, and the quantity of those that have a unit."""
 MULTIPLES = ("", " at twice the drive's frequency", " at three times the drive's frequency", " at four times it")
@@ -92,7 +92,8 @@ def pull_in(model: ConeModel) -> float:
 
 def in_words(numbers: Mapping[str, float], subject: Subject) -> list[dict[str, Any]]:
     """The numbers as the page shows them, in order: ``name``, ``place`` in that order, ``text``, and the ``value`` in
-    the units of the page's axes (of lag degrees, of the field a share)."""
+    the units of the page's axes (of lag degrees, of the field a share); with pull-in the ``peak`` voltage as its
+    share."""
     told = []
     for place, (name, quantity) in enumerate(QUANTITIES.items()):
         if name not in numbers or not np.isfinite(numbers[name]):
@@ -104,9 +105,12 @@ def in_words(numbers: Mapping[str, float], subject: Subject) -> list[dict[str, A
             text = f"{_percent(value)} of breakdown"
         else:
             text, value = _with_unit(value, quantity, subject)
-        if name == "static pull-in":
+        if name == "pull-in of the cone":
             text += f" (peak at {_percent(float(subject.model.peak_voltage) / numbers[name])})"
-        told.append({"name": name, "place": place, "text": text, "value": value})
+        own: dict[str, Any] = {"name": name, "place": place, "text": text, "value": value}
+        if name == "pull-in of the cone":
+            own["peak"] = float(subject.model.peak_voltage) / numbers[name]
+        told.append(own)
     return told
 
 

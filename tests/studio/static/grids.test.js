@@ -13,7 +13,7 @@ const LIST = [
   { ...number("waveform", "sine", 0, 1), kind: "choice", choices: ["sine", "triangle"] },
   number("voltage_amplitude", 800, 0, 1600, "V", VOLTS), number("voltage_offset", 1, 0, 2, "kV", VOLTS), number("frequency", 10, 0.1, 20, "Hz", HERTZ), number("film_thickness", 0.2, 0.01, 0.4, "mm", { m: 0, mm: -3 }),
 ];
-const LEGEND = { regimes: [{ name: "rest", colour: "#777777" }, { name: "periodic", colour: "#0072b2" }, { name: "quasi-periodic", colour: "#009e73" }, { name: "chaotic", colour: "#d55e00" }] };
+const LEGEND = { regimes: [{ name: "rest", colour: "#777777" }, { name: "periodic", colour: "#0072b2" }, { name: "quasi-periodic", colour: "#009e73" }, { name: "chaotic", colour: "#d55e00" }], pulled_in: { name: "pulled in", colour: "#5b5b5b" } };
 
 function setUp(right = "map") {
   browser();
@@ -207,7 +207,21 @@ test("a sweep has each value's section in its place and colour", () => {
   assert.deepEqual(marks.map((c) => c.fillStyle), ["#0072b2", "#0072b2", "#d55e00", "#d55e00"]);
   [[0, 1], [0, 1], [1200, 2], [1200, 4]].forEach(([x, y], k) => { const [px, py, w] = marks[k].args; assert.ok(near(px + w / 2, p.X(x)) && near(py + 0.9, p.Y(y))); });
   assert.deepEqual(panel.names.parts.map((e) => e.textContent), ["periodic", "chaotic"]);
-  assert.ok(texts(p.context).includes("height (mm) once a period") && texts(p.context).includes("voltage_amplitude (V)"));
+  assert.ok(texts(p.context).includes("height (mm): once a period, and its range") && texts(p.context).includes("voltage_amplitude (V)"));
+});
+
+test("a sweep has the range of each value behind its section, and is grey where the film pulls in", () => {
+  const { grids, p, id, panel } = setUp("strip");
+  grids.message({ kind: "grid", id: id(), grid: "strip", cells: [5] }, {});
+  grids.message({ kind: "cells", id: id(), share: 0.4 }, { places: Float32Array.of(0, 3), regime: Uint8Array.of(1, 98), section: Float32Array.of(1, 1, NaN, NaN), low: Float32Array.of(-7, NaN), high: Float32Array.of(9, NaN) });
+  forget(p.context); draw();
+  const bars = p.context.calls.filter((c) => c.name === "fillRect" && c.args[3] > 5 && c.globalAlpha < 0.5);
+  const [band, grey] = bars;
+  assert.deepEqual([bars.length, band.fillStyle, grey.fillStyle], [2, "#0072b2", "#5b5b5b"]);
+  assert.ok(near(band.args[1], p.Y(9)) && near(band.args[3], p.Y(-7) - p.Y(9)) && near(band.args[0] + band.args[2] / 2, p.X(0)));
+  assert.ok(near(grey.args[1], p.top) && near(grey.args[3], p.bottom - p.top) && near(grey.args[0] + grey.args[2] / 2, p.X(1200)));
+  assert.ok(p.Y(9) > p.top && p.Y(-7) < p.bottom);
+  assert.deepEqual(panel.names.parts.map((e) => e.textContent), ["periodic", "pulled in"]);
 });
 
 test("branches over a sweep: stable whole, unstable dashed, events with the signs of the legend", () => {
@@ -249,7 +263,7 @@ function envelope() {
   const own = setUp("envelope");
   own.grids.message({ kind: "progress", id: own.id(), share: 0.42 }, {});
   const half = own.said();
-  own.grids.message({ kind: "envelope", id: own.id(), limits: ["pull-in"], static: { "pull-in": 1900, none: null }, highest: 2500, constant: 1500 }, { frequency: Float32Array.of(5, 10, 15), window: Float32Array.of(2000, 1000, 2000), "limit pull-in": Float32Array.of(2400, 1200, NaN) });
+  own.grids.message({ kind: "envelope", id: own.id(), limits: ["pull-in"], static: { "pull-in": 1900, none: null }, highest: 2500, constant: 1500, pull_in_of: "membrane" }, { frequency: Float32Array.of(5, 10, 15), window: Float32Array.of(2000, 1000, 2000), "limit pull-in": Float32Array.of(2400, 1200, NaN) });
   return { ...own, half };
 }
 
@@ -260,7 +274,7 @@ test("an envelope shows its window and limits at their frequencies and voltages,
   [[5, 2000], [10, 1000], [15, 2000]].forEach(([f, v], k) => assert.ok(near(line(LIGHT.taut)[k][0], p.X(f)) && near(line(LIGHT.taut)[k][1], p.Y(v))));
   [[5, 2400], [10, 1200]].forEach(([f, v], k) => assert.ok(near(line(LIGHT.breakdown)[k][0], p.X(f)) && near(line(LIGHT.breakdown)[k][1], p.Y(v))));
   assert.ok(line(LIGHT.edge).every(([, y]) => near(y, p.Y(1900))) && line(LIGHT.edge).length === 2);
-  for (const text of ["drive frequency (Hz)", "peak voltage (V)", "pull-in", "pull-in, slowly", "recommended"]) assert.ok(texts(p.context).includes(text), text);
+  for (const text of ["drive frequency (Hz)", "peak voltage (V)", "pull-in of the membrane", "pull-in of the membrane, slowly", "recommended"]) assert.ok(texts(p.context).includes(text), text);
   assert.ok(near(p.toX(p.right), 15) && near(p.toY(p.top), 2500) && near(p.toY(p.bottom), 0));
 });
 

@@ -89,7 +89,7 @@ test("tabs ask for what they show, and its answer is drawn there", () => {
   const statics = $("statics").querySelector("canvas").getContext();
   forget(statics);
   socket.give({ kind: "statics", id: last("look").id, side: "a", words: { marks: { pull_in: 900 }, swing: [0, 800] } }, { voltage: Float32Array.of(0, 900), x: Float32Array.of(10, 20), stable: Uint8Array.of(1, 0) });
-  assert.ok(texts(statics).includes("pull-in"));
+  assert.ok(texts(statics).includes("pull-in of the cone"));
   assert.match(location.hash, /top=spectrum&left=statics/);
   document.querySelector('[data-tab="time"]').click(); document.querySelector('[data-tab="portrait"]').click();
   assert.deepEqual(last("look").panels, []);
@@ -185,6 +185,22 @@ test("numbers come with the kind, others once the hand rests, and those of an ol
   assert.deepEqual(shown().map(([, name]) => name), ["number old", "number old"]);
   socket.give({ kind: "kind", id, side: "a", words: { regime: 0, lines: ["rest"], extent: [9, 9], numbers: [{ ...stroke, text: "0 mm" }] } }, {});
   assert.deepEqual(shown(), [["stroke 0 mm", "number"], ["current 79 µA", "number old"]]);
+});
+
+test("a motion that pulls in plays once, holds at its end, and offers a lower voltage", () => {
+  answer({}, { ...RUN(), x: Float32Array.of(10, 5, 1) }, { ended: "pulled in", seems: "the film pulls in after 100 ms" });
+  socket.give({ kind: "numbers", id: last("look").id, side: "a", words: { numbers: [{ name: "pull-in of the cone", place: 6, text: "600 V", value: 600, peak: 1.25 }] } });
+  $("scrub").value = "0"; $("scrub").oninput();
+  $("play").click();
+  for (let k = 0; k < 60; k++) { draw(); wait(50); }
+  assert.deepEqual([$("scrub").value, $("play").getAttribute("aria-label")], ["1000", "Play"]);
+  const offer = $("badges").querySelectorAll(".numbers button").find((own) => own.textContent === "lower the voltage");
+  offer.click();
+  assert.deepEqual(last("look").setting.values, { voltage_amplitude: "544 V" }); // 0.85 of what pulls in: 0.85/1.25 of 800 V
+  answer();
+  assert.equal($("badges").querySelectorAll(".numbers button").length, 0);
+  $("reset-all").click(); answer();
+  $("scrub").value = "500"; $("scrub").oninput();
 });
 
 test("evidence that takes too long is given up in words, and the first impression stays", () => {

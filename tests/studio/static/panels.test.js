@@ -102,6 +102,15 @@ test("the settled orbit has the room: a run far outside is cut, a wide one insid
   assert.ok(standing.X(4) < standing.right && standing.Y(1) > standing.top);
 });
 
+test("where a run ends before its time there is a cross, and why", () => {
+  const own = look({ words: { ended: "pulled in", period: 20, shares: [] } });
+  for (const [make, at] of [[timePanel, (p) => [p.X(40), p.Y(0)]], [portraitPanel, (p) => [p.X(0), p.Y(1)]]]) {
+    const p = panel(make, { a: own }), [x, y] = at(p), cross = drawn(p, LIGHT.breakdown);
+    assert.ok(close(cross, [[x - 6, y + 6], [x + 6, y - 6], [x - 6, y - 6], [x + 6, y + 6]]) && texts(p.context).includes("pulled in"));
+    assert.equal(drawn(panel(make, { a: look() }), LIGHT.breakdown).length, 0);
+  }
+});
+
 test("a run that had to be cut says so", () => {
   const said = (words) => texts(panel(timePanel, { a: look({ words: { ended: "", period: 20, shares: [], ...words } }) }).context);
   assert.ok(said({ shown: 3.512, cut: true }).some((text) => text.startsWith("the first 3.5 periods")));
@@ -134,7 +143,7 @@ test("statics: stable and unstable equilibria, marks, the settled motion, and a 
   assert.ok(close(of(true), [[p.X(1000), p.Y(2)], [p.X(900), p.Y(1)]]));
   const mark = p.context.calls.filter((c) => c.strokeStyle === LIGHT.edge && ["moveTo", "lineTo"].includes(c.name)).map((c) => c.args[0]);
   assert.ok(mark.length === 2 && mark.every((x) => near(x, p.X(1000))));
-  assert.ok(texts(p.context).includes("pull-in") && texts(p.context).includes("constant voltage (V)"));
+  assert.ok(texts(p.context).includes("pull-in of the cone") && texts(p.context).includes("constant voltage (V)"));
   const area = p.context.calls.find((c) => c.name === "fillRect" && near(c.globalAlpha, 0.12));
   assert.ok(close([area.args.slice(0, 2), area.args.slice(2)], [[p.X(0), p.Y(3)], [p.X(700) - p.X(0), p.Y(1) - p.Y(3)]]));
   assert.ok(near(placed(p, "a")[0], p.X(250), 0.1) && near(placed(p, "a")[1], p.Y(3), 0.1));

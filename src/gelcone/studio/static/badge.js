@@ -2,11 +2,11 @@
 import { colours, onto } from "./colours.js";
 import { make, say, typeset } from "./controls.js";
 
-const BREAKDOWN = 4;
+const BREAKDOWN = 4, SAFE = 0.85; // of a pull-in voltage
 const percent = (share) => (share >= 0.9995 ? "all" : share < 0.01 ? "under 1 %" : `${Math.round(100 * share)} %`);
 
 export class Badge {
-  constructor(host) { this.host = host; this.rows = new Map(); this.open = false; }
+  constructor(host, lower = null) { this.host = host; this.lower = lower; this.rows = new Map(); this.open = false; }
 
   row(side) {
     if (!this.rows.has(side)) {
@@ -34,13 +34,14 @@ export class Badge {
     }
   }
 
-  show(side, look, legend) {
+  // other: the look with which the numbers are compared, if any.
+  show(side, look, legend, other = null) {
     const row = this.row(side), sure = look.lines && !look.words.ended;
     const kind = sure ? look.lines[0] : look.words.ended || look.words.seems;
     const colour = sure ? legend.regimes[look.regime].colour : null;
     say(row.kind, kind[0].toUpperCase() + kind.slice(1) + (sure || look.words.ended ? "" : " …"));
     row.kind.style.background = colour ?? ""; row.kind.style.color = colour ? onto(colour) : "";
-    writeNumbers(row.numbers, look);
+    writeNumbers(row.numbers, look, other, this.lower);
     const evidence = look.words.ended ? look.words.seems : sure ? look.lines.slice(1).join(" · ") : look.late ? `first impression: the evidence ${look.late}` : "first impression; the evidence is under way";
     say(row.evidence, evidence, true);
     const [text, holds] = validity(look);
@@ -50,13 +51,24 @@ export class Badge {
 }
 
 // The numbers of the settled motion, those of an older setting pale; before there are any, and where it ends, words.
-function writeNumbers(host, { numbers, words, late }) {
+function writeNumbers(host, { numbers, words, late, about }, other, lower) {
   const shown = words.ended ? [] : [...(numbers?.values() ?? [])].sort((p, q) => p.place - q.place);
   const plain = words.ended ? words.seems : late ? `first impression only: the evidence ${late}` : "the settled motion is under way …";
-  const key = shown.length ? shown.map(({ name, text, old }) => [name, text, Boolean(old)]).join() : plain;
+  const beside = other && other.about?.si === about.si && !other.words?.ended ? other.numbers : null;
+  const parts = shown.map(({ name, text, value, old }) => [name, `${text}${difference(name, value, beside?.get(name)?.value)}`, Boolean(old)]);
+  const peak = words.ended ? numbers?.get("pull-in of the cone")?.peak ?? 1 : 0;
+  const key = shown.length ? parts.join() : `${plain} ${peak}`;
   if (host.dataset.key === key) return;
   host.dataset.key = key;
-  host.replaceChildren(...(shown.length ? shown.map(({ name, text, old }) => make("span", { className: old ? "number old" : "number" }, `${name} `, make("b", { textContent: typeset(text) }))) : [plain]));
+  host.replaceChildren(...(shown.length ? parts.map(([name, text, old]) => make("span", { className: old ? "number old" : "number" }, `${name} `, make("b", { textContent: typeset(text) }))) : [plain]));
+  if (words.ended && lower) host.append(make("button", { type: "button", className: "more", textContent: "lower the voltage", onclick: () => lower(SAFE * Math.min(1, 1 / Math.max(peak, 1e-9))) }));
+}
+
+// How a number differs from another one, in per cent; an angle does not.
+function difference(name, value, other) {
+  if (!other || name === "lag") return "";
+  const share = Math.abs((100 * (value - other)) / other);
+  return ` (${value >= other ? "+" : "-"}${share < 9.95 ? Number(share.toPrecision(2)) : share.toFixed(0)} %)`;
 }
 
 // Whether the model holds, and what the film does: one that wrinkles may be slack, one that is taut by assumption not.

@@ -9,7 +9,7 @@ export class Clock {
   constructor({ play, scrub, output, speed }, looks) {
     Object.assign(this, { play, scrub, output, speed, looks, wakes: () => {} }); // wakes(): there is something to draw
     this.at = 0; this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches; this.before = null; this.told = 0;
-    play.onclick = () => { this.playing = !this.playing; this.button(); this.wakes(); };
+    play.onclick = () => { this.playing = !this.playing; if (this.playing && this.at >= this.length()) this.at = 0; this.button(); this.wakes(); };
     scrub.oninput = () => { this.playing = false; this.button(); this.at = (scrub.value / 1000) * this.length(); this.moved = true; this.wakes(); };
     this.button();
   }
@@ -46,7 +46,9 @@ export class Clock {
       this.moved = true;
     }
     this.before = now;
-    if (this.at > length) this.at %= length || 1;
+    if (this.at <= length) return;
+    if (look.words.ended) { this.at = length; this.playing = false; this.button(); } // a scene that plays once, and holds
+    else this.at %= length || 1;
   }
 
   // Slider and text.

@@ -30,12 +30,14 @@ export class Cone {
     g.fillStyle = colours().panel;
     g.fillRect(0, 0, w, h);
     const halves = sides.length > 1 ? sides.map((side) => ["perspective", side]) : [["section", sides[0]], ["perspective", sides[0]]];
-    const scale = Math.min(...halves.map(([, side]) => this.scale(side)));
+    const common = Math.min(...halves.map(([, side]) => this.scale(side)));
+    const apart = sides.length > 1 && sides[0].name !== sides[1].name; // two subjects: each in a scale of its own
     const two = sides.length > 1, half = two ? w / 2 : (w - GAUGE) / 2;
     halves.forEach(([kind, side], k) => {
       g.save();
       g.translate(k * (w - half), 0);
-      if (kind === "section") this.section(side, half, h, scale); else this.perspective(side, half, h, scale, two ? "AB"[k] : "");
+      const scale = apart ? this.scale(side) : common;
+      if (kind === "section") this.section(side, half, h, scale); else this.perspective(side, half, h, scale, two ? "AB"[k] : "", apart);
       g.restore();
     });
     if (!two) this.gauge(sides[0], half + GAUGE / 2 - 4, h);
@@ -122,7 +124,7 @@ export class Cone {
     g.fillText("voltage", x + 4, top - 11);
   }
 
-  perspective(side, w, h, scale, name) {
+  perspective(side, w, h, scale, name, apart = false) {
     const g = this.context, c = colours(), { about, height, films } = side;
     const up = Math.sqrt(1 - TILT * TILT), cx = w / 2, a = about.disc, b = about.rim, y0 = this.ground(side, h, scale);
     const at = (r, f, z) => [cx + r * scale * Math.cos(f), y0 + r * scale * Math.sin(f) * TILT - z * scale * up];
@@ -169,7 +171,7 @@ export class Cone {
     g.globalAlpha = 1;
     if (name) {
       g.fillStyle = name === "A" ? c.a : c.b; g.font = "700 13px system-ui, sans-serif"; g.textAlign = "center"; g.textBaseline = "bottom";
-      g.fillText(name, cx, h - 18);
+      g.fillText(apart ? `${name} ${side.name}, in its own scale` : name, cx, h - 18, w - 12);
       g.fillStyle = c.ink; g.font = "600 12px system-ui, sans-serif"; g.fillText(`${side.heightText}, ${side.voltageText}`, cx, h - 3);
     }
   }

@@ -3,11 +3,14 @@ import { colours, mix } from "./colours.js";
 import { format, make, say } from "./controls.js";
 import { Plot, Range, extent } from "./plot.js";
 
-const CELLS = [65, 49], IMPOSSIBLE = 99, PAUSE = 500, NEAR = 6;
+const CELLS = [65, 49], PULLED_IN = 98, IMPOSSIBLE = 99, PAUSE = 500, NEAR = 6;
 const DRIVE = ["voltage_amplitude", "voltage", "voltage_offset", "voltage_bias", "frequency", "drive_frequency"];
+const LEFT = 5; // the kind of motions that leave the model's domain
 const VIEWS = { kind: "kind of motion", exponent: "largest exponent", stroke: "stroke" };
 
-const regimeColour = (legend, code) => (code === IMPOSSIBLE ? colours().line : legend.regimes[code]?.colour ?? colours().line);
+// Name and colour of a kind of cell; those without a name are drawn as what cannot be.
+const kindOf = (legend, code) => (code === PULLED_IN ? legend.pulled_in : legend.regimes[code]) ?? { colour: colours().line };
+const regimeColour = (legend, code) => kindOf(legend, code).colour;
 const labelled = (control) => (control ? `${control.label.toLowerCase()}${control.unit ? ` (${control.unit})` : ""}` : "");
 
 // A choice of parameters that are numbers.
@@ -303,7 +306,7 @@ class MapPanel extends Panel {
   writeLegend() {
     const legend = this.legend(), items = [];
     if (this.view.value === "kind") {
-      for (const code of [...new Set(this.codes)].filter((code) => code !== 255).sort((p, q) => p - q)) items.push([regimeColour(legend, code), code === IMPOSSIBLE ? "no such actuator" : legend.regimes[code].name]);
+      for (const code of [...new Set(this.codes)].filter((code) => code !== 255).sort((p, q) => p - q)) items.push([regimeColour(legend, code), code === IMPOSSIBLE ? "no such actuator" : kindOf(legend, code).name]);
     } else if (this.view.value === "exponent") items.push(["#0072b2", `attracting, to ${format(-this.most, 2)}`], ["#d55e00", `chaotic, to +${format(this.most, 2)}`]);
     else {
       const unit = this.page.look()?.about?.si ? " mm" : "";
@@ -444,9 +447,9 @@ class StripPanel extends Panel {
   request() { const { over } = this.page.state(); return over ? { over } : null; }
   on_grid(head) { this.count = head.cells[0]; this.blank(); }
 
-  on_cells(head, { places, regime, section }) {
+  on_cells(head, { places, regime, section, low, high }) {
     const n = section.length / places.length;
-    for (let i = 0; i < places.length; i++) this.cells.set(places[i], [regime[i], section.subarray(i * n, (i + 1) * n)]);
+    for (let i = 0; i < places.length; i++) this.cells.set(places[i], [regime[i], section.subarray(i * n, (i + 1) * n), low?.[i], high?.[i]]);
     this.progress(head.share);
     this.waiting ??= requestAnimationFrame(() => { this.waiting = null; if (this.grids.open === this) this.plot.redraw(); });
   }
@@ -455,13 +458,20 @@ class StripPanel extends Panel {
     const { over } = this.page.state() ?? {};
     if (!over || !this.legend()) return;
     const axes = this.page.look()?.about?.axes;
-    const [low, high] = extent(...[...this.cells.values()].map(([, points]) => points));
-    p.axes(over.slice(1), this.range.fit([low, high]), { xLabel: labelled(this.control(over[0])), yLabel: axes ? `${axes.displacement} once a period` : "" });
+    const cells = [...this.cells.values()], ends = cells.flatMap(([, , low, high]) => [low, high]).filter(Number.isFinite);
+    p.axes(over.slice(1), this.range.fit(extent(ends, this.branches?.section ?? [], ...cells.map(([, points]) => points))), { xLabel: labelled(this.control(over[0])), yLabel: axes ? `${axes.displacement}: once a period, and its range` : "" });
     p.canvas.setAttribute("aria-label", `Sweep of ${this.control(over[0])?.label}: the section at each value. Left and right move.`);
     if (!this.cells.size) return this.nothing(p, this.running ? "computing …" : "");
     const legend = this.legend(), used = new Set();
     p.inside((g) => {
       const wide = Math.max(1.5, ((p.right - p.left) / this.count) * 0.8);
+      const full = Math.max(1, (p.right - p.left) / this.count) + 0.5;
+      for (const [place, [code, , low, high]] of this.cells) { // the stroke behind the section; grey where there is none
+        const px = p.X(over[1] + ((over[2] - over[1]) * place) / (this.count - 1)) - full / 2, ended = code === PULLED_IN || code === LEFT;
+        if (!ended && !(high > low)) continue;
+        g.fillStyle = regimeColour(legend, code); g.globalAlpha = (this.stale ? 0.5 : 1) * (ended ? 0.45 : 0.16);
+        if (ended) g.fillRect(px, p.top, full, p.bottom - p.top); else g.fillRect(px, p.Y(high), full, p.Y(low) - p.Y(high));
+      }
       for (const [place, [code, points]] of this.cells) {
         const px = p.X(over[1] + ((over[2] - over[1]) * place) / (this.count - 1)) - wide / 2;
         used.add(code);
@@ -475,7 +485,7 @@ class StripPanel extends Panel {
     if (this.names.dataset.key === key) return;
     this.names.dataset.key = key;
     const lines = !this.branches?.value ? [] : ["— stable orbits", "┄ unstable", ...this.branches.kinds.map((name, k) => `${MARKS[k % MARKS.length]} ${name}`)];
-    this.names.replaceChildren(...lines.map((text) => make("li", {}, text)), ...[...used].sort((a, b) => a - b).filter((code) => code !== IMPOSSIBLE).map((code) => { const i = make("i"); i.style.background = regimeColour(legend, code); return make("li", {}, i, legend.regimes[code].name); }));
+    this.names.replaceChildren(...lines.map((text) => make("li", {}, text)), ...[...used].sort((a, b) => a - b).filter((code) => code !== IMPOSSIBLE).map((code) => { const i = make("i"); i.style.background = regimeColour(legend, code); return make("li", {}, i, kindOf(legend, code).name); }));
   }
 
   drawOver(p) {
@@ -556,11 +566,12 @@ class EnvelopePanel extends Panel {
       p.points(frequency, values, { colour, size: 4, alpha: faded });
     }
     let row = 0;
-    for (const [name, , colour] of shown) p.label(name, p.right - 6, p.top + 10 + 14 * row++, { align: "right", colour, bold: true });
+    const named = (name) => (/^pull.in$/.test(name) ? `pull-in of the ${found.pull_in_of}` : name.replaceAll("_", " "));
+    for (const [name, , colour] of shown) p.label(named(name), p.right - 6, p.top + 10 + 14 * row++, { align: "right", colour, bold: true });
     for (const [name, v] of Object.entries(found.static)) {
       if (!Number.isFinite(v) || v === null || v > found.highest) continue;
       p.inside((g) => { g.strokeStyle = c.edge; g.setLineDash([3, 4]); g.beginPath(); g.moveTo(p.left, p.Y(v)); g.lineTo(p.right, p.Y(v)); g.stroke(); });
-      p.label(`${name}, slowly`, p.left + 6, p.Y(v) - 7);
+      p.label(`${named(name)}, slowly`, p.left + 6, p.Y(v) - 7);
     }
     p.label("recommended", p.left + 8, p.bottom - 10, { colour: c.taut, bold: true });
   }

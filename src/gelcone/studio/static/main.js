@@ -60,7 +60,7 @@ $("theme").onclick = () => {
 
 const clock = new Clock({ play: $("play"), scrub: $("scrub"), output: $("clock"), speed: $("speed") }, looks);
 const cone = new Cone($("cone"));
-const badge = new Badge($("badges"));
+const badge = new Badge($("badges"), (share) => lower(share));
 const controls = new Controls({
   drive: $("drive"), groups: $("groups"), group: $("group"), general: $("general"),
   changed: (name, text, settled) => change({ [name]: text }, settled),
@@ -101,6 +101,14 @@ function change(values, settled = true) {
   look(state.side, structure, settled);
   controls.values(own.values);
   grids.changed(Object.keys(values));
+}
+
+// Sets all voltages of the drive to a share of what they are.
+function lower(share) {
+  const volts = controls.list.filter((c) => c.kind === "number" && /^voltage/.test(c.name)), own = setting().values;
+  const values = volts.map((c) => [c, controls.value(c.name, own)]).filter(([, value]) => value);
+  change(Object.fromEntries(values.map(([c, value]) => [c.name, controls.text(c, share * value)])));
+  clock.at = 0; clock.playing = true; clock.button(); moved();
 }
 
 // Writes the state into the address: a new step of the history where it is worth one, else once the hand rests, as it
@@ -400,7 +408,8 @@ function show(side, kind) {
   for (const name of DRAWN[kind]) if (open.includes(name)) plots[name].redraw();
   if (!looks[side]) return;
   badge.keep(sides());
-  badge.show(side, looks[side], hello);
+  badge.show(side, looks[side], hello, side === "b" ? looks.a : null);
+  if (state.b && side === "a" && looks.b?.words) badge.show("b", looks.b, hello, looks.a);
   if (kind === "response") { filmLegend(); moved(); }
   studio.painted++;
 }
@@ -422,7 +431,7 @@ function filmLegend() {
 function repaint() {
   filmLegend.key = null;
   for (const plot of Object.values(plots)) plot.redraw();
-  for (const side of sides()) if (looks[side]?.words) badge.show(side, looks[side], hello);
+  for (const side of sides()) if (looks[side]?.words) badge.show(side, looks[side], hello, side === "b" ? looks.a : null);
   filmLegend();
   grids.redraw();
   moved();
@@ -433,10 +442,13 @@ function coneSides() {
     const look = looks[side], now = clock.state(look) ?? { x: NaN, v: 0, films: [0, 0] }, unit = look.about.si ? " mm" : "";
     if (look.spanOf !== look.x) { look.spanOf = look.x; look.span = extent(look.x); look.volts = extent(look.v, [0]); }
     const [low, high] = look.span, height = Number.isFinite(now.x) ? now.x : high;
-    return { about: look.about, height, films: now.films, low, high, volts: look.volts, voltage: now.v, heightText: `${format(height, 3)}${unit}`,
+    return { about: look.about, name: nameOf(side), height, films: now.films, low, high, volts: look.volts, voltage: now.v, heightText: `${format(height, 3)}${unit}`,
       voltageText: look.about.si ? (Math.abs(now.v) >= 1000 ? `${(now.v / 1000).toFixed(2)} kV` : `${now.v.toFixed(0)} V`) : now.v.toFixed(2) };
   });
 }
+
+// What a side shows: the device's own name, or the name by which it was chosen.
+const nameOf = (side) => state[side]?.device || state[side]?.preset || looks[side]?.about?.name || "";
 
 // Pictures of the cone, only while something moves; until an answer that is on its way has come, none between.
 let asking = null, waiting = null;

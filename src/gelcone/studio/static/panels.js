@@ -29,6 +29,7 @@ export function timePanel(host, looks, clock) {
       p.axes(x, y, { to: 1 - VOLTAGE_SHARE - 0.06, xTicks: false, yLabel: axes.displacement });
       for (const [look, colour] of shown) p.line(look.t, look.x, { colour, sorted: true, alpha: shown.length > 1 ? 0.8 : 1 });
       states(p, shown[0][0]);
+      for (const [look] of shown) ended(p, look, look.t);
       const { shown: periods, cut } = shown[0][0].words;
       if (cut) p.label(`the first ${format(periods, 2)} periods: a longer run would lose its oscillations`, p.left + 6, p.top + 9);
     },
@@ -38,6 +39,19 @@ export function timePanel(host, looks, clock) {
     },
   });
   return plot;
+}
+
+// A cross where a run ends before its time, and why.
+function ended(p, { words, x }, across, up = x) {
+  if (!words.ended) return;
+  const px = p.X(across.at(-1)), py = p.Y(up.at(-1)), c = colours();
+  p.inside((g) => {
+    g.strokeStyle = c.breakdown; g.lineWidth = 2.5; g.beginPath();
+    for (const s of [-1, 1]) { g.moveTo(px - 6, py - 6 * s); g.lineTo(px + 6, py + 6 * s); }
+    g.stroke();
+  });
+  const left = px > (p.left + p.right) / 2;
+  p.label(words.ended, px + (left ? -10 : 10), Math.min(Math.max(py, p.top + 8), p.bottom - 8), { colour: c.breakdown, bold: true, align: left ? "right" : "left" });
 }
 
 // The film's state as a strip of colour below the curve.
@@ -70,6 +84,7 @@ export function portraitPanel(host, looks, clock) {
       for (const [look, colour] of runs) p.line(look.x, look.u, { colour, width: 0.8, alpha: look.x.length > 3000 ? 0.4 : 0.6, most: MOST_DRAWN });
       for (const [look, colour] of drawn) p.line(look.ox, look.ou, { colour, width: look.wanders ? 0.8 : 1.8, alpha: (look.wanders ? 0.6 : 1) * (look.old ? 0.4 : 1) });
       for (const [look, colour] of drawn) p.points(look.px, look.pu, { colour: shown.length > 1 ? colour : colours().b, size: look.wanders ? 2.4 : 7, alpha: look.old ? 0.4 : 1 });
+      for (const [look] of shown) ended(p, look, look.x, look.u);
       if (runs.some(([look]) => look.x.length > MOST_DRAWN)) p.label("the beginning of the run", p.left + 6, p.top + 9);
     },
     over(p) {
@@ -155,7 +170,7 @@ export function staticsPanel(host, looks, clock) {
         let row = 0;
         for (const [name, v] of Object.entries(marks)) {
           p.inside((g) => { g.strokeStyle = c.edge; g.setLineDash([2, 3]); g.beginPath(); g.moveTo(p.X(v), p.top); g.lineTo(p.X(v), p.bottom); g.stroke(); });
-          p.label(name.replace("_", "-"), p.X(v) - 4, p.top + 9 + 14 * row++, { align: "right" });
+          p.label(name === "pull_in" ? "pull-in of the cone" : name, p.X(v) - 4, p.top + 9 + 14 * row++, { align: "right" });
         }
       }
     },
