@@ -3,14 +3,18 @@ nothing is said about this machine."""
 
 import json
 import os
+import random
+import socket
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gelcone import InputError, find_device
 from gelcone.devices.files import shipped_devices
 from gelcone.physics.film.stored import read_film
+from gelcone.studio import exports, look
 from gelcone.studio.frames import unpack
 from gelcone.studio.grids import Source, kinds
 from gelcone.studio.pool import Pool, work
@@ -257,3 +261,70 @@ def test_no_message_leads_to_an_import_or_a_file(trap, caplog):
         running.close()
     assert not trap.exists()
     assert not caplog.records
+
+
+# --- by numbers, names and requests -----------------------------------------------------------------------------------
+
+
+def test_any_number_of_any_control_is_shown_or_refused_in_words():
+    draw, shelf = random.Random(26), Shelf()
+    makers = (
+        lambda: f"{10.0 ** draw.uniform(-320, 307):g}",
+        lambda: f"-{10.0 ** draw.uniform(-10, 10):g}",
+        lambda: draw.choice(["0", "inf", "-inf", "+5", "...", "1.2.3", "1e400", "1e-400", "nan", "0x10", "1_000"]),
+    )
+    shown = 0
+    for base in (Setting(device="paper-table1"), Setting(preset="base")):
+        controls = [control for control in shelf.controls(base) if control.kind == "number"]
+        for _ in range(40):
+            control = draw.choice(controls)
+            values = {control.name: f"{draw.choice(makers)()} {control.unit}".strip()}
+            try:
+                with np.errstate(all="ignore"):
+                    subject = shelf.subject(Setting(base.device, base.preset, None, values))
+                    look.response(subject, 20)
+                    shown += 1
+            except InputError:
+                continue
+    assert shown > 10
+
+
+def test_the_name_of_a_device_is_no_part_of_a_command_or_of_lines_to_run():
+    shelf = Shelf()
+    for name in ('x"; import evilmod #', "x'); __import__('evilmod') #", "$(id)", "`id`", "a\\nb", "--out /etc/passwd"):
+        setting = Setting.read({"file": pump_with(f"name = {json.dumps(name)}"), "values": {"frequency": "9 Hz"}})
+        shelf.subject(setting)
+        wanted = exports.Wanted.read("simulate", {"periods": 20}, ())
+        text = exports.command(setting, wanted, shelf.called(setting))
+        lines = exports.lines(setting, wanted, shelf.called(setting))
+        assert name not in text + lines
+        assert "evilmod" not in text + lines
+
+
+def test_requests_that_no_browser_sends_are_refused():
+    running = Running()
+    port, token = running.studio.port, running.studio.token
+
+    def status(text):
+        with socket.create_connection(("127.0.0.1", port), timeout=10) as own:
+            own.sendall(text.replace("PORT", str(port)).replace("TOKEN", token).encode())
+            return int(own.recv(4096).split()[1])
+
+    def got(path="/?token=TOKEN", host="127.0.0.1:PORT", method="GET"):
+        return status(f"{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n")
+
+    try:
+        assert got() == got(host="LOCALHOST:PORT") == 200
+        for host in ("127.1:PORT", "localhost.:PORT", "127.0.0.1", "evil.example@127.0.0.1:PORT", "0.0.0.0:PORT",
+                     "127.0.0.1:PORT.evil.example", "127.0.0.1:PORT, evil.example", "evil.example:PORT"):  # fmt: skip
+            assert got(host=host) == 421, host
+        for double in ("evil.example:PORT\r\nHost: 127.0.0.1:PORT", "127.0.0.1:PORT\r\nHost: evil.example:PORT"):
+            assert got(host=double) == 400
+        for path in ("/static/../server.py", "/static/%2e%2e%2fserver.py", "/static//etc/passwd", "//evil.example/"):
+            assert got(path) == 404, path
+        for path in ("/", "/?token=", "/?token=TOKENx", "/?TOKEN=TOKEN"):
+            assert got(path) == 403, path
+        for method in ("POST", "PUT", "DELETE", "TRACE", "OPTIONS"):
+            assert got(method=method) == 405, method
+    finally:
+        running.close()

@@ -6,7 +6,7 @@ import { Plot, Range, extent } from "./plot.js";
 const VOLTAGE_SHARE = 0.27;
 const PALE = 0.3; // of the run behind the motion that it settles to
 const ROOM = 0.4; // around that motion, at most, as a share of its size
-const MOST_DRAWN = 12000; // samples of a run in the portrait: more are a blot
+const MOST_BEHIND = 6000, MOST_DRAWN = 20000; // samples of a run in the portrait, behind the settled motion and alone
 
 // Each panel draws the looks of one or two settings: {a, b}, with the arrays of response, kind, spectrum and statics.
 // Both are drawn only where they have the same units.
@@ -80,7 +80,7 @@ export function portraitPanel(host, looks, clock) {
       const drawn = shown.filter(settled), runs = shown.filter((side) => !settled(side));
       const all = (own) => within(extent(...shown.map(([look]) => look[own])), drawn.map(([look]) => [look[`o${own}`], look[`p${own}`]]), runs.map(([look]) => look[own]));
       p.axes(xs.fit(all("x")), us.fit(all("u")), { xLabel: axes.displacement, yLabel: axes.velocity });
-      for (const [look, colour] of drawn) p.line(look.x, look.u, { colour, width: 0.8, alpha: PALE, most: MOST_DRAWN });
+      for (const [look, colour] of drawn) p.line(look.x, look.u, { colour, width: 0.8, alpha: PALE, most: MOST_BEHIND });
       for (const [look, colour] of runs) p.line(look.x, look.u, { colour, width: 0.8, alpha: look.x.length > 3000 ? 0.4 : 0.6, most: MOST_DRAWN });
       for (const [look, colour] of drawn) p.line(look.ox, look.ou, { colour, width: look.wanders ? 0.8 : 1.8, alpha: (look.wanders ? 0.6 : 1) * (look.old ? 0.4 : 1) });
       for (const [look, colour] of drawn) p.points(look.px, look.pu, { colour: shown.length > 1 ? colour : colours().b, size: look.wanders ? 2.4 : 7, alpha: look.old ? 0.4 : 1 });
