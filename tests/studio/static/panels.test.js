@@ -102,6 +102,26 @@ test("the settled orbit has the room: a run far outside is cut, a wide one insid
   assert.ok(standing.X(4) < standing.right && standing.Y(1) > standing.top);
 });
 
+test("a click over time goes to its time, a drag through the run, and a drag that the system takes away ends", () => {
+  const asked = [], p = panel(timePanel, { a: look() }, { ...at(10, NOW), goTo: (t) => asked.push(t) }), c = p.canvas;
+  const event = (t) => ({ pointerId: 1, clientX: p.X(t) + 10, clientY: 50 }); // the canvas stands 10 pixels from the left
+  c.onpointermove(event(5)); c.onpointerdown(event(20)); c.onpointermove(event(30)); c.onpointercancel(); c.onpointermove(event(40));
+  assert.ok(asked.length === 2 && near(asked[0], 20) && near(asked[1], 30));
+});
+
+test("the place under the pointer is read in the units of the axes, and none outside them", () => {
+  const p = panel(portraitPanel, { a: look(ORBIT) });
+  p.read({ clientX: p.X(1.5) + 10, clientY: p.Y(-0.25) + 20 });
+  assert.deepEqual([p.reading.hidden, p.reading.textContent], [false, "1.5, −0.25"]);
+  p.read({ clientX: 11, clientY: 50 });
+  assert.ok(p.reading.hidden);
+});
+
+test("a dot outside the axes is not drawn", () => {
+  const p = panel(portraitPanel, { a: look(ORBIT) }, at(0, { ...NOW, x: 400 }));
+  assert.equal(placed(p, "a"), null);
+});
+
 test("where a run ends before its time there is a cross, and why", () => {
   const own = look({ words: { ended: "pulled in", period: 20, shares: [] } });
   for (const [make, at] of [[timePanel, (p) => [p.X(40), p.Y(0)]], [portraitPanel, (p) => [p.X(0), p.Y(1)]]]) {

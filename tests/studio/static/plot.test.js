@@ -27,7 +27,7 @@ test("a place on the screen and its value belong together both ways", () => {
 
 test("ticks are round numbers within the range, with the digits that tell them apart", () => {
   assert.deepEqual(ticks(0, 10, 5).map(([v, text]) => [v + 0, text]), [[0, "0"], [2, "2"], [4, "4"], [6, "6"], [8, "8"], [10, "10"]]);
-  assert.deepEqual(ticks(-0.25, 0.25, 5).map(([, text]) => text), ["-0.2", "-0.1", "0.0", "0.1", "0.2"]);
+  assert.deepEqual(ticks(-0.25, 0.25, 5).map(([, text]) => text), ["−0.2", "−0.1", "0.0", "0.1", "0.2"]);
   assert.deepEqual(ticks(0, 0.004, 4).map(([, text]) => text), ["0.000", "0.001", "0.002", "0.003", "0.004"]);
   for (const [low, high, most] of [[-3, 17, 6], [0.001, 0.0017, 4], [1e5, 9e5, 8], [-1e-9, 1e-9, 3]]) {
     const found = ticks(low, high, most).map(([v]) => v);

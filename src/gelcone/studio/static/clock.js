@@ -19,6 +19,12 @@ export class Clock {
     this.play.setAttribute("aria-label", this.playing ? "Pause" : "Play");
   }
 
+  // Holds at a time of the run.
+  goTo(time) {
+    this.playing = false; this.button();
+    this.at = Math.min(Math.max(time, 0), this.length()); this.moved = true; this.wakes();
+  }
+
   look() { return this.looks.a ?? this.looks.b; }
 
   length() { return this.look()?.t ? Math.max(...["a", "b"].map((side) => this.looks[side]?.t?.at(-1) ?? 0)) : 0; }

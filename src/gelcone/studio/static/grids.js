@@ -149,6 +149,7 @@ class MapPanel extends Panel {
     c.onpointerdown = (event) => this.down(event);
     c.onpointermove = (event) => this.move(event);
     c.onpointerup = (event) => this.up(event);
+    c.onpointercancel = () => { this.from = this.to = null; this.plot.redrawOver(); };
     c.onkeydown = (event) => this.pressed(event);
     c.onfocus = c.onblur = () => this.plot.redrawOver();
     this.blank();
@@ -398,6 +399,7 @@ class StripPanel extends Panel {
     c.onpointerdown = (event) => { this.held = true; c.setPointerCapture(event.pointerId); this.goTo(event, false); };
     c.onpointermove = (event) => { if (this.held) this.goTo(event, false); };
     c.onpointerup = (event) => { if (this.held) { this.held = false; this.goTo(event, true); } };
+    c.onpointercancel = () => { this.held = false; };
     c.onkeydown = (event) => {
       const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key], { over } = this.page.state();
       if (!step) return;
@@ -513,6 +515,7 @@ class EnvelopePanel extends Panel {
     c.onpointerdown = (event) => { this.held = true; c.setPointerCapture(event.pointerId); this.goTo(event, false); };
     c.onpointermove = (event) => { if (this.held) this.goTo(event, false); };
     c.onpointerup = (event) => { if (this.held) { this.held = false; this.goTo(event, true); } };
+    c.onpointercancel = () => { this.held = false; };
     c.onkeydown = (event) => {
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
       if (!step || !this.plot.x) return;

@@ -38,6 +38,13 @@ export function timePanel(host, looks, clock) {
       p.upright(t === null ? null : p.X(t), p.margin.top, p.h - p.margin.bottom);
     },
   });
+  // A click goes to its time, and a drag through the run.
+  const c = plot.canvas;
+  let held = false;
+  const go = (event) => { if (plot.x) clock.goTo(plot.toX(event.clientX - c.getBoundingClientRect().left)); };
+  c.onpointerdown = (event) => { held = true; c.setPointerCapture(event.pointerId); go(event); };
+  c.onpointermove = (event) => { if (held) go(event); };
+  c.onpointerup = c.onpointercancel = () => { held = false; };
   return plot;
 }
 
@@ -106,7 +113,8 @@ function dots(p, looks, clock, place) {
   const shown = sidesOf(looks);
   for (const side of ["a", "b"]) {
     const [look] = shown.find(([, , name]) => name === side) ?? [null], state = look && clock.state(look);
-    p.mark("dot", state ? place(state, look) : null, side);
+    const at = state ? place(state, look) : null;
+    p.mark("dot", at && at[0] >= p.left && at[0] <= p.right && at[1] >= p.top && at[1] <= p.bottom ? at : null, side);
   }
 }
 

@@ -1,5 +1,6 @@
 // Two-dimensional plots on a canvas: axes with round numbers, lines, points; dense lines are filled column by column.
 import { colours } from "./colours.js";
+import { format, make, typeset } from "./controls.js";
 
 const FONT = "11px system-ui, 'Segoe UI', Roboto, sans-serif";
 
@@ -8,7 +9,8 @@ export function ticks(low, high, most) {
   const step = [1, 2, 5, 10].find((f) => f * power >= rough * 0.999) * power, found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
   const digits = Math.min(12, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
-  return found.map((v) => [v, Math.abs(v) < 1e5 || v === 0 ? v.toFixed(digits) : v.toPrecision(2)]);
+  const text = (v) => (digits > 4 && v ? Number(v.toPrecision(3)).toExponential() : Math.abs(v) < 1e5 || v === 0 ? v.toFixed(digits > 4 ? 0 : digits) : v.toPrecision(2));
+  return found.map((v) => [v, typeset(text(v))]);
 }
 
 export function extent(...arrays) {
@@ -45,6 +47,10 @@ export class Plot {
     this.canvas = document.createElement("canvas");
     this.context = this.canvas.getContext("2d", { alpha: false });
     this.box.append(this.canvas);
+    this.reading = make("output", { className: "reading", hidden: true });
+    this.box.append(this.reading);
+    this.box.addEventListener("pointermove", (event) => this.read(event));
+    this.box.addEventListener("pointerleave", () => { this.reading.hidden = true; });
     host.append(this.box);
     Object.assign(this, { draw, over, margin: { left, bottom, top, right }, w: 0, h: 0, marks: new Map() });
     new ResizeObserver(() => { this.fit(); this.redraw(); }).observe(this.box);
@@ -64,6 +70,14 @@ export class Plot {
     this.context.fillRect(0, 0, this.w, this.h);
     this.draw(this);
     this.redrawOver();
+  }
+
+  // The place under the pointer, in the units of the axes.
+  read(event) {
+    const r = this.canvas.getBoundingClientRect(), px = event.clientX - r.left, py = event.clientY - r.top;
+    const inside = this.x && px >= this.left && px <= this.right && py >= this.top && py <= this.bottom;
+    this.reading.hidden = !inside;
+    if (inside) this.reading.textContent = typeset(`${format(this.toX(px), 3)}, ${format(this.logarithmic ? 10 ** this.toY(py) : this.toY(py), 3)}`);
   }
 
   redrawOver() {
@@ -96,6 +110,7 @@ export class Plot {
     const left = m.left, right = this.w - m.right;
     const sx = (right - left) / (x[1] - x[0]), sy = (bottom - top) / (y[1] - y[0]);
     Object.assign(this, { x, y, left, right, top, bottom, X: (v) => left + (v - x[0]) * sx, Y: (v) => bottom - (v - y[0]) * sy });
+    this.logarithmic = Boolean(yText);
     this.toX = (px) => x[0] + (px - left) / sx;
     this.toY = (py) => y[0] + (bottom - py) / sy;
     g.font = FONT; g.lineWidth = 1; g.strokeStyle = c.line; g.fillStyle = c.soft; g.beginPath();
