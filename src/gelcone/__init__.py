@@ -191,15 +191,17 @@ def _listing() -> dict[str, tuple[str, str]]:
     return found
 
 
-def __getattr__(name: str) -> Any:
-    """A public name, loaded when it is first used."""
-    if name.startswith("_") or name not in _listing():
-        raise AttributeError(f"module 'gelcone' has no attribute {name!r}")
-    module, _ = _listing()[name]
-    if module == "gelcone":
-        return import_module(f"gelcone.{name}")
-    value = globals()[name] = getattr(import_module(module), name)
-    return value
+if not TYPE_CHECKING:  # else a type checker would take any name
+
+    def __getattr__(name: str) -> Any:
+        """A public name, loaded when it is first used."""
+        if name.startswith("_") or name not in _listing():
+            raise AttributeError(f"module 'gelcone' has no attribute {name!r}")
+        module, _ = _listing()[name]
+        if module == "gelcone":
+            return import_module(f"gelcone.{name}")
+        value = globals()[name] = getattr(import_module(module), name)
+        return value
 
 
 def __dir__() -> list[str]:

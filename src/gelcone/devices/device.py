@@ -6,12 +6,13 @@ import tomllib
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from gelcone import permission
 from gelcone.devices import checks, cone
 from gelcone.devices.fields import CHOICES, EXCLUDING, GEL, DeviceFields
 from gelcone.devices.files import located, shipped_devices, what_ships
+from gelcone.devices.given import DeviceValues
 from gelcone.devices.materials import Material, find_material
 from gelcone.devices.parts import PARTS, is_own, own_fields, part_record, read_part
 from gelcone.devices.record import Field, unknown_field
@@ -75,7 +76,7 @@ class Device(DeviceFields):
     InputError : a line each, for values that are missing, unknown, not exact or out of bounds.
     """
 
-    def __init__(self, /, **values: Any) -> None:
+    def __init__(self, /, **values: Unpack[DeviceValues]) -> None:
         super().__init__(**self._with_parts(_with_material(values)))
         for doubt in checks.doubts(self):
             warnings.warn(doubt, DoubtfulInput, stacklevel=2)
@@ -157,7 +158,7 @@ class Device(DeviceFields):
 
     # --- variants and files ---------------------------------------------------------------------------------------
 
-    def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Device:
+    def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Unpack[DeviceValues]) -> Device:
         """A copy with some fields changed; None takes a field's default.
 
         ``changes`` serves dotted names: ``device.replace({"material.shear_modulus": "20 kPa"}, frequency=8.0)``.
@@ -174,7 +175,7 @@ class Device(DeviceFields):
                 values = {name: value for name, value in values.items() if not name.startswith(f"{part}.")}
         return Device(**values | changed)
 
-    def replace_quietly(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Device:
+    def replace_quietly(self, changes: Mapping[str, Any] | None = None, /, **more: Unpack[DeviceValues]) -> Device:
         """`replace` without warnings: for the points of a sweep, whose device was checked before."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DoubtfulInput)

@@ -7,10 +7,11 @@ import functools
 import tomllib
 from collections.abc import Iterator, Mapping
 from importlib import resources
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Unpack
 
 import numpy as np
 
+from gelcone.devices.given import MaterialValues
 from gelcone.devices.parts import component_of, field_of, own_fields, part_record, read_part
 from gelcone.devices.record import Field, Record, plain
 from gelcone.devices.units import FieldError
@@ -72,8 +73,8 @@ class Material(Record):
     )  # fmt: skip
     sources: Any = Field("where each number comes from", default=(), unset="not stated")
 
-    def __init__(self, /, **values: Any) -> None:
-        values = {name: value for name, value in values.items() if value is not None}
+    def __init__(self, /, **given: Unpack[MaterialValues]) -> None:
+        values: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
         values["law"], numbers = read_part("law", values.get("law", "gent"))
         self.__dict__["fields"] = {**type(self).fields, **own_fields("law", values["law"])}
         law = component_of("law", values["law"])
@@ -128,7 +129,7 @@ class Material(Record):
         """The numbers of the law that are set, by name, in SI units."""
         return {name: value for name in self.strain_energy_law.parameters if (value := getattr(self, name)) is not None}
 
-    def replace(self, **changes: Any) -> Material:
+    def replace(self, **changes: Unpack[MaterialValues]) -> Material:
         """A copy with some fields changed; None takes a field's default.
 
         A changed number loses its source and its measured range, and the copy says in its name that it is changed.
@@ -145,7 +146,8 @@ class Material(Record):
         values["sources"] = {name: source for name, source in self.sources.items() if name not in dropped}
         if changed - {"sources"} and not self.name.endswith(_CHANGED):
             values["name"] = self.name + _CHANGED
-        return Material(**values | changes)
+        given: dict[str, Any] = {**values, **changes}
+        return Material(**given)
 
 
 _LAW_FIELDS = {
@@ -158,6 +160,7 @@ Material.fields = {
     for name, declared in Material.fields.items()
     for own, field in ({name: declared} | (_LAW_FIELDS if name == "law" else {})).items()
 }
+Material.sign()
 
 
 @functools.cache

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -112,10 +113,17 @@ class Record:
 
     kind: ClassVar[str] = "record"
     fields: Mapping[str, Field] = {}
+    __signature__: ClassVar[inspect.Signature]
 
     def __init_subclass__(cls) -> None:
         own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
         cls.fields = {**cls.fields, **own}
+        cls.sign()
+
+    @classmethod
+    def sign(cls) -> None:
+        """Make the fields the keywords of the constructor, for help and completion."""
+        cls.__signature__ = inspect.Signature([_parameter(name, field) for name, field in cls.fields.items()])
 
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(f"{type(self).__name__} has no field {name!r}")
@@ -173,6 +181,12 @@ class Record:
     def unknown(self, name: str) -> FieldError:
         """The error for a field that does not exist, with those that were probably meant."""
         return unknown_field(self.kind, name, self.fields)
+
+
+def _parameter(name: str, field: Field) -> inspect.Parameter:
+    """A field as a keyword of the constructor, for help and completion."""
+    default = inspect.Parameter.empty if field.required else field.default
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default)
 
 
 def unknown_field(kind: str, name: str, fields: Mapping[str, Field]) -> FieldError:

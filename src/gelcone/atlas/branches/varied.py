@@ -76,7 +76,8 @@ class Varied:
 
     def target_at(self, name: str, value: float) -> ConeModel | Device:
         """The model or device with one of its numbers set."""
-        return self.target.replace(**{name: value})
+        changes: dict[str, Any] = {name: value}
+        return self.target.replace(**changes)
 
     def without_units(self, states: Array, units: str, values: Array) -> Array:
         """States (members, ..., N) of a result, dimensionless again, at ``values`` (members,) of the field in SI."""
