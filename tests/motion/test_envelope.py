@@ -9,8 +9,8 @@ import pytest
 
 import gelcone
 from gelcone.codes import Outcome, Regime
-from gelcone.continuum.pull_in import PullInCurve
 from gelcone.errors import InputError
+from gelcone.membrane.pull_in import PullInCurve
 from gelcone.motion import driven as driven_module
 from gelcone.motion.attractor.classification import Evidence
 from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven, peak_of
@@ -266,7 +266,7 @@ WRINKLING = ConeModel(
 def test_pull_in_is_that_of_the_membrane_where_there_is_one(monkeypatch, level):
     """Of a membrane that pulls in at one voltage at all displacements; the cone's comes far later."""
     curve = PullInCurve((0.0, 2.0), (level, level), 0.01)
-    monkeypatch.setattr(envelope_module, "find_pull_in_curve", lambda model, ratio: curve)
+    monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model, ratio: curve)
     found = envelope(WRINKLING, peaks=np.linspace(0.1, 0.5, 5), frequencies=[0.1, 0.2])
     assert (found.attrs["pull_in_of"], found.attrs["pull_in_error"]) == ("membrane", 0.01)
     static = float(found["static_limit_voltage"][STATIC_LIMITS.index("pull-in")])
@@ -279,7 +279,7 @@ def test_pull_in_is_that_of_the_membrane_where_there_is_one(monkeypatch, level):
 
 
 def test_without_a_membrane_pull_in_is_that_of_the_cone(monkeypatch):
-    monkeypatch.setattr(envelope_module, "find_pull_in_curve", lambda model, ratio: None)
+    monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model, ratio: None)
     found = envelope(WRINKLING, peaks=np.linspace(0.1, 0.5, 5), frequencies=[0.1, 0.2])
     assert (found.attrs["pull_in_of"], found.attrs["pull_in_error"]) == ("cone", 0.0)
     assert float(found["static_limit_voltage"][STATIC_LIMITS.index("pull-in")]) > 0.5

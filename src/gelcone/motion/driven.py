@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from gelcone.codes import Outcome, Regime
-from gelcone.continuum.pull_in import PullInCurve
 from gelcone.errors import InputError, unknown_name
+from gelcone.membrane.pull_in import PullInCurve
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.equilibrium import Ramp, drive_ramp
 from gelcone.motion.floquet import onset_voltage

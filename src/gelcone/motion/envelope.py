@@ -15,17 +15,18 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Outcome
-from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO
-from gelcone.continuum.pull_in import PullInCurve, find_pull_in_curve
 from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
+from gelcone.membrane.pull_in import PullInCurve
 from gelcone.motion.coexisting import coexisting
 from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE, DriveShape, Plane, driven, is_flat, peak_of
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.natural import frequency_of
 from gelcone.motion.settle import inside, single, start_states
 from gelcone.motion.validity import NEAR_LIMIT, validity_variables
+from gelcone.physics.film.membrane import MembraneFilm
+from gelcone.physics.film.pull_in import membrane_pull_in
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
@@ -99,7 +100,7 @@ def envelope(
     ``window_apparent_power`` and ``window_regime``; NaN where there is no window.
 
     The pull-in of a wrinkling cone without a second film is that of the membrane, which comes far earlier than the
-    cone's, where scikit-fem is installed: of a motion whose voltage exceeds the one at which the membrane has pulled in
+    cone's: of a motion whose voltage exceeds the one at which the membrane has pulled in
     at that displacement. The attribute ``pull_in_of`` says whether it is ``membrane`` or ``cone``, and
     ``pull_in_error`` how well the membrane's voltages are known, over them (0 for the cone).
 
@@ -125,7 +126,8 @@ def envelope(
     if not 0.0 <= margin < 1.0:
         raise InputError(f"margin = {margin:g}: must be at least 0 and below 1")
     own_peak = peak_of(model)
-    membrane = find_pull_in_curve(model, DEFAULT_RADIUS_RATIO if radius_ratio is None else radius_ratio)
+    membrane = membrane_pull_in(model, radius_ratio)
+    own_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
     plane = Plane.of(model, threads, membrane, limits_from)
     volts = own_peak * np.linspace(*PEAKS) if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
@@ -180,8 +182,8 @@ def envelope(
         options={"margin": margin, "limits_from": limits_from, "radius_ratio": radius_ratio},
         title="operating envelope",
     ).assign_attrs(
-        pull_in_of="cone" if membrane is None else "membrane",
-        pull_in_error=0.0 if membrane is None else membrane.error,
+        pull_in_of="cone" if membrane is None and own_error is None else "membrane",
+        pull_in_error=own_error or (0.0 if membrane is None else membrane.error),
     )
 
 
