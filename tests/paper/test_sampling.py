@@ -86,7 +86,7 @@ def test_sets_near_the_base_set_are_within_a_factor_and_keep_their_other_paramet
         assert 1.0 / FACTOR <= ratio.min() < 0.85
         assert 1.18 < ratio.max() <= FACTOR
         assert np.mean(ratio > 1.0) == pytest.approx(0.5, abs=0.1)
-    assert found.sizes["inner"] == 10
+    assert found.sizes["inner"] == 5
     np.testing.assert_allclose(found["voltage"].values[0, [0, -1]], [1.04, 2.0])
     assert found["prestretch_kind"].dims == ("point", "prestretch")
     assert found["own_extent"].dims == ("start", "inner")

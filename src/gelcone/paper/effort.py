@@ -61,5 +61,5 @@ QUICK = Effort(
     patience=25_000.0,
     bisections=4,
     samples=128,
-    costly_samples=32,
+    costly_samples=16,
 )

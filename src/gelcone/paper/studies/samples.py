@@ -39,7 +39,7 @@ ABOUT = 1.2
 FACTOR = 1.25
 """Factor within which the base set's reconstructed parameters are drawn anew: its identification is not unique."""
 DRAWN = ("drive_frequency", "spring_stiffness", "damping_ratio")
-VOLTAGES, DAMPINGS, LIMITS = 10, 8, 6
+VOLTAGES, SET_VOLTAGES, DAMPINGS, LIMITS = 10, 5, 8, 4
 """Values at each draw of the samples with several."""
 STARTS = 4
 """Nearby starts of the base set itself, from which the error of its amplitude follows."""
@@ -202,7 +202,7 @@ def neighbours(effort: Effort, progress: Progress) -> xr.Dataset:
     """Parameter sets near the base set: motions over ``inner`` voltages, ``prestretch_kind`` over ``prestretch``; and
     the extents of the base set itself from nearby starts, ``own_extent`` over ``start`` and ``inner``."""
     base = find_preset("base").model
-    voltages = np.linspace(VOLTAGE_THRESHOLD, HIGHEST, VOLTAGES)
+    voltages = np.linspace(VOLTAGE_THRESHOLD, HIGHEST, SET_VOLTAGES)
     drawn = {name: (float(getattr(base, name)) / FACTOR, float(getattr(base, name)) * FACTOR) for name in DRAWN}
     sample = Sample(
         "set",
@@ -216,7 +216,7 @@ def neighbours(effort: Effort, progress: Progress) -> xr.Dataset:
     offsets = NEARBY * np.linspace(-1.0, 1.0, STARTS)
     preset = effort.preset("base")
     model = preset.model.replace(voltage=voltages + 0.0 * offsets[:, None])
-    starts = np.tile(preset.initial, (model.size, 1)) + np.repeat(offsets, VOLTAGES)[:, None]
+    starts = np.tile(preset.initial, (model.size, 1)) + np.repeat(offsets, SET_VOLTAGES)[:, None]
     own = classify(model.members(), starts, patience=effort.patience, budget=SIGN_BUDGET)
     extent = np.fmax(np.abs(own.lowest), np.abs(own.highest)).reshape(model.shape)
     progress(0.2)
