@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+import gelcone
 from gelcone.devices.materials import Material, find_material, load_materials
 from gelcone.errors import InputError
 from gelcone.physics.laws import LAWS
@@ -112,3 +113,27 @@ def test_bad_input_is_one_line(changes, message):
         Material(**RUBBER | changes)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_gels_side_by_side_are_those_of_each(command_line):
+    names = ["PVC-DBA 4:1", "PVC-DBA 8:1"]
+    pump = gelcone.find_device("biased-pump")
+    both = gelcone.static(pump.replace(material=names), voltages=None)
+    for k, name in enumerate(names):
+        one = gelcone.static(pump.replace(material=name))
+        assert float(both["pull_in_voltage"][k]) == pytest.approx(float(one["pull_in_voltage"]), rel=1e-9)
+    code, out, err = command_line("static", "biased-pump", "--set", f"material={', '.join(names)}")
+    assert (code, err) == (0, "")
+    assert [line for line in out.splitlines() if line.startswith("material.")]
+    assert gelcone.Device(**pump.replace(material=names).parameters()) == pump.replace(material=names)
+
+
+def test_gels_of_several_laws_and_none_are_refused():
+    pump = gelcone.find_device("biased-pump")
+    yeoh = gelcone.Material(name="own", shear_modulus="8 kPa", relative_permittivity=6.0, law="yeoh")
+    with pytest.raises(gelcone.InputError, match="the laws gent and yeoh differ"):
+        pump.replace(material=["PVC-DBA 4:1", yeoh])
+    with pytest.raises(gelcone.InputError, match="is empty; give at least one gel"):
+        pump.replace(material=[])
+    with pytest.raises(gelcone.InputError, match="PVC-DBA 4:2"):
+        pump.replace(material=["PVC-DBA 4:1", "PVC-DBA 4:2"])

@@ -317,6 +317,8 @@ def read_field(option: str, text: str, name: str, fields: Mapping[str, Field]) -
     if name not in fields:
         raise InputError(f"{option}: {unknown_field('device', name, fields)}")
     field = fields[name]
+    if name == "material" and "," in text and not text.startswith("{"):
+        return [part.strip() for part in text.split(",")]
     if not field.unit:
         return _table(text)
     if "," not in text and ":" not in text and not is_number(text):

@@ -13,7 +13,7 @@ from gelcone.devices import checks, cone
 from gelcone.devices.fields import CHOICES, EXCLUDING, GEL, DeviceFields
 from gelcone.devices.files import located, shipped_devices, what_ships
 from gelcone.devices.given import DeviceValues
-from gelcone.devices.materials import Material, find_material
+from gelcone.devices.materials import Material, find_material, side_by_side
 from gelcone.devices.parts import PARTS, is_own, own_fields, part_record, read_part
 from gelcone.devices.record import Field, unknown_field
 from gelcone.devices.template import device_text
@@ -37,7 +37,7 @@ class Device(DeviceFields):
     disc_radius : radius a of the rigid disc, m, positive and less than ``film_radius``.
     film_radius : radius b at which the film is clamped, m.
     film_thickness : thickness H of the film as mounted (flat, after pre-stretch), m, positive.
-    material : name of a library material, a `Material`, or a mapping of its fields.
+    material : name of a library material, a `Material`, or a mapping of its fields; several make an ensemble.
     prestretch, prestretch_mode, meridional_prestretch, hoop_prestretch : as in `ConeModel`.
     pull_in : where a wrinkling film pulls in: ``"first"`` (default) ends the run; for study ``"minimum"``,
         ``"memoryless"`` and ``"snap"``, see `gelcone.physics.film.wrinkling.WrinklingCone`.
@@ -228,6 +228,8 @@ class Device(DeviceFields):
 def _as_material(value: Any) -> Material:
     if isinstance(value, Material):
         return value
+    if isinstance(value, list | tuple):
+        return side_by_side([_as_material(one) for one in value])
     try:
         if isinstance(value, Mapping):
             return Material(**{str(name): v for name, v in value.items()})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import resources
 from typing import Any, ClassVar, Unpack
 
@@ -161,6 +161,23 @@ Material.fields = {
     for own, field in ({name: declared} | (_LAW_FIELDS if name == "law" else {})).items()
 }
 Material.sign()
+
+
+def side_by_side(gels: Sequence[Material]) -> Material:
+    """Make one material of several, to compare them member by member; a number that is not known of all is left out.
+
+    Raises `FieldError` for none, and for gels of different laws.
+    """
+    if not gels:
+        raise FieldError("material", "material = []: is empty; give at least one gel")
+    laws = {str(gel.strain_energy_law.name) for gel in gels}
+    if len(laws) > 1:
+        raise FieldError("material", f"material: the laws {' and '.join(sorted(laws))} differ; run the gels one by one")
+    numbers = {name: [getattr(gel, name) for gel in gels] for name, field in gels[0].fields.items() if field.unit}
+    numbers.pop("relative_permittivity_range")
+    known = {name: values for name, values in numbers.items() if all(value is not None for value in values)}
+    spread: dict[str, Any] = {n: v[0] if len(set(map(float, v))) == 1 else np.array(v) for n, v in known.items()}
+    return Material(name=", ".join(gel.name for gel in gels), law=gels[0].law, **spread)
 
 
 @functools.cache
