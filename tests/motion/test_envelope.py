@@ -372,3 +372,15 @@ def test_what_was_not_searched_is_not_called_beyond_a_limit():
 def test_limits_hold_from_what_is_known():
     with pytest.raises(InputError, match="'start' is not a limits_from"):
         envelope(TAUT, limits_from="start")
+
+
+def test_every_limit_counts_the_transient_from_rest(monkeypatch):
+    names = ("hoop_slack", "meridional_slack", "near_limit", "breakdown", "beyond_membrane")
+    quiet = {name: np.zeros(1) for name in (*names, "stroke", "power", "apparent_power", "field")}
+    states = iter([quiet, quiet | {name: np.ones(1) for name in names}] * 2)
+    monkeypatch.setattr(Plane, "_look", lambda *arguments: next(states))
+    for start, met in (("rest", 1.0), ("settled", 0.0)):
+        plane = Plane.of(TAUT.replace(dielectric_strength=9.0), None, None, start)
+        found = plane.examine(np.array([0.5]), np.array([0.1]))
+        for name in ("hoop slack", "meridional slack", "stretch limit", "dielectric breakdown", "pull-in"):
+            assert found[name].tolist() == [met], (start, name)

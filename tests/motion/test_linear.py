@@ -136,3 +136,10 @@ def test_the_linear_response_is_the_motion_under_a_weak_drive(parts):
     np.testing.assert_allclose(found.harmonics[0, 0], harmonics[0], rtol=1e-3)
     if "waveform" in parts:
         np.testing.assert_allclose(found.harmonics[1, 0], harmonics[1], rtol=2e-3)
+
+
+def test_harmonics_that_the_drive_lacks_are_exactly_zero():
+    """The square of a sine has no part at its own frequency, only rounding."""
+    model = ConeModel(voltage=0.3, rest_height=0.4, spring_stiffness=2.0, damping_ratio=0.1)
+    first, second = linear_response(model, np.array([0.7])).harmonics[:, 0]
+    assert first == 0.0 < abs(second)

@@ -10,7 +10,7 @@ from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion import lyapunov as module
 from gelcone.motion.flow import integrate
-from gelcone.motion.lyapunov import average, finite_exponents, lyapunov, running_estimate
+from gelcone.motion.lyapunov import average, finite_exponents, lyapunov, running_estimate, steady_statistics
 from gelcone.motion.settle import BLOCK, STRETCH, Clock, clocks, repeats_lasting, settle
 from gelcone.motion.tangents import FLOOR, qr_growth
 from gelcone.physics.model import ConeModel
@@ -368,3 +368,14 @@ def test_a_window_in_pieces_gives_the_exponents_of_the_whole(monkeypatch):
     pieces, again = module.finite_exponents(model, states, 200.0, {})
     np.testing.assert_allclose(pieces, whole, rtol=1e-10)
     np.testing.assert_allclose(again, running, rtol=1e-10)
+
+
+def test_half_of_what_the_halves_of_a_run_differ_by_is_an_error():
+    """Where the first half, still settling, grows at another rate than the second, which alone counts."""
+    clock = Clock(1, 1, np.ones(1), np.ones(1))
+    growth = np.repeat([[1.0, 0.0, 1.0], [2.0, 0.0, 2.0]], 64, axis=0)[None]
+    growth = growth + 1e-3 * np.random.default_rng(1).standard_normal(growth.shape)
+    means, errors, steady, _ = steady_statistics(growth, clock)
+    assert not steady[0]
+    assert means[0, 0] == pytest.approx(2.0, abs=1e-3)
+    assert errors[0, 0] == pytest.approx(0.5, abs=1e-3)

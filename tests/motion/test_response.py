@@ -448,3 +448,17 @@ def test_progress_adds_up_to_one():
     shares = []
     simulate(ConeModel(voltage=np.linspace(0.1, 1.0, 20)), periods=3, progress=shares.append)
     assert sum(shares) == pytest.approx(1.0)
+
+
+def test_shares_are_counted_to_where_a_run_ends():
+    model = ConeModel(
+        film="wrinkling", spring_stiffness=0.9, damping_ratio=0.01, drive_frequency=0.1, voltage=[0.5, 1.04]
+    )
+    times = np.broadcast_to(np.linspace(0.1, 20.0, 200), (2, 200))
+    run = integrate(model, (1.0, 0.0), times)
+    assert run.outcome.tolist() == [Outcome.OK, Outcome.PULLED_IN]
+    kept, states = response._to_the_end(run, np.arange(0, 200, 2))
+    last = int(np.isfinite(states[1, :, 0]).sum()) - 1
+    assert kept[1, last] == run.end_times[1] > kept[1, last - 1]
+    np.testing.assert_array_equal(states[1, last], run.end_states[1])
+    np.testing.assert_array_equal(states[0], run.states[0, ::2])

@@ -5,6 +5,7 @@ import pytest
 
 from gelcone import frequency, settled
 from gelcone.motion.linear import small_signal_response
+from gelcone.motion.settled import Swing
 from gelcone.physics.model import ConeModel
 
 SMALL = ConeModel(
@@ -30,3 +31,10 @@ def test_what_does_not_move_has_no_phase():
     swept = frequency(still.replace(drive_frequency=0.4), [0.4, 0.5], (0.3, 0.0))
     assert np.isnan(swept["harmonic_phase"].values).all()
     assert np.isnan(small_signal_response(still.replace(drive_frequency=0.4), [0.4])["phase"].values).all()
+
+
+def test_rounding_is_that_of_the_largest_displacement_on_either_side():
+    found = Swing.blank(1)
+    found.lowest[:], found.highest[:] = -1.0, 1e-3
+    found.harmonics[:] = [0.5, 5e-13, 1e-3j, -1e-9]
+    np.testing.assert_allclose(found.phases, [[0.0, np.nan, 90.0, 180.0]])

@@ -159,3 +159,15 @@ def test_a_mixed_double_cone_is_untrue_where_the_film_that_bears_compression_doe
     assert 0.1 < share < 0.9 * slack
     assert share == pytest.approx(float(compressed.mean()), abs=2e-3)
     assert bool(invalid(found))
+
+
+def test_the_error_of_a_wandering_motion_is_also_that_of_the_films_states():
+    """A film that is taut in one half of the motion and slack, flat under a voltage, in the other."""
+    members = ConeModel(film="wrinkling", voltage=0.0, voltage_bias=0.3).members()
+    times, states = np.arange(0.0, 81.0)[None], np.zeros((1, 81, 2))
+    states[0, 41:, 0] = 0.9
+    (voltage,) = members.voltages(times, states)
+    kind = members.system.film.state(states[..., 0], voltage, members.numbers(trailing=1)).kind
+    assert kind[0, 0] != kind[0, -1]
+    expected = np.std(np.repeat([0.0, 1.0], BLOCKS // 2), ddof=1) / np.sqrt(BLOCKS)
+    assert validity(members, times, states)[0, len(SHARES)] == pytest.approx(expected)

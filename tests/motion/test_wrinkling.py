@@ -373,3 +373,11 @@ def test_static_force_and_stiffness_are_unknown_beyond_localisation():
         assert np.isfinite(found["force"].values[0, 1]) == known
         assert np.isfinite(found["stiffness"].values[0, 1]) == known
     assert np.isfinite(model.film.force(1.3, limit * 1.01, [], model.own_numbers)[0])  # it has localised, not ended
+
+
+@pytest.mark.parametrize("voltage", [0.0, 0.1])
+def test_static_force_is_unknown_where_the_second_film_alone_has_pulled_in(voltage):
+    second = {"second_film": "wrinkling", "second_drive": "constant", "second_flat_height": 0.6}
+    model = ConeModel(film="wrinkling", second_voltage=[0.2, 5.0], **second)
+    force = model.force(np.array([0.3, 0.3]), voltage)
+    assert np.isfinite(force).tolist() == [True, False]

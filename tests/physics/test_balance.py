@@ -326,3 +326,16 @@ def test_without_a_spring_a_film_that_loses_its_tension_behind_the_valley_is_sta
         assert outer.displacement > 1.5
         assert balance.squared(outer.displacement + 1e-4) > level > balance.squared(outer.displacement - 1e-4)
         assert outer.stable
+
+
+def test_a_pitchfork_from_which_the_disc_jumps_is_a_jump_of_single_and_double_cones():
+    """w = 0.5 - s + s^2 falls from the pitchfork at V = 0.5: the disc jumps to s = 1; two films halve that V."""
+    numbers = {"film_modulus": 0.0, "bias": Quintic(), "k1": 0.5, "k3": -1.0, "k5": -1.0}
+    single = one(ConeModel(film=PowerFilm(), **numbers)).jump(0.0)
+    second = {"second_film": PowerFilm(), "second_film_modulus": 0.0}
+    (pair,) = every_balance(ConeModel(film=PowerFilm(), **numbers, **second))
+    double = pair.jump(0.0)
+    for jump, squared in ((single, 0.5), (double, 0.25)):
+        assert (jump.kind, jump.before) == (PullIn.PITCHFORK, pytest.approx(0.0, abs=1e-9))
+        assert jump.voltage == pytest.approx(math.sqrt(squared), rel=1e-6)
+        assert abs(jump.after) == pytest.approx(1.0, abs=1e-4)

@@ -228,3 +228,14 @@ def test_the_energy_balance_closes(name):
     n = CASES[name]
     x = result["displacement"].values
     np.testing.assert_allclose(result["spring_energy"], find_bias(name).energy(x, n), rtol=1e-13, atol=1e-15)
+
+
+def test_several_biases_are_as_slow_as_the_slowest():
+    class Slow(Weight):
+        name = "slow"
+
+        def time_constant(self, n):
+            return 7.0
+
+    both = Together((Slow(), ConstantForce()))
+    assert float(both.time_constant({})) == 7.0

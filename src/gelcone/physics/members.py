@@ -110,7 +110,7 @@ class Ensemble:
         with np.errstate(all="ignore"):
             inside = self.system.strain(x, n) < self.system.strain_limit(n)
             # without a voltage nothing pulls in, and a film that wrinkles takes long to say so
-            if squared.any():
+            if any(np.any(own) for own in self.system.squares_at_rest(squared, n)):
                 inside = inside & ~self.system.pulled_in(x, squared, n)
             return np.where(inside, self.system.static_force(x, squared, n)[order], np.nan)[()]
 
