@@ -157,3 +157,10 @@ def test_controls_travel_as_json(shelf):
     assert json.loads(json.dumps(as_json(controls))) == [
         {**vars(control), "choices": list(control.choices), "powers": dict(control.powers)} for control in controls
     ]
+
+
+def test_a_length_of_zero_has_the_size_of_the_device_for_a_range():
+    by = {control.name: control for control in Shelf().controls(Setting(device="snap-cone"))}
+    height = by["beam_height"]
+    assert (height.value, height.unit) == (0.0, "mm")
+    assert -height.low == height.high == 50.0  # twice the film's radius of 25 mm

@@ -34,6 +34,27 @@ def test_the_frame_shows_the_page_of_the_device_and_ends():
         urllib.request.urlopen(frame.address.partition("#")[0])
 
 
+def test_a_notebook_has_one_server_however_often_it_asks_until_it_is_closed():
+    first, second = gelcone.studio("biased-pump"), gelcone.studio(preset="base")
+    for name in ("snap-cone", "double-cone"):  # of its own text, and with what ships alone
+        assert gelcone.studio(gelcone.find_device(name))._studio is first._studio
+    try:
+        assert first._studio is second._studio
+        assert first.address.partition("#")[0] == second.address.partition("#")[0]
+        assert first.address != second.address
+        assert first._repr_html_() != first._repr_html_()  # each opens once
+    finally:
+        second.close()
+    first.close()  # it has ended with the other
+    third = gelcone.studio("biased-pump")
+    try:
+        assert third._studio is not first._studio
+        with urllib.request.urlopen(third.address.partition("#")[0]) as answer:
+            assert answer.status == 200
+    finally:
+        third.close()
+
+
 def test_what_is_no_single_device_is_refused():
     with pytest.raises(gelcone.InputError, match="ensemble"):
         gelcone.studio(gelcone.find_device("biased-pump").replace(frequency=[8.0, 9.0]))

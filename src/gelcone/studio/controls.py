@@ -137,7 +137,9 @@ def _of_device(device: Device) -> list[Control]:
         if last in CHOICES:
             found.append(_choice(name, value, _group(name), CHOICES[last]))
         elif about.unit:
-            found.append(_of_field(name, about, value, shown[name]))
+            # a length of 0 has the device's own size for a range
+            usual = shown[name] if shown[name] or about.unit != "m" else device.film_radius
+            found.append(_of_field(name, about, value, usual, shown[name]))
     found.append(_choice("material", device.material.name, GEL, CHOICES["material"]))
     return _in_groups(found)
 
@@ -152,7 +154,7 @@ def _shown_anyway(device: Device) -> dict[str, Any]:
     return unset
 
 
-def _of_field(name: str, about: Field, value: Any, usual: float) -> Control:
+def _of_field(name: str, about: Field, value: Any, usual: float, start: float) -> Control:
     unit, powers = _display_unit(usual, about.unit), DIMENSIONS[about.unit].powers
     scale = 10.0 ** powers[unit]
 
@@ -160,6 +162,7 @@ def _of_field(name: str, about: Field, value: Any, usual: float) -> Control:
         return float(f"{number / scale:.12g}")
 
     low, high = _range(shown(usual), 0.0)
+    low = low if start else -high
     if about.least is not None:
         low = max(low, shown(about.least))
     if about.above is not None:

@@ -17,36 +17,51 @@ if TYPE_CHECKING:
 HEIGHT = 720
 
 
-class StudioFrame:
-    """A running studio, which a notebook shows as a frame of ``height`` pixels.
+class _Running:
+    """A studio that serves in a thread."""
 
-    ``address`` opens it in a browser of this machine; `close` ends it. What a notebook stores of the frame opens it
-    once: a notebook that is passed on gives no access.
-    """
-
-    def __init__(self, state: dict[str, str], height: int, names: frozenset[str] = frozenset()) -> None:
+    def __init__(self, names: frozenset[str]) -> None:
         try:
             from gelcone.studio.server import Studio
         except ImportError:
             raise MissingDependency("the studio needs starlette and uvicorn: pip install 'gelcone[studio]'") from None
         from gelcone.studio.setting import Shelf
 
-        self._studio = Studio(Shelf(names=names))
-        listening = self._studio.listen()
-        self._state, self.height = urlencode(state), height
-        self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._run, args=(listening,), name="gelcone studio", daemon=True)
-        self._thread.start()
+        self.studio = Studio(Shelf(names=names))
+        listening = self.studio.listen()
+        self.loop = asyncio.new_event_loop()
+        self.thread = threading.Thread(target=self._run, args=(listening,), name="gelcone studio", daemon=True)
+        self.thread.start()
 
     def _run(self, listening: object) -> None:
-        self._loop.run_until_complete(self._studio.serve(listening))  # type: ignore[arg-type]
-        self._loop.close()
+        self.loop.run_until_complete(self.studio.serve(listening))  # type: ignore[arg-type]
+        self.loop.close()
+
+
+_running: dict[frozenset[str], _Running] = {}
+"""The server of each set of names that pages may follow, see `gelcone.permission`: mostly one."""
+
+
+class StudioFrame:
+    """A running studio, which a notebook shows as a frame of ``height`` pixels.
+
+    ``address`` opens it in a browser of this machine; `close` ends it, and with it other frames of the same server, of
+    which a notebook has one however often it asks. What a notebook stores of the frame opens it once: a notebook that
+    is passed on gives no access.
+    """
+
+    def __init__(self, state: dict[str, str], height: int, names: frozenset[str] = frozenset()) -> None:
+        own = _running.get(names)
+        if own is None or not own.thread.is_alive():
+            own = _running[names] = _Running(names)
+        self._own, self._studio = own, own.studio
+        self._state, self.height = urlencode(state), height
 
     def close(self) -> None:
         """Ends the server and its work."""
-        if self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._studio.stop)
-            self._thread.join()
+        if self._own.thread.is_alive():
+            self._own.loop.call_soon_threadsafe(self._studio.stop)
+            self._own.thread.join()
 
     @property
     def address(self) -> str:

@@ -8,6 +8,7 @@ the promise of `gelcone.permission`, under which a `Shelf` and the workers read 
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -24,7 +25,12 @@ from gelcone.devices.fields import DRIVE_NUMBERS
 from gelcone.devices.files import shipped_devices
 from gelcone.devices.units import DIMENSIONS, FieldError
 from gelcone.errors import InputError, unknown_name
+from gelcone.physics.bias import BIASES, Together
+from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import names_of
+from gelcone.physics.drive import WAVEFORMS
+from gelcone.physics.laws import LAWS
+from gelcone.physics.records import FILMS
 from gelcone.physics.statics import RestKey, continuing, keep_rests
 from gelcone.physics.system import ConeSystem
 from gelcone.presets import load_presets
@@ -244,11 +250,15 @@ def check_single(device: Device) -> None:
 
 
 def names_in(device: Device) -> frozenset[str]:
-    """The file of a device's film, and the classes of its components with their data."""
+    """The file of a device's film, and the classes of its components with their data, where they do not ship."""
     system = device.to_model().system
     films = [film.film for film in system.films]
-    classes = (names_of(part) for part in (*films, system.bias, system.waveform, system.circuit))
-    return frozenset({str(device.film)}.union(*classes))
+    found = {str(device.film)}.union(*map(names_of, (*films, system.bias, system.waveform, system.circuit)))
+    shipped = [*FILMS.values(), *BIASES.values(), *WAVEFORMS.values(), *CIRCUITS.values(), *LAWS.values()]
+    known = {*FILMS, f"{Together.__module__}:{Together.__qualname__}", *(n for part in shipped for n in names_of(part))}
+    return frozenset(
+        one for one in found if (json.loads(one)["component"] if one.startswith("{") else one) not in known
+    )
 
 
 def typed(setting: Setting) -> dict[str, Any]:

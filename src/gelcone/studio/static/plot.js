@@ -7,9 +7,9 @@ const FONT = "11px system-ui, 'Segoe UI', Roboto, sans-serif";
 export function ticks(low, high, most) {
   const rough = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 5, 10].find((f) => f * power >= rough * 0.999) * power, found = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step + 0);
   const digits = Math.min(12, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
-  const text = (v) => (digits > 4 && v ? Number(v.toPrecision(3)).toExponential() : Math.abs(v) < 1e5 || v === 0 ? v.toFixed(digits > 4 ? 0 : digits) : v.toPrecision(2));
+  const text = (v) => (digits > 3 && v ? Number(v.toPrecision(3)).toExponential() : Math.abs(v) < 1e5 || v === 0 ? v.toFixed(digits > 3 ? 0 : digits) : v.toPrecision(2));
   return found.map((v) => [v, typeset(text(v))]);
 }
 
