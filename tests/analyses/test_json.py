@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import gelcone
+from gelcone.atlas.tolerances import tolerances
 from gelcone.register.analyses import ANALYSES
 from tests.answers import answer
 
@@ -313,6 +314,8 @@ def place(command, r, path):
             return r[f"drawn_{name}"]
         case ("sweep", "probability", name):
             return gelcone.probability(r)[name]
+        case ("sweep", "tolerances", name):
+            return tolerances(r)[name]
         case ("sweep", "dims"):
             return list(r["regime"].dims)
         case ("basin", "attractors", k, name):
