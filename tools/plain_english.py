@@ -18,7 +18,37 @@ from collections.abc import Iterator
 from pathlib import Path
 
 SOURCE = Path(__file__).parents[1] / "src" / "gelcone"
-OBEYING = ("paper", "errors.py", "quantity.py", "progress.py", "files.py", "dataset.py", "netcdf.py", "statistics.py")
+OBEYING = (
+    "paper",
+    "errors.py",
+    "quantity.py",
+    "progress.py",
+    "files.py",
+    "dataset.py",
+    "netcdf.py",
+    "statistics.py",
+    "motion/attractor/cycle.py",
+    "motion/coexisting.py",
+    "motion/dwell.py",
+    "motion/engine/code.py",
+    "motion/engine/compile.py",
+    "motion/engine/functions.py",
+    "motion/engine/interruptions.py",
+    "motion/engine/loop.py",
+    "motion/flow.py",
+    "motion/limits.py",
+    "motion/linear.py",
+    "motion/natural.py",
+    "motion/section.py",
+    "motion/settled.py",
+    "motion/tangents.py",
+    "motion/zero_one.py",
+    "physics/differentiate.py",
+    "physics/film/pull_in.py",
+    "physics/implicit.py",
+    "physics/quadrature.py",
+    "physics/records.py",
+)
 """Files and folders below ``src/gelcone`` that obey; add a folder here as soon as it does."""
 WORDS = {
     r"told|tells?": "reported, states, reports",

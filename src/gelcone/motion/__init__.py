@@ -1,1 +1,1 @@
-"""How the actuator moves: the compiled flow and the analyses built on it, one a file."""
+"""The actuator's motion: the compiled flow and the analyses built on it, one a file."""

@@ -54,7 +54,7 @@ CHUNK = 512
 
 @dataclass
 class Motions:
-    """What is known at one drive frequency: the own motion and the others. ``kinds`` holds one `Swing` row of each, the
+    """The motions known at one drive frequency: the own motion and the others. ``kinds`` holds one `Swing` row of each, the
     own first; ``kick`` the interval (low, high) of the smallest kick to each, NaN where none led there."""
 
     kinds: list[Swing]
@@ -75,7 +75,7 @@ class Motions:
 def coexisting(
     members: Members, states: Array, *, threads: int | None = None, progress: Progress = None, shift: float = 0.0
 ) -> dict[str, Array]:
-    """Motions beside those that members (at increasing drive frequencies) settle on from ``states`` (members, N).
+    """Motions other than those that members (at increasing drive frequencies) settle on from ``states`` (members, N).
 
     ``shift`` moves the phases of the kicks by a share of their spacing.
 

@@ -232,7 +232,7 @@ def operating_limits_cells(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Findings:
-    """What `operating_limits` finds of every member of a flattened ensemble, whose ``states`` play no part; options as
+    """Compute `operating_limits` for every member of a flattened ensemble, whose ``states`` play no part; options as
     there."""
     found = {name: np.full(members.size, np.nan) for name in _LIMITS}
     outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)

@@ -26,14 +26,14 @@ DEFAULT_TOLERANCE = 1e-15
 
 @cache
 def backend() -> Backend:
-    """What integrates, loaded when it is first needed."""
+    """The integrator, loaded when it is first needed."""
     from gelcone.motion.engine.backend import EngineBackend
 
     return EngineBackend()
 
 
 def phase_program(system: ConeSystem, moved: tuple[tuple[str, ...], ...], tolerance: float) -> PhaseProgram:
-    """What integrates over the drive's phase, with the derivatives that shooting needs; see `PhaseProgram`."""
+    """The integrator over the drive's phase, with the derivatives that shooting needs; see `PhaseProgram`."""
     from gelcone.motion.engine import phase
 
     return phase.phase_program(system, moved, tolerance)

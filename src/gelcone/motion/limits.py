@@ -68,7 +68,7 @@ def limits_cells(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Findings:
-    """What `limits` finds of every member of a flattened ensemble, whose ``states`` play no part; options as there."""
+    """Compute `limits` for every member of a flattened ensemble, whose ``states`` play no part; options as there."""
     found = {name: np.full(members.size, np.nan) for name in _MEANINGS}
     outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
     kind = np.full(members.size, PullIn.NEVER, dtype=np.int8)

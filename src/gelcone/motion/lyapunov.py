@@ -303,7 +303,7 @@ def lyapunov_cells(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Findings:
-    """What `lyapunov` finds of every member of a flattened ensemble from its state (members, N); options as there."""
+    """Compute `lyapunov` for every member of a flattened ensemble from its state (members, N); options as there."""
     check_budgets(window=window, transient=transient, budget=budget)
     if precision is not None and not (np.isfinite(precision) and precision > 0.0):
         raise InputError(f"precision = {precision:g}: must be positive, a standard error per unit time")

@@ -109,7 +109,7 @@ def regime_cells(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Findings:
-    """What `regime` finds of every member of a flattened ensemble from its state (members, N); options as there."""
+    """Compute `regime` for every member of a flattened ensemble from its state (members, N); options as there."""
     check_budgets(transient=transient, patience=patience, budget=budget)
     budgets: dict[str, Any] = {"transient": transient, "patience": patience, "budget": budget}
     evidence = classify(members, states, **budgets, tolerance=tolerance, threads=threads, progress=progress)

@@ -110,7 +110,7 @@ def section_cells(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Findings:
-    """What `section` finds of every member of a flattened ensemble from its state (members, N); options as there."""
+    """Compute `section` for every member of a flattened ensemble from its state (members, N); options as there."""
     check_count("repeats", repeats, 1)
     check_count("discard", discard, 0)
     phase = _checked_phase(phase)

@@ -131,8 +131,8 @@ def settled(
     ``period`` in forcing periods as in `regime`: 1 where the motion follows the forcing, more for subharmonics, 0 where
     the disc is ``resting``, and where none up to 64 was found (chaos, or not settled); over ``harmonic``, multiples of
     the drive frequency, ``harmonic_amplitude`` and ``harmonic_phase`` in degrees ahead of sin(harmonic omega t), where
-    the voltage is sin(omega t), NaN where there is no such motion; ``linear_stroke`` by linear theory (NaN where there
-    is no equilibrium); ``validity_*`` as in `regime`; and ``outcome``, that of a member without damping being an error.
+    the voltage is sin(omega t), NaN where there is no such motion; ``linear_stroke`` by linear theory (NaN without an
+    equilibrium); ``validity_*`` as in `regime`; and ``outcome``, that of a member without damping being an error.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def settled_cells(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Findings:
-    """What `settled` finds of every member of a flattened ensemble from its state (members, N); options as there."""
+    """Compute `settled` for every member of a flattened ensemble from its state (members, N); options as there."""
     check_budgets(transient=transient, patience=patience)
     losing = members.damped
     found, linear = Swing.blank(members.size, states=states.shape[1]), np.full(members.size, np.nan)

@@ -148,7 +148,7 @@ def spectrum_cells(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Findings:
-    """What `spectrum` finds of every member of a flattened ensemble from its state (members, N); options as there.
+    """Compute `spectrum` for every member of a flattened ensemble from its state (members, N); options as there.
 
     Over ``line`` there are always 64 places; the length of ``frequency_ratio`` depends on the members unless
     ``highest`` is given.

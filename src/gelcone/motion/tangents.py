@@ -24,7 +24,7 @@ from gelcone.quantity import Array
 CERTAIN = 3.0
 """The sign of an exponent counts as certain when it is this many standard errors from zero."""
 FLOOR = 1e-7
-"""Exponents closer to zero than this are zero as far as double precision tells."""
+"""Exponents closer to zero than this are zero within double precision."""
 
 
 @dataclass

@@ -16,7 +16,7 @@ from gelcone.quantity import Array
 FREQUENCIES = 48
 MOST_BANDS = 16
 EXACT = 1e-9
-"""What is left of a series beside its size when it is taken to repeat exactly."""
+"""What is left of a series, over its size, when it is taken to repeat exactly."""
 MEMBERS_AT_ONCE = 16
 """Series walked together, which bounds the memory."""
 

@@ -133,7 +133,7 @@ def newton(residual: Callable[[Any], Any], slope: Callable[[Any], Any], first: A
 
 def gradients(function: Callable[[list[Any], Any], Sequence[Any]], at: Sequence[Any]) -> list[list[Any]]:
     """Partial derivatives [i][j] of the i-th value of ``function(variables, xp)`` by the j-th variable at numbers or
-    arrays ``at``. The function is traced: borders are told by its switches."""
+    arrays ``at``. The function is traced: its switches say on which side of borders it is."""
     graph = Graph()
     leaves = [graph.state(i) for i in range(len(at))]
     slopes = jacobian([graph.node(value) for value in function(list(leaves), graph)], leaves)

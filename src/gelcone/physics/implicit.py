@@ -22,7 +22,7 @@ First = Callable[..., Any]
 def root(xp: Any, name: str, residual: Residual, at: Sequence[Any], first: First) -> Any:
     """The root y of ``residual(y, *at, xp)`` that Newton's method finds from ``first(*at, xp)``.
 
-    ``at`` holds floats, arrays or the expressions of a compiled program; ``name`` tells roots apart in a program.
+    ``at`` holds floats, arrays or the expressions of a compiled program; ``name`` identifies the root in a program.
     """
     if traced(xp):
         return xp.root(name, residual, at, first)

@@ -21,7 +21,7 @@ _SHIPPED = {name: to_record(film, FILMS) for name, film in FILMS.items()}
 
 
 def system_record(system: ConeSystem) -> dict[str, Any]:
-    """Each component by its kind; ``law`` and ``prestretch_mode`` stand beside a film that has them."""
+    """Each component by its kind; ``law`` and ``prestretch_mode`` accompany a film that has them."""
     film = system.film
     own = (
         {"prestretch_mode": film.prestretch_mode, "law": to_record(film.law, LAWS)} if isinstance(film, GelFilm) else {}

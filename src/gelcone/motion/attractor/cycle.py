@@ -1,7 +1,7 @@
 """Cycles: the periodic orbit that a damped motion settles on, how far it still is from it, and its exponents.
 
 A motion that nearly returns after n forcing periods is near a fixed point of the map over n periods. Three Newton steps
-from it give the cycle itself and tell it from a slow drift, which has no fixed point nearby. The eigenvalues of the
+from it give the cycle itself and part it from a slow drift, which has no fixed point nearby. The eigenvalues of the
 tangent map over the cycle, its Floquet multipliers, give all Lyapunov exponents without any averaging. Nayfeh and
 Balachandran, Applied Nonlinear Dynamics (1995), chapters 3 and 7. Rest is a cycle, too, of one forcing period.
 """

@@ -218,7 +218,7 @@ class Function:
 
     @contextmanager
     def repeat(self) -> Iterator[str]:
-        """The block runs again and again until `leave` is told the label that this yields."""
+        """The block runs again and again until `leave` takes the label that this yields."""
         again, out = self._fresh("again"), self._fresh("out")
         self.line(f"br label %{again}")
         self._label(again)

@@ -1,4 +1,4 @@
-"""Object code: made by LLVM for one kind of processor, kept in the user's cache folder, loaded into the process."""
+"""Object code: made by LLVM for one kind of processor, stored in the user's cache folder, loaded into the process."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def library(content: str, text: Callable[[], str], machine: Machine | None = Non
 
     Parameters
     ----------
-    content : tells programs apart; equal content means equal text.
+    content : identifies programs; equal content means equal text.
     text : makes the module's text, when it has to be compiled.
     machine : what to compile for. Default: this process's machine.
     """

@@ -94,7 +94,7 @@ def logarithm(f: Function, value: Value) -> tuple[Value, Value]:
     square, square_low = f.multiply(half, m), None
     square_low = f.fused(half, m, f.negative(square))
     correction = f.fused(s, f.add(square, series), f.fused(exponent, f.real(LOG_2_LOW), f.negative(square_low)))
-    # e log 2 + m - m^2/2 + correction, from the largest term on, each rounding kept
+    # e log 2 + m - m^2/2 + correction, from the largest term on, each rounding carried along
     result, lost = two_sum(f, f.multiply(exponent, f.real(LOG_2_HIGH)), m)
     result, more = two_sum(f, result, f.negative(square))
     low = f.add(f.add(lost, more), correction)

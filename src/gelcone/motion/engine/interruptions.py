@@ -41,7 +41,7 @@ def switches_at(system: ConeSystem, times: Array, states: Array, numbers: Mappin
 
 
 def _event(border: Border, own: OwnNumbers) -> Event:
-    """A border as an event. The rates are continuous there, so that tangent maps go on."""
+    """A border as an event. The rates are continuous there, so that tangent maps are, too."""
 
     def value(time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> Any:
         return border.value(time, state, own(n), xp)

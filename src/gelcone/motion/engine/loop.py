@@ -110,7 +110,7 @@ def _advance(plan: Plan, layout: Layout) -> Function:
 
 
 def _start(layout: Layout) -> Function:
-    """``start(lanes, job, words, store)``: a member for each slot, as many as the job tells."""
+    """``start(lanes, job, words, store)``: a member for each slot, as many as the job has."""
     f = Function("start", ["ptr %lanes", "ptr %job", "ptr %words", "ptr %store"], "void", 1, external=True)
     for k in range(layout.rings):
         f.store_whole("0", f.place("%words", k))
