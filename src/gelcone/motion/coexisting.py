@@ -54,8 +54,8 @@ CHUNK = 512
 
 @dataclass
 class Motions:
-    """The motions known at one drive frequency: the own motion and the others. ``kinds`` holds one `Swing` row of each, the
-    own first; ``kick`` the interval (low, high) of the smallest kick to each, NaN where none led there."""
+    """The motions known at one drive frequency: the own motion and the others. ``kinds`` holds one `Swing` row of each,
+    the own first; ``kick`` the interval (low, high) of the smallest kick to each, NaN where none led there."""
 
     kinds: list[Swing]
     kick: list[tuple[float, float]]
