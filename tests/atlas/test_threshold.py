@@ -95,3 +95,18 @@ def test_the_share_of_a_kind_counts_starts_where_they_disagree():
     cells.regime[1] = Regime.TRANSIENT_CHAOS
     assert share_of(cells, Regime.TRANSIENT_CHAOS).tolist() == [0.0, 1.0, 0.0]
     assert Threshold("up", Regime.REST, Regime.PERIODIC, 0.0, 1.0).cascade is False
+
+
+@pytest.mark.parametrize(
+    ("periods", "cascade"),
+    [([1, 2, 4], True), ([1, 2, 2, 4, 0], True), ([1, 2, 0, 0], False), ([1, 3, 6], False), ([1, 2, 6, 12], False)],
+)
+def test_two_doublings_in_a_row_make_a_cascade(periods, cascade):
+    threshold = Threshold("up", Regime.PERIODIC, Regime.CHAOTIC, 0.0, 1.0)
+    for k, period in enumerate(periods):
+        threshold.add(0.1 * k, 1.0, period)
+    assert threshold.cascade is cascade
+    mirrored = Threshold("up", Regime.CHAOTIC, Regime.PERIODIC, 0.0, 1.0)
+    for k, period in enumerate(periods):
+        mirrored.add(1.0 - 0.1 * k, 1.0, period)
+    assert mirrored.cascade is cascade

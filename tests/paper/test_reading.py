@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gelcone.codes import Regime
+from gelcone.motion.attractor.search import PATIENCE
 from gelcone.paper.reading import (
     about_six,
     all_of,
@@ -36,6 +37,13 @@ def test_a_motion_that_has_not_settled_is_neither_chaotic_nor_regular():
     study = cells({"voltage": [1.0, 2.0]}, [0, 0], kinds=[Regime.TRANSIENT, PERIODIC])
     np.testing.assert_equal(chaotic(study), [np.nan, 0.0])
     np.testing.assert_equal(regular(study), [np.nan, 1.0])
+
+
+def test_chaos_that_may_outlast_the_patience_is_open_and_other_that_ends_is_none():
+    """Whether an end is seen of chaos whose mean lifetime may be longer than the patience is chance."""
+    study = cells({"voltage": [1.0, 2.0]}, [0, 0], kinds=[Regime.TRANSIENT_CHAOS] * 2)
+    study = study.assign(lifetime_high=("voltage", [2.0 * PATIENCE, 0.5 * PATIENCE]))
+    np.testing.assert_equal(chaotic(study), [np.nan, 0.0])
 
 
 def test_where_nearby_starts_do_not_agree_nothing_is_said():

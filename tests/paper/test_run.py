@@ -2,8 +2,10 @@
 
 import dataclasses
 import json
+import os
 import time
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,10 +16,12 @@ from gelcone import cli, dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import load, save
 from gelcone.errors import InputError
+from gelcone.paper import run as run_module
 from gelcone.paper import run as running
 from gelcone.paper.claims import Claim
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.numbers import Number
+from gelcone.paper.report import DrawnFigure
 from gelcone.paper.run import Paper, Selection, run, select
 from gelcone.paper.stamp import sources
 from gelcone.paper.studies.study import Study
@@ -400,3 +404,16 @@ def test_the_source_paper_holds_together():
         )
     for name, claim in paper.claims.items():
         assert (claim.name, bool(claim.statement)) == (name, True)
+
+
+def test_a_figure_is_current_when_both_its_pictures_are_younger_than_its_data(tmp_path):
+    drawn = DrawnFigure(
+        SimpleNamespace(studies=("swing",)), *(tmp_path / n for n in ("a.png", "a.svg")), (tmp_path / "swing.nc",)
+    )
+    for path in (drawn.png, drawn.svg, *drawn.data):
+        path.touch()
+    for png, svg, data, current in ((2, 2, 1, True), (1, 3, 2, False), (3, 1, 2, False), (1, 1, 2, False)):
+        for path, at in ((drawn.png, png), (drawn.svg, svg), (drawn.data[0], data)):
+            os.utime(path, (at, at))
+        assert run_module._is_current(drawn, {"swing": None}) is current
+    assert not run_module._is_current(drawn, {})

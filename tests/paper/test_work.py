@@ -11,6 +11,7 @@ from functools import partial
 import pytest
 
 from gelcone.errors import InputError
+from gelcone.paper import work as module
 from gelcone.paper.work import WORTH_A_PROCESS, Job, do
 
 
@@ -52,6 +53,16 @@ def test_processes_are_others_only_where_they_pay():
     assert {pid for _, (_, pid) in do(small, 2, lambda *_: None)} == {os.getpid()}
     large = [job(name) for name in ("a", "bb")]
     assert os.getpid() not in {pid for _, (_, pid) in do(large, 2, lambda *_: None)}
+
+
+@pytest.mark.parametrize(("work", "wanted"), [(0.9, 0), (1.9, 1), (2.1, 2), (9.0, 3)])
+def test_a_process_for_each_few_seconds_of_work(work, wanted, monkeypatch):
+    """As many as the work is worth, and no more than jobs or workers."""
+    asked = []
+    monkeypatch.setattr(module, "_in_processes", lambda jobs, workers, report: asked.append(workers))
+    jobs = [job(name, work=work * WORTH_A_PROCESS / 4.0) for name in ("a", "b", "c", "d")]
+    do(jobs, 3, lambda *_: None)
+    assert asked == ([wanted] if wanted > 1 else [])
 
 
 def test_long_jobs_come_first():

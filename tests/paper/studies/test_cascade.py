@@ -1,8 +1,11 @@
 """The cascade that leads to chaos in the base set: where it ends, and on which branch."""
 
+import numpy as np
 import pytest
+import xarray as xr
 
 import gelcone
+from gelcone.paper.studies import cascade as module
 from gelcone.paper.studies.cascade import cascade
 from gelcone.presets import find_preset
 
@@ -25,3 +28,14 @@ def test_without_doublings_there_is_no_cascade():
     model = find_preset("base").model
     followed = gelcone.continue_branch(model, "voltage", 0.945, 0.955, switch=0, checks=2)
     assert cascade(model, followed) == {}
+
+
+def test_a_cascade_ends_where_feigenbaums_ratio_says():
+    """Doublings whose distances shrink by exactly that ratio, towards 2: each level gives the same end."""
+    ratio = 4.66920160910299
+    doublings = [2.0 - ratio**-k for k in range(4)]
+    followed = xr.Dataset({"event_value": ("event", [1.5]), "event_kind": ("event", [0])})
+    found = module._told(followed, doublings, None)
+    assert found["cascade_end"][1] == pytest.approx(2.0, abs=1e-12)
+    assert found["cascade_end_error"][1] < 1e-12
+    assert np.isnan(found["cascade_born"][1])
