@@ -209,7 +209,7 @@ def test_the_part_between_the_folds_is_unstable_and_brute_force_lies_on_the_rest
 def test_text_json_and_figure_tell_the_folds(bent):
     subject = Subject(BENT)
     assert frequency_words(bent, subject).count("fold at 1.4136679") == 2
-    told = frequency_json(bent, bent, subject)
+    told = frequency_json(bent, subject)
     assert [jump["event_kind"] for jump in told["jumps"]] == ["fold", "fold"]
     assert [event["value"] for event in told["followed"]["events"]] == list(bent["followed_event_value"].values)
     axes = gelcone.plot(bent).axes[0]
