@@ -11,9 +11,10 @@ and base = W - V. The ``far`` one is of heights at which its innermost ring loca
 last hoop) count where they are positive: the second derivative of the force has a kink there. The film held at s
 localises above
 
-    V = lowest + d E(t) + e E'(p),    d = p(star) - p, e = p - p(star) where they are positive, else 0,
+    V = lowest + d E(t),    d = p(star) - p where that is positive, else 0,
 
-with t, (p - p0)^(1/2) scaled to run from -1 to 1: before the star its innermost ring localises, behind it another one.
+with t, (p - p0)^(1/2) scaled to run from -1 to 1. Before the star its innermost ring localises; behind it another one
+does, whose hoop is slack, at the lowest V of all.
 
 The numbers are those of `gelcone.membrane.table.Table`.
 """
@@ -33,15 +34,15 @@ ALONE = {"near": 4, "far": 11}
 """Degree in u of what does not depend on V."""
 SCALE = {"near": 8, "far": 3}
 """Degree of W, which is exact only where it is the voltage of a slack film."""
-CURVE, END, AFTER = 3, 8, 3
-"""Degrees of the curves in u at which hoops fall slack, of E and of E'."""
-END_NAMES, AFTER_NAMES = [f"end_{i}" for i in range(END + 1)], [f"end_after_{i}" for i in range(AFTER + 1)]
+CURVE, END = 3, 8
+"""Degrees of the curves in u at which hoops fall slack, and of E."""
+END_NAMES = [f"end_{i}" for i in range(END + 1)]
 LENGTH = (10, 6)
 """Degrees in u and q of the innermost ring's length and of the largest field."""
 TINY = 1e-12
 """Added to the near W, so that a flat film without tension has a q."""
 ROUNDED = 1e-3
-"""Of p: within this distance d and e turn into 0."""
+"""Of p: within this distance d turns into 0."""
 
 
 class Pull(NamedTuple):
@@ -146,10 +147,9 @@ def pull_in(s: Any, n: Numbers, xp: Any = np) -> Any:
     p, _ = place(s, n)
     t = n["end_scale"] * xp.sqrt(p - n["end_begin"]) + n["end_offset"]
     before = _sum([n[name] for name in END_NAMES], powers(t, END))
-    after = _sum([n[name] for name in AFTER_NAMES], powers(p - n["star_place"], AFTER))
     below = n["star_place"] - p
     rounded = xp.sqrt(below * below + ROUNDED * ROUNDED)
-    return n["lowest_pull_in"] + 0.5 * (rounded + below) * before + 0.5 * (rounded - below) * after
+    return n["lowest_pull_in"] + 0.5 * (rounded + below) * before
 
 
 def tensor(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> tuple[Any, Any, Any]:

@@ -9,9 +9,9 @@ from numpy.polynomial import chebyshev, polynomial
 
 from gelcone.errors import InputError
 from gelcone.membrane import force
-from gelcone.membrane.columns import LIMIT_SHARE, Columns, columns, longest, lowest_localisation
+from gelcone.membrane.columns import LIMIT_SHARE, LOWEST_GRID, Columns, columns, longest, lowest_localisation
 from gelcone.membrane.elements import Elements
-from gelcone.membrane.force import ALONE, CURVE, KINK, LENGTH, MAIN, SCALE
+from gelcone.membrane.force import ALONE, CURVE, END, KINK, LENGTH, MAIN, SCALE
 from gelcone.membrane.gel import Array, Gel
 
 NODES, CHECKS = {"near": 14, "far": 24}, {"near": 9, "far": 11}
@@ -110,7 +110,7 @@ def names() -> list[str]:
     """Of all numbers of a table, sorted."""
     own = ["place_variable", "cut_squared", "begin_squared", "reach_squared", "slack_limit", "flat_voltage"]
     own += ["lowest_pull_in", "star_place", "end_begin", "end_scale", "end_offset", "film_error"]
-    own += [*force.END_NAMES, *force.AFTER_NAMES] + [f"flat_area_{i}" for i in range(FLAT + 1)]
+    own += [*force.END_NAMES] + [f"flat_area_{i}" for i in range(FLAT + 1)]
     for piece in force.PIECES:
         for what in force.shapes(piece):
             own += list(force.names(piece, what).ravel())
@@ -153,7 +153,7 @@ def _no_piece(film: _Film, piece: str) -> None:
     film.numbers[f"{piece}_start"] = 1.0
     if piece == "far":
         film.numbers |= {"star_place": 0.0, "end_begin": -1.0, "end_scale": 1.0, "end_offset": 0.0}
-        film.numbers |= dict.fromkeys([*force.END_NAMES, *force.AFTER_NAMES], 0.0)
+        film.numbers |= dict.fromkeys(force.END_NAMES, 0.0)
 
 
 def _piece(film: _Film, piece: str, begin: float, end: float) -> None:
@@ -225,7 +225,7 @@ def _pull_in(film: _Film, u: Array, fitted: Columns) -> Array:
     n, lowest = film.numbers, film.numbers["lowest_pull_in"]
     limit = fitted.end.copy()
     # where a film raised in voltage localises at the lowest V of all rings, it is another ring than the innermost
-    length = longest(film.gel, np.array([lowest * (1.0 + 1e-6)]))[0]
+    length = longest(film.gel, np.array([lowest * (1.0 + 1e-6)]), LOWEST_GRID)[0]
     own = np.array([np.interp(lowest, *fitted.along(k, np.sqrt(fitted.measures.disc))) for k in range(u.size)])
     place = fitted.heights**2 / (fitted.heights**2 + VARIABLE)
     order = np.argsort(own)
@@ -235,18 +235,17 @@ def _pull_in(film: _Film, u: Array, fitted: Columns) -> Array:
     begin = cut / (cut + VARIABLE) - NEXT if cut > 0.0 else -1.0
     t = np.sqrt(place - begin)
     scale = 2.0 / (t.max() - t.min())
-    # towards the stretch limit no ring localises any more, which the curve does not follow
-    unended = (fitted.end >= fitted.top * (1.0 - BEFORE)) & (place > star)
-    n["reach_squared"] = min(n["reach_squared"], float(np.min(fitted.heights[unended], initial=np.inf)) ** 2)
     n |= {"star_place": star, "end_begin": begin, "end_scale": scale, "end_offset": -1.0 - scale * t.min()}
-    for names_, side in ((force.END_NAMES, place < star), (force.AFTER_NAMES, place >= star)):
-        values, at, degree = np.zeros(1), star - place[side], min(len(names_) - 1, int(side.sum()) - 2)
-        if degree >= 0:
-            away = 0.5 * (np.abs(at) + np.hypot(at, force.ROUNDED))
-            share, weight = (limit[side] - lowest) / away, away / limit[side]
-            before = names_ is force.END_NAMES
-            values = _line(scale * t[side] + n["end_offset"] if before else -at, share, degree, weight)
-        n |= {name: float(v) for name, v in zip(names_, np.pad(values, (0, len(names_) - values.size)), strict=True)}
+    before = place < star
+    limit = np.where(before, np.maximum(limit, lowest), lowest)
+    degree = min(END, int(before.sum()) - 2)
+    values = np.zeros(1)
+    if degree >= 0:
+        below = star - place[before]
+        away = 0.5 * (below + np.hypot(below, force.ROUNDED))
+        own = limit[before]
+        values = _line(scale * t[before] + n["end_offset"], (own - lowest) / away, degree, away / own)
+    n |= dict(zip(force.END_NAMES, np.pad(values, (0, END + 1 - values.size)).tolist(), strict=True))
     return limit
 
 

@@ -1,0 +1,91 @@
+"""How well the film as a membrane is known: random films against finer elements at random states.
+
+    OMP_NUM_THREADS=1 python benchmarks/membrane_film.py [FILMS]      (default 200)
+
+Films of Gent's law with a/b from 0.05 to 0.8, equal pre-stretches from 0.8 to 3 or a weaker hoop, and stretch limits
+from 8 to infinity. For each: processor time of the table; its stated error, over the force and a tenth of that without
+voltage; the largest that is found at eight random heights up to x = 2 on 1.6 times the elements; and, over itself,
+that of forces above a tenth. At the end how many films were refused, how many errors the stated one covers, and the
+quantiles.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+
+from gelcone.errors import InputError
+from gelcone.membrane import force
+from gelcone.membrane.columns import columns
+from gelcone.membrane.elements import Elements
+from gelcone.membrane.gel import Gel
+from gelcone.membrane.table import table
+from gelcone.physics.laws import LAWS
+
+SEED = 20261123
+FINE = 160
+HEIGHTS = 8
+HIGHEST = 2.0
+STEPS = 7
+LEAST = 0.1
+
+
+def random_film(rng: np.random.Generator) -> tuple[Gel, float, str]:
+    """A gel, a/b, and both in words."""
+    law = LAWS["gent"]
+    limit = np.inf if rng.random() < 0.15 else float(np.exp(rng.uniform(np.log(8.0), np.log(200.0))))
+    ratio, meridional = float(np.exp(rng.uniform(np.log(0.05), np.log(0.8)))), float(rng.uniform(0.8, 3.0))
+    hoop = meridional if rng.random() < 0.7 else float(rng.uniform(max(0.8, 0.7 * meridional), meridional))
+    gel = Gel(law, law.numbers({"stretch_limit": limit}), meridional**2, hoop**2)
+    return gel, ratio, f"a/b {ratio:.3f}, lm {meridional:.3f}, lh {hoop:.3f}, limit {limit:.3g}"
+
+
+def errors(gel: Gel, ratio: float, n: dict[str, float], rng: np.random.Generator) -> tuple[float, float]:
+    """The largest error as it is stated, and that of forces that are not weak over themselves."""
+    low, high = n["begin_squared"] ** 0.5 + 0.03, min(HIGHEST, n["reach_squared"] ** 0.5)
+    x = np.sort(rng.uniform(low, high, HEIGHTS))
+    near = x * x < n["cut_squared"]
+    with np.errstate(invalid="ignore"):
+        end = np.where(near, force.tension(x * x, 0.0, n), force.pull_in(x * x, n))
+    found = columns(Elements(gel, ratio, FINE), x, end, 0.995 * end, STEPS)
+    own, first = found.measures.force, found.first[found.column]
+    at = x[found.column]
+    pulls = [force.pull(piece, at * at, found.V, n).k for piece in force.PIECES]
+    wrong = np.abs(np.where(near[found.column], *pulls) * at - own)
+    inside = end[found.column] >= found.V
+    strong = inside & (own > LEAST * first)
+    return float(np.max(wrong[inside] / (own + LEAST * first)[inside])), float(np.max(wrong[strong] / own[strong]))
+
+
+def main() -> None:
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 200
+    rng = np.random.default_rng(SEED)
+    rows, refused = [], 0
+    for _ in range(count):
+        gel, ratio, words = random_film(rng)
+        begin = time.process_time()
+        try:
+            n = table(gel, ratio)
+        except InputError as error:
+            refused += 1
+            print(f"{words}: {error}", flush=True)
+            continue
+        seconds = time.process_time() - begin
+        found, strong = errors(gel, ratio, n, rng)
+        rows.append((seconds, n["film_error"], found, strong))
+        mark = "" if found <= n["film_error"] else "  NOT COVERED"
+        print(
+            f"{words}: {seconds:.2f} s, stated {n['film_error']:.1e}, found {found:.1e}, {strong:.1e}{mark}", flush=True
+        )
+    seconds, stated, found, strong = np.array(rows).T
+    print(f"{count} films, {refused} refused; {np.sum(found <= stated)} of {found.size} covered by the stated error")
+    for name, values in (("seconds", seconds), ("stated", stated), ("found", found), ("strong forces", strong)):
+        print(
+            f"  {name}: median {np.median(values):.2g}, 90 % {np.quantile(values, 0.9):.2g}, largest {values.max():.2g}"
+        )
+
+
+if __name__ == "__main__":
+    main()
