@@ -35,15 +35,17 @@ LEAST_NEAR = 2e-3
 """Of s: a film that falls slack below a lower height only is taken to localise there, too."""
 BEFORE = 1e-4
 """Share of the voltage that is left when a column that falls slack ends."""
-NOT_MET = 1.03
-"""The q of a hoop that stays taut."""
+NOT_MET, NEVER_MET = 1.03, 9.0
+"""The q at heights next to those at which a hoop falls slack; and where none does."""
 VARIABLE = 1.0
 """c."""
+FAR_WEIGHT = 1e-3
+"""Of the pull-in curve behind its star."""
 NEXT = 1e-3
 """Of p: the pull-in curve turns vertical this far below the cut."""
-MARGIN = 1.5
-"""The stated error over the largest that was found at the other heights: others lie between."""
-LARGEST_ERROR = 0.1
+MARGIN, ELEMENT_ERROR = 3.5, 2e-4
+"""The stated error over the largest that was found at the other heights: others lie between; and that of the elements."""
+LARGEST_ERROR = 0.15
 """Of a film that is still made."""
 
 
@@ -97,7 +99,7 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     }
     _piece(film, "near", begin, cut) if falls_slack else _no_piece(film, "near")
     _piece(film, "far", max(cut, 0.0), reach) if cut < reach else _no_piece(film, "far")
-    error = MARGIN * max(film.errors)
+    error = ELEMENT_ERROR + MARGIN * max(film.errors)
     if not error <= LARGEST_ERROR:
         raise InputError(
             f"film = membrane: the force of this film (a/b = {ratio:g}) is known to {error:.0%} only; take film = "
@@ -243,8 +245,10 @@ def _pull_in(film: _Film, u: Array, fitted: Columns) -> Array:
     if degree >= 0:
         below = star - place[before]
         away = 0.5 * (below + np.hypot(below, force.ROUNDED))
-        own = limit[before]
-        values = _line(scale * t[before] + n["end_offset"], (own - lowest) / away, degree, away / own)
+        share, weight = np.zeros(place.size), np.full(place.size, FAR_WEIGHT)
+        share[before], weight[before] = (limit[before] - lowest) / away, away / limit[before]
+        share[~before] = share[before][np.argmin(below)]  # behind the star it plays no part, and is to stay moderate
+        values = _line(scale * t + n["end_offset"], share, degree, weight)
     n |= dict(zip(force.END_NAMES, np.pad(values, (0, END + 1 - values.size)).tolist(), strict=True))
     return limit
 
@@ -265,7 +269,7 @@ def _curves(film: _Film, piece: str, u: Array, fitted: Columns) -> None:
         q = _share(piece, fitted.falls(hoop), W)
         met = q < NOT_MET
         if met.sum() < 2:
-            values = np.array([NOT_MET])
+            values = np.array([NEVER_MET])
         else:
             edge = ~met & (np.roll(met, 1) | np.roll(met, -1))
             own = met | edge
