@@ -100,4 +100,4 @@ def test_it_is_set_in_python_and_on_the_command_line(place, command_line):
     texts = ["--set", "material.law=mylaw:Fung", "--set", "material.fung_b=0.1"]
     code, out, err = command_line("static", "biased-pump", *texts, "--json")
     assert code == 0, err
-    assert result(out)["parameters"]["fung_b"] == 0.1
+    assert result(out)["subject"]["fields"]["material"]["fung_b"] == 0.1

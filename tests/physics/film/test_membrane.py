@@ -73,7 +73,7 @@ def test_the_film_localises_at_the_certified_voltages(row):
 
 def test_the_stated_error_is_that_of_the_fit_and_small():
     for made in MADE:
-        assert 2e-4 < film_of(*made)[1]["film_error"] < 1e-2
+        assert 2e-4 < film_of(*made)[1]["film_error"] < 2e-2
 
 
 PLACES = [(0.5, 0.1), (0.5, 0.36), (0.62, 0.3), (0.03, 5e-4), (0.9, 0.1), (1.4, 0.08), (-0.4, 0.1)]
