@@ -102,8 +102,8 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     error = ELEMENT_ERROR + MARGIN * max(film.errors)
     if not error <= LARGEST_ERROR:
         raise InputError(
-            f"film = membrane: the force of this film (a/b = {ratio:g}) is known to {error:.0%} only; take film = "
-            "wrinkling"
+            f"film = membrane: the force of this film (a/b = {ratio:g}) is known to {min(error, 9.99):.0%} only, which "
+            f"must be {LARGEST_ERROR:.0%} at most; take film = wrinkling"
         )
     return film.numbers | {"film_error": error}
 
