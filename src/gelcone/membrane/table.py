@@ -44,7 +44,7 @@ FAR_WEIGHT = 1e-3
 NEXT = 1e-3
 """Of p: the pull-in curve turns vertical this far below the cut."""
 MARGIN, ELEMENT_ERROR = 3.5, 2e-4
-"""The stated error over the largest that was found at the other heights: others lie between; and that of the elements."""
+"""The stated error over the largest found at the other heights, since others lie between; and that of the elements."""
 LARGEST_ERROR = 0.15
 """Of a film that is still made."""
 
