@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from gelcone.analyses.answer import heading, member_lines, outcome_lines, variable_json
 from gelcone.codes import Outcome
-from gelcone.words import measured, validity_in_words
+from gelcone.words import event_label, measured, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,7 +35,12 @@ def _rows(member: xr.Dataset) -> list[str]:
     if int(member["outcome"]) != Outcome.OK:
         return ["failed"]
     return [
-        f"{variable.attrs['long_name']}: {measured(variable, 5)}"
+        f"{variable.attrs['long_name']}: {_value(variable)}"
         for name, variable in member.data_vars.items()
         if not variable.dims and name != "outcome" and not str(name).startswith("validity_")
     ]
+
+
+def _value(variable: xr.DataArray) -> str:
+    """A number with its unit; the meaning of a code."""
+    return event_label(variable) if "flag_meanings" in variable.attrs else measured(variable, 5)
