@@ -216,7 +216,8 @@ def test_tongues_say_their_lowest_onset_and_the_share_that_is_unstable():
 def test_where_the_own_drive_lies(peak, at, words):
     """The window of 0.8 with a margin of 0.2 lies below a limit of 1."""
     window = {"drive_frequency": ("drive_frequency", [1.0, 3.0]), "recommended_peak": ("drive_frequency", [0.7, 0.9])}
-    shown = xr.Dataset(window | {"own_peak": peak, "own_frequency": at}, attrs={"options": '{"margin": 0.2}'})
+    own = {"own_peak": peak, "own_frequency": at, "driven_peak": ("driven_peak", [0.5, 1.5])}
+    shown = xr.Dataset(window | own, attrs={"options": '{"margin": 0.2}'})
     line = envelope._own_line(shown)
     assert words in line
     assert numbers(line)[:2] == [peak, at]

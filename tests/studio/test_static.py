@@ -78,7 +78,8 @@ def test_kinds_of_motion_have_the_same_numbers_on_both_sides():
 
 
 def test_the_page_sends_no_file_that_the_server_refuses():
-    assert int(re.search(r"file\.size > (\d+)", source("main"))[1]) == setting.LONGEST_FILE
+    assert int(re.search(r"LARGEST_FILE = (\d+)", source("main"))[1]) == setting.LONGEST_FILE
+    assert "file.size > LARGEST_FILE" in source("main")
 
 
 def test_every_run_that_the_page_offers_may_be_asked_for():
@@ -86,7 +87,7 @@ def test_every_run_that_the_page_offers_may_be_asked_for():
     offered = [int(value) for value in re.findall(r'<option value="(\d+)"', text)]
     assert [look.check_periods(value) for value in offered] == offered
     assert look.PERIODS in offered
-    assert json.loads(re.search(r'periods: "(\d+)"', source("address"))[1]) == look.PERIODS
+    assert int(re.search(r'periods: \["(\d+)"', source("address"))[1]) == look.PERIODS
 
 
 def test_files_have_kinds():

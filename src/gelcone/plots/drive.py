@@ -36,6 +36,7 @@ def window_curve(result: xr.Dataset, axes: Axes) -> None:
     """The recommended peak voltages, the best drive, and the limit above it."""
     frequency, peak = result["frequency"].values, result["window_peak"].values
     axes.fill_between(frequency, 0.0, peak, color=GREEN, alpha=0.18, lw=0, label="recommended window")
+    axes.plot(frequency, peak, color=GREEN, lw=1.0)
     place = float(result["drive_frequency"]), float(result["peak_voltage"])
     label = f"best drive, {measured(result['drive_frequency'])}, {measured(result['peak_voltage'])}"
     axes.plot(*place, "*", color=BLACK, ms=9.0, ls="none", label=label, zorder=4)
