@@ -134,7 +134,11 @@ class PlacedFilm(Component):
         def value(x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
             return border.value(self.place(x, n), squared, y, self.own(n), xp)
 
-        return dataclasses.replace(border, value=value, switch=border.switch and self.prefix + border.switch)
+        # one film's switches tell laws apart: those of both would take many laws, each compiled by itself
+        tells = border.tells and self.drive is None
+        return dataclasses.replace(
+            border, value=value, switch=border.switch and self.prefix + border.switch, tells=tells
+        )
 
     def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
         if not self.borders:
