@@ -32,6 +32,8 @@ PEAKS = (0.3, 1.4, 12)
 """Peak voltages around the best drive, over the limit there: from, to, how many."""
 STEP = 0.01
 """Share by which a field is changed for its sensitivity."""
+DETUNED = 0.01
+"""Share by which the frequency of a drive may be off without using up more than half of the margin."""
 NOT_CHANGED = ("release_height", "release_velocity", "dielectric_strength", "material.dielectric_strength")
 """Fields that the settled motion does not depend on."""
 
@@ -85,7 +87,8 @@ def drive(
         or ``"power"`` (mean), the last three of what the damper or a load takes up.
     lowest : lowest drive frequency. Default a tenth of the natural frequency, if ``highest`` is left out too.
     highest : highest drive frequency. Default three times the natural frequency.
-    margin : share of the lowest limit that the voltage stays below it. Default 0.2.
+    margin : share of the lowest limit that the voltage stays below it; half of it is left where the frequency is off by
+        one per cent. Default 0.2.
     radius_ratio : as in `envelope`.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -118,9 +121,10 @@ def drive(
         radius_ratio = radius_ratio_of(device) if radius_ratio is None else radius_ratio
     options = {"margin": margin, "radius_ratio": radius_ratio, "threads": threads}
     wide = plain(envelope)(cone, frequencies=_range(**ends), **options, progress=weighted(progress, 0.65))
-    near = plain(envelope)(cone, **_around(wide, cone, largest), **options, progress=weighted(progress, 0.3))
-    zeta, both = float(cone.damping_ratio), [candidates(one) for one in (wide, near)]
-    best = _best(Candidates(*(np.concatenate(parts) for parts in zip(*both, strict=True))), largest, zeta)
+    zeta = float(cone.damping_ratio)
+    first = _best(largest, zeta, margin, wide)
+    near = plain(envelope)(cone, **_around(wide, float(first.frequency)), **options, progress=weighted(progress, 0.3))
+    best = _best(largest, zeta, margin, wide, near)
     shape = DriveShape.of(cone)
     peak, omega = float(best.peak), float(best.frequency)
     drives = {"voltage": shape.amplitude * peak, "voltage_bias": shape.bias * peak, "drive_frequency": omega}
@@ -208,9 +212,12 @@ def candidates(found: xr.Dataset) -> Candidates:
     )
 
 
-def _best(found: Candidates, largest: str, damping_ratio: float) -> Candidates:
-    """The drive with the largest value."""
-    values = found.value(largest, damping_ratio)
+def _best(largest: str, damping_ratio: float, margin: float, *envelopes: xr.Dataset) -> Candidates:
+    """The drive with the largest value among those that keep half of the margin with the frequency a little off."""
+    parts = zip(*(candidates(one) for one in envelopes), strict=True)
+    found = Candidates(*(np.concatenate(part) for part in parts))
+    safe = found.peak <= (1.0 - margin / 2.0) * _detuned(found.frequency, *envelopes)
+    values = np.where(safe, found.value(largest, damping_ratio), np.nan)
     if not (values > 0.0).any():
         raise InputError(
             "drive: no drive within the window moves the disc periodically; see gelcone envelope, lower the margin or "
@@ -218,6 +225,16 @@ def _best(found: Candidates, largest: str, damping_ratio: float) -> Candidates:
         )
     at = int(np.nanargmax(values))
     return Candidates(*(part[at] for part in found))
+
+
+def _detuned(frequency: Array, *envelopes: xr.Dataset) -> Array:
+    """The lowest limit at frequencies up to a share `DETUNED` from each of the given ones."""
+    known, limits, _ = _rows(*envelopes)
+    low, high = frequency * (1.0 - DETUNED), frequency * (1.0 + DETUNED)
+    with np.errstate(divide="ignore"):
+        ends = [1.0 / np.interp(one, known, 1.0 / limits) for one in (low, high)]
+    between = (known >= low[:, None]) & (known <= high[:, None])
+    return np.minimum.reduce([*ends, np.where(between, limits, np.inf).min(axis=-1)])
 
 
 def _range(lowest: float | None, highest: float | None) -> Array | None:
@@ -229,13 +246,12 @@ def _range(lowest: float | None, highest: float | None) -> Array | None:
     return np.geomspace(lowest, highest, COARSE)
 
 
-def _around(wide: xr.Dataset, cone: ConeModel, largest: str) -> dict[str, Array]:
-    """Frequencies between the neighbours of the best one, and peak voltages around its limit."""
-    best = _best(candidates(wide), largest, float(cone.damping_ratio))
+def _around(wide: xr.Dataset, omega: float) -> dict[str, Array]:
+    """Frequencies between the neighbours of one, and peak voltages around its limit."""
     known = wide["drive_frequency"].values
-    at = int(np.argmin(np.abs(known - best.frequency)))
+    at = int(np.argmin(np.abs(known - omega)))
     below, above = known[max(at - 1, 0)], known[min(at + 1, len(known) - 1)]
-    _, bound = _limit(wide, wide, float(best.frequency))
+    _, bound = _limit(wide, wide, omega)
     top = bound if np.isfinite(bound) else float(wide["driven_peak"][-1])
     return {"frequencies": np.geomspace(below, above, FINE), "peaks": top * np.linspace(*PEAKS)}
 
