@@ -316,8 +316,3 @@ def event_label(kind: xr.DataArray) -> str:
 def branch_endings(branch: xr.Dataset) -> list[str]:
     """Why a branch ends at either end."""
     return [ENDINGS[meaning_at(branch["ended"], int(code))] for code in branch["ended"].values]
-
-
-def flag_label(kinds: xr.DataArray, k: int) -> str:
-    """What a contradiction between branches and brute force is."""
-    return meaning_at(kinds, int(kinds[k])).replace("_", " ")

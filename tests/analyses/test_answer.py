@@ -8,7 +8,7 @@ import xarray as xr
 
 import gelcone
 from gelcone import ConeModel, Outcome
-from gelcone.analyses.answer import ending_lines, in_si, outcome_lines, parameters_json, periods_json, plain
+from gelcone.analyses.answer import ending_lines, in_si, outcome_lines, parameters_json, plain, variable_json
 from gelcone.analyses.request import Subject
 
 
@@ -28,7 +28,7 @@ def test_outcomes_are_counted_with_their_remedy():
     assert outcome_lines(result) == [f"2 of 3 run(s) failed: {Outcome.OUTSIDE.meaning}"]
     assert ending_lines(result) == ["  1 of 3: ok", f"  2 of 3: {Outcome.OUTSIDE.meaning}"]
     assert ending_lines(result.isel(member=0)) == []
-    assert periods_json([0, 2]) == [None, 2]
+    assert variable_json(xr.DataArray([0, 2], name="period")) == [None, 2]
 
 
 def test_a_device_has_its_states_and_axes_in_si_units():

@@ -28,16 +28,18 @@ def test_the_object_holds_limits_window_stroke_and_power_in_si(gelcone):
     np.testing.assert_allclose(content["drive_frequency"], [8.0, 10.0])
     units = content["units"]
     assert [units[f"window_{name}"] for name in ("stroke", "power", "apparent_power")] == ["mm", "mW", "mVA"]
-    assert content["static_limits"]["pitchfork"] == {"voltage": None, "status": "not applicable"}
-    assert content["driven_limits"]["onset of rest"]["status"] == ["not applicable"] * 2
-    low = np.array(content["driven_limits"]["hoop slack"]["low"])
+    static = dict(zip(content["static_limit"], content["static_limit_voltage"], strict=True))
+    driven = dict(zip(content["driven_limit"], content["limit_low"], strict=True))
+    assert static["pitchfork"] == "unknown or not applicable"
+    assert driven["onset of rest"] == ["unknown or not applicable"] * 2
+    low = np.array(driven["hoop slack"])
     assert (np.array(content["recommended_peak"]) <= 0.8 * low + 1e-9).all()
-    assert content["first_limit"] == ["hoop slack"] * 2
-    assert content["window_motion"] == ["periodic"] * 2
+    assert [content["driven_limit"][k] for k in content["first_limit"]] == ["hoop slack"] * 2
+    assert content["window_regime"] == ["periodic"] * 2
     power, apparent = content["window_power"], content["window_apparent_power"]
     assert (np.array(power) > 0.0).all()
     assert (np.array(power) < 0.2 * np.array(apparent)).all()
-    assert content["recommended_constant"] == pytest.approx(0.8 * content["static_limits"]["hoop slack"]["voltage"])
+    assert content["recommended_constant"] == pytest.approx(0.8 * static["hoop slack"])
 
 
 def test_the_text_says_what_comes_first_what_the_window_yields_and_where_the_device_is(gelcone, undrawn, tmp_path):
@@ -61,9 +63,10 @@ def test_without_a_dielectric_strength_text_object_and_figure_say_unknown(gelcon
     labels = envelope_figure(load(tmp_path / "envelope.nc")).axes[0].get_legend_handles_labels()[1]
     assert any("unknown" in label for label in labels)
     content = result(gelcone(*FLAT, "--json")[1])
-    assert content["static_limits"]["dielectric breakdown"]["status"] == "unknown"
-    assert content["driven_limits"]["dielectric breakdown"]["status"] == ["unknown"] * 2
-    assert content["window_motion"] == ["rest", "rest"]
+    for kind, name in (("static", "static_limit_voltage"), ("driven", "limit_low")):
+        low = dict(zip(content[f"{kind}_limit"], content[name], strict=True))["dielectric breakdown"]
+        assert set(np.ravel(low)) == {"unknown or not applicable"}
+    assert content["window_regime"] == ["rest", "rest"]
 
 
 def test_a_film_that_is_slack_from_the_start_has_no_window(gelcone):

@@ -37,9 +37,9 @@ def run(monkeypatch, command_line, tmp_path):
 
 SAME = {
     "simulate": lambda content: content["displacement"],
-    "regime": lambda content: content["regime"]["evidence"]["lyapunov"]["values"],
-    "static": lambda content: [one["slope"] for one in content["equilibria"]],
-    "frequency": lambda content: content["branches"]["up"]["stroke"] + content["linear"]["stroke"],
+    "regime": lambda content: content["lyapunov"],
+    "static": lambda content: content["slope"][0],
+    "frequency": lambda content: content["stroke"][0] + content["linear_stroke"],
     "envelope": lambda content: content["driven_stroke"] + content["driven_power"],
 }
 

@@ -27,16 +27,17 @@ def test_the_object_holds_both_sweeps_their_peaks_and_the_jump(gelcone):
     assert (code, err) == (0, "")
     content = result(out)
     np.testing.assert_allclose(content["drive_frequency"], np.linspace(0.36, 0.72, 10))
-    up, down = content["branches"]["up"], content["branches"]["down"]
-    assert up["period"] == [2] * 8 + [1] * 2
-    assert down["period"][-4:] == [1] * 4
-    assert up["stroke"][6] > 20.0 * down["stroke"][6]
-    assert len(up["harmonic_amplitude"]) == len(content["harmonic"]) == 4
-    jump = content["jumps"][-1]
-    assert jump["branch"] == "up"
-    assert 0.64 < jump["low"] < jump["high"] < 0.68
-    assert up["peak"]["low"] <= up["peak"]["frequency"] <= up["peak"]["high"]
-    assert len(content["linear"]["stroke"]) == 10
+    assert content["branch"] == ["up", "down"]
+    up, down = content["period"]
+    assert up == [2] * 8 + [1] * 2
+    assert down[-4:] == [1] * 4
+    assert content["stroke"][0][6] > 20.0 * content["stroke"][1][6]
+    assert content["dims"]["harmonic_amplitude"] == ["branch", "harmonic", "drive_frequency"]
+    assert np.shape(content["harmonic_amplitude"]) == (2, len(content["harmonic"]), 10)
+    assert content["jump_branch"][-1] == "up"
+    assert 0.64 < content["jump_low"][-1] < content["jump_high"][-1] < 0.68
+    assert content["peak_low"][0] <= content["peak_frequency"][0] <= content["peak_high"][0]
+    assert len(content["linear_stroke"]) == 10
     assert content["parameters"]["spring_stiffness"] == 0.1
 
 

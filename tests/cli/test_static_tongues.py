@@ -34,30 +34,29 @@ def as_json(gelcone):
 
 def test_static_takes_the_voltage_amplitude_as_a_constant_voltage(as_json):
     content = as_json("static", *TABLE1, "--set", "voltage=1.5")
-    places = content["equilibria"]
-    assert [place["stable"] for place in places] == [True, False, True]
-    assert [np.sign(place["slope"]) for place in places] == [1.0, -1.0, 1.0]
-    assert places[2]["displacement"] == pytest.approx(0.98583217)
+    assert content["stable"] == [[True, False, True]]
+    assert [np.sign(slope) for slope in content["slope"][0]] == [1.0, -1.0, 1.0]
+    assert content["equilibrium_displacement"][0][2] == pytest.approx(0.98583217)
     assert content["pitchfork_voltage"] == np.sqrt(1.5)
-    assert content["fold_voltages"] == []
-    assert content["pull_in"] == {"voltage": np.sqrt(1.5), "kind": "pitchfork", "from": 0.0, "to": 0.0}
+    assert content["fold_voltage"] == [None]
+    pull_in = [content[f"pull_in_{name}"] for name in ("voltage", "kind", "from", "to")]
+    assert pull_in == [np.sqrt(1.5), "pitchfork", 0.0, 0.0]
     assert content["outcome"] == "ok"
     assert content["units"] is None
-    assert [place["validity"]["hoop_slack"] for place in places] == [1.0, 1.0, 1.0]
-    assert [place["validity"]["breakdown"] for place in places] == [None] * 3  # without a dielectric strength
+    assert content["validity"]["hoop_slack"] == [[1.0, 1.0, 1.0]]
+    assert content["validity"]["breakdown"] == [[None] * 3]  # without a dielectric strength
 
 
 def test_static_lists_a_curve_for_each_voltage(as_json):
     content = as_json("static", *TABLE1, "--voltages", "0,1,1.5")
-    assert "equilibria" not in content
-    assert [curve["voltage"] for curve in content["curves"]] == [0.0, 1.0, 1.5]
-    assert [len(curve["equilibria"]) for curve in content["curves"]] == [1, 1, 3]
-    assert all(len(curve["force"]) == len(content["displacement"]) for curve in content["curves"])
+    assert content["constant_voltage"] == [0.0, 1.0, 1.5]
+    assert content["equilibria"] == [1, 1, 3]
+    assert np.shape(content["force"]) == (3, len(content["displacement"]))
 
 
 def test_static_of_an_ensemble_lists_its_members(as_json):
     content = as_json("static", *TABLE1, "--set", "voltage=0,1,1.5")
-    assert [len(places) for places in content["equilibria"]] == [1, 1, 3]
+    assert content["equilibria"] == [[1, 1, 3]] * 3  # each at the peaks of all
     assert content["pitchfork_voltage"] == [np.sqrt(1.5)] * 3
 
 
@@ -70,15 +69,15 @@ def test_static_of_a_device_is_in_volts_and_millimetres(as_json):
     scales = device.scales
     levels = [0.0, 4000.0, 16000.0]
     found = static(device.to_model(), np.array(levels) / scales.voltage)
-    assert [own["voltage"] for own in content["curves"]] == pytest.approx(levels, rel=1e-12)
-    for own, one in zip(content["curves"], [found.isel(constant_voltage=k) for k in range(3)], strict=True):
-        assert own["stroke"] == pytest.approx(float(one["stroke"]) * scales.length * 1e3)
-        assert own["blocked_force"] == pytest.approx(float(one["blocked_force"]) * scales.force)
-        places = one["equilibrium_displacement"].values * scales.length * 1e3
-        assert [e["displacement"] for e in own["equilibria"]] == pytest.approx(places[np.isfinite(places)])
-    assert content["fold_voltages"][0] == pytest.approx(float(found["fold_voltage"][0]) * scales.voltage)
-    nowhere = dict.fromkeys(("from", "to"), "not applicable")
-    assert content["pull_in"] == {"voltage": "not reached", "kind": "never", **nowhere}
+    assert content["constant_voltage"] == pytest.approx(levels, rel=1e-12)
+    millimetres = scales.length * 1e3
+    for name, scale in (("stroke", millimetres), ("blocked_force", scales.force)):
+        assert content[name] == pytest.approx((found[name] * scale).values)
+    places = np.array(content["equilibrium_displacement"], dtype=float)
+    np.testing.assert_allclose(places, found["equilibrium_displacement"] * millimetres)
+    assert content["fold_voltage"][0] == pytest.approx(float(found["fold_voltage"][0]) * scales.voltage)
+    pull_in = [content[f"pull_in_{name}"] for name in ("voltage", "kind", "from", "to")]
+    assert pull_in == ["not reached", "never", "not applicable", "not applicable"]
 
 
 def test_static_of_devices_of_several_sizes(as_json):
@@ -88,7 +87,10 @@ def test_static_of_devices_of_several_sizes(as_json):
     for k, (radius, thickness) in enumerate(zip(radii, ("0.2 mm", "0.3 mm"), strict=True)):
         one = as_json("static", "biased-pump", "--set", f"film_radius={radius}", "--set", f"film_thickness={thickness}")
         assert both["rest_displacement"][k] == pytest.approx(one["rest_displacement"], rel=1e-12)
-        assert both["equilibria"][k][0]["displacement"] == pytest.approx(one["equilibria"][0]["displacement"], rel=1e-9)
+        # the voltages of the members are those of all in the units of each
+        own = int(np.argmin(np.abs(np.array(both["constant_voltage"])[..., k] - one["constant_voltage"][0])))
+        place = one["equilibrium_displacement"][0][0]
+        assert both["equilibrium_displacement"][k][own][0] == pytest.approx(place, rel=1e-9)
 
 
 def test_static_writes_data_and_a_figure_and_tells_what_it_found(gelcone, tmp_path):
@@ -111,18 +113,18 @@ def test_static_writes_data_and_a_figure_and_tells_what_it_found(gelcone, tmp_pa
 def test_tongues_give_the_onset_at_the_models_own_frequency_and_the_grid(as_json):
     content = as_json("tongues", *COARSE, "--set", "drive_frequency=0.9")
     model = ConeModel(drive_frequency=0.9)
-    assert content["onset_voltage"] == float(onset_voltage(model).onset_voltage)
-    assert content["onset_kind"] == "minus_one"
-    np.testing.assert_allclose(content["searched"], [0.0, 3.0 * np.sqrt(1.5)])
-    grid = content["tongues"]
-    assert np.shape(grid["growth_rate"]) == (len(grid["drive_frequency"]), len(grid["voltage"])) == (4, 9)
-    assert len(grid["boundary_voltages"]) == 4
+    assert content["own_onset_voltage"] == float(onset_voltage(model).onset_voltage)
+    assert content["own_onset_kind"] == "minus_one"
+    np.testing.assert_allclose(content["own_searched"], [0.0, 3.0 * np.sqrt(1.5)])
+    assert np.shape(content["growth_rate"]) == (len(content["drive_frequency"]), len(content["voltage"])) == (4, 9)
+    assert len(content["boundary_voltage"]) == 4
     assert content["pitchfork_amplitude"] == np.sqrt(1.5)
 
 
 def test_tongues_say_when_nothing_is_found_in_what_was_searched(as_json, gelcone):
     content = as_json("tongues", *COARSE, "--highest", "0.3")
-    assert (content["onset_voltage"], content["onset_kind"], content["searched"]) == ("not reached", "none", [0.0, 0.3])
+    found = [content[f"own_{name}"] for name in ("onset_voltage", "onset_kind", "searched")]
+    assert found == ["not reached", "none", [0.0, 0.3]]
     _, out, _ = gelcone("tongues", *COARSE, "--highest", "0.3")
     assert "rest stays stable in the searched interval (searched up to 0.3)" in out
 
@@ -132,15 +134,14 @@ def test_tongues_of_a_device_are_in_volts_and_hertz(as_json, undrawn, tmp_path):
     content = as_json("tongues", "paper-table1", *over, "--out", tmp_path)
     units = {"drive_frequency": "Hz", "voltage": "V", "growth_rate": "1/s"}
     assert {name: content["units"][name] for name in units} == units
-    grid = content["tongues"]
-    np.testing.assert_allclose(grid["drive_frequency"], [4.0, 8.0, 12.0], rtol=1e-12)
-    np.testing.assert_allclose(grid["voltage"], np.linspace(0.0, 16e3, 5), rtol=1e-12)
+    np.testing.assert_allclose(content["drive_frequency"], [4.0, 8.0, 12.0], rtol=1e-12)
+    np.testing.assert_allclose(content["voltage"], np.linspace(0.0, 16e3, 5), rtol=1e-12)
     device = find_device("paper-table1")
     cone, scales = device.to_model(), device.scales
     omega, volts = np.array([4.0, 8.0, 12.0]) / scales.frequency, np.linspace(0.0, 16e3, 5) / scales.voltage
     rates = floquet_multipliers(cone.replace(drive_frequency=omega[:, None], voltage=volts))["growth_rate"]
-    np.testing.assert_allclose(grid["growth_rate"], rates / scales.time, rtol=1e-9)
-    assert content["onset_voltage"] == pytest.approx(float(onset_voltage(cone).onset_voltage) * scales.voltage)
+    np.testing.assert_allclose(content["growth_rate"], rates / scales.time, rtol=1e-9)
+    assert content["own_onset_voltage"] == pytest.approx(float(onset_voltage(cone).onset_voltage) * scales.voltage)
     assert (tmp_path / "tongues.png").exists()
     assert load(tmp_path / "tongues.nc").growth_rate.attrs["units"] == "1/s"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import textwrap
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from gelcone._version import __version__
 from gelcone.codes import Outcome, Regime
 from gelcone.dataset import INFINITE, NAN
-from gelcone.devices.si import STATE
+from gelcone.devices.si import DEVICE, STATE
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
 from gelcone.words import DISCORD, members_of, missing, rate_unit, regime_counts, shortened, unit_of
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 WIDTH = 118
 """Columns of a text."""
+_EVERYWHERE = ("title", "model", "options", "gelcone_version", "device", DEVICE)
+"""Attributes of every result, for which the JSON object has places of its own."""
 
 
 # --- SI units ---------------------------------------------------------------------------------------------------------
@@ -64,6 +66,7 @@ def answer_json(command: str, content: Mapping[str, Any], shown: xr.Dataset, sub
         "outcome": outcome_names(shown) if "outcome" in shown else None,
         "validity": validity_json(shown),
         "film_state": film_state_json(shown),
+        "dims": {str(name): list(variable.dims) for name, variable in shown.variables.items() if variable.dims},
         "units": None if device is None else units_json(shown),
     }
 
@@ -71,7 +74,14 @@ def answer_json(command: str, content: Mapping[str, Any], shown: xr.Dataset, sub
 def bare_answer(command: str, content: Mapping[str, Any]) -> dict[str, Any]:
     """The same for a command that runs nothing on a model."""
     nothing = ("subject", "parameters", "options", "outcome", "validity", "film_state")
-    return {"version": __version__, "command": command, **dict.fromkeys(nothing), "result": content, "units": None}
+    return {
+        "version": __version__,
+        "command": command,
+        **dict.fromkeys(nothing),
+        "result": content,
+        "dims": None,
+        "units": None,
+    }
 
 
 def initial_json(subject: Subject) -> Any:
@@ -167,45 +177,42 @@ def parameters_json(model: Any) -> dict[str, Any]:
 
 def outcome_names(result: xr.Dataset) -> Any:
     """The outcome of a single run as a name, of an ensemble as (nested) lists of names; null where nothing has run."""
-    known = {code.value: code.label for code in Outcome}
-    there = result["status"].values > 0 if "status" in result else np.ones((), dtype=bool)
-    codes = np.where(there, result["outcome"].values, -1)
-    return _names(codes, known.get)
+    there = result["status"].values > 0 if "status" in result else True
+    return variable_json(result["outcome"].where(there, -1))
 
 
 _SIGNS = {-1: "negative", 0: "uncertain", 1: "positive"}
-_YES_OR_NO = ("symmetric", "doubtful", "coexisting", "stable")
+_REGIMES = ("regime", "threshold_from", "threshold_to")
+_YES_OR_NO = ("symmetric", "doubtful", "coexisting", "stable", "resting", "resolved", "supercritical", "cascade")
 
 
-def variable_json(result: xr.Dataset, name: str) -> Any:
+def result_json(result: xr.Dataset, left_out: Collection[str] = ()) -> dict[str, Any]:
+    """The JSON object of a result: its attributes, coordinates and variables by name, but for those ``left_out`` and
+    what every answer has a place for."""
+    own: dict[str, Any] = {name: value for name, value in result.attrs.items() if name not in _EVERYWHERE}
+    if "totals" in own:
+        own["totals"] = json.loads(own["totals"])
+    names = [name for name in map(str, result.variables) if name not in (*left_out, "outcome", "initial")]
+    return own | {n: variable_json(result[n]) for n in names if not n.startswith(("validity_", "film_state_"))}
+
+
+def variable_json(variable: xr.DataArray) -> Any:
     """A variable of a result, names for what it holds as codes; null for nothing."""
-    variable = result[name]
-    if name.endswith("regime"):
-        return regime_names(variable)
-    if name.endswith("period"):
-        return periods_json(variable)
-    if name == "outcome":
-        return outcome_names(result)
+    name = str(variable.name)
+    if name.endswith(_REGIMES):
+        return _names(variable, {code.value: code.label for code in Regime}.get)
+    if name.endswith(("period", "cycle")):
+        return _names(variable, lambda period: int(period) if period > 0 else None)
+    if name.endswith("outcome"):
+        return _names(variable, {code.value: code.label for code in Outcome}.get)
     if name == "sign":
-        return _names(variable, lambda code: _SIGNS[int(code)])
-    if name in _YES_OR_NO:
-        return variable.astype(bool)
+        return _names(variable, _SIGNS.get)
+    if name.endswith(_YES_OR_NO) and variable.dtype.kind == "i":
+        return _names(variable, {0: False, 1: True}.get)
     if "flag_meanings" in variable.attrs:
-        values = [int(value) for value in variable.attrs["flag_values"]]
-        known = dict(zip(values, variable.attrs["flag_meanings"].split(), strict=True))
-        return _names(variable, lambda code: known.get(int(code)))
+        values = map(int, variable.attrs["flag_values"])
+        return _names(variable, dict(zip(values, variable.attrs["flag_meanings"].split(), strict=True)).get)
     return variable
-
-
-def regime_names(codes: Any) -> Any:
-    """Codes of `Regime` as names, nested lists for arrays; null for none."""
-    known = {code.value: code.label for code in Regime}
-    return _names(codes, known.get)
-
-
-def periods_json(periods: Any) -> Any:
-    """Periods in forcing periods, null where a motion has none."""
-    return _names(periods, lambda period: int(period) if period > 0 else None)
 
 
 def _names(codes: Any, name: Callable[[Any], Any]) -> Any:
@@ -220,25 +227,6 @@ def exponent_unit(variable: xr.DataArray) -> str:
 def first(variable: xr.DataArray) -> xr.DataArray:
     """The largest exponent of a variable that holds all; another variable as it is."""
     return variable.isel(exponent=0) if "exponent" in variable.dims else variable
-
-
-def marked_cells(result: xr.Dataset) -> dict[str, list[dict[str, Any]]]:
-    """The cells that failed, each with its outcome, and those whose evidence is doubtful, each with its regime."""
-
-    def cells(which: Any, kind: str, name: Callable[[int], str]) -> list[dict[str, Any]]:
-        places = [np.nonzero(which)[axis] for axis in range(which.ndim)]
-        columns: dict[str, Any] = {
-            str(dim): result[dim].values[at] for dim, at in zip(result["outcome"].dims, places, strict=True)
-        }
-        columns[kind] = [name(int(code)) for code in result[kind].values[which]]
-        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-
-    failed = result["outcome"].values != 0
-    doubtful = (result["doubtful"].values != 0) & ~failed
-    return {
-        "failed": cells(failed, "outcome", lambda code: Outcome(code).name.lower()),
-        "doubtful": cells(doubtful, "regime", lambda code: Regime(code).label),
-    }
 
 
 # --- words ------------------------------------------------------------------------------------------------------------

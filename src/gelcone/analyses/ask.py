@@ -6,12 +6,14 @@ import json
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gelcone.analyses import tables
+from gelcone.analyses.answer import result_json
 from gelcone.analyses.request import Subject, measure_reader, read_measures
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.register.analyses import find_analysis
@@ -25,12 +27,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Answers:
-    """How a command answers: ``words`` and ``json``, the ``result`` of the JSON object, both of the result as it is
-    shown, in the units of a device, and of the subject."""
+    """How a command answers: ``words`` and ``json``, the ``result`` of the JSON object, of the result as it is shown,
+    in the units of a device."""
 
     command: str
     words: Callable[[xr.Dataset, Subject], str]
-    json: Callable[[xr.Dataset, Subject], dict[str, Any]]
+    json: Callable[[xr.Dataset], dict[str, Any]] = result_json
 
 
 TITLES: Mapping[str, str] = {
@@ -65,9 +67,9 @@ def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
     from gelcone.devices.si import device_of
 
     if title == "cone and continuum":
-        from gelcone.analyses.validation import validate_json, validate_words
+        from gelcone.analyses.validation import validate_words
 
-        answers = Answers("validate", validate_words, validate_json)
+        answers = Answers("validate", validate_words)
     elif title in TITLES:
         answers = answers_of(find_analysis(TITLES[title]))
     else:
@@ -96,9 +98,8 @@ def _initial_of(result: xr.Dataset, device: Device | None) -> Any:
 def answers_of(analysis: Analysis) -> Answers:
     """How the command of an analysis answers."""
     home = import_module(f"gelcone.analyses.{analysis.answers}")
-    words, as_json = (
-        getattr(home, f"{analysis.name}_{form}", getattr(tables, f"table_{form}")) for form in ("words", "json")
-    )
+    words = getattr(home, f"{analysis.name}_words", tables.table_words)
+    as_json = getattr(home, f"{analysis.name}_json", partial(result_json, left_out=analysis.file_only))
     return Answers(analysis.command, words, as_json)
 
 

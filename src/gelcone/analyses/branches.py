@@ -12,7 +12,7 @@ from gelcone.analyses.answer import heading
 from gelcone.analyses.request import read_over
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.errors import InputError
-from gelcone.words import branch_endings, event_label, flag_label, shortened, unit_of, validity_in_words
+from gelcone.words import branch_endings, event_label, shortened, unit_of, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,97 +71,12 @@ def _start(text: str) -> Any:
     return load(text)
 
 
-def continue_branch_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of branches; their orbits are in the netCDF file."""
-    return branches_json(result)
-
-
-def branches_json(result: xr.Dataset) -> dict[str, Any]:
-    """Branches, events, and what brute force says of them."""
-    return {
-        "parameter": result.attrs["parameter"],
-        "branches": [_branch_json(result, k) for k in range(result.sizes["branch"])],
-        "events": events_json(result),
-        "check": {
-            "cycles": int(result["checked_cycles"]),
-            "orbits": int(result["checked_orbits"]),
-            "seeded": int(result["seeded"]),
-            "flags": flags_json(result),
-        },
-    }
-
-
-def followed_json(diagram: xr.Dataset) -> dict[str, Any] | None:
-    """The branches beside a bifurcation diagram; null where it has none."""
-    followed = attached_branches(diagram)
-    if followed is None:
-        return None
-    return branches_json(followed)
-
-
 def followed_lines(shown: xr.Dataset, name: str = "") -> list[str]:
     """The branches beside a diagram in words; ``name`` is what the parameter is called there."""
     followed = attached_branches(shown)
     if followed is None:
         return []
     return branch_lines(followed, name)
-
-
-def _branch_json(result: xr.Dataset, k: int) -> dict[str, Any]:
-    own = result.isel(branch=k)
-    there = np.isfinite(own["value"].values)
-    born = int(own["born"])
-    return {
-        "number": k,
-        "period": int(own["period"]),
-        "symmetric": bool(own["symmetric"]),
-        "rest": bool(own["resting"]),
-        "level": int(own["level"]),
-        "born_at_event": None if born < 0 else born,
-        "ended": branch_endings(own),
-        "values": own["value"].values[there],
-        "stable": own["stable"].values[there].astype(bool),
-        "lowest": own["lowest"].values[there],
-        "highest": own["highest"].values[there],
-        "lyapunov": own["lyapunov"].values[there],
-    }
-
-
-def events_json(result: xr.Dataset) -> list[dict[str, Any]]:
-    """The events in the order of their branches."""
-    parameter = result.attrs["parameter"]
-    events = []
-    for k in range(result.sizes["event"]):
-        own = result.isel(event=k)
-        branch, born, kind = int(own["event_branch"]), int(own["event_born_branch"]), int(own["event_supercritical"])
-        events.append(
-            {
-                "kind": event_label(own["event_kind"]),
-                "parameter": parameter,
-                "value": float(own["event_value"]),
-                "value_error": float(own["event_error"]),
-                "period": int(result["period"][branch]),
-                "symmetric": bool(result["symmetric"][branch]),
-                "supercritical": None if kind < 0 else bool(kind),
-                "multipliers": np.stack([own["event_multiplier_real"], own["event_multiplier_imag"]], axis=1).tolist(),
-                "branch": branch,
-                "born_branch": None if born < 0 else born,
-            }
-        )
-    return events
-
-
-def flags_json(result: xr.Dataset) -> list[dict[str, Any]]:
-    """The contradictions between branches and brute force, and what explains them."""
-    return [
-        {
-            "kind": flag_label(result["flag_kind"], k),
-            "branch": None if int(result["flag_branch"][k]) < 0 else int(result["flag_branch"][k]),
-            "value": float(result["flag_value"][k]),
-            "explanation": str(result["flag_explanation"][k].values) or None,
-        }
-        for k in range(result.sizes["flag"])
-    ]
 
 
 def continue_branch_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -210,18 +125,19 @@ def _check_lines(shown: xr.Dataset, name: str, at: Any) -> list[str]:
         if orbits
         else "no stable orbit decays fast enough to be run beside"
     )
-    flags = flags_json(shown)
-    explained = sum(flag["explanation"] is not None for flag in flags)
+    explanations = [str(text) for text in shown["flag_explanation"].values]
+    explained = sum(map(bool, explanations))
     lines = [
         f"brute force: {cycles} settled cycles, all on these branches ({seeded} started one); {ran}; "
-        f"{len(flags)} contradiction(s)" + f", {explained} explained" * bool(explained)
+        f"{len(explanations)} contradiction(s)" + f", {explained} explained" * bool(explained)
     ]
-    told = [
-        f"  {flag['kind']}, branch {flag['branch']}, {name} {at(flag['value'], '.6g')}"
-        + (f": {flag['explanation']}" if flag["explanation"] else "")
-        for flag in flags
-    ]
-    return lines + shortened(told)
+    flags = []
+    for k, explanation in enumerate(explanations):
+        own = shown.isel(flag=k)
+        branch = "none" if own["flag_branch"] < 0 else int(own["flag_branch"])
+        text = f"  {event_label(own['flag_kind'])}, branch {branch}, {name} {at(float(own['flag_value']), '.6g')}"
+        flags.append(f"{text}: {explanation}" if explanation else text)
+    return lines + shortened(flags)
 
 
 # --- loci -------------------------------------------------------------------------------------------------------------
@@ -253,49 +169,6 @@ def _two_intervals(subject: Subject) -> str:
     if subject.device is None:
         return "--over voltage=0.95:1.5 --over drive_frequency=0.07:0.13"
     return '--over "voltage_amplitude=100 V:800 V" --over "frequency=5 Hz:20 Hz"'
-
-
-def locus_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of a locus: its curves, and their points of codimension two."""
-    names = result.attrs["parameters"].split(",")
-    curves = []
-    for k in range(result.sizes["curve"]):
-        own = result.isel(curve=k)
-        there = np.isfinite(own[names[0]].values)
-        curves.append(
-            {
-                "number": k,
-                "kind": result.attrs["event"],
-                "period": int(own["period"]),
-                "symmetric": bool(own["symmetric"]),
-                "ended": branch_endings(own),
-                **{name: own[name].values[there] for name in names},
-                "curvature": own["curvature"].values[there],
-            }
-        )
-    return {"parameters": names, "curves": curves, "events": _special_json(result, names)}
-
-
-def _special_json(result: xr.Dataset, names: list[str]) -> list[dict[str, Any]]:
-    """The points of codimension two; what events of branches have one of, these have two of."""
-    events = []
-    for k in range(result.sizes["event"]):
-        own, curve = result.isel(event=k), int(result["event_curve"][k])
-        events.append(
-            {
-                "kind": event_label(own["event_kind"]),
-                "parameter": names,
-                "value": [float(own["event_first"]), float(own["event_second"])],
-                "value_error": [float(own["event_first_error"]), float(own["event_second_error"])],
-                "period": int(result["period"][curve]),
-                "symmetric": bool(result["symmetric"][curve]),
-                "supercritical": None,
-                "multipliers": np.stack([own["event_multiplier_real"], own["event_multiplier_imag"]], axis=1).tolist(),
-                "branch": curve,
-                "born_branch": None,
-            }
-        )
-    return events
 
 
 def locus_words(shown: xr.Dataset, subject: Subject) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,18 +17,6 @@ if TYPE_CHECKING:
 
 MOST_FIELDS = 6
 """Sensitivities that are printed."""
-
-
-def drive_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object: the drive, what it yields, its limit, the window, two periods and the sensitivities by name."""
-    names = [str(name) for name in result.data_vars if name not in ("outcome", "sensitivity")]
-    known = {"largest": result.attrs["largest"], "limit": result.attrs["limit"]}
-    fields = [str(name) for name in result["field"].values]
-    return {
-        **known,
-        **{name: result[name] for name in (*names, "frequency", "time")},
-        "sensitivity": {name: result["sensitivity"][k] for k, name in enumerate(fields)},
-    }
 
 
 def drive_words(shown: xr.Dataset, subject: Subject) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import heading, periods_json
+from gelcone.analyses.answer import heading
 from gelcone.codes import Outcome, Regime
 from gelcone.words import FAILINGS, motion_in_words, outcome_in_words, shortened, unit_of
 
@@ -19,56 +19,14 @@ if TYPE_CHECKING:
     from gelcone.analyses.request import Subject
 
 _STATIC = ("peak_voltage", "stroke", "blocked_force", "natural_frequency")
-_DRIVEN = ("driven_peak", "driven_stroke", "driven_power", "driven_apparent_power")
 _WINDOW = ("drive_frequency", "recommended_peak", "window_stroke", "window_power", "window_apparent_power")
 _HEADS = ("frequency", "up to", "stroke", "power", "apparent")
 _WIDTHS = (18, 12, 14, 14, 16)
 
 
-def envelope_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object. A limit that is not met has the voltage null, and so has one that does not apply."""
-    static = zip(_names(result, "static_limit"), result["static_limit_voltage"].values, strict=True)
-    low, high = result["limit_low"].values, result["limit_high"].values
-    return {
-        "static_limits": {name: {"voltage": v, "status": _status(name, v)} for name, v in static},
-        "pull_in": {"of": result.attrs["pull_in_of"], "error": result.attrs["pull_in_error"]},
-        "driven_limits": {
-            name: {"low": low[i], "high": high[i], "status": [_status(name, v) for v in low[i]]}
-            for i, name in enumerate(_names(result, "driven_limit"))
-        },
-        "first_limit": [_first_name(result, i) for i in result["first_limit"].values],
-        "window_motion": [None if r != r else Regime(int(r)).label for r in result["window_regime"].values],
-        **{name: result[name] for name in (*_STATIC, *_DRIVEN, *_WINDOW, "recommended_constant")},
-        "coexisting": [_coexisting_json(result.isel(drive_frequency=k)) for k in _with_others(result)],
-        "kick": {end: result[f"kick_{end}"] for end in ("low", "high", "tried")},
-    }
-
-
 def _with_others(result: xr.Dataset) -> list[int]:
     """At which drive frequencies other motions coexist with the window's."""
     return [int(k) for k in np.flatnonzero(result["coexisting"].values > 0)]
-
-
-def _coexisting_json(one: xr.Dataset) -> dict[str, Any]:
-    """The other motions at one drive frequency, by rising kick."""
-    names = ("stroke", "lowest", "highest")
-    motions = [one.isel(motion=n) for n in range(int(one["coexisting"]))]
-    return {
-        "drive_frequency": one["drive_frequency"],
-        "peak": one["recommended_peak"],
-        "kick": {"low": one["kick_low"], "high": one["kick_high"]},
-        "motions": [
-            {
-                "kind": Regime(int(motion["motion_regime"])).label,
-                "outcome": Outcome(int(motion["motion_outcome"])).label,
-                "period": periods_json(motion["motion_period"].fillna(0)),
-                **{name: motion[f"motion_{name}"] for name in names},
-                "kick": {end: motion[f"motion_kick_{end}"] for end in ("low", "high")},
-                "validity": {name: motion[f"motion_validity_{name}"] for name in FAILINGS},
-            }
-            for motion in motions
-        ],
-    }
 
 
 def _names(shown: xr.Dataset, dim: str) -> list[str]:

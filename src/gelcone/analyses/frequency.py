@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.analyses.answer import heading, outcome_lines, periods_json
-from gelcone.analyses.branches import followed_json, followed_lines
+from gelcone.analyses.answer import heading, outcome_lines
+from gelcone.analyses.branches import followed_lines
 from gelcone.words import event_label, kinds_of_motion, shortened, unit_of, validity_in_words
 
 if TYPE_CHECKING:
@@ -16,40 +16,6 @@ if TYPE_CHECKING:
     from gelcone.analyses.request import Subject
 
 _JUMP = ("jump_low", "jump_high", "jump_from", "jump_to")
-_CURVES = ("stroke", "lowest", "highest", "harmonic_amplitude", "harmonic_phase")
-
-
-def frequency_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object; phases in degrees."""
-    return {
-        "drive_frequency": result["drive_frequency"],
-        "harmonic": result["harmonic"],
-        "branches": {str(branch): _branch_json(result.sel(branch=branch)) for branch in result["branch"].values},
-        "jumps": [_jump_json(result.isel(jump=i)) for i in range(result.sizes["jump"])],
-        "followed": followed_json(result),
-        "linear": {name: result[f"linear_{name}"] for name in ("stroke", "amplitude", "phase")},
-    }
-
-
-def _branch_json(own: xr.Dataset) -> dict[str, Any]:
-    return {
-        **{name: own[name] for name in _CURVES},
-        "period": periods_json(own["period"]),
-        "peak": {
-            **{name.removeprefix("peak_"): own[name] for name in ("peak_frequency", "peak_low", "peak_high")},
-            "stroke": 2.0 * own["peak_amplitude"],
-            "stroke_error": 2.0 * own["peak_amplitude_error"],
-        },
-    }
-
-
-def _jump_json(jump: xr.Dataset) -> dict[str, Any]:
-    numbers: dict[str, Any] = {name.removeprefix("jump_"): jump[name] for name in _JUMP[:2]}
-    numbers |= {name.replace("jump", "stroke"): jump[name] for name in _JUMP[2:]}
-    if "jump_event" in jump:
-        kind = None if int(jump["jump_event_kind"]) < 0 else event_label(jump["jump_event_kind"])
-        numbers |= {"event": jump["jump_event"], "event_kind": kind}
-    return {"branch": str(jump["jump_branch"].values), **numbers}
 
 
 def frequency_words(shown: xr.Dataset, subject: Subject) -> str:

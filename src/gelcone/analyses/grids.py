@@ -11,17 +11,13 @@ import numpy as np
 from gelcone.analyses.answer import (
     counts_text,
     doubt_lines,
-    exponent_unit,
     first,
     grid_text,
     heading,
-    marked_cells,
     outcome_lines,
-    periods_json,
-    regime_names,
-    variable_json,
+    result_json,
 )
-from gelcone.analyses.branches import followed_json, followed_lines
+from gelcone.analyses.branches import followed_lines
 from gelcone.analyses.request import STATES, example, read_states
 from gelcone.errors import InputError
 from gelcone.words import (
@@ -39,25 +35,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.request import Subject
-
-
-def _cells_json(result: xr.Dataset) -> dict[str, Any]:
-    """What is known of every cell, nested in the order of ``axes``."""
-    counts = regime_counts(result)
-    return {
-        "axes": {str(dim): result[dim] for dim in result["regime"].dims},
-        "counts": counts,
-        "chaotic_share": counts.get("chaotic", 0) / result["regime"].size,
-        **{name: variable_json(result, name) for name in ("regime", "period", "doubtful")},
-        "lyapunov": {
-            "values": first(result["lyapunov"]),
-            "standard_error": first(result["standard_error"]),
-            "unit": exponent_unit(result["lyapunov"]),
-        },
-        "lowest": result["lowest"],
-        "highest": result["highest"],
-        **marked_cells(result),
-    }
 
 
 # --- bifurcation diagrams ---------------------------------------------------------------------------------------------
@@ -85,30 +62,6 @@ def read_sweeps(text: str) -> list[str]:
     if not set(sweeps) <= {"up", "down"} or len(set(sweeps)) < len(sweeps):
         raise InputError(f"--sweeps {text!r}: must be up, down, up,down or none")
     return sweeps
-
-
-def bifurcation_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of a bifurcation diagram; section points are in the netCDF file."""
-    from gelcone.atlas.bifurcation import thresholds_of
-
-    name = result.attrs["parameter"]
-    return {
-        "parameter": name,
-        "values": result[name],
-        "thresholds": thresholds_of(result),
-        "followed": followed_json(result),
-        "branches": {str(branch): _branch_json(result.sel(branch=branch)) for branch in result["branch"].values},
-        "unit": exponent_unit(result["lyapunov"]),
-        **marked_cells(result),
-    }
-
-
-def _branch_json(branch: xr.Dataset) -> dict[str, Any]:
-    """What one branch is at each value."""
-    return {
-        **{name: variable_json(branch, name) for name in ("regime", "period", "symmetric", "coexisting", "doubtful")},
-        **{name: first(branch[name]) for name in ("lyapunov", "standard_error", "lowest", "highest", "zero_one")},
-    }
 
 
 def bifurcation_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -140,12 +93,6 @@ def _threshold_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
 # --- maps -------------------------------------------------------------------------------------------------------------
 
 
-def map_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of a map; arrays are nested in the order of ``axes``."""
-    totals = json.loads(result.attrs["totals"])
-    return _cells_json(result) | {"status": variable_json(result, "status"), "totals": totals}
-
-
 def map_words(shown: xr.Dataset, subject: Subject) -> str:
     """A map as text."""
     lines = [*heading(subject, shown["regime"].dims), grid_text(shown, shown["regime"].dims), *outcome_lines(shown)]
@@ -172,20 +119,15 @@ def _exponent_lines(shown: xr.Dataset) -> list[str]:
 # --- sweeps and stores ------------------------------------------------------------------------------------------------
 
 
-def sweep_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of a sweep; arrays are nested in the order of ``dims``."""
-    content: dict[str, Any] = {"dims": list(map(str, result["status"].dims))}
-    content |= {name: variable_json(result, name) for name in map(str, result.data_vars)}
-    content["draws"] = {name: result[f"drawn_{name}"] for name in _drawn(result)}
-    if "draw" in result.dims and "regime" in result:
-        from gelcone.atlas.tolerances import base_draws, tolerances
-        from gelcone.atlas.uncertain import probability
+def sweep_json(result: xr.Dataset) -> dict[str, Any]:
+    """The JSON object of a sweep, with probabilities and tolerances where parameters were drawn."""
+    if "draw" not in result.dims or "regime" not in result:
+        return result_json(result)
+    from gelcone.atlas.tolerances import base_draws, tolerances
+    from gelcone.atlas.uncertain import probability
 
-        chance = probability(base_draws(result))
-        content["probability"] = {str(name): variable for name, variable in chance.data_vars.items()}
-        found = tolerances(result)
-        content["tolerances"] = {str(name): values for name, values in {**found.coords, **found.data_vars}.items()}
-    return content | show_json(result, subject)
+    found = {"probability": probability(base_draws(result)), "tolerances": tolerances(result)}
+    return result_json(result) | {name: result_json(own) for name, own in found.items()}
 
 
 def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -248,14 +190,6 @@ def _tornado_lines(at: xr.Dataset) -> list[str]:
         both = "; ".join(f"{v:.2f} [{low:.2f}, {high:.2f}]" for v, low, high in (alone, all_))
         lines.append(f"  {at['parameter'].values[k]}: {both}")
     return lines
-
-
-def show_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of a store: axes, counts and totals."""
-    content: dict[str, Any] = {"axes": {str(dim): result[dim] for dim in result["status"].dims if dim in result.coords}}
-    if "regime" in result:
-        content["counts"] = regime_counts(result)
-    return content | {"status": variable_json(result, "status"), "totals": json.loads(result.attrs["totals"])}
 
 
 def show_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -332,22 +266,6 @@ def basin_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any
     subject.without_initial("a basin starts from a grid of states; give --over displacement=... and velocity=...")
     others = {name: value for name, value in given.items() if name != "over"}
     return {"over": read_states(given.get("over", ()), subject.device), **others}
-
-
-def basin_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of basins of attraction; arrays are nested in the order of ``axes``."""
-    content: dict[str, Any] = {"attractors": _attractors_json(result), "attractor": result["attractor"]}
-    return content | _cells_json(result)
-
-
-def _attractors_json(result: xr.Dataset) -> list[dict[str, Any]]:
-    """The attractors by falling share."""
-    columns: dict[str, Any] = {
-        "regime": regime_names(result["attractor_regime"]),
-        "period": periods_json(result["attractor_period"]),
-        **{name: result[f"attractor_{name}"].values for name in ("share", "lowest", "highest", "lyapunov")},
-    }
-    return [{"number": n} | {k: v[n] for k, v in columns.items()} for n in range(result.sizes["attractor_number"])]
 
 
 def basin_words(shown: xr.Dataset, subject: Subject) -> str:

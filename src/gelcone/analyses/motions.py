@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gelcone.analyses.answer import (
     counts_text,
     doubt_lines,
-    exponent_unit,
     heading,
     member_lines,
     outcome_lines,
-    periods_json,
-    variable_json,
 )
 from gelcone.words import (
     SIGNS,
@@ -40,20 +37,6 @@ def _time(variable: xr.DataArray) -> str:
 
 
 # --- exponents --------------------------------------------------------------------------------------------------------
-
-
-def lyapunov_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of Lyapunov exponents."""
-    evidence = ("standard_error", "finite", "sign", "sum_residual", "averaged_time")
-    return {
-        "lyapunov": {
-            "values": result["lyapunov"],
-            **{name: variable_json(result, name) for name in evidence},
-            "cycle": periods_json(result["cycle"]),
-            "per_repeat": result["per_repeat"],
-            "unit": exponent_unit(result["lyapunov"]),
-        }
-    }
 
 
 def lyapunov_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -97,44 +80,7 @@ def _exponents(member: xr.Dataset) -> list[str]:
     ]
 
 
-_KIND = ("regime", "period", "symmetric")
-
-
 # --- regimes ----------------------------------------------------------------------------------------------------------
-
-
-def regime_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of kinds of motion."""
-    evidence = {
-        "lyapunov": {
-            "values": result["lyapunov"],
-            **{name: variable_json(result, name) for name in ("standard_error", "sign", "averaged_time")},
-            "unit": exponent_unit(result["lyapunov"]),
-        },
-        **{name: result[name] for name in ("return_distance", "cycle_distance", "zero_one")},
-        **{name: result[name] for name in ("lowest", "highest", "settled_time")},
-        "section": {"displacement": result["section"][..., 0], "velocity": result["section"][..., 1]},
-        **{name: variable_json(result, name) for name in ("coexisting", "doubtful")},
-    }
-    kind = {"name" if name == "regime" else name: variable_json(result, name) for name in _KIND}
-    fates = {name: variable_json(result, f"fate_{name}") for name in ("regime", "period", "share")}
-    ends = {"share_interval": _interval(result, "fate_share")}
-    return {"regime": {**kind, "lasting": _lasting_json(result), "fates": fates | ends, "evidence": evidence}}
-
-
-def _lasting_json(result: xr.Dataset) -> dict[str, Any]:
-    """How long chaos lasts, null where there is none; a lifetime of which no end was seen is null too."""
-    seen = {name: result[name] for name in ("seen_until", "share_chaotic", "lifetime")}
-    return seen | {"lifetime_interval": _interval(result, "lifetime")}
-
-
-def _interval(result: xr.Dataset, name: str) -> Any:
-    """Both ends of a variable's interval side by side."""
-    import xarray as xr
-
-    ends = [result[f"{name}_{end}"] for end in ("low", "high")]
-    both = np.stack([end.values for end in ends], axis=-1)
-    return xr.DataArray(both, dims=(*ends[0].dims, "end"), attrs=ends[0].attrs)
 
 
 def regime_words(shown: xr.Dataset, subject: Subject) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,27 +14,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.request import Subject
-
-
-def tongues_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """Onset at the model's own frequency, and the grid, nested frequency first."""
-    own = {name: result[name] for name in ("drive_frequency", "voltage", "growth_rate", "onset_voltage")}
-    return {
-        "onset_voltage": result["own_onset_voltage"],
-        "onset_kind": _kind_name(result["own_onset_kind"]),
-        "searched": result["own_searched"],
-        "pitchfork_amplitude": result["pitchfork_amplitude"],
-        "tongues": {
-            **own,
-            "onset_kind": [_kind_name(kind) for kind in result["onset_kind"].values],
-            "boundary_voltages": [row[np.isfinite(row)] for row in result["boundary_voltage"].values],
-            "unstable_share": float((result["margin"] > 0.0).mean()),
-        },
-    }
-
-
-def _kind_name(kind: Any) -> str:
-    return Onset(int(kind)).name.lower()
 
 
 def tongues_words(shown: xr.Dataset, subject: Subject) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,7 @@ import numpy as np
 from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.errors import InputError
 from gelcone.physics.balance import PullIn
-from gelcone.words import FAILINGS, meaning_at, measured, members_of, shortened, strength_in_words, unit_of
+from gelcone.words import FAILINGS, event_label, measured, members_of, shortened, strength_in_words, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,72 +23,6 @@ def static_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, An
     if (np.diff(np.atleast_1d(given.get("displacements", 0.0))) <= 0.0).any():
         raise InputError("--displacements: must increase; sort the values and remove duplicates")
     return dict(given)
-
-
-def static_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object; for an ensemble each entry is a list over its members."""
-    own = _own_levels(result, subject) if json.loads(result.attrs["options"])["voltages"] is None else None
-    return _members_json(result, own)
-
-
-def _own_levels(result: xr.Dataset, subject: Subject) -> list[int]:
-    """For each member, which of the voltages is the peak of its own drive."""
-    scale = 1.0 if subject.device is None else subject.device.scales.shown("voltage")
-    own = np.broadcast_to(subject.model.peak_voltage * scale, subject.model.shape).ravel()
-    levels = [member["constant_voltage"].values for _, member in members_of(result)]
-    return [int(np.abs(known - peak).argmin()) for known, peak in zip(levels, own, strict=True)]
-
-
-def _members_json(result: xr.Dataset, own: list[int] | None) -> dict[str, Any]:
-    """The members side by side; a single one by itself."""
-    each = [
-        _member_json(member) | ({} if own is None else {"equilibria": _equilibria(member, own[i])})
-        for i, (_, member) in enumerate(members_of(result))
-    ]
-    return each[0] if not result["outcome"].dims else {name: [one[name] for one in each] for name in each[0]}
-
-
-def _member_json(member: xr.Dataset) -> dict[str, Any]:
-    """What is known of one actuator."""
-    folds = np.isfinite(member["fold_voltage"].values)
-    return {
-        "pitchfork_voltage": member["pitchfork_voltage"],
-        "fold_voltages": member["fold_voltage"].values[folds],
-        "fold_displacements": member["fold_displacement"].values[folds],
-        "pull_in": {
-            "voltage": member["pull_in_voltage"],
-            "kind": PullIn(int(member["pull_in_kind"])).name.lower(),
-            "from": member["pull_in_from"],
-            "to": member["pull_in_to"],
-        },
-        "rest_displacement": member["rest_displacement"],
-        "displacement": member["displacement"],
-        "curves": [
-            {
-                "voltage": member["constant_voltage"][i],
-                "equilibria": _equilibria(member, i),
-                **{name: member[name][i] for name in ("stroke", "blocked_force", "cycle_work", "force")},
-            }
-            for i in range(member.sizes["constant_voltage"])
-        ],
-    }
-
-
-def _equilibria(member: xr.Dataset, level: int) -> list[dict[str, Any]]:
-    """The equilibria at one of the voltages."""
-    one = member.isel(constant_voltage=level)
-    names = {"displacement": "equilibrium_displacement", "slope": "slope"}
-    return [
-        {key: one[name][k] for key, name in names.items()}
-        | {"stable": bool(one["stable"][k]), "validity": {name: one[f"validity_{name}"][k] for name in FAILINGS}}
-        | {name: _state(one[name][k]) for name in ("film_state", "second_film_state") if name in one}
-        for k in range(int(one["equilibria"]))
-    ]
-
-
-def _state(code: xr.DataArray) -> str | None:
-    """The name of the film's state; None where it has none."""
-    return None if int(code) < 0 else meaning_at(code, int(code))
 
 
 def static_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -111,7 +44,8 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
     lines = []
     for i in range(member.sizes["constant_voltage"]):
         one = member.isel(constant_voltage=i)
-        places = [f"{float(e['displacement']):.4g}{length} ({', '.join(_about(e))})" for e in _equilibria(member, i)]
+        known = [one.isel(equilibrium=k) for k in range(int(one["equilibria"]))]
+        places = [f"{float(e['equilibrium_displacement']):.4g}{length} ({', '.join(_about(e))})" for e in known]
         yields = {"stroke": "stroke", "blocked force": "blocked_force", "work of a cycle": "cycle_work"}
         told = [f"{words} {measured(one[name])}" for words, name in yields.items() if np.isfinite(one[name])]
         lines.append(
@@ -121,15 +55,15 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
     return ["constant voltage:", *shortened(lines), *strength_in_words(member)]
 
 
-def _about(equilibrium: dict[str, Any]) -> list[str]:
+def _about(equilibrium: xr.Dataset) -> list[str]:
     """Whether an equilibrium is stable, the states of films that wrinkle, and which assumptions of the model fail."""
     states = [
-        f"{film} {str(equilibrium[name]).replace('_', ' ')}"
+        f"{film} {event_label(equilibrium[name])}"
         for name, film in (("film_state", "film"), ("second_film_state", "second film"))
-        if equilibrium.get(name) not in (None, "taut")
+        if name in equilibrium and int(equilibrium[name]) > 0
     ]
-    failing = [name for name in FAILINGS if float(equilibrium["validity"][name]) > 0.0]
-    return ["stable" if equilibrium["stable"] else "unstable", *states, *(FAILINGS[name] for name in failing)]
+    failing = [text for name, text in FAILINGS.items() if float(equilibrium[f"validity_{name}"]) > 0.0]
+    return ["stable" if equilibrium["stable"] else "unstable", *states, *failing]
 
 
 def _event_lines(member: xr.Dataset, fitted: bool = False) -> list[str]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from gelcone.analyses.answer import heading, member_lines, outcome_lines, variable_json
+from gelcone.analyses.answer import heading, member_lines, outcome_lines
 from gelcone.codes import Outcome
 from gelcone.words import event_label, measured, validity_in_words
 
@@ -12,12 +12,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.request import Subject
-
-
-def table_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object: every variable by its name."""
-    own = [name for name in map(str, result.data_vars) if not name.startswith(("outcome", "initial", "validity_"))]
-    return {name: variable_json(result, name) for name in own}
 
 
 def table_words(shown: xr.Dataset, subject: Subject) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,34 +28,6 @@ def _span(variable: xr.DataArray, digits: int = 5) -> str:
 # --- time responses ---------------------------------------------------------------------------------------------------
 
 
-def simulate_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of a time response."""
-    measures = ("time", "displacement", "velocity", "drive_voltage")
-    content: dict[str, Any] = {name: result[name] for name in measures}
-    content["largest_energy_residual"] = float(abs(result["energy_residual"]).max())
-    return content | film_json(result)
-
-
-def film_json(result: xr.Dataset) -> dict[str, Any]:
-    """Shares of the time in each state of a wrinkling film, and where it pulls in; empty for another film."""
-    shares = film_state_json(result)
-    if not shares:
-        return {}
-    content: dict[str, Any] = {"film_state": shares}
-    kinds = result["pull_in_kind"]
-    if (kinds.values > 0).any():
-        ends = {name: result[f"pull_in_{name}"] for name in ("time", "displacement", "voltage")}
-        content["pull_in"] = ends | {"kind": _kinds(kinds.values)}
-    return content
-
-
-def _kinds(codes: Any) -> Any:
-    """Names of how films pulled in, None for those that did not."""
-    if np.ndim(codes):
-        return [_kinds(code) for code in codes]
-    return FilmPullIn(int(codes)).label if codes else None
-
-
 def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
     """A time response as text."""
     x = shown["displacement"]
@@ -78,16 +50,17 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
 
 def _film_lines(shown: xr.Dataset) -> list[str]:
     """Mean shares of the states of a wrinkling film, and where a single one pulls in."""
-    content = film_json(shown)
-    if not content:
+    if film_state_json(shown) is None:
         return []
     lines = film_state_in_words(shown)
-    end = content.get("pull_in")
-    if end is not None and shown["pull_in_kind"].ndim == 0:
-        place, voltage = (measured(end[name], 5) for name in ("displacement", "voltage"))
-        lines.append(
-            f"film pulls in at {measured(end['time'], 6)}, displacement {place}, voltage {voltage} ({end['kind']})"
+    kind = shown["pull_in_kind"]
+    if kind.ndim == 0 and int(kind) > 0:
+        time, place, voltage = (
+            measured(shown[f"pull_in_{name}"], digits)
+            for name, digits in (("time", 6), ("displacement", 5), ("voltage", 5))
         )
+        reason = FilmPullIn(int(kind)).label
+        lines.append(f"film pulls in at {time}, displacement {place}, voltage {voltage} ({reason})")
     return lines
 
 
@@ -96,22 +69,12 @@ def _film_lines(shown: xr.Dataset) -> list[str]:
 _POINT = ("time", "displacement", "velocity")
 
 
-def section_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of a Poincare section."""
-    return {name: result[name] for name in ("repeat", *_POINT)}
-
-
 def section_words(shown: xr.Dataset, subject: Subject) -> str:
     """A Poincare section as text."""
     lines = _section_heading(shown, subject)
     if shown["velocity"].notnull().any():
         lines.append(f"velocity {_span(shown['velocity'])}")
     return "\n".join(lines)
-
-
-def extrema_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of the turning points."""
-    return {name: result[name] for name in ("phase", "maximum", "count", *_POINT)}
 
 
 def extrema_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -133,13 +96,6 @@ def _section_heading(shown: xr.Dataset, subject: Subject) -> list[str]:
 
 
 # --- spectra ----------------------------------------------------------------------------------------------------------
-
-
-def spectrum_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object of a spectrum."""
-    own = ("frequency_ratio", "line_ratio", "line_prominence", "power_in_lines", "flatness")
-    measures = ("frequency", "amplitude", "line_frequency", "line_amplitude", "mean_displacement", "rms", "folded")
-    return {name: result[name] for name in (*own, *measures)}
 
 
 def spectrum_words(shown: xr.Dataset, subject: Subject) -> str:

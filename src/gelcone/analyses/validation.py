@@ -53,35 +53,6 @@ def constant_voltages(voltages: str | None, settings: tuple[str, ...], subject: 
     return np.unique(subject.model.voltage) if is_set else np.zeros(1)
 
 
-def validate_json(result: xr.Dataset, subject: Subject) -> dict[str, Any]:
-    """The JSON object. Points are lists over voltages and displacements, over displacements alone at one voltage."""
-    result = result.squeeze("constant_voltage") if result.sizes["constant_voltage"] == 1 else result
-    return {
-        **{name: result[name] for name in ("displacement", "constant_voltage", RADIUS_RATIO, *AT_POINTS, *FLAGS)},
-        "ending": _ending_names(result),
-        **{name: result[name] for name in PULL_INS if name in result},
-        "largest_deviation": abs(result["deviation"]).max(_points(result)),
-        "limit": {
-            "share": result["share"],
-            "continuum": result["limit_displacement"],
-            "cone": result["cone_limit_displacement"],
-        },
-        "mesh": {n.removeprefix("mesh_"): result[n] for n in map(str, result.variables) if n.startswith("mesh_")},
-        "forces": FORCES,
-    }
-
-
-def _points(result: xr.Dataset) -> list[str]:
-    return [dim for dim in ("constant_voltage", "displacement") if dim in result["deviation"].dims]
-
-
-def _ending_names(result: xr.Dataset) -> Any:
-    """How each point's search ended, as names."""
-    from gelcone.continuum.path import Ending
-
-    return np.vectorize(lambda code: Ending(code).name.lower(), otypes=[object])(result["ending"].values).tolist()
-
-
 def validate_words(shown: xr.Dataset, subject: Subject) -> str:
     """What a person reads on the terminal."""
     from gelcone.plots.validation import member_labels

@@ -52,6 +52,7 @@ BRANCHES_SHARE = 0.9
 
 @analysis(
     answers="grids",
+    file_only=("section", "followed_orbit"),
     over="The parameter to sweep, or the field of a device: name=from:to:count or name=v1,v2,...",
     single=True,
     takes="device",

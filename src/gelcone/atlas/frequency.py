@@ -62,6 +62,7 @@ SWEEPS_SHARE = 0.6
 @analysis(
     axes={"frequencies": Axis("drive_frequency", "frequency", replaces=True)},
     answers="frequency",
+    file_only=("followed_orbit",),
     over="The drive frequencies, drive_frequency=from:to:count or =f1,f2,... (device: 'frequency=4 Hz:9 Hz:80').",
     single=True,
     examples=(

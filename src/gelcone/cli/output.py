@@ -45,7 +45,7 @@ def deliver(
     shown = in_si(result, subject)
     paths = () if out is None else write_results(out, answers.command, shown, draw(shown), force)
     if as_json:
-        print_json(answer_json(answers.command, answers.json(shown, subject), shown, subject))
+        print_json(answer_json(answers.command, answers.json(shown), shown, subject))
         return code
     click.echo(answers.words(shown, subject))
     for path in paths:

@@ -12,7 +12,7 @@ import numpy as np
 from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import Answers
 from gelcone.analyses.request import read_measures
-from gelcone.analyses.validation import constant_voltages, radius_ratio, split_settings, validate_json, validate_words
+from gelcone.analyses.validation import constant_voltages, radius_ratio, split_settings, validate_words
 from gelcone.cli.options import output_parameters, subject_of, subject_parameters
 from gelcone.cli.output import deliver, progress_bar
 from gelcone.errors import DoubtfulInput, InputError
@@ -110,7 +110,7 @@ def run_validate(
     result = with_mesh_table(result, ratio)
     if fit_file is not None:
         write_fit(film, ratio, fit_file, force)
-    return deliver(Answers("validate", validate_words, validate_json), result, subject, out, force, as_json)
+    return deliver(Answers("validate", validate_words), result, subject, out, force, as_json)
 
 
 def write_fit(model: ConeModel, ratio: Any, path: Path, force: bool) -> None:

@@ -152,9 +152,9 @@ def envelope(
         | {f"window_{name}": (of_frequency, window[name], *_WINDOW[name]) for name in _WINDOW}
         | others
         | {
-            "static_limit_voltage": (("static_limit",), static_limits, "voltage of the quasi-static limit", "voltage"),
-            "limit_low": (of_limit, found["low"].T, "the limit lies above this peak voltage", "voltage"),
-            "limit_high": (of_limit, found["high"].T, "and at or below this one", "voltage"),
+            "static_limit_voltage": (("static_limit",), static_limits, "voltage of the quasi-static limit", _VOLTAGE),
+            "limit_low": (of_limit, found["low"].T, "the limit lies above this peak voltage", _VOLTAGE),
+            "limit_high": (of_limit, found["high"].T, "and at or below this one", _VOLTAGE),
             "first_limit": (
                 of_frequency,
                 np.where(np.isfinite(lowest), low.argmin(axis=1), -1),
@@ -286,6 +286,7 @@ def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
     )
 
 
+_VOLTAGE = dataset.absent("voltage", nan="unknown or not applicable")
 _STATIC: dict[str, tuple[str, dataset.Of]] = {
     "static_displacement": ("displacement on a slow voltage ramp", "length"),
     "stroke": ("displacement from the rest without voltage", "length"),

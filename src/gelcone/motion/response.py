@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.codes import Outcome
+from gelcone.codes import FilmPullIn, Outcome
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
@@ -334,8 +334,7 @@ def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Var
         for name, (value, meaning, quantity) in ends.items():
             value = np.where(pull_in > 0, value, np.nan)
             told[f"{film.prefix}pull_in_{name}"] = ((), value, f"{meaning} at which {film.words} pulls in", quantity)
-        meaning = f"how {film.words} pulls in: 1 end of its minimum, 2 localisation"
-        told[f"{film.prefix}pull_in_kind"] = ((), pull_in, meaning, "flag")
+        told[f"{film.prefix}pull_in_kind"] = ((), pull_in, f"how {film.words} pulls in", FilmPullIn)
     return told
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label, styled
 from gelcone.quantity import Array
-from gelcone.words import event_label, flag_label, rate_unit
+from gelcone.words import event_label, rate_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -192,6 +192,6 @@ def legend(result: xr.Dataset) -> list[Any]:
     handles += [Line2D([], [], label=kind, **event_marks(kind, GREY)) for kind in kinds]
     if (result["event_supercritical"].values == 0).any():
         handles.append(Line2D([], [], label="open: subcritical", **event_marks("period doubling", GREY, False)))
-    told = dict.fromkeys(flag_label(result["flag_kind"], k) for k in range(result.sizes["flag"]))
+    told = dict.fromkeys(event_label(kind) for kind in result["flag_kind"])
     handles += [Line2D([], [], color=VERMILION, marker="x", ls="", label=f"! {kind}") for kind in told]
     return handles

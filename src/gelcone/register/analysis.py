@@ -60,8 +60,9 @@ class Analysis:
     Attributes
     ----------
     call : the public function.
-    answers : the module of `gelcone.analyses` with ``NAME_words``, the text of a result, ``NAME_json``, its JSON,
-        and ``NAME_arguments``, which reads what was typed; what it lacks follows from the labels of the result.
+    answers : the module of `gelcone.analyses` with ``NAME_words``, the text of a result, and ``NAME_arguments``, which
+        reads what was typed; what it lacks follows from the labels of the result.
+    file_only : variables of many values, which files hold and JSON does not.
     kinds : variables, of small whole numbers, that tell kinds of cells apart; a map is refined where they change.
     bulky : variables that a sweep leaves out unless it is asked for them, because they hold many values a cell.
     over : help text of ``--over``; empty where the command takes none.
@@ -78,6 +79,7 @@ class Analysis:
 
     call: Callable[..., xr.Dataset]
     answers: str = "tables"
+    file_only: tuple[str, ...] = ()
     kinds: tuple[str, ...] = ()
     bulky: tuple[str, ...] = ()
     over: str = ""

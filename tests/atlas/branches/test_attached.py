@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.analyses.branches import followed_json
+from gelcone.analyses.answer import result_json
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.presets import find_preset
 
@@ -36,6 +36,6 @@ def test_branches_survive_the_file(diagram, tmp_path):
 def test_figure_and_json_hold_the_branches(diagram):
     lines = [line for line in gelcone.plot(diagram).axes[0].lines if len(line.get_xdata()) > 30]
     assert len(lines) > 3
-    kinds = [event["kind"] for event in followed_json(diagram)["events"]]
-    assert "loss of rest" in kinds
-    assert "period doubling" in kinds
+    kinds = result_json(diagram)["followed_event_kind"]
+    assert "loss_of_rest" in kinds
+    assert "period_doubling" in kinds

@@ -9,11 +9,10 @@ from scipy.integrate import solve_ivp
 
 import gelcone
 from gelcone import InputError
-from gelcone.analyses.branches import branches_json, events_json
 from gelcone.atlas.branches import follow
 from gelcone.atlas.branches.branch import Ending
-from gelcone.atlas.branches.check import FLAGS
 from gelcone.presets import find_preset
+from tests.atlas.branches.events import events_of
 
 REFERENCES = {
     r["key"]: r
@@ -40,7 +39,7 @@ def matches(result, key):
     kind = {"pitchfork_of_rest": "loss of rest"}.get(reference["type"], reference["type"].replace("_", " "))
     return [
         event
-        for event in events_json(result)
+        for event in events_of(result)
         if event["kind"] == kind
         and event["period"] == reference["period_in_drive_repeats"]
         and abs(event["value"] - reference["value"]) < 1e-9
@@ -58,7 +57,7 @@ def test_certified_bifurcation_of_the_base_set(base, cascade, key):
     assert abs(event["value"] - reference["value"]) <= max(3.0 * event["value_error"], 2e-15)
     expected = np.array(reference["multipliers_of_that_map"])
     np.testing.assert_allclose(event["multipliers"], expected, rtol=1e-7, atol=1e-12)
-    k = events_json(result).index(event)
+    k = events_of(result).index(event)
     orbit = result["event_orbit"].values[k]
     state = np.array(reference["orbit_state_at_phase_0"])
     per = int(result["nodes_per_repeat"][event["branch"]])
@@ -83,7 +82,7 @@ def test_cascade_is_a_chain_of_supercritical_births(cascade):
 
 
 def test_curvature_of_born_branches(base):
-    events = events_json(base)
+    events = events_of(base)
     k = events.index(matches(base, "base/period1/pd1")[0])
     expected = REFERENCES["base/period1/pd1"]["branch_curvature"]
     # the largest node may lie elsewhere among twice as many nodes
@@ -162,7 +161,7 @@ def test_a_result_can_be_gone_on_from(frequencies, tmp_path):
     again = gelcone.load(tmp_path / "branches.nc")
     np.testing.assert_array_equal(again["value"], frequencies["value"])
     result = gelcone.continue_branch(SPRING, "drive_frequency", 0.45, 1.2, start=again, switch=0)
-    folds = [sorted(e["value"] for e in events_json(r) if e["kind"] == "fold") for r in (result, frequencies)]
+    folds = [sorted(e["value"] for e in events_of(r) if e["kind"] == "fold") for r in (result, frequencies)]
     np.testing.assert_allclose(*folds, rtol=1e-12)
 
 
@@ -200,25 +199,6 @@ def test_bad_options_are_refused():
         gelcone.continue_branch(BASE, "voltage", 1.3, 1.32, start="settled")
     with pytest.raises(InputError, match="ensemble"):
         gelcone.continue_branch(BASE.replace(voltage=[1.0, 1.1]), "damping_ratio", 0.1, 0.2)
-
-
-def test_json_has_the_agreed_keys(base):
-    content = branches_json(base)
-    for event in content["events"]:
-        assert list(event) == [
-            "kind",
-            "parameter",
-            "value",
-            "value_error",
-            "period",
-            "symmetric",
-            "supercritical",
-            "multipliers",
-            "branch",
-            "born_branch",
-        ]
-    assert len(content["branches"]) == base.sizes["branch"]
-    assert {flag["kind"] for flag in content["check"]["flags"]} <= set(FLAGS)
 
 
 def test_a_device_is_followed_in_its_units_until_it_pulls_in(command_line):

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.analyses.branches import continue_branch_words, events_json
+from gelcone.analyses.branches import continue_branch_words
 from gelcone.analyses.request import Subject
 from gelcone.atlas.branches import crossing
+from tests.atlas.branches.events import events_of
 from tests.toys import TurningBias
 
 MODEL = gelcone.ConeModel(bias=TurningBias(), damping_ratio=0.1, voltage=0.3, drive_frequency=0.8)
@@ -21,7 +22,7 @@ def result():
 
 def test_a_torus_is_born_where_the_wheel_begins_to_grow(result):
     """The wheel's deviations grow as exp((g + i w) t), whatever the disc does: at g = 0 they pass the unit circle."""
-    (event,) = events_json(result)
+    (event,) = events_of(result)
     assert event["kind"] == "torus"
     assert abs(event["value"]) <= event["value_error"] < 1e-10
     assert event["born_branch"] is None
@@ -40,7 +41,7 @@ def test_the_error_of_a_torus_holds_the_bracket(monkeypatch, width):
     monkeypatch.setattr(crossing, "TORUS_WIDTH", width)
     start = (0.4, 0.0, 0.1, 0.0)
     found = gelcone.continue_branch(MODEL, "wheel_growth", -0.11, 0.07, start, start="settled", checks=2, switch=0)
-    (event,) = events_json(found)
+    (event,) = events_of(found)
     assert abs(event["value"]) <= event["value_error"] <= max(width, 0.2) * 0.18 + 1e-12
 
 

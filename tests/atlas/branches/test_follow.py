@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.analyses.branches import events_json
 from gelcone.atlas.branches import follow
 from gelcone.atlas.branches.branch import EventKind
 from gelcone.presets import find_preset
+from tests.atlas.branches.events import events_of
 
 BASE = find_preset("base").model
 SPRING = find_preset("spring").model.replace(damping_ratio=0.01)
@@ -46,7 +46,7 @@ def frequencies():
 
 def facts(result):
     """What a branch is, without its points: events with their errors, and ends."""
-    events = sorted((e["kind"], e["period"], e["value"], e["value_error"]) for e in events_json(result))
+    events = sorted((e["kind"], e["period"], e["value"], e["value_error"]) for e in events_of(result))
     return events, sorted(map(tuple, np.sort(result["ended"].values).tolist()))
 
 
@@ -139,9 +139,9 @@ def test_two_doublings_within_one_step_are_found(highest):
         drive_frequency=1.7,
     )
     found = gelcone.continue_branch(model, "drive_frequency", 0.9, highest, start="settled", switch=0, checks=2)
-    assert [event["kind"] for event in events_json(found)] == ["period doubling"] * 2
+    assert [event["kind"] for event in events_of(found)] == ["period doubling"] * 2
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(follow, "LONGEST_STEP", 0.004)
         fine = gelcone.continue_branch(model, "drive_frequency", 1.8, 1.95, start="settled", switch=0, checks=2)
-    for one, other in zip(events_json(found), events_json(fine), strict=True):
+    for one, other in zip(events_of(found), events_of(fine), strict=True):
         assert one["value"] == pytest.approx(other["value"], abs=1e-9)

@@ -9,7 +9,6 @@ import pytest
 
 import gelcone
 from gelcone import InputError
-from gelcone.analyses.branches import locus_json
 from gelcone.atlas.branches import curve, locus
 from gelcone.atlas.branches.branch import EventKind
 from gelcone.presets import find_preset
@@ -133,15 +132,6 @@ def test_certified_points_lie_on_the_curve(doublings, frequency):
         if (h[k] - omega) * (h[k + 1] - omega) <= 0.0
     ]
     assert np.abs(np.array(between) - reference["value"]).min() < 1e-3
-
-
-@pytest.mark.slow
-def test_json_names_both_parameters(folds):
-    content = locus_json(folds, folds, None)
-    (event, *_) = content["events"]
-    assert event["parameter"] == ["voltage", "drive_frequency"]
-    assert len(event["value"]) == len(event["value_error"]) == 2
-    assert content["curves"][0]["kind"] == "fold"
 
 
 def test_the_coefficient_along_a_curve_has_one_orientation(generalised):

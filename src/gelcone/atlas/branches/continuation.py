@@ -56,6 +56,7 @@ PLACES = {"branch": "value", "event": "event_value", "run": "run_value"}
     arguments={"parameter": "PARAMETER", "low": "FROM", "high": "TO"},
     flags={"start": ("--from",), "store": ("--store", "--resume")},
     answers="branches",
+    file_only=("orbit", "event_orbit"),
     single=True,
     takes="device",
     examples=(

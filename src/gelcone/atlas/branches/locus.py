@@ -50,6 +50,7 @@ CURVES = 60
     arguments={"event": "EVENT"},
     flags={"start": ("--from",)},
     answers="branches",
+    file_only=("orbit", "event_orbit"),
     over="One of the two parameters, or fields of a device, NAME=from:to; the second interval holds the value that "
     "is set.",
     single=True,
