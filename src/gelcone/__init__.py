@@ -15,6 +15,7 @@ Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     simulate, section, extrema, spectrum    one run: how it moves
     regime, lyapunov, settled               the kind of motion, with the evidence
     static, limits, pull_in_voltage, fold_voltages, pitchfork_voltage, stroke_and_blocked_force
+    film                                    the membrane from disc to rim at any height and voltage
     drive, frequency, envelope, operating_limits   stroke over frequency; where it is safe to drive
     tongues, onset_voltage, floquet_multipliers, small_signal_response, state_space
     bifurcation, map, basin                 over one parameter, two, or initial states
@@ -65,6 +66,9 @@ if TYPE_CHECKING:
     from gelcone.motion.equilibrium import static as static
 
     """Equilibria under constant voltage, pitchfork, folds, pull-in, stroke."""
+    from gelcone.motion.profile import film as film
+
+    """The membrane from disc to rim: shape, stretches, field, wrinkles, capacitance."""
     from gelcone.motion.limits import limits as limits
 
     """Voltages that bound the use: loss of stability of rest, pitchfork, pull-in."""

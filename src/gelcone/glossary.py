@@ -20,6 +20,8 @@ GLOSSARY: dict[str, str] = {
     "chaotic": "Bounded, never repeating, with a positive Lyapunov exponent: neighbouring motions part exponentially.",
     "crumpled": "A film compressed along hoop and meridian: wrinkled in both directions, without tension.",
     "doubtful": "A result whose pieces of evidence disagree; run it longer or look at it before relying on it.",
+    "firmness": "Slope of the meridional tension of a ring of the membrane by its stretch; the ring localises where it "
+    "falls to zero.",
     "fold": "A value of a parameter at which a stable and an unstable state meet and vanish; a jump follows.",
     "forcing period": "Period of the force on the disc, which follows the squared voltage: half the period of the "
     "voltage where there is no offset.",

@@ -14,6 +14,7 @@ QUICK = {"transient": 30.0, "budget": 60.0}
 MODEL = ConeModel(damping_ratio=0.3, stretch_limit=5.0)
 MOVING = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3, voltage=0.9)
 RAISED = MODEL.replace(rest_height=0.3)
+MEMBRANE = ConeModel(film="membrane", stretch_limit=50.0)
 DRAWS = {"prestretch": gelcone.Uniform(0.9, 1.1)}
 
 
@@ -40,6 +41,7 @@ RESULTS = {
         find_preset("base").model, "doubling", {"voltage": (0.93, 1.02), "drive_frequency": (0.098, 0.102)}, checks=2
     ),
     "basins of attraction": lambda: gelcone.basin(MODEL, {"displacement": [0.0, 1.0], "velocity": [0.0, 1.0]}, **QUICK),
+    "film": lambda: gelcone.film(MEMBRANE, [0.3, 0.5], [0.2, 0.5]),
     "frequency response": lambda: gelcone.frequency(RAISED, [0.2, 0.3]),
     "cone and continuum": compared,
     "operating envelope": lambda: gelcone.envelope(RAISED, peaks=[0.3, 0.6], frequencies=[0.3, 0.5]),
@@ -74,6 +76,7 @@ SHOWS = {
     "branches": lambda r: r["lyapunov"],
     "locus": lambda r: r["voltage"],
     "basins of attraction": lambda r: r["attractor"],
+    "film": lambda r: xr.concat([r["true_field"], r["hoop_stretch"], r["ring_radius"], r["capacitance"]], "one"),
     "frequency response": lambda r: r["stroke"],
     "cone and continuum": lambda r: r["cone_force"],
     "operating envelope": lambda r: r["blocked_force"],

@@ -43,6 +43,7 @@ TITLES: Mapping[str, str] = {
     "Lyapunov exponents": "lyapunov",
     "regime of motion": "regime",
     "statics": "static",
+    "film": "film",
     "limits": "limits",
     "settled motion": "settled",
     "operating limits": "operating_limits",

@@ -39,6 +39,8 @@ MEASURES: Mapping[str, Measure] = {
     "current": Measure("A", "mA", 1e3),
     "resistance": Measure("ohm", "Mohm", 1e-6),
     "charge": Measure("C", "uC", 1e6),
+    "capacitance": Measure("F", "nF", 1e9),
+    "thickness": Measure("m", "mm", 1e3),
     "field": Measure("V/m", "V/um", 1e-6),
     "stress": Measure("Pa", "kPa", 1e-3),
     "frequency": Measure("Hz", "Hz", 1.0),
@@ -91,6 +93,10 @@ class Scales:
                 return self.voltage / self.current
             case "charge":
                 return self.current * self.time
+            case "capacitance":
+                return self.current * self.time / self.voltage
+            case "thickness":
+                return self.voltage / self.field
             case "rate":
                 return 1.0 / self.time
         return getattr(self, quantity)

@@ -61,7 +61,7 @@ def lowest_localisation(gel: Gel, highest: float) -> float:
 @dataclass(frozen=True)
 class Columns:
     """States in columns: the ``column`` of each, its V and `Measures`; of each column its height, how it ended, the V
-    at which it did, and the ``top`` where it would have been left."""
+    at which it did, the ``top`` where it would have been left, and its ``last`` state."""
 
     column: Array
     V: Array
@@ -70,6 +70,7 @@ class Columns:
     slack: Array
     end: Array
     top: Array
+    last: Chains
 
     @cached_property
     def first(self) -> Array:
@@ -110,12 +111,13 @@ def columns(
     measured = film.measures(now)
     force, live = measured.force, np.flatnonzero(now.found & (measured.force > 0.0))
     column, V, kept = [live], [np.zeros(live.size)], [Measures(*(v[live] for v in measured))]
-    r, z, reached = now.r.copy(), now.z.copy(), np.zeros(count)
+    r, z, reached, started = now.r.copy(), now.z.copy(), np.zeros(count), np.isin(np.arange(count), live)
     rate_r, rate_z = np.zeros_like(r), np.zeros_like(z)
     # the first steps of the columns differ, so that their states are scattered over the voltage
     regular = np.minimum(first / steps, top)
     step, least = regular * (1.0 - GOLDEN * np.arange(count) % 1.0 * 0.8), finest * first
     failed, slack = np.full(count, np.inf), np.zeros(count, bool)
+    live = live[top[live] > 0.0]
     for _ in range(MOST_STEPS):
         if not live.size:
             break
@@ -150,6 +152,7 @@ def columns(
         np.concatenate(column), np.concatenate(V), Measures(*(np.concatenate(part) for part in parts)), heights, slack,
         np.minimum(0.5 * (reached + np.where(np.isfinite(failed), failed, reached)), top),
         top,
+        Chains(reached, r, z, started),
     )  # fmt: skip
     return found
 

@@ -89,7 +89,7 @@ def static(
     InputError : for voltages out of bounds, displacements that do not increase or of which none can be reached, or
         when no member can be reached at all.
     """
-    levels = own_levels(model) if voltages is None else _voltages(voltages)
+    levels = own_levels(model) if voltages is None else constant_voltages(voltages)
     balances = balances_of(model)
     counted = Counted(progress)
     found = []
@@ -250,7 +250,7 @@ def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths
     flat film) on a stop that holds it where it rests without voltage; ``cycle_work``, the largest work on a load in a
     cycle: the area between the forces with and without the voltage over the stroke.
     """
-    levels = _voltages(voltages)
+    levels = constant_voltages(voltages)
     balances = balances_of(model)
     variables = _ramp_variables(balances, _rests(model, balances, start), levels)
     return _label(
@@ -345,7 +345,8 @@ def _label(
     return dataset.label(model, variables, coords=coords, outcome=outcome, options=options, title=title)
 
 
-def _voltages(voltages: npt.ArrayLike) -> Array:
+def constant_voltages(voltages: npt.ArrayLike) -> Array:
+    """Constant voltages as an array, (voltages,); `InputError` for what is not one or below 0."""
     levels = np.atleast_1d(np.asarray(VOLTAGE["voltage"].check("voltages", voltages), dtype=float))
     if levels.ndim > 1:
         raise InputError(f"voltages has the shape {levels.shape}: must be a number or one-dimensional; ravel it")

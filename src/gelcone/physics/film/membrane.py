@@ -211,7 +211,8 @@ class MembraneFilm(GelFilm):
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
         """The V at which it localises at x, or, below the cut, at which a slack film pulls in."""
-        found = self._highest(np.square(np.asarray(x, dtype=float)), n)
+        with np.errstate(invalid="ignore"):  # the curve of localisation begins at a height
+            found = self._highest(np.square(np.asarray(x, dtype=float)), n)
         return np.where(found >= NEVER, np.inf, found)[()]
 
     # --- statics -----------------------------------------------------------------------------------------------------

@@ -1,0 +1,297 @@
+"""The membrane from disc to rim at held heights and voltages: shape, stretches, field, wrinkles and capacitance."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import dataset
+from gelcone.codes import FilmPullIn, Outcome
+from gelcone.devices.analysis import analysis
+from gelcone.errors import InputError
+from gelcone.membrane.elements import Elements
+from gelcone.membrane.gel import Gel
+from gelcone.membrane.profile import Profile, held, profile
+from gelcone.motion.equilibrium import constant_voltages, own_levels, stroke_and_blocked_force
+from gelcone.physics.film.membrane import KINDS, MembraneFilm
+from gelcone.physics.members import Members
+from gelcone.physics.model import ConeModel
+from gelcone.physics.placed import PlacedFilm
+from gelcone.progress import Counted, Progress
+from gelcone.quantity import Array, Lengths, Voltages
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_CELLS = 4000
+"""Heights times voltages times members of one call."""
+MOST_AT_ONCE = 250
+"""States that are computed together."""
+ROUNDING = 1e-9
+SLACK = KINDS.index("slack")
+
+
+class Held(IntEnum):
+    """Whether a film can be held at a height and a voltage, or why not."""
+
+    HELD = 0
+    SLACK = 1
+    LOCALISED = 2
+    MINIMUM = 3
+    STRETCH_LIMIT = 4
+    NO_REST = 5
+    UNRESOLVED = 6
+
+    @property
+    def meaning(self) -> str:
+        """One line: what happens there, and what to do."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    Held.HELD: "held in tension",
+    Held.SLACK: "slack: without tension, of no definite shape; raise the disc or lower the voltage",
+    Held.LOCALISED: "pulled in: one ring has localised; lower the voltage or the disc",
+    Held.MINIMUM: "pulled in: the slack film thins without limit; lower the voltage",
+    Held.STRETCH_LIMIT: "beyond 90 % of the stretch limit next to the disc, or of the heights that are computed; lower "
+    "the disc",
+    Held.NO_REST: "the disc does not rest at this voltage on a slow ramp; give a height or a lower voltage",
+    Held.UNRESOLVED: "closer to pull-in than the rings are resolved; lower the voltage slightly",
+}
+
+
+@analysis(
+    answers="profile",
+    examples=(
+        "--film membrane --set radius_ratio=0.3 --height 0.8 --voltage 0.3",
+        'paper-table1 --film membrane --height "10 mm:30 mm:5" --voltage "0 kV:4 kV:5" --out results',
+    ),
+)
+def film(
+    model: ConeModel,
+    height: Lengths | None = None,
+    voltage: Voltages | None = None,
+    *,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Shape, stretches, thickness, wrinkles and true field of the membrane from disc to rim, and its capacitance.
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble whose film is the membrane, of two films at least one.
+    height : displacements x at which the disc is held, one number or a list. Default where it rests on a slow ramp to
+        each voltage.
+    voltage : constant voltages v, at least 0, one number or a list. Default the peak of the drive and, where it has
+        one, its offset.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Returns
+    -------
+    Dataset over the ensemble's dims, ``height`` (one entry at the rests), ``constant_voltage`` and ``ring``, from the
+    disc to the rim. Of each state ``displacement``, ``held`` (a `Held`) and ``film_state``; ``force``, which pulls the
+    disc back, ``charge``, ``capacitance`` (charge over voltage) and ``pull_in_voltage`` at that height; the largest
+    true field and the mounted radius of its ring, that field over the dielectric strength, the largest share of the
+    stretch limit, the least firmness (slope of a ring's meridional tension, zero where it localises) and the share of
+    the mounted area that is wrinkled. Of each ring ``mounted_radius``, ``ring_radius``, ``ring_height`` above the rim,
+    true stretches, thickness, field, firmness, and ``wrinkle_excess``, the share of the hoop that lies in wrinkles.
+    What belongs to the rings is NaN where the film is not held in tension; of a slack film the force is 0 and the
+    capacitance known. In a double cone the second film's variables have ``second_`` before their names.
+
+    All this is of states by finite elements, within 2e-4. Devices run on a film that is fitted to such states; the
+    stated error of its force is ``film_error``.
+
+    Raises
+    ------
+    InputError : for a film that is not the membrane, voltages below 0, heights that are not finite, and more than
+        4000 states.
+    """
+    members = model.members()
+    films = [placed for placed in members.system.films if isinstance(placed.film, MembraneFilm)]
+    if not films:
+        raise InputError(f"film = {model.film.name}: does not vary from disc to rim; take film = membrane")
+    levels = own_levels(model) if voltage is None else constant_voltages(voltage)
+    heights = None if height is None else _heights(height)
+    count = (members.size, 1 if heights is None else heights.size, levels.size)
+    if np.prod(count) > MOST_CELLS:
+        raise InputError(f"heights and voltages: make {np.prod(count)} states; take at most {MOST_CELLS}")
+    x = _rests(members, levels) if heights is None else np.broadcast_to(heights[:, None], count)
+    counted = Counted(progress)
+    variables: dict[str, dataset.Variable] = {
+        "displacement": (_CELL, x, "height of the disc", dataset.absent("length", nan="does not rest"))
+    }
+    for placed in films:
+        variables |= _variables(members, placed, x, levels)
+        counted(1.0 / len(films))
+    coords: dict[str, dataset.Variable] = {
+        "constant_voltage": (("constant_voltage",), levels, "constant voltage", "voltage")
+    }
+    if heights is not None:
+        coords["height"] = (("height",), heights, "height of the disc", "length")
+    counted.finish()
+    return dataset.label(
+        model,
+        variables,
+        coords=coords,
+        outcome=np.full(members.size, Outcome.OK),
+        options={
+            "height": None if heights is None else heights.tolist(),
+            "voltage": None if voltage is None else levels.tolist(),
+        },
+        title="film",
+    )
+
+
+_CELL = ("height", "constant_voltage")
+_RING = (*_CELL, "ring")
+
+
+def _heights(height: npt.ArrayLike) -> Array:
+    """The heights; `InputError` for what is not a finite list of numbers."""
+    try:
+        x = np.atleast_1d(np.asarray(height, dtype=float))
+    except (TypeError, ValueError):
+        raise InputError("height: must be a number or a list of numbers") from None
+    if x.ndim > 1 or not x.size or not np.isfinite(x).all():
+        raise InputError(f"height = {np.asarray(height).tolist()}: must be one finite number or a list of them")
+    return x
+
+
+def _rests(members: Members, levels: Array) -> Array:
+    """Where a slow ramp to each voltage leads, (members, 1, voltages); NaN where it leads nowhere."""
+    found: Array = stroke_and_blocked_force(members, levels)["displacement"].values
+    return found.reshape(members.size, 1, levels.size)
+
+
+class _Cells(NamedTuple):
+    """States of one film, flat: its own displacement and voltage, force and capacitance, the voltage at which it pulls
+    in there, its state, and whether it is held."""
+
+    x: Array
+    voltage: Array
+    force: Array
+    capacitance: Array
+    pull_in: Array
+    kind: npt.NDArray[np.int8]
+    held: npt.NDArray[np.int8]
+
+
+def _variables(members: Members, placed: PlacedFilm, x: Array, levels: Array) -> dict[str, dataset.Variable]:
+    """All that is known of one film."""
+    each = [_with_rings(members, placed, k, _cells(members, placed, k, x[k], levels)) for k in range(members.size)]
+    shape = x.shape
+    known = _Cells(*(np.stack(values).reshape(shape) for values in zip(*(own for own, _ in each), strict=True)))
+    found = Profile(*(np.stack(values) for values in zip(*(rings for _, rings in each), strict=True)))
+    n = members.numbers(trailing=2)
+    own_numbers = placed.own(n)
+    lm, lh = np.sqrt(own_numbers["A"]), np.sqrt(own_numbers["B"])
+    every = {name: value.reshape(*shape, -1) for name, value in zip(Profile._fields[1:], found[1:], strict=True)}
+    at = Profile(found.radius, **every)
+    field = known.voltage[..., None] * at.field
+    strength = members.values.get("dielectric_strength")
+    share = np.full(shape, np.nan) if strength is None else np.asarray(strength)[:, None, None]
+    mounted = np.broadcast_to(found.radius[:, None, None], field.shape)
+    up = np.sign(np.where(known.x == 0.0, 1.0, known.x))[..., None]
+    nowhere = dataset.absent("field", nan="not held")
+    highest, place = _largest(field, mounted)
+    least, weakest = _largest(-at.firmness, mounted)
+    longest, _ = _largest(at.limit_share, mounted)
+    cell: dict[str, dataset.Variable] = {
+        "held": (_CELL, known.held, "whether the film is held in tension", Held),
+        "film_state": (_CELL, known.kind, "state of the film", _KINDS),
+        "force": (_CELL, known.force, "force with which the film pulls the disc back", "force"),
+        "charge": (_CELL, known.capacitance * known.voltage, "charge on the film", "charge"),
+        "capacitance": (_CELL, known.capacitance, "charge over voltage", "capacitance"),
+        "pull_in_voltage": (_CELL, known.pull_in, "voltage at which it pulls in at this height", _NEVER),
+        "largest_field": (_CELL, highest, "largest true electric field", nowhere),
+        "largest_field_radius": (_CELL, place, "mounted radius of the ring of the largest field", "length"),
+        "breakdown_share": (_CELL, highest / share, "largest field over the dielectric strength", _STRENGTH),
+        "largest_limit_share": (_CELL, longest, "largest share of the stretch limit", "share"),
+        "least_firmness": (_CELL, -least, "least slope of a ring's tension by its stretch", "stress"),
+        "least_firmness_radius": (_CELL, weakest, "mounted radius of the ring of the least firmness", "length"),
+        "wrinkled_share": (_CELL, _wrinkled(at), "share of the mounted area that is wrinkled", "share"),
+        "film_error": ((), members.number(placed.prefix + "film_error"), "stated error of the force of runs", "share"),
+        "mounted_radius": (("ring",), found.radius, "mounted radius of the ring", "length"),
+        "ring_radius": (_RING, at.r, "radius of the ring", "length"),
+        "ring_height": (_RING, up * at.z, "height of the ring above the rim", "length"),
+        "meridional_stretch": (_RING, lm[..., None] * at.l1, "meridional stretch", "stretch"),
+        "hoop_stretch": (_RING, lh[..., None] * at.width, "hoop stretch of the material", "stretch"),
+        "thickness": (_RING, at.thickness, "thickness", "thickness"),
+        "wrinkle_excess": (_RING, at.excess, "share of the hoop that lies in wrinkles", "share"),
+        "true_field": (_RING, field, "true electric field", "field"),
+        "limit_share": (_RING, at.limit_share, "share of the stretch limit", "share"),
+        "firmness": (_RING, at.firmness, "slope of the meridional tension by its stretch", "stress"),
+    }
+    words = "" if placed.drive is None else "second film: "
+    return {
+        placed.prefix + name: (dims, values, words + meaning, of) for name, (dims, values, meaning, of) in cell.items()
+    }
+
+
+_KINDS = {"units": "1", "quantity": "flag"} | dataset.flags_of(KINDS)
+_NEVER = dataset.absent("voltage", infinite="never")
+_STRENGTH = dataset.absent("share", nan="unknown")
+
+
+def _largest(values: Array, at: Array) -> tuple[Array, Array]:
+    """The largest value of the rings of each state, and where ``at`` it is; NaN where nothing is known."""
+    known = np.where(np.isnan(values), -np.inf, values)
+    place = np.argmax(known, axis=-1)[..., None]
+    highest, where = (np.take_along_axis(one, place, axis=-1)[..., 0] for one in (known, at))
+    lost = np.isneginf(highest)
+    return np.where(lost, np.nan, highest), np.where(lost, np.nan, where)
+
+
+def _wrinkled(at: Profile) -> Array:
+    """The share of the mounted area whose hoop is wrinkled."""
+    R = at.radius[:, None, None]
+    area = np.diff(R * R, axis=-1)
+    slack = (at.excess > ROUNDING) + 0.0 * at.l1
+    total = np.sum(0.5 * (slack[..., 1:] + slack[..., :-1]) * area, axis=-1)
+    found: Array = total / area.sum(axis=-1)
+    return found
+
+
+def _cells(members: Members, placed: PlacedFilm, k: int, x: Array, levels: Array) -> _Cells:
+    """States as the film on which devices run has them."""
+    n = members.numbers_at(k)
+    place = list(members.system.films).index(placed)
+    squared = np.asarray(members.system.squares_at_rest(levels**2, n)[place]) + np.zeros(x.shape)
+    own, at, V = placed.own(n), np.ravel(placed.place(x, n)), np.ravel(squared)
+    v, there = np.sqrt(V), np.isfinite(at)
+    x0, one = np.where(there, at, 0.0), placed.film
+    kind = np.where(there, one.state(x0, v, own).kind, -1)
+    found = one.force(x0, V, [], own)[0], one.capacitance(x0, V, [], own), one.highest_squared(x0, own)
+    force, area, limit = (np.where(there, values, np.nan) for values in found)
+    localised = one.pull_in_kind(one.switches(x0, V, own)) == FilmPullIn.LOCALISATION
+    gone = np.where(
+        np.abs(x0) > one.reach(own)[1], Held.STRETCH_LIMIT, np.where(localised, Held.LOCALISED, Held.MINIMUM)
+    )
+    as_held = np.where(kind == -1, gone, np.where(kind == SLACK, Held.SLACK, Held.HELD))
+    as_held = np.where(there, as_held, Held.NO_REST).astype(np.int8)
+    return _Cells(at, v, force, area, np.sqrt(limit), kind.astype(np.int8), as_held)
+
+
+def _with_rings(members: Members, placed: PlacedFilm, k: int, cells: _Cells) -> tuple[_Cells, Profile]:
+    """The states of one member and their rings, with the force and capacitance of the rings where they are found."""
+    n: dict[str, Any] = dict(placed.own(members.numbers_at(k)))
+    ratio = float(members.values[placed.prefix + "radius_ratio"][k])
+    assert isinstance(placed.film, MembraneFilm)
+    own = Elements(Gel(placed.film.law, n, n["A"], n["B"]), ratio)
+    wanted = np.flatnonzero(cells.held == Held.HELD)
+    parts = []
+    for begin in range(0, max(wanted.size, 1), MOST_AT_ONCE):
+        some = wanted[begin : begin + MOST_AT_ONCE]
+        at = held(own, np.abs(cells.x[some]), cells.voltage[some] ** 2)
+        measured = own.measures(at)
+        parts.append((measured.force * np.sign(cells.x[some]), measured.area, at.found, *profile(own, at)))
+    force, area, found, radius, *rings = zip(*parts, strict=True)
+    values = [np.full((cells.x.size, radius[0].size), np.nan) for _ in rings]
+    for whole, ring in zip(values, rings, strict=True):
+        whole[wanted] = np.concatenate(ring)
+    as_held, forces, areas = cells.held.copy(), cells.force.copy(), cells.capacitance.copy()
+    forces[wanted], areas[wanted] = np.concatenate(force), np.concatenate(area)
+    as_held[wanted[~np.concatenate(found)]] = Held.UNRESOLVED
+    return cells._replace(held=as_held, force=forces, capacitance=areas), Profile(radius[0], *values)
