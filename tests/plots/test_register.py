@@ -76,7 +76,7 @@ SHOWS = {
     "branches": lambda r: r["lyapunov"],
     "locus": lambda r: r["voltage"],
     "basins of attraction": lambda r: r["attractor"],
-    "film": lambda r: xr.concat([r["true_field"], r["hoop_stretch"], r["ring_radius"], r["capacitance"]], "one"),
+    "film": lambda r: xr.concat([r["true_field"], r["hoop_stretch"], r["capacitance"]], "one"),
     "frequency response": lambda r: r["stroke"],
     "cone and continuum": lambda r: r["cone_force"],
     "operating envelope": lambda r: r["blocked_force"],

@@ -148,7 +148,7 @@ def read_subject(
         _no_decimal_comma(f"--set {name}", text, _parts(text))
     values = {name: read_value(text) for name, text in given.items()}
     ratio = values.pop(RADIUS_RATIO, None) if film == "continuum" else None
-    of_film = {} if film is None else {name: values.pop(name) for name in ("pull_in",) if name in values}
+    of_film = {} if film is None else {name: values.pop(name) for name in ("pull_in", RADIUS_RATIO) if name in values}
     _only_of_model(values)
     if preset is None:
         model, start = ConeModel.from_parameters(values), DEFAULT_INITIAL
