@@ -120,7 +120,7 @@ def film(
     x = _rests(members, levels) if heights is None else np.broadcast_to(heights[:, None], count)
     counted = Counted(progress)
     variables: dict[str, dataset.Variable] = {
-        "displacement": (_CELL, x, "height of the disc", dataset.absent("length", nan="does not rest"))
+        "displacement": (_CELL, x, "height of the disc", dataset.absent("length", nan="beyond pull-in"))
     }
     for placed in films:
         variables |= _variables(members, placed, x, levels)
@@ -194,7 +194,7 @@ def _variables(members: Members, placed: PlacedFilm, x: Array, levels: Array) ->
     share = np.full(shape, np.nan) if strength is None else np.asarray(strength)[:, None, None]
     mounted = np.broadcast_to(found.radius[:, None, None], field.shape)
     up = np.sign(np.where(known.x == 0.0, 1.0, known.x))[..., None]
-    nowhere = dataset.absent("field", nan="not held")
+    nowhere = dataset.absent("field")
     highest, place = _largest(field, mounted)
     least, weakest = _largest(-at.firmness, mounted)
     longest, _ = _largest(at.limit_share, mounted)
@@ -231,7 +231,7 @@ def _variables(members: Members, placed: PlacedFilm, x: Array, levels: Array) ->
 
 
 _KINDS = {"units": "1", "quantity": "flag"} | dataset.flags_of(KINDS)
-_NEVER = dataset.absent("voltage", infinite="never")
+_NEVER = dataset.absent("voltage")
 _STRENGTH = dataset.absent("share", nan="unknown")
 
 
