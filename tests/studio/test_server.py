@@ -347,7 +347,6 @@ def test_what_takes_long_is_not_begun_while_the_hand_moves(server, monkeypatch):
 
 def test_another_rest_is_looked_for_once_the_hand_rests_and_shown(server, monkeypatch):
     monkeypatch.setattr(statics, "_rests", {})
-    setting._start.cache_clear()
     with server.page() as page:
         snap = {"device": "snap-cone"}
         ask(page, "look", 1, side="a", setting={**snap, "values": {"initial_height": "2 mm"}})

@@ -220,7 +220,6 @@ def test_a_rest_under_the_hand_is_that_of_a_search_without_one(shelf, device, mo
     base = Setting(device=device)
     control = next(c for c in shelf.controls(base) if c.name == "spring_rate")
     value = control.value or 0.05 * control.high
-    setting._start.cache_clear()
     shelf.subject(base)
     monkeypatch.setattr("gelcone.physics.statics.every_balance", lambda *given: pytest.fail("searched"))
     settings = [Setting(device=device, values={"spring_rate": f"{s * value:.6g} N/m"}) for s in (1.01, 1.03, 1.06)]

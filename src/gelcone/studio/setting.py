@@ -106,6 +106,9 @@ class Shelf:
         """Settings whose rest continues another one, and has not been searched for."""
         self.devices: Mapping[str, Path] = shipped_devices() | ({} if given is None else {given.stem: given.resolve()})
         """Name -> file."""
+        # they last as long as the places, which reading a device fills
+        self._device, self._start = lru_cache(MOST_READ)(self._read), lru_cache(MOST_READ)(self._begin)
+        self._controls = lru_cache(MOST_READ)(self._find_controls)
 
     def path(self, setting: Setting) -> Path | None:
         """The file of a setting's device; None for a preset, and for a device whose text was sent. `InputError` for an
@@ -131,7 +134,7 @@ class Shelf:
         """The controls of a setting, from where they start and return to: its choices, and none of its numbers."""
         with permission.only(self.names):
             values = setting.chosen.values
-            return _controls(self, self._key(setting), setting.device, setting.preset, tuple(values.items()))
+            return self._controls(self._key(setting), setting.device, setting.preset, tuple(values.items()))
 
     def subject(self, setting: Setting) -> Subject:
         """What the analyses work on.
@@ -148,9 +151,9 @@ class Shelf:
                 texts, own = _split(typed(setting)["settings"]) if setting.values else ({}, ())
                 places = _bounded(self._places).setdefault(key, {})
                 with continuing(places) as guessed:
-                    found = _device(key, own)
+                    found = self._device(key, own)
                     found = found.redriven({name: read_value(texts[name]) for name in DRIVE_NUMBERS if name in texts})
-                    subject = Subject(found.to_model(), found, _start(key, own))
+                    subject = Subject(found.to_model(), found, self._start(key, own))
                 if guessed:
                     _bounded(self._guesses).setdefault((key, own), {}).update(guessed)
                 return subject
@@ -170,7 +173,7 @@ class Shelf:
         moved = max((abs(found.get(key, guess) - guess) for key, guess in guesses.items()), default=0.0)
         if moved > 0.0:
             self._places.get(self._key(setting), {}).update({system: rest for (system, _), rest in found.items()})
-            _start.cache_clear()
+            self._start.cache_clear()
         return moved
 
     def _own(self, setting: Setting) -> _Texts:
@@ -193,6 +196,23 @@ class Shelf:
             elif not _NUMBER.fullmatch(value):
                 raise FieldError(name, f"{name} = {value!r}: must be one number, with its unit")
 
+    def _find_controls(self, key: _Key, device: str | None, preset: str | None, values: _Texts) -> list[Control]:
+        return controls_of(self.subject(Setting(device, preset, key[2], dict(values))))
+
+    def _read(self, key: _Key, texts: _Texts = ()) -> Device:
+        """A device with other fields as they were typed."""
+        if texts:
+            return self._device(key).replace_quietly({name: read_value(text) for name, text in texts})
+        path, _, text = key
+        found = device_in(path, text)
+        assert found is not None
+        check_single(found)
+        return found
+
+    def _begin(self, key: _Key, texts: _Texts) -> Any:
+        """`Device.initial_state` of a device, which no drive changes."""
+        return self._device(key, texts).initial_state()
+
     def _key(self, setting: Setting) -> _Key:
         path = self.path(setting)
         return path, changed(path), setting.file
@@ -201,7 +221,7 @@ class Shelf:
 _Key = tuple[Path | None, int, str | None]
 """A device: its file and when that was changed, or its text."""
 _Texts = tuple[tuple[str, str], ...]
-MOST_KEPT = 256
+MOST_KEPT, MOST_READ = 256, 64
 
 
 def _split(settings: list[str]) -> tuple[Mapping[str, str], _Texts]:
@@ -214,31 +234,6 @@ def _bounded(store: dict[Any, Any]) -> dict[Any, Any]:
     if len(store) >= MOST_KEPT:
         store.clear()
     return store
-
-
-@lru_cache(maxsize=64)
-def _controls(
-    shelf: Shelf, key: _Key, device: str | None, preset: str | None, values: tuple[tuple[str, str], ...]
-) -> list[Control]:
-    return controls_of(shelf.subject(Setting(device, preset, key[2], dict(values))))
-
-
-@lru_cache(maxsize=64)
-def _device(key: _Key, texts: _Texts = ()) -> Device:
-    """A device with other fields as they were typed."""
-    if texts:
-        return _device(key).replace_quietly({name: read_value(text) for name, text in texts})
-    path, _, text = key
-    found = device_in(path, text)
-    assert found is not None
-    check_single(found)
-    return found
-
-
-@lru_cache(maxsize=64)
-def _start(key: _Key, texts: _Texts) -> Any:
-    """`Device.initial_state` of a `_device`, which no drive changes."""
-    return _device(key, texts).initial_state()
 
 
 def check_single(device: Device) -> None:

@@ -226,6 +226,24 @@ class Function:
         self.line(f"br label %{again}")
         self._label(out)
 
+    @contextmanager
+    def each(self, count: int) -> Iterator[Value]:
+        """The block runs for each number from 0 to ``count`` - 1, at least 1, which this yields: thousands of equal
+        lines would take the compiler seconds."""
+        before, again, step, out = (self._fresh(name) for name in ("before", "again", "step", "out"))
+        number, more = f"%{again}.number", f"%{again}.more"
+        self.line(f"br label %{before}")
+        self._label(before)
+        self.line(f"br label %{again}")
+        self._label(again)
+        self.line(f"{number} = phi i64 [ 0, %{before} ], [ {more}, %{step} ]")
+        yield number
+        self.line(f"br label %{step}")
+        self._label(step)
+        self.line(f"{more} = add i64 {number}, 1")
+        self.line(f"br i1 {self.compare_whole('slt', more, str(count))}, label %{again}, label %{out}")
+        self._label(out)
+
     def leave(self, label: str, condition: Value) -> None:
         """Goes to the label where the condition holds."""
         on = self._fresh("on")

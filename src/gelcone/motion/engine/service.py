@@ -30,13 +30,17 @@ class _Lane:
     def __init__(self, f: Function, width: int, base: Value = "%lane") -> None:
         self.f, self.width, self.base = f, width, base
 
-    def place(self, row: int) -> Value:
-        return self.f.place(self.base, row * self.width)
+    def place(self, row: int | Value) -> Value:
+        return self.f.place(self.base, row * self.width if isinstance(row, int) else self.times(row, self.width))
 
     def take(self, other: _Lane, layout: Layout) -> None:
         """Takes all rows of another one."""
-        for row in range(layout.rows):
+        with self.f.each(layout.rows) as row:
             self.set_whole(row, other.get_whole(row))
+
+    def dwell(self, layout: Layout, number: Value) -> Value:
+        """Where the time is that was spent at one combination of the signs of the switches."""
+        return self.place(self.f.whole("add", number, str(layout.dwell)))
 
     def get(self, row: int) -> Value:
         return self.f.load(self.place(row))
@@ -44,10 +48,10 @@ class _Lane:
     def set(self, row: int, value: Value) -> None:
         self.f.store(value, self.place(row))
 
-    def get_whole(self, row: int) -> Value:
+    def get_whole(self, row: int | Value) -> Value:
         return self.f.load_whole(self.place(row))
 
-    def set_whole(self, row: int, value: Value) -> None:
+    def set_whole(self, row: int | Value, value: Value) -> None:
         self.f.store_whole(value, self.place(row))
 
     def step(self, row: int) -> Value:
@@ -166,8 +170,9 @@ def refill_function(plan: Plan, layout: Layout) -> Function:
         lane.set(layout.sides + k, f.real(1.0 if border.sided else 0.0))
     for k in range(len(layout.equations)):
         lane.set(layout.roots + k, f.real(math.nan))
-    for k in range(layout.combinations):
-        lane.set(layout.dwell + k, f.real(0.0))
+    if layout.combinations:
+        with f.each(layout.combinations) as k:
+            f.store(f.real(0.0), lane.dwell(layout, k))
     lane.set(layout.time, f.load(lane.array(Job.START, member)))
     lane.set(layout.since, lane.get(layout.time))
     lane.set(layout.time_low, f.real(0.0))
@@ -229,9 +234,10 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
                 f.store_whole(str(TOO_MANY_STEPS), status)
     with f.when(f.compare_whole("sge", f.load_whole(status), "0")):
         _count_dwell(lane, plan, layout)
-        for k in range(layout.combinations):
-            value = lane.get(layout.dwell + k)
-            f.store(value, lane.array(Job.DWELL, lane.times(member, layout.combinations), str(k)))
+        if layout.combinations:
+            with f.each(layout.combinations) as k:
+                value = f.load(lane.dwell(layout, k))
+                f.store(value, lane.array(Job.DWELL, lane.times(member, layout.combinations), k))
         f.store_whole(f.load_whole(status), lane.array(Job.STATUS, member))
         for field, row in ((Job.STEPS, layout.steps), (Job.LEAST, layout.least), (Job.END_TIME, layout.time)):
             f.store(lane.get(row), lane.array(field, member))
@@ -376,8 +382,7 @@ def _count_dwell(lane: _Lane, plan: Plan, layout: Layout) -> None:
     for k in range(plan.signs):
         sign = f.whole("lshr", f.bits(lane.get(layout.switches + k)), "63")
         place = f.whole("or", place, f.whole("shl", sign, str(k)))
-    row = f.whole("mul", f.whole("add", place, str(layout.dwell)), str(lane.width))
-    address = f.place("%lane", row)
+    address = lane.dwell(layout, place)
     time = lane.get(layout.time)
     f.store(f.add(f.load(address), f.subtract(time, lane.get(layout.since))), address)
     lane.set(layout.since, time)
