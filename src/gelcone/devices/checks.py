@@ -27,8 +27,9 @@ def misfits(device: DeviceFields) -> Iterator[FieldError]:
     if not errors:
         with np.errstate(all="ignore"):
             try:
-                _check_heights(device, undamped_cone(device))
-                cone_of_device(device)
+                undamped = undamped_cone(device)
+                _check_heights(device, undamped)
+                cone_of_device(device, undamped)
             except FieldError as error:
                 yield error
             except InputError as error:

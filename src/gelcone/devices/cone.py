@@ -25,9 +25,11 @@ def model_of_device(device: DeviceFields) -> ConeModel:
     return _damped(device, lambda ratio: _with_film(device, ratio))
 
 
-def cone_of_device(device: DeviceFields) -> ConeModel:
-    """The model with the film as a homogeneous cone in place of a continuum film; a film of one's own stays."""
-    return _damped(device, lambda ratio: _cone(device, ratio, _own_film(device) or "taut"))
+def cone_of_device(device: DeviceFields, undamped: ConeModel | None = None) -> ConeModel:
+    """The model with the film as a homogeneous cone in place of a continuum film; a film of one's own stays.
+
+    ``undamped`` is that of `undamped_cone` where it is known."""
+    return _damped(device, lambda ratio: _cone(device, ratio, _own_film(device) or "taut"), undamped)
 
 
 def undamped_cone(device: DeviceFields) -> ConeModel:
@@ -142,12 +144,14 @@ def _loads(device: DeviceFields) -> dict[str, Any]:
     return {"bias": bias} | numbers
 
 
-def _damped(device: DeviceFields, build: Callable[[Any], ConeModel]) -> ConeModel:
-    """The model that ``build`` makes of the damping ratio c/(2 m Omega0) of the device."""
+def _damped(
+    device: DeviceFields, build: Callable[[Any], ConeModel], undamped: ConeModel | None = None
+) -> ConeModel:
+    """The model that ``build`` makes of the damping ratio c/(2 m Omega0) of the device; ``undamped`` is that of 0."""
     if device.damping_coefficient is not None:
         ratio = device.damping_coefficient * device.scales.time / (2.0 * carried_mass(device.get))
         return build(np.broadcast_to(ratio, device.shape)[()])
-    model = build(0.0)
+    model = build(0.0) if undamped is None else undamped
     name = "damping_ratio" if device.quality_factor is None else "quality_factor"
     ratio = device.damping_ratio if device.quality_factor is None else 0.5 / device.quality_factor
     rests = rest_displacements(model)

@@ -89,11 +89,15 @@ def broken_by_film(
     """What `broken` tells of each film alone; a film that wrinkles is slack in the states that say so."""
     found = []
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # at a stretch limit
-        every = excesses(members, x, voltages, states)
-        for film, voltage, state, excess in zip(members.system.films, voltages, states, every, strict=False):
+        n = members.numbers(trailing=1)
+        known = [
+            film.state(x, voltage, n) if state is None and film.kinds else state
+            for film, voltage, state in zip(members.system.films, voltages, states, strict=False)
+        ]
+        every = excesses(members, x, voltages, known)
+        for film, state, excess in zip(members.system.films, known, every, strict=False):
             fails = {name: np.broadcast_to(values > 0.0, x.shape) for name, values in excess.items()}
-            if film.kinds:
-                state = film.state(x, voltage, members.numbers(trailing=1)) if state is None else state
+            if film.kinds and state is not None:
                 fails |= {name: np.isin(state.kind, places) for name, places in slack_places(film).items()}
             found.append(fails)
     return found

@@ -44,6 +44,8 @@ def _alike(members: Members) -> tuple[Array, npt.NDArray[np.intp], npt.NDArray[n
     parts = (system.bias, *system.films)
     values = {name: value for part in parts for name, value in part.numbers(members.values).items()}
     table = np.column_stack([np.broadcast_to(value, members.shape) for value in values.values()])
+    if members.size == 1:
+        return table, np.zeros(1, dtype=np.intp), np.zeros(1, dtype=np.intp)
     sets, firsts, which = np.unique(table, axis=0, return_index=True, return_inverse=True)
     return sets, firsts, which.ravel()
 
@@ -87,7 +89,7 @@ def rest_displacements(model: Ensemble) -> Any:
     trail = getattr(_thread, "trail", None)
     guessed = {} if trail is None else trail.guessed
     for place in (place for place, rest in enumerate(found) if rest is None):
-        one = members.take(firsts[place : place + 1])
+        one = members if members.size == 1 else members.take(firsts[place : place + 1])
         if trail is not None and (guess := _continued(one, trail.places.get(members.system))) is not None:
             found[place] = guessed[keys[place]] = guess
         else:

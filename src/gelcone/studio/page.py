@@ -45,7 +45,9 @@ LANES = ("map", "strip", "envelope", "export")
 """Long work, each in a lane of its own."""
 SIDES = ("a", "b")
 CHEAP = 0.02
-"""Seconds in which a kind of motion is found that is looked for with every picture."""
+"""Seconds of processor that a picture and its kind of motion take together at most, if each is to have its own."""
+SHARE = 0.2
+"""Of the time that a kind of motion takes otherwise, while the hand moves."""
 WANDERING = (Regime.CHAOTIC, Regime.QUASI_PERIODIC, Regime.TRANSIENT)
 SAME_REST = 1e-9
 """Rests closer than this, in units of b - a, are one in a picture, but of a chaotic motion."""
@@ -185,9 +187,12 @@ class Page:
         """The kind of motion with its evidence, more section points if it does not repeat, and the open panels."""
         request, subject = job
         loop, taken = asyncio.get_running_loop(), self._taken[side]
-        # what costs more than a picture takes half of the time while the hand moves; what would be stopped then, waits
-        # until it rests
-        pause = 0.0 if taken < CHEAP else taken - (loop.time() - self._done[side]) if taken < GRACE else GRACE
+        # what is not cheap has its share of the time while the hand moves; what would be stopped then, waits until it
+        # rests
+        pause = GRACE
+        if taken < GRACE:
+            often = self.first.cost + self.second.cost <= CHEAP
+            pause = 0.0 if often else (1.0 / SHARE - 1.0) * taken - (loop.time() - self._done[side])
         await self.second.until(loop.time() + pause)
         began = loop.time()
         try:
@@ -265,8 +270,11 @@ class Page:
         seconds = RUN_SECONDS if slot is self.first else EVIDENCE_SECONDS
 
         def watched() -> Any:
+            began = time.thread_time()
             with watching(watch):
-                return compute()
+                result = compute()
+            slot.cost = time.thread_time() - began
+            return result
 
         limit = loop.call_later(seconds, watch.stop.set)
         try:

@@ -29,6 +29,8 @@ class Slot:
         self.work, self.patient, self.watch = work, patient, Watch()
         self.refines = False
         """Whether what runs only adds to what the page shows already."""
+        self.cost = 0.0
+        """Seconds of processor that what was done last took."""
         self._next: dict[str, Any] = {}
         self._unanswered: set[str] = set()
         """Sides of a patient slot whose last request was stopped."""
