@@ -144,9 +144,7 @@ def _loads(device: DeviceFields) -> dict[str, Any]:
     return {"bias": bias} | numbers
 
 
-def _damped(
-    device: DeviceFields, build: Callable[[Any], ConeModel], undamped: ConeModel | None = None
-) -> ConeModel:
+def _damped(device: DeviceFields, build: Callable[[Any], ConeModel], undamped: ConeModel | None = None) -> ConeModel:
     """The model that ``build`` makes of the damping ratio c/(2 m Omega0) of the device; ``undamped`` is that of 0."""
     if device.damping_coefficient is not None:
         ratio = device.damping_coefficient * device.scales.time / (2.0 * carried_mass(device.get))

@@ -44,10 +44,9 @@ THREADS = 3
 LANES = ("map", "strip", "envelope", "export")
 """Long work, each in a lane of its own."""
 SIDES = ("a", "b")
-CHEAP = 0.02
-"""Seconds of processor that a picture and its kind of motion take together at most, if each is to have its own."""
-SHARE = 0.2
-"""Of the time that a kind of motion takes otherwise, while the hand moves."""
+A_PICTURE, LEAST = 0.02, 0.003
+"""Seconds of processor for each picture of a moving hand: what the picture leaves of the first, and at least the
+second, is saved up for the kind of motion, which is found as often as that suffices."""
 WANDERING = (Regime.CHAOTIC, Regime.QUASI_PERIODIC, Regime.TRANSIENT)
 SAME_REST = 1e-9
 """Rests closer than this, in units of b - a, are one in a picture, but of a chaotic motion."""
@@ -68,8 +67,9 @@ class Page:
         self.socket, self.shelf, self.pool, self.saving = socket, shelf, pool, saving
         self.first, self.second = Slot(self._look, patient=True), Slot(self._examine)
         self._threads = ThreadPoolExecutor(THREADS, initializer=permission.limit, initargs=(shelf.names,))
-        self._done, self._taken = dict.fromkeys(SIDES, 0.0), dict.fromkeys(SIDES, 0.0)
-        """When the kind of motion of each side was examined last, and for how long."""
+        self._taken, self._cost, self._saved = (dict.fromkeys(SIDES, 0.0) for _ in range(3))
+        """For how long the kind of motion of each side was examined last, the seconds of processor that it took, and
+        those saved up for the next."""
         self._sending = asyncio.Lock()
         self._lanes = {name: self._pool(name).lane() for name in (*LANES, *SIDES)}
         self._tasks: set[asyncio.Task[None]] = set()
@@ -186,20 +186,16 @@ class Page:
     async def _examine(self, side: str, job: tuple[dict[str, Any], Subject]) -> None:
         """The kind of motion with its evidence, more section points if it does not repeat, and the open panels."""
         request, subject = job
-        loop, taken = asyncio.get_running_loop(), self._taken[side]
-        # what is not cheap has its share of the time while the hand moves; what would be stopped then, waits until it
-        # rests
-        pause = GRACE
-        if taken < GRACE:
-            often = self.first.cost + self.second.cost <= CHEAP
-            pause = 0.0 if often else (1.0 / SHARE - 1.0) * taken - (loop.time() - self._done[side])
-        await self.second.until(loop.time() + pause)
-        began = loop.time()
+        loop = asyncio.get_running_loop()
+        self._saved[side] += max(A_PICTURE - self.first.cost, LEAST)
+        # what is dear, or would be stopped while the hand moves, waits until it rests
+        at_once = self._taken[side] < GRACE and self._saved[side] >= self._cost[side]
+        await self.second.until(loop.time() + (0.0 if at_once else GRACE))
+        began, self._saved[side] = loop.time(), 0.0
         try:
             await self._examine_now(side, request, subject)
         finally:
-            self._done[side] = loop.time()
-            self._taken[side] = self._done[side] - began
+            self._taken[side], self._cost[side] = loop.time() - began, self.second.cost
 
     async def _examine_now(self, side: str, request: dict[str, Any], subject: Subject) -> None:
         wanted = ["kind", *(name for name in ("spectrum",) if name in request["panels"])]
@@ -273,7 +269,7 @@ class Page:
             began = time.thread_time()
             with watching(watch):
                 result = compute()
-            slot.cost = time.thread_time() - began
+            slot.cost += time.thread_time() - began
             return result
 
         limit = loop.call_later(seconds, watch.stop.set)

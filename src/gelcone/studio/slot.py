@@ -30,7 +30,7 @@ class Slot:
         self.refines = False
         """Whether what runs only adds to what the page shows already."""
         self.cost = 0.0
-        """Seconds of processor that what was done last took."""
+        """Seconds of processor that what is done has taken."""
         self._next: dict[str, Any] = {}
         self._unanswered: set[str] = set()
         """Sides of a patient slot whose last request was stopped."""
@@ -69,7 +69,7 @@ class Slot:
                 await self._wake.wait()
             self._side = next(iter(self._next))
             request = self._next.pop(self._side)
-            self.watch, self._began, self.refines = Watch(), time.monotonic(), False
+            self.watch, self._began, self.refines, self.cost = Watch(), time.monotonic(), False, 0.0
             with suppress(WebSocketDisconnect):
                 try:
                     await self.work(self._side, request)
