@@ -28,7 +28,7 @@ from gelcone.errors import InputError
 from gelcone.physics import statics
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, current_watch
-from gelcone.studio import exports, look, setting
+from gelcone.studio import exports, look
 from gelcone.studio.frames import unpack
 from gelcone.studio.page import MAP_CELLS, STRIP_VALUES, Page
 from gelcone.studio.pool import LANES

@@ -9,7 +9,6 @@ import pytest
 from gelcone import InputError
 from gelcone.analyses.request import read_subject
 from gelcone.devices.files import shipped_devices
-from gelcone.studio import setting
 from gelcone.studio.grids import Source, find_rests
 from gelcone.studio.setting import Setting, Shelf, typed
 
