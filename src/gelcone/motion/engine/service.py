@@ -171,8 +171,8 @@ def refill_function(plan: Plan, layout: Layout) -> Function:
     for k in range(len(layout.equations)):
         lane.set(layout.roots + k, f.real(math.nan))
     if layout.combinations:
-        with f.each(layout.combinations) as k:
-            f.store(f.real(0.0), lane.dwell(layout, k))
+        with f.each(layout.combinations) as place:
+            f.store(f.real(0.0), lane.dwell(layout, place))
     lane.set(layout.time, f.load(lane.array(Job.START, member)))
     lane.set(layout.since, lane.get(layout.time))
     lane.set(layout.time_low, f.real(0.0))
@@ -235,9 +235,9 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
     with f.when(f.compare_whole("sge", f.load_whole(status), "0")):
         _count_dwell(lane, plan, layout)
         if layout.combinations:
-            with f.each(layout.combinations) as k:
-                value = f.load(lane.dwell(layout, k))
-                f.store(value, lane.array(Job.DWELL, lane.times(member, layout.combinations), k))
+            with f.each(layout.combinations) as place:
+                value = f.load(lane.dwell(layout, place))
+                f.store(value, lane.array(Job.DWELL, lane.times(member, layout.combinations), place))
         f.store_whole(f.load_whole(status), lane.array(Job.STATUS, member))
         for field, row in ((Job.STEPS, layout.steps), (Job.LEAST, layout.least), (Job.END_TIME, layout.time)):
             f.store(lane.get(row), lane.array(field, member))
