@@ -105,3 +105,32 @@ def test_an_empty_key_is_neither_stored_nor_found(folder):
     disk_cache.write("kind", "", CONTENT)
     assert not folder.exists()
     assert disk_cache.read("kind", "") is None
+
+
+def test_an_entry_is_made_again_when_parts_a_file_or_the_file_of_a_class_change(folder, tmp_path, monkeypatch):
+    calls = []
+
+    def made(parts, *sources):
+        disk_cache.digest_of.cache_clear()
+        calls.append(parts)
+        return disk_cache.made("kind", parts, lambda: str(len(calls)).encode(), sources)
+
+    law, other = tmp_path / "law.py", tmp_path / "other.py"
+    for path in (law, other):
+        path.write_text("1")
+    monkeypatch.setattr(disk_cache.inspect, "getfile", lambda own: law)
+    assert made((1.0, "a"), tmp_path) == made((1.0, "a"), tmp_path) == b"1"
+    assert made((1.0, "b"), tmp_path) == b"3"
+    assert made((1.0, "a"), tmp_path, int) == made((1.0, "a"), tmp_path) == b"1"  # the class lies in the folder
+    other.write_text("2")
+    assert made((1.0, "a"), tmp_path) == b"6"
+    assert made((1.0, "a"), int) == made((1.0, "a"), int) == b"7"
+    law.write_text("2")
+    assert made((1.0, "a"), int) == b"9"
+
+
+def test_what_a_class_of_a_session_gives_is_not_stored(folder):
+    session = {"__name__": "a session"}
+    exec("class Own: pass", session)
+    assert disk_cache.made("kind", 1, lambda: b"one", (session["Own"],)) == b"one"
+    assert disk_cache.made("kind", 1, lambda: b"two", (session["Own"],)) == b"two"

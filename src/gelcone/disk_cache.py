@@ -1,14 +1,14 @@
-"""The disk cache: compiled code, fitted films and pull-in curves, under keys that name all that they depend on.
-
-An entry with an empty key is neither stored nor found.
-"""
+"""The disk cache: compiled code, fitted films and pull-in curves, under keys that name all that they depend on."""
 
 from __future__ import annotations
 
 import hashlib
+import inspect
 import os
 import sys
 import tempfile
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 VARIABLE = "GELCONE_CACHE"
@@ -35,8 +35,42 @@ def folder(kind: str) -> Path | None:
     return base / "gelcone" / kind if base.is_absolute() else None
 
 
+Sources = tuple[Path | type, ...]
+"""Files, folders of Python files, and classes, which stand for the file that defines them."""
+
+
+def made(kind: str, parts: object, make: Callable[[], bytes], sources: Sources) -> bytes:
+    """The content that ``make`` gives, or gave for equal ``parts`` while all sources were as they are now.
+
+    ``parts`` are compared by their ``repr``.
+    """
+    digest = digest_of(sources)
+    key = hashlib.sha256(repr((parts, digest)).encode()).hexdigest() if digest else ""
+    content = read(kind, key)
+    if content is None:
+        content = make()
+        write(kind, key, content)
+    return content
+
+
+@cache
+def digest_of(sources: Sources) -> str:
+    """A digest of the sources; empty where a class has none, for one of a session may be another in the next."""
+    paths: set[Path] = set()
+    for source in sources:
+        if isinstance(source, Path):
+            paths |= set(source.glob("*.py")) if source.is_dir() else {source}
+            continue
+        try:
+            paths.add(Path(inspect.getfile(source)).resolve(strict=True))
+        except (TypeError, OSError):
+            return ""
+    return hashlib.sha256(b"\0".join(path.read_bytes() for path in sorted(paths))).hexdigest()
+
+
 def read(kind: str, key: str) -> bytes | None:
-    """The content under this key; None when there is none, or it is not the content that was written there."""
+    """The content under this key; None when there is none, or it is not the content that was written there, and for
+    an empty key."""
     home = folder(kind)
     if home is None or not key:
         return None

@@ -1,6 +1,5 @@
 """The fit of the film as a continuum that wrinkles: its error, and under what name a film is kept."""
 
-import ast
 from functools import cache
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import pytest
 
 pytest.importorskip("skfem")
 
+from gelcone import disk_cache
 from gelcone.continuum import fit
 from gelcone.continuum.charged import slack_limit
 from gelcone.continuum.fit import FLOOR, cached_film, find_film, fit_film, write_film
@@ -169,7 +169,7 @@ def test_parameters_of_a_law_tell_films_apart(kept):
 
 def test_a_film_of_another_program_is_fitted_again(kept, monkeypatch):
     kept(ConeModel())
-    monkeypatch.setattr(fit, "_program", lambda of_law: "another")
+    monkeypatch.setattr(disk_cache, "digest_of", lambda sources: "another")
     assert kept(ConeModel()) == 2
 
 
@@ -185,37 +185,31 @@ def test_a_film_of_a_law_whose_source_has_changed_is_fitted_again(kept, tmp_path
     monkeypatch.syspath_prepend(tmp_path)
     for number, text in enumerate((OWN_LAW, OWN_LAW + "    # edited\n", OWN_LAW), start=1):
         (tmp_path / "own_law.py").write_text(text)
-        fit._program.cache_clear()
+        disk_cache.digest_of.cache_clear()
         assert kept(ConeModel(law="own_law:Own")) == min(number, 2)
 
 
 def test_a_film_of_a_law_without_a_source_is_not_stored(tmp_path, monkeypatch):
     session: dict = {"__name__": "__main__"}
     exec(OWN_LAW, session)
-    monkeypatch.setattr(fit.inspect, "getfile", lambda own: (_ for _ in ()).throw(TypeError("a class of a session")))
+    monkeypatch.setattr(
+        disk_cache.inspect, "getfile", lambda own: (_ for _ in ()).throw(TypeError("a class of a session"))
+    )
     monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
     monkeypatch.setattr(fit, "fit_film", lambda model, ratio: film())
     assert find_film("continuum", ConeModel(law=session["Own"]())) == film()
     assert not (tmp_path / "films").exists()
 
 
-def imported(name):
-    """The modules of `gelcone.physics` that a file below ``gelcone`` imports, as paths."""
-    tree = ast.parse((PACKAGE / name).read_text(encoding="utf-8"))
-    modules = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module}
-    return {m.removeprefix("gelcone.").replace(".", "/") + ".py" for m in modules if m.startswith("gelcone.physics.")}
-
-
 def test_a_change_of_any_source_of_a_fit_fits_again(monkeypatch):
-    """All films, laws and models that fitting imports are sources, and each changes the key."""
-    used = set().union(*(imported(f"continuum/{path.name}") for path in (PACKAGE / "continuum").glob("*.py")))
-    forces = {name for name in used if name.startswith(("physics/film/", "physics/laws", "physics/model"))}
-    assert forces - {"physics/film/stored.py"} <= set(fit.SOURCES)
+    """Films, laws, models and the continuum are sources, and each file changes the key."""
+    files = ["continuum/path.py", "physics/film/wrinkling.py", "physics/film/continuum.py", "physics/laws.py"]
+    files += ["physics/model.py", "paper/unwrinkled.py"]
     digests, read = set(), Path.read_bytes
-    for changed in [None, *(PACKAGE / name for name in fit.SOURCES), PACKAGE / "continuum" / "path.py"]:
+    for changed in [None, *(PACKAGE / name for name in files)]:
         monkeypatch.setattr(Path, "read_bytes", lambda path, at=changed: read(path) + b"#" * (path == at))
-        digests.add(fit._program.__wrapped__(""))
-    assert len(digests) == len(fit.SOURCES) + 2
+        digests.add(disk_cache.digest_of.__wrapped__(fit.SOURCES))
+    assert len(digests) == len(files) + 1
 
 
 def test_a_kept_file_that_cannot_be_read_is_fitted_again(kept, tmp_path):

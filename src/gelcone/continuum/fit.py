@@ -8,10 +8,6 @@ others between them, on a finer mesh, which take no part in the least squares.
 from __future__ import annotations
 
 import dataclasses
-import functools
-import hashlib
-import inspect
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -98,16 +94,15 @@ NEARLY_SLACK, CHECK_NEARLY_SLACK = (0.95, 0.97, 0.985), (0.94, 0.96, 0.978, 0.99
 """Shares of that V at which it is looked at besides: there the force bends towards zero."""
 NARROWINGS = 4
 """Heights between one at which the film falls slack and one at which it pulls in."""
+_ABOVE = Path(__file__).parents[1]
 SOURCES = (
-    "physics/film/continuum.py",
-    "physics/film/fitted.py",
-    "paper/unwrinkled.py",
-    "physics/film/unwrinkled.py",
-    "physics/film/wrinkling.py",
-    "physics/laws.py",
-    "physics/model.py",
+    _ABOVE / "continuum",
+    _ABOVE / "physics" / "film",
+    _ABOVE / "paper" / "unwrinkled.py",
+    _ABOVE / "physics" / "laws.py",
+    _ABOVE / "physics" / "model.py",
 )
-"""Sources that a fit depends on, besides those of this folder."""
+"""Sources that a fit depends on, besides that of its law."""
 FITS = "films"
 """Kind of the entries of the cache."""
 Fitted = TypeVar("Fitted", bound=FittedFilm)
@@ -212,21 +207,21 @@ def cached_film(
     starting: Callable[[], None] = lambda: None,
 ) -> Fitted:
     """The film that ``fit`` gives, from the disk cache if it is there; otherwise as for `find_film`."""
-    key, alone = film_key(fit.__name__, model, radius_ratio)
-    stored = disk_cache.read(FITS, key)
-    if stored is not None:
-        return film_from_json(stored.decode())  # type: ignore[return-value]
-    import_skfem()
-    starting()
-    film = fit(alone, radius_ratio)
-    disk_cache.write(FITS, key, film.to_json().encode())
-    return film
+    alone, parts = _film_alone(model)
+
+    def make() -> bytes:
+        import_skfem()
+        starting()
+        return fit(alone, radius_ratio).to_json().encode()
+
+    own = {"fit": fit.__name__, "radius_ratio": float(radius_ratio)}
+    return film_from_json(disk_cache.made(FITS, own | parts, make, (*SOURCES, type(alone.law))).decode())  # type: ignore[return-value]
 
 
-def film_key(kind: str, model: ConeModel, radius_ratio: float) -> tuple[str, ConeModel]:
-    """The key in the cache of a result about a film, empty for one not to be stored, and the film alone.
+def _film_alone(model: ConeModel) -> tuple[ConeModel, dict[str, Any]]:
+    """The film of a model without a spring, and all numbers that it depends on by name.
 
-    Raises `InputError` for a sweep over a value that the film depends on.
+    Raises `InputError` for a sweep over one of them.
     """
     law = model.gel_law()
     own = {name: model.values[name] for name in law.parameters}
@@ -234,22 +229,10 @@ def film_key(kind: str, model: ConeModel, radius_ratio: float) -> tuple[str, Con
     for name, values in fixed.items():
         if any(np.ndim(value) for value in values):
             raise InputError(f"{name}: a continuum film is fitted for one {name}; sweep it with --film taut")
-    try:
-        source = inspect.getfile(type(law))
-    except (TypeError, OSError):  # a law that was defined in a session may be another one in the next
-        source = ""
     lm, lh = model.stretches
     parameters = own | {"meridional_prestretch": lm, "hoop_prestretch": lh}
     alone = ConeModel(law=law, spring_stiffness=0.0, **parameters)
-    own_key = {
-        "fit": kind,
-        "law": to_record(law, LAWS),
-        "radius_ratio": float(radius_ratio),
-        "program": _program(source),
-    }
-    key = own_key | {name: float(value) for name, value in parameters.items()}
-    digest = hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()
-    return digest if source else "", alone
+    return alone, {"law": to_record(law, LAWS)} | {name: float(value) for name, value in parameters.items()}
 
 
 def write_film(film: FittedFilm, path: str | Path, *, force: bool = False) -> None:
@@ -259,17 +242,6 @@ def write_film(film: FittedFilm, path: str | Path, *, force: bool = False) -> No
 
 def _write_text(path: Path, text: str) -> None:
     path.write_text(text + "\n", encoding="utf-8")
-
-
-@functools.cache
-def _program(of_law: str) -> str:
-    """Digest of the sources that a fit depends on, that of the law too: a cached film is not used after one of them has
-    changed."""
-    here = Path(__file__).parent
-    sources = sorted(
-        {*here.glob("*.py"), *(here.parent / name for name in SOURCES), Path(of_law or __file__).resolve()}
-    )
-    return hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()
 
 
 def hangs_loose(film: Film) -> bool:

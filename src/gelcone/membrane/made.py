@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -40,27 +38,11 @@ def numbers_of(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: 
 @lru_cache(maxsize=MOST)
 def _made(law: Any, law_names: tuple[str, ...], row: tuple[float, ...]) -> tuple[float, ...]:
     """The numbers of one table, in the order of their names."""
-    parts = [
-        type(law).__module__,
-        type(law).__qualname__,
-        repr(law),
-        law_names,
-        [value.hex() for value in row],
-        _program(),
-    ]
-    key = hashlib.sha256(json.dumps(parts).encode()).hexdigest()
-    stored = disk_cache.read(KIND, key)
-    if stored is not None and len(stored) == 8 * len(names()):
-        return tuple(np.frombuffer(stored).tolist())
     ratio, A, B, *own = row
-    found = table(Gel(law, dict(zip(law_names, own, strict=True)), A, B), ratio)
-    values = [found[name] for name in names()]
-    disk_cache.write(KIND, key, np.array(values).tobytes())
-    return tuple(values)
 
+    def make() -> bytes:
+        found = table(Gel(law, dict(zip(law_names, own, strict=True)), A, B), ratio)
+        return np.array([found[name] for name in names()]).tobytes()
 
-@cache
-def _program() -> str:
-    """What tables depend on besides their film: the files of this folder."""
-    files = sorted(Path(__file__).parent.glob("*.py"))
-    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+    parts = (type(law), law, law_names, row)
+    return tuple(np.frombuffer(disk_cache.made(KIND, parts, make, (Path(__file__).parent, type(law)))).tolist())

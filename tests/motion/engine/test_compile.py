@@ -62,7 +62,7 @@ def test_programs_that_differ_have_entries_of_their_own(folder, monkeypatch):
     monkeypatch.setattr(compiler, "__version__", "another")
     end()
     assert len(list(folder.iterdir())) == 2
-    monkeypatch.setattr(compiler, "_sources", lambda: "edited")
+    monkeypatch.setattr(disk_cache, "digest_of", lambda sources: "edited")
     end()
     assert len(list(folder.iterdir())) == 3
     Program(Cone(), "states", 1e-6, machine=compiler.Machine(compiler.host().triple, "", ""))._compile(8)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import hashlib
 import platform
 import threading
 from collections.abc import Callable
@@ -118,16 +117,7 @@ def library(content: str, text: Callable[[], str], machine: Machine | None = Non
     machine : what to compile for. Default: this process's machine.
     """
     machine = machine or host()
-    key = hashlib.sha256(repr((content, machine, llvm.llvm_version_info, __version__, _sources())).encode()).hexdigest()
-    code = disk_cache.read(CODE, key)
-    if code is None:
-        code = object_code(text(), machine)
-        disk_cache.write(CODE, key, code)
-    return Library(code, machine)
-
-
-@functools.cache
-def _sources() -> str:
-    """What the engine itself looks like: other sources make other code."""
-    folder = Path(__file__).parent
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(folder.glob("*.py")))).hexdigest()
+    parts = (content, machine, llvm.llvm_version_info, __version__)
+    return Library(
+        disk_cache.made(CODE, parts, lambda: object_code(text(), machine), (Path(__file__).parent,)), machine
+    )

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,22 +36,15 @@ def membrane_pull_in(model: ConeModel, radius_ratio: float | None = None) -> Pul
     numbers, law = model.own_numbers, film.law.numbers(model.values)
     squares = float(numbers["A"]), float(numbers["B"])
     own = {name: float(value) for name, value in law.items()}
-    parts = [to_record(film.law, LAWS), own, squares, ratio, _program()]
-    key = hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
-    stored = disk_cache.read(KIND, key)
-    if stored is not None:
-        x, voltages, error = json.loads(stored)
-        return PullInCurve(tuple(x), tuple(voltages), float(error))
-    try:
+
+    def make() -> bytes:
         found = pull_in_curve(Gel(film.law, own, *squares), ratio)
+        return json.dumps([found.displacements, found.voltages, found.error]).encode()
+
+    parts = (to_record(film.law, LAWS), own, squares, ratio)
+    try:
+        stored = disk_cache.made(KIND, parts, make, (Path(gelcone.membrane.__file__).parent, type(film.law)))
     except InputError:
         return None
-    disk_cache.write(KIND, key, json.dumps([found.displacements, found.voltages, found.error]).encode())
-    return found
-
-
-@cache
-def _program() -> str:
-    """What curves depend on besides their film: the files of the membrane."""
-    files = sorted(Path(gelcone.membrane.__file__).parent.glob("*.py"))
-    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+    x, voltages, error = json.loads(stored)
+    return PullInCurve(tuple(x), tuple(voltages), float(error))
