@@ -33,11 +33,15 @@ def test_modules(path):
     assert int(re.search(r"^. pass (\d+)", done.stdout, re.MULTILINE)[1]) > 0
 
 
-def test_every_module_is_tested():
+def test_every_module_is_reached_by_a_test_and_loaded_with_the_page():
     text = "".join(path.read_text(encoding="utf-8") for path in TESTS.glob("*.test.js"))
-    for module in STATIC.glob("*.js"):
-        reached = f"/{module.name}" in text or f'from("{module.stem}")' in text
-        assert reached or f'from "./{module.name}"' in (STATIC / "main.js").read_text(encoding="utf-8"), module.name
+    modules = {module.stem for module in STATIC.glob("*.js")}
+    reached = {name for name in modules if f"/{name}.js" in text or f'from("{name}")' in text}
+    for _ in modules:
+        reached |= {name for own in reached for name in re.findall(r'from "\./(\w+)\.js"', source(own))}
+    assert reached == modules
+    page = (STATIC / "index.html").read_text(encoding="utf-8")
+    assert set(re.findall(r'"modulepreload" href="/static/(\w+)\.js"', page)) == modules - {"main"}
 
 
 # --- what the page and the server must agree on ----------------------------------------------------------------------
@@ -52,9 +56,9 @@ def constant(text, name):
 
 
 def test_the_map_has_as_many_cells_on_both_sides():
-    assert constant(source("grids"), "CELLS") == list(page.MAP_CELLS)
-    assert constant(source("grids"), "IMPOSSIBLE") == grids.IMPOSSIBLE
-    assert int(re.search(r"over\[1\]\)\) / (\d+)", source("grids"))[1]) == page.STRIP_VALUES - 1
+    assert constant(source("map"), "CELLS") == list(page.MAP_CELLS)
+    assert constant(source("work"), "IMPOSSIBLE") == grids.IMPOSSIBLE
+    assert int(re.search(r"over\[1\]\)\) / (\d+)", source("sweep"))[1]) == page.STRIP_VALUES - 1
 
 
 def test_states_of_the_film_have_the_same_numbers_on_both_sides():
@@ -74,7 +78,7 @@ def test_states_of_the_film_have_the_same_numbers_on_both_sides():
 def test_kinds_of_motion_have_the_same_numbers_on_both_sides():
     settled = re.search(r"wanders = !\[([\d, ]+)\]", source("main"))[1]
     assert [int(number) for number in settled.split(",")] == [Regime.REST, Regime.PERIODIC]
-    assert f"code === {int(Regime.CHAOTIC)} ? 0.75" in source("grids")
+    assert f"code === {int(Regime.CHAOTIC)} ? 0.75" in source("sweep")
 
 
 def test_the_page_sends_no_file_that_the_server_refuses():

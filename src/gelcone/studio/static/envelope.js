@@ -1,0 +1,111 @@
+// A device's operating envelope: limits and the recommended window over drive frequency.
+import { colours } from "./colours.js";
+import { format, make, say } from "./controls.js";
+import { Plot } from "./plot.js";
+import { Panel } from "./work.js";
+
+export class EnvelopePanel extends Panel {
+  constructor(host, grids) {
+    super(grids, "envelope");
+    this.words = make("span", {});
+    host.append(make("div", { className: "bar" }, this.words));
+    this.plot = new Plot(host, { draw: (p) => this.draw(p), over: (p) => this.drawOver(p) });
+    const c = this.plot.canvas;
+    c.tabIndex = 0; c.setAttribute("role", "application");
+    c.setAttribute("aria-label", "Operating envelope: drive frequency and peak voltage. Arrow keys move the device's own drive.");
+    c.onpointerdown = (event) => { this.held = true; c.setPointerCapture(event.pointerId); this.goTo(event, false); };
+    c.onpointermove = (event) => { if (this.held) this.goTo(event, false); };
+    c.onpointerup = (event) => { if (this.held) { this.held = false; this.goTo(event, true); } };
+    c.onpointercancel = () => { this.held = false; };
+    c.onkeydown = (event) => {
+      const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+      if (!step || !this.plot.x) return;
+      event.preventDefault();
+      const [f, v] = this.own();
+      this.drive(f + (step[0] * (this.plot.x[1] - this.plot.x[0])) / 60, v + (step[1] * (this.plot.y[1] - this.plot.y[0])) / 60, true);
+    };
+  }
+
+  prepare() { const key = this.basis(); if (key !== this.key) { this.key = key; this.stale = "now"; } }
+
+  // All that the envelope depends on: not the frequency, and of the voltages only their proportion.
+  basis() {
+    const own = this.page.setting(), { frequency, voltage_amplitude, voltage_offset, ...rest } = own.values;
+    const [a, o] = [this.volts("voltage_amplitude"), this.volts("voltage_offset")];
+    return JSON.stringify([own.device, own.file, rest, a ? Number((o / a).toPrecision(3)) : null]);
+  }
+
+  dependsOn() { return this.basis() !== this.key; }
+  outdated() { this.key = this.basis(); super.outdated(); }
+  request() { this.key = this.basis(); return {}; }
+  volts(name) { const c = this.control(name), v = this.value(name); return c && v !== null ? v * (c.unit === "kV" ? 1000 : c.unit === "mV" ? 0.001 : 1) : 0; }
+  hertz() { const c = this.control("frequency"), v = this.value("frequency"); return c && v !== null ? v * (c.unit === "kHz" ? 1000 : c.unit === "mHz" ? 0.001 : 1) : 0; }
+  own() { return [this.hertz(), this.volts("voltage_amplitude") + Math.abs(this.volts("voltage_offset"))]; }
+
+  on_progress(head) { this.progress(Math.min(head.share, 0.99)); }
+
+  on_envelope(head, arrays) {
+    this.found = { ...head, arrays };
+    this.on_done();
+    this.plot.redraw();
+  }
+
+  draw(p) {
+    const found = this.found, c = colours();
+    if (!found) return this.nothing(p, this.running ? "computing the envelope; some seconds …" : "");
+    const { frequency, window } = found.arrays;
+    p.axes([0, frequency.at(-1)], [0, found.highest], { xLabel: "drive frequency (Hz)", yLabel: "peak voltage (V)" });
+    const faded = this.stale ? 0.4 : 1;
+    p.inside((g) => {
+      g.globalAlpha = 0.25 * faded; g.fillStyle = c.taut;
+      g.beginPath(); g.moveTo(p.X(frequency[0]), p.bottom);
+      for (let i = 0; i < frequency.length; i++) g.lineTo(p.X(frequency[i]), p.Y(window[i]));
+      g.lineTo(p.X(frequency.at(-1)), p.bottom); g.closePath(); g.fill();
+    });
+    p.line(frequency, window, { colour: c.taut, width: 2, alpha: faded });
+    const inks = [c.breakdown, c.around, c.meridian, c.both, c.a, c.edge];
+    const shown = found.limits.map((name, k) => [name, found.arrays[`limit ${name}`], inks[k % inks.length]]).filter(([, values]) => values.some((v) => Number.isFinite(v)));
+    for (const [, values, colour] of shown) {
+      p.line(frequency, values, { colour, width: 1.6, alpha: faded });
+      p.points(frequency, values, { colour, size: 4, alpha: faded });
+    }
+    let row = 0;
+    const named = (name) => (/^pull.in$/.test(name) ? `pull-in of the ${found.pull_in_of}` : name.replaceAll("_", " "));
+    for (const [name, , colour] of shown) p.label(named(name), p.right - 6, p.top + 10 + 14 * row++, { align: "right", colour, bold: true });
+    for (const [name, v] of Object.entries(found.static)) {
+      if (!Number.isFinite(v) || v === null || v > found.highest) continue;
+      p.inside((g) => { g.strokeStyle = c.edge; g.setLineDash([3, 4]); g.beginPath(); g.moveTo(p.left, p.Y(v)); g.lineTo(p.right, p.Y(v)); g.stroke(); });
+      p.label(`${named(name)}, slowly`, p.left + 6, p.Y(v) - 7);
+    }
+    p.label("recommended", p.left + 8, p.bottom - 10, { colour: c.taut, bold: true });
+  }
+
+  drawOver(p) {
+    if (!this.found) return;
+    const [f, v] = this.own();
+    p.mark("ring", [Math.min(p.X(f), p.right), Math.max(p.Y(v), p.top)]);
+    say(this.words, this.verdict(f, v));
+  }
+
+  verdict(f, v) {
+    const { frequency, window } = this.found.arrays, k = frequency.findIndex((own) => own >= f);
+    const at = `own drive: ${format(f, 3)} Hz, peak ${format(v, 4)} V`;
+    if (k < 0) return `${at}, beyond what was examined`;
+    const j = Math.max(k - 1, 0), share = k === j ? 0 : (f - frequency[j]) / (frequency[k] - frequency[j]);
+    const most = window[j] + (window[k] - window[j]) * Math.min(Math.max(share, 0), 1);
+    return v <= most ? `${at}: inside the window (up to ${format(most, 3)} V)` : `${at}: above the window (${format(most, 3)} V)`;
+  }
+
+  goTo(event, settled) {
+    const r = this.plot.canvas.getBoundingClientRect();
+    if (this.plot.x && this.found) this.drive(this.plot.toX(event.clientX - r.left), this.plot.toY(event.clientY - r.top), settled);
+  }
+
+  // Moves the own drive: the frequency, and amplitude and offset in their proportion.
+  drive(f, v, settled) {
+    const p = this.plot, a = this.volts("voltage_amplitude"), o = this.volts("voltage_offset"), peak = a + Math.abs(o);
+    const freq = Math.min(Math.max(f, p.x[1] / 500), p.x[1]), volts = Math.min(Math.max(v, p.y[1] / 500), p.y[1]);
+    const scaled = peak ? volts / peak : 0;
+    this.page.go({ frequency: `${format(freq)} Hz`, voltage_amplitude: `${format(peak ? a * scaled : volts, 6)} V`, ...(o ? { voltage_offset: `${format(o * scaled, 6)} V` } : {}) }, settled);
+  }
+}
