@@ -11,7 +11,7 @@ from gelcone.devices.files import shipped_devices
 from gelcone.errors import InputError
 from gelcone.studio import exports, long_work
 from gelcone.studio.grids import THRESHOLDS, Axis, Source
-from gelcone.studio.long_work import Outdated, Work, draw_envelope, fill_map, fill_strip, make_file
+from gelcone.studio.long_work import Outdated, Work, fill_map, fill_strip, make_file
 
 PUMP = Source(shipped_devices()["biased-pump"], None, {"settings": []})
 BASE = Source(None, None, {"preset": "base", "settings": []})
@@ -22,15 +22,9 @@ class Here:
 
     size = 2
 
-    def __init__(self):
-        self.shares = iter(np.linspace(0.0, 1.0, 100))
-
     async def do(self, lane, run, function, *arguments):
         await asyncio.sleep(0)
         return function(*arguments)
-
-    def progress(self, lane):
-        return next(self.shares)
 
 
 def sent(fill, *arguments):
@@ -170,18 +164,7 @@ def test_what_is_out_of_date_ends_without_another_message():
         asyncio.run(fill_map(Work(Gone(), 1, 1, 7, send), BASE, X, Y))
 
 
-# --- envelopes and files ----------------------------------------------------------------------------------------------
-
-
-def test_an_envelope_tells_how_far_it_is_and_then_what_it_found(monkeypatch):
-    monkeypatch.setattr(long_work, "PROGRESS_SECONDS", 0.0)
-    monkeypatch.setattr(long_work, "find_envelope", lambda source: {"arrays": {"window": np.ones(3)}, "highest": 9.0})
-    messages = sent(draw_envelope, PUMP)
-    head, arrays = messages[-1]
-    assert (head["kind"], head["highest"], list(arrays)) == ("envelope", 9.0, ["window"])
-    shares = [head["share"] for head, _ in messages[:-1]]
-    assert shares == sorted(shares)
-    assert all(head["grid"] == "envelope" for head, _ in messages[:-1])
+# --- files -----------------------------------------------------------------------------------------------------------
 
 
 def test_a_file_is_sent_with_its_name(monkeypatch):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gelcone.progress import Stopped, current_watch
-from gelcone.studio.pool import LANES, Busy, Pool, report, work
+from gelcone.studio.pool import LANES, Busy, Pool, work
 
 
 @pytest.fixture
@@ -19,16 +19,6 @@ def pool():
 def done_here(pool, lane, run, function, *arguments):
     """What a worker does with a task of the pool."""
     return work(pool._task(lane, run, function, arguments))
-
-
-def test_progress_is_the_sum_of_what_is_reported_and_begins_at_zero_with_each_run(pool):
-    lane, other = pool.lane(), pool.lane()
-    run = pool.begin(lane)
-    for share in (0.25, 0.5):
-        done_here(pool, lane, run, report, share)
-    assert (pool.progress(lane), pool.progress(other)) == (0.75, 0.0)
-    pool.begin(lane)
-    assert pool.progress(lane) == 0.0
 
 
 def test_a_task_of_an_older_run_is_not_begun_and_others_are(pool):

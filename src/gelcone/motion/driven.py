@@ -236,7 +236,7 @@ def driven(
     found = _rows(plane, omegas, volts, lambda share: progress(0.5 * share if refine else share))
     confirmed = set[tuple[float, float]]()
     for _ in range(REFINEMENTS if refine else 0):
-        between = _unknown_between(plane, found, min(ceiling, float(volts[-1])), confirmed)
+        between = unknown_between(plane, found, min(ceiling, float(volts[-1])), confirmed)
         if between.size:
             more = _rows(plane, between, volts, lambda share: progress(0.5 * share / REFINEMENTS))
             order = np.argsort(np.concatenate([found["frequency"], between]))
@@ -246,14 +246,14 @@ def driven(
     return found
 
 
-def _unknown_between(
+def unknown_between(
     plane: Plane, found: dict[str, Array], ceiling: float, confirmed: set[tuple[float, float]]
 ) -> Array:
     """Middles of neighbouring frequencies at which the lowest limit is off the straight line between them; those on
     it are added to the ``confirmed`` pairs.
 
-    Only two voltages are examined at each: one `WITHIN` below the line, which must meet no limit, and one above, which
-    must meet one.
+    ``found`` holds ``frequency``, ``low`` and ``final_below`` of `driven`. Only two voltages are examined at each: one
+    `WITHIN` below the line, which must meet no limit, and one above, which must meet one.
     """
     known = found["frequency"]
     lowest = np.clip(np.fmin.reduce(found["low"], axis=1), 0.0, ceiling)

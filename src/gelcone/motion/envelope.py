@@ -40,6 +40,8 @@ STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stre
 PEAKS = (1.0 / 12.0, 2.0, 24)
 """Peak voltages over the model's own that are examined: from, to, how many."""
 STATIC_POINTS = 400
+MARGIN = 0.2
+"""Share of the lowest limit that the recommended voltage stays below it."""
 LATER = 2.0
 """Constant voltages up to which a membrane's pull-in is looked for, over the largest of its own."""
 COEXISTING_SHARE = 0.3
@@ -58,7 +60,7 @@ def envelope(
     *,
     peaks: Voltages | None = None,
     frequencies: Frequencies | None = None,
-    margin: float = 0.2,
+    margin: float = MARGIN,
     limits_from: str = "rest",
     radius_ratio: float | None = None,
     threads: int | None = None,
@@ -126,20 +128,18 @@ def envelope(
     if not 0.0 <= margin < 1.0:
         raise InputError(f"margin = {margin:g}: must be at least 0 and below 1")
     own_peak = peak_of(model)
-    membrane = membrane_pull_in(model, radius_ratio)
+    plane = plane_of(model, radius_ratio, threads, limits_from)
     own_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
-    plane = Plane.of(model, threads, membrane, limits_from)
-    volts = own_peak * np.linspace(*PEAKS) if peaks is None else _axis("peaks", peaks)
+    volts = peaks_of(model) if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
     omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
-    static, static_limits = _static(plane, max(float(volts[-1]), 2.0 * own_peak))
+    static, static_limits = static_limits_of(plane, volts)
     lowest_static = np.nanmin(static_limits, initial=np.inf)
     of_driven = weighted(progress, 1.0 - COEXISTING_SHARE) or (lambda share: None)
     found = driven(plane, omegas, volts, refine=refine, progress=of_driven, ceiling=lowest_static)
     low = np.where(np.isnan(found["low"]), np.inf, found["low"])
-    lowest = low.min(axis=1)
     omegas, share = found["frequency"], 1.0 - margin
-    recommended = share * np.minimum(np.minimum(lowest, lowest_static), volts[-1])
+    recommended = recommended_peaks(found["low"], lowest_static, volts, margin)
     edge = plane.examine(omegas, recommended)
     window = {name: np.where(recommended > 0.0, edge[name], np.nan) for name in _WINDOW}
     others = _coexisting(plane, omegas, recommended, weighted(progress, COEXISTING_SHARE))
@@ -157,7 +157,7 @@ def envelope(
             "limit_high": (of_limit, found["high"].T, "and at or below this one", _VOLTAGE),
             "first_limit": (
                 of_frequency,
-                np.where(np.isfinite(lowest), low.argmin(axis=1), -1),
+                np.where(np.isfinite(low.min(axis=1)), low.argmin(axis=1), -1),
                 "index of the limit that comes first, -1 if none",
                 "code",
             ),
@@ -182,9 +182,31 @@ def envelope(
         options={"margin": margin, "limits_from": limits_from, "radius_ratio": radius_ratio},
         title="operating envelope",
     ).assign_attrs(
-        pull_in_of="cone" if membrane is None and own_error is None else "membrane",
-        pull_in_error=own_error or (0.0 if membrane is None else membrane.error),
+        pull_in_of=pull_in_of(plane),
+        pull_in_error=own_error or (0.0 if plane.membrane is None else plane.membrane.error),
     )
+
+
+def plane_of(model: ConeModel, radius_ratio: float | None, threads: int | None, limits_from: str = "rest") -> Plane:
+    """The driven plane of an envelope, with the pull-in of the film as a membrane; `InputError` as `envelope`."""
+    return Plane.of(model, threads, membrane_pull_in(model, radius_ratio), limits_from)
+
+
+def peaks_of(model: ConeModel) -> Array:
+    """The peak voltages that an envelope examines where no others are given."""
+    return peak_of(model) * np.linspace(*PEAKS)
+
+
+def pull_in_of(plane: Plane) -> str:
+    """Whose pull-in an envelope shows: ``membrane`` or ``cone``."""
+    return "cone" if plane.membrane is None and not isinstance(plane.model.film, MembraneFilm) else "membrane"
+
+
+def recommended_peaks(low: Array, static: float, peaks: Array, margin: float = MARGIN) -> Array:
+    """The recommended highest peak voltages (frequencies,): below the driven limits ``low`` (frequencies, limits), the
+    lowest ``static`` one and the largest of the ``peaks`` examined, less the margin."""
+    lowest = np.where(np.isnan(low), np.inf, low).min(axis=1)
+    return np.asarray((1.0 - margin) * np.minimum(np.minimum(lowest, static), peaks[-1]))
 
 
 @analysis(swept=True, examples=("biased-pump",))
@@ -270,12 +292,11 @@ _LIMITS = (
 
 def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
     """The limits of a single model by the names in `_LIMITS`; `InputError` for a drive without voltage."""
-    own_peak = peak_of(model)
     plane = Plane.of(model, threads)
-    volts = own_peak * np.linspace(*PEAKS)
+    volts = peaks_of(model)
     found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=lambda share: None)
     low, high = found["low"][0], found["high"][0]
-    static = _static(plane, float(volts[-1]))[1]
+    static = static_limits_of(plane, volts)[1]
     with np.errstate(invalid="ignore"):
         error = np.fmax.reduce(np.where(np.isfinite(high), high - low, 0.0))
     safe = min(np.fmin.reduce(low), np.fmin.reduce(static), volts[-1])
@@ -368,6 +389,11 @@ def _axis(name: str, values: npt.ArrayLike) -> Array:
 
 
 # --- quasi-static ---------------------------------------------------------------------------------------------------
+
+
+def static_limits_of(plane: Plane, peaks: Array) -> tuple[dict[str, Array], Array]:
+    """`_static` up to the largest of the driven peaks, and at least to twice the model's own."""
+    return _static(plane, max(float(peaks[-1]), PEAKS[1] * peak_of(plane.model)))
 
 
 def _static(plane: Plane, highest: float) -> tuple[dict[str, Array], Array]:

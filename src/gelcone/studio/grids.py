@@ -15,8 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import in_si
-from gelcone.analyses.ask import arguments_of
 from gelcone.analyses.request import Subject, read_subject
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.device import Device
@@ -31,7 +29,6 @@ from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
 from gelcone.studio import look
 from gelcone.studio.controls import Control
-from gelcone.studio.pool import report
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,12 +58,17 @@ class Source:
     text: str | None
     options: Mapping[str, Any]
 
+    @property
+    def key(self) -> tuple[Path | None, int, str | None, str]:
+        """What is the same for sources of equal subjects."""
+        return self.path, changed(self.path), self.text, json.dumps(self.options)
+
     def subject(self) -> Subject:
-        return _subject(self.path, changed(self.path), self.text, json.dumps(self.options))
+        return subject_of(*self.key)
 
 
 @lru_cache(maxsize=8)
-def _subject(path: Path | None, time: int, text: str | None, options: str) -> Subject:
+def subject_of(path: Path | None, time: int, text: str | None, options: str) -> Subject:
     """Read once by each worker."""
     return read_subject(device_in(path, text), **json.loads(options))
 
@@ -243,28 +245,3 @@ def thresholds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:
         if (volts > 0.0).any():
             lines[words] = np.where(volts > 0.0, volts, np.nan) * cells.voltage
     return lines
-
-
-def find_envelope(source: Source) -> dict[str, Any]:
-    """What the page draws of a device's operating envelope, in volts and hertz; the lane shows how far it is."""
-    subject = source.subject()
-    analysis = ANALYSES["envelope"]
-    options = arguments_of(analysis, subject, {}) | {"threads": 1}
-    shown = in_si(analysis.call(subject.model, progress=report, **options), subject)
-    arrays = {
-        "frequency": shown["drive_frequency"].values,
-        "window": shown["recommended_peak"].values,
-        "stroke": shown["window_stroke"].values,
-        "first": shown["first_limit"].values.astype(float),
-    }
-    names = [str(name) for name in shown["driven_limit"].values]
-    arrays |= {f"limit {name}": shown["limit_high"].sel(driven_limit=name).values for name in names}
-    static = shown["static_limit_voltage"]
-    return {
-        "arrays": arrays,
-        "limits": names,
-        "static": {str(n): float(v) for n, v in zip(static["static_limit"].values, static.values, strict=True)},
-        "highest": float(shown["driven_peak"].values[-1]),
-        "constant": float(shown["recommended_constant"]),
-        "pull_in_of": str(shown.attrs["pull_in_of"]),
-    }

@@ -25,7 +25,6 @@ from gelcone.studio.grids import (
     Axis,
     Source,
     even_tasks,
-    find_envelope,
     kinds,
     thresholds,
 )
@@ -33,7 +32,6 @@ from gelcone.studio.pool import Pool
 
 STRIP_STEPS = (8, 4, 2, 1)
 """From coarse to fine: every so many values of a strip."""
-PROGRESS_SECONDS = 0.25
 
 
 class Outdated(Exception):
@@ -153,20 +151,7 @@ class Filling:
         await self.work.tell("cells", arrays, grid=self.name, share=share)
 
 
-# --- envelopes and files ---------------------------------------------------------------------------------------------
-
-
-async def draw_envelope(work: Work, source: Source) -> None:
-    """A device's operating envelope; meanwhile how far it is."""
-    found = asyncio.ensure_future(work.do(find_envelope, source))
-    try:
-        while not (await asyncio.wait([found], timeout=PROGRESS_SECONDS))[0]:
-            await work.tell("progress", grid="envelope", share=work.pool.progress(work.lane))
-    finally:
-        found.cancel()
-    envelope = found.result()
-    arrays = envelope.pop("arrays")
-    await work.tell("envelope", arrays, **envelope)
+# --- files -----------------------------------------------------------------------------------------------------------
 
 
 async def make_file(work: Work, source: Source, wanted: exports.Wanted, form: str) -> None:

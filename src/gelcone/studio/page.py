@@ -26,9 +26,10 @@ from gelcone.presets import load_presets
 from gelcone.progress import Stopped, Watch, watching
 from gelcone.studio import exports, look
 from gelcone.studio.controls import as_json
+from gelcone.studio.envelope import draw_envelope
 from gelcone.studio.frames import pack
 from gelcone.studio.grids import Axis, Source, axis, find_pull_in, find_rests, find_static, load
-from gelcone.studio.long_work import Outdated, Work, draw_envelope, fill_map, fill_strip, make_file
+from gelcone.studio.long_work import Outdated, Work, fill_map, fill_strip, make_file
 from gelcone.studio.pool import Pool
 from gelcone.studio.setting import OWN_FILE, Setting, Shelf, typed
 from gelcone.studio.slot import GRACE, Slot
@@ -44,7 +45,7 @@ THREADS = 3
 LANES = ("map", "strip", "envelope", "export")
 """Long work, each in a lane of its own."""
 SIDES = ("a", "b")
-A_PICTURE, LEAST = 0.02, 0.003
+A_PICTURE, LEAST = 0.016, 0.003
 """Seconds of processor for each picture of a moving hand: what the picture leaves of the first, and at least the
 second, is saved up for the kind of motion, which is found as often as that suffices."""
 WANDERING = (Regime.CHAOTIC, Regime.QUASI_PERIODIC, Regime.TRANSIENT)

@@ -46,7 +46,7 @@ class Pool:
         self.size, self.background, self.names = size or available_threads(), background, names
         self._folder = TemporaryDirectory(prefix="gelcone-studio-", ignore_cleanup_errors=True)
         self._path = str(Path(self._folder.name) / "lanes")
-        np.zeros((2, LANES)).tofile(self._path)
+        np.zeros(LANES).tofile(self._path)
         self._board = _board(self._path)
         self._free = list(range(LANES))
         self._processes: processes.Pool | None = None
@@ -64,13 +64,8 @@ class Pool:
 
     def begin(self, lane: int) -> int:
         """Cancels what runs in a lane; the number of its next run."""
-        self._board.run[lane] += 1
-        self._board.share[lane] = 0.0
-        return int(self._board.run[lane])
-
-    def progress(self, lane: int) -> float:
-        """The share of a lane's work that `report` was told is done."""
-        return float(self._board.share[lane])
+        self._board[lane] += 1
+        return int(self._board[lane])
 
     async def do(self, lane: int, run: int, function: Callable[..., Any], *arguments: Any) -> Any:
         """``function(*arguments)`` in a worker; None if the run is out of date. Raises what it raises, and
@@ -85,7 +80,7 @@ class Pool:
         if self._processes is None:
             pool = self._started()
             for _ in range(self.size):
-                pool.threads.submit(_do, pool, self._task(0, int(self._board.run[0]), function, ()))
+                pool.threads.submit(_do, pool, self._task(0, int(self._board[0]), function, ()))
 
     def _task(self, lane: int, run: int, function: Callable[..., Any], arguments: tuple[Any, ...]) -> _Task:
         return _Task(self._path, self.background, self.names, lane, run, function, arguments)
@@ -97,7 +92,7 @@ class Pool:
 
     def close(self) -> None:
         """Ends the workers, in the middle of their work too."""
-        self._board.run[:] += 1
+        self._board[:] += 1
         if self._processes is not None:
             self._processes.close()
         self._folder.cleanup()
@@ -110,17 +105,10 @@ def _do(pool: processes.Pool, task: _Task) -> Any:
         return None
 
 
-class _Board(NamedTuple):
-    """What the studio and its workers share: the number of each lane's run, and how far that is."""
-
-    run: Any
-    share: Any
-
-
 @lru_cache(maxsize=4)
-def _board(path: str) -> _Board:
-    values = np.memmap(path, dtype=float, mode="r+", shape=(2, LANES))
-    return _Board(*values)
+def _board(path: str) -> Any:
+    """What the studio and its workers share: the number of each lane's run."""
+    return np.memmap(path, dtype=float, mode="r+", shape=(LANES,))
 
 
 # --- in the workers --------------------------------------------------------------------------------------------------
@@ -136,15 +124,6 @@ class _Task(NamedTuple):
     arguments: tuple[Any, ...]
 
 
-_current: _Task | None = None
-
-
-def report(share: float) -> None:
-    """Adds to the progress of the lane of the task that this worker does."""
-    assert _current is not None
-    _board(_current.path).share[_current.lane] += share
-
-
 @cache
 def _begin(background: bool) -> None:
     """Once in each worker."""
@@ -155,12 +134,10 @@ def _begin(background: bool) -> None:
 
 def work(task: _Task) -> Any:
     """Does a task under a watch that stops it once its run is out of date."""
-    global _current
     _begin(task.background)
-    run = _board(task.path).run
+    run = _board(task.path)
     if run[task.lane] != task.run:
         return None
-    _current = task
     watch, done = Watch(), threading.Event()
 
     def look() -> None:

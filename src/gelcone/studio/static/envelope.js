@@ -42,21 +42,20 @@ export class EnvelopePanel extends Panel {
   hertz() { const c = this.control("frequency"), v = this.value("frequency"); return c && v !== null ? v * (c.unit === "kHz" ? 1000 : c.unit === "mHz" ? 0.001 : 1) : 0; }
   own() { return [this.hertz(), this.volts("voltage_amplitude") + Math.abs(this.volts("voltage_offset"))]; }
 
-  on_progress(head) { this.progress(Math.min(head.share, 0.99)); }
-
+  // It comes again whenever more of it is known.
   on_envelope(head, arrays) {
     this.found = { ...head, arrays };
-    this.on_done();
-    this.plot.redraw();
+    this.progress(head.share);
+    if (this.grids.open === this) this.plot.redraw();
   }
 
   draw(p) {
     const found = this.found, c = colours();
     if (!found) return this.nothing(p, this.running ? "computing the envelope; some seconds …" : "");
     const { frequency, window } = found.arrays;
-    p.axes([0, frequency.at(-1)], [0, found.highest], { xLabel: "drive frequency (Hz)", yLabel: "peak voltage (V)" });
+    p.axes([0, found.most], [0, found.highest], { xLabel: "drive frequency (Hz)", yLabel: "peak voltage (V)" });
     const faded = this.stale ? 0.4 : 1;
-    p.inside((g) => {
+    if (frequency.length) p.inside((g) => {
       g.globalAlpha = 0.25 * faded; g.fillStyle = c.taut;
       g.beginPath(); g.moveTo(p.X(frequency[0]), p.bottom);
       for (let i = 0; i < frequency.length; i++) g.lineTo(p.X(frequency[i]), p.Y(window[i]));
@@ -90,9 +89,11 @@ export class EnvelopePanel extends Panel {
   verdict(f, v) {
     const { frequency, window } = this.found.arrays, k = frequency.findIndex((own) => own >= f);
     const at = `own drive: ${format(f, 3)} Hz, peak ${format(v, 4)} V`;
-    if (k < 0) return `${at}, beyond what was examined`;
+    if (f > this.found.most) return `${at}, beyond what is examined`;
+    if (k < 0) return `${at} …`;
     const j = Math.max(k - 1, 0), share = k === j ? 0 : (f - frequency[j]) / (frequency[k] - frequency[j]);
     const most = window[j] + (window[k] - window[j]) * Math.min(Math.max(share, 0), 1);
+    if (this.running) return `${at}; so far the window ends at ${format(most, 3)} V`;
     return v <= most ? `${at}: inside the window (up to ${format(most, 3)} V)` : `${at}: above the window (${format(most, 3)} V)`;
   }
 

@@ -1,0 +1,164 @@
+"""A device's operating envelope as it grows: limits that need no motion, then those at more and more frequencies, each
+computed by workers as `gelcone.envelope` computes them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gelcone.motion.driven import DRIVEN_LIMITS, REFINEMENTS, Plane, driven, peak_of, unknown_between
+from gelcone.motion.envelope import (
+    STATIC_LIMITS,
+    peaks_of,
+    plane_of,
+    pull_in_of,
+    recommended_peaks,
+    static_limits_of,
+)
+from gelcone.quantity import Array
+from gelcone.studio.grids import Source, subject_of
+from gelcone.studio.long_work import Work
+from gelcone.studio.look import scales
+
+FIRST_TASK, TASK = 2, 4
+"""Frequencies of a task while the first picture is awaited, and later."""
+STEPS = (16, 8, 4, 2, 1)
+"""From coarse to fine: every so many frequencies."""
+EXPECTED = 1.8
+"""Frequencies of a whole envelope over those that it begins with, about."""
+
+
+# --- in the workers --------------------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=4)
+def _plane(path: Path | None, time: int, text: str | None, options: str) -> Plane:
+    subject = subject_of(path, time, text, options)
+    device = subject.device
+    ratio = None if device is None else float(device.disc_radius / device.film_radius)
+    return plane_of(subject.model, ratio, threads=1)
+
+
+def find_frequencies(source: Source) -> Array:
+    """The drive frequencies that an envelope begins with, in the model's units."""
+    plane = _plane(*source.key)
+    return plane.default_frequencies(peak_of(plane.model))
+
+
+def find_limits(source: Source) -> dict[str, Any]:
+    """The limits of a constant voltage, by name, and the peak voltages that are examined, in the model's units."""
+    plane = _plane(*source.key)
+    peaks = peaks_of(plane.model)
+    return {
+        "static": dict(zip(STATIC_LIMITS, static_limits_of(plane, peaks)[1].tolist(), strict=True)),
+        "peaks": peaks,
+        "pull_in_of": pull_in_of(plane),
+    }
+
+
+def find_rows(source: Source, omegas: Array) -> dict[str, Array]:
+    """The limits of the motion at some drive frequencies, as `driven` finds them."""
+    plane = _plane(*source.key)
+    found = driven(plane, omegas, peaks_of(plane.model), refine=False, progress=lambda share: None)
+    return {name: found[name] for name in ("frequency", "low", "high", "final_below")}
+
+
+def find_between(
+    source: Source, rows: dict[str, Array], ceiling: float, confirmed: set[tuple[float, float]]
+) -> tuple[Array, set[tuple[float, float]]]:
+    """The frequencies between those of some rows at which the limits are not known yet, and the pairs confirmed."""
+    return unknown_between(_plane(*source.key), rows, ceiling, confirmed), confirmed
+
+
+# --- in the studio ---------------------------------------------------------------------------------------------------
+
+
+async def draw_envelope(work: Work, source: Source) -> None:
+    """A device's operating envelope, which the page is sent again whenever more of it is known."""
+    await _Envelope(work, source).grow()
+
+
+class _Envelope:
+    def __init__(self, work: Work, source: Source) -> None:
+        self.work, self.source = work, source
+        self.limits: dict[str, Any] = {}
+        self.rows: dict[str, Array] = {}
+        self.expected, self.most = 1.0, 0.0
+        self._room = asyncio.Semaphore(work.pool.size + 1)
+
+    async def grow(self) -> None:
+        await asyncio.gather(self._find_limits(), self._begin())
+        static = self.limits["static"].values()
+        ceiling = min(np.nanmin([*static], initial=np.inf), float(self.limits["peaks"][-1]))
+        confirmed: set[tuple[float, float]] = set()
+        for _ in range(REFINEMENTS):
+            pairs = np.array_split(np.arange(len(self.rows["frequency"]) - 1), self.work.pool.size)
+            parts = [slice(own[0], own[-1] + 2) for own in pairs if own.size]
+            cut = [{name: values[part] for name, values in self.rows.items()} for part in parts]
+            found = await asyncio.gather(*(self._do(find_between, rows, ceiling, confirmed) for rows in cut))
+            confirmed = confirmed.union(*(own for _, own in found))
+            between = np.concatenate([omegas for omegas, _ in found])
+            if not between.size:
+                break
+            await self._find_rows(np.array_split(between, -(-between.size // TASK)))
+        await self.work.tell("done", grid="envelope")
+
+    async def _do(self, function: Any, *arguments: Any) -> Any:
+        async with self._room:
+            return await self.work.do(function, self.source, *arguments)
+
+    async def _find_limits(self) -> None:
+        self.limits = await self._do(find_limits)
+        await self._show()
+
+    async def _begin(self) -> None:
+        omegas = await self._do(find_frequencies)
+        self.expected, self.most = EXPECTED * len(omegas), float(omegas[-1])
+        await self._show()
+        order = np.array(list(dict.fromkeys(k for step in STEPS for k in range(0, len(omegas), step))))
+        first = FIRST_TASK * self.work.pool.size
+        tasks = [*np.array_split(order[:first], self.work.pool.size)]
+        tasks += np.array_split(order[first:], -(-max(len(order) - first, 1) // TASK))
+        await self._find_rows(omegas[np.sort(places)] for places in tasks if places.size)
+
+    async def _find_rows(self, tasks: Iterable[Array]) -> None:
+        async def find(omegas: Array) -> None:
+            new = await self._do(find_rows, omegas)
+            if self.rows:
+                order = np.argsort(np.concatenate([self.rows["frequency"], new["frequency"]]))
+                new = {name: np.concatenate([values, new[name]])[order] for name, values in self.rows.items()}
+            self.rows = new
+            await self._show()
+
+        await asyncio.gather(*(find(omegas) for omegas in tasks))
+
+    async def _show(self) -> None:
+        """Sends what is known, in volts and hertz, once the limits of a constant voltage and the axes are."""
+        if not self.limits or not self.most:
+            return
+        by = scales(self.source.subject())
+        volts, peaks = by["voltage"][0], self.limits["peaks"]
+        static = np.array([*self.limits["static"].values()])
+        lowest = float(np.nanmin(static, initial=np.inf))
+        low = self.rows.get("low", np.empty((0, len(DRIVEN_LIMITS))))
+        arrays = {
+            "frequency": self.rows.get("frequency", np.empty(0)) * by["frequency"][0],
+            "window": recommended_peaks(low, lowest, peaks) * volts,
+        }
+        high = self.rows.get("high", low)
+        arrays |= {f"limit {name}": high[:, k] * volts for k, name in enumerate(DRIVEN_LIMITS)}
+        await self.work.tell(
+            "envelope",
+            arrays,
+            limits=list(DRIVEN_LIMITS),
+            static=dict(zip(self.limits["static"], (static * volts).tolist(), strict=True)),
+            highest=float(peaks[-1]) * volts,
+            most=self.most * by["frequency"][0],
+            pull_in_of=self.limits["pull_in_of"],
+            share=min(len(arrays["frequency"]) / self.expected, 0.99),
+        )
