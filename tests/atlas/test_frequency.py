@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.analyses.frequency import frequency_json, frequency_words
+from gelcone.analyses.answer import result_json
+from gelcone.analyses.frequency import frequency_words
 from gelcone.analyses.request import Subject
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.atlas.branches.branch import EventKind
@@ -209,9 +210,9 @@ def test_the_part_between_the_folds_is_unstable_and_brute_force_lies_on_the_rest
 def test_text_json_and_figure_tell_the_folds(bent):
     subject = Subject(BENT)
     assert frequency_words(bent, subject).count("fold at 1.4136679") == 2
-    told = frequency_json(bent, subject)
-    assert [jump["event_kind"] for jump in told["jumps"]] == ["fold", "fold"]
-    assert [event["value"] for event in told["followed"]["events"]] == list(bent["followed_event_value"].values)
+    told = result_json(bent)
+    assert told["jump_event_kind"] == ["fold", "fold"]
+    assert set(told["followed_event_kind"]) == {"fold"}
     axes = gelcone.plot(bent).axes[0]
     labels = axes.get_legend_handles_labels()[1]
     assert {"brute force", "period 1, stable", "period 1, unstable", "fold"} <= set(labels)
