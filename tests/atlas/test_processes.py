@@ -132,3 +132,10 @@ def test_a_script_runs_once_and_leaves_no_process_behind(tmp_path, sign):
     while not all(gone(pid) for pid in pids) and time.monotonic() < until:
         time.sleep(0.02)
     assert all(gone(pid) for pid in pids)
+
+
+def test_a_worker_starts_without_what_its_tasks_may_not_need():
+    heavy = {"llvmlite", "matplotlib", "netCDF4", "scipy", "xarray", "zarr"}
+    code = f"import sys, gelcone.atlas.processes; print(sorted({heavy!r} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"

@@ -129,3 +129,13 @@ def test_a_film_whose_rings_move_inwards_falls_slack_without_pulling_in():
     assert found.ending == Ending.SLACK
     assert found.end == pytest.approx(0.41, abs=0.02)
     assert found.points[-1].force < 0.01 * start.force
+
+
+def test_a_cone_falls_slack_only_before_the_hump_of_its_pull_in():
+    """A crumpled film of the squared stretch t pulls in at V G = R (t - t^-2)/t^2: there this has its first maximum."""
+    t = np.linspace(1.0, 3.0, 200_001)
+    response = 1.0 / (1.0 - (2.0 * t + t**-2.0 - 3.0) / 50.0)
+    hump = t[np.argmax(np.diff(response * (t - t**-2.0) / t**2) < 0.0)]
+    film, heights = mesh_film(ConeModel(), 0.2, 4, relaxed=True), np.linspace(0.05, 1.5, 59)
+    slackens = [np.isfinite(slack_squared(film, x)) for x in heights]
+    np.testing.assert_array_equal(slackens, 1.0 + heights**2 < hump)

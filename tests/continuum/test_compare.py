@@ -122,3 +122,10 @@ def test_a_mesh_table_is_taken_where_the_film_is_in_tension():
     lost = with_mesh_table(nowhere)
     assert np.isnan(lost["mesh_force"]).all()
     assert np.isnan(lost["mesh_displacement"])
+
+
+def test_the_pull_in_voltage_is_unknown_where_no_voltage_was_that_high():
+    model = ConeModel(prestretch=1.3)
+    found = compare(model, 0.2, displacements=[0.5, 0.8], voltages=[0.0, 0.1], wrinkles="relax", elements=12)
+    assert np.isnan(found["pull_in_voltage"]).all()
+    assert np.isfinite(found["cone_pull_in_voltage"]).all()

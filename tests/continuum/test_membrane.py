@@ -10,7 +10,7 @@ from scipy.optimize import brentq, fsolve
 pytest.importorskip("skfem")
 
 from gelcone.codes import Outcome
-from gelcone.continuum.membrane import membrane
+from gelcone.continuum.membrane import highest_span, membrane
 from gelcone.continuum.mesh import derivatives, mesh_film
 from gelcone.continuum.path import Ending, cone, newton, reach
 from gelcone.errors import InputError
@@ -309,3 +309,9 @@ def test_a_force_that_the_mesh_does_not_resolve_to_a_thousandth_is_not_reported(
     found = membrane(ConeModel(), 0.2, displacements=0.8, voltages=0.0, elements=8).squeeze()
     assert found["ending"] == ending
     assert bool(np.isfinite(found["force"])) == (ending == Ending.CONVERGED)
+
+
+def test_the_highest_span_is_that_of_a_ring_that_contracts_freely():
+    """Stretched twice, a free strip has I1 - 3 = 4 + 2/2 - 3: with that limit no film is longer."""
+    film = mesh_film(ConeModel(stretch_limit=2.0, meridional_prestretch=1.25), 0.2, 4)
+    assert highest_span(film) == pytest.approx(np.sqrt(4.0 / 1.25**2 - 1.0), rel=1e-12)

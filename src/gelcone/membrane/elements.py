@@ -17,7 +17,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_banded
 
 from gelcone.membrane.gel import Array, Gel
 
@@ -136,6 +135,8 @@ class Elements:
 
     def _step(self, at: Chains, width: Array) -> tuple[Array, Array]:
         """Newton's step of the nodes, (states, nodes, 2), and the rings' widths."""
+        from scipy.linalg import solve_banded  # importing it takes as long as starting gelcone
+
         l1, l2, cosine, sine = self.stretches(at)
         V = np.broadcast_to(at.V[:, None], l1.shape)
         with np.errstate(all="ignore"):
