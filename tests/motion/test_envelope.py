@@ -378,9 +378,47 @@ def test_every_limit_counts_the_transient_from_rest(monkeypatch):
     names = ("hoop_slack", "meridional_slack", "near_limit", "breakdown", "beyond_membrane")
     quiet = {name: np.zeros(1) for name in (*names, "stroke", "power", "apparent_power", "field")}
     states = iter([quiet, quiet | {name: np.ones(1) for name in names}] * 2)
-    monkeypatch.setattr(Plane, "_look", lambda *arguments: next(states))
+    monkeypatch.setattr(Plane, "_look", lambda *arguments, **options: next(states))
     for start, met in (("rest", 1.0), ("settled", 0.0)):
         plane = Plane.of(TAUT.replace(dielectric_strength=9.0), None, None, start)
         found = plane.examine(np.array([0.5]), np.array([0.1]))
         for name in ("hoop slack", "meridional slack", "stretch limit", "dielectric breakdown", "pull-in"):
             assert found[name].tolist() == [met], (start, name)
+
+
+def test_the_transient_from_rest_counts_until_it_has_decayed():
+    """Lightly damped and driven next to resonance, the motion beats: it is largest after more than 12 periods."""
+    model = TAUT.replace(damping_ratio=0.01, voltage=0.3, voltage_bias=0.3, dielectric_strength=0.7)
+    plane = Plane.of(model, None)
+    omega = 0.975 * plane.natural_frequency(0.45)
+    found = envelope(model, peaks=np.linspace(0.05, 0.75, 8), frequencies=[omega, 1.2 * omega])
+    low, high = (float(found[end].sel(driven_limit="dielectric breakdown")[0]) for end in ("limit_low", "limit_high"))
+    share = {}
+    for peak in (0.999 * low, 1.001 * high):
+        drive = plane.at(np.array([omega]), np.array([peak]))
+        for periods in (12, 80):
+            share[peak, periods] = simulate(drive, (plane.rest + 1e-3, 0.0), periods=periods)["validity_breakdown"]
+    below, above = (0.999 * low, 80), (1.001 * high, 80)
+    assert float(share[below][0]) == 0.0 < float(share[above][0])
+    assert float(share[1.001 * high, 12][0]) == 0.0
+
+
+def test_a_pair_is_the_same_whatever_is_examined_with_it():
+    plane = Plane.of(TAUT.replace(dielectric_strength=1.2), None)
+    omegas, peaks = np.array([0.1, 0.5, 3.0]), np.array([0.3, 0.9, 0.5])
+    together = plane.examine(omegas, peaks)
+    for k in range(3):
+        alone = plane.examine(omegas[k : k + 1], peaks[k : k + 1])
+        for name, values in alone.items():
+            np.testing.assert_array_equal(values[0], together[name][k], err_msg=name)
+
+
+def test_nothing_is_examined_far_above_pull_in_and_kicks_are_tried_at_default_frequencies(monkeypatch):
+    curve = PullInCurve((0.0, 2.0), (0.3, 0.3), 0.01)
+    monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model, ratio: curve)
+    found = envelope(WRINKLING, peaks=np.linspace(0.05, 1.0, 20))
+    assert np.isnan(found["regime"].values[:, found["driven_peak"] > 0.4]).all()
+    assert np.isfinite(found["regime"].values[:, 0]).all()
+    kicked = np.isfinite(found["kick_tried"].values)
+    given = Plane.of(WRINKLING, None, curve).default_frequencies(float(found["own_peak"]))
+    assert set(found["drive_frequency"].values[kicked]) == set(given)

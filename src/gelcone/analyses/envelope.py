@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone.analyses.answer import heading
 from gelcone.codes import Outcome, Regime
@@ -22,6 +23,8 @@ _STATIC = ("peak_voltage", "stroke", "blocked_force", "natural_frequency")
 _WINDOW = ("drive_frequency", "recommended_peak", "window_stroke", "window_power", "window_apparent_power")
 _HEADS = ("frequency", "up to", "stroke", "power", "apparent")
 _WIDTHS = (18, 12, 14, 14, 16)
+_FEW_ROWS, _ON_LINE = 12, 0.04
+"""Rows that are always printed, and the share of the highest voltage to which those left out are on a line."""
 
 
 def _with_others(result: xr.Dataset) -> list[int]:
@@ -98,7 +101,8 @@ def _lowest_driven(shown: xr.Dataset, row: int) -> str:
     frequency = shown["drive_frequency"]
     if np.isinf(low[k]):
         pull_in = shown["limit_low"].values[_names(shown, "driven_limit").index("pull-in")]
-        if np.isfinite(pull_in).all():
+        held = shown["static_limit_voltage"].values[_names(shown, "static_limit").index("pull-in")]
+        if np.isfinite(pull_in).all() or held < float(shown["driven_peak"][-1]):
             return "none to pull-in"
         return f"above {_plain(shown['driven_peak'].max())}{unit_of(shown['driven_peak'])}"
     return f"{_interval(shown, row, k)} at {_plain(frequency[k])}{unit_of(frequency)}"
@@ -144,14 +148,32 @@ def _window_table(shown: xr.Dataset) -> Iterator[str]:
         yield f"recommended drive, {_margin_of(shown):.0%} below its limits{_from_words(shown)}:"
         yield "  " + "".join(f"{head:{width}s}" for head, width in zip(reading, _WIDTHS, strict=True)) + "first limit"
         frequency = shown["drive_frequency"].values
-        rows = [_window_row(shown, k) for k in range(frequency.size)]
-        for row, group in itertools.groupby(range(frequency.size), key=lambda k: rows[k]):
+        rows = {k: _window_row(shown, k) for k in _bends(np.log(frequency), recommended)}
+        for row, group in itertools.groupby(rows, key=lambda k: rows[k]):
             ks = list(group)
             span = _plain(frequency[ks[0]]) + (f" to {_plain(frequency[ks[-1]])}" if len(ks) > 1 else "")
             yield f"  {span:{_WIDTHS[0]}s}{row}"
+        if left := frequency.size - len(rows):
+            yield f"  {left} frequencies between these, on the lines from one voltage to the next: all with --out"
         if (shown["window_regime"].values == 0.0).all():
             yield "within the window the film stays at rest: only a bias and a spring that lifts the disc move it there"
     yield _own_line(shown)
+
+
+def _bends(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> list[int]:
+    """Places of points between which all others are on straight lines, to `_ON_LINE` of the largest y."""
+    if x.size <= _FEW_ROWS:
+        return list(range(x.size))
+    kept, ranges = {0, x.size - 1}, [(0, x.size - 1)]
+    while ranges:
+        first, last = ranges.pop()
+        line = np.interp(x[first : last + 1], x[[first, last]], y[[first, last]])
+        off = np.abs(y[first : last + 1] - line)
+        at = first + int(off.argmax())
+        if off.max() > _ON_LINE * y.max():
+            kept.add(at)
+            ranges += [(first, at), (at, last)]
+    return sorted(kept)
 
 
 def _from_words(shown: xr.Dataset) -> str:
@@ -177,9 +199,11 @@ def _coexisting_lines(shown: xr.Dataset) -> Iterator[str]:
         yield f"no other motion was found within the window: no {kick}, up to {largest}{unit} leads away"
         return
     yield f"where a {kick}, can lead from the recommended drive (tried up to {largest}{unit}):"
-    known = range(shown.sizes["drive_frequency"])
+    shown = shown.isel(drive_frequency=np.flatnonzero(np.isfinite(tried)))
     lines: list[str] = []
-    for goals, group in itertools.groupby(known, key=lambda k: _goals(shown.isel(drive_frequency=k))):
+    for goals, group in itertools.groupby(
+        range(shown.sizes["drive_frequency"]), key=lambda k: _goals(shown.isel(drive_frequency=k))
+    ):
         lines += _kick_lines(shown.isel(drive_frequency=list(group)), goals) if goals else []
     yield from shortened(lines)
 

@@ -50,6 +50,8 @@ LOOK_AFTER = 0.25
 ARRIVED = 1e-4
 """Share of the own motion's size within which a motion that comes so near to the own cycle ends in it."""
 CHUNK = 512
+TOLERANCE = 1e-10
+"""Relative error of a step."""
 
 
 @dataclass
@@ -88,7 +90,7 @@ def coexisting(
     ``motion_kick_high`` (NaN where only the motion at a neighbouring frequency led there), and the shares of
     `gelcone.motion.validity` in ``validity``.
     """
-    counted, flow = Counted(progress), dict[str, Any](threads=threads)
+    counted, flow = Counted(progress), dict[str, Any](threads=threads, tolerance=TOLERANCE)
     if not members.size:
         return _arrays(members, [], np.empty(0), flow)
     own = settled_swing(members, states, only_extent=True, **flow)

@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.membrane.pull_in import PullInCurve
 from gelcone.motion.attractor.classification import classify
+from gelcone.motion.attractor.search import Starts, transient_of
 from gelcone.motion.equilibrium import Ramp, drive_ramp
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
+from gelcone.motion.job import Keep, Trajectories
 from gelcone.motion.linear import stiffness_under
 from gelcone.motion.natural import frequency_of
-from gelcone.motion.response import dissipated_energy, even_times
-from gelcone.motion.settle import start_states
-from gelcone.motion.validity import lasting, slack_places
+from gelcone.motion.response import dissipated_energy
+from gelcone.motion.settle import alike, next_power_of_two, start_states
+from gelcone.motion.settled import highest
+from gelcone.motion.validity import excesses, slack_places
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
+from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array
+
+Rows = npt.NDArray[np.intp]
 
 DRIVEN_LIMITS = (
     "pull-in",
@@ -35,10 +42,18 @@ DRIVEN_LIMITS = (
 """``pull-in``: the film, or the membrane in its place, loses its equilibrium during the motion; first, to be named
 where several are met at once.
 ``onset of rest``: rest loses its stability under the drive (Floquet), where rest is flat."""
-BISECTIONS = 6
+NARROWINGS, PARTS = 3, 4
+"""How often the interval of a limit is narrowed, and to which part of it each time."""
 CHUNK = 128
-PERIODS = 12.0
+PERIODS = 12
 """Drive periods of the settled motion that are examined."""
+DECAYS, LONGEST_TRANSIENT = 4.0, 1000.0
+"""Decay times for which the transient from rest is examined, and the most of it."""
+PER_PERIOD, PER_OSCILLATION = 16, 10
+"""Fewest samples of a drive period and of the fastest oscillation."""
+BLOCK_SAMPLES = 2**17
+TOLERANCE = 1e-10
+"""Relative error of a step, far below what limits are known to."""
 NUDGE = 1e-3
 """Displacement from rest at which each motion starts, so that it leaves an unstable rest."""
 SPAN = (0.1, 3.0, 24)
@@ -56,7 +71,12 @@ FROM = ("rest", "settled", "both")
 """What the limits hold for: the motion from rest, switched on at once, with its transient; the motion that is settled
 while the voltage rises slowly; or both."""
 
-Progress = Callable[[float], None]
+PROBES = (0.25, 0.5, 0.75)
+"""Places between two frequencies, as shares of their interval, at which the line between their limits is checked."""
+FAR = 1.05
+"""Between frequencies closer than this over each other only the middle is."""
+AROUND = 0.8
+"""Share of the neighbours' lower limit from which peaks are examined at a frequency between them."""
 
 
 @dataclass(frozen=True)
@@ -130,92 +150,148 @@ class Plane:
         return np.sort(kept)
 
     def examine(
-        self, omegas: Array, peaks: Array, progress: Progress = lambda share: None, lower: Array | None = None
+        self,
+        omegas: Array,
+        peaks: Array,
+        lower: Array | None = None,
+        *,
+        yields: bool = True,
     ) -> dict[str, Array]:
         """What the settled motion does at pairs of frequency and peak, arrays (pairs,); and which limits it meets.
 
         ``lower``: states (pairs, N) settled at lower peaks, from which the voltage rises; without them all start from
-        rest.
+        rest. Without ``yields`` stroke, powers and field are left out.
         """
         parts = []
         for first in range(0, len(omegas), CHUNK):
             part = slice(first, first + CHUNK)
             model = self.at(omegas[part], peaks[part])
             start = start_states(model, (self.rest + NUDGE, 0.0))
-            slow = None if lower is None or self.limits_from == "rest" else self._examine(model, lower[part])
+            slow = None if lower is None or self.limits_from == "rest" else self._examine(model, lower[part], yields)
             if slow is None or self.limits_from == "both":
-                found = self._examine(model, start, transient=self.limits_from != "settled")
+                found = self._examine(model, start, yields, transient=self.limits_from != "settled")
                 if slow is not None:
                     met = {name: np.maximum(found[name], slow[name]) for name in DRIVEN_LIMITS[:-1]}
                     found = found | met | {"final": slow["final"]}
             else:
                 found = slow
             parts.append(found)
-            progress(len(found["regime"]) / len(omegas))
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
-    def _examine(self, model: ConeModel, start: Array, transient: bool = False) -> dict[str, Array]:
+    def _examine(self, model: ConeModel, start: Array, yields: bool, transient: bool = False) -> dict[str, Array]:
         """`examine` from ``start``, with the limits that the ``transient`` from there meets."""
-        evidence = classify(model.members(), start, threads=self.threads)
-        ran = evidence.outcome == Outcome.OK
-        pulled_in = evidence.outcome == Outcome.PULLED_IN
+        members = model.members()
+        final, regime, outcome = self._settle(members, start, classified=yields)
+        ran, pulled_in = outcome == Outcome.OK, outcome == Outcome.PULLED_IN
         left = ~ran & ~pulled_in
-        after = np.where(ran[:, None], evidence.final, start)
-        seen = self._look(model, after)
-        shares = {name: seen[name] for name in (*_SLACK_AND_LIMIT.values(), "breakdown", "beyond_membrane")}
+        after = np.where(ran[:, None], final, start)
+        seen = self._look(members, after, 0.0, yields)
+        fails = {name: seen[name] for name in _FAILINGS}
         if transient:
-            early = self._look(model, start)
-            shares = {name: np.maximum(values, early[name]) for name, values in shares.items()}
-        breakdown = shares["breakdown"]
-
-        def where_ran(values: Any) -> Array:
-            return np.where(ran, values, np.nan)
-
+            with np.errstate(divide="ignore"):
+                lasts = np.minimum(DECAYS / members.damping_ratio, LONGEST_TRANSIENT)
+            early = self._look(members, start, lasts, yields=False)
+            fails = {name: np.maximum(values, early[name]) for name, values in fails.items()}
+        breakdown = fails["breakdown"]
         return (
-            {name: where_ran(seen[name]) for name in ("stroke", "power", "apparent_power", "field")}
+            {name: np.where(ran, seen[name], np.nan) for name in (YIELDS if yields else ())}
             | {
                 "final": after,
-                "regime": evidence.regime.astype(float),
-                "outcome": evidence.outcome.astype(float),
-                "pull-in": (pulled_in | (ran & (shares["beyond_membrane"] > 0.0))).astype(float),
+                "regime": regime.astype(float),
+                "outcome": outcome.astype(float),
+                "pull-in": (pulled_in | (ran & (fails["beyond_membrane"] > 0.0))).astype(float),
                 "dielectric breakdown": np.where(np.isnan(breakdown), np.nan, left | (breakdown > 0.0)),
-                "chaos": np.isin(evidence.regime, (Regime.CHAOTIC, Regime.TRANSIENT_CHAOS)).astype(float),
+                "chaos": np.isin(regime, (Regime.CHAOTIC, Regime.TRANSIENT_CHAOS)).astype(float),
             }
-            | {limit: (left | (shares[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
+            | {limit: (left | (fails[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
         )
 
-    def _look(self, model: ConeModel, states: Array) -> dict[str, Array]:
-        """What motions from ``states`` do over `PERIODS` drive periods: that part of what `simulate` tells."""
-        members = model.members()
-        times = even_times(model, PERIODS * model.drive_period)
-        run = integrate(members, states, times, keep="work", threads=self.threads)
-        assert run.work is not None
-        x, n = run.states[..., 0], members.numbers(trailing=1)
-        voltages = members.voltages(times, run.states)
-        voltage, film = voltages[0], members.system.film
-        with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
-            current = members.system.currents(times, list(np.moveaxis(run.states, -1, 0)), n)[0]
-            state = film.state(x, voltage, n)
-            apparent = [np.sqrt(np.mean(values * values, axis=1)) for values in (voltage, current)]
-        beyond = np.zeros(len(x)) if self.membrane is None else (voltage > self.membrane.voltage(x)).mean(axis=1)
-        found = lasting(members, times, run.states).shares()
+    def _settle(
+        self, members: Members, start: Array, classified: bool
+    ) -> tuple[Array, npt.NDArray[np.int8], npt.NDArray[np.int8]]:
+        """Where motions from ``start`` settle, (members, N), their regimes and outcomes; unless they shall be
+        ``classified``, one that returns and that no nearby one leaves counts as periodic."""
+        flow: dict[str, Any] = {"tolerance": TOLERANCE, "threads": self.threads}
+        starts, every = Starts.at(start, 2), np.arange(members.size)
+        regime = np.full(members.size, Regime.PERIODIC, dtype=np.int8)
+        if not classified:
+            starts.advance(members, every, slice(0, 2), transient_of(members, None), compared=True, **flow)
+        final, outcome = starts.state[:, 0].copy(), starts.outcome[:, 0].copy()
+        regime[outcome != Outcome.OK] = Regime.LEFT_THE_DOMAIN
+        rows = np.flatnonzero((outcome == Outcome.OK) & ((starts.period[:, 0] == 0) | np.isfinite(starts.apart)))
+        if rows.size:
+            evidence = classify(members.take(rows), start[rows], **flow)
+            final[rows], regime[rows], outcome[rows] = evidence.final, evidence.regime, evidence.outcome
+        return final, regime, outcome
+
+    def _look(self, members: Members, states: Array, lasts: Array | float, yields: bool) -> dict[str, Array]:
+        """Whether motions from ``states`` fail, (members,) by name, over `PERIODS` drive periods or more that last
+        ``lasts``; and what they yield."""
+        keep: Keep = "work" if yields else "states"
+        found: dict[str, Array] = {}
+        period = np.broadcast_to(members.drive_period, members.shape).ravel()
+        samples = next_power_of_two(np.maximum(PER_OSCILLATION / (2.0 * np.pi) * period * members.rate, PER_PERIOD))
+        turns = PERIODS * next_power_of_two(np.maximum(lasts / (PERIODS * period), 1.0))
+        for (of_period, periods), rows in alike(samples, turns.astype(np.int64)):
+            size = max(1, BLOCK_SAMPLES // (of_period * periods))
+            for first in range(0, rows.size, size):
+                part = rows[first : first + size]
+                some = members.take(part)
+                times = period[part][:, None] * (np.arange(of_period * periods + 1) / of_period)
+                run = integrate(some, states[part], times, keep=keep, tolerance=TOLERANCE, threads=self.threads)
+                seen = self._fails(some, run) | (_yields(some, run, of_period) if yields else {})
+                for name, values in seen.items():
+                    found.setdefault(name, np.full(members.size, np.nan))[part] = values
+        return found
+
+    def _fails(self, members: Members, run: Trajectories) -> dict[str, Array]:
+        """Whether runs of ``members`` fail at any time, (members,) each; NaN where that is unknown."""
+        voltages, x, film = members.voltages(run.times, run.states), run.states[..., 0], members.system.film
+        found = {name: np.full(members.size, np.nan) for name in _FAILINGS}
+        with np.errstate(all="ignore"):  # of a motion that leaves the domain
+            for own in excesses(members, x, voltages):
+                for name, excess in own.items():
+                    found[name] = np.fmax(found[name], _ever(excess))
+            if self.membrane is not None:
+                found["beyond_membrane"] = _ever(voltages[0] - self.membrane.voltage(x))
         if film.kinds:  # wrinkles bound the use of a film, too
-            times_of = run.film_times[:, 0]
-            found |= {name: times_of[:, places].sum(axis=1) for name, places in slack_places(film).items()}
-        return found | {
-            "beyond_membrane": beyond,
-            "stroke": np.ptp(x, axis=1),
-            "power": dissipated_energy(members.system, run.work)[:, -1] / (PERIODS * model.drive_period),
-            "apparent_power": apparent[0] * apparent[1],
-            "field": state.true_field.max(axis=1),
-        }
+            found |= {name: run.film_times[:, 0, places].sum(axis=1) for name, places in slack_places(film).items()}
+        return found
 
 
+def _ever(excess: Array) -> Array:
+    """1 where an excess (members, samples), NaN from where a run has ended, is positive at any time, else 0."""
+    known = np.where(np.isnan(excess), -np.inf, excess)
+    return 1.0 * (np.fmax(highest(known), known.max(axis=1)) > 0.0)
+
+
+def _yields(members: Members, run: Trajectories, samples: int) -> dict[str, Array]:
+    """What runs of ``members`` over whole drive periods of so many ``samples`` yield, by `YIELDS`."""
+    assert run.work is not None
+    x, n = run.states[..., 0], members.numbers(trailing=1)
+    voltage, film = members.voltages(run.times, run.states)[0], members.system.film
+    # each of a period's samples twice, in ten periods: currents take long, and period 2 shows all its phases, too
+    some = slice(0, 10 * samples, 5)
+    with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
+        z = list(np.moveaxis(run.states[:, some], -1, 0))
+        current = members.system.currents(run.times[:, some], z, n)[0]
+        apparent = [np.sqrt(np.mean(values * values, axis=1)) for values in (voltage[:, some], current)]
+        field = film.state(x, voltage, n).true_field.max(axis=1)
+    return {
+        "stroke": highest(x) + highest(-x),
+        "power": dissipated_energy(members.system, run.work)[:, -1] / run.times[:, -1],
+        "apparent_power": apparent[0] * apparent[1],
+        "field": field,
+    }
+
+
+YIELDS = ("stroke", "power", "apparent_power", "field")
 _SLACK_AND_LIMIT = {
     "hoop slack": "hoop_slack",
     "meridional slack": "meridional_slack",
     "stretch limit": "near_limit",
 }
+_FAILINGS = (*_SLACK_AND_LIMIT.values(), "breakdown", "beyond_membrane")
 
 
 def driven(
@@ -226,68 +302,113 @@ def driven(
     refine: bool,
     progress: Progress,
     ceiling: float = np.inf,
+    pull_in: float = np.inf,
 ) -> dict[str, Array]:
     """All that `Plane.examine` finds, each (frequencies, peaks); ``low`` and ``high`` (frequencies, limits), the
     intervals of the peak voltage in which each limit is first met; and ``frequency`` (frequencies,).
 
-    With ``refine`` frequencies are added until the lowest limit, or the ``ceiling`` where that is lower, is known to
-    `WITHIN` its share between any two.
+    At each frequency peaks are examined up to the first few of which the film pulls in at one, or to the first above
+    the constant ``pull_in`` voltage; what is not examined is NaN. With ``refine`` frequencies are added until the
+    lowest limit, or the ``ceiling`` where that is lower, is known to `WITHIN` its share between any two; there peaks
+    are examined around the limits of the neighbours, and yields are left out.
     """
-    found = _rows(plane, omegas, volts, lambda share: progress(0.5 * share if refine else share))
-    confirmed = set[tuple[float, float]]()
+    counted, confirmed = Counted(progress), set[tuple[float, float]]()
+    found = rows_of(plane, omegas, volts, weighted(counted, 0.5 if refine else 1.0), pull_in=pull_in)
     for _ in range(REFINEMENTS if refine else 0):
-        between = unknown_between(plane, found, min(ceiling, float(volts[-1])), confirmed)
-        if between.size:
-            more = _rows(plane, between, volts, lambda share: progress(0.5 * share / REFINEMENTS))
-            order = np.argsort(np.concatenate([found["frequency"], between]))
-            found = {name: np.concatenate([values, more[name]])[order] for name, values in found.items()}
-        else:
-            progress(0.5 / REFINEMENTS)
+        between, lowest = unknown_between(plane, found, min(ceiling, float(volts[-1])), confirmed)
+        if not between.size:
+            break
+        share = weighted(counted, 0.5 / REFINEMENTS)
+        more = rows_of(plane, between, volts, share, pull_in=pull_in, around=lowest)
+        order = np.argsort(np.concatenate([found["frequency"], between]))
+        found = {name: np.concatenate([values, more[name]])[order] for name, values in found.items()}
+    counted.finish()
     return found
 
 
 def unknown_between(
     plane: Plane, found: dict[str, Array], ceiling: float, confirmed: set[tuple[float, float]]
-) -> Array:
-    """Middles of neighbouring frequencies at which the lowest limit is off the straight line between them; those on
-    it are added to the ``confirmed`` pairs.
+) -> tuple[Array, Array]:
+    """Frequencies between neighbours at which the lowest limit is off the straight line between them, and the lower
+    one of the neighbours' limits; pairs with a limit on it are added to the ``confirmed`` ones.
 
-    ``found`` holds ``frequency``, ``low`` and ``final_below`` of `driven`. Only two voltages are examined at each: one
-    `WITHIN` below the line, which must meet no limit, and one above, which must meet one.
+    ``found`` holds ``frequency``, ``low`` and ``final_below`` of `driven`. At each of `PROBES` two voltages are
+    examined: one `WITHIN` below the line, which must meet no limit, and one above, which must meet one. A pair that is
+    off gets its middle.
     """
     known = found["frequency"]
     lowest = np.clip(np.fmin.reduce(found["low"], axis=1), 0.0, ceiling)
     pairs = list(zip(known[:-1].tolist(), known[1:].tolist(), strict=True))
-    line = 0.5 * (lowest[:-1] + lowest[1:])
-    open_ = np.array([pair not in confirmed for pair in pairs]) & (known[1:] > NARROWEST * known[:-1]) & (line > 0.0)
-    at = np.flatnonzero(open_)
+    wide = known[1:] > NARROWEST * known[:-1]
+    at = np.flatnonzero([pair not in confirmed for pair in pairs] & wide & (lowest[:-1] + lowest[1:] > 0.0))
     if not at.size:
-        return np.empty(0)
-    middle, below, above = np.sqrt(known[at] * known[at + 1]), line[at] * (1.0 - WITHIN), line[at] * (1.0 + WITHIN)
-    lower = 0.5 * (found["final_below"][at] + found["final_below"][at + 1])
-    seen = plane.examine(np.tile(middle, 2), np.concatenate([below, above]), lower=np.tile(lower, (2, 1)))
+        return np.empty(0), np.empty(0)
+    pair, share = np.repeat(at, len(PROBES)), np.tile(PROBES, at.size)
+    probed = (known[pair + 1] > FAR * known[pair]) | (share == 0.5)
+    pair, share = pair[probed], share[probed]
+    omega = known[pair] ** (1.0 - share) * known[pair + 1] ** share
+    line = (1.0 - share) * lowest[pair] + share * lowest[pair + 1]
+    below, above = line * (1.0 - WITHIN), line * (1.0 + WITHIN)
+    lower = 0.5 * (found["final_below"][pair] + found["final_below"][pair + 1])
+    tried = np.concatenate([below, above])
+    seen = plane.examine(np.tile(omega, 2), tried, lower=np.tile(lower, (2, 1)), yields=False)
     met = np.any([seen[name] > 0.0 for name in DRIVEN_LIMITS[:-1]], axis=0).reshape(2, -1)
-    onset = _onset(plane, middle, ceiling)[0]
+    onset = _onset(plane, omega, ceiling)[0]
     met |= np.stack([below, above]) >= onset
-    on_line = ~met[0] & (met[1] | (above >= ceiling))
-    confirmed.update(pairs[k] for k in at[on_line])
-    return np.asarray(middle[~on_line])
+    off = np.unique(pair[met[0] | ~(met[1] | (above >= ceiling))])
+    confirmed.update(pairs[k] for k in np.setdiff1d(at, off))
+    return np.sqrt(known[off] * known[off + 1]), np.minimum(lowest[off], lowest[off + 1])
 
 
-def _rows(plane: Plane, omegas: Array, volts: Array, progress: Progress) -> dict[str, Array]:
-    """`driven` at the given frequencies."""
-    seen, lower = [], None
-    step = len(volts) if plane.limits_from == "rest" else 1
-    for first in range(0, len(volts), step):  # slowly: each voltage from the motion at the one before
-        some = volts[first : first + step]
-        grid_omega, grid_peak = (mesh.ravel() for mesh in np.meshgrid(omegas, some, indexing="ij"))
-        part = plane.examine(grid_omega, grid_peak, lambda done: progress(0.6 * step / len(volts) * done), lower)
-        seen.append({name: v.reshape(len(omegas), len(some), *v.shape[1:]) for name, v in part.items()})
-        lower = seen[-1]["final"][:, -1]
-    found = {name: np.concatenate([part[name] for part in seen], axis=1) for name in seen[0]}
-    low, high = _limits(plane, found, omegas, volts, lambda share: progress(0.4 * share))
+def rows_of(
+    plane: Plane,
+    omegas: Array,
+    volts: Array,
+    progress: Progress,
+    *,
+    pull_in: float = np.inf,
+    around: Array | None = None,
+    yields: bool = True,
+) -> dict[str, Array]:
+    """`driven` at the given frequencies: upwards from the lowest peak voltage to pull-in; or from one that is a little
+    below limits that are expected ``around`` some voltages (frequencies,), and downwards where one is met already.
+    Then, and without ``yields``, what the motions yield is left out."""
+    rest, yields, every = plane.limits_from == "rest", yields and around is None, len(volts)
+    volts = volts[: int(np.searchsorted(volts, (1.0 + WITHIN) * pull_in)) + 1]
+    first = np.zeros(len(omegas), dtype=np.intp)
+    if around is not None and rest:
+        first = np.clip(np.searchsorted(volts, AROUND * around) - 1, 0, len(volts) - 1)
+    shape, found = (len(omegas), len(volts)), dict[str, Array]()
+    met, lower = np.zeros((len(omegas), len(DRIVEN_LIMITS) - 1, len(volts))), None
+    counted, step = Counted(weighted(progress, 0.6)), 4 if rest else 1
+
+    def look(rows: Rows, columns: Rows, lower: Array | None) -> None:
+        """Examines some pairs of frequency and level."""
+        seen = plane.examine(omegas[rows], volts[columns], lower=lower, yields=yields)
+        for name, values in seen.items():
+            found.setdefault(name, np.full((*shape, *values.shape[1:]), np.nan))[rows, columns] = values
+        met[rows, :, columns] = np.stack([seen[name] for name in DRIVEN_LIMITS[:-1]], axis=1)
+        counted(rows.size / (shape[0] * shape[1]))
+
+    rising, level = np.arange(len(omegas)), first.copy()
+    while rising.size:
+        rows, columns = np.repeat(rising, step), (level[rising, None] + np.arange(step)).ravel()
+        inside = columns < len(volts)
+        look(rows[inside], columns[inside], lower if lower is None else lower[rows[inside]])
+        lower = None if rest else found["final"][np.arange(len(omegas)), np.minimum(level, len(volts) - 1)]
+        level[rising] += step
+        rising = rising[(level[rising] < len(volts)) & ~(met[rising, 0] > 0.0).any(axis=1)]
+    falling = np.flatnonzero(first > 0)
+    while (falling := falling[(first[falling] > 0) & (met[falling, :, first[falling]] > 0.0).any(axis=1)]).size:
+        first[falling] -= 1
+        look(falling, first[falling], None)
+    counted.finish()
+    low, high = _limits(plane, met, found["final"], omegas, volts, weighted(progress, 0.4))
     final = found.pop("final")
-    return found | {"low": low, "high": high, "frequency": omegas, "final_below": _below_all(final, low, volts)}
+    seen = {name: found.get(name, np.full(shape, np.nan)) for name in ("regime", "outcome", *YIELDS)}
+    beyond = ((0, 0), (0, every - len(volts)))
+    of_plane = {name: np.pad(values, beyond, constant_values=np.nan) for name, values in seen.items()}
+    return of_plane | {"low": low, "high": high, "frequency": omegas, "final_below": _below_all(final, low, volts)}
 
 
 def _below_all(final: Array, low: Array, volts: Array) -> Array:
@@ -298,10 +419,11 @@ def _below_all(final: Array, low: Array, volts: Array) -> Array:
 
 
 def _limits(
-    plane: Plane, seen: dict[str, Array], omegas: Array, volts: Array, progress: Progress
+    plane: Plane, met: Array, final: Array, omegas: Array, volts: Array, progress: Progress
 ) -> tuple[Array, Array]:
-    """Intervals of the peak voltage in which each limit is first met, (frequencies, limits) each."""
-    met = np.stack([seen[name] for name in DRIVEN_LIMITS[:-1]], axis=1)
+    """Intervals of the peak voltage in which each limit is first met, (frequencies, limits) each; of ``met``
+    (frequencies, limits, peaks), and the states ``final`` (frequencies, peaks, N) on which motions settled."""
+    counted = Counted(progress)
     reached, first = (met > 0.0).any(axis=2), np.argmax(met > 0.0, axis=2)
     below = np.concatenate([[0.0], volts])
     low, high = np.full((2, len(omegas), len(DRIVEN_LIMITS)), np.nan)
@@ -310,19 +432,22 @@ def _limits(
     unknown = np.isnan(met).any(axis=2)
     low[:, :-1][unknown] = high[:, :-1][unknown] = np.nan
     rows, columns = np.nonzero(reached & ~unknown)
-    for _ in range(BISECTIONS if rows.size else 0):
-        middle = 0.5 * (low[rows, columns] + high[rows, columns])
-        # a motion that leaves the domain meets several limits at one voltage: it is looked at once
-        points, of = np.unique(np.stack([rows, middle]), axis=1, return_inverse=True)
+    for _ in range(NARROWINGS if rows.size else 0):
+        begin, end = low[rows, columns], high[rows, columns]
+        inner = begin[:, None] + (end - begin)[:, None] * np.arange(1, PARTS) / PARTS
+        # a motion that leaves the domain meets several limits at one voltage: it is examined once
+        pairs = np.stack([np.repeat(rows, PARTS - 1), inner.ravel()])
+        points, of = np.unique(pairs, axis=1, return_inverse=True)
         at = points[0].astype(np.intp)
         place = np.clip(np.searchsorted(volts, points[1]) - 1, 0, len(volts) - 1)
-        now = plane.examine(omegas[at], points[1], lower=seen["final"][at, place])
-        hit = np.stack([now[name] for name in DRIVEN_LIMITS[:-1]])[columns, of.ravel()] > 0.0
-        high[rows, columns] = np.where(hit, middle, high[rows, columns])
-        low[rows, columns] = np.where(hit, low[rows, columns], middle)
-        progress(0.9 / BISECTIONS)
+        now = plane.examine(omegas[at], points[1], lower=final[at, place], yields=False)
+        every = np.stack([now[name] for name in DRIVEN_LIMITS[:-1]], axis=1)[of.ravel()].reshape(*inner.shape, -1)
+        hit = np.take_along_axis(every, columns[:, None, None], axis=2)[..., 0] > 0.0
+        place, edges = np.where(hit.any(axis=1), hit.argmax(axis=1), PARTS - 1), np.column_stack([begin, inner, end])
+        low[rows, columns], high[rows, columns] = (edges[np.arange(rows.size), place + k] for k in (0, 1))
+        counted(0.9 / NARROWINGS)
     low[:, -1], high[:, -1] = _onset(plane, omegas, float(volts[-1]))
-    progress(0.1 if rows.size else 1.0)
+    counted.finish()
     return low, high
 
 

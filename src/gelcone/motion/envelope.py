@@ -78,8 +78,8 @@ def envelope(
         between any two, or to jump between two that are 0.2 % apart.
     margin : share of the lowest limit that the recommended voltage stays below it. Default 0.2.
     limits_from : what the limits hold for: ``"rest"`` (default), the motion that is switched on from rest, with its
-        transient over the first 12 drive periods; ``"settled"``, the motion that is settled while the voltage rises
-        slowly; or ``"both"``.
+        transient over at least 12 drive periods and 4 decay times; ``"settled"``, the motion that is settled while the
+        voltage rises slowly; or ``"both"``.
     radius_ratio : the disc's radius over the film's, for the pull-in of the film as a membrane; default 0.2 for a
         model, a device has its own.
     threads : worker threads; default one a core. Does not change a bit of the result.
@@ -93,9 +93,10 @@ def envelope(
     ``recommended_constant``, the lowest of them less the margin.
 
     Over ``drive_frequency`` and ``driven_peak``, of the settled motion: ``driven_stroke``, ``driven_power``,
-    ``driven_apparent_power``, ``driven_field``, ``regime``, ``outcome``. Over ``driven_limit`` and
+    ``driven_apparent_power``, ``driven_field``, ``regime``, ``outcome``; NaN where it was not examined: well above
+    the pull-in of the film, and the yields at frequencies that were added. Over ``driven_limit`` and
     ``drive_frequency``: ``limit_low`` and ``limit_high``, the interval of the peak voltage in which the limit is first
-    met (both infinite: not up to the highest peak; both NaN: unknown or not applicable).
+    met (both infinite: not up to the highest peak, or to pull-in; both NaN: unknown or not applicable).
 
     Over ``drive_frequency``: ``first_limit``, its index (-1: none); ``recommended_peak``, the lowest known limit,
     driven or quasi-static, less the margin; and at that peak, the window's edge, ``window_stroke``, ``window_power``,
@@ -106,7 +107,8 @@ def envelope(
     at that displacement. The attribute ``pull_in_of`` says whether it is ``membrane`` or ``cone``, and
     ``pull_in_error`` how well the membrane's voltages are known, over them (0 for the cone).
 
-    At that peak too, what a kick could lead to, see `gelcone.motion.coexisting`: ``coexisting``, how many motions
+    At that peak too, at the frequencies that were given or are default ones, what a kick could lead to, see
+    `gelcone.motion.coexisting`: ``coexisting``, how many motions
     beside the window's were found; ``kick_low`` and ``kick_high``, the interval of the smallest sudden change of the
     disc's velocity that leads away from the window's motion (both infinite: none up to ``kick_tried`` does); and over
     ``motion`` too, NaN-padded, each of the others: ``motion_stroke``, ``motion_lowest``, ``motion_highest``,
@@ -135,14 +137,21 @@ def envelope(
     omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
     static, static_limits = static_limits_of(plane, volts)
     lowest_static = np.nanmin(static_limits, initial=np.inf)
-    of_driven = weighted(progress, 1.0 - COEXISTING_SHARE) or (lambda share: None)
-    found = driven(plane, omegas, volts, refine=refine, progress=of_driven, ceiling=lowest_static)
+    found = driven(
+        plane,
+        omegas,
+        volts,
+        refine=refine,
+        progress=weighted(progress, 1.0 - COEXISTING_SHARE),
+        ceiling=lowest_static,
+        pull_in=static_limits[-1],
+    )
     low = np.where(np.isnan(found["low"]), np.inf, found["low"])
-    omegas, share = found["frequency"], 1.0 - margin
     recommended = recommended_peaks(found["low"], lowest_static, volts, margin)
-    edge = plane.examine(omegas, recommended)
+    edge = plane.examine(found["frequency"], recommended)
     window = {name: np.where(recommended > 0.0, edge[name], np.nan) for name in _WINDOW}
-    others = _coexisting(plane, omegas, recommended, weighted(progress, COEXISTING_SHARE))
+    kicked = np.isin(found["frequency"], omegas) & (recommended > 0.0)
+    others = _coexisting(plane, found["frequency"], recommended, kicked, weighted(progress, COEXISTING_SHARE))
     of_peak, of_frequency, of_both = ("peak_voltage",), ("drive_frequency",), ("drive_frequency", "driven_peak")
     of_limit = ("driven_limit", "drive_frequency")
     return dataset.label(
@@ -164,7 +173,7 @@ def envelope(
             "recommended_peak": (of_frequency, recommended, "recommended highest peak voltage", "voltage"),
             "recommended_constant": (
                 (),
-                share * np.minimum(lowest_static, static["peak_voltage"][-1]),
+                (1.0 - margin) * np.minimum(lowest_static, static["peak_voltage"][-1]),
                 "recommended highest constant voltage",
                 "voltage",
             ),
@@ -172,7 +181,7 @@ def envelope(
         },
         coords={
             "peak_voltage": (of_peak, static["peak_voltage"], "constant peak voltage", "voltage"),
-            "drive_frequency": (of_frequency, omegas, "drive frequency", "frequency"),
+            "drive_frequency": (of_frequency, found["frequency"], "drive frequency", "frequency"),
             "driven_peak": (("driven_peak",), volts, "peak voltage of the drive", "voltage"),
             "own_peak": ((), own_peak, "peak voltage of the device's own drive", "voltage"),
             "own_frequency": ((), float(model.drive_frequency), "frequency of the device's own drive", "frequency"),
@@ -294,7 +303,7 @@ def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
     """The limits of a single model by the names in `_LIMITS`; `InputError` for a drive without voltage."""
     plane = Plane.of(model, threads)
     volts = peaks_of(model)
-    found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=lambda share: None)
+    found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=None)
     low, high = found["low"][0], found["high"][0]
     static = static_limits_of(plane, volts)[1]
     with np.errstate(invalid="ignore"):
@@ -345,9 +354,11 @@ _MOTIONS: dict[str, tuple[str, dataset.Of]] = {
 }
 
 
-def _coexisting(plane: Plane, omegas: Array, peaks: Array, progress: Progress) -> dict[str, dataset.Variable]:
-    """The motions that coexist with the window's, at the frequencies that have a window."""
-    there = np.flatnonzero(peaks > 0.0)
+def _coexisting(
+    plane: Plane, omegas: Array, peaks: Array, kicked: npt.NDArray[np.bool_], progress: Progress
+) -> dict[str, dataset.Variable]:
+    """The motions that coexist with the window's at the frequencies at which motions are ``kicked``."""
+    there = np.flatnonzero(kicked)
     of_frequency, of_motion = ("drive_frequency",), ("drive_frequency", "motion")
     members = plane.at(omegas[there], peaks[there]).members() if there.size else plane.model.members().take(there)
     start = members.start_states((plane.rest + NUDGE, 0.0))
@@ -363,8 +374,8 @@ def _coexisting(plane: Plane, omegas: Array, peaks: Array, progress: Progress) -
         "kick_high": "and at or below this one",
         "kick_tried": "largest kick that was tried",
     }
-    told = np.zeros(1, dtype=np.int8), members.system
-    shares = validity_variables(found["validity"], *told, of_motion, "coexisting motion")
+    of_ok = np.zeros(1, dtype=np.int8)
+    shares = validity_variables(found["validity"], of_ok, members.system, of_motion, "coexisting motion")
     variables: dict[str, dataset.Variable] = {}
     variables |= (
         {"coexisting": (of_frequency, all_frequencies(found["motions"]), "motions beside the window's", "count")}

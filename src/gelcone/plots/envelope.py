@@ -49,7 +49,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     for row, (name, colour, marker) in enumerate(looks):
         low, high = envelope["limit_low"].values[row], envelope["limit_high"].values[row]
         middle = np.where(np.isfinite(high), 0.5 * (low + high), np.nan)
-        look: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3.5, "lw": 0.9}
+        look: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3.5 if frequency.size < 40 else 2.2, "lw": 0.9}
         if np.isfinite(middle).any():
             label = f"{told(envelope, name)}, driven"
             axes.plot(*broken_at_jumps(frequency, middle), **look, label=label, clip_on=False)
@@ -65,7 +65,8 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     if frequency[0] <= own[0] <= frequency[-1]:
         axes.plot(*own, "*", color=BLACK, ms=8.0, ls="", label="the device's own drive")
     frequency_axis(envelope, axes)
-    axes.set_ylim(0.0, 1.05 * highest)
+    axes.autoscale_view()
+    axes.set_ylim(0.0, min(1.05 * highest, 1.1 * axes.dataLim.ymax))
     axes.set_ylabel(axis_label(envelope["driven_peak"], "peak voltage"))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.motion.driven import DRIVEN_LIMITS, REFINEMENTS, Plane, driven, peak_of, unknown_between
+from gelcone.motion.driven import DRIVEN_LIMITS, REFINEMENTS, Plane, peak_of, rows_of, unknown_between
 from gelcone.motion.envelope import (
     STATIC_LIMITS,
     peaks_of,
@@ -61,18 +61,19 @@ def find_limits(source: Source) -> dict[str, Any]:
     }
 
 
-def find_rows(source: Source, omegas: Array) -> dict[str, Array]:
-    """The limits of the motion at some drive frequencies, as `driven` finds them."""
+def find_rows(source: Source, omegas: Array, pull_in: float, around: Array | None = None) -> dict[str, Array]:
+    """The limits of the motion at some drive frequencies, as `rows_of` finds them, by default at all peak voltages."""
     plane = _plane(*source.key)
-    found = driven(plane, omegas, peaks_of(plane.model), refine=False, progress=lambda share: None)
+    found = rows_of(plane, omegas, peaks_of(plane.model), None, pull_in=pull_in, around=around, yields=False)
     return {name: found[name] for name in ("frequency", "low", "high", "final_below")}
 
 
 def find_between(
     source: Source, rows: dict[str, Array], ceiling: float, confirmed: set[tuple[float, float]]
-) -> tuple[Array, set[tuple[float, float]]]:
-    """The frequencies between those of some rows at which the limits are not known yet, and the pairs confirmed."""
-    return unknown_between(_plane(*source.key), rows, ceiling, confirmed), confirmed
+) -> tuple[Array, Array, set[tuple[float, float]]]:
+    """The frequencies between those of some rows at which the limits are not known yet, the lowest limits next to them,
+    and the pairs confirmed."""
+    return *unknown_between(_plane(*source.key), rows, ceiling, confirmed), confirmed
 
 
 # --- in the studio ---------------------------------------------------------------------------------------------------
@@ -92,7 +93,8 @@ class _Envelope:
         self._room = asyncio.Semaphore(work.pool.size + 1)
 
     async def grow(self) -> None:
-        await asyncio.gather(self._find_limits(), self._begin())
+        _, omegas = await asyncio.gather(self._find_limits(), self._find_frequencies())
+        await self._begin(omegas)
         static = self.limits["static"].values()
         ceiling = min(np.nanmin([*static], initial=np.inf), float(self.limits["peaks"][-1]))
         confirmed: set[tuple[float, float]] = set()
@@ -101,11 +103,12 @@ class _Envelope:
             parts = [slice(own[0], own[-1] + 2) for own in pairs if own.size]
             cut = [{name: values[part] for name, values in self.rows.items()} for part in parts]
             found = await asyncio.gather(*(self._do(find_between, rows, ceiling, confirmed) for rows in cut))
-            confirmed = confirmed.union(*(own for _, own in found))
-            between = np.concatenate([omegas for omegas, _ in found])
+            confirmed = confirmed.union(*(own for *_, own in found))
+            between, around = (np.concatenate([part[k] for part in found]) for k in (0, 1))
             if not between.size:
                 break
-            await self._find_rows(np.array_split(between, -(-between.size // TASK)))
+            tasks = -(-between.size // TASK)
+            await self._find_rows(zip(np.array_split(between, tasks), np.array_split(around, tasks), strict=True))
         await self.work.tell("done", grid="envelope")
 
     async def _do(self, function: Any, *arguments: Any) -> Any:
@@ -116,26 +119,29 @@ class _Envelope:
         self.limits = await self._do(find_limits)
         await self._show()
 
-    async def _begin(self) -> None:
+    async def _find_frequencies(self) -> Array:
         omegas = await self._do(find_frequencies)
         self.expected, self.most = EXPECTED * len(omegas), float(omegas[-1])
         await self._show()
+        return np.asarray(omegas)
+
+    async def _begin(self, omegas: Array) -> None:
         order = np.array(list(dict.fromkeys(k for step in STEPS for k in range(0, len(omegas), step))))
         first = FIRST_TASK * self.work.pool.size
         tasks = [*np.array_split(order[:first], self.work.pool.size)]
         tasks += np.array_split(order[first:], -(-max(len(order) - first, 1) // TASK))
-        await self._find_rows(omegas[np.sort(places)] for places in tasks if places.size)
+        await self._find_rows((omegas[np.sort(places)],) for places in tasks if places.size)
 
-    async def _find_rows(self, tasks: Iterable[Array]) -> None:
-        async def find(omegas: Array) -> None:
-            new = await self._do(find_rows, omegas)
+    async def _find_rows(self, tasks: Iterable[tuple[Array, ...]]) -> None:
+        async def find(omegas: Array, *around: Array) -> None:
+            new = await self._do(find_rows, omegas, self.limits["static"]["pull-in"], *around)
             if self.rows:
                 order = np.argsort(np.concatenate([self.rows["frequency"], new["frequency"]]))
                 new = {name: np.concatenate([values, new[name]])[order] for name, values in self.rows.items()}
             self.rows = new
             await self._show()
 
-        await asyncio.gather(*(find(omegas) for omegas in tasks))
+        await asyncio.gather(*(find(*task) for task in tasks))
 
     async def _show(self) -> None:
         """Sends what is known, in volts and hertz, once the limits of a constant voltage and the axes are."""
