@@ -88,11 +88,22 @@ def test_force_and_charge_are_slopes_of_one_energy(x, V, prestretch):
     assert by_x == pytest.approx(film.force(x, V, [], n)[0], rel=1e-6)
     change = 1e-4 * V
     by_v = (film.work(x, V + change, [], n) - film.work(x, V - change, [], n)) / (2.0 * change)
-    assert -2.0 * by_v == pytest.approx(film.capacitance(x, V, [], n), rel=1e-6)
+    assert 1.0 - 2.0 * by_v == pytest.approx(film.capacitance(x, V, [], n), rel=1e-6)
     gain = (film.force(x, V - change, [], n)[0] - film.force(x, V + change, [], n)[0]) / (2.0 * change)
     assert film.voltage_gain(x, V, n) == pytest.approx(gain, rel=1e-5)
     slope = (film.force(x + step, V, [], n)[0] - film.force(x - step, V, [], n)[0]) / (2.0 * step)
     assert film.force(x, V, [], n)[1] == pytest.approx(slope, rel=1e-4)
+
+
+def test_the_energy_is_that_of_the_film_alone_where_no_ring_moves():
+    """Of an even film that is flat the field's energy is V/2, whatever the voltage: its own stays 0."""
+    film, n = film_of(0.2, 1.5)
+    V = np.array([0.0, 0.3, 0.9])
+    np.testing.assert_allclose(film.work(np.zeros(3), V, [], n), 0.0, atol=1e-15)
+    run = simulate(model_of(1.5, voltage=0.6), initial=(0.3, 0.0), periods=3)
+    first = run.isel(time=0)
+    held = film_of(0.2, 1.5)[0].work(0.3, 0.0, [], n)
+    assert float(first["film_energy"] + first["field_energy"]) == pytest.approx(held, rel=1e-12)
 
 
 def test_a_slack_film_has_no_force_and_the_charge_of_an_even_stretch():

@@ -29,10 +29,11 @@ from gelcone.membrane.made import numbers_of
 from gelcone.membrane.table import FLAT, NEVER
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
-from gelcone.physics.film.film import Border, Film, FilmState
+from gelcone.physics.film import membrane_charge
+from gelcone.physics.film.film import Border, FilmState
 from gelcone.physics.film.taut import GelFilm, check_prestretch_mode
 from gelcone.physics.film.wrinkling import MOST_STRETCHED, STEEP, WrinklingCone
-from gelcone.physics.implicit import known, traced
+from gelcone.physics.implicit import known, root, traced
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.quantity import Array, Quantity
 
@@ -60,6 +61,7 @@ class MembraneFilm(GelFilm):
     name = "membrane"
     ending = Outcome.STRETCH_LIMIT
     kinds = KINDS
+    traced_charge = True
 
     def __post_init__(self) -> None:
         check_prestretch_mode(self.prestretch_mode)
@@ -80,7 +82,12 @@ class MembraneFilm(GelFilm):
         own = self._ring.numbers(parameters)
         table = numbers_of(self.law, law, parameters["radius_ratio"], own["A"], own["B"])
         one = np.ones(np.shape(table["film_error"]))
-        return own | table | {"pulls": one, "near": one, "rim_taut": one, "any_taut": one}
+        switches = {"pulls": one, "near": one, "rim_taut": one, "any_taut": one}
+        return own | table | membrane_charge.numbers_of(self._area_of, own | table, self.law) | switches
+
+    def _area_of(self, n: Numbers) -> membrane_charge.Area:
+        """The capacitance of one film over s and V."""
+        return lambda s, V: np.asarray(self._integrals(np.sqrt(s), V, n)[1])
 
     # --- force -------------------------------------------------------------------------------------------------------
 
@@ -162,8 +169,9 @@ class MembraneFilm(GelFilm):
         slack = n["slack_limit"] - squared
         if known(near) == 1.0:
             return pulls + (1.0 - pulls) * slack
-        # a slack film does not come above the cut
-        above = pulls * (formulas.pull_in(x * x, n, xp) - squared) - (1.0 - pulls)
+        # a slack film does not come above the cut, below which there is no curve of localisation
+        s = (1.0 - near) * (x * x) + near * n["reach_squared"]
+        above = pulls * (formulas.pull_in(s, n, xp) - squared) - (1.0 - pulls)
         return near * (pulls + (1.0 - pulls) * slack) + (1.0 - near) * above
 
     def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
@@ -250,14 +258,36 @@ class MembraneFilm(GelFilm):
     # --- energies ----------------------------------------------------------------------------------------------------
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
-        """Energy of film and field less the charge times the voltage."""
-        return self._integrals(x, squared, n)[0]
+        """Energy of film and field less the charge times the voltage, plus V/2: so it is 0 where no ring moves."""
+        return self._integrals(x, squared, n)[0] + 0.5 * squared
 
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """Mean square of the deformed over the mounted area."""
-        if traced(xp):
-            return Film.capacitance(self, x, squared, y, n, xp)
-        return self._integrals(x, squared, n)[1]
+        """Mean square of the deformed over the mounted area; in a program by `membrane_charge`."""
+        if not traced(xp):
+            return self._integrals(x, squared, n)[1]
+        pulls, near = 0.5 + 0.5 * n["pulls"], 0.5 + 0.5 * n["near"]
+        if known(pulls) == 0.0:
+            return self._slack_area(squared, pulls, n, xp)
+        behind = 0.5 - 0.5 * n["rim_taut"], 0.5 - 0.5 * n["any_taut"]
+        shares = {"near": near, "far": 1.0 - near}
+        parts = {piece: share for piece, share in shares.items() if known(share) != 0.0}
+        own = [share * membrane_charge.capacitance(piece, x * x, squared, n, behind) for piece, share in parts.items()]
+        found = sum(own[1:], own[0])
+        return found if known(pulls) == 1.0 else pulls * found + (1.0 - pulls) * self._slack_area(squared, pulls, n, xp)
+
+    def _slack_area(self, squared: Any, pulls: Any, n: Numbers, xp: Any) -> Any:
+        """The capacitance of a film without tension in a program, t^2 G with V G = Vb(t); t = 1 where it ``pulls``."""
+
+        def residual(t: Any, squared: Any, xp: Any) -> Any:
+            inverse = 1.0 / t
+            compliance = self.law.compliance(2.0 * t + inverse * inverse - 3.0, n, xp)
+            slack = 1.0 - inverse * inverse * inverse - squared * n["G"] * t * compliance
+            return slack if known(pulls) == 0.0 else pulls * (t - 1.0) + (1.0 - pulls) * slack
+
+        places = [xp.node(value).index for value in (squared, pulls, n["G"])]
+        name = f"length of a slack film at {places}"
+        t = root(xp, name, residual, (squared,), lambda squared, xp: 1.0 + 0.0 * squared)
+        return t * t * n["G"]
 
     def _integrals(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
         """Energy and area."""

@@ -1,0 +1,135 @@
+"""The charge of the membrane as a formula for programs, fitted to -2 dE/dV of its energy.
+
+The energy is the integral of the force over the height, and has no closed form. In each piece of
+`gelcone.membrane.force` with its u, q, ``rim`` and ``whole``
+
+    capacitance = (1 + s) [P(u, q) + rim^2 P1(u, q) + whole^2 P2(u, q)]
+
+since the hoop that falls slack bends the second derivative of the charge, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from gelcone import disk_cache
+from gelcone.membrane import force as formulas
+from gelcone.membrane import made, table
+from gelcone.physics.component import Numbers
+from gelcone.quantity import Array
+
+KIND = "membrane charges"
+PARTS = {"main": (10, 8), "rim": (5, 4), "whole": (5, 4)}
+"""Degrees in u and q."""
+HEIGHTS, VOLTAGES = 40, 32
+"""Places of the fit in each piece."""
+PLACES = 4001
+TOP = 1.0 - 1e-9
+"""Share of the voltage at which the film ends, up to which its charge is fitted."""
+BORDER = 10.0
+"""Weight of the places where the film falls slack, so that the charge is continuous there."""
+FLOOR = 0.05
+"""Added to the change of the capacitance before its relative error is taken."""
+SMALLEST = 1e-12
+
+Area = Callable[[Array, Array], Array]
+"""Capacitance over s and V."""
+
+
+def names() -> list[str]:
+    """Names of all coefficients, piece by piece."""
+    return [name for piece in formulas.PIECES for part in PARTS for name in _names(piece, part).ravel()]
+
+
+def _names(piece: str, part: str) -> np.ndarray[Any, np.dtype[Any]]:
+    shape = tuple(degree + 1 for degree in PARTS[part])
+    found = np.empty(shape, dtype=object)
+    for place in np.ndindex(shape):
+        found[place] = "_".join([piece, "charge", part, *map(str, place)])
+    return found
+
+
+def capacitance(piece: str, s: Any, V: Any, n: Numbers, behind: Sequence[Any]) -> Any:
+    """The capacitance of a piece; ``behind`` is 1 or 0: whether ``rim`` and ``whole`` count."""
+    own = formulas.pull(piece, s, V, n, (behind[0], behind[1]))
+    power = formulas.powers(own.u, PARTS["main"][0])
+    total = _value(piece, "main", own.q, power, n)
+    for part, distance, counts in zip(("rim", "whole"), (own.rim, own.whole), behind, strict=True):
+        if getattr(counts, "value", None) != 0.0:
+            factor = counts * distance
+            total = total + factor * factor * _value(piece, part, own.q, power, n)
+    return (1.0 + s) * total
+
+
+def _value(piece: str, part: str, q: Any, power: Sequence[Any], n: Numbers) -> Any:
+    """The sum of c_ij u^i q^j."""
+    found: Any = 0.0
+    for column in _names(piece, part).T[::-1]:
+        found = found * q + sum((n[name] * one for name, one in zip(column[1:], power[1:], strict=False)), n[column[0]])
+    return found
+
+
+def numbers_of(area: Callable[[Numbers], Area], numbers: Mapping[str, Any], law: object) -> dict[str, Array]:
+    """The coefficients of films with the ``numbers`` of their tables, each an array of their shape.
+
+    ``area`` gives the capacitance of one film with its numbers, ``law`` is the strain-energy law.
+    """
+    shape = np.shape(numbers["film_error"])
+    rows = {name: np.broadcast_to(value, shape).ravel() for name, value in numbers.items()}
+    each = [tuple(float(values[k]) for values in rows.values()) for k in range(int(np.prod(shape)))]
+    found = np.array([_made(area, tuple(rows), row, law) for row in each])
+    return {name: found[:, k].reshape(shape)[()] for k, name in enumerate(names())}
+
+
+@lru_cache(maxsize=made.MOST)
+def _made(
+    area: Callable[[Numbers], Area], table_names: tuple[str, ...], row: tuple[float, ...], law: object
+) -> tuple[float, ...]:
+    """The coefficients of one film, in the order of their names."""
+
+    def make() -> bytes:
+        n = dict(zip(table_names, row, strict=True))
+        fits = [_fitted(piece, area(n), n) for piece in formulas.PIECES]
+        return np.concatenate(fits).tobytes()
+
+    sources = (disk_cache.Path(__file__).parent, disk_cache.Path(formulas.__file__).parent, type(law))
+    return tuple(np.frombuffer(disk_cache.made(KIND, (law, row), make, sources)).tolist())
+
+
+def _fitted(piece: str, area: Area, n: Numbers) -> Array:
+    """The coefficients of a piece by least squares of the relative error; zeros for one that the film lacks."""
+    rows = [degree + 1 for part in PARTS.values() for degree in part]
+    if not n[f"{piece}_scale"]:
+        return np.zeros(sum(one * other for one, other in zip(rows[::2], rows[1::2], strict=True)))
+    s, V, weight = _places(piece, n)
+    own = formulas.pull(piece, s, V, n)
+    known = area(s, V) / (1.0 + s)
+    there = np.isfinite(known)
+    weight = weight / (known - 1.0 / (1.0 + s) + FLOOR)
+    parts = []
+    for part, factor in (("main", 1.0), ("rim", np.maximum(own.rim, 0.0)), ("whole", np.maximum(own.whole, 0.0))):
+        products = chebyshev.chebvander2d(own.u, 2.0 * own.q - 1.0, PARTS[part])
+        parts.append(products * np.square(factor + 0.0 * s)[:, None])
+    matrix = np.hstack(parts)[there] * weight[there, None]
+    values = np.linalg.lstsq(matrix, (known * weight)[there], rcond=SMALLEST)[0]
+    split = np.split(values, np.cumsum([part.shape[1] for part in parts])[:-1])
+    shaped = (own.reshape([d + 1 for d in PARTS[part]]) for part, own in zip(PARTS, split, strict=True))
+    return np.concatenate([table.chebyshev_to_powers(own).ravel() for own in shaped])
+
+
+def _places(piece: str, n: Numbers) -> tuple[Array, Array, Array]:
+    """s, V and weights of a piece: Chebyshev points in u, and in V up to where the film ends."""
+    grid = np.linspace(0.0, np.sqrt(n["reach_squared"]), PLACES) ** 2
+    u = n[f"{piece}_scale"] * formulas.place(grid, n)[0] + n[f"{piece}_offset"]
+    s = np.interp(chebyshev.chebpts1(HEIGHTS), u, grid)
+    with np.errstate(invalid="ignore"):
+        end = formulas.tension(s, 0.0, n) if piece == "near" else formulas.pull_in(s, n)
+    share = 0.5 - 0.5 * np.cos(np.pi * np.arange(VOLTAGES) / (VOLTAGES - 1.0))
+    V = np.maximum(end, 0.0)[:, None] * share * TOP
+    weight = np.where(share == 1.0, BORDER if piece == "near" else 1.0, 1.0) + 0.0 * V
+    return np.repeat(s, VOLTAGES), V.ravel(), weight.ravel()

@@ -1,0 +1,99 @@
+"""The membrane's charge while a motion is computed: that of its energy, continuous, and in circuits."""
+
+import numpy as np
+import pytest
+
+from gelcone import ConeModel, Outcome, simulate
+from gelcone.motion.flow import integrate
+from gelcone.physics.differentiate import evaluated
+from gelcone.physics.film.membrane import MembraneFilm
+from gelcone.physics.trace import Graph
+from tests.physics.test_circuit import VoltageBehindResistor
+
+SWITCHES = ("pulls", "near", "rim_taut", "any_taut")
+FILMS = {
+    "unstretched": {},
+    "equi-biaxial": {"prestretch": 1.3, "prestretch_mode": "equibiaxial"},
+    "mixed": {"meridional_prestretch": 1.3, "hoop_prestretch": 1.1, "radius_ratio": 0.3},
+}
+
+
+def film_of(name: str) -> tuple[MembraneFilm, dict[str, float]]:
+    model = ConeModel(film="membrane", stretch_limit=50.0, **FILMS[name])
+    return model.film, model.members().numbers_at(0)
+
+
+def in_a_program(film, n, x, V):
+    """The capacitance as programs compute it, at the switches of the place."""
+    graph = Graph()
+    place, squared = graph.state(0), graph.state(1)
+    leaves = {name: graph.switch(name) for name in SWITCHES}
+    node = graph.node(film.capacitance(place, squared, [], {**n, **leaves}, graph))
+    known = {place.index: x, squared.index: V}
+    return evaluated([node], known | {leaf.index: film.switches(x, V, n)[name] for name, leaf in leaves.items()})[0]
+
+
+@pytest.mark.parametrize("name", FILMS)
+def test_it_is_that_of_the_energy(name):
+    film, n = film_of(name)
+    x, share = np.meshgrid(np.linspace(0.03, 1.5, 25), np.linspace(0.0, 0.98, 13))
+    with np.errstate(invalid="ignore"):
+        V = share * np.minimum(film.highest_squared(x, n), 1.5)
+    exact = film.capacitance(x, V, [], n)
+    error = np.abs(in_a_program(film, n, x, V) - exact)
+    assert np.max(error / (exact - 1.0 + 0.05)) < 8e-3  # largest next to localisation
+    assert np.sqrt(np.mean(np.square(error / exact))) < 3e-4
+    kinds = film.state(x, np.sqrt(V), n).kind
+    assert set(np.unique(kinds)) >= {0, 1}
+
+
+def test_a_slack_film_has_the_charge_of_its_even_stretch():
+    film, n = film_of("unstretched")
+    x, V = np.full(4, 0.2), np.array([0.15, 0.2, 0.3, 0.44])
+    assert np.all(film.switches(x, V, n)["pulls"] < 0.0)
+    np.testing.assert_allclose(in_a_program(film, n, x, V), film.capacitance(x, V, [], n), rtol=1e-9)
+
+
+BEHIND = {
+    "film": "membrane",
+    "circuit": VoltageBehindResistor(),
+    "series_resistance": 0.2,
+    "stretch_limit": 50.0,
+    "rest_height": 0.3,
+    "spring_stiffness": 1.0,
+    "damping_ratio": 0.1,
+    "voltage": 0.4,
+    "drive_frequency": 0.35,
+}
+TIMES = np.linspace(0.0, 40.0, 401)
+
+
+def test_what_a_source_gives_is_stored_in_the_film_or_lost():
+    """Through all states of the film; the balance closes as well as the charge is that of the energy."""
+    run = simulate(ConeModel(**BEHIND), (0.6, 0.0), times=TIMES)
+    assert int(run["outcome"]) == Outcome.OK
+    assert all(run[f"film_state_{kind}"].item() > 0.02 for kind in ("taut", "partly_wrinkled", "wrinkled", "slack"))
+    moved = float(run["resistor_dissipation"][-1])
+    assert moved > 0.05
+    assert float(abs(run["energy_residual"]).max()) < 2e-4 * moved
+    charge = np.gradient(run["drive_voltage"] * capacitance(run), TIMES, edge_order=2)
+    assert np.abs(run["current"] - charge)[5:-5].max() < 0.02 * float(abs(run["current"]).max())
+
+
+def capacitance(run):
+    model = ConeModel(**BEHIND)
+    x, v = run["displacement"].values, run["drive_voltage"].values
+    return model.film.capacitance(x, v * v, [], model.members().numbers_at(0))
+
+
+def test_behind_a_small_resistance_it_moves_as_at_the_source():
+    model = ConeModel(**BEHIND | {"series_resistance": 1e-4, "voltage": 0.3})
+    run = integrate(model, (0.6, 0.0), TIMES)
+    alone = integrate(model.replace(circuit="ideal"), (0.6, 0.0), TIMES)
+    assert np.abs(run.states[0, :, 0] - alone.states[0, :, 0]).max() < 1e-4
+
+
+def test_circuits_give_equal_bits_on_other_threads():
+    several = ConeModel(**BEHIND | {"voltage": [0.2, 0.3, 0.4, 0.5, 0.55]})
+    one, four = (integrate(several, (0.6, 0.0), TIMES[:101], threads=count) for count in (1, 4))
+    np.testing.assert_array_equal(one.states, four.states)
