@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -97,7 +98,7 @@ def _made(
         fits = [_fitted(piece, area(n), n) for piece in formulas.PIECES]
         return np.concatenate(fits).tobytes()
 
-    sources = (disk_cache.Path(__file__).parent, disk_cache.Path(formulas.__file__).parent, type(law))
+    sources = (Path(__file__).parent, Path(formulas.__file__).parent, type(law))
     return tuple(np.frombuffer(disk_cache.made(KIND, (law, row), make, sources)).tolist())
 
 
