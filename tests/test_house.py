@@ -150,3 +150,15 @@ def test_the_integrator_is_known_to_one_place():
 )
 def test_imports_are_found_wherever_they_stand(source, found):
     assert set(imported(source, {"motion.flow": 0, "dataset": 0, "physics.laws": 0})) == found
+
+
+LONGEST = 80
+"""Lines of a function without its docstring."""
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_functions_are_short(name):
+    for node in ast.walk(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            first = node.body[1] if ast.get_docstring(node) is not None and node.body[1:] else node.body[0]
+            assert node.end_lineno - first.lineno < LONGEST, f"{name}: {node.name}"

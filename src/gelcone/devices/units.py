@@ -162,35 +162,33 @@ def parse(
     """
     dimension = DIMENSIONS[unit]
     example = example or dimension.example
-    reason = ""
-    number = math.nan
-    if isinstance(value, np.ndarray) and value.ndim == 0:
-        value = value.item()
-    if isinstance(value, str):
-        parsed = _parse_text(value, unit, dimension)
-        number, reason = (number, parsed) if isinstance(parsed, str) else (parsed, "")
-    elif isinstance(value, Real) and not isinstance(value, bool):
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
-    elif isinstance(value, list | tuple | np.ndarray):
-        reason = "must be one value, not several"
-    else:
-        reason = f"must be a number or a string, not {type(value).__name__}"
-    allowed = math.isfinite(number) or (infinite and number == math.inf)
-    if not reason and not allowed:
-        reason = "must be finite"
-    if reason:
-        raise FieldError(name, f"{name} = {_shown(value)}: {reason}; {dimension.accepted(unit, example)}")
-    in_unit = "" if unit == "1" else f" {unit}"
+    number = _read(value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value, unit, dimension)
+    if not isinstance(number, str) and not (math.isfinite(number) or (infinite and number == math.inf)):
+        number = "must be finite"
+    if isinstance(number, str):
+        raise FieldError(name, f"{name} = {_shown(value)}: {number}; {dimension.accepted(unit, example)}")
+    in_unit, bound = "" if unit == "1" else f" {unit}", ""
     if above is not None and not number > above:
-        reason = f"must be greater than {above:g}{in_unit}"
+        bound = f"must be greater than {above:g}{in_unit}"
     if least is not None and not number >= least:
-        reason = f"must be at least {least:g}{in_unit}"
-    if reason:
-        raise FieldError(name, f"{name} = {_shown(value)}: {reason}; give a larger one, such as {example}")
+        bound = f"must be at least {least:g}{in_unit}"
+    if bound:
+        raise FieldError(name, f"{name} = {_shown(value)}: {bound}; give a larger one, such as {example}")
     return number
+
+
+def _read(value: Any, unit: str, dimension: Dimension) -> float | str:
+    """The number in SI, or the reason why the value is refused."""
+    if isinstance(value, str):
+        return _parse_text(value, unit, dimension)
+    if isinstance(value, Real) and not isinstance(value, bool):
+        try:
+            return float(value)
+        except OverflowError:
+            return math.inf
+    if isinstance(value, list | tuple | np.ndarray):
+        return "must be one value, not several"
+    return f"must be a number or a string, not {type(value).__name__}"
 
 
 def parse_many(

@@ -139,16 +139,20 @@ class ConeModel(Ensemble):
         parts |= {name: changes[name] for name in ("second_film", "second_drive") if name in changes}
         if no_film(parts.get("second_film")) and "second_drive" not in changes:
             parts.pop("second_drive", None)
-        known = _system(film, **parts).parameters
-        kept = {name: value for name, value in self.values.items() if name in known}
-        if "law" in changes and self.law is not None and getattr(film, "law", None) != self.law:
-            kept = {name: value for name, value in kept.items() if name.removeprefix(PREFIX) not in self.law.parameters}
-        for prefix in ("", PREFIX):
-            if any(changes.get(prefix + name) is not None for name in PRESTRETCHES):
-                own = {prefix + name for name in PRESTRETCHES}
-                kept = {k: value for k, value in kept.items() if k not in own or _goes_with(k, changes, prefix)}
+        others = self._others(changes, _system(film, **parts))
         numbers = {name: value for name, value in changes.items() if name not in KINDS}
-        return ConeModel(film=film, **parts, **(kept | numbers))
+        return ConeModel(film=film, **parts, **(others | numbers))
+
+    def _others(self, changes: Mapping[str, Any], system: ConeSystem) -> dict[str, Any]:
+        """The parameters that another system takes over where these change."""
+        values = {name: value for name, value in self.values.items() if name in system.parameters}
+        if "law" in changes and self.law is not None and getattr(system.film, "law", None) != self.law:
+            values = {name: v for name, v in values.items() if name.removeprefix(PREFIX) not in self.law.parameters}
+        for prefix in ("", PREFIX):
+            own = {prefix + name for name in PRESTRETCHES}
+            if any(changes.get(name) is not None for name in own):
+                values = {k: v for k, v in values.items() if k not in own or _goes_with(k, changes, prefix)}
+        return values
 
     @property
     def law(self) -> StrainEnergyLaw | None:
