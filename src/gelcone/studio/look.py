@@ -24,6 +24,7 @@ from gelcone.motion.section import section_cells
 from gelcone.motion.settle import start_states
 from gelcone.motion.spectrum import spectrum_cells
 from gelcone.motion.validity import broken_by_film
+from gelcone.physics.film.film import FilmState
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import bias_record
@@ -127,37 +128,57 @@ def response(subject: Subject, periods: float) -> Parts:
     whole = run = integrate(members, states0, span * shares, threads=1)
     if whole.outcome[0] and whole.end_times[0] > 0.0:  # what there is of it, up to its end, in as many samples
         run = integrate(members, states0, JUST_BEFORE * whole.end_times[0] * shares, threads=1)
-    x, u = run.states[0, :, 0], run.states[0, :, 1]
-    voltages = members.voltages(run.times, run.states)
-    films = film_states(members, run.states, voltages)
-    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    arrays, found_in = curve(members, run, subject)
     outcome = Outcome(int(whole.outcome[0]))
     seems = _ended(subject, whole) if outcome else _seems(members, run.times[0], run.states[0])
-    ran = np.isfinite(x)
     return Parts(
-        {
-            "t": run.times[0] * by["time"],
-            "x": x * by["length"],
-            "u": u * by["velocity"],
-            "v": voltages[0][0] * by["voltage"],
-            "film": films[-1],
-            **{f"film{k}": film for k, film in enumerate(films[:-1], start=1)},
-        },
+        arrays,
         {
             "seems": seems,
             "ended": outcome.label.replace("_", " ") if outcome else "",
-            "shares": _shares(films[-1][ran]),
-            "period": period * by["time"],
+            "shares": found_in,
+            "period": period * scales(subject)["time"][0],
             "shown": span / period,
             "cut": count < wanted,
         },
     )
 
 
-def film_states(members: Members, states: Array, voltages: Sequence[Array]) -> list[Any]:
+def curve(members: Members, run: Trajectories, subject: Subject, prefix: str = "") -> tuple[dict[str, Any], Any]:
+    """Arrays along the run of a single actuator - time, height, velocity, voltage, and of each film its state, its
+    thickness over that without stretch and its field over breakdown, or over the largest where that is unknown - and
+    for which share of the run the films are in each state that occurs."""
+    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    x, n, voltages = run.states[..., 0], members.numbers(trailing=1), members.voltages(run.times, run.states)
+    with np.errstate(all="ignore"):
+        states = [film.state(x, v, n) for film, v in zip(members.system.films, voltages, strict=True)]
+    codes = film_states(members, run.states, voltages, states)
+    arrays = {
+        "t": run.times[0] * by["time"],
+        "x": x[0] * by["length"],
+        "u": run.states[0, :, 1] * by["velocity"],
+        "v": voltages[0][0] * by["voltage"],
+        "film": codes[-1],
+        **{f"film{k}": code for k, code in enumerate(codes[:-1], start=1)},
+    }
+    strength = members.values.get("dielectric_strength")
+    for k, state in enumerate(states, start=1):
+        own = "" if len(states) == 1 else str(k)
+        field = np.broadcast_to(state.true_field, x.shape)[0]
+        most = np.nanmax(field, initial=0.0) if strength is None else float(strength[0])
+        arrays |= {
+            f"thin{own}": np.broadcast_to(state.thickness_stretch, x.shape)[0],
+            f"field{own}": field / (most or 1.0),
+        }
+    return {prefix + name: values for name, values in arrays.items()}, _shares(codes[-1][np.isfinite(x[0])])
+
+
+def film_states(
+    members: Members, states: Array, voltages: Sequence[Array], films: Sequence[FilmState | None] = (None, None)
+) -> list[Any]:
     """The state of each film (a place in `FILM_STATES`) along a single run under their voltages, (samples,); of two
-    films behind them what happens in either."""
-    each = broken_by_film(members, states[..., 0], voltages)
+    films behind them what happens in either. ``films``: what the run does to each, where it is known."""
+    each = broken_by_film(members, states[..., 0], voltages, films)
     found = [_coded(fails, states.shape[1]) for fails in each]
     if len(each) > 1:
         names = each[0].keys() | each[1].keys()
@@ -237,7 +258,7 @@ def kind(subject: Subject) -> Settled:
         words["numbers"] = performance.in_words(
             performance.motion(members, run, regime, whole.stop // whole.step), subject
         )
-        arrays = {"ox": run.states[0, :, 0] * by["length"], "ou": run.states[0, :, 1] * by["velocity"]}
+        arrays, words["shares"] = curve(members, run, subject, "o")
         if regime not in (Regime.REST, Regime.PERIODIC):  # two runs of chaos come apart
             points = run.states[0, whole]
     arrays |= {"px": points[:, 0] * by["length"], "pu": points[:, 1] * by["velocity"]}

@@ -35,6 +35,17 @@ test("over time, height and voltage stand above each other over the same time", 
   for (const text of ["time (ms)", "height (mm)", "voltage (V)"]) assert.ok(texts(p.context).includes(text), text);
 });
 
+test("over time the settled motion is shown where the portrait shows it, and says so", () => {
+  const scene = { t: Float32Array.of(0, 20), x: Float32Array.of(7, 9), u: Float32Array.of(0, 0), v: Float32Array.of(1, 1), film: Uint8Array.of(0, 0) };
+  const own = look({ settled: scene }), p = panel(timePanel, { a: own, motion: "settled" });
+  assert.ok(near(p.toX(p.right), 20) && texts(p.context).includes("the settled motion"));
+  assert.ok(close(drawn(p, LIGHT.a).slice(2), [[p.X(0), p.Y(7)], [p.X(20), p.Y(9)]]));
+  for (const looks of [{ a: own, motion: "start" }, { a: { ...own, old: true }, motion: "settled" }]) {
+    const start = panel(timePanel, looks);
+    assert.deepEqual([Math.round(start.toX(start.right)), texts(start.context).includes("the settled motion")], [40, false]);
+  }
+});
+
 test("the cursor over time stands at its time, and goes where there is none", () => {
   let time = 10;
   const p = panel(timePanel, { a: look() }, { time: () => time, state: () => NOW });
@@ -82,7 +93,9 @@ test("the phase portrait has the height along and the velocity up: the settled o
   const wild = panel(portraitPanel, { a: { ...own, wanders: true } });
   assert.equal(wild.context.calls.filter((c) => c.name === "arc").length, 0);
   const both = panel(portraitPanel, { a: own, b: { ...own } });
-  assert.deepEqual(both.context.calls.filter((c) => c.name === "arc").map((c) => c.fillStyle), [LIGHT.a, LIGHT.b]);
+  assert.deepEqual(both.context.calls.filter((c) => c.name === "arc").map((c) => c.fillStyle), [LIGHT.a]);
+  assert.deepEqual(both.context.calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.b).map((c) => c.args), [[p.X(1) - 3.5, p.Y(0.5) - 3.5, 7, 7]]);
+  assert.deepEqual(both.context.calls.filter((c) => c.name === "lineTo" && c.lineWidth === 1.8).map((c) => [c.strokeStyle, c.dash.length > 0]).filter((own, k) => k % 4 === 0), [[LIGHT.a, false], [LIGHT.b, true]]);
 });
 
 test("from the start the run alone is drawn, in its own range; so is one without a settled motion", () => {
@@ -246,4 +259,34 @@ test("a second film is flat where its plane is, in its own colour", () => {
   const lines = g.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === FILM[4] && c.lineWidth > 2).map((c) => c.args);
   assert.ok(lines.some((at) => close([at], [[middle + 30 * scale, ground - 15 * scale]])));
   assert.ok(lines.some((at) => close([at], [[middle + 8 * scale, ground - 10 * scale]])));
+});
+
+test("a film is drawn thinner where it is thinner, and brighter the stronger its field", () => {
+  const line = (more) => cone([{ films: [0, 0], ...more }]).g.calls.find((c) => c.name === "lineTo" && c.lineCap === "round");
+  const [usual, thin, dull, bright] = [line({}), line({ thin: [0.5], field: [0] }), line({ thin: [1], field: [0] }), line({ thin: [1], field: [1] })];
+  assert.ok(near(thin.lineWidth, 0.5 * usual.lineWidth) && near(dull.lineWidth, usual.lineWidth));
+  const light = ({ strokeStyle }) => [1, 3, 5].reduce((sum, k) => sum + parseInt(strokeStyle.slice(k, k + 2), 16), 0);
+  assert.equal(dull.strokeStyle, LIGHT.taut);
+  assert.ok(light(bright) > light(dull) + 100);
+  assert.ok(near(line({ thin: [NaN], field: [NaN] }).lineWidth, usual.lineWidth));
+});
+
+test("a hand takes the disc and lets it go at its place, and the gauge; a frame of no size draws nothing wrong", () => {
+  const done = [], { own } = cone([{ height: 10, trail: [9, 8] }]), { canvas } = own;
+  own.hands = { disc: (height, settled) => done.push(["disc", height, settled]), volts: (share, settled) => done.push(["volts", share, settled]) };
+  const [disc, gauge] = ["disc", "volts"].map((kind) => own.grips.find((grip) => grip.kind === kind));
+  const put = (event, x, y, more = {}) => canvas[`on${event}`]({ type: event, clientX: x + 10, clientY: y + 20, pointerId: 1, ...more });
+  const [x, y] = [(disc.box[0] + disc.box[2]) / 2, (disc.box[1] + disc.box[3]) / 2], scale = Math.abs(1 / (disc.value(1) - disc.value(0)));
+  put("pointerdown", x, y + 3); put("pointermove", x, y + 4); put("pointermove", x, y + 3 - 5 * scale); put("pointerup", x, y + 3 - 6 * scale);
+  assert.deepEqual(done.map(([kind, , settled]) => [kind, settled]), [["disc", false], ["disc", true]]); // not for a trembling hand
+  assert.ok(near(done[0][1], 15, 1e-4) && near(done[1][1], 16, 1e-4));
+  done.length = 0;
+  put("pointerdown", x, y, { button: 2 }); put("pointermove", x, y - 50); put("pointerdown", 3, 3); put("pointermove", 3, 50); put("pointerup", 3, 50);
+  assert.deepEqual(done, []);
+  put("pointerdown", gauge.box[0] + 1, gauge.box[3]); put("pointermove", gauge.box[0], (gauge.box[1] + gauge.box[3]) / 2); put("pointercancel", 0, 0);
+  assert.deepEqual(done.map(([kind, share, settled]) => [kind, Number(share.toFixed(6)), settled]), [["volts", Number(gauge.value((gauge.box[1] + gauge.box[3]) / 2).toFixed(6)), false], ["volts", Number(gauge.value((gauge.box[1] + gauge.box[3]) / 2).toFixed(6)), true]]);
+  assert.ok(own.held === null);
+  own.w = 20;
+  own.draw([{ about: ABOUT, height: 10, films: [0, 0], low: 0, high: 20, volts: [0, 100], voltage: 50, heightText: "", voltageText: "" }]);
+  assert.ok(own.context.calls.filter((c) => c.name === "ellipse").every(({ args: [, , across, up] }) => across >= 0 && up >= 0));
 });

@@ -6,7 +6,7 @@ import { DARK, LIGHT, Memory, Socket, browser, frame, near, page, wait } from ".
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
 const address = await from("address"), { unpack } = await from("frames"), palette = await from("colours");
-const { Controls, format } = await from("controls"), { Clock } = await from("clock"), { Badge } = await from("badge"), { Link, tokenOf } = await from("link");
+const { Controls, format } = await from("controls"), { Clock } = await from("clock"), { Badge } = await from("badge"), { Link, tokenOf } = await from("link"); const { heightAt, sceneOf, settledOf } = await from("scene");
 
 test("an address read and written is the same", () => {
   const text = "device=biased-pump&frequency=9+Hz&material.law=yeoh&b.preset=base&b.voltage=1.04&side=b&periods=60&top=spectrum&left=statics&right=strip&view=stroke&x=frequency%2C1%2C20&y=voltage_amplitude%2C0%2C2&over=voltage%2C-1%2C2";
@@ -190,6 +190,20 @@ test("the state at a time lies between its samples, and the film's is that of th
   own.at = 25;
   assert.equal(own.state({ ...look, x: Float32Array.of(0, 1, NaN, NaN, NaN) }), null);
   assert.equal(own.state({}), null);
+});
+
+test("a periodic motion is repeated over the run, one that wanders is shown as it came, and one that is awaited not", () => {
+  const orbit = { ot: Float32Array.of(0, 5, 10), ox: Float32Array.of(1, 2, 1), ou: Float32Array.of(0, 0, 0), ov: Float32Array.of(3, 4, 3), ofilm: Uint8Array.of(0, 4, 0), othin: Float32Array.of(0.5, 0.4, 0.5), px: Float32Array.of(7) };
+  const own = settledOf(orbit, { periodic: true, periods: 4, period: 5 });
+  assert.deepEqual([...own.t], [0, 5, 10, 15, 20]);
+  assert.deepEqual([[...own.x], [...own.film], own.thin.length, "px" in own], [[1, 2, 1, 2, 1], [0, 4, 0, 4, 0], 5, false]);
+  assert.deepEqual([...settledOf(orbit, { periodic: false, periods: 400, period: 5 }).t], [0, 5, 10]);
+  assert.equal(settledOf({ px: orbit.px }, { periodic: true, periods: 4, period: 5 }), null);
+  assert.ok(settledOf(orbit, { periodic: true, periods: 1e9, period: 5 }).t.length <= 200001);
+  const look = { settled: own, x: [] };
+  assert.deepEqual([sceneOf(look, "settled") === own, sceneOf(look, "start") === look, sceneOf({ ...look, old: true }, "settled").settled === own], [true, true, true]);
+  assert.equal(sceneOf({ ...look, old: true }, "settled").x.length, 0);
+  for (const [time, height] of [[0, 1], [2.5, 1.5], [5, 2], [17.5, 1.5], [20, 1], [99, 1], [-1, 1]]) assert.ok(near(heightAt(own, time), height, 1e-6), time);
 });
 
 test("time passes at the chosen speed, at most a tenth of a second a picture, and begins anew at the end", () => {

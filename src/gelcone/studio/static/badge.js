@@ -71,13 +71,17 @@ function difference(name, value, other) {
   return ` (${value >= other ? "+" : "-"}${share < 9.95 ? Number(share.toPrecision(2)) : share.toFixed(0)} %)`;
 }
 
-// Whether the model holds, and what the film does: one that wrinkles may be slack, one that is taut by assumption not.
+// Whether the model holds, and what the film does: in the settled motion, and on the way there if it is not so then. A
+// film that wrinkles may be slack, one that is taut by assumption not.
 function validity(look) {
-  const { shares, ended } = look.words, { about } = look;
+  const { shares, ended } = look.words, { about } = look, settled = !ended && look.shares;
   const named = (some) => `film ${some.map(({ code, share }) => `${about.film[code]} ${percent(share)}`).join(", ")} of the time`;
-  const broken = shares.filter(({ code }) => code >= BREAKDOWN || (code > 0 && !about.wrinkles));
-  if (broken.length) return [`the model does not hold: ${named(broken)}${ended ? " until then" : ""}`, false];
+  const broken = (some) => some.filter(({ code }) => code >= BREAKDOWN || (code > 0 && !about.wrinkles));
+  const now = settled || shares, failing = broken(now), before = settled ? broken(shares) : [];
+  if (failing.length) return [`the model does not hold: ${named(failing)}${ended ? " until then" : ""}`, false];
   const strength = about.strength || !about.si ? "" : "; dielectric strength unknown";
-  const wrinkled = shares.filter(({ code }) => code > 0), film = wrinkled.length ? `${named(wrinkled)}, as it may be` : "film taut throughout";
-  return ended ? [`the model holds until then only: ${film}${strength}`, false] : [`the model holds: ${film}${strength}`, true];
+  const wrinkled = now.filter(({ code }) => code > 0), film = wrinkled.length ? `${named(wrinkled)}, as it may be` : "film taut throughout";
+  if (ended) return [`the model holds until then only: ${film}${strength}`, false];
+  if (before.length) return [`the model holds once the motion has settled: ${film}${strength}; on the way there ${named(before)}`, false];
+  return [`the model holds: ${film}${strength}`, true];
 }

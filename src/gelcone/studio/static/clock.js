@@ -1,5 +1,6 @@
 // The player: where in the run the picture is, and how fast it goes.
 import { format, icon, say } from "./controls.js";
+import { placeAt, sceneOf } from "./scene.js";
 
 const PLAY = "M4 3v12l9-6z", PAUSE = "M5 3v12M11 3v12";
 const TOLD = 120; // ms between changes of slider and text while it plays: each lays out the page
@@ -27,7 +28,9 @@ export class Clock {
 
   look() { return this.looks.a ?? this.looks.b; }
 
-  length() { return this.look()?.t ? Math.max(...["a", "b"].map((side) => this.looks[side]?.t?.at(-1) ?? 0)) : 0; }
+  scene(look) { return sceneOf(look, this.looks.motion); }
+
+  length() { return Math.max(0, ...["a", "b"].map((side) => this.looks[side]).map((look) => (look?.t ? this.scene(look).t.at(-1) : 0))); }
 
   // The speeds to choose from, once it is known how long a period is; with seconds known, how much slower than real.
   speeds(period, si) {
@@ -71,13 +74,15 @@ export class Clock {
 
   time() { return this.look()?.t ? this.at : null; }
 
-  // The state of a look's run at this time, between its samples; null where the run has ended.
+  // The state of what is shown of a look at this time, between its samples; null where the run has ended. Of each film
+  // its state, thickness and field.
   state(look) {
-    const { t, x, u, v, film, film1 = film, film2 = film } = look;
-    if (!t) return null;
-    const n = t.length - 1, place = Math.min((this.at / t[n]) * n, n), k = Math.min(Math.floor(place), n - 1), f = place - k;
-    const between = (values) => values[k] + (values[k + 1] - values[k]) * f;
-    const state = { x: between(x), u: between(u), v: between(v), films: [film1, film2].map((own) => own[f < 0.5 ? k : k + 1]) };
+    if (!look.t) return null;
+    const scene = this.scene(look), [k, f] = placeAt(scene, this.at), next = Math.min(k + 1, scene.t.length - 1);
+    const between = (values) => values[k] + (values[next] - values[k]) * f;
+    const films = [1, 2].map((number) => (scene[`film${number}`] ?? scene.film)[f < 0.5 ? k : next]);
+    const of = (name) => [1, 2].map((number) => scene[`${name}${number}`] ?? scene[name]).map((values) => (values ? between(values) : NaN));
+    const state = { x: between(scene.x), u: between(scene.u), v: between(scene.v), films, thin: of("thin"), field: of("field") };
     return Number.isFinite(state.x) ? state : null;
   }
 }

@@ -1,17 +1,50 @@
-// The cone in cross-section and in perspective, coloured by the film's state.
-import { colours, mix } from "./colours.js";
+// The cone in cross-section and in perspective: coloured by the film's state, brighter under a stronger field and drawn
+// thinner where it is thinner, with a trail of its heights. A hand takes the disc, or the voltage.
+import { colours, mix, rgb } from "./colours.js";
 
 const SECTORS = 64, RINGS = 5, TILT = 0.4;
 const GAUGE = 46;
 const SEEN_THROUGH = 0.7; // of the upper of two films
 const AROUND = 1, MERIDIAN = 2, BOTH = 3;
+const GRIP = 12; // px around the disc and the gauge within which a hand takes them
+const THICK = 5, THINNEST = 1.5; // px of a film in cross-section without stretch, and at least
+const NAMES = 40; // px below two cones for their names
 
 export class Cone {
   constructor(canvas) {
-    this.canvas = canvas; this.wakes = () => {};
+    // hands.disc(height, settled) and hands.volts(share of the highest voltage, settled) are called while a hand moves
+    Object.assign(this, { canvas, wakes: () => {}, hands: null, grips: [], held: null, foot: 0 });
     this.context = canvas.getContext("2d", { alpha: false });
     new ResizeObserver(() => { this.fit(); this.changed = true; this.wakes(); }).observe(canvas);
+    canvas.onpointerdown = (event) => this.take(event);
+    canvas.onpointermove = (event) => this.pull(event, false);
+    canvas.onpointerup = canvas.onpointercancel = (event) => this.pull(event, true);
     this.fit();
+  }
+
+  // What a hand would take at a place: the disc, or the gauge of the voltage.
+  grip(event) {
+    const r = this.canvas.getBoundingClientRect(), x = event.clientX - r.left, y = event.clientY - r.top;
+    return [this.grips.find(({ box: [x0, y0, x1, y1] }) => x >= x0 - GRIP && x <= x1 + GRIP && y >= y0 - GRIP && y <= y1 + GRIP), y];
+  }
+
+  take(event) {
+    if (!this.hands || event.button > 0 || event.isPrimary === false) return;
+    const [grip, y] = this.grip(event);
+    if (!grip) return;
+    this.held = { ...grip, from: y, began: grip.value(y) };
+    this.canvas.setPointerCapture(event.pointerId);
+  }
+
+  pull(event, settled) {
+    if (event.isPrimary === false) return;
+    const [grip, y] = this.grip(event), own = this.held;
+    this.canvas.style.cursor = own || grip ? "ns-resize" : "";
+    if (!own) return;
+    if (settled) this.held = null;
+    if (event.type === "pointercancel") return this.hands[own.kind](own.last ?? own.start, true);
+    own.last = own.kind === "disc" ? own.start + own.value(y) - own.began : Math.max(own.value(y), 0);
+    if (own.moved || Math.abs(y - own.from) > 2) { own.moved = true; this.hands[own.kind](own.last, settled); }
   }
 
   fit() {
@@ -26,6 +59,8 @@ export class Cone {
   draw(sides) {
     const g = this.context, { w, h } = this;
     if (!w || !h) return;
+    if (this.held) sides = sides.map((side) => ({ ...side, low: this.held.low, high: this.held.high, volts: this.held.volts }));
+    this.grips = []; this.foot = sides.length > 1 ? NAMES : 0;
     g.setTransform(this.d, 0, 0, this.d, 0, 0);
     g.fillStyle = colours().panel;
     g.fillRect(0, 0, w, h);
@@ -48,23 +83,29 @@ export class Cone {
 
   scale(side) {
     const [most, least] = this.reach(side);
-    const wide = (0.5 * (this.w - GAUGE)) / (2.28 * side.about.rim), tall = (this.h - 54) / (most - least + 0.75 * side.about.rim);
-    return Math.min(wide, tall);
+    const wide = (0.5 * (this.w - GAUGE)) / (2.28 * side.about.rim), tall = (this.h - 54 - this.foot) / (most - least + 0.75 * side.about.rim);
+    return Math.max(Math.min(wide, tall), 0);
   }
 
   ground(side, h, scale) {
     const [most, least] = this.reach(side);
-    return h / 2 + ((most + least) / 2) * scale + 8;
+    return (h - this.foot) / 2 + ((most + least) / 2) * scale + 8;
   }
 
   section(side, w, h, scale) {
-    const g = this.context, c = colours(), { about, height, films: [film] } = side;
+    const g = this.context, c = colours(), { about, height, films: [film], trail = [] } = side;
     const a = about.disc * scale, b = about.rim * scale, cx = w / 2, y0 = this.ground(side, h, scale), y = y0 - height * scale;
     g.strokeStyle = c.line; g.lineWidth = 1; g.setLineDash([3, 4]);
     g.beginPath(); g.moveTo(cx - b - 16, y0); g.lineTo(cx + b + 16, y0); g.stroke(); g.setLineDash([]);
     const base = Math.min(h - 8, y0 + Math.max(0.42 * b, -side.low * scale + 26));
+    trail.forEach((own, k) => { // where the disc was, the longer ago the paler
+      g.globalAlpha = 0.3 * (1 - k / trail.length); g.fillStyle = c.accent;
+      g.fillRect(cx - a, y0 - own * scale - 1, 2 * a, 2);
+    });
+    g.globalAlpha = 1;
     this.bias(side, cx, y0, base, y, a, b, scale);
-    for (const sign of [-1, 1]) this.filmLine(cx + sign * b, y0, cx + sign * a, y, film);
+    for (const sign of [-1, 1]) this.filmLine(cx + sign * b, y0, cx + sign * a, y, film, side.thin?.[0], side.field?.[0]);
+    this.grips.push({ kind: "disc", box: [cx - a, y - 4, cx + a, y + 4], start: height, value: (py) => (y0 - py) / scale, low: side.low, high: side.high, volts: side.volts });
     g.fillStyle = c.steel;
     for (const sign of [-1, 1]) this.block(cx + sign * b + (sign > 0 ? -2 : -10), y0 - 9, 12, 18);
     this.block(cx - a - 2, y - 3.5, 2 * a + 4, 7);
@@ -80,7 +121,7 @@ export class Cone {
     g.strokeStyle = g.fillStyle = c.edge; g.lineWidth = 1.6;
     if (side.about.second !== null) { // the second film, flat where the disc is at that height
       const flat = y0 - side.about.second * scale;
-      for (const sign of [-1, 1]) { this.filmLine(cx + sign * b, flat, cx + sign * a, y, side.films[1]); this.block(cx + sign * b - 6, flat - 7, 12, 14); }
+      for (const sign of [-1, 1]) { this.filmLine(cx + sign * b, flat, cx + sign * a, y, side.films[1], side.thin?.[1], side.field?.[1]); this.block(cx + sign * b - 6, flat - 7, 12, 14); }
       g.strokeStyle = g.fillStyle = c.edge; g.lineWidth = 1.6;
     }
     if (/weight/.test(kinds)) { g.beginPath(); g.moveTo(cx, y); g.lineTo(cx, y + 16); g.stroke(); this.block(cx - 0.5 * a, y + 16, a, 14); }
@@ -99,17 +140,18 @@ export class Cone {
     g.lineTo(cx, y); g.stroke();
   }
 
-  filmLine(x0, y0, x1, y1, film) {
+  filmLine(x0, y0, x1, y1, film, thin, field) {
     const g = this.context, c = colours();
     const waves = film === MERIDIAN || film === BOTH ? 3 : 0;
     const nx = y1 - y0, ny = x0 - x1, length = Math.hypot(nx, ny) || 1, n = 48;
-    g.strokeStyle = c.film[film]; g.lineWidth = film === AROUND ? 3 : 4.5; g.lineCap = "round"; g.lineJoin = "round";
+    g.strokeStyle = lit(c.film[film], field); g.lineWidth = Math.min(Math.max(THICK * (thin > 0 ? thin : 1), THINNEST), 2 * THICK); g.lineCap = "round"; g.lineJoin = "round";
+    g.setLineDash(film === AROUND || film === BOTH ? [10, 8] : []); // told apart by more than its colour
     g.beginPath();
     for (let i = 0; i <= n; i++) {
       const s = i / n, sway = waves ? 3.2 * Math.sin(2 * Math.PI * waves * s) * Math.sin(Math.PI * s) : 0;
       g.lineTo(x0 + (x1 - x0) * s + (nx / length) * sway, y0 + (y1 - y0) * s + (ny / length) * sway);
     }
-    g.stroke();
+    g.stroke(); g.setLineDash([]);
     g.lineCap = "butt";
   }
 
@@ -122,6 +164,8 @@ export class Cone {
     g.fillStyle = c.soft; g.font = "11px system-ui, sans-serif"; g.textAlign = "center"; g.textBaseline = "middle";
     g.fillText(side.voltageText, x + 4, bottom + 13);
     g.fillText("voltage", x + 4, top - 11);
+    const most = Math.max(Math.abs(low), Math.abs(high)) || 1;
+    this.grips.push({ kind: "volts", box: [x, top, x + 8, bottom], start: 1, value: (py) => (low + ((bottom - py) / (bottom - top)) * (high - low)) / most, low: side.low, high: side.high, volts: side.volts });
   }
 
   perspective(side, w, h, scale, name, apart = false) {
@@ -135,7 +179,7 @@ export class Cone {
     g.beginPath(); g.ellipse(cx, y0 + 9, b * scale * 1.06, b * scale * TILT * 1.06, 0, 0, 7); g.fill();
     const rim = (z, from, to) => { g.lineWidth = 7; g.strokeStyle = c.steel; ring(b * 1.02, z, from, to); g.stroke(); };
     // half of a film between its rim at the height ``flat`` and the disc
-    const quads = (film, flat, front) => {
+    const quads = (film, flat, front, field) => {
       const rings = film >= MERIDIAN && film <= BOTH ? RINGS : 1, rise = height - flat, slope = Math.atan2(rise, b - a);
       for (let i = 0; i < SECTORS; i++) {
         const f = (2 * Math.PI * i) / SECTORS, f2 = (2 * Math.PI * (i + 1.02)) / SECTORS, middle = (f + f2) / 2;
@@ -143,7 +187,7 @@ export class Cone {
         for (let k = 0; k < rings; k++) {
           const r = b + ((a - b) * k) / rings, r2 = b + ((a - b) * (k + 1)) / rings, z = flat + (rise * k) / rings, z2 = flat + (rise * (k + 1)) / rings;
           g.beginPath(); g.moveTo(...at(r, f, z)); g.lineTo(...at(r, f2, z)); g.lineTo(...at(r2, f2, z2)); g.lineTo(...at(r2, f, z2)); g.closePath();
-          g.fillStyle = this.shade(film, middle, slope, i, k, front);
+          g.fillStyle = this.shade(film, middle, slope, i, k, front, field);
           g.fill();
           g.strokeStyle = g.fillStyle; g.lineWidth = 0.7; g.stroke(); // closes the seams
         }
@@ -154,19 +198,19 @@ export class Cone {
       ring(a, height - 0.03 * b); g.fill();
       g.fillStyle = c.steel; ring(a, height); g.fill();
     };
-    const whole = (film, flat) => {
+    const whole = (film, flat, field) => {
       rim(flat, Math.PI, 2 * Math.PI);
-      quads(film, flat, false);
+      quads(film, flat, false, field);
       if (height < flat) disc();
-      quads(film, flat, true);
+      quads(film, flat, true, field);
       if (height >= flat) disc();
       rim(flat, 0, Math.PI);
     };
-    const planes = about.second === null ? [[films[0], 0]] : [[films[0], 0], [films[1], about.second]];
+    const planes = about.second === null ? [[films[0], 0, side.field?.[0]]] : [[films[0], 0, side.field?.[0]], [films[1], about.second, side.field?.[1]]];
     planes.sort((one, other) => one[1] - other[1]);
-    planes.forEach(([film, flat], k) => {
+    planes.forEach(([film, flat, field], k) => {
       g.globalAlpha = k ? SEEN_THROUGH : 1;
-      whole(film, flat);
+      whole(film, flat, field);
     });
     g.globalAlpha = 1;
     if (name) {
@@ -177,11 +221,17 @@ export class Cone {
   }
 
   // Light from the upper left; slack film is pleated: from rim to disc where it is slack around, in rings otherwise.
-  shade(film, angle, slope, sector, ring, front) {
+  shade(film, angle, slope, sector, ring, front, field) {
     const c = colours(), light = 0.5 + 0.5 * Math.cos(angle + 2.3) * Math.sin(slope + 0.5);
     let share = (front ? 0 : 0.12) + 0.5 * (1 - light);
     if ((film === AROUND || film === BOTH) && sector % 2) share += 0.2;
     if ((film === MERIDIAN || film === BOTH) && ring % 2) share += 0.2;
-    return mix(c.film[film], c.dark ? "#06090d" : "#12202c", Math.min(share, 0.8));
+    return mix(lit(c.film[film], field), c.dark ? "#06090d" : "#12202c", Math.min(share, 0.8));
   }
+}
+
+// A colour, brighter the nearer the field is to breakdown, or to the largest of the motion where that is unknown.
+function lit(colour, field) {
+  const share = Math.min(Math.max(field || 0, 0), 1), [r, g, b] = rgb(colour);
+  return `#${[r, g, b].map((v) => Math.round(v + (255 - v) * 0.55 * share * share).toString(16).padStart(2, "0")).join("")}`;
 }

@@ -9,6 +9,7 @@ import { GridPanels } from "./grids.js";
 import { Link, tokenOf } from "./link.js";
 import { portraitPanel, spectrumPanel, staticsPanel, timePanel } from "./panels.js";
 import { extent } from "./plot.js";
+import { heightAt, sceneOf, settledOf } from "./scene.js";
 import { Saver } from "./save.js";
 
 const $ = (id) => document.getElementById(id);
@@ -20,6 +21,7 @@ const FRAME = 22; // ms from a picture of the cone until the next is asked for: 
 const BUSY = 38; // the same while a map is computed, which the browser leaves the processor to: every third
 const HELD = 150; // ms for which the cone moves with answers alone, at most, while one is on its way
 const AGED = 150; // ms after which the settled motion shown fades, if that of the newer run has not come
+const TRAIL = 24; // heights of the disc that are drawn behind it
 const RESTED = 300; // ms after the last move of a slider at which the address follows
 
 // --- state ---------------------------------------------------------------------------------------------------------
@@ -82,6 +84,26 @@ const link = new Link(tokenOf(location.search, () => sessionStorage), {
   message,
 });
 
+// A hand that takes the disc holds it and lets it go: a start at that height, at rest. One that takes the gauge moves
+// all voltages of the drive in their proportion.
+cone.hands = {
+  disc(height, settled) {
+    const [place, speed] = controls.list.some((c) => c.name === "release_height") ? ["release_height", "release_velocity"] : ["displacement", "velocity"];
+    const control = controls.list.find((c) => c.name === place), zero = controls.list.find((c) => c.name === speed);
+    if (!control || !zero) return;
+    if (state.motion !== "start") { state.motion = "start"; motionShown(); }
+    const own = looks[state.side]?.about?.si ? height / 10 ** (control.powers[control.unit] - control.powers.mm) : height;
+    clock.at = 0; clock.playing = settled; clock.button();
+    change({ [place]: controls.text(control, own), [speed]: controls.text(zero, 0) }, settled);
+    moved();
+  },
+  volts(share, settled) {
+    cone.hands.base ??= voltages();
+    change(Object.fromEntries(cone.hands.base.map(([c, value]) => [c.name, controls.text(c, share * value)])), settled);
+    if (settled) cone.hands.base = null;
+  },
+};
+
 function toast(text) {
   $("toast").textContent = text; $("toast").hidden = false;
   clearTimeout(toast.timer);
@@ -103,11 +125,15 @@ function change(values, settled = true) {
   grids.changed(Object.keys(values));
 }
 
+// The voltages of the drive that are not 0, with their controls.
+function voltages() {
+  const volts = controls.list.filter((c) => c.kind === "number" && /^voltage/.test(c.name));
+  return volts.map((c) => [c, controls.value(c.name, setting().values)]).filter(([, value]) => value);
+}
+
 // Sets all voltages of the drive to a share of what they are.
 function lower(share) {
-  const volts = controls.list.filter((c) => c.kind === "number" && /^voltage/.test(c.name)), own = setting().values;
-  const values = volts.map((c) => [c, controls.value(c.name, own)]).filter(([, value]) => value);
-  change(Object.fromEntries(values.map(([c, value]) => [c.name, controls.text(c, share * value)])));
+  change(Object.fromEntries(voltages().map(([c, value]) => [c.name, controls.text(c, share * value)])));
   clock.at = 0; clock.playing = true; clock.button(); moved();
 }
 
@@ -193,13 +219,13 @@ function sidesShown() {
   badge.keep(sides());
 }
 
-// Whether the portrait shows the settled motion or the run from the start.
+// Whether plots and cone show the settled motion or the run from the start.
 function motionShown() {
   if (state.motion !== "start") state.motion = "settled";
   looks.motion = state.motion;
   for (const button of $("motion").querySelectorAll("button")) button.setAttribute("aria-pressed", button.dataset.motion === state.motion);
 }
-for (const button of $("motion").querySelectorAll("button")) button.onclick = () => { state.motion = button.dataset.motion; motionShown(); keep(true); plots.portrait.redraw(); };
+for (const button of $("motion").querySelectorAll("button")) button.onclick = () => { state.motion = button.dataset.motion; motionShown(); keep(true); repaint(); };
 
 function subjectShown() {
   const own = setting(), select = $("subject");
@@ -299,9 +325,9 @@ const ANSWERS = {
     const look = { ...before, film1: undefined, film2: undefined, ...arrays, words: head.words, about: head.about, id: head.id };
     delete look.lines; delete look.late; delete look.problem;
     look.numbers = new Map([...(before.numbers ?? [])].map(([name, own]) => [name, { ...own, old: true }]));
-    if (head.words.ended) look.ox = look.px = undefined;
+    if (head.words.ended) look.ox = look.px = look.settled = look.shares = undefined;
     clearTimeout(ageing[head.side]);
-    ageing[head.side] = setTimeout(() => { look.old = true; plots.portrait.redraw(); }, AGED);
+    ageing[head.side] = setTimeout(() => { look.old = true; plots.portrait.redraw(); plots.time.redraw(); moved(); }, AGED);
     looks[head.side] = look;
     taken(head.side, head.id);
     asks[head.side] = asks[head.side].filter((ask) => ask.id > head.id);
@@ -318,7 +344,8 @@ const ANSWERS = {
   kind(head, arrays) {
     const look = looks[head.side], wanders = ![0, 1].includes(head.words.regime);
     clearTimeout(ageing[head.side]);
-    Object.assign(look, { ox: undefined, ou: undefined, old: false }, arrays, { lines: head.words.lines, regime: head.words.regime, extent: head.words.extent, wanders });
+    const settled = settledOf(arrays, { periodic: !wanders, periods: Number(state.periods), period: look.words.period });
+    Object.assign(look, { ox: undefined, ou: undefined, old: false, px: arrays.px, pu: arrays.pu, ...(settled && { ox: arrays.ox, ou: arrays.ou }), settled: look.words.ended ? null : settled, shares: head.words.shares }, { lines: head.words.lines, regime: head.words.regime, extent: head.words.extent, wanders });
     for (const name of ["stroke", "mean height", "lag", "field"]) look.numbers.delete(name);
     numbered(look, head);
     if (head.id >= asked[head.side]) held = 0;
@@ -327,7 +354,7 @@ const ANSWERS = {
   numbers(head) { numbered(looks[head.side], head); },
   late(head) {
     if (head.stage === "statics") looks[head.side].problem = head.message;
-    if (head.stage === "kind") Object.assign(looks[head.side], { late: head.message, ox: undefined, px: undefined });
+    if (head.stage === "kind") Object.assign(looks[head.side], { late: head.message, ox: undefined, px: undefined, settled: null, shares: undefined });
   },
   section(head, arrays) { Object.assign(looks[head.side], arrays); },
   spectrum(head, arrays) { looks[head.side].spectrum = { ...arrays, ...head.words }; },
@@ -400,23 +427,24 @@ function notice(text) {
 
 // --- painting ------------------------------------------------------------------------------------------------------
 
-const DRAWN = { subject: [], late: ["portrait", "statics"], numbers: [], response: ["time", "portrait", "spectrum", "statics"], kind: ["portrait", "statics"], section: ["portrait"], spectrum: ["spectrum"], statics: ["statics"] };
+const DRAWN = { subject: [], late: ["time", "portrait", "statics"], numbers: [], response: ["time", "portrait", "spectrum", "statics"], kind: ["time", "portrait", "statics"], section: ["portrait"], spectrum: ["spectrum"], statics: ["statics"] };
 
 // Draws what an answer changes, at once: the picture is on the screen with the next frame.
 function show(side, kind) {
   const open = [state.top, state.left];
-  for (const name of DRAWN[kind]) if (open.includes(name)) plots[name].redraw();
+  const same = kind === "response" && looks[side] && sceneOf(looks[side], looks.motion) !== looks[side]; // until its kind comes
+  for (const name of DRAWN[kind]) if (open.includes(name) && !(name === "time" && same)) plots[name].redraw();
   if (!looks[side]) return;
   badge.keep(sides());
   badge.show(side, looks[side], hello, side === "b" ? looks.a : null);
   if (state.b && side === "a" && looks.b?.words) badge.show("b", looks.b, hello, looks.a);
-  if (kind === "response") { filmLegend(); moved(); }
+  if (["response", "kind", "late"].includes(kind)) { filmLegend(); moved(); }
   studio.painted++;
 }
 
 function filmLegend() {
   const names = looks[state.side]?.about?.film;
-  const codes = [...new Set(sides().flatMap((side) => (looks[side]?.words ? looks[side].words.shares.map(({ code }) => code) : [])))].sort();
+  const codes = [...new Set(sides().flatMap((side) => (looks[side]?.words ? sharesShown(looks[side]).map(({ code }) => code) : [])))].sort();
   if (!names) return;
   const key = codes.join() + names + document.documentElement.dataset.theme;
   if (key === filmLegend.key) return;
@@ -427,6 +455,8 @@ function filmLegend() {
     return make("li", {}, swatch, `film ${names[code]}`);
   }));
 }
+
+const sharesShown = (look) => (sceneOf(look, looks.motion) !== look && look.shares) || look.words.shares;
 
 function repaint() {
   filmLegend.key = null;
@@ -439,12 +469,19 @@ function repaint() {
 
 function coneSides() {
   return sides().filter((side) => looks[side]?.t).map((side) => {
-    const look = looks[side], now = clock.state(look) ?? { x: NaN, v: 0, films: [0, 0] }, unit = look.about.si ? " mm" : "";
-    if (look.spanOf !== look.x) { look.spanOf = look.x; look.span = extent(look.x); look.volts = extent(look.v, [0]); }
+    const look = looks[side], scene = clock.scene(look), now = clock.state(look) ?? { x: NaN, v: 0, films: [0, 0], thin: [], field: [] }, unit = look.about.si ? " mm" : "";
+    if (look.spanOf !== scene.x) { look.spanOf = scene.x; look.span = extent(scene.x); look.volts = extent(scene.v, [0]); }
     const [low, high] = look.span, height = Number.isFinite(now.x) ? now.x : high;
-    return { about: look.about, name: nameOf(side), height, films: now.films, low, high, volts: look.volts, voltage: now.v, heightText: `${format(height, 3)}${unit}`,
+    return { about: look.about, name: nameOf(side), height, films: now.films, thin: now.thin, field: now.field, trail: trailOf(look, scene), low, high, volts: look.volts, voltage: now.v, heightText: `${format(height, 3)}${unit}`,
       voltageText: look.about.si ? (Math.abs(now.v) >= 1000 ? `${(now.v / 1000).toFixed(2)} kV` : `${now.v.toFixed(0)} V`) : now.v.toFixed(2) };
   });
+}
+
+// The heights over the period of the drive before the moment that is shown, the last first.
+function trailOf(look, scene) {
+  const found = [], step = look.words.period / TRAIL;
+  for (let k = 1; k <= TRAIL && clock.at - k * step >= 0; k++) found.push(heightAt(scene, clock.at - k * step));
+  return found.filter(Number.isFinite);
 }
 
 // What a side shows: the device's own name, or the name by which it was chosen.

@@ -2,8 +2,10 @@
 import { colours } from "./colours.js";
 import { format } from "./controls.js";
 import { Plot, Range, extent } from "./plot.js";
+import { sceneOf } from "./scene.js";
 
 const VOLTAGE_SHARE = 0.27;
+const DASHES = { a: [], b: [7, 3] }; // the second of two settings is told apart by more than its colour
 const PALE = 0.3; // of the run behind the motion that it settles to
 const ROOM = 0.4; // around that motion, at most, as a share of its size
 const MOST_BEHIND = 6000, MOST_DRAWN = 20000; // samples of a run in the portrait, behind the settled motion and alone
@@ -20,18 +22,19 @@ export function timePanel(host, looks, clock) {
   const plot = new Plot(host, {
     top: 6,
     draw(p) {
-      const shown = sidesOf(looks).filter(([look]) => look.t);
+      const sides = sidesOf(looks).filter(([look]) => look.t), shown = sides.map(([look, ...rest]) => [sceneOf(look, looks.motion), ...rest]);
       if (!shown.length) return;
-      const { axes } = shown[0][0].about, end = Math.max(...shown.map(([look]) => look.t.at(-1)));
-      const x = [0, end], y = height.fit(extent(...shown.map(([look]) => look.x)));
-      p.axes(x, volts.fit(extent(...shown.map(([look]) => look.v))), { from: 1 - VOLTAGE_SHARE, xLabel: axes.time, yLabel: axes.voltage });
-      for (const [look, colour] of shown) p.line(look.t, look.v, { colour, width: 1, sorted: true, alpha: 0.85 });
+      const [look] = sides[0], { axes } = look.about, end = Math.max(...shown.map(([own]) => own.t.at(-1)));
+      const x = [0, end], y = height.fit(extent(...shown.map(([own]) => own.x)));
+      p.axes(x, volts.fit(extent(...shown.map(([own]) => own.v))), { from: 1 - VOLTAGE_SHARE, xLabel: axes.time, yLabel: axes.voltage });
+      for (const [own, colour, side] of shown) p.line(own.t, own.v, { colour, width: 1, sorted: true, alpha: 0.85, dash: DASHES[side] });
       p.axes(x, y, { to: 1 - VOLTAGE_SHARE - 0.06, xTicks: false, yLabel: axes.displacement });
-      for (const [look, colour] of shown) p.line(look.t, look.x, { colour, sorted: true, alpha: shown.length > 1 ? 0.8 : 1 });
+      for (const [own, colour, side] of shown) p.line(own.t, own.x, { colour, sorted: true, alpha: shown.length > 1 ? 0.8 : 1, dash: DASHES[side] });
       states(p, shown[0][0]);
-      for (const [look] of shown) ended(p, look, look.t);
-      const { shown: periods, cut } = shown[0][0].words;
-      if (cut) p.label(`the first ${format(periods, 2)} periods: a longer run would lose its oscillations`, p.left + 6, p.top + 9);
+      for (const [own] of sides) if (sceneOf(own, looks.motion) === own) ended(p, own, own.t);
+      const { shown: periods, cut } = look.words;
+      const said = shown[0][0] !== look ? "the settled motion" : cut ? `the first ${format(periods, 2)} periods: a longer run would lose its oscillations` : "";
+      if (said) p.label(said, p.left + 6, p.top + 9);
     },
     over(p) {
       const t = clock.time();
@@ -89,8 +92,8 @@ export function portraitPanel(host, looks, clock) {
       p.axes(xs.fit(all("x")), us.fit(all("u")), { xLabel: axes.displacement, yLabel: axes.velocity });
       for (const [look, colour] of drawn) p.line(look.x, look.u, { colour, width: 0.8, alpha: PALE, most: MOST_BEHIND });
       for (const [look, colour] of runs) p.line(look.x, look.u, { colour, width: 0.8, alpha: look.x.length > 3000 ? 0.4 : 0.6, most: MOST_DRAWN });
-      for (const [look, colour] of drawn) p.line(look.ox, look.ou, { colour, width: look.wanders ? 0.8 : 1.8, alpha: (look.wanders ? 0.6 : 1) * (look.old ? 0.4 : 1) });
-      for (const [look, colour] of drawn) p.points(look.px, look.pu, { colour: shown.length > 1 ? colour : colours().b, size: look.wanders ? 2.4 : 7, alpha: look.old ? 0.4 : 1 });
+      for (const [look, colour, side] of drawn) p.line(look.ox, look.ou, { dash: DASHES[side], colour, width: look.wanders ? 0.8 : 1.8, alpha: (look.wanders ? 0.6 : 1) * (look.old ? 0.4 : 1) });
+      for (const [look, colour, side] of drawn) p.points(look.px, look.pu, { colour: shown.length > 1 ? colour : colours().b, square: side === "b", size: look.wanders ? 2.4 : 7, alpha: look.old ? 0.4 : 1 });
       for (const [look] of shown) ended(p, look, look.x, look.u);
       if (runs.some(([look]) => look.x.length > MOST_DRAWN)) p.label("the beginning of the run", p.left + 6, p.top + 9);
     },

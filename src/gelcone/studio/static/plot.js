@@ -145,7 +145,7 @@ export class Plot {
   line(x, y, { colour, width = 1.3, alpha = 1, sorted = false, dash = [], most = Infinity }) {
     this.inside((g) => {
       g.globalAlpha = alpha; g.strokeStyle = g.fillStyle = colour; g.lineWidth = width; g.lineJoin = "bevel"; g.setLineDash(dash);
-      if (sorted && x.length > 1.5 * (this.right - this.left) * this.d) return this.columns(g, x, y);
+      if (sorted && x.length > 1.5 * (this.right - this.left) * this.d) return this.columns(g, x, y, dash);
       g.beginPath();
       let down = false;
       for (let i = 0, end = Math.min(x.length, most); i < end; i++) {
@@ -158,10 +158,10 @@ export class Plot {
   }
 
   // Where several samples share a column of pixels: what they span, filled. Strokes of that many samples are slow.
-  columns(g, x, y) {
+  columns(g, x, y, [on = 1, off = 0] = []) {
     const d = this.d;
     let column = -1, low = 0, high = 0, last = NaN;
-    const put = () => g.fillRect(column / d, low - 0.65, 1 / d, high - low + 1.3);
+    const put = () => { if (column % ((on + off) * d) < on * d) g.fillRect(column / d, low - 0.65, 1 / d, high - low + 1.3); };
     for (let i = 0; i < x.length; i++) {
       if (y[i] !== y[i]) continue;
       const at = (this.X(x[i]) * d) | 0, py = this.Y(y[i]);
@@ -177,10 +177,10 @@ export class Plot {
     if (column >= 0) put();
   }
 
-  points(x, y, { colour, size = 3, alpha = 1 }) {
+  points(x, y, { colour, size = 3, alpha = 1, square = false }) {
     this.inside((g) => {
       g.globalAlpha = alpha; g.fillStyle = colour;
-      if (size > 5) {
+      if (size > 5 && !square) {
         for (let i = 0; i < x.length; i++) { g.beginPath(); g.arc(this.X(x[i]), this.Y(y[i]), size / 2, 0, 7); g.fill(); }
       } else for (let i = 0; i < x.length; i++) g.fillRect(this.X(x[i]) - size / 2, this.Y(y[i]) - size / 2, size, size);
     });

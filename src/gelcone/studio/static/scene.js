@@ -1,0 +1,37 @@
+// What of a motion is shown over time and as a cone: the settled motion, or the run from the start.
+const MOST = 200000; // samples of a settled motion that is repeated
+const OWN = /^o(t|x|u|v|film|thin|field)(\d?)$/; // arrays of the settled motion, as they come
+
+// The arrays of a settled motion under the names of a run's; a periodic one repeated over so many periods of the drive.
+export function settledOf(arrays, { periodic, periods, period }) {
+  const found = {};
+  for (const [name, values] of Object.entries(arrays)) { const own = OWN.exec(name); if (own) found[own[1] + own[2]] = values; }
+  if (!found.t?.length) return null;
+  const n = found.t.length - 1, turn = found.t[n];
+  const times = periodic && turn > 0 && n > 0 ? Math.max(1, Math.min(Math.round((periods * period) / turn), Math.floor(MOST / n))) : 1;
+  if (times > 1) for (const [name, values] of Object.entries(found)) {
+    const own = new values.constructor(times * n + 1);
+    for (let k = 0; k < times; k++) own.set(values.subarray(0, n), k * n);
+    own[times * n] = values[n];
+    if (name === "t") for (let i = 0; i <= times * n; i++) own[i] += turn * Math.min(Math.floor(i / n), times - 1);
+    found[name] = own;
+  }
+  return found;
+}
+
+// The scene of a look: what it has settled to, unless that of a newer setting is awaited, or the run itself.
+export function sceneOf(look, motion) {
+  return motion !== "start" && look.settled && !look.old ? look.settled : look;
+}
+
+// Where a time lies in a scene: the sample before it, and how far it is from there to the next, as a share.
+export function placeAt({ t }, time) {
+  const n = t.length - 1, place = Math.min((Math.max(time, 0) / t[n]) * n || 0, n), k = Math.min(Math.floor(place), Math.max(n - 1, 0));
+  return [k, place - k];
+}
+
+// The height at a time of a scene.
+export function heightAt(scene, time) {
+  const [k, f] = placeAt(scene, time), { x } = scene;
+  return x[k] + (x[Math.min(k + 1, x.length - 1)] - x[k]) * f;
+}
