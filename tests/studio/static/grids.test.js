@@ -62,7 +62,14 @@ test("every cell is painted in its place and in the colour of its kind", () => {
   assert.deepEqual([colour(1, 0), colour(0, 48), colour(64, 0), colour(41, 48), colour(40, 30), colour(0, 0)], ["#777777", "#0072b2", "#d55e00", "#d55e00", "#777777", LIGHT.line]);
   const { args } = p.context.calls.findLast((c) => c.name === "drawImage"), wide = (p.right - p.left) / 64, tall = (p.bottom - p.top) / 48;
   [p.left - wide / 2, p.top - tall / 2, p.right - p.left + wide, p.bottom - p.top + tall].forEach((v, k) => assert.ok(near(args[k + 1], v)));
-  assert.deepEqual(panel.names.parts.map((e) => [e.textContent, e.parts[0].style.background]), [["rest", "#777777"], ["periodic", "#0072b2"], ["chaotic", "#d55e00"], ["no such actuator", LIGHT.line]]);
+  assert.deepEqual(panel.names.parts.map((e) => [e.textContent, e.parts[0].style.background.split(", ").at(-1)]), [["rest", "#777777"], ["periodic", "#0072b2"], ["chaotic", "#d55e00"], ["no such actuator", LIGHT.line]]);
+  assert.deepEqual(panel.names.parts.map((e) => e.parts[0].style.background.includes("gradient")), [false, false, true, false]);
+  const hatches = p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle.startsWith("rgba(255"));
+  assert.equal(hatches.length, 2 * 24 * 49); // the chaotic cells, and no others: from corner to corner
+  assert.ok(hatches.every(({ args: [x] }) => x >= p.X(800 * 2 * (40.4 / 64))));
+  panel.view.value = "exponent"; forget(p.context); p.redraw();
+  assert.ok(!p.context.calls.some((c) => c.strokeStyle.startsWith?.("rgba(255")));
+  panel.view.value = "kind";
 });
 
 test("what is not known yet has the colour of the nearest that is, a little paler", () => {

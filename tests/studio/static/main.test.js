@@ -133,7 +133,7 @@ test("a wrong entry stands beside its reason, the picture is faded, and neither 
   const { id } = last("look");
   assert.equal(last("look").setting.values.frequency, "-9 Hz");
   socket.give({ kind: "error", id, side: "a", control: "frequency", message: "frequency = -9 Hz: must be positive" });
-  assert.deepEqual([error.hidden, error.firstChild.textContent, studio.looks.a.x, field.value, old()], [false, "frequency = -9 Hz: must be positive", before, "-9 Hz", true]);
+  assert.deepEqual([error.hidden, error.firstChild.textContent, studio.looks.a.x, field.value, old()], [false, "frequency = −9 Hz: must be positive", before, "−9 Hz", true]);
   wait(300);
   assert.ok(page.steps.length === steps && !location.hash.includes("-9"));
   const slider = document.querySelector('[data-name="voltage_amplitude"]').querySelectorAll("input")[1];

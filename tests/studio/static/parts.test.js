@@ -6,7 +6,7 @@ import { DARK, LIGHT, Memory, Socket, browser, frame, near, page, wait } from ".
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
 const address = await from("address"), { unpack } = await from("frames"), palette = await from("colours");
-const { Controls, format } = await from("controls"), { Clock } = await from("clock"), { Badge } = await from("badge"), { Link, tokenOf } = await from("link"); const { heightAt, sceneOf, settledOf } = await from("scene");
+const { Controls, format, plain, typeset } = await from("controls"), { Clock } = await from("clock"), { Badge } = await from("badge"), { Link, newAddress, tokenOf } = await from("link"); const { heightAt, sceneOf, settledOf } = await from("scene");
 
 test("an address read and written is the same", () => {
   const text = "device=biased-pump&frequency=9+Hz&material.law=yeoh&b.preset=base&b.voltage=1.04&side=b&periods=60&top=spectrum&left=statics&right=strip&view=stroke&x=frequency%2C1%2C20&y=voltage_amplitude%2C0%2C2&over=voltage%2C-1%2C2";
@@ -354,4 +354,43 @@ test("a connection numbers its requests, and comes back ever later when it is lo
   assert.deepEqual(waits, [300, 600, 1200, 2400, 3000, 3000]);
   wait(1e9); Socket.all.at(-1).open(); Socket.all.at(-1).close();
   assert.equal(page.timers.at(-1).wait, 300);
+});
+
+test("texts are set with true minus signs, micro and powers, and read back as the server takes them", () => {
+  for (const [text, set] of [["-9 Hz", "−9 Hz"], ["200 um", "200 µm"], ["1.5e-5 uF", "1.5e−5 µF"], ["100 kN/m^3", "100 kN/m³"], ["biased-pump", "biased-pump"], ["pull-in at 3 V", "pull-in at 3 V"]]) {
+    assert.equal(typeset(text), set);
+    if (text !== "1.5e-5 uF") assert.equal(plain(set), text);
+  }
+  assert.equal(plain("200 \u03bcm"), "200 um"); // the Greek letter as well as the sign
+});
+
+test("locks are part of the link, as many as there can be controls, each once", () => {
+  const state = address.read("#device=biased-pump&locked=frequency,spring_rate,frequency,", "");
+  assert.deepEqual(state.locked, ["frequency", "spring_rate"]);
+  assert.deepEqual(address.read(`#${address.write(state)}`, "").locked, state.locked);
+  assert.equal(address.write({ ...state, locked: [] }).includes("locked"), false);
+  assert.equal(address.read(`#locked=${[...Array(999).keys()].join(",")}`, "pump").locked.length, 60);
+});
+
+test("of a studio that was started anew the page takes the printed address, of this machine alone", () => {
+  const here = { host: "127.0.0.1:9", hostname: "127.0.0.1" };
+  assert.deepEqual(newAddress(" http://127.0.0.1:9/?token=abc#device=x ", here), { token: "abc", elsewhere: null });
+  assert.deepEqual(newAddress("http://localhost:81/?token=a%26b", here), { token: "a&b", elsewhere: "http://localhost:81/?token=a%26b" });
+  for (const text of ["", "abc", "http://127.0.0.1:9/", "https://127.0.0.1:9/?token=a", "http://evil.example/?token=a", "http://127.0.0.1@evil.example/?token=a", "http://me@127.0.0.1:9/?token=a", "javascript:alert(1)//?token=a"]) assert.equal(newAddress(text, here), null, text);
+});
+
+test("a connection that was renewed forgets the one before", () => {
+  browser();
+  const lost = [], own = new Link("old", { opened: () => {}, lost: () => lost.push(own.failures), message: () => {} });
+  const [before] = Socket.all;
+  before.close(); wait(300);
+  Socket.all[1].close();
+  assert.deepEqual(lost, [1, 2]);
+  own.renew("new");
+  assert.equal(new URL(Socket.all.at(-1).url).searchParams.get("token"), "new");
+  const count = Socket.all.length;
+  before.onclose(); wait(9999);
+  assert.deepEqual([lost.length, Socket.all.length], [2, count]);
+  Socket.all.at(-1).open();
+  assert.equal(own.failures, 0);
 });

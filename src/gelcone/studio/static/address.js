@@ -3,16 +3,18 @@ const KEYS = ["device", "preset", "file"];
 // What each part of the page may show, the usual one first.
 const PAGE = { periods: ["20", "5", "60", "200"], top: ["time", "spectrum"], left: ["portrait", "statics"], right: ["map", "strip", "envelope"], view: ["kind", "exponent", "stroke"], motion: ["settled", "start"] };
 const USUAL = Object.fromEntries(Object.entries(PAGE).map(([name, [usual]]) => [name, usual]));
+const MOST_LOCKS = 60; // as many as the server takes values
 const SHOWN = 24; // characters of a value in a sentence
 
 // The state of an address, and in ``odd`` a sentence for each part that was not understood.
 export function read(text, start) {
   const given = new URLSearchParams(text.replace(/^#/, ""));
-  const state = { a: setting(), b: null, side: "a", ...USUAL, x: null, y: null, over: null, odd: [] };
+  const state = { a: setting(), b: null, side: "a", ...USUAL, x: null, y: null, over: null, locked: [], odd: [] };
   for (const [name, value] of given) {
     if (Object.hasOwn(PAGE, name)) {
       if (PAGE[name].includes(value)) state[name] = value; else state.odd.push(`${name} = ${value.slice(0, SHOWN)}: is not one of ${PAGE[name].join(", ")}; ${state[name]} is shown.`);
     } else if (name === "side") state.side = value === "b" ? "b" : "a";
+    else if (name === "locked") state.locked = [...new Set(value.split(",").filter(Boolean))].slice(0, MOST_LOCKS);
     else if (name === "x" || name === "y" || name === "over") {
       state[name] = axis(value);
       if (!state[name]) state.odd.push(`${name} = ${value.slice(0, SHOWN)}: is not a parameter with its two ends; the usual ones are shown.`);
@@ -47,5 +49,6 @@ export function write(state) {
   if (state.b) { add(state.b, "b."); out.set("side", state.side); }
   for (const [name, usual] of Object.entries(USUAL)) if (state[name] !== usual) out.set(name, state[name]);
   for (const name of ["x", "y", "over"]) if (state[name]) out.set(name, state[name].join(","));
+  if (state.locked?.length) out.set("locked", state.locked.join(","));
   return out.toString();
 }

@@ -39,12 +39,16 @@ export function format(value, digits = 4) {
 }
 
 // A text as it is printed: with true minus signs and micro.
-export const typeset = (text) => text.replace(/-(?=[\d.])/g, "−").replace(/(?<=\d )u(?=[A-Za-z])/g, "µ");
+export const typeset = (text) => text.replace(/-(?=[\d.])/g, "−").replace(/(?<=\d ?)u(?=[A-Za-z])/g, "µ").replace(/\^([23])/g, (_, n) => (n === "2" ? "²" : "³"));
+
+// The same back: what a reader types or copies, as the server reads it.
+export const plain = (text) => text.replace(/[−–]/g, "-").replace(/[µμ]/g, "u").replace(/²/g, "^2").replace(/³/g, "^3").replace(/\u00a0/g, " ");
 
 export class Controls {
   // changed(name, text or null for the default, settled): a value was set; settled once the user let go.
-  constructor({ drive, groups, group, general, changed }) {
-    Object.assign(this, { drive, groups, group, general, changed });
+  // relocked(): a lock was set or opened.
+  constructor({ drive, groups, group, general, changed, relocked = () => {} }) {
+    Object.assign(this, { drive, groups, group, general, changed, relocked });
     this.list = []; this.rows = new Map(); this.shown = new Map(); this.locked = new Set(); this.open = null;
   }
 
@@ -125,7 +129,7 @@ export class Controls {
 
   // What was typed: a bare number is in the unit beside it.
   typed(control, text) {
-    const own = text.trim();
+    const own = plain(text.trim());
     if (!own) return this.give(control, null, true);
     const bare = /^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$/.test(own);
     this.give(control, bare ? `${own} ${control.unit}`.trim() : own, true);
@@ -155,20 +159,28 @@ export class Controls {
     row.classList.toggle("changed", text !== undefined);
     if (control.kind === "choice") { number.value = text ?? usual ?? ""; return; }
     const shown = text ?? (usual === null ? "" : this.text(control, usual));
-    number.value = shown;
+    number.value = typeset(shown);
     number.classList.toggle("long", shown.length > 8);
     number.placeholder = usual === null ? "automatic" : "";
     const value = this.value(control.name, { [control.name]: text });
     const share = value === null ? 0 : (value - control.low) / (control.high - control.low);
     slider.value = Math.round(STEPS * Math.min(1, Math.max(0, share)));
     slider.style.setProperty("--fill", `${(100 * slider.value) / STEPS}%`);
-    slider.setAttribute("aria-valuetext", shown || "automatic");
+    slider.setAttribute("aria-valuetext", typeset(shown) || "automatic");
   }
 
   toggle(control) {
     const on = !this.locked.has(control.name);
     this.locked[on ? "add" : "delete"](control.name);
     this.locks(control.name, on);
+    this.relocked();
+  }
+
+  // Locks the controls of these names, and no others.
+  lockAll(names) {
+    const before = this.locked;
+    this.locked = new Set(names);
+    for (const name of this.rows.keys()) if (before.has(name) !== this.locked.has(name)) this.locks(name, this.locked.has(name));
   }
 
   locks(name, on) {
@@ -183,11 +195,11 @@ export class Controls {
   fail(name, message) {
     this.settle();
     const entry = this.rows.get(name) ?? this.ending(`.${name}`) ?? this.ending(`_${name}`);
-    if (!entry) { this.general.textContent = message; this.general.hidden = false; return false; }
+    if (!entry) { this.general.textContent = typeset(message); this.general.hidden = false; return false; }
     if (entry.control.group !== "Drive" && entry.control.group !== this.open) this.choose(entry.control.group);
     entry.row.classList.add("wrong"); entry.number.setAttribute("aria-invalid", "true");
     const [text, more] = entry.error.children;
-    text.textContent = text.title = message; entry.error.hidden = false; entry.error.classList.toggle("whole", false);
+    text.textContent = text.title = typeset(message); entry.error.hidden = false; entry.error.classList.toggle("whole", false);
     more.hidden = text.scrollWidth <= text.clientWidth; more.setAttribute("aria-expanded", "false");
     return true;
   }

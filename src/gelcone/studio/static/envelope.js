@@ -2,7 +2,7 @@
 import { colours } from "./colours.js";
 import { format, make, say } from "./controls.js";
 import { Plot } from "./plot.js";
-import { Panel } from "./work.js";
+import { Panel, holding } from "./work.js";
 
 export class EnvelopePanel extends Panel {
   constructor(host, grids) {
@@ -13,10 +13,7 @@ export class EnvelopePanel extends Panel {
     const c = this.plot.canvas;
     c.tabIndex = 0; c.setAttribute("role", "application");
     c.setAttribute("aria-label", "Operating envelope: drive frequency and peak voltage. Arrow keys move the device's own drive.");
-    c.onpointerdown = (event) => { this.held = true; c.setPointerCapture(event.pointerId); this.goTo(event, false); };
-    c.onpointermove = (event) => { if (this.held) this.goTo(event, false); };
-    c.onpointerup = (event) => { if (this.held) { this.held = false; this.goTo(event, true); } };
-    c.onpointercancel = () => { this.held = false; };
+    holding(c, (event, settled) => this.goTo(event, settled));
     c.onkeydown = (event) => {
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
       if (!step || !this.plot.x) return;

@@ -13,24 +13,44 @@ export function tokenOf(search, memory) {
   } catch { return given ?? ""; } // a frame without storage
 }
 
+// The address of a studio that was started anew, as it was pasted: its token, and where to go unless it is where this
+// page came from; null for anything else, also for an address that is not of the machine of this page.
+export function newAddress(text, here) {
+  try {
+    const url = new URL(text.trim()), token = url.searchParams.get("token"), near = [here.hostname, "127.0.0.1", "localhost", "[::1]"];
+    if (!token || url.protocol !== "http:" || url.username || !near.includes(url.hostname)) return null;
+    return { token, elsewhere: url.host === here.host ? null : `http://${url.host}/?token=${encodeURIComponent(token)}` };
+  } catch { return null; }
+}
+
 export class Link {
   constructor(token, { opened, lost, message }) {
     this.token = token; this.opened = opened; this.lost = lost; this.message = message;
-    this.number = 0; this.wait = SOONEST;
+    this.number = 0; this.wait = SOONEST; this.failures = 0;
     this.connect();
   }
 
   connect() {
     const socket = new WebSocket(`ws://${location.host}/ws?token=${encodeURIComponent(this.token)}`);
     socket.binaryType = "arraybuffer";
-    socket.onopen = () => { this.wait = SOONEST; this.opened(); };
+    socket.onopen = () => { this.wait = SOONEST; this.failures = 0; this.opened(); };
     socket.onmessage = (event) => this.message(...unpack(event.data));
     socket.onclose = () => {
+      if (socket !== this.socket) return;
+      this.failures++;
       this.lost();
-      setTimeout(() => this.connect(), this.wait);
+      clearTimeout(this.timer);
+      this.timer = setTimeout(() => this.connect(), this.wait);
       this.wait = Math.min(2 * this.wait, LATEST);
     };
     this.socket = socket;
+  }
+
+  // Goes on with another token, at once.
+  renew(token) {
+    this.token = token; this.wait = SOONEST;
+    clearTimeout(this.timer);
+    this.connect();
   }
 
   // Sends a request; its number, or null while there is no connection.

@@ -4,9 +4,9 @@ import { Badge } from "./badge.js";
 import { Clock } from "./clock.js";
 import { colours, setTheme } from "./colours.js";
 import { Cone } from "./cone.js";
-import { Controls, format, icon, make, say } from "./controls.js";
+import { Controls, format, icon, make, say, typeset } from "./controls.js";
 import { GridPanels } from "./grids.js";
-import { Link, tokenOf } from "./link.js";
+import { Link, newAddress, tokenOf } from "./link.js";
 import { portraitPanel, spectrumPanel, staticsPanel, timePanel } from "./panels.js";
 import { extent } from "./plot.js";
 import { heightAt, sceneOf, settledOf } from "./scene.js";
@@ -21,6 +21,7 @@ const FRAME = 22; // ms from a picture of the cone until the next is asked for: 
 const BUSY = 38; // the same while a map is computed, which the browser leaves the processor to: every third
 const HELD = 150; // ms for which the cone moves with answers alone, at most, while one is on its way
 const AGED = 150; // ms after which the settled motion shown fades, if that of the newer run has not come
+const FAILURES = 3; // attempts to connect after which the page asks for the address of a studio that was started anew
 const TRAIL = 24; // heights of the disc that are drawn behind it
 const RESTED = 300; // ms after the last move of a slider at which the address follows
 
@@ -66,6 +67,7 @@ const badge = new Badge($("badges"), (share) => lower(share));
 const controls = new Controls({
   drive: $("drive"), groups: $("groups"), group: $("group"), general: $("general"),
   changed: (name, text, settled) => change({ [name]: text }, settled),
+  relocked: () => { state.locked = [...controls.locked]; keep(true); },
 });
 const plots = {
   time: timePanel($("time"), looks, clock),
@@ -80,9 +82,17 @@ const grids = new GridPanels({
 const saver = new Saver($("saver"), { ask: (kind, content) => link.ask(kind, content), state: () => state, setting, toast, grids });
 const link = new Link(tokenOf(location.search, () => sessionStorage), {
   opened: () => { $("lost").hidden = true; link.ask("hello"); },
-  lost: () => { $("lost").hidden = false; grids.lost(); faded(true); },
+  lost: () => { $("lost").hidden = false; $("anew").hidden = link.failures < FAILURES; grids.lost(); faded(true); },
   message,
 });
+// Of a studio that was started anew the page takes the new address, and keeps what it shows.
+$("address").onchange = () => {
+  const found = newAddress($("address").value, location);
+  $("address").value = "";
+  if (!found) return toast("That is not an address that gelcone studio printed on this machine.");
+  if (found.elsewhere) location.href = `${found.elsewhere}#${location.hash.slice(1)}`;
+  else { tokenOf(`?token=${encodeURIComponent(found.token)}`, () => sessionStorage); link.renew(found.token); }
+};
 
 // A hand that takes the disc holds it and lets it go: a start at that height, at rest. One that takes the gauge moves
 // all voltages of the drive in their proportion.
@@ -199,6 +209,7 @@ function apply(next) {
   motionShown();
   sidesShown();
   subjectShown();
+  controls.lockAll(state.locked);
   for (const side of sides()) look(side, side === state.side);
   grids.applied(other);
 }
@@ -336,7 +347,7 @@ const ANSWERS = {
       controls.settle();
       controls.values(setting().values);
       if (setting().file && before.about?.name !== head.about.name) subjectShown();
-      say($("subject-note"), head.about.doubts.join("; "), true);
+      say($("subject-note"), typeset(head.about.doubts.join("; ")), true);
       clock.speeds(head.words.period, head.about.si);
       envelopeTab(head.about.si);
     }
@@ -417,7 +428,7 @@ function fallBack(side, { values, ...subject }, { control, message }) {
 
 // A sentence that stays until it is put away; several stand one after the other.
 function notice(text) {
-  const line = make("p", {}, make("span", { textContent: text }));
+  const line = make("p", {}, make("span", { textContent: typeset(text) }));
   const more = make("button", { type: "button", className: "more", textContent: "more", "aria-expanded": "false", onclick: () => more.setAttribute("aria-expanded", line.classList.toggle("whole")) });
   line.append(more, make("button", { type: "button", className: "tiny", "aria-label": "Put away", textContent: "×", onclick: () => line.remove() }));
   $("notices").append(line);

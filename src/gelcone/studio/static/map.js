@@ -2,7 +2,7 @@
 import { colours, mix } from "./colours.js";
 import { format, make } from "./controls.js";
 import { Plot } from "./plot.js";
-import { DRIVE, IMPOSSIBLE, Panel, fill, kindOf, labelled, picker, regimeColour } from "./work.js";
+import { DRIVE, IMPOSSIBLE, Panel, fill, hatch, kindOf, labelled, picker, regimeColour, sample } from "./work.js";
 
 const CELLS = [65, 49], NEAR = 6;
 const VIEWS = { kind: "kind of motion", exponent: "largest exponent", stroke: "stroke" };
@@ -34,7 +34,7 @@ export class MapPanel extends Panel {
 
   blank() {
     const n = CELLS[0] * CELLS[1];
-    Object.assign(this, { codes: new Uint8Array(n).fill(255), exponent: new Float32Array(n), low: new Float32Array(n), high: new Float32Array(n), lines: [], dirty: true });
+    Object.assign(this, { codes: new Uint8Array(n).fill(255), exponent: new Float32Array(n), low: new Float32Array(n), high: new Float32Array(n), lines: [], sources: null, dirty: true });
   }
 
   // The axes of the page's state, or the usual ones.
@@ -105,9 +105,16 @@ export class MapPanel extends Panel {
     return from;
   }
 
+  // The kinds of all cells that are known with their places, [kind, along, up].
+  kinds() {
+    const ny = CELLS[1], found = [];
+    this.sources?.forEach((source, k) => { if (source >= 0) found.push([this.codes[source], Math.floor(k / ny), k % ny]); });
+    return found;
+  }
+
   paint() {
     this.dirty = false;
-    const [nx, ny] = CELLS, from = this.nearest(), g = this.canvas.getContext("2d"), image = g.createImageData(nx, ny), c = colours();
+    const [nx, ny] = CELLS, from = (this.sources = this.nearest()), g = this.canvas.getContext("2d"), image = g.createImageData(nx, ny);
     const shade = this.shader(from), cache = new Map();
     for (let k = 0; k < nx * ny; k++) {
       const source = from[k];
@@ -154,6 +161,7 @@ export class MapPanel extends Panel {
       // cells are centred on their values: half of the outermost ones lies outside
       const w = (p.right - p.left) / (CELLS[0] - 1), h = (p.bottom - p.top) / (CELLS[1] - 1);
       g.drawImage(this.canvas, p.left - w / 2, p.top - h / 2, p.right - p.left + w, p.bottom - p.top + h);
+      if (this.view.value === "kind") hatch(g, this.kinds().map(([code, i, j]) => [code, p.left + (i - 0.5) * w, p.bottom - (j + 0.5) * h]), w, h);
     });
     this.thresholds(p);
     this.writeLegend();
@@ -184,7 +192,7 @@ export class MapPanel extends Panel {
   writeLegend() {
     const legend = this.legend(), items = [];
     if (this.view.value === "kind") {
-      for (const code of [...new Set(this.codes)].filter((code) => code !== 255).sort((p, q) => p - q)) items.push([regimeColour(legend, code), code === IMPOSSIBLE ? "no such actuator" : kindOf(legend, code).name]);
+      for (const code of [...new Set(this.codes)].filter((code) => code !== 255).sort((p, q) => p - q)) items.push([regimeColour(legend, code), code === IMPOSSIBLE ? "no such actuator" : kindOf(legend, code).name, code]);
     } else if (this.view.value === "exponent") items.push(["#0072b2", `attracting, to ${format(-this.most, 2)}`], ["#d55e00", `chaotic, to +${format(this.most, 2)}`]);
     else {
       const unit = this.page.look()?.about?.si ? " mm" : "";
@@ -193,7 +201,7 @@ export class MapPanel extends Panel {
     const key = JSON.stringify(items);
     if (this.names.dataset.key === key) return;
     this.names.dataset.key = key;
-    this.names.replaceChildren(...items.map(([colour, text]) => { const i = make("i"); i.style.background = colour; return make("li", {}, i, text); }));
+    this.names.replaceChildren(...items.map(([colour, text, code]) => make("li", {}, sample(colour, code), text)));
   }
 
   drawOver(p) {
@@ -208,7 +216,7 @@ export class MapPanel extends Panel {
 
   place(event) { const r = this.plot.canvas.getBoundingClientRect(); return [event.clientX - r.left, event.clientY - r.top]; }
 
-  down(event) { if (!this.plot.x) return; this.from = this.place(event); this.to = null; this.plot.canvas.setPointerCapture(event.pointerId); }
+  down(event) { if (!this.plot.x || event.button > 0 || event.isPrimary === false) return; this.from = this.place(event); this.to = null; this.plot.canvas.setPointerCapture(event.pointerId); }
 
   move(event) {
     if (!this.from) return;

@@ -2,7 +2,7 @@
 import { colours } from "./colours.js";
 import { make } from "./controls.js";
 import { Plot, Range, extent } from "./plot.js";
-import { DRIVE, IMPOSSIBLE, PULLED_IN, Panel, fill, kindOf, labelled, picker, regimeColour } from "./work.js";
+import { DRIVE, IMPOSSIBLE, PULLED_IN, Panel, fill, holding, kindOf, labelled, picker, regimeColour, sample } from "./work.js";
 
 const LEFT = 5; // the kind of motions that leave the model's domain
 const MARKS = ["□", "◇", "△", "○", "▽"];
@@ -26,10 +26,7 @@ export class StripPanel extends Panel {
     this.range = new Range();
     const c = this.plot.canvas;
     c.tabIndex = 0; c.setAttribute("role", "application"); c.setAttribute("aria-label", "Sweep of a parameter");
-    c.onpointerdown = (event) => { this.held = true; c.setPointerCapture(event.pointerId); this.goTo(event, false); };
-    c.onpointermove = (event) => { if (this.held) this.goTo(event, false); };
-    c.onpointerup = (event) => { if (this.held) { this.held = false; this.goTo(event, true); } };
-    c.onpointercancel = () => { this.held = false; };
+    holding(c, (event, settled) => this.goTo(event, settled));
     c.onkeydown = (event) => {
       const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key], { over } = this.page.state();
       if (!step) return;
@@ -117,7 +114,7 @@ export class StripPanel extends Panel {
     if (this.names.dataset.key === key) return;
     this.names.dataset.key = key;
     const lines = !this.branches?.value ? [] : ["— stable orbits", "┄ unstable", ...this.branches.kinds.map((name, k) => `${MARKS[k % MARKS.length]} ${name}`)];
-    this.names.replaceChildren(...lines.map((text) => make("li", {}, text)), ...[...used].sort((a, b) => a - b).filter((code) => code !== IMPOSSIBLE).map((code) => { const i = make("i"); i.style.background = regimeColour(legend, code); return make("li", {}, i, kindOf(legend, code).name); }));
+    this.names.replaceChildren(...lines.map((text) => make("li", {}, text)), ...[...used].sort((a, b) => a - b).filter((code) => code !== IMPOSSIBLE).map((code) => make("li", {}, sample(regimeColour(legend, code)), kindOf(legend, code).name)));
   }
 
   drawOver(p) {

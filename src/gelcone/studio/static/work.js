@@ -2,6 +2,10 @@
 import { colours } from "./colours.js";
 import { format, make } from "./controls.js";
 
+// Lines across cells of a kind, from corner to corner in shares of a cell: kinds are told apart by more than colours.
+const HATCHES = { 2: [[0.5, 0, 0.5, 1]], 3: [[0, 1, 1, 0]], 6: [[0, 0, 1, 1]], 4: [[0, 1, 1, 0], [0, 0, 1, 1]], [98]: [[0, 0.5, 1, 0.5]] };
+const ANGLES = { 2: [90], 3: [135], 6: [45], 4: [45, 135], [98]: [0] }; // the same as stripes of a legend
+const HATCH = "rgba(255, 255, 255, 0.45)";
 const PAUSE = 500; // ms without a change after which an outdated panel is computed again
 export const PULLED_IN = 98, IMPOSSIBLE = 99; // kinds of cells besides those of motion
 export const DRIVE = ["voltage_amplitude", "voltage", "voltage_offset", "voltage_bias", "frequency", "drive_frequency"];
@@ -10,6 +14,34 @@ export const DRIVE = ["voltage_amplitude", "voltage", "voltage_offset", "voltage
 export const kindOf = (legend, code) => (code === PULLED_IN ? legend.pulled_in : legend.regimes[code]) ?? { colour: colours().line };
 export const regimeColour = (legend, code) => kindOf(legend, code).colour;
 export const labelled = (control) => (control ? `${control.label.toLowerCase()}${control.unit ? ` (${control.unit})` : ""}` : "");
+
+// The sample of a kind in a legend, with its colour and stripes.
+export function sample(colour, code = null) {
+  const i = make("i");
+  i.style.background = [...(ANGLES[code] ?? []).map((angle) => `repeating-linear-gradient(${angle}deg, ${HATCH} 0 1.5px, transparent 1.5px 5px)`), colour].join(", ");
+  return i;
+}
+
+// Draws the lines across cells, [kind, left, top] each, of this width and height.
+export function hatch(g, cells, w, h) {
+  g.strokeStyle = HATCH; g.lineWidth = 1; g.beginPath();
+  for (const [code, x, y] of cells) for (const [x0, y0, x1, y1] of HATCHES[code] ?? []) { g.moveTo(x + x0 * w, y + y0 * h); g.lineTo(x + x1 * w, y + y1 * h); }
+  g.stroke();
+}
+
+// A hand that holds a canvas: go(event, settled) while it moves and when it lets go, or the system takes it away.
+export function holding(canvas, go) {
+  let held = null;
+  canvas.onpointerdown = (event) => {
+    if (event.button > 0 || event.isPrimary === false) return;
+    held = event;
+    canvas.setPointerCapture(event.pointerId);
+    go(event, false);
+  };
+  canvas.onpointermove = (event) => { if (held && event.isPrimary !== false) { held = event; go(event, false); } };
+  canvas.onpointerup = (event) => { if (held) { held = null; go(event, true); } };
+  canvas.onpointercancel = () => { const last = held; held = null; if (last) go(last, true); };
+}
 
 // A choice of parameters that are numbers.
 export function picker(label, onchange) {
