@@ -54,7 +54,8 @@ def compared(messages, result):
 def test_an_envelope_grows_to_that_of_the_analysis_at_its_frequencies(monkeypatch):
     model = gelcone.find_device("biased-pump").to_model()
     omegas = float(model.drive_frequency) * np.array([0.5, 1.0, 1.7])
-    monkeypatch.setattr(envelope, "find_frequencies", lambda source: omegas)
+    axes = envelope.find_axes(PUMP)
+    monkeypatch.setattr(envelope, "find_axes", lambda source: axes._replace(omegas=omegas))
     monkeypatch.setattr(envelope, "REFINEMENTS", 0)
     monkeypatch.setattr(envelope, "FIRST_TASK", 1)
     messages = sent(PUMP)

@@ -7,7 +7,7 @@ import asyncio
 from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,19 +44,29 @@ def _plane(path: Path | None, time: int, text: str | None, options: str) -> Plan
     return plane_of(subject.model, ratio, threads=1)
 
 
-def find_frequencies(source: Source) -> Array:
-    """The drive frequencies that an envelope begins with, in the model's units."""
-    plane = _plane(*source.key)
-    return plane.default_frequencies(peak_of(plane.model))
+class Axes(NamedTuple):
+    """The drive frequencies that an envelope begins with and the peak voltages that it examines, in the model's units,
+    and what one of these units is in hertz and volts."""
+
+    omegas: Array
+    peaks: Array
+    hertz: float
+    volts: float
+
+
+def find_axes(source: Source) -> Axes:
+    """The `Axes` of an envelope."""
+    plane, by = _plane(*source.key), scales(source.subject())
+    omegas = plane.default_frequencies(peak_of(plane.model))
+    return Axes(omegas, peaks_of(plane.model), by["frequency"][0], by["voltage"][0])
 
 
 def find_limits(source: Source) -> dict[str, Any]:
-    """The limits of a constant voltage, by name, and the peak voltages that are examined, in the model's units."""
+    """The limits of a constant voltage, by name, in the model's units, and whose the pull-in is."""
     plane = _plane(*source.key)
     peaks = peaks_of(plane.model)
     return {
         "static": dict(zip(STATIC_LIMITS, static_limits_of(plane, peaks)[1].tolist(), strict=True)),
-        "peaks": peaks,
         "pull_in_of": pull_in_of(plane),
     }
 
@@ -87,16 +97,16 @@ async def draw_envelope(work: Work, source: Source) -> None:
 class _Envelope:
     def __init__(self, work: Work, source: Source) -> None:
         self.work, self.source = work, source
+        self.axes: Axes | None = None
         self.limits: dict[str, Any] = {}
         self.rows: dict[str, Array] = {}
-        self.expected, self.most = 1.0, 0.0
         self._room = asyncio.Semaphore(work.pool.size + 1)
 
     async def grow(self) -> None:
-        _, omegas = await asyncio.gather(self._find_limits(), self._find_frequencies())
-        await self._begin(omegas)
-        static = self.limits["static"].values()
-        ceiling = min(np.nanmin([*static], initial=np.inf), float(self.limits["peaks"][-1]))
+        _, axes = await asyncio.gather(self._find_limits(), self._find_axes())
+        await self._begin(axes.omegas)
+        static = [*self.limits["static"].values()]
+        ceiling = min(float(np.nanmin(static, initial=np.inf)), float(axes.peaks[-1]))
         confirmed: set[tuple[float, float]] = set()
         for _ in range(REFINEMENTS):
             pairs = np.array_split(np.arange(len(self.rows["frequency"]) - 1), self.work.pool.size)
@@ -119,11 +129,10 @@ class _Envelope:
         self.limits = await self._do(find_limits)
         await self._show()
 
-    async def _find_frequencies(self) -> Array:
-        omegas = await self._do(find_frequencies)
-        self.expected, self.most = EXPECTED * len(omegas), float(omegas[-1])
+    async def _find_axes(self) -> Axes:
+        self.axes = axes = Axes(*await self._do(find_axes))
         await self._show()
-        return np.asarray(omegas)
+        return axes
 
     async def _begin(self, omegas: Array) -> None:
         order = np.array(list(dict.fromkeys(k for step in STEPS for k in range(0, len(omegas), step))))
@@ -144,16 +153,16 @@ class _Envelope:
         await asyncio.gather(*(find(*task) for task in tasks))
 
     async def _show(self) -> None:
-        """Sends what is known, in volts and hertz, once the limits of a constant voltage and the axes are."""
-        if not self.limits or not self.most:
+        """Sends what is known, in volts and hertz: no window before the limits of a constant voltage are."""
+        if self.axes is None:
             return
-        by = scales(self.source.subject())
-        volts, peaks = by["voltage"][0], self.limits["peaks"]
-        static = np.array([*self.limits["static"].values()])
-        lowest = float(np.nanmin(static, initial=np.inf))
+        omegas, peaks, hertz, volts = self.axes
+        named = self.limits.get("static", {})
+        static = np.array([*named.values()])
+        lowest = float(np.nanmin(static, initial=np.inf)) if named else np.nan
         low = self.rows.get("low", np.empty((0, len(DRIVEN_LIMITS))))
         arrays = {
-            "frequency": self.rows.get("frequency", np.empty(0)) * by["frequency"][0],
+            "frequency": self.rows.get("frequency", np.empty(0)) * hertz,
             "window": recommended_peaks(low, lowest, peaks) * volts,
         }
         high = self.rows.get("high", low)
@@ -162,9 +171,9 @@ class _Envelope:
             "envelope",
             arrays,
             limits=list(DRIVEN_LIMITS),
-            static=dict(zip(self.limits["static"], (static * volts).tolist(), strict=True)),
+            static=dict(zip(named, (static * volts).tolist(), strict=True)),
             highest=float(peaks[-1]) * volts,
-            most=self.most * by["frequency"][0],
-            pull_in_of=self.limits["pull_in_of"],
-            share=min(len(arrays["frequency"]) / self.expected, 0.99),
+            most=float(omegas[-1]) * hertz,
+            pull_in_of=self.limits.get("pull_in_of", "film"),
+            share=min(len(arrays["frequency"]) / (EXPECTED * len(omegas)), 0.99),
         )

@@ -249,7 +249,8 @@ def kind(subject: Subject) -> Settled:
     regime = Regime(int(member["regime"])) if not int(member["outcome"]) else Regime.LEFT_THE_DOMAIN
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     points = np.asarray(found.variables["section"][1])[0]
-    arrays, run = {}, None
+    arrays: dict[str, Any] = {}
+    run = None
     words: dict[str, Any] = {"regime": int(regime), "lines": evidence_in_words(member), "numbers": []}
     if regime is not Regime.LEFT_THE_DOMAIN and np.isfinite(points[:2]).all():
         members = subject.model.members()

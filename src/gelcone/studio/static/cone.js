@@ -110,7 +110,9 @@ export class Cone {
     for (const sign of [-1, 1]) this.block(cx + sign * b + (sign > 0 ? -2 : -10), y0 - 9, 12, 18);
     this.block(cx - a - 2, y - 3.5, 2 * a + 4, 7);
     g.fillStyle = c.ink; g.font = "600 12px system-ui, sans-serif"; g.textAlign = "center"; g.textBaseline = "bottom";
-    g.fillText(side.heightText, cx, Math.max(y - 8, 14));
+    const wide = g.measureText(side.heightText).width, up = Math.max(y - 8, 14);
+    g.save(); g.globalAlpha = 0.8; g.fillStyle = c.panel; g.fillRect(cx - wide / 2 - 3, up - 14, wide + 6, 15); g.restore();
+    g.fillText(side.heightText, cx, up);
   }
 
   block(x, y, w, h) { const g = this.context; g.beginPath(); g.roundRect(x, y, w, h, 2.5); g.fill(); }
