@@ -175,8 +175,76 @@ def test_no_name_over_the_map_is_cut_short(page):
 def test_a_lock_keeps_a_value(page):
     page.js("document.querySelector('[data-name=frequency] .lock').click()")
     type_in(page, "frequency", "12 Hz")
-    assert "frequency" not in page.js("location.hash")
+    assert "frequency=" not in page.js("location.hash").replace("y=frequency", "")
     assert page.js("document.querySelector('[data-name=frequency] input[type=range]').disabled")
+    shared = page.browser.tab(page.js("location.href"))
+    shared.wait(ANSWERED)
+    assert shared.js("document.querySelector('[data-name=frequency]').classList.contains('locked')")
+    shared.js("document.querySelector('[data-name=frequency] .lock').click()")
+    shared.wait("!location.hash.includes('locked')")
+    assert shared.log == []
+    shared.close()
+
+
+@pytest.mark.parametrize(("width", "height"), [(360, 740), (640, 400), (800, 450), (1024, 700), (1280, 800)])
+def test_nothing_is_out_of_reach_in_a_small_frame_or_under_zoom(page, width, height):
+    page.size(width, height)
+    page.js("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    out = page.js(
+        "[...document.querySelectorAll('button, select, input:not([type=file]), .plot canvas, #cone')].filter((own) => {"
+        "if (!own.checkVisibility()) return false; own.scrollIntoView({block: 'center'});"
+        "const r = own.getBoundingClientRect();"
+        "return r.width < 1 || r.left < -1 || r.right > innerWidth + 1 || r.top < -1 || r.bottom > innerHeight + 1 })"
+        ".map((own) => own.id || own.className || own.textContent)"
+    )
+    assert out == []
+    assert page.js("document.documentElement.scrollWidth") <= width
+    small = page.js(
+        "[...document.querySelectorAll('button, select, input:not([type=file])')].filter((own) => {"
+        "if (!own.checkVisibility()) return false; const r = own.getBoundingClientRect();"
+        "return r.width < 24 || r.height < 24 }).map((own) => own.id || own.className || own.textContent)"
+    )
+    assert small == []
+    for canvas in ("#cone", "#time canvas", "#portrait canvas", "#map canvas"):
+        assert min(page.box(canvas)[2:]) > 90, canvas
+
+
+def test_the_disc_is_taken_and_let_go_as_a_start_and_the_gauge_moves_the_voltages(page):
+    grips = page.js("(() => { document.getElementById('play').click(); return true })()")
+    assert grips
+    page.wait("!document.getElementById('play').getAttribute('aria-label').includes('Pause')")
+    left, top, width, height = page.box("#cone")
+    before = page.js("Math.max(...studio.looks.a.x)")
+    # the disc is in the middle of the cross-section, above the flat film
+    x = left + (width - 46) / 4
+    found = page.js(
+        "(() => { const c = document.getElementById('cone');"
+        f"for (let y = {top}; y < {top + height}; y += 2) {{"
+        f"c.dispatchEvent(new PointerEvent('pointermove', {{clientX: {x}, clientY: y, isPrimary: true, button: -1}}));"
+        "if (c.style.cursor === 'ns-resize') return y } return null })()"
+    )
+    assert found is not None
+    y = found + 14
+    page.mouse("mousePressed", x, y)
+    for step in range(1, 6):
+        page.send("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y - 8 * step, button="left", buttons=1)
+    page.mouse("mouseReleased", x, y - 40)
+    page.wait("location.hash.includes('release_height=') && location.hash.includes('motion=start')")
+    page.wait("studio.looks.a.words && !location.hash.includes('x=') || studio.looks.a.lines && true")
+    page.wait(f"Math.abs(Math.max(...studio.looks.a.x) - {before}) > 0.1")
+    started = page.js("studio.looks.a.x[0]")
+    control = page.js("parseFloat(new URLSearchParams(location.hash.slice(1)).get('release_height'))")
+    assert started == pytest.approx(control, rel=1e-3)
+    gauge = left + width / 2
+    page.mouse("mousePressed", gauge, top + 0.5 * height)
+    page.send("Input.dispatchMouseEvent", type="mouseMoved", x=gauge, y=top + 0.6 * height, button="left", buttons=1)
+    page.mouse("mouseReleased", gauge, top + 0.6 * height)
+    page.wait("location.hash.includes('voltage_amplitude=') && location.hash.includes('voltage_offset=')")
+    amplitude, offset = (
+        page.js(f"document.querySelector('[data-name={name}] input').value")
+        for name in ("voltage_amplitude", "voltage_offset")
+    )
+    assert float(amplitude.split()[0]) / 1e3 / float(offset.split()[0]) == pytest.approx(0.8, rel=0.01)
 
 
 def test_the_address_holds_the_state_and_the_history_goes_back(page):
@@ -362,7 +430,7 @@ def test_a_wrong_entry_is_no_step_of_the_history_and_not_in_the_link(page):
     type_in(page, "frequency", "-3 Hz")
     page.wait("!document.querySelector('[data-name=frequency] .error').hidden")
     assert page.js("document.body.classList.contains('old')")
-    assert page.js("document.querySelector('[data-name=frequency] input').value") == "-3 Hz"
+    assert page.js("document.querySelector('[data-name=frequency] input').value") == "−3 Hz"
     type_in(page, "voltage_amplitude", "700 V")
     page.wait("location.hash.includes('voltage_amplitude=700')")
     assert "&frequency=" not in page.js("location.hash")

@@ -106,8 +106,8 @@ class Page:
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     def _pool(self, lane: str) -> Pool:
-        """Who works in a lane: a file that one waits for does not queue behind a map."""
-        return self.saving if lane == "export" else self.pool
+        """Who works in a lane: a file or a number that one waits for does not queue behind a map."""
+        return self.saving if lane in ("export", *SIDES) else self.pool
 
     async def _read(self) -> None:
         tokens, before = float(BURST), time.monotonic()
@@ -234,8 +234,8 @@ class Page:
         await asyncio.sleep(RESTED_SECONDS)
         if run is not None:
             await show("numbers", look.electrical, run)
-        lane = self._lanes[side]
-        work = Work(self.pool, lane, self.pool.begin(lane), request["id"], self.send)
+        lane, pool = self._lanes[side], self._pool(side)
+        work = Work(pool, lane, pool.begin(lane), request["id"], self.send)
         source = await self._in_thread(lambda asked: self.source(asked["setting"]), request)
         try:
             if guesses := self.shelf.guesses(request["setting"]):
@@ -256,7 +256,7 @@ class Page:
             await self.send(head)
         except asyncio.CancelledError:
             if self._lanes:  # the page is still there
-                self.pool.begin(lane)
+                pool.begin(lane)
             raise
 
     async def _computed(self, slot: Slot, request: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
