@@ -191,7 +191,8 @@ def test_nothing_is_out_of_reach_in_a_small_frame_or_under_zoom(page, width, hei
     page.size(width, height)
     page.js("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     out = page.js(
-        "[...document.querySelectorAll('button, select, input:not([type=file]), .plot canvas, #cone')].filter((own) => {"
+        "[...document.querySelectorAll('button, select, input:not([type=file]), .plot canvas, #cone')]"
+        ".filter((own) => {"
         "if (!own.checkVisibility()) return false; own.scrollIntoView({block: 'center'});"
         "const r = own.getBoundingClientRect();"
         "return r.width < 1 || r.left < -1 || r.right > innerWidth + 1 || r.top < -1 || r.bottom > innerHeight + 1 })"
@@ -210,8 +211,7 @@ def test_nothing_is_out_of_reach_in_a_small_frame_or_under_zoom(page, width, hei
 
 
 def test_the_disc_is_taken_and_let_go_as_a_start_and_the_gauge_moves_the_voltages(page):
-    grips = page.js("(() => { document.getElementById('play').click(); return true })()")
-    assert grips
+    page.click("#play")
     page.wait("!document.getElementById('play').getAttribute('aria-label').includes('Pause')")
     left, top, width, height = page.box("#cone")
     before = page.js("Math.max(...studio.looks.a.x)")
@@ -334,7 +334,8 @@ def test_it_fits_the_window(page, size):
         page.js("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
         too_large = page.js(
             "[...document.querySelectorAll('html, body, aside, main, .panel, #group, header')].filter((e) =>"
-            "e.scrollWidth > e.clientWidth + 1 || e.scrollHeight > e.clientHeight + 1)"
+            "e.scrollWidth > e.clientWidth + 1 || e.scrollHeight > e.clientHeight + 1 && (e.id !== 'group' ||"
+            "innerHeight > 750 || getComputedStyle(e).overflowY !== 'auto'))"  # in a low window it may be scrolled
             ".map((e) => e.id || e.className || e.tagName)"
         )
         assert too_large == [], group
@@ -430,7 +431,7 @@ def test_a_wrong_entry_is_no_step_of_the_history_and_not_in_the_link(page):
     type_in(page, "frequency", "-3 Hz")
     page.wait("!document.querySelector('[data-name=frequency] .error').hidden")
     assert page.js("document.body.classList.contains('old')")
-    assert page.js("document.querySelector('[data-name=frequency] input').value") == "−3 Hz"
+    assert page.js("document.querySelector('[data-name=frequency] input').value") == "\N{MINUS SIGN}3 Hz"
     type_in(page, "voltage_amplitude", "700 V")
     page.wait("location.hash.includes('voltage_amplitude=700')")
     assert "&frequency=" not in page.js("location.hash")

@@ -38,11 +38,11 @@ test("over time, height and voltage stand above each other over the same time", 
 test("over time the settled motion is shown where the portrait shows it, and says so", () => {
   const scene = { t: Float32Array.of(0, 20), x: Float32Array.of(7, 9), u: Float32Array.of(0, 0), v: Float32Array.of(1, 1), film: Uint8Array.of(0, 0) };
   const own = look({ settled: scene }), p = panel(timePanel, { a: own, motion: "settled" });
-  assert.ok(near(p.toX(p.right), 20) && texts(p.context).includes("the settled motion"));
+  assert.ok(near(p.toX(p.right), 20) && texts(p.context).includes("time (ms) of the settled motion"));
   assert.ok(close(drawn(p, LIGHT.a).slice(2), [[p.X(0), p.Y(7)], [p.X(20), p.Y(9)]]));
   for (const looks of [{ a: own, motion: "start" }, { a: { ...own, old: true }, motion: "settled" }]) {
     const start = panel(timePanel, looks);
-    assert.deepEqual([Math.round(start.toX(start.right)), texts(start.context).includes("the settled motion")], [40, false]);
+    assert.deepEqual([Math.round(start.toX(start.right)), texts(start.context).includes("time (ms) of the settled motion")], [40, false]);
   }
 });
 

@@ -26,15 +26,14 @@ export function timePanel(host, looks, clock) {
       if (!shown.length) return;
       const [look] = sides[0], { axes } = look.about, end = Math.max(...shown.map(([own]) => own.t.at(-1)));
       const x = [0, end], y = height.fit(extent(...shown.map(([own]) => own.x)));
-      p.axes(x, volts.fit(extent(...shown.map(([own]) => own.v))), { from: 1 - VOLTAGE_SHARE, xLabel: axes.time, yLabel: axes.voltage });
+      p.axes(x, volts.fit(extent(...shown.map(([own]) => own.v))), { from: 1 - VOLTAGE_SHARE, xLabel: shown[0][0] === look ? axes.time : `${axes.time} of the settled motion`, yLabel: axes.voltage });
       for (const [own, colour, side] of shown) p.line(own.t, own.v, { colour, width: 1, sorted: true, alpha: 0.85, dash: DASHES[side] });
       p.axes(x, y, { to: 1 - VOLTAGE_SHARE - 0.06, xTicks: false, yLabel: axes.displacement });
       for (const [own, colour, side] of shown) p.line(own.t, own.x, { colour, sorted: true, alpha: shown.length > 1 ? 0.8 : 1, dash: DASHES[side] });
       states(p, shown[0][0]);
       for (const [own] of sides) if (sceneOf(own, looks.motion) === own) ended(p, own, own.t);
       const { shown: periods, cut } = look.words;
-      const said = shown[0][0] !== look ? "the settled motion" : cut ? `the first ${format(periods, 2)} periods: a longer run would lose its oscillations` : "";
-      if (said) p.label(said, p.left + 6, p.top + 9);
+      if (cut && shown[0][0] === look) p.label(`the first ${format(periods, 2)} periods: a longer run would lose its oscillations`, p.left + 6, p.top + 9);
     },
     over(p) {
       const t = clock.time();
