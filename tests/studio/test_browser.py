@@ -285,6 +285,43 @@ def test_two_settings_side_by_side(page):
     page.wait("document.querySelectorAll('.badge').length === 1")
 
 
+def test_the_gallery_shows_all_as_moving_cones_and_one_is_chosen(page):
+    page.click("#browse")
+    tiles = "[...document.querySelectorAll('#gallery .tile')]"
+    assert page.js(f"{tiles}.map((t) => t.querySelector('b').textContent).join()").count(",") >= 10
+    drawn = (
+        f"{tiles}.every((t) => {{ const c = t.querySelector('canvas'), s = new Set(),"
+        "d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
+        "for (let i = 0; i < d.length; i += 4) s.add(d[i] + 256 * d[i + 1]); return s.size > 20 || "
+        "t.getBoundingClientRect().top > document.querySelector('#gallery').getBoundingClientRect().bottom })"
+    )
+    page.wait(drawn, 60)
+    page.js(f"{tiles}.find((t) => t.querySelector('b').textContent === 'soft-film').click()")
+    page.wait("location.hash.includes('device=soft-film')")
+    page.wait("!document.getElementById('gallery').open")
+
+
+def test_a_captioned_picture_and_a_film_are_saved(page, tmp_path, monkeypatch):
+    from matplotlib.image import imread
+
+    page.click("#save")
+    page.js("[...document.querySelectorAll('#saver button')].find((b) => b.textContent === 'Picture').click()")
+    browser.wait_for((tmp_path / "gelcone.png").exists)
+    time.sleep(0.2)
+    picture = imread(tmp_path / "gelcone.png")
+    assert picture.shape[0] > 600
+    assert picture.shape[1] > 900
+    assert picture[..., :3].std() > 0.05
+    page.js("[...document.querySelectorAll('#saver button')].find((b) => b.textContent === 'Film').click()")
+    page.wait("document.querySelector('#saver [role=status]').textContent === 'gelcone.webm is saved.'", 40)
+    browser.wait_for((tmp_path / "gelcone.webm").exists)
+    data = (tmp_path / "gelcone.webm").read_bytes()
+    assert data[:4] == b"\x1aE\xdf\xa3"
+    assert b"webm" in data[:64]
+    assert len(data) > 20_000
+    page.js("document.getElementById('saver').close()")
+
+
 @pytest.mark.slow
 def test_files_are_saved(page, tmp_path):
     import gelcone

@@ -623,6 +623,21 @@ def alive(pid):
 # --- what is answered is what the analyses and the command line give -------------------------------------------------
 
 
+def test_a_small_picture_is_that_of_a_device_or_preset_by_itself(server):
+    with server.page() as page:
+        for number, setting in enumerate((PUMP, {"device": "double-cone"}, {"preset": "base"})):
+            ask(page, "glance", number, setting=setting)
+            head, arrays = answer(page, "glance", 60.0)
+            assert head["id"] == number
+            assert len(arrays["t"]) == len(arrays["x"]) == look.GLANCE_SAMPLES + 1
+            assert arrays["t"][0] == 0.0
+            assert arrays["t"][-1] == pytest.approx(look.GLANCE_PERIODS * head["words"]["period"], rel=1e-3)
+            assert head["about"]["rim"] > head["about"]["disc"] > 0.0
+        for setting in ({**PUMP, "values": {"frequency": "9 Hz"}}, {"file": "name = 1"}, {"device": "../pump"}):
+            ask(page, "glance", 9, setting=setting)
+            assert answer(page, "error")[0]["id"] == 9
+
+
 def test_files_and_commands_are_those_of_the_setting(server):
     setting = {**PUMP, "values": {"frequency": "9 Hz"}}
     own = Setting.read(setting)

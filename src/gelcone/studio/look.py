@@ -230,6 +230,19 @@ def _seems(members: Members, times: Array, states: Array) -> str:
     return "does not repeat yet"
 
 
+GLANCE_PERIODS, GLANCE_SAMPLES = 4, 240
+
+
+def glance(subject: Subject) -> Parts:
+    """The last periods of a run as a small picture needs them."""
+    whole = response(subject, PERIODS)
+    count = len(whole.arrays["t"]) - 1
+    first = count - round(count * min(1.0, GLANCE_PERIODS / PERIODS))
+    places = np.linspace(first, count, GLANCE_SAMPLES + 1).astype(int)
+    arrays = {name: values[places] for name, values in whole.arrays.items()}
+    return Parts(arrays | {"t": arrays["t"] - arrays["t"][0]}, {"period": whole.words["period"]})
+
+
 # --- what kind of motion ---------------------------------------------------------------------------------------------
 
 

@@ -337,6 +337,31 @@ class Page:
             raise InputError(f"format: must be one of {', '.join(exports.FORMATS)}")
         return self.source(setting), wanted, form
 
+    async def _glance(self, request: dict[str, Any]) -> None:
+        """A small picture of a device or preset as it is by itself."""
+
+        async def answer() -> None:
+            watch, loop = Watch(), asyncio.get_running_loop()
+            limit = loop.call_later(RUN_SECONDS, watch.stop.set)
+            try:
+                parts, about = await self._in_thread(partial(self._glimpse, watch), request)
+            except Stopped:
+                raise InputError(f"the picture takes more than {RUN_SECONDS:g} s") from None
+            finally:
+                limit.cancel()
+            head = {"kind": "glance", "id": request["id"], "words": parts.words, "about": about}
+            await self.send(head, parts.arrays)
+
+        self._start("glance", request, answer)
+
+    def _glimpse(self, watch: Watch, request: Mapping[str, Any]) -> tuple[look.Parts, dict[str, Any]]:
+        setting = Setting.read(request.get("setting"))
+        if setting.file is not None or setting.values:
+            raise InputError("a small picture is that of a device or preset as it is by itself; name one")
+        with watching(watch):
+            subject = self.shelf.subject(setting)
+            return look.glance(subject), look.about(subject)
+
     async def _device_file(self, request: dict[str, Any]) -> None:
         """The device as it is set, as a device file."""
 
@@ -470,6 +495,7 @@ _KINDS: Mapping[str, Callable[[Page, dict[str, Any]], Awaitable[None]]] = {
     "cancel": Page._cancel,
     "code": Page._code,
     "device": Page._device_file,
+    "glance": Page._glance,
     "export": Page._export,
 }
 """What a page may ask."""

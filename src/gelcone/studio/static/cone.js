@@ -11,9 +11,10 @@ const THICK = 5, THINNEST = 1.5; // px of a film in cross-section without stretc
 const NAMES = 40; // px below two cones for their names
 
 export class Cone {
-  constructor(canvas) {
+  // small: a picture of the cone alone, without section, gauge and texts.
+  constructor(canvas, small = false) {
     // hands.disc(height, settled) and hands.volts(share of the highest voltage, settled) are called while a hand moves
-    Object.assign(this, { canvas, wakes: () => {}, hands: null, grips: [], held: null, foot: 0 });
+    Object.assign(this, { canvas, wakes: () => {}, hands: null, grips: [], held: null, foot: 0, small });
     this.context = canvas.getContext("2d", { alpha: false });
     new ResizeObserver(() => { this.fit(); this.changed = true; this.wakes(); }).observe(canvas);
     canvas.onpointerdown = (event) => this.take(event);
@@ -64,6 +65,7 @@ export class Cone {
     g.setTransform(this.d, 0, 0, this.d, 0, 0);
     g.fillStyle = colours().panel;
     g.fillRect(0, 0, w, h);
+    if (this.small) return this.perspective(sides[0], w, h, this.scale(sides[0]), "");
     const halves = sides.length > 1 ? sides.map((side) => ["perspective", side]) : [["section", sides[0]], ["perspective", sides[0]]];
     const common = Math.min(...halves.map(([, side]) => this.scale(side)));
     const apart = sides.length > 1 && sides[0].name !== sides[1].name; // two subjects: each in a scale of its own
@@ -83,7 +85,7 @@ export class Cone {
 
   scale(side) {
     const [most, least] = this.reach(side);
-    const wide = (0.5 * (this.w - GAUGE)) / (2.28 * side.about.rim), tall = (this.h - 54 - this.foot) / (most - least + 0.75 * side.about.rim);
+    const wide = (this.small ? this.w : 0.5 * (this.w - GAUGE)) / (2.28 * side.about.rim), tall = (this.h - (this.small ? 12 : 54) - this.foot) / (most - least + 0.75 * side.about.rim);
     return Math.max(Math.min(wide, tall), 0);
   }
 
@@ -179,7 +181,7 @@ export class Cone {
     };
     g.fillStyle = c.dark ? "rgba(0,0,0,0.35)" : "rgba(20,30,45,0.08)";
     g.beginPath(); g.ellipse(cx, y0 + 9, b * scale * 1.06, b * scale * TILT * 1.06, 0, 0, 7); g.fill();
-    const rim = (z, from, to) => { g.lineWidth = 7; g.strokeStyle = c.steel; ring(b * 1.02, z, from, to); g.stroke(); };
+    const rim = (z, from, to) => { g.lineWidth = Math.min(7, 0.06 * w); g.strokeStyle = c.steel; ring(b * 1.02, z, from, to); g.stroke(); };
     // half of a film between its rim at the height ``flat`` and the disc
     const quads = (film, flat, front, field) => {
       const rings = film >= MERIDIAN && film <= BOTH ? RINGS : 1, rise = height - flat, slope = Math.atan2(rise, b - a);

@@ -5,6 +5,7 @@ import { Clock } from "./clock.js";
 import { colours, setTheme } from "./colours.js";
 import { Cone } from "./cone.js";
 import { Controls, format, icon, make, say, typeset } from "./controls.js";
+import { Gallery } from "./gallery.js";
 import { GridPanels } from "./grids.js";
 import { Link, newAddress, tokenOf } from "./link.js";
 import { portraitPanel, spectrumPanel, staticsPanel, timePanel } from "./panels.js";
@@ -79,7 +80,12 @@ const grids = new GridPanels({
   hosts: { map: $("map"), strip: $("strip"), envelope: $("envelope") }, share: $("grid-share"),
   page: { ask: (kind, content) => link.ask(kind, content), setting, state: () => state, legend: () => hello, controls: () => controls, look: () => looks[state.side], go: change, keep },
 });
-const saver = new Saver($("saver"), { ask: (kind, content) => link.ask(kind, content), state: () => state, setting, toast, grids });
+const saver = new Saver($("saver"), { ask: (kind, content) => link.ask(kind, content), state: () => state, setting, toast, grids,
+  shown: () => ({ name: nameOf(state.side), look: looks[state.side], values: setting().values }),
+  pictures: () => [$("cone"), ...document.querySelectorAll(".view.shown .plot canvas")],
+  play: () => { clock.playing = true; clock.button(); moved(); },
+});
+const gallery = new Gallery($("gallery"), { ask: (kind, content) => link.ask(kind, content), choose });
 const link = new Link(tokenOf(location.search, () => sessionStorage), {
   opened: () => { $("lost").hidden = true; link.ask("hello"); },
   lost: () => { $("lost").hidden = false; $("anew").hidden = link.failures < FAILURES; grids.lost(); faded(true); },
@@ -257,6 +263,7 @@ $("subject").onchange = () => {
   const [kind, name] = $("subject").value.split(/:(.*)/s);
   if (kind !== "file") choose({ [kind]: name });
 };
+$("browse").onclick = () => hello && gallery.show(hello);
 $("open").onclick = () => $("file").click();
 $("file").onchange = async () => {
   const [file] = $("file").files;
@@ -308,7 +315,7 @@ addEventListener("popstate", () => { clearTimeout(keep.timer); keep.last = locat
 function message(head, arrays) {
   if (head.kind === "hello") return begin(head);
   if (head.kind === "error") return failed(head);
-  if (grids.message(head, arrays) || saver.message(head, arrays)) return;
+  if (grids.message(head, arrays) || saver.message(head, arrays) || gallery.message(head, arrays)) return;
   if (head.id < (asked[head.side] ?? 0) - ASKED_AGAIN || !state[head.side]) return;
   if (!["subject", "response"].includes(head.kind) && !looks[head.side]) return; // evidence of what is no longer shown
   ANSWERS[head.kind](head, arrays);
@@ -379,7 +386,7 @@ function begin(head) {
   hello = head;
   $("film-legend").replaceChildren();
   for (const side of ["a", "b"]) { asks[side] = []; good[side] = null; unknown[side] = true; }
-  const next = address.read(location.hash, hello.devices[0]);
+  const next = address.read(location.hash, hello.devices[0]), empty = !location.hash.slice(1);
   for (const own of [next.a, next.b]) if (own && !own.file && !(own.preset ? Object.hasOwn(hello.presets, own.preset) : hello.devices.includes(own.device))) {
     next.odd.push(`There is no ${own.preset ? "preset" : "device"} ${(own.preset ?? own.device).slice(0, 40)}; ${hello.devices[0]} is shown.`);
     Object.assign(own, { device: hello.devices[0], preset: null, values: {} });
@@ -388,6 +395,7 @@ function begin(head) {
   apply(next);
   if (next.odd.length) for (const side of sides()) asks[side].at(-1).step = false; // the address is written anew
   keep.last = location.hash;
+  if (empty) gallery.show(hello);
 }
 
 const subjectOf = (own) => JSON.stringify([own.device, own.preset, own.file]);
@@ -395,7 +403,7 @@ const subjectOf = (own) => JSON.stringify([own.device, own.preset, own.file]);
 // An answer that something is wrong. The newest look of a side returns to the last setting that was good: a value's
 // entry stays to be corrected, with the reason beside it, and another subject does not take the place of the one shown.
 function failed(head) {
-  if (saver.failed(head) || grids.failed(head)) return;
+  if (saver.failed(head) || grids.failed(head) || gallery.failed(head)) return;
   const { side } = head, ask = side && asks[side].find((own) => own.id === head.id);
   if (!ask) return side ? undefined : notice(head.message);
   asks[side] = asks[side].filter((own) => own.id > head.id);

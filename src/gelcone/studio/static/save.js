@@ -1,9 +1,11 @@
 // Files of what is shown, and the command and Python lines that give the same numbers.
 import { make } from "./controls.js";
+import { caption, composed, filmed } from "./film.js";
 
 const WHAT = { simulate: "Time response", section: "Phase portrait: section", spectrum: "Spectrum", regime: "Kind of motion, with its evidence", static: "Statics", map: "Map", bifurcation: "Sweep of a parameter", envelope: "Envelope" };
 const FORMATS = { nc: "netCDF", png: "PNG", svg: "SVG" };
 const KINDS = { nc: "application/x-netcdf", png: "image/png", svg: "image/svg+xml", toml: "application/toml" };
+const FILM_SECONDS = 8;
 const TAB = { time: "simulate", spectrum: "spectrum" };
 
 export class Saver {
@@ -14,10 +16,13 @@ export class Saver {
     this.device = make("button", { type: "button", textContent: "Device file", "data-format": "toml", title: "The device as it is set, as a file for the command line", onclick: () => { this.id = this.page.ask("device", { setting: this.page.setting() }); } });
     this.said = make("span", { role: "status" });
     this.buttons = Object.entries(FORMATS).map(([format, text]) => make("button", { type: "button", textContent: text, "data-format": format, onclick: () => this.get(format) }));
+    this.picture = make("button", { type: "button", textContent: "Picture", title: "Cone and plots as they are on the page, with a caption", onclick: () => this.takePicture() });
+    this.film = make("button", { type: "button", textContent: "Film", title: `The cone as it moves, with a caption: ${FILM_SECONDS} seconds as WebM`, onclick: () => this.takeFilm() });
     const copy = (from) => make("button", { type: "button", textContent: "Copy", onclick: async () => { try { await navigator.clipboard.writeText(from.textContent); this.said.textContent = "Copied."; } catch { this.said.textContent = "Select the text and copy it."; } } });
     dialog.append(
       make("h2", { textContent: "Save and repeat" }),
       make("div", { className: "row" }, this.what, ...this.buttons, this.device, this.said),
+      make("div", { className: "row" }, make("span", { textContent: "What is on the page, with a caption:" }), this.picture, this.film),
       make("h3", { textContent: "The same on the command line " }, copy(this.command)), this.command,
       make("h3", { textContent: "The same in Python " }, copy(this.python)), this.python,
       make("div", { className: "row" }, make("button", { type: "button", textContent: "Close", onclick: () => dialog.close() })),
@@ -56,14 +61,36 @@ export class Saver {
   message(head, { data }) {
     if (head.kind === "code") { this.command.textContent = head.command; this.python.textContent = head.python; return true; }
     if (head.kind !== "file") return false;
-    const url = URL.createObjectURL(new Blob([data], { type: KINDS[head.name.split(".").at(-1)] }));
-    const link = make("a", { href: url, download: head.name });
+    this.give(head.name, new Blob([data], { type: KINDS[head.name.split(".").at(-1)] }));
+    return true;
+  }
+
+  // Hands a file to the browser.
+  give(name, data) {
+    const url = URL.createObjectURL(data), link = make("a", { href: url, download: name });
     document.body.append(link);
     link.click();
     link.remove();
     setTimeout(() => URL.revokeObjectURL(url), 10000);
-    this.done(`${head.name} is saved.`);
-    return true;
+    this.done(`${name} is saved.`);
+  }
+
+  // The caption of what is on the page.
+  caption() { const { name, look, values } = this.page.shown(); return caption(name, look, values); }
+
+  takePicture() {
+    if (!this.page.shown().look?.words) return this.done("There is nothing to show yet.");
+    composed(this.page.pictures(), this.caption()).canvas.toBlob((data) => (data ? this.give("gelcone.png", data) : this.done("The browser made no picture.")), "image/png");
+  }
+
+  async takeFilm() {
+    if (!this.page.shown().look?.words) return this.done("There is nothing to show yet.");
+    this.page.play();
+    const film = filmed(composed(this.page.pictures().slice(0, 1), this.caption()), FILM_SECONDS, (passed) => { this.said.textContent = `recording, ${Math.min(Math.floor(passed), FILM_SECONDS)} of ${FILM_SECONDS} s …`; });
+    if (!film) return this.done("This browser records no films.");
+    this.film.disabled = true;
+    try { this.give("gelcone.webm", await film); } catch (error) { this.done(error.message); }
+    this.film.disabled = false;
   }
 
   failed(head) {

@@ -1,0 +1,77 @@
+// Pictures and films of what is on the page, with a caption: what is shown, and its numbers.
+import { colours } from "./colours.js";
+import { typeset } from "./controls.js";
+
+const LINE = 20, EDGE = 16, FONT = "14px system-ui, 'Segoe UI', Roboto, sans-serif";
+const RATE = 25; // pictures a second
+const TYPES = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"];
+
+// The lines of a caption: name, kind of motion and numbers, and what differs from the device as it is by itself.
+export function caption(name, look, values) {
+  const kind = look.words.ended || (look.lines ? look.lines[0] : look.words.seems);
+  const numbers = [...(look.numbers?.values() ?? [])].sort((p, q) => p.place - q.place).map((own) => `${own.name} ${own.text}`);
+  const changed = Object.entries(values).map(([parameter, text]) => `${parameter.replaceAll("_", " ")} ${text}`);
+  return [`${name}: ${kind}`, numbers.join(", "), changed.length ? `with ${changed.join(", ")}` : "", "gelcone studio"].filter(Boolean).map(typeset);
+}
+
+// How a text breaks into lines of at most so many pixels.
+export function broken(g, text, most) {
+  const lines = [""];
+  for (const word of text.split(" ")) {
+    const longer = `${lines.at(-1)} ${word}`.trim();
+    if (lines.at(-1) && g.measureText(longer).width > most) lines.push(word); else lines[lines.length - 1] = longer;
+  }
+  return lines;
+}
+
+// Where pictures of these sizes stand below each other, two a row: places, and the size of the whole.
+export function arranged(sizes) {
+  const places = [];
+  let y = 0, wide = 0;
+  for (let k = 0; k < sizes.length; k += 2) {
+    const row = sizes.slice(k, k + 2);
+    let x = 0;
+    for (const [w] of row) { places.push([x, y]); x += w + EDGE; }
+    wide = Math.max(wide, x - EDGE);
+    y += Math.max(...row.map(([, h]) => h)) + EDGE;
+  }
+  return { places, size: [wide, y] };
+}
+
+// A canvas with pictures and a caption below them, and what draws them on it again.
+export function composed(pictures, lines) {
+  const canvas = document.createElement("canvas"), g = canvas.getContext("2d", { alpha: false }), d = devicePixelRatio;
+  const { places, size: [wide, tall] } = arranged(pictures.map((own) => [own.width / d, own.height / d]));
+  g.font = FONT;
+  const text = lines.flatMap((line) => broken(g, line, wide));
+  canvas.width = Math.ceil((wide + 2 * EDGE) * d); canvas.height = Math.ceil((tall + EDGE + LINE * text.length + EDGE) * d);
+  const draw = () => {
+    g.setTransform(1, 0, 0, 1, 0, 0);
+    g.fillStyle = colours().panel; g.fillRect(0, 0, canvas.width, canvas.height);
+    pictures.forEach((own, k) => g.drawImage(own, (places[k][0] + EDGE) * d, (places[k][1] + EDGE) * d));
+    g.setTransform(d, 0, 0, d, 0, 0);
+    g.font = FONT; g.fillStyle = colours().ink; g.textAlign = "left"; g.textBaseline = "top";
+    text.forEach((line, k) => g.fillText(line, EDGE, tall + EDGE + LINE * k));
+  };
+  draw();
+  return { canvas, draw };
+}
+
+// A film of some seconds of pictures that move: its data; null where the browser makes none.
+export function filmed({ canvas, draw }, seconds, told) {
+  const type = globalThis.MediaRecorder && canvas.captureStream && TYPES.find((own) => MediaRecorder.isTypeSupported(own));
+  if (!type) return null;
+  return new Promise((done, fail) => {
+    const recorder = new MediaRecorder(canvas.captureStream(RATE), { mimeType: type, videoBitsPerSecond: 4e6 }), parts = [], began = performance.now();
+    const timer = setInterval(() => {
+      draw();
+      const passed = (performance.now() - began) / 1000;
+      told(passed);
+      if (passed >= seconds && recorder.state === "recording") recorder.stop();
+    }, 1000 / RATE);
+    recorder.ondataavailable = (event) => parts.push(event.data);
+    recorder.onstop = () => { clearInterval(timer); done(new Blob(parts, { type: "video/webm" })); };
+    recorder.onerror = () => { clearInterval(timer); fail(new Error("the browser could not record the film")); };
+    recorder.start();
+  });
+}

@@ -1,0 +1,76 @@
+// The gallery, captions and films.
+import assert from "node:assert/strict";
+import test from "node:test";
+import { browser, texts } from "./page.js";
+
+browser();
+const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
+const { arranged, broken, caption, composed, filmed } = await from("film"), { Gallery } = await from("gallery");
+
+test("a caption names what is shown, its kind, its numbers in order and what was changed", () => {
+  const numbers = new Map([["lag", { name: "lag", place: 2, text: "7°" }], ["stroke", { name: "stroke", place: 0, text: "-15 um" }]]);
+  assert.deepEqual(caption("pump", { words: { ended: "", seems: "?" }, lines: ["periodic, period 1"], numbers }, { spring_rate: "9 N/m" }), ["pump: periodic, period 1", "stroke −15 µm, lag 7°", "with spring rate 9 N/m", "gelcone studio"]);
+  assert.deepEqual(caption("pump", { words: { ended: "pulled in", seems: "?" } }, {}), ["pump: pulled in", "gelcone studio"]);
+});
+
+test("a text breaks into lines that fit, a long word stands alone", () => {
+  const g = { measureText: (text) => ({ width: 6 * text.length }) };
+  assert.deepEqual(broken(g, "one two three", 48), ["one two", "three"]);
+  assert.deepEqual(broken(g, "incomprehensibilities no", 48), ["incomprehensibilities", "no"]);
+});
+
+test("pictures stand two a row, none over another", () => {
+  const sizes = [[400, 300], [380, 310], [500, 200], [90, 90], [10, 10]], { places, size } = arranged(sizes);
+  sizes.forEach(([w, h], k) => {
+    const [x, y] = places[k];
+    assert.ok(x >= 0 && y >= 0 && x + w <= size[0] && y + h <= size[1]);
+    sizes.slice(0, k).forEach(([v, u], j) => assert.ok(x >= places[j][0] + v || y >= places[j][1] + u));
+  });
+});
+
+test("a composed picture holds all pictures and its caption", () => {
+  const pictures = [0, 1].map(() => Object.assign(document.createElement("canvas"), { width: 300, height: 200 }));
+  const { canvas } = composed(pictures, ["one", "two"]), g = canvas.getContext();
+  assert.deepEqual(g.calls.filter((c) => c.name === "drawImage").map((c) => c.args[0]), pictures);
+  assert.deepEqual(texts(g), ["one", "two"]);
+  assert.ok(canvas.width >= 616 && canvas.height > 240);
+  assert.equal(filmed({ canvas, draw() {} }, 1, () => {}), null); // no recorder here
+});
+
+// --- the gallery -----------------------------------------------------------------------------------------------------
+
+function gallery() {
+  const asked = [], chosen = [], dialog = document.getElementById("gallery");
+  const own = new Gallery(dialog, { ask: (kind, content) => asked.push([kind, content]), choose: (what) => chosen.push(what) });
+  own.show({ devices: ["pump", "cone"], presets: { base: "the base set" } });
+  return { own, asked, chosen, dialog };
+}
+const ABOUT = { disc: 8, rim: 30, second: null, bias: "spring", name: "a pump" };
+const arrays = () => ({ t: Float32Array.of(0, 10, 20), x: Float32Array.of(0, 5, 0), film: Uint8Array.of(0, 0, 0) });
+
+test("pictures are asked for one after the other, and what fails says so", () => {
+  const { own, asked } = gallery();
+  assert.deepEqual(asked, [["glance", { setting: { device: "pump" } }]]);
+  assert.equal(own.message({ kind: "glance", id: 99, words: {}, about: ABOUT }, arrays()), true); // of no one
+  assert.equal(asked.length, 1);
+  assert.equal(own.message({ kind: "glance", id: 1, words: { period: 5 }, about: ABOUT }, arrays()), true);
+  assert.equal(own.failed({ id: 7, message: "elsewhere" }), false);
+  assert.equal(own.failed({ id: 2, message: "no such cone" }), true);
+  assert.deepEqual(asked.slice(1), [["glance", { setting: { device: "cone" } }], ["glance", { setting: { preset: "base" } }]]);
+  assert.deepEqual(own.tiles.map(({ note }) => note.textContent), ["a pump", "no such cone", "the base set"]);
+  own.turn();
+  assert.ok(own.tiles[0].cone.context.calls.some((c) => c.name === "ellipse"));
+  assert.ok(!own.tiles[1].cone.context.calls.some((c) => c.name === "ellipse"));
+  assert.equal(own.message({ kind: "response", id: 3 }, {}), false);
+});
+
+test("a click chooses and closes, and a closed gallery asks and draws no more", () => {
+  const { own, asked, chosen, dialog } = gallery();
+  own.tiles[2].box.onclick();
+  assert.deepEqual([chosen, dialog.open], [[{ preset: "base" }], false]);
+  own.message({ kind: "glance", id: 1, words: { period: 5 }, about: ABOUT }, arrays());
+  assert.equal(asked.length, 1);
+  const before = own.tiles[0].cone.context.calls.length;
+  own.turn();
+  assert.equal(own.tiles[0].cone.context.calls.length, before);
+});
