@@ -45,14 +45,14 @@ DIFFERENT = 0.02
 NEGLIGIBLE = 1e-3
 """Strokes below this share of the largest one count as equal, as do those of a rest."""
 RESOLVED = 1e-5
-"""Share of a height within which settled motions are not told apart: ten times what their returns leave."""
+"""Share of a height within which settled motions are not distinguished: ten times what their returns leave."""
 NARROWINGS = 3
 NARROWED_AT = 7
 """Frequencies inside a peak's bracket that each narrowing tries; the bracket shrinks to a quarter."""
 NARROWINGS_OF_JUMPS = 12
 """Steps towards the frequency at which a motion jumps; one that is too long is halved."""
 AT_ONCE = 512
-"""Motions whose samples are kept at a time."""
+"""Motions whose samples are held at a time."""
 STARTS = (1.0, 0.05, -1.0)
 """Multiples of the initial state from which motions settle that may start branches: those that no sweep meets."""
 SWEEPS_SHARE = 0.6
@@ -94,7 +94,7 @@ def frequency(
         frequencies) for members with frequencies of their own. Default for one actuator: 81, evenly on a log scale,
         from a tenth to three times its natural frequency under the bias.
     initial : displacement and velocity from which each sweep starts, shape (2,) or (members, 2). Default (1, 0).
-    branches : whether branches of periodic orbits, stable and unstable, are followed beside, see `continue_branch`; of
+    branches : whether branches of periodic orbits, stable and unstable, are followed too, see `continue_branch`; of
         one actuator. Default no.
     transient, patience : as in `settled`.
     tolerance : relative error of one integration step. Default 1e-15.
@@ -235,7 +235,7 @@ class _Peaks:
 def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, search: dict[str, Any]) -> _Peaks:
     """Narrows down the highest point that each sweep met between its neighbours, starting from the motion there.
 
-    A peak beside a jump may be the jump: where that is, no motion tells that goes on along one branch.
+    A peak next to a jump may be the jump: its place does not show in a motion that stays on one branch.
     """
     met, amplitudes, periods, finals = trail.sorted()
     members, amplitude = np.arange(model.size), np.where(np.isnan(amplitudes), -1.0, amplitudes)
@@ -369,7 +369,7 @@ def _jumps(
 def _with_branches(
     model: ConeModel, result: xr.Dataset, swept: Swing, initial: Array, progress: Progress, search: dict[str, Any]
 ) -> xr.Dataset:
-    """The result with branches beside it, seeded by both sweeps and by settled motions from fixed states."""
+    """The result with branches, seeded by both sweeps and by settled motions from fixed states."""
     grid = result["drive_frequency"].values
     starts = initial * np.array(STARTS)[:, None]
     members = model.members().take(np.zeros(grid.size * len(starts), dtype=int))
@@ -397,7 +397,7 @@ def _with_branches(
 
 
 def _jump_events(result: xr.Dataset, followed: xr.Dataset) -> dict[str, Any]:
-    """The bifurcation at which each sweep jumps: the one in its bracket, or as close beside as that is wide."""
+    """The bifurcation at which each sweep jumps: the one in its bracket, or as close to it as that is wide."""
     low, high = result["jump_low"].values, result["jump_high"].values
     at, kinds = followed["event_value"].values, followed["event_kind"].values
     events, codes = np.full(low.size, np.nan), np.full(low.size, -1, dtype=np.int8)

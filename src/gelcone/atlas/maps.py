@@ -69,7 +69,7 @@ def map(
     coarsest : points along each axis that are computed at least; the map is refined where it changes between them.
         Default: every cell is computed.
     store : folder that keeps what is computed while the map runs. Default none.
-    threads : so many threads of this process. Default one process a core for 1,024 cells or more, else one thread a
+    threads : number of threads of this process. Default one process a core for 1,024 cells or more, else one thread a
         core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -117,7 +117,7 @@ def basin(
     model : a single model, or a device.
     over : ``displacement`` and ``velocity`` -> increasing values.
     transient, patience, budget, tolerance : as in `regime`.
-    threads : so many threads of this process. Default one process a core for 1,024 cells or more, else one thread a
+    threads : number of threads of this process. Default one process a core for 1,024 cells or more, else one thread a
         core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 

@@ -150,6 +150,7 @@ class Plan:
 
     @property
     def size(self) -> int:
+        """Number of cells."""
         return int(np.prod(self.shape))
 
     @property

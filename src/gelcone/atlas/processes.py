@@ -30,7 +30,7 @@ from gelcone.progress import Stopped
 LARGE = 1024
 """Cells from which on processes are worth their start, about a second of work each."""
 DEATHS = 2
-"""A task that has ended so many processes is given up."""
+"""Processes that a task may end before it is given up."""
 
 PATIENCE = 5.0
 """Seconds that a process has to clean up when it is asked to end."""
@@ -48,9 +48,9 @@ class ProcessesEnded(InputError):
 
 
 def usual_workers(cells: int, count: int | None = None) -> Workers:
-    """Who computes so many cells when nobody says: one process a core where that is worth it, else threads.
+    """The workers for a number of cells when none are chosen: one process a core where that is worth it, else threads.
 
-    ``count`` asks for so many threads.
+    ``count`` asks for that number of threads.
     """
     alone = _serving or multiprocessing.parent_process() is not None
     able = bool(sys.executable) and not getattr(sys, "frozen", False)
@@ -105,11 +105,11 @@ class Pool:
         for process in self._processes:
             self._idle.put(process)
 
-    def do(self, function: bytes, task: Any, tell: Callable[[float], None] = lambda share: None) -> Any:
+    def do(self, function: bytes, task: Any, report: Callable[[float], None] = lambda share: None) -> Any:
         """The answer of a pickled function to a task, from the next process that is idle; see `Process.do`."""
         process = self._idle.get()
         try:
-            return process.do(function, task, tell)
+            return process.do(function, task, report)
         finally:
             self._idle.put(process)
 
@@ -138,14 +138,14 @@ class Process:
         self._lock, self._ended = threading.Lock(), False
         self._process = _start()
 
-    def do(self, function: bytes, task: Any, tell: Callable[[float], None]) -> Any:
-        """The answer to a task; raises what it raised. ``tell`` takes the shares of the work that it reports."""
+    def do(self, function: bytes, task: Any, report: Callable[[float], None]) -> Any:
+        """The answer to a task; raises what it raised. The shares of the work that it reports go to ``report``."""
         for _ in range(DEATHS):
             try:
                 pickle.dump(pickle.dumps((function, task)), _pipe(self._process.stdin))
                 _pipe(self._process.stdin).flush()
                 while isinstance(message := pickle.load(_pipe(self._process.stdout)), float):
-                    tell(message)
+                    report(message)
             except (EOFError, OSError, ValueError, pickle.UnpicklingError):  # it has ended, or its pipes are closed
                 self._restart()
                 continue

@@ -1,4 +1,4 @@
-"""What is recorded of a sweep: its plan and device in a store, its totals, and its labelled result."""
+"""The record of a sweep: its plan and device in a store, its totals, and its labelled result."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Tally:
-    """How far a sweep is. ``asked`` counts the cells asked for up to now, of which ``computed`` are there (``found`` of
-    them from before, in the store). Known at the end: ``inferred``; ``checked`` and ``missed`` as in `Refined`; and
-    ``border``, the dimension of the borders between kinds with its error."""
+    """The progress of a sweep. ``asked`` counts the cells asked for up to now, of which ``computed`` are there
+    (``found`` of them from before, in the store). Known at the end: ``inferred``; ``checked`` and ``missed`` as in
+    `Refined`; and ``border``, the dimension of the borders between kinds with its error."""
 
     cells: int
     asked: int = 0
@@ -81,7 +81,7 @@ def plan_record(plan: Plan, analysis: Analysis, coarsest: int | None, keep: Sequ
 
 @dataclass(frozen=True)
 class StoredSweep:
-    """What a store was made for: the arguments of `gelcone.sweep` with which it can be resumed."""
+    """The purpose of a store: the arguments of `gelcone.sweep` with which it can be resumed."""
 
     plan: Plan
     analysis: str
@@ -90,13 +90,13 @@ class StoredSweep:
 
 
 def stored_sweep(path: str | Path) -> StoredSweep:
-    """What a store was made for; `InputError` as `read_plan`, and for a store of another version."""
+    """Read what a store was made for; `InputError` as `read_plan`, and for a store of another version."""
     record = read_plan(Path(path))
     import xarray as xr
 
     names = ("analysis", "model", "device", "over", "draws", "initial", "options", "coarsest", "keep")
     if record.get("analysis") == "continue_branch":
-        raise InputError(f"{path}: holds branches, no sweep; go on with the same `gelcone continue` command")
+        raise InputError(f"{path}: holds branches, no sweep; continue with the same `gelcone continue` command")
     if missing := [name for name in names if name not in record]:
         raise InputError(
             f"{path}: its plan lacks {missing[0]}; it was made by another version ({record.get('gelcone_version')}): "
@@ -111,7 +111,7 @@ def stored_sweep(path: str | Path) -> StoredSweep:
 
 @analysis(takes="store", answers="grids", examples=("map.zarr --out results",))
 def show(path: str | Path) -> xr.Dataset:
-    """What a store holds by now, also while its run continues, labelled as by `gelcone.sweep`.
+    """Load what a store holds by now, also while its run continues, labelled as by `gelcone.sweep`.
 
     Parameters
     ----------

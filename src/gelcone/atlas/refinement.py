@@ -5,8 +5,8 @@ of a lattice lie blocks. A block whose corners are of different kinds is compute
 elsewhere the kind of the corners is taken over. Each level is repeated until no such block is left that was inferred,
 so that a border is followed to its end, and at the end every cell next to one of another kind is computed. What is
 computed depends on the kinds found alone, not on the order of the work. An island that lies between the points of the
-coarsest lattice is missed: that lattice says how small a feature may be. How much is missed, a check tells: some of the
-inferred cells, drawn at random, are computed too, and borders that they find are followed.
+coarsest lattice is missed: that lattice says how small a feature may be. A check estimates how much is missed: some of
+the inferred cells, drawn at random, are computed too, and borders that they find are followed.
 
 What is saved depends on the borders: the cells at them grow with the power of the grid's fineness that is the borders'
 dimension (`border_dimension`), 1 for smooth ones in the plane. Chaos and periodic windows lie interleaved so that it is
@@ -29,14 +29,14 @@ Kinds = npt.NDArray[np.int64]
 UNKNOWN = -(2**31)
 """No kind of a cell."""
 MOST_CHECKED, CHECKED_SHARE = 512, 0.05
-"""Inferred cells that are computed as a check: so many, and no more than this share of them."""
+"""Inferred cells that are computed as a check: at most this number, and no more than this share of them."""
 FEWEST_BOXES = 8
 """Boxes along the shorter axis, of the largest that are counted for the dimension of borders."""
 
 
 @dataclass(frozen=True)
 class Refined:
-    """What a refinement comes to: ``sources``, for every cell the cell it takes its values from, itself where it was
+    """The result of a refinement: ``sources``, for every cell the cell it takes its values from, itself where it was
     computed; and of how many inferred cells the kind was ``checked``, and was another one, ``missed``."""
 
     sources: Cells
@@ -143,7 +143,7 @@ def _compute(
 
 
 def _follow_borders(axes: list[Cells], kinds: Kinds, sources: Cells) -> Generator[Cells, Kinds, None]:
-    """Asks for cells beside others of another kind, until all of them are computed."""
+    """Asks for cells next to others of another kind, until all of them are computed."""
     while (beside := _beside_others(kinds))[_inferred(axes, sources)].any():
         yield from _compute(axes, beside, kinds, sources)
 

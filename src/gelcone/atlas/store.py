@@ -283,7 +283,7 @@ def _create_group(path: Path, attributes: dict[str, str]) -> None:
 
 
 def _consolidate(path: Path) -> None:
-    """Collects all metadata in one file, which readers look for first."""
+    """Collects all metadata in one file, which readers open first."""
     zarr = _import_zarr()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", category=UserWarning)  # not every reader supports it

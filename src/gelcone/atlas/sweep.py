@@ -1,4 +1,4 @@
-"""Sweeps of any size: an analysis in every cell of a plan, by any workers, kept in a store while it runs.
+"""Sweeps of any size: an analysis in every cell of a plan, by any workers, stored while it runs.
 
 Either every cell of the grid is computed, or the grid is refined level by level (`gelcone.atlas.refinement`) and cells
 that are not computed take their values from a computed cell nearby. Workers take cells in tasks of about a second.
@@ -45,7 +45,7 @@ FLUSH_SECONDS, LONGEST_FLUSH_SECONDS = 2.0, 10.0
 FLUSH_SHARE = 0.05
 """Share of the time that writing takes, within these bounds."""
 LARGEST_KIND = 64
-"""Values of the variables that tell kinds of cells apart lie between -1 and this."""
+"""Values of the variables that distinguish kinds of cells lie between -1 and this."""
 
 
 @analysis(
@@ -82,8 +82,8 @@ def sweep(
     plan : which parameters are swept over which values, which are drawn, and the options of the analysis.
     analysis : an analysis that can be swept: regime, lyapunov, limits, settled or
         operating_limits. Default ``"regime"``.
-    coarsest : computes only a lattice of at least so many points along each axis, and what is needed to follow every
-        change of regime, or of the exponent's sign, down to the finest cell. Default: all cells are computed.
+    coarsest : computes only a lattice of at least this number of points along each axis, and what is needed to follow
+        every change of regime, or of the exponent's sign, down to the finest cell. Default: all cells are computed.
     keep : variables with many values a cell that a sweep leaves out otherwise: ``section`` of regime; ``running_time``,
         ``running_exponent``, ``finite_time`` and ``finite_exponent`` of lyapunov. Default none.
     store : folder that keeps what is computed while the sweep runs (a Zarr group). Default none.
@@ -91,7 +91,7 @@ def sweep(
     workers : who computes, for example `gelcone.cluster`. Default one process a core for 1,024 cells or more, else
         threads of this process.
     watch : called with a `Tally` of the cells after each task. Default none.
-    threads : so many threads of this process. Default as ``workers``. Does not change a bit of the result.
+    threads : number of threads of this process. Default as ``workers``. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
@@ -360,7 +360,7 @@ class _Cells:
         self._unwritten.append(inferred)
 
     def kinds(self, cells: Cells) -> Kinds:
-        """A number for each kind that tells cells apart; 0 for an analysis without kinds."""
+        """A number for each kind of cell; 0 for an analysis without kinds."""
         kinds = np.zeros(cells.size, dtype=np.int64)
         for name in self._kinds if self.fields else ():
             kinds = (LARGEST_KIND + 2) * kinds + self.fields[name].values[cells].astype(np.int64) + 1

@@ -1,6 +1,6 @@
 """Thresholds: the range of a parameter over which one kind of motion gives way to another.
 
-Where chaos takes part, kinds of motion do not change at a point: starts that no measurement tells apart end
+Where chaos takes part, kinds of motion do not change at a point: starts that no measurement distinguishes end
 differently, and periodic windows lie in between. A threshold is therefore a range: from the last value up to which all
 nearby starts are of the one kind, to the first from which on none is. Each round tries the quarters of the range, and
 it ends once that no longer changes it.
@@ -29,7 +29,7 @@ DOUBLINGS = 2
 class Threshold:
     """A change of regime between ``low`` and ``high``, from ``below`` to ``above``, on a branch.
 
-    ``tried`` holds the values looked at, each with the share of the nearby starts of kind ``below`` and the period.
+    ``tried`` holds the values examined, each with the share of the nearby starts of kind ``below`` and the period.
     """
 
     branch: str
@@ -41,7 +41,7 @@ class Threshold:
     unchanged: int = 0
 
     def add(self, value: float, share: float, period: int) -> None:
-        """One more value that was looked at."""
+        """Add a value that was examined."""
         self.tried[value] = (share, period)
 
     def narrow(self) -> None:
@@ -125,7 +125,7 @@ def refine(
 ) -> None:
     """Narrows the thresholds down to 2^-``halvings`` of their ranges, or until these no longer change.
 
-    ``classified`` gives the evidence at some values, each that of the threshold beside it.
+    ``classified`` gives the evidence at some values, each that of its own threshold.
     """
     least = [(t.high - t.low) / 2.0**halvings for t in thresholds]
     rounds = halvings

@@ -137,7 +137,7 @@ def _shares(dimension: int, count: int, method: Method, seed: int, indices: bool
 
     sampler = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", category=UserWarning)  # that a number of draws is no power of 2
+        warnings.simplefilter("ignore", category=UserWarning)  # that a number of draws is not a power of 2
         if not indices:
             return np.asarray(sampler(dimension, seed=seed).random(count))
         # both halves come from one sequence in twice the dimensions: they are independent of each other
@@ -162,7 +162,7 @@ def share_interval(hits: npt.ArrayLike, count: npt.ArrayLike, confidence: float 
 
 
 def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence: float = 0.95) -> xr.Dataset:
-    """How likely a kind of motion is at every point of a grid, by the draws made there.
+    """The probability of a kind of motion at every point of a grid, from the draws made there.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ class Candidates(NamedTuple):
     edge: Array
 
     def value(self, largest: str, damping_ratio: float) -> Array:
-        """What is to be largest; NaN for a motion that is not periodic."""
+        """The quantity that is to be largest; NaN for a motion that is not periodic."""
         with np.errstate(divide="ignore", invalid="ignore"):
             values = {
                 "stroke": self.stroke,

@@ -1,10 +1,10 @@
-"""Linear equations of shooting: a ring of nodes, each mapped to the next, with a few unknowns and conditions beside it.
+"""Linear equations of shooting: a ring of nodes, each mapped to the next, with a few unknowns and conditions more.
 
     X[k+1] - A[k] X[k] - sum_q C[q, k] L[q] = R[k],  k = 0 ... n-1,  X[n] = S X[0]
     sum_k rows[q, k] . X[k] + sum_p corner[q, p] L[p] = top[q]
 
 with diagonal signs S. Neighbouring segments are merged in pairs, which eliminates every second node, as long as their
-product does not grow so much that digits are lost; what remains is solved as one dense system. Merging all is the
+product does not grow until digits are lost; what remains is solved as one dense system. Merging all is the
 "condensing" of Bock and Plitt, IFAC Proceedings 17 (1984) 1603, which for strongly unstable orbits fails like single
 shooting.
 """
@@ -24,7 +24,7 @@ DENSE = 36
 GROWTH = 1e5
 """Segments are merged as long as no product has larger entries."""
 SCALED_AFTER = 8
-"""Planar products are scaled after so many maps."""
+"""Maps after which planar products are scaled."""
 
 
 def solve_ring(

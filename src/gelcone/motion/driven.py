@@ -88,6 +88,7 @@ class DriveShape:
 
     @classmethod
     def of(cls, model: ConeModel) -> DriveShape:
+        """The shape of a model's drive; `InputError` for one without voltage."""
         peak = peak_of(model)
         if peak == 0.0:
             raise InputError("voltage = 0: the envelope scales the device's drive; give it an amplitude or a bias")
@@ -108,7 +109,7 @@ class Plane:
     rest: float
     threads: int | None
     membrane: PullInCurve | None = None
-    """Above which voltages the film as a membrane has pulled in; None: the model's own film tells."""
+    """Above which voltages the film as a membrane has pulled in; None: that of the model's own film."""
     limits_from: str = "rest"
 
     def __post_init__(self) -> None:
@@ -119,11 +120,12 @@ class Plane:
     def of(
         cls, model: ConeModel, threads: int | None, membrane: PullInCurve | None = None, limits_from: str = "rest"
     ) -> Plane:
-        """That of a single model; `InputError` for a drive without voltage."""
+        """The plane of a single model; `InputError` for a drive without voltage."""
         shape = DriveShape.of(model)
         return cls(model, shape, drive_ramp(model, np.zeros(1), shape.bias).rest, threads, membrane, limits_from)
 
     def at(self, omegas: Array, peaks: Array) -> ConeModel:
+        """The model at pairs of frequency and peak voltage."""
         return self.model.replace(
             drive_frequency=omegas, voltage=self.shape.amplitude * peaks, voltage_bias=self.shape.bias * peaks
         )
@@ -157,7 +159,7 @@ class Plane:
         *,
         yields: bool = True,
     ) -> dict[str, Array]:
-        """What the settled motion does at pairs of frequency and peak, arrays (pairs,); and which limits it meets.
+        """The settled motion at pairs of frequency and peak, arrays (pairs,), and the limits that it meets.
 
         ``lower``: states (pairs, N) settled at lower peaks, from which the voltage rises; without them all start from
         rest. Without ``yields`` stroke, powers and field are left out.
@@ -266,7 +268,7 @@ def _ever(excess: Array) -> Array:
 
 
 def _yields(members: Members, run: Trajectories, samples: int) -> dict[str, Array]:
-    """What runs of ``members`` over whole drive periods of so many ``samples`` yield, by `YIELDS`."""
+    """The yields, by `YIELDS`, of runs of ``members`` over whole drive periods of ``samples`` each."""
     assert run.work is not None
     x, n = run.states[..., 0], members.numbers(trailing=1)
     voltage, film = members.voltages(run.times, run.states)[0], members.system.film

@@ -43,7 +43,7 @@ STATIC_POINTS = 400
 MARGIN = 0.2
 """Share of the lowest limit that the recommended voltage stays below it."""
 LATER = 2.0
-"""Constant voltages up to which a membrane's pull-in is looked for, over the largest of its own."""
+"""Constant voltages up to which a membrane's pull-in is searched for, over the largest of its own."""
 COEXISTING_SHARE = 0.3
 """About the share of the work that goes into coexisting motions."""
 
@@ -109,9 +109,9 @@ def envelope(
 
     At that peak too, at the frequencies that were given or are default ones, what a kick could lead to, see
     `gelcone.motion.coexisting`: ``coexisting``, how many motions
-    beside the window's were found; ``kick_low`` and ``kick_high``, the interval of the smallest sudden change of the
-    disc's velocity that leads away from the window's motion (both infinite: none up to ``kick_tried`` does); and over
-    ``motion`` too, NaN-padded, each of the others: ``motion_stroke``, ``motion_lowest``, ``motion_highest``,
+    other than the window's were found; ``kick_low`` and ``kick_high``, the interval of the smallest sudden change of
+    the disc's velocity that leads away from the window's motion (both infinite: none up to ``kick_tried`` does); and
+    over ``motion`` too, NaN-padded, each of the others: ``motion_stroke``, ``motion_lowest``, ``motion_highest``,
     ``motion_period``, ``motion_regime``, ``motion_outcome``, ``motion_kick_low`` and ``motion_kick_high`` (NaN
     where only a motion at a neighbouring frequency or a held start led to it), and its shares outside the model's
     validity, ``motion_validity_*``.
@@ -378,7 +378,7 @@ def _coexisting(
     shares = validity_variables(found["validity"], of_ok, members.system, of_motion, "coexisting motion")
     variables: dict[str, dataset.Variable] = {}
     variables |= (
-        {"coexisting": (of_frequency, all_frequencies(found["motions"]), "motions beside the window's", "count")}
+        {"coexisting": (of_frequency, all_frequencies(found["motions"]), "motions other than the window's", "count")}
         | {
             name: (of_frequency, all_frequencies(found[name]), meaning, dataset.absent("velocity"))
             for name, meaning in kicks.items()

@@ -176,7 +176,7 @@ def pitchfork_voltage(model: Ensemble) -> VoltageArray:
     """Constant voltage at which the flat film loses its stability, of the ensemble's shape.
 
     It is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of a continuum film. NaN
-    where x = 0 is no equilibrium (``rest_height`` with a spring), cannot be reached or is unstable without voltage
+    where x = 0 is not an equilibrium (``rest_height`` with a spring), cannot be reached or is unstable without voltage
     already, or where a continuum film pulls in before.
     """
     return _pitchfork_voltages(every_balance(model)).reshape(model.shape)
@@ -191,7 +191,7 @@ def _pitchfork_voltages(balances: list[StaticBalance]) -> Array:
 
 
 def _pitchfork(balance: StaticBalance) -> float:
-    """The v^2 at which the flat film loses its stability; NaN where it is no equilibrium."""
+    """The v^2 at which the flat film loses its stability; NaN where it is not an equilibrium."""
     if isinstance(balance, PairBalance):
         return balance.pitchfork()
     return float(balance.squared(0.0)) if balance.flat else math.nan
@@ -233,7 +233,7 @@ def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset
 
 @for_devices
 def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths | None = None) -> xr.Dataset:
-    """What the actuator delivers at constant voltages reached on a slow ramp from 0: stroke and blocked force.
+    """The output of the actuator at constant voltages reached on a slow ramp from 0: stroke and blocked force.
 
     Parameters
     ----------

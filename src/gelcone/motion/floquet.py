@@ -105,7 +105,7 @@ def floquet_multipliers(
 
     Raises
     ------
-    InputError : when x = 0 is no solution, or lies beyond the stretch limit for all members.
+    InputError : when x = 0 is not a solution, or lies beyond the stretch limit for all members.
     """
     _check_rest(model)
     maps = _maps(model.members(), _Options(tolerance, threads), progress)
@@ -170,8 +170,8 @@ def onset_voltage(
 
     Raises
     ------
-    InputError : when x = 0 is no solution, or lies beyond the stretch limit for all members; for a ``highest`` that is
-        not positive, or fewer than 2 steps.
+    InputError : when x = 0 is not a solution, or lies beyond the stretch limit for all members; for a ``highest`` that
+        is not positive, or fewer than 2 steps.
     """
     _check_rest(model)
     members = model.members()

@@ -1,4 +1,4 @@
-"""What an integrator is given and what it gives back: the contract of a back end."""
+"""The contract of an integrator: its input and its result."""
 
 from __future__ import annotations
 
@@ -64,7 +64,8 @@ class Trajectories:
 
 @dataclass(frozen=True)
 class Job:
-    """One call of `gelcone.integrate`: which ``members`` run (``runs``), from where, sampled when, and what is kept.
+    """One call of `gelcone.integrate`: which ``members`` run (``runs``), from where, sampled when, and what is
+    recorded.
 
     ``states0`` (members, N) at ``start`` (members,), ``times`` (members, samples), ``gaps`` between the samples, the
     first from the start. ``result`` takes the samples, steps and outcomes; the back end fills it for those that run.
@@ -85,4 +86,5 @@ class Backend(Protocol):
     """Integrates a job. A member's numbers depend on nothing but the member: not on its neighbours, their order or the
     number of threads. `gelcone.progress.Stopped` is raised once ``watch`` says so."""
 
-    def run(self, job: Job, *, threads: int, progress: Progress, watch: Watch | None) -> None: ...
+    def run(self, job: Job, *, threads: int, progress: Progress, watch: Watch | None) -> None:
+        """Run the job and fill its result."""

@@ -2,8 +2,8 @@
 
 They are averages of the growth of deviations (`gelcone.motion.tangents`). The error is that of the mean over at least
 100 blocks, each a whole number of forcing periods: the longer the blocks, the less of what the motion remembers from
-one to the next is missed, and the averaging goes on until longer blocks give no larger errors (Flyvbjerg and Petersen,
-J. Chem. Phys. 91 (1989) 461). A motion that has arrived at an attracting
+one to the next is missed, and the averaging continues until longer blocks give no larger errors (Flyvbjerg and
+Petersen, J. Chem. Phys. 91 (1989) 461). A motion that has arrived at an attracting
 cycle has the exponents of that cycle, which its multipliers give without averaging. The exponents add up to the mean
 trace of the Jacobian along the motion (-2 zeta for two states), which every result checks on itself.
 """
@@ -43,12 +43,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FEWEST_BLOCKS = 100
-"""An error rests on so many blocks or more; fewer tell a sign at best."""
+"""Fewest blocks that give an error; fewer give a sign at best."""
 GROWING = 1.15
 """Errors grow still when those of the longest blocks exceed those of half the length by this factor, twice what chance
 makes of 100 blocks."""
 LAST_BLOCKS = 16
-"""Where they grow still and the budget is spent, the largest error of any blocks counts, as long as there are so many.
+"""Where they grow still and the budget is spent, the largest error of any blocks counts, as long as there is this
+number.
 """
 BUDGET, PRECISE_BUDGET = 20_000.0, 1e7
 """Longest averaging time by default, without and with a precision that is asked for."""
@@ -204,7 +205,7 @@ def grown_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.NDA
 def block_statistics(growth: Array, clock: Clock, units: int | None = None) -> tuple[Array, Array]:
     """Exponents (members, N) as means over blocks, and the standard errors of these means.
 
-    A block is that of the clock, or so many ``units`` of its shortest whole number of forcing periods.
+    A block is that of the clock, or a number of ``units`` of its shortest whole number of forcing periods.
     """
     block = clock.block if units is None else units * clock.per_repeat
     blocks = growth.shape[1] // block

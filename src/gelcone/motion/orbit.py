@@ -34,14 +34,14 @@ uses them, not what it converges to."""
 
 
 MOST_KNOWN = 64
-"""Values of what is free whose numbers are kept."""
+"""Values of the free parameters whose numbers are held."""
 Settings = Callable[[Sequence[Any]], dict[str, Any]]
 """Values of what is free -> parameters of the model."""
 
 
 class Kind(NamedTuple):
-    """Which map an orbit is a fixed point of: over so many ``repeats`` of the drive and, where ``reflected``, with the
-    mirror image x -> -x after it."""
+    """The map of which an orbit is a fixed point: over a number of ``repeats`` of the drive and, where ``reflected``,
+    with the mirror image x -> -x after it."""
 
     repeats: int = 1
     reflected: bool = False
@@ -139,7 +139,7 @@ class Shooting:
 
     @cached_property
     def signs(self) -> Array:
-        """What closes the orbit: z(end) = signs z(start)."""
+        """The signs that close the orbit: z(end) = signs z(start)."""
         return self.system.mirror if self.kind.reflected else np.ones(self.size)
 
     @cached_property
@@ -148,7 +148,7 @@ class Shooting:
         return bool(self._members.symmetric[0])
 
     def of_kind(self, kind: Kind) -> Shooting:
-        """The same for another map."""
+        """Shooting for another map."""
         if kind not in self._kinds:
             other = Shooting(
                 self._members,
@@ -165,7 +165,7 @@ class Shooting:
         return self._kinds[kind]
 
     def numbers_at(self, values: Sequence[float]) -> dict[str, float]:
-        """What the formulas take, by name."""
+        """The numbers that the formulas take, by name."""
         if self._plain:
             return self._numbers | dict(zip(self.free, map(float, values), strict=True))
         return self._with_slopes(values)[0]
@@ -242,7 +242,7 @@ class Shooting:
         return self._rerun.met_event or self.system.film.ending == Outcome.PULLED_IN
 
     def gaps(self, nodes: Array, ends: Array) -> Array:
-        """How far each segment ends from the next node, (n, N)."""
+        """The gap between the end of each segment and the next node, (n, N)."""
         ahead = np.empty_like(nodes)
         ahead[:-1], ahead[-1] = nodes[1:], self.signs * nodes[0]
         return ends - ahead
@@ -323,7 +323,7 @@ def newton(
     """Newton's steps towards the orbits over ``repeats`` of the drive near ``states`` (members, N) at phase 0.
 
     Each turn is made with the next of the ``tolerances`` of the integrator; the first one is the motion itself. The
-    segments, so many to a repeat, are runs of their own, so that few members fill the lanes of the integrator too.
+    segments, some to a repeat, are runs of their own, so that few members fill the lanes of the integrator too.
     ``flow`` goes to `integrate`. The numbers of a member depend on itself alone.
     """
     count, size = states.shape

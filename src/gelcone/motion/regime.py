@@ -59,7 +59,7 @@ def regime(
     transient : time after which the motion is first examined; default by damping and drive
         (`gelcone.motion.attractor.search.default_transient`).
     patience : time for which a damped motion that does not settle is followed before it is called chaotic, and all
-        starts beside it together. Default 100,000, or 300 forcing periods where those are longer.
+        starts next to it together. Default 100,000, or 300 forcing periods where those are longer.
     budget : longest averaging time of the exponents. Default 20,000.
     tolerance : relative error of one integration step. Default 1e-15. Once chaos has pulled nearby starts
         apart, a damped motion is followed with at least 1e-6: it forgets the error, and is polished when it has
@@ -76,7 +76,7 @@ def regime(
     over its size; with damping, where there is one), ``zero_one`` (only where the motion does not return),
     ``section`` (..., point, state), ``lowest`` and ``highest`` displacement, ``settled_time``, ``doubtful`` (1 where
     the evidence does not agree: read it before you believe the name), ``outcome``.
-    Of chaos: ``seen_until``, the time to which the motion was seen to be chaotic; of 16 ``starts`` within 1e-9 the
+    Of chaos: ``seen_until``, the time to which the motion was observed to be chaotic; of 16 ``starts`` within 1e-9 the
     ``share_chaotic`` that still is, and the mean ``lifetime`` (infinite where none has ended) between ``lifetime_low``
     and ``lifetime_high``. Chaos that ends is ``transient chaos``; its period, section and exponents are those of what
     most of the starts end in. Over ``fate``, the most frequent first, where the starts end: ``fate_regime`` (-1:
@@ -146,7 +146,7 @@ def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
         "section": (("point", "state"), evidence.section, "states once every forcing period", "state"),
         "settled_time": ((), evidence.settled_time, "time before the motion was examined", "time"),
         **validity_variables(evidence.validity, evidence.outcome, system),
-        "seen_until": ((), evidence.seen_until, "time to which the motion was seen to be chaotic", "time"),
+        "seen_until": ((), evidence.seen_until, "time to which the motion was observed to be chaotic", "time"),
         "share_chaotic": ((), evidence.share_chaotic, "share of the nearby starts that are still chaotic", "share"),
         "lifetime": ((), evidence.lifetime, "mean lifetime of chaos, infinite if no end was seen", _UNSEEN),
         "lifetime_low": ((), evidence.lifetime_low, "lower end of its 95 % interval", _UNSEEN),

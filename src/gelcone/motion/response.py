@@ -85,8 +85,8 @@ def simulate(
     With a wrinkling film ``film_state_*`` are the shares of the time that it spent in each of its states, between the
     exact times at which they change; ``pull_in_time``, ``_displacement``, ``_voltage`` and ``_kind`` (`FilmPullIn`) say
     where it pulled in, which ends the run; NaN and 0 where it did not.
-    With a continuum film stretches, stresses and field are those beside the disc, but for the hoop stress, which is the
-    smallest of all rings.
+    With a continuum film stretches, stresses and field are those next to the disc, but for the hoop stress, which is
+    the smallest of all rings.
 
     Raises
     ------
@@ -308,7 +308,7 @@ def _variables(members: Members, run: Trajectories) -> tuple[dict[str, Array], l
 
 
 def dissipated_energy(system: ConeSystem, work: Array) -> Array:
-    """What all losses took since the start, from the integrals of a system's powers (members, samples, causes)."""
+    """The energy of all losses since the start, from the integrals of a system's powers (members, samples, causes)."""
     first, *others = (work[..., system.causes.index(cause)] for cause in LOSSES if cause in system.causes)
     return np.asarray(sum(others, first))
 
@@ -339,6 +339,6 @@ def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Var
 
 
 def failures(result: xr.Dataset) -> dict[str, int]:
-    """How many members ended in each way other than ``ok``."""
+    """The number of members that ended in each way other than ``ok``."""
     codes = result["outcome"].values.ravel()
     return {o.name.lower(): int((codes == o).sum()) for o in Outcome if o and (codes == o).any()}

@@ -149,7 +149,7 @@ def settle(
 ) -> tuple[Array, npt.NDArray[np.int8]]:
     """States (members, N) after whole forcing periods, at phase 0 again, and the outcome of each member.
 
-    ``repeats`` is one number for all or (members,); ``flow`` goes to `integrate`. Only the end is kept.
+    ``repeats`` is one number for all or (members,); ``flow`` goes to `integrate`. Only the end is returned.
     """
     states, outcome = states.copy(), np.zeros(members.size, dtype=np.int8)
     left = np.broadcast_to(repeats, (members.size,)).copy()
@@ -211,7 +211,7 @@ def pieces(
 
 
 def samples_per_repeat(members: Members, per_oscillation: int) -> npt.NDArray[np.int64]:
-    """Samples a forcing period that give at least so many an oscillation at the fastest rate, (members,).
+    """Samples a forcing period that give at least a number an oscillation at the fastest rate, (members,).
 
     A power of two, from 16 to `MOST_PER_REPEAT`, that follows from each member's own numbers alone, so that a member
     is sampled alike in any ensemble.
@@ -248,8 +248,8 @@ def alike(*keys: npt.NDArray[np.int64]) -> Iterator[tuple[tuple[int, ...], npt.N
 
 @dataclass(frozen=True)
 class Clock:
-    """How the time of each member is cut into stretches: ``per_repeat`` stretches to a forcing period, or - where that
-    is short - ``repeats`` periods to a stretch; ``block`` stretches, a whole number of periods, to a block of an
+    """The stretches into which the time of each member is cut: ``per_repeat`` stretches to a forcing period, or - where
+    that is short - ``repeats`` periods to a stretch; ``block`` stretches, a whole number of periods, to a block of an
     average. One ``per_repeat`` and ``block`` for all members; the forcing period ``repeat`` and ``repeats`` (members,).
     """
 

@@ -48,7 +48,7 @@ BAND = 2.0
 SMALLEST_BAND = 8.0
 SAMPLES_PER_OSCILLATION = 13
 OVERSAMPLING = 4
-"""Fewest samples a period of the highest frequency kept."""
+"""Fewest samples a period of the highest frequency of the band."""
 FOLDED = 1e-5
 """Sampling is refined until the amplitude at the end of the sampled band is below this share of the largest."""
 REFINEMENT = 4
@@ -81,7 +81,7 @@ def spectrum(
         frequency apart, and lines less than 3 bins apart are not resolved. Default 256.
     discard : forcing periods (see `section`) that pass before the record, so that the motion settles; what is left of a
         transient shows as broad feet or faint lines next to the others. Default 200.
-    highest : upper end of the band that is kept, in units of the drive frequency, at least 1; default a power of two,
+    highest : upper end of the band, in units of the drive frequency, at least 1; default a power of two,
         at least 8, that holds twice the fastest rate of the motion (each member its own; NaN beyond).
     tolerance : relative error of one step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
@@ -132,7 +132,7 @@ def spectrum(
 
 
 def _cut(variable: dataset.Variable, lines: int) -> dataset.Variable:
-    """A variable without the padding beyond so many lines."""
+    """A variable without the padding beyond a number of lines."""
     dims, values, long_name, quantity = variable
     return (dims, values[:, :lines], long_name, quantity) if dims == ("line",) else variable
 
@@ -278,7 +278,7 @@ def analyse(record: Array, periods: int, highest: float) -> Spectrum:
     if rms < STILL:
         return replace(NOTHING, amplitude=amplitude, mean=mean, rms=rms)
     folded = float(sampled[-(sampled.size // 8) :].max())
-    # A lobe more than is kept, so that a line at the very end of the band is seen as one.
+    # A lobe beyond the band, so that a line at the very end of the band is recognised as one.
     peaks, prominences = _peaks(sampled[: amplitude.size + LOBE], periods, folded)
     kept = peaks < amplitude.size
     peaks, prominences = peaks[kept], prominences[kept]
@@ -365,7 +365,8 @@ def _variables(members: Members, spectra: list[Spectrum], bins: int | None) -> d
 
 
 def _padded(rows: list[Array], least: int) -> Array:
-    """Arrays (rows, columns) of several members as one of at least so many rows, NaN beyond each member's own rows."""
+    """Arrays (rows, columns) of several members as one of at least a number of rows, NaN beyond each member's own
+    rows."""
     table = np.full((len(rows), max(least, *(len(r) for r in rows)), rows[0].shape[1]), np.nan)
     for row, own in zip(table, rows, strict=True):
         row[: len(own)] = own

@@ -1,9 +1,9 @@
 """Stepping along settled motions in frequency: where a motion jumps, the step is halved until the jump is bracketed.
 
 A motion that ends at a fold has a basin that shrinks towards it, so that a step leaves it early, the earlier the larger
-it is. Where the motion has changed, its cycle is therefore looked for by Newton's method: as long as that goes on and
-attracts, so does the motion, as in a sweep without noise that is slow enough. The steps are such that the motion hardly
-changes; only where even the smallest step changes it, and the cycle has ended, does it jump.
+it is. Where the motion has changed, its cycle is therefore searched for by Newton's method: as long as that continues
+and attracts, so does the motion, as in a sweep without noise that is slow enough. The steps are such that the motion
+hardly changes; only where even the smallest step changes it, and the cycle has ended, does it jump.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ NEGLIGIBLE = 1e-3
 FINEST = 2.0**-7
 """The smallest step, as a share of the distance between two frequencies that were asked for."""
 SURE = 4.0
-"""A motion that Newton's method does not follow over a step ends within so many: it follows over a larger share of the
-way to a fold."""
+"""Steps within which a motion ends that Newton's method does not follow over one: it follows over a larger
+share of the way to a fold."""
 MOST_STEPS = 64
 ALMOST = 1.0 - 1e-9
 """A step that leaves less than the rest of it to the next frequency asked for goes there."""
@@ -50,7 +50,7 @@ class Trail:
     final: list[Array] = field(default_factory=list)
 
     def add(self, rows: npt.NDArray[np.intp], frequency: Array, met: Swing, count: int) -> None:
-        """What ``rows`` of so many members met at their frequencies."""
+        """Add what ``rows`` of ``count`` members met at their frequencies."""
         blank = Swing.blank(count, states=met.final.shape[1])
         blank.put(rows, met)
         self.frequency.append(np.full(count, np.nan))
@@ -60,7 +60,7 @@ class Trail:
         self.final.append(blank.final)
 
     def sorted(self) -> tuple[Array, Array, npt.NDArray[np.int64], Array]:
-        """The same as arrays (members, steps, ...), each member by rising frequency, NaN at the end."""
+        """All as arrays (members, steps, ...), each member by rising frequency, NaN at the end."""
         order = np.argsort(np.stack(self.frequency, axis=1), axis=1, kind="stable")
         rows = np.arange(len(order))[:, None]
         frequency, amplitude, final = (

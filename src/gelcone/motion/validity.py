@@ -67,7 +67,7 @@ def broken(
 def outside(
     members: Members, x: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> Fails:
-    """Where the model is untrue: what `broken` tells, but slack only of a film that bears it as compression."""
+    """Where the model is untrue: as `broken` says, but slack only of a film that bears it as compression."""
     each = broken_by_film(members, x, voltages, states)
     for film, fails in zip(members.system.films, each, strict=True):
         if film.kinds:
@@ -86,7 +86,7 @@ def _of_either(films: Sequence[Fails], x: Array) -> Fails:
 def broken_by_film(
     members: Members, x: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> list[dict[str, npt.NDArray[np.bool_]]]:
-    """What `broken` tells of each film alone; a film that wrinkles is slack in the states that say so."""
+    """Report `broken` of each film alone; a film that wrinkles is slack in the states that say so."""
     found = []
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # at a stretch limit
         n = members.numbers(trailing=1)
@@ -130,7 +130,7 @@ def excesses(
 
 
 def untrue_by(name: str) -> str:
-    """What makes the model untrue, in words."""
+    """The reason why the model is untrue, in words."""
     return ASSUMPTIONS[name] + (" under compression" if name in SLACK_IN else "")
 
 
@@ -222,7 +222,7 @@ def _spread_of_parts(members: Members, times: Array, states: Array, found: Lasti
 
 
 def unknown(*shape: int) -> Array:
-    """What `validity` is of motions of which nothing is known yet."""
+    """The `validity` of motions of which nothing is known yet."""
     return np.full((*shape, len(SHARES) + 1 + 2 * MOST_KINDS), np.nan)
 
 
@@ -236,7 +236,7 @@ def validity_variables(
     """The columns of `validity` as variables ``validity_NAME`` with these dims behind the members'; and of films that
     have states ``film_state_NAME``, of a second one ``second_film_state_NAME``.
 
-    A run that ended because the film pulled in counts as one that has pulled in all the time; one that went on, with
+    A run that ended because the film pulled in counts as one that has pulled in all the time; one that continued, with
     the share of the time for which it has.
     """
     every = np.moveaxis(found, -1, 0)

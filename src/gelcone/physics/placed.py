@@ -135,9 +135,9 @@ class PlacedFilm(Component):
             return border.value(self.place(x, n), squared, y, self.own(n), xp)
 
         # one film's switches tell laws apart: those of both would take many laws, each compiled by itself
-        tells = border.tells and self.drive is None
+        divides = border.divides and self.drive is None
         return dataclasses.replace(
-            border, value=value, switch=border.switch and self.prefix + border.switch, tells=tells
+            border, value=value, switch=border.switch and self.prefix + border.switch, divides=divides
         )
 
     def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:

@@ -195,7 +195,7 @@ def test_bad_options_are_refused():
         gelcone.continue_branch(BASE, "voltage", 1.0, 1.2, tolerance=0.0)
     with pytest.raises(InputError, match="did you mean 'settled'"):
         gelcone.continue_branch(BASE, "voltage", 1.0, 1.2, start="setled")
-    with pytest.raises(InputError, match="is no orbit"):
+    with pytest.raises(InputError, match="is not an orbit"):
         gelcone.continue_branch(BASE, "voltage", 1.3, 1.32, start="settled")
     with pytest.raises(InputError, match="ensemble"):
         gelcone.continue_branch(BASE.replace(voltage=[1.0, 1.1]), "damping_ratio", 0.1, 0.2)

@@ -326,7 +326,7 @@ def test_laws_apart_are_the_laws_of_the_switches():
     """Code made for each sign of the switches apart gives the same motion, and the same bits in any company."""
     members = 200
     numbers, times = stops("apart", members), np.tile(np.linspace(1.0, 20.0, 20), (members, 1))
-    start, apart = {"s1": 1.0, "s2": 1.0}, [replace(event, tells=True) for event in STOPS]
+    start, apart = {"s1": 1.0, "s2": 1.0}, [replace(event, divides=True) for event in STOPS]
     together = Program(TwoStops(), "states", 1e-10, STOPS).run(numbers | start, np.zeros((members, 2)), 0.0, times)
     program = Program(TwoStops(), "states", 1e-10, apart)
     assert len(program._plan(8).laws) == 4

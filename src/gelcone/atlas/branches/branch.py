@@ -1,4 +1,4 @@
-"""What branches are made of: a branch, its events, and why it ends."""
+"""Branches: their points, their events, and why they end."""
 
 from __future__ import annotations
 
@@ -86,6 +86,7 @@ class Event:
 
     @property
     def value(self) -> float:
+        """Value of the parameter."""
         return float(self.orbit.values[0])
 
     @property
@@ -114,16 +115,18 @@ class Branch:
 
     @property
     def map(self) -> Kind:
+        """The map of which the orbits are fixed points."""
         return self.shooting.kind
 
     @property
     def values(self) -> Array:
+        """Values of the parameter at the points."""
         return np.array([point.value for point in self.points])
 
 
 @dataclass(frozen=True)
 class Walk:
-    """What following a branch takes: the interval of the parameter, the most points, and where what is found is kept.
+    """The settings of a continuation: the interval of the parameter, the most points, and where findings are stored.
 
     ``tick`` is called with every point; it may raise to interrupt.
     """

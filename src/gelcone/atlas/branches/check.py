@@ -26,19 +26,19 @@ from gelcone.motion.orbit import Kind, Shooting
 from gelcone.motion.settle import settle
 from gelcone.quantity import Array
 
-BESIDE = 1e-5
-"""How far beside an orbit a run starts, as a share of its size."""
+DISTANCE = 1e-5
+"""Distance from an orbit at which a run starts, as a share of its size."""
 CLOSER = (1e-6, 1e-8, 1e-10)
 """And how far where it leaves from there: some basins are narrower."""
 ROUNDING = 1e-7
-"""A run that is no further from its orbit than this share of its size is at it, as far as rounding lets it be:
+"""A run that is not further from its orbit than this share of its size has reached it, as far as rounding allows:
 deviations can grow a millionfold within a period before they decay."""
 DECAYED = 1e-2
 """A run lasts until its multiplier has brought the distance down to this share."""
 MOST_PERIODS = 400
 """Longest such run, in periods; orbits that take longer are left out: their multipliers are too close to 1."""
 RETURNED = 0.5
-"""A run that is no further from its orbit than this share of where it began has returned."""
+"""A run that is not further from its orbit than this share of where it began has returned."""
 ORBITS = 24
 """Stable orbits of each branch that are checked."""
 RESTING = 1e-7
@@ -81,8 +81,8 @@ class Runs:
 
 @dataclass(frozen=True)
 class Checked:
-    """How many settled cycles were looked for on the branches, how many of them ``seeded`` a branch, how many stable
-    orbits were run beside, and the flags."""
+    """Numbers of settled cycles that were searched for on the branches, of those that ``seeded`` a branch, and of
+    stable orbits near which runs started; and the flags."""
 
     cycles: int
     seeded: int
@@ -111,7 +111,7 @@ def _settled(shooting: Shooting, values: Array, starts: Array, **flow: Any) -> R
 
 
 def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
-    """Looks for the cycle of every run on the branches; a miss starts a branch, which grows like the others."""
+    """Searches the branches for the cycle of every run; a miss starts a branch, which grows like the others."""
     flags: list[Flag] = []
     seeded = cycles = 0
     for k in np.flatnonzero(runs.period > 0):
@@ -166,12 +166,12 @@ def shortest(shooting: Shooting, point: Point, scale: float) -> tuple[Shooting, 
     return shooting, point
 
 
-# --- runs beside orbits -----------------------------------------------------------------------------------------------
+# --- runs near orbits -------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class _Perturbed:
-    """A run that starts beside an orbit: of which branch, at which point, for which event, and for how many periods."""
+    """A run that starts near an orbit: of which branch, at which point, for which event, and for how many periods."""
 
     number: int
     branch: Branch
@@ -181,12 +181,12 @@ class _Perturbed:
 
 
 def run_perturbed(tree: Tree, **flow: Any) -> Checked:
-    """Runs from 1e-5 beside stable orbits, which have to return, and beside the unstable orbits behind every event at
-    which a branch loses stability, which have to leave."""
+    """Runs from a distance of 1e-5 to stable orbits, which have to return, and to the unstable orbits behind every
+    event at which a branch loses stability, which have to leave."""
     stable = [b for number, branch in enumerate(tree.branches) for b in _stable(number, branch)]
     lost = [b for number, branch in enumerate(tree.branches) for b in _lost(number, branch)]
     flags, journal = [], tree.walk.journal
-    left = _apart(journal, stable, BESIDE, **flow) >= RETURNED
+    left = _apart(journal, stable, DISTANCE, **flow) >= RETURNED
     away = [beside for beside, leaves in zip(stable, left, strict=True) if leaves]
     nearer = np.array(
         [_apart(journal, away, start, **flow) * start < np.maximum(RETURNED * start, ROUNDING) for start in CLOSER]
@@ -249,14 +249,14 @@ def _periods(branch: Branch, point: Point) -> int:
     return max(periods, 2)
 
 
-def _apart(journal: Journal, runs: list[_Perturbed], beside: float, **flow: Any) -> Array:
-    """How far each run ends from its orbit, over how far it began from it, ``beside`` times the orbit's size."""
+def _apart(journal: Journal, runs: list[_Perturbed], distance: float, **flow: Any) -> Array:
+    """Distance of each run from its orbit at the end over that at the start, ``distance`` times its size."""
     if not runs:
         return np.zeros(0)
-    return np.asarray(journal.entry(lambda: {"apart": _ran(runs, beside, **flow)})["apart"])
+    return np.asarray(journal.entry(lambda: {"apart": _ran(runs, distance, **flow)})["apart"])
 
 
-def _ran(runs: list[_Perturbed], beside: float, **flow: Any) -> Array:
+def _ran(runs: list[_Perturbed], distance: float, **flow: Any) -> Array:
     shooting = runs[0].branch.shooting
     members = shooting.members_at((np.array([run.point.value for run in runs]),))
     orbits = np.stack([run.point.nodes[0] for run in runs])
@@ -264,8 +264,8 @@ def _ran(runs: list[_Perturbed], beside: float, **flow: Any) -> Array:
     side = np.random.default_rng(0).normal(size=orbits.shape)
     side /= np.linalg.norm(side, axis=1)[:, None]
     repeats = np.array([run.periods * run.branch.map.period for run in runs])
-    ends, outcome = settle(members, orbits + (beside * size)[:, None] * side, repeats, **flow)
-    apart = np.abs(ends - orbits).max(axis=1) / (beside * size)
+    ends, outcome = settle(members, orbits + (distance * size)[:, None] * side, repeats, **flow)
+    apart = np.abs(ends - orbits).max(axis=1) / (distance * size)
     return np.where((outcome == Outcome.OK) & np.isfinite(apart), apart, np.inf)
 
 
@@ -274,13 +274,13 @@ def _staying(journal: Journal, runs: list[_Perturbed], **flow: Any) -> list[_Per
     to be so half as many periods later, too."""
     for longer in (1.0, 1.5):
         runs = [replace(run, periods=int(longer * run.periods)) for run in runs]
-        apart = _apart(journal, runs, BESIDE, **flow)
+        apart = _apart(journal, runs, DISTANCE, **flow)
         runs = [run for run, by in zip(runs, apart, strict=True) if by < 1.0 / RETURNED]
     return runs
 
 
 def _narrow(returns_from: float) -> str:
-    return f"its basin is narrower than {BESIDE:.0e} there: from {returns_from:.0e} beside the motion returns"
+    return f"its basin is narrower than {DISTANCE:.0e} there: from {returns_from:.0e} away the motion returns"
 
 
 def _repeats_sooner(beside: _Perturbed) -> bool:

@@ -40,11 +40,11 @@ STARTS = ("rest", "settled")
 CHECKS = 24
 """Values of the parameter at which brute force settles."""
 MOST_NODES = 16
-"""Nodes of an orbit that are kept, at most; of longer ones every second, fourth and so on."""
+"""Nodes of an orbit that are stored, at most; of longer ones every second, fourth and so on."""
 FOLLOWING = 0.4
 """Share of the progress that goes to following branches from their start."""
 MOST_SECTIONS = 64
-"""Points of the section of a settled motion that are kept."""
+"""Points of the section of a settled motion that are stored."""
 SAMPLES = 128
 """Samples of a forcing period, at least; turning points between them are found by parabolas."""
 TITLE = "branches"
@@ -85,7 +85,7 @@ def continue_branch(
 
     Orbits are followed by pseudo-arclength continuation; folds, period doublings, symmetry breakings and where rest
     loses its stability are located on the branch, and the branches born there are followed in turn. Brute force runs
-    beside: a settled cycle on no branch starts one, and whatever the two disagree in is a flag.
+    them: a settled cycle on no branch starts one, and whatever the two disagree in is a flag.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def continue_branch(
     Raises
     ------
     InputError : for an unknown parameter, an interval that is empty or reversed, counts that are too small, a start
-        that is no orbit, or a store of another run.
+        that is not an orbit, or a store of another run.
     """
     varied = vary(model, {parameter: (low, high)}, initial)
     for name, count, least in (("switch", switch, 0), ("checks", checks, 2), ("points", points, 2)):
@@ -155,8 +155,8 @@ def continue_branch(
         beside = run_perturbed(tree, **flow)
     if not tree.branches:
         raise InputError(
-            f"start = {start!r}: is no orbit: neither the motion at {parameter} = {varied.said(bottom)} nor any other "
-            "is periodic; take another interval or start"
+            f"start = {start!r}: is not an orbit: neither the motion at {parameter} = {varied.said(bottom)} nor any "
+            "other is periodic; take another interval or start"
         )
     checked = Checked(covered.cycles, covered.seeded, beside.orbits, covered.flags + beside.flags)
     result = _label(varied, tree, runs, checked, options)
@@ -224,7 +224,9 @@ def _roots(
         nodes = _resting(shooting, walk.low)
         found = at_value(shooting, nodes, walk.low, Metric.of(nodes, walk.scale)).point
         if found is None:
-            raise InputError(f"start = rest: the flat film is no orbit at {varied.names[0]} = {varied.said(walk.low)}")
+            raise InputError(
+                f"start = rest: the flat film is not an orbit at {varied.names[0]} = {varied.said(walk.low)}"
+            )
         return [follow(shooting, found, walk, both_ways=False, resting=True)]
     if not named:
         return []
@@ -246,7 +248,7 @@ def _roots(
             roots.append(follow(own, point, walk))
     if not roots and start == "settled":
         raise InputError(
-            f"start = settled: is no orbit: the motion is periodic neither at {varied.names[0]} = "
+            f"start = settled: is not an orbit: the motion is periodic neither at {varied.names[0]} = "
             f"{varied.said(walk.low)} nor at {varied.said(walk.high)}; take another interval or start from rest"
         )
     return roots
@@ -328,8 +330,13 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
         "flag_explanation": (("flag",), _of(checked.flags, "explanation", str), "its explanation", "code"),
         "flag_branch": (("flag",), _of(checked.flags, "branch", int), "its branch", "count"),
         "flag_value": (("flag",), scale * _of(checked.flags, "value", float), "", along),
-        "checked_cycles": ((), np.array(checked.cycles), "settled cycles looked for on the branches", "count"),
-        "checked_orbits": ((), np.array(checked.orbits), "stable orbits that were run beside", "count"),
+        "checked_cycles": (
+            (),
+            np.array(checked.cycles),
+            "settled cycles that were compared with the branches",
+            "count",
+        ),
+        "checked_orbits": ((), np.array(checked.orbits), "stable orbits near which runs started", "count"),
         "seeded": ((), np.array(checked.seeded), "branches that a settled cycle started", "count"),
     }
     result = dataset.label(varied.plan.cone, variables, outcome=np.array(Outcome.OK), options=options, title=TITLE)
@@ -349,7 +356,7 @@ def _of(items: Sequence[Any], field: str, kind: Any) -> Any:
 def _point_variables(
     branches: Sequence[Branch], nodes: int, scale: float, along: Mapping[str, Any]
 ) -> dict[str, dataset.Variable]:
-    """Variables over the points of the branches, of whose orbits up to ``nodes`` nodes are kept."""
+    """Variables over the points of the branches, of whose orbits up to ``nodes`` nodes are stored."""
     size, system = branches[0].shooting.size, branches[0].shooting.system
     each = len(branches), max(len(branch.points) for branch in branches)
     value, lowest, highest, growth = (np.full(each, np.nan) for _ in range(4))
@@ -424,12 +431,12 @@ def _event_variables(
 
 
 def _kept_nodes(shooting: Shooting, nodes: Array) -> Array:
-    """The nodes of an orbit that are kept, over its whole period."""
+    """The nodes of an orbit that are stored, over its whole period."""
     return whole_period(shooting, nodes)[:: _kept(shooting)[0]]
 
 
 def _kept(shooting: Shooting) -> tuple[int, int]:
-    """Every how many nodes one is kept, and how many that makes."""
+    """The stride of the nodes that are stored, and their number."""
     count, stride = shooting.segments * shooting.kind.period, 1
     while count // stride > MOST_NODES and stride < shooting.segments:
         stride *= 2

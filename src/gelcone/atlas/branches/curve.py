@@ -47,9 +47,11 @@ class Window:
 
     @property
     def scale(self) -> Array:
+        """Widths of the intervals."""
         return self.high - self.low
 
     def holds(self, values: Array) -> bool:
+        """Whether values lie in the intervals."""
         slack = 1e-9 * self.scale
         return bool((values >= self.low - slack).all() and (values <= self.high + slack).all())
 

@@ -38,8 +38,8 @@ class Singular:
 
     ``null`` (n, N), the direction that the ring leaves (largest entry 1); ``left`` (n, N), the weights of the equations
     that it misses; ``multipliers`` (N,) of the map; ``at``, the multiplier that makes it singular. With two free
-    parameters ``ahead``, how nodes and values go on along the curve of such orbits; ``quadratic``, the coefficient that
-    passes 0 at a cusp.
+    parameters ``ahead``, how nodes and values continue along the curve of such orbits; ``quadratic``, the coefficient
+    that passes 0 at a cusp.
     """
 
     nodes: Array
@@ -55,7 +55,7 @@ class Singular:
 
 @dataclass(frozen=True)
 class Bordered:
-    """How singular the ring is at an orbit.
+    """The singularity of the ring at an orbit.
 
     ``g`` passes 0 at the event; its derivatives ``by_nodes`` (n, N) and ``by_values`` (P,); ``null`` and ``left``;
     ``here``, the pass over the orbit.
@@ -195,7 +195,7 @@ def _errors(shooting: Shooting, system: Bordered, rows: Array, corner: Array) ->
 
 @dataclass(frozen=True)
 class Born:
-    """How the branch leaves that is born at an event: at the amplitude a of the null vector it is at
+    """The branch that is born at an event, as it leaves: at the amplitude a of the null vector it is at
     value + ``curvature`` a^2, its nodes ``bend`` a^2 (n, N) off. For a fold the branch itself. ``coefficient``
     is the one whose zero is a point of codimension two: quadratic for a fold (a cusp), else cubic (where super- and
     subcritical meet)."""

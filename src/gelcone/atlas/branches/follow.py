@@ -198,7 +198,7 @@ def _at_border(shooting: Shooting, here: Point, beyond: Point, walk: Walk, metri
 
 
 def _passes_rest(shooting: Shooting, here: Point, point: Point) -> bool:
-    """Whether the branch passes rest between two points, where it would go on as its own mirror image."""
+    """Whether the branch passes rest between two points, where it would continue as its own mirror image."""
     if not shooting.symmetric:
         return False
     return bool((here.nodes[:, :2] * point.nodes[:, :2]).sum() < 0.0)

@@ -1,8 +1,8 @@
-"""What a run along branches has found so far, kept in a folder, so that the same run goes on where it was stopped.
+"""The findings of a run along branches, stored in a folder, so that the same run continues where it was stopped.
 
 Following branches is one chain of steps, each of which depends on nothing but the model and the steps before. A run
 that starts again therefore asks for the same entries in the same order: those that are there are taken, bit for bit,
-and the one that was under way goes on from its last state.
+and the one that was under way continues from its last state.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Entry = Mapping[str, Any]
 
 
 class Journal:
-    """The entries of one run, in the order in which they are asked for; without a folder none is kept."""
+    """The entries of one run, in the order in which they are asked for; without a folder none is stored."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self._folder, self._number, self._written = folder, 0, time.monotonic()
@@ -42,7 +42,7 @@ class Journal:
         return found
 
     def begin(self) -> tuple[Entry, bool]:
-        """What is there of the next entry, and whether that is all."""
+        """The stored part of the next entry, and whether that is all."""
         if self._folder is None:
             return {}, False
         for name, whole in ((self._name, True), (self._partial, False)):
@@ -82,8 +82,8 @@ def _read(path: Path) -> Entry:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as found:
             return dict(found)
     except (OSError, ValueError, zipfile.BadZipFile) as error:
-        told = " ".join(str(error).split())
-        raise InputError(f"{path}: is damaged ({told}); remove it, and what follows is computed again") from None
+        reason = " ".join(str(error).split())
+        raise InputError(f"{path}: is damaged ({reason}); remove it, and what follows is computed again") from None
 
 
 @contextmanager

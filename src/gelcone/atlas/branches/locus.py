@@ -174,7 +174,7 @@ def find_kind(event: str) -> EventKind:
 
 
 def _own_value(varied: Varied) -> float:
-    """The actuator's own value of the second parameter, at which the events are looked for."""
+    """The actuator's own value of the second parameter, at which events are searched for."""
     name, low, high = varied.names[1], float(varied.low[1]), float(varied.high[1])
     target = varied.target
     own = target.get(name) if isinstance(target, Device) else target.values[name]
@@ -183,7 +183,7 @@ def _own_value(varied: Varied) -> float:
         whose = "model" if varied.device is None else "device"
         raise InputError(
             f"{name} from {varied.worded(low, 1)} to {varied.worded(high, 1)}: must hold the {whose}'s own value, "
-            f"which {what}, and at which the events are looked for; set it, or move the interval"
+            f"which {what}, and at which events are searched for; set it, or move the interval"
         )
     return float(own)
 

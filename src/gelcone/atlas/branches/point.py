@@ -40,7 +40,7 @@ class Direction:
 
 @dataclass(frozen=True)
 class Metric:
-    """How differences are measured: ``states`` (N,) are the weights of the squares of the nodes' states, ``value`` the
+    """A measure of differences: ``states`` (N,) are the weights of the squares of the nodes' states, ``value`` the
     scale of the parameter."""
 
     states: Array
@@ -48,7 +48,7 @@ class Metric:
 
     @classmethod
     def of(cls, nodes: Array, value: float) -> Metric:
-        """That of an orbit, whose states are measured by the largest; the mean over the nodes counts."""
+        """The metric of an orbit: states are measured by the largest, and the mean over the nodes counts."""
         states = np.maximum(np.abs(nodes).max(axis=0), SMALLEST)
         return cls(1.0 / (len(nodes) * states * states), value)
 
@@ -104,7 +104,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Corrected:
-    """What a correction gave: the ``point``, or None and whether the orbit ``left`` where the film has a state; the
+    """The result of a correction: the ``point``, or None and whether the orbit ``left`` where the film has a state; the
     length of the first ``step``, how far the guess was off."""
 
     point: Point | None
@@ -148,7 +148,7 @@ def correct(
 def _newton(
     shooting: Shooting, found: Pass, nodes: Array, rows: Array, corner: Array, top: Array
 ) -> tuple[Direction | None, Direction | None]:
-    """Newton's step in the plane, and the direction in which the orbits go on; None where there is none."""
+    """Newton's step in the plane, and the direction in which the orbits continue; None where there is none."""
     gaps = shooting.gaps(nodes, found.ends)
     right = np.zeros((*gaps.shape, 2))
     right[..., 0] = gaps
@@ -192,7 +192,7 @@ def _cubic(a: Point, b: Point, s: Array) -> Array:
 
 def cubic_weights(s: Any) -> Array:
     """Weights (4, ...) of two points and of the tangents there in the cubic through them, at shares of the way; beyond
-    1 it goes on ahead."""
+    1 it continues ahead."""
     t = 1.0 - s
     return np.array([t * t * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s), s * t * t, -s * s * t])
 

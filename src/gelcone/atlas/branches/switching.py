@@ -16,7 +16,7 @@ LARGEST_SHIFT = 0.01
 
 
 def first_points(shooting: Shooting, event: Event, walk: Walk) -> tuple[Shooting, Point, Point] | None:
-    """The first two points of the branch that is born at an event: the event, and an orbit beside it.
+    """The first two points of the branch that is born at an event: the event, and an orbit next to it.
 
     The amplitude is taken smaller until the orbit lies before its own doubling; None where none is found.
     """

@@ -1,4 +1,5 @@
-"""Branches that are born from branches: every event is switched at, so many levels deep, and no branch comes twice."""
+"""Branches that are born from branches: every event is switched at, to a number of levels, and no branch comes
+twice."""
 
 from __future__ import annotations
 
@@ -151,7 +152,7 @@ def _passing(branch: Branch, value: float) -> list[tuple[int, float]]:
 
 
 def distance(shooting: Shooting, nodes: Array, other: Array) -> float:
-    """How far two orbits of one kind are apart, as a share of their size, up to shifts by repeats and mirror images."""
+    """Distance between two orbits of one kind, as a share of their size, up to shifts by repeats and mirror images."""
     if nodes.shape != other.shape:
         return np.inf
     whole, another = (whole_period(shooting, orbit) for orbit in (nodes, other))

@@ -1,4 +1,4 @@
-"""What varies along branches: parameters of a model, or fields of a device, over an interval each.
+"""The quantities that vary along branches: parameters of a model, or fields of a device, over an interval each.
 
 A field that moves one parameter of the model in proportion is followed as that parameter. Any other one, such as the
 film's thickness, moves several at once: the device itself says which model its values make.
@@ -91,7 +91,7 @@ class Varied:
 
     @property
     def settings(self) -> Settings | None:
-        """What `Shooting` takes; None where parameters of the model vary."""
+        """The settings that `Shooting` takes; None where parameters of the model vary."""
         if self.parameters:
             return None
 
@@ -124,7 +124,7 @@ class Varied:
         return self.low / self.scales, self.high / self.scales
 
     def attributes(self, k: int = 0) -> dict[str, str]:
-        """What a variable with values of the k-th says of them."""
+        """The attributes of a variable with values of the k-th."""
         name = self.names[k]
         if self.device is not None:
             return field_attributes(self.device, name)

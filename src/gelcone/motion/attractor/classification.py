@@ -1,4 +1,4 @@
-"""What kind of motion it is - rest, periodic, quasi-periodic, chaotic, not settled, left the domain - with evidence.
+"""The kind of motion - rest, periodic, quasi-periodic, chaotic, not settled, left the domain - with evidence.
 
 A damped motion is followed to its attractor, and chaos is followed from several starts (`search`, `lifetime`). What
 does not arrive is measured: does the largest Lyapunov exponent have a certain sign, and what does the 0-1 test say?
@@ -45,7 +45,7 @@ CYCLE_SAMPLES = 64
 MEASURE_TOLERANCE = 1e-8
 """Least tolerance at which the exponents of damped motions are averaged."""
 TEST_POINTS = (200, 800)
-"""Points of the 0-1 test, and of its repetition where the first is no clear answer."""
+"""Points of the 0-1 test, and of its repetition where the first answer is not clear."""
 ENDED = 1e-3
 """Chaos has ended when the last points of its 0-1 test return this closely."""
 DRIFT_WINDOWS, DRIFT_PERIODS = 8, 16
@@ -67,9 +67,9 @@ class Evidence:
     does not agree).
 
     Of chaos, whether it lasts (see `gelcone.motion.attractor.lifetime`): ``seen_until``, the time to which the motion
-    was seen to be chaotic; ``share_chaotic`` of the nearby starts; the mean ``lifetime`` between ``lifetime_low`` and
-    ``lifetime_high`` (NaN: no chaos; infinite: no end was seen). Where nearby starts end (members, `FATES`), the most
-    frequent first: ``fate_regime`` (-1: none), ``fate_period`` and ``fate_share``, of as many starts as were
+    was observed to be chaotic; ``share_chaotic`` of the nearby starts; the mean ``lifetime`` between ``lifetime_low``
+    and ``lifetime_high`` (NaN: no chaos; infinite: no end was seen). Where nearby starts end (members, `FATES`), the
+    most frequent first: ``fate_regime`` (-1: none), ``fate_period`` and ``fate_share``, of as many starts as were
     ``followed``.
     """
 
@@ -106,7 +106,7 @@ class Evidence:
 
     @classmethod
     def blank(cls, count: int, states: int = 2) -> Evidence:
-        """Nothing known yet of ``count`` members with so many states."""
+        """Nothing known yet of ``count`` members with a number of states."""
 
         def nan(*shape: int) -> Array:
             return np.full((count, *shape), np.nan)
@@ -405,7 +405,7 @@ def judge(members: Members, evidence: Evidence) -> None:
     evidence.regime[chaotic] = Regime.CHAOTIC
     evidence.regime[quasi_periodic] = Regime.QUASI_PERIODIC
     evidence.regime[~ran] = Regime.LEFT_THE_DOMAIN
-    # that a run ran out of steps, or of digits beside its stretch limit, says nothing of where the motion goes
+    # that a run ran out of steps, or of digits next to its stretch limit, says nothing of where the motion goes
     stopped = np.isin(evidence.outcome, (Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT))
     evidence.regime[stopped] = Regime.TRANSIENT
     evidence.doubtful = chaotic & (sticky | ~(evidence.zero_one > CHAOTIC_K))

@@ -1,6 +1,6 @@
 """Does it last? Nearby starts, followed side by side: how many are still chaotic, and where the others have ended.
 
-Chaos that ends looks like chaos that lasts until it does. Starts that no measurement tells apart (`NEARBY`) follow
+Chaos that ends looks like chaos that lasts until it does. Starts that no measurement distinguishes (`NEARBY`) follow
 their own ways once chaos has pulled them apart, and each then stands for the same motion: the share of them that is
 still chaotic, and their times together, give the mean lifetime. Chaos forgets, so that it ends in any moment as likely
 as in any other; the lifetimes are exponential, those that have not ended yet are censored, and the mean is the time of
@@ -27,12 +27,12 @@ STARTS = 16
 SAME = 1e-3
 """Cycles are one when their lowest and highest points agree to this share of their size."""
 SETTLING = np.log(1.0 / AWAY)
-"""A motion comes within `AWAY` of a cycle in so many times over its rate of attraction, and from there returns."""
+"""A motion comes within `AWAY` of a cycle in this number over its rate of attraction, and from there returns."""
 FATES = 3
 """Attractors that are distinguished, at most, among those that nearby starts end on."""
 CONFIDENCE = 0.95
 EARLY, MISSED = 0.25, 3.0
-"""Chaos that persists beside an attractor loses starts to it at first only: none have ended in the last three quarters
+"""Chaos that coexists with an attractor loses starts to it at first only: none have ended in the last three quarters
 of the time in which at least three would have at the pace of the first."""
 
 
@@ -40,10 +40,10 @@ class Nearby(Starts):
     """Starts side by side: how long each was chaotic, and where they end."""
 
     def times(self, settling: Array | float = 0.0) -> Array:
-        """How long each start was chaotic, (members, starts), from when they had come apart.
+        """The time for which each start was chaotic, (members, starts), from when they had come apart.
 
         From the end of chaos to within `AWAY` of a cycle a motion takes the time ``settling`` (members,), and as long
-        again until it is seen to return: the time of one that has not ended counts up to twice that before.
+        again until it is observed to return: the time of one that has not ended counts up to twice that before.
         """
         since = np.where(np.isfinite(self.apart), self.apart, 0.0)[:, None]
         lag = np.broadcast_to(settling, self.apart.shape)[:, None]
@@ -149,7 +149,7 @@ def _ending_nowhere(search: Search, nearby: Nearby, rows: npt.NDArray[np.intp]) 
 
 
 def chaos_of(nearby: Nearby, rows: npt.NDArray[np.intp], attraction: Array) -> dict[str, npt.NDArray[Any]]:
-    """How long the chaos of the members ``rows`` lasts and where their starts end, by the names of the evidence.
+    """Lifetimes of the chaos of the members ``rows``, and where their starts end, by the names of the evidence.
 
     ``attraction`` (members,) is the rate at which they settle once chaos has ended.
     """

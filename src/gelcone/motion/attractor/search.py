@@ -39,9 +39,9 @@ NEARBY = 1e-9
 SEPARATED = 1e-3
 """Starts have come apart when they differ by this share of the motion's size."""
 LONGEST_PERIOD = 64
-"""Motions with up to so many forcing periods as their own period are recognised."""
+"""The longest period of a motion, in forcing periods, that is recognised."""
 HISTORY, WINDOW = 64, 144
-"""Forcing periods of a course that are looked at: so many spread over it, and so many in a row at its end."""
+"""Forcing periods of a course that are examined: spread over it, and in a row at its end."""
 PHASES = (0.5, 1.0)
 """Where in a forcing period: a slow drive can push all motions to the same point once a period."""
 LAGS = 24
@@ -357,7 +357,7 @@ class Search:
 
 
 def doublings(begin: Array, end: Array) -> int:
-    """How many doublings lead from ``begin`` to ``end`` for all members."""
+    """The number of doublings that lead from ``begin`` to ``end`` for all members."""
     return int(np.ceil(np.log2(np.maximum(end / begin, 1.0))).max(initial=0.0))
 
 

@@ -21,7 +21,7 @@ SMALLEST_STEP = 2e-8
 """A shorter step means that the film came so close to its stretch limit that the distance, and with it the force, is
 lost to rounding (measured by ``benchmarks/robustness.py``). It shrinks with the time scale of very stiff members."""
 MOST_PROGRAMS = 64
-"""Programs kept in memory; one that is dropped comes back from the cache on disk."""
+"""Programs held in memory; one that is dropped comes back from the cache on disk."""
 
 _compiling = threading.Lock()
 
@@ -30,6 +30,7 @@ class EngineBackend:
     """Integrates jobs with the engine; see `gelcone.motion.job.Backend`."""
 
     def run(self, job: Job, *, threads: int, progress: Progress, watch: Watch | None) -> None:
+        """Fill the result of the job; raises `Stopped` once ``watch`` says so."""
         run = _longest_first(job)
         if not run.size:
             return

@@ -2,7 +2,7 @@
 
 The Taylor polynomial of g over a step is known, so the first zero is found on it: it is never jumped, because the
 search advances by parabolas that lie below the polynomial, and it is never found twice, because the side of the border
-that a member is on is kept from step to step instead of being read from a g that is zero but for rounding.
+that a member is on is carried from step to step instead of being read from a g that is zero but for rounding.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Event:
     seldom : the border is seldom near, and g made of what nothing else needs: far from it g is followed by a polynomial
         of low order, less a bound of what that leaves out. Near it the steps end where the bound is zero, until it is.
 
-    tells : the switch is 1 or -1 and changes the law: the code of a step is made for both signs apart, so that a step
+    divides : the switch is 1 or -1 and changes the law: the code of a step is made for both signs apart, so that a step
         costs what its own law takes.
 
     g should be of the order of 1: its errors count against 1. A border that contains its own switch as a factor,
@@ -63,7 +63,7 @@ class Event:
     inside: bool = False
     smooth: bool = False
     seldom: bool = False
-    tells: bool = False
+    divides: bool = False
 
     def __post_init__(self) -> None:
         if self.inside and not self.direction:

@@ -53,5 +53,5 @@ def _event(border: Border, own: OwnNumbers) -> Event:
         inside=True,
         smooth=not border.jumps,
         seldom=border.seldom,
-        tells=border.tells,
+        divides=border.divides,
     )

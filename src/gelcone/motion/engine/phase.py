@@ -23,7 +23,7 @@ from gelcone.quantity import Array
 MOST_STEPS = 50_000.0
 """A segment that takes more steps of the integrator does not end."""
 MOST_PROGRAMS = 64
-"""Programs kept in memory; one that is dropped comes back from the cache on disk."""
+"""Programs held in memory; one that is dropped comes back from the cache on disk."""
 
 
 def by_phase(n: Mapping[str, Any]) -> dict[str, Any]:
@@ -45,6 +45,7 @@ class PhaseSystem:
 
     @property
     def states(self) -> tuple[str, ...]:
+        """Names of the states."""
         return tuple(state.name for state in self.system.states)
 
     @property
@@ -54,10 +55,12 @@ class PhaseSystem:
 
     @property
     def shares(self) -> tuple[str, ...]:
+        """Names of the shares of the moved parameters."""
         return tuple(f"share {k}" for k in range(len(self.moved)))
 
     @property
     def numbers(self) -> tuple[str, ...]:
+        """Names of the numbers, those of the system and their slopes by the shares."""
         by = tuple(f"{name} by {k}" for k, names in enumerate(self.moved) for name in names)
         return (*self.system.numbers, *self.initial, *self.shares, *by)
 
@@ -153,7 +156,7 @@ class PhaseProgram:
         return corner_times(self._system, start, end, {"drive_frequency": 1.0})
 
     def again(self, start: Array, end: Array) -> Rerun:
-        """The same run, from phases ``start`` to ``end`` (members,), to be repeated with other numbers and states."""
+        """Repeat the run from phases ``start`` to ``end`` (members,), to be repeated with other numbers and states."""
         return Rerun(self._program, start, end, MOST_STEPS, self._corners(start, end))
 
 

@@ -1,4 +1,4 @@
-"""What the code of a program depends on, and where it keeps its numbers."""
+"""The parts that the code of a program depends on, and where its numbers are."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ CROWD = 4
 """Members that a thread works on, for each lane of each law: with 1 there is always a law whose lanes are full, with
 more this lasts longer at the end."""
 ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, TERMINAL_EVENT = range(5)
-"""How a member ended; terminal event k is told by TERMINAL_EVENT + k."""
+"""Ways in which a member ends; TERMINAL_EVENT + k stands for the terminal event k."""
 THREAD = ["ptr noalias %lanes", "ptr noalias %scratch", "ptr %job", "ptr %words", "ptr noalias %store"]
 """A thread's lanes (laws, rows, width), room for the last step, job, words, and slots (slots, rows)."""
 SAME_THREAD = "ptr %lanes, ptr %scratch, ptr %job, ptr %words, ptr %store"
@@ -59,7 +59,7 @@ class Border:
 
 @dataclass(frozen=True)
 class Law:
-    """What a member obeys as long as the switches that tell laws apart keep their signs: the rates of change of the
+    """The law of a member as long as the switches that distinguish laws keep their signs: the rates of change of the
     states, the border functions and the equations of all roots among both."""
 
     rates: tuple[Node, ...]
@@ -73,7 +73,7 @@ class Law:
 
     @property
     def held(self) -> list[Node]:
-        """What its formulas take that does not change while a member is integrated."""
+        """Nodes of its formulas that do not change while a member is integrated."""
         parts = [node for equation in self.equations for node in (*equation.slopes, equation.first)]
         return held_values([*self.wanted, *parts])
 
@@ -105,7 +105,7 @@ class Plan:
 
     @property
     def signs(self) -> int:
-        """How many switches have a sign that counts."""
+        """The number of switches whose sign counts."""
         return len(self.switches) - (self.corner_time is not None)
 
     @property
@@ -115,7 +115,7 @@ class Plan:
 
     @property
     def slots(self) -> int:
-        """Members that a thread can work on; without laws to tell apart more than lanes serve nothing. A power of 2."""
+        """Members that a thread can work on; with a single law more than lanes serve nothing. A power of 2."""
         return self.width if len(self.laws) == 1 else CROWD * len(self.laws) * self.width
 
     @property

@@ -50,7 +50,7 @@ Keep = Literal["states", "tangents", "work"]
 STEPS_PER_CALL = 256
 """Steps of all lanes in the first call of the compiled loop."""
 CALL_SECONDS = 0.02
-"""What later calls should take: between calls interrupts and progress are looked at."""
+"""Duration of later calls: between calls interrupts and progress are served."""
 REPORT_EVERY = 0.05
 """Seconds between two reports of progress."""
 DISC_STATES = 2
@@ -58,13 +58,13 @@ DISC_STATES = 2
 SHORTENING_POWERS = 2
 """Powers whose integrals bear on the length of steps."""
 MOST_TELLING = 4
-"""Switches that tell laws apart: each more of them doubles the code."""
+"""Switches that distinguish laws: each more of them doubles the code."""
 _ALIGNMENT = 128
 _ADDRESSES = tuple(field.name.lower() for field in list(Job)[: Job.MEMBERS])
 
 
 class System(Protocol):
-    """What a program is made of. Every formula is traced with a `Graph` as ``xp``."""
+    """The equations that a program is made of. Every formula is traced with a `Graph` as ``xp``."""
 
     @property
     def states(self) -> tuple[Any, ...]:
@@ -88,7 +88,7 @@ class System(Protocol):
 
 @dataclass(frozen=True)
 class Raw:
-    """What a run gave; samples that a member did not reach are NaN.
+    """The result of a run; samples that a member did not reach are NaN.
 
     ``states`` (members, samples, N); ``tangents`` (members, samples, N, N), [..., i, j] the derivative of state i with
     respect to state j of the previous sample, or of the start; ``divergence`` (members, samples), the integral of the
@@ -96,9 +96,9 @@ class Raw:
     integrals of the powers since the start. ``status`` (members,): `ARRIVED`, `NOT_FINITE`, `STEP_TOO_SMALL`,
     `TOO_MANY_STEPS` or `TERMINAL_EVENT` + the number of the event. ``steps`` and ``smallest_step`` (members,): how many
     steps, and the shortest that the tolerance asked for. ``end_time`` (members,), ``end_state`` (members, N) and
-    ``switches``, name -> (members,): the last that is known of a member; a run from there goes on with these. ``dwell``
-    (members, 2^switches): how long each combination of signs of the switches lasted; bit k of the place is set where
-    the k-th switch is negative.
+    ``switches``, name -> (members,): the last that is known of a member; a run from there continues with these.
+    ``dwell`` (members, 2^switches): how long each combination of signs of the switches lasted; bit k of the place is
+    set where the k-th switch is negative.
     """
 
     states: Array
@@ -214,7 +214,7 @@ class Program:
         start : time of the initial states, scalar or (members,).
         times : sample times, (members, samples), increasing along a row and not before the start.
         smallest_step : a member ends where its step falls below this, scalar or (members,).
-        most_steps : a member ends after so many steps, scalar or (members,).
+        most_steps : number of steps after which a member ends, scalar or (members,).
         threads : how many threads work; does not change a bit of the result.
         corners : increasing times, (members, corners), at which steps end; infinite ones and those before the start
             are left out. Default none.
@@ -268,7 +268,7 @@ class Rerun:
     ----------
     program : what is run.
     start, end : times of the initial states and of the one sample, (members,).
-    most_steps : a member ends after so many steps.
+    most_steps : number of steps after which a member ends.
     corners : as in `Program.run`.
     """
 
@@ -333,7 +333,7 @@ def _trace(
         if name not in system.numbers:
             raise ValueError(f"switch = {name!r}: is not among the numbers {', '.join(system.numbers)}")
     n = {name: graph.switch(name) if name in switched else graph.number(name) for name in system.numbers}
-    telling = list(dict.fromkeys(event.switch for event in events if event.tells and event.switch is not None))
+    telling = list(dict.fromkeys(event.switch for event in events if event.divides and event.switch is not None))
     telling = telling[:MOST_TELLING]
 
     laws = []
@@ -499,7 +499,7 @@ def _corner_rows(corners: npt.ArrayLike | None, start: Array) -> Array:
 
 
 def _content(plan: Plan) -> str:
-    """What tells the plan's code from other plans' code."""
+    """A text that identifies the plan's code."""
     borders = [(border.direction, border.switch, border.sided, border.smooth, border.seldom) for border in plan.borders]
     switches = [node.value for node in plan.switches]
     corners = (plan.corner_switch, plan.corner_time)
@@ -579,7 +579,7 @@ class _Work:
         self._compiled.start(*self._start)
 
     def advance(self, steps: int) -> None:
-        """Up to so many steps of all lanes of a law; none where it had to be compiled first."""
+        """Make up to ``steps`` steps of all lanes of a law; none where it had to be compiled first."""
         self._compiled.advance(*self._advance, steps)
         layout = self._compiled.layout
         if missing := int(self._words[layout.missing]):

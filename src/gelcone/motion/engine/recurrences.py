@@ -114,7 +114,7 @@ class Jet:
     states, time : values at the start of the step.
     held : values of the nodes of `held_values` and of the switches, by index.
     equations : those of all roots among the nodes.
-    kept : where the last values of the roots are kept, in the order of the equations: addresses.
+    found : where the last values of the roots are held, in the order of the equations: addresses.
     """
 
     def __init__(
@@ -127,7 +127,7 @@ class Jet:
         time: Value,
         held: Mapping[int, Value],
         equations: Sequence[Equation] = (),
-        kept: Sequence[Value] = (),
+        found: Sequence[Value] = (),
     ) -> None:
         self._f = f
         self._held = held
@@ -144,7 +144,7 @@ class Jet:
         self._coefficients.update({node.index: self._leaf(node, order, time, held) for node in nodes})
         known = {node.index for node in nodes if self._coefficients[node.index] or node.operation == "root"}
         moving = [node for node in nodes if node.index not in known | self._inlined]
-        for equation, address in zip(equations, kept, strict=True):
+        for equation, address in zip(equations, found, strict=True):
             self._correct_root(equation, address)
         self._run(rates, followed, moving, equations, order)
         self.borders = [self._coefficients[border.index][: highest + 1] for border, highest in borders]
@@ -200,8 +200,8 @@ class Jet:
         return values[node.index]
 
     def _correct_root(self, equation: Equation, address: Value) -> None:
-        """Newton's method from the value kept at ``address``, lane by lane until nothing is left to correct; where none
-        is kept (NaN), from the first guess."""
+        """Newton's method from the value at ``address``, lane by lane until nothing is left to correct; where none
+        is there (NaN), from the first guess."""
         f = self._f
         before = f.load(address)
         unknown = f.compare("uno", before, before)

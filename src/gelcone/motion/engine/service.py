@@ -191,7 +191,7 @@ def refill_function(plan: Plan, layout: Layout) -> Function:
 
 def serve_function(plan: Plan, layout: Layout) -> Function:
     """``serve(lane, scratch, law, number, lanes, job, words, store, finite, small, near0, ...)``: what is due in one
-    lane after a step; a flag for each border tells whether it may be near."""
+    lane after a step; a flag for each border says whether it may be near."""
     near = [f"%near{k}" for k in range(len(plan.borders))]
     own = ["ptr %lane", "ptr %scratch", "i64 %law", "i64 %number"]
     shared = ["ptr %lanes", "ptr %job", "ptr %words", "ptr %store"]
@@ -296,7 +296,7 @@ def _take_samples(
 
 
 def _pass_corner(f: Function, lane: _Lane, plan: Plan, layout: Layout, member: Value) -> None:
-    """Goes on to the next corner when the step ended at one."""
+    """Continues to the next corner when the step ended at one."""
     passed = lane.get(layout.corner)
     with f.when(f.compare("oge", lane.get(layout.time), passed)):
         number = f.whole("add", lane.get_whole(layout.corner_number), "1")
@@ -313,8 +313,8 @@ def _pass_corner(f: Function, lane: _Lane, plan: Plan, layout: Layout, member: V
 
 
 def _find_crossing(f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int, reach: Value, event: Value) -> None:
-    """Shortens ``reach`` to where border k is crossed, if it is; ``event`` is told so. Where the bound of a border of
-    low order is crossed, the step ends without an event, unless it has come so near that no more is to be told."""
+    """Shortens ``reach`` to where border k is crossed, if it is, and sets ``event``. Where the bound of a border of
+    low order is crossed, the step ends without an event, unless it has come so near that no more can be decided."""
     border = plan.borders[k]
     row = (layout.borders + k * layout.terms) * plan.width
     coefficients = f.place("%scratch", row)
@@ -357,8 +357,8 @@ def _cut_step(f: Function, lane: _Lane, layout: Layout, reach: Value, event: Val
 
 
 def _pass_border(f: Function, lane: _Lane, plan: Plan, layout: Layout, border: Border, k: int, status: Value) -> None:
-    """The event itself: the member ends, or its switch flips. An event in the direction that does not count only tells
-    the side of the border."""
+    """The event itself: the member ends, or its switch flips. An event in the direction that does not count only
+    records the side of the border."""
     side = lane.get(layout.sides + k)
     counts = f.compare("ogt", side, f.real(0.0)) if border.direction else f.compare_whole("eq", "0", "0")
     if not border.sided:

@@ -177,7 +177,7 @@ def _bound_seldom(f: Function, followed: Sequence[_Followed], sides: Mapping[int
 
 def _near(f: Function, coefficients: Sequence[Value | None], sign: Value | None, step: Value) -> Value:
     """Lanes that may cross a border in this step. With the sign that makes g positive on the member's side, two bounds
-    tell those that do not: g_0 + g_1 t - b t^2 is above zero at t = 0, at t = h and between, where
+    exclude those that do not: g_0 + g_1 t - b t^2 is above zero at t = 0, at t = h and between, where
     b = - g_2 - n_3 h - n_4 h^2 - ..., and n_k is g_k where that is negative, else 0; or the Bernstein coefficients of
     g_0 + ... + g_4 t^4 over the step are above zero, less what n_5, ... take.
     """
@@ -257,5 +257,5 @@ def _serve_each(f: Function, layout: Layout, law: int, block: Value, flagged: Va
         f.store_whole(f.new(f"and i64 {now}, {f.new(f'sub i64 {now}, 1')}"), left)
         flags = [f.new(f"trunc i64 {f.new(f'lshr i64 {word}, {lane}')} to i1") for word in bits]
         own = f"ptr {f.place(block, lane)}, ptr {f.place('%scratch', lane)}, i64 {law}, i64 {lane}"
-        told = ", ".join(f"i1 {flag}" for flag in flags)
-        f.line(f"call void {serve}({own}, ptr %lanes, ptr %job, ptr %words, ptr %store, {told})")
+        arguments = ", ".join(f"i1 {flag}" for flag in flags)
+        f.line(f"call void {serve}({own}, ptr %lanes, ptr %job, ptr %words, ptr %store, {arguments})")

@@ -45,14 +45,14 @@ class Border:
     ``value(x, squared, y, n, xp)`` is positive on the side of the border that a motion is on, and falls through zero
     where it crosses it. ``switch`` names the number, 1 or -1, whose sign changes there and which is a factor of the
     value; None: the film ends there. ``jumps``: so does the force. ``seldom``: motions are seldom near, and the value
-    costs more than the force. ``tells``: the force and other borders have another form with each sign of the switch.
+    costs more than the force. ``divides``: the force and other borders have another form with each sign of the switch.
     """
 
     value: Callable[..., Any]
     switch: str | None = None
     seldom: bool = False
     jumps: bool = False
-    tells: bool = False
+    divides: bool = False
 
 
 class Film(Component):

@@ -136,10 +136,10 @@ class MembraneFilm(GelFilm):
         """``pulls`` tells a film in tension from a slack one, ``near`` heights below the cut from those above,
         ``rim_taut`` whether all hoops are in tension, ``any_taut`` whether one is. The last border ends the film."""
         return (
-            Border(self._slack_border, "pulls", tells=True),
-            Border(self._cut_border, "near", tells=True),
-            Border(self._rim_border, "rim_taut", tells=True),
-            Border(self._whole_border, "any_taut", tells=True),
+            Border(self._slack_border, "pulls", divides=True),
+            Border(self._cut_border, "near", divides=True),
+            Border(self._rim_border, "rim_taut", divides=True),
+            Border(self._whole_border, "any_taut", divides=True),
             Border(self._end_border, seldom=True),
         )
 

@@ -285,8 +285,8 @@ class WrinklingCone(TautCone):
         may begin to pull from one that is too short, ``below_hump`` one before the hump from one beyond the valley. The
         last border ends the film; where a run goes on, ``whole`` tells whether it has failed instead."""
         return (
-            Border(self._width_border, "width_held", tells=True),
-            Border(self._force_border, "pulls", tells=True),
+            Border(self._width_border, "width_held", divides=True),
+            Border(self._force_border, "pulls", divides=True),
             Border(self._crumpling_border, "crumpled"),
             Border(self._length_border, "long", seldom=True),
             Border(self._hump_border, "below_hump", seldom=not self.goes_on),
