@@ -7,6 +7,8 @@ import textwrap
 WIDTH = 100
 """Columns of the text."""
 GLOSSARY: dict[str, str] = {
+    "above membrane pull-in": "A run on a cone is at a voltage at which the membrane, for which the cone stands, has "
+    "pulled in: its film would be lost.",
     "amplitude": "Half the peak-to-peak size of an oscillating quantity; of the drive, voltage = offset + amplitude "
     "sin(2 pi frequency t).",
     "apparent power": "Root mean square voltage times root mean square current: what the amplifier must be rated for. "

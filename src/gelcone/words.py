@@ -208,6 +208,7 @@ FAILINGS = {
     "meridional_slack": "meridional slack",
     "breakdown": "above breakdown",
     "near_limit": "near the stretch limit",
+    "beyond_membrane": "above membrane pull-in",
     "pulled_in": "pulled in",
 }
 """Names of the assumptions of `gelcone.motion.validity` -> what is wrong, in two or three words."""

@@ -69,6 +69,7 @@ def test_json_holds_what_a_program_needs(run):
         "meridional_slack",
         "breakdown",
         "near_limit",
+        "beyond_membrane",
         "pulled_in",
         "error",
     }

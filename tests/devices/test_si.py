@@ -35,6 +35,8 @@ def device():
         ("cubic stiffness", "N/m^3", lambda s: s.force / s.length**3),
         ("resistance", "Mohm", lambda s: 1e-6 * s.voltage**2 / s.power),
         ("charge", "uC", lambda s: 1e6 * s.energy / s.voltage),
+        ("capacitance", "nF", lambda s: 1e9 * s.energy / s.voltage**2),
+        ("thickness", "mm", lambda s: 1e3 * s.voltage / s.field),
     ],
 )
 def test_a_quantity_has_its_unit_and_scale(device, quantity, unit, scale):
@@ -43,7 +45,7 @@ def test_a_quantity_has_its_unit_and_scale(device, quantity, unit, scale):
 
 
 def test_every_quantity_that_is_read_in_si_is_tested():
-    assert len(MEASURES) == 17
+    assert len(MEASURES) == 19
 
 
 def test_variables_and_coordinates_are_scaled_up_and_others_left_alone(device):

@@ -93,7 +93,7 @@ def test_a_member_has_one_colour_in_every_panel():
 def test_the_strip_says_where_the_model_fails():
     response = RESPONSES["device"]()
     found = failings(response)
-    assert list(found) == ["film slack", "field too high"]
+    assert list(found) == ["film slack", "field too high", "beyond membrane"]
     np.testing.assert_array_equal(found["film slack"], response.hoop_slack | response.meridional_slack)
     strip = response_figure(response).axes[2]
     assert [text.get_text() for text in strip.texts][::2] == list(found)

@@ -2,7 +2,8 @@
 
 Shares are of the time, between the times at which an assumption begins and ceases to hold (`gelcone.motion.dwell`). A
 film that wrinkles may be slack: the shares of its states say what it does then, and only a film that bears compression
-is outside its validity there.
+is outside its validity there. A cone stands for a membrane: where its radius ratio is known, as that of a device is,
+the share of the time at voltages at which the membrane has pulled in counts, too.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from gelcone.codes import Outcome
 from gelcone.dataset import Variable
 from gelcone.motion.dwell import Path, dwell_times
 from gelcone.physics.film.film import Film, FilmState
+from gelcone.physics.film.pull_in import over_pull_in
 from gelcone.physics.film.wrinkling import FAILED
 from gelcone.physics.members import Members
 from gelcone.physics.placed import PlacedFilm
@@ -31,6 +33,7 @@ ASSUMPTIONS = {
     "meridional_slack": "slack meridians",
     "breakdown": "a true field above the dielectric strength",
     "near_limit": "a strain within 1 % of the stretch limit",
+    "beyond_membrane": "a voltage at which the membrane that the cone stands for has pulled in",
     "pulled_in": "a film that has pulled in",
 }
 """How the model stops being true. A film that wrinkles may be slack."""
@@ -125,6 +128,8 @@ def excesses(
             own |= {name: -stress for name, stress in stresses.items() if not np.isnan(stress).all()}
         if state is not None and strength is not None:
             own["breakdown"] = state.true_field - np.asarray(strength)[:, None]
+        if (over := over_pull_in(film, members.values, np.asarray(x), np.broadcast_to(voltage, x.shape))) is not None:
+            own["beyond_membrane"] = over
         found.append({name: np.broadcast_to(values, x.shape) for name, values in own.items()})
     return found
 

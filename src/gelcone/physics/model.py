@@ -33,7 +33,7 @@ from gelcone.quantity import Quantity
 KINDS = ("law", "prestretch_mode", "film", "pull_in", "bias", "waveform", "circuit", "second_film", "second_drive")
 """What a model takes besides numbers: the names of its components, and what one pre-stretch means."""
 
-LEFT_OUT = (*(first := ("stretch_limit", *PRESTRETCHES)), *(PREFIX + name for name in first), *STRENGTH)
+LEFT_OUT = (*(first := ("stretch_limit", "radius_ratio", *PRESTRETCHES)), *(PREFIX + name for name in first), *STRENGTH)
 """Parameters for which None means that they are not given."""
 
 

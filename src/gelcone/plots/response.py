@@ -19,6 +19,7 @@ FAILINGS = {
     "film slack": ("hoop_slack", "meridional_slack"),
     "field too high": ("breakdown",),
     "near limit": ("near_limit",),
+    "beyond membrane": ("beyond_membrane",),
 }
 """Label of a way in which the model no longer holds -> the flags of `gelcone.simulate` that report it."""
 

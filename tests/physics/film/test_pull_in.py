@@ -63,6 +63,7 @@ def test_a_curve_is_computed_once_and_stored(tmp_path, monkeypatch):
     monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
     monkeypatch.setattr(pull_in, "pull_in_curve", lambda gel, ratio: (computed.append(ratio), CURVE)[1])
     for _ in range(2):
+        pull_in.curve_of.cache_clear()  # that of this process
         assert membrane_pull_in(WRINKLING, 0.3) == CURVE
     assert computed == [0.3]
     assert membrane_pull_in(WRINKLING.replace(stretch_limit=40.0), 0.3) == CURVE
@@ -71,7 +72,11 @@ def test_a_curve_is_computed_once_and_stored(tmp_path, monkeypatch):
     assert computed == [0.3, 0.3, 0.3, 0.2]
     monkeypatch.setenv("GELCONE_CACHE", "")
     membrane_pull_in(WRINKLING, 0.3)
+    assert len(computed) == 4
+    pull_in.curve_of.cache_clear()
+    membrane_pull_in(WRINKLING, 0.3)
     assert len(computed) == 5
+    pull_in.curve_of.cache_clear()
 
 
 @pytest.mark.parametrize(

@@ -187,7 +187,8 @@ def test_near_the_limit_is_beyond_its_share_of_strain():
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_its_parameters_are_the_pre_stretches_and_those_of_its_law(law):
     film = TautCone(law)
-    assert list(film.parameters) == ["prestretch", "meridional_prestretch", "hoop_prestretch", *law.parameters]
+    stretches = ["prestretch", "meridional_prestretch", "hoop_prestretch"]
+    assert list(film.parameters) == [*stretches, *law.parameters, "radius_ratio"]
     assert film.complete({}) == {"prestretch": 1.0} | law.complete({})
     assert film.complete({"hoop_prestretch": 1.2}).keys() == {
         "meridional_prestretch",

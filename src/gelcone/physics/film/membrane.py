@@ -31,7 +31,7 @@ from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film import membrane_charge
 from gelcone.physics.film.film import Border, FilmState
-from gelcone.physics.film.taut import GelFilm, check_prestretch_mode
+from gelcone.physics.film.taut import RADIUS_RATIO, GelFilm, check_prestretch_mode
 from gelcone.physics.film.wrinkling import MOST_STRETCHED, STEEP, WrinklingCone
 from gelcone.physics.implicit import known, root, traced
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
@@ -39,7 +39,6 @@ from gelcone.quantity import Array, Quantity
 
 KINDS = ("taut", "partly_wrinkled", "wrinkled", "slack")
 """The states of the film: all hoops in tension, some, none; and without tension."""
-RADIUS_RATIO = {"radius_ratio": Quantity("a/b", "radius of the disc over that of the ring", 0.2, positive=True)}
 BISECTIONS = 48
 POINTS = 16
 """Of Gauss's quadrature between two kinks of the force."""

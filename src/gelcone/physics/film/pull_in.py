@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 import gelcone.membrane
 from gelcone import disk_cache
@@ -12,14 +16,19 @@ from gelcone.errors import InputError
 from gelcone.membrane.gel import Gel
 from gelcone.membrane.pull_in import PullInCurve, pull_in_curve
 from gelcone.physics.component import to_record
+from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
-from gelcone.physics.laws import LAWS
+from gelcone.physics.laws import LAWS, StrainEnergyLaw
+from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     from gelcone.physics.model import ConeModel
+    from gelcone.physics.placed import PlacedFilm
 
 KIND = "pull-in"
 DEFAULT_RADIUS_RATIO = 0.2
+MOST = 4096
+"""Curves held in memory."""
 
 
 def membrane_pull_in(model: ConeModel, radius_ratio: float | None = None) -> PullInCurve | None:
@@ -35,16 +44,46 @@ def membrane_pull_in(model: ConeModel, radius_ratio: float | None = None) -> Pul
         return None
     numbers, law = model.own_numbers, film.law.numbers(model.values)
     squares = float(numbers["A"]), float(numbers["B"])
-    own = {name: float(value) for name, value in law.items()}
+    return curve_of(film.law, tuple((name, float(value)) for name, value in law.items()), *squares, ratio)
+
+
+@lru_cache(maxsize=MOST)
+def curve_of(
+    law: StrainEnergyLaw, law_numbers: tuple[tuple[str, float], ...], A: float, B: float, ratio: float
+) -> PullInCurve | None:
+    """The curve of a film of a law with its numbers, squared pre-stretches and a/b; None for one that is in tension at
+    no displacement."""
+    own = dict(law_numbers)
 
     def make() -> bytes:
-        found = pull_in_curve(Gel(film.law, own, *squares), ratio)
+        found = pull_in_curve(Gel(law, own, A, B), ratio)
         return json.dumps([found.displacements, found.voltages, found.error]).encode()
 
-    parts = (to_record(film.law, LAWS), own, squares, ratio)
+    parts = (to_record(law, LAWS), own, (A, B), ratio)
     try:
-        stored = disk_cache.made(KIND, parts, make, (Path(gelcone.membrane.__file__).parent, type(film.law)))
+        stored = disk_cache.made(KIND, parts, make, (Path(gelcone.membrane.__file__).parent, type(law)))
     except InputError:
         return None
     x, voltages, error = json.loads(stored)
     return PullInCurve(tuple(x), tuple(voltages), float(error))
+
+
+def over_pull_in(placed: PlacedFilm, values: Mapping[str, Array], x: Array, voltage: Array) -> Array | None:
+    """By which share the voltage on a cone is above that at which its membrane has pulled in, at the displacements of
+    the disc (members, samples); -1 where there is no such voltage. None for another film, and where the cone's
+    ``radius_ratio`` is not among the ``values`` of the members.
+    """
+    film, own = placed.film, placed.own(values)
+    if not isinstance(film, TautCone) or type(film) not in (TautCone, WrinklingCone) or "radius_ratio" not in own:
+        return None
+    law, stretches = film.law.numbers(own), film.stretches(own)
+    columns = np.broadcast_arrays(*map(np.square, stretches), own["radius_ratio"], *law.values())
+    rows, which = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
+    found = np.full(np.shape(x), -1.0)
+    at = np.broadcast_to(placed.place(x, {name: np.reshape(value, (-1, 1)) for name, value in values.items()}), x.shape)
+    for k, (A, B, ratio, *numbers) in enumerate(rows.tolist()):
+        curve = curve_of(film.law, tuple(zip(law, numbers, strict=True)), A, B, ratio) if 0.0 < ratio < 1.0 else None
+        if curve is not None:
+            own_rows = which.ravel() == k
+            found[own_rows] = np.abs(voltage[own_rows]) / curve.voltage(at[own_rows]) - 1.0
+    return found

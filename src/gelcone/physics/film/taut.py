@@ -33,6 +33,9 @@ PRESTRETCHES = {
 }
 
 
+RADIUS_RATIO = {"radius_ratio": Quantity("a/b", "radius of the disc over that of the ring", 0.2, positive=True)}
+
+
 class GelFilm(Film):
     """A film with a strain-energy law and pre-stretches; its numbers are A, B, G and those of the law."""
 
@@ -103,7 +106,9 @@ def check_prestretch_mode(mode: str) -> None:
 class TautCone(GelFilm):
     """The homogeneous cone; ``prestretch_mode`` says what one pre-stretch lp means.
 
-    ``"radial"``: lm = 1, lh = lp; ``"equibiaxial"``: lm = lh = lp.
+    ``"radial"``: lm = 1, lh = lp; ``"equibiaxial"``: lm = lh = lp. The parameter ``radius_ratio`` does not change the
+    motion: where it is given, results state for which share of the motion the membrane, for which the cone stands,
+    would have pulled in.
     """
 
     law: StrainEnergyLaw = LAWS["gent"]
@@ -115,6 +120,17 @@ class TautCone(GelFilm):
 
     def __post_init__(self) -> None:
         check_prestretch_mode(self.prestretch_mode)
+
+    @property
+    def parameters(self) -> Mapping[str, Quantity]:
+        return dict(super().parameters) | RADIUS_RATIO
+
+    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Those of the gel; the radius ratio where it is given."""
+        own = dict(given)
+        ratio = own.pop("radius_ratio", None)
+        known = {} if ratio is None else {"radius_ratio": RADIUS_RATIO["radius_ratio"].check("radius_ratio", ratio)}
+        return super().complete(own) | known
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """x k and k + 2 x^2 dh/dq, with k = h - V."""
