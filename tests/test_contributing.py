@@ -36,7 +36,7 @@ SMALL = {
     "bifurcation": ["--over", "voltage_amplitude=0.2 kV:0.4 kV:3", "--sweeps", "up"],
     "continue_branch": ["voltage_amplitude", "0.3 kV", "0.4 kV", "--checks", "2"],
     "map": ["--over", "material.fung_b=0.1:0.2:2", "--over", "quality_factor=4:5:2", "--uniform"],
-    "film": ["--film", "membrane"],
+    "film": ["--film", "membrane", "--set", "hoop_prestretch=1.1"],
     "sweep": ["--over", "material.fung_b=0.1:0.2:2"],
     "basin": ["--over", "displacement=10 mm:12 mm:2", "--over", "velocity=0 m/s:0.1 m/s:2"],
     "envelope": ["--over", "frequency=9 Hz:11 Hz:2", "--over", "peak_voltage=0.6 kV:1 kV:2"],
