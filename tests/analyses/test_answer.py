@@ -28,7 +28,7 @@ def test_outcomes_are_counted_with_their_remedy():
     assert outcome_lines(result) == [f"2 of 3 run(s) failed: {Outcome.OUTSIDE.meaning}"]
     assert ending_lines(result) == ["  1 of 3: ok", f"  2 of 3: {Outcome.OUTSIDE.meaning}"]
     assert ending_lines(result.isel(member=0)) == []
-    assert variable_json(xr.DataArray([0, 2], name="period")) == [None, 2]
+    assert variable_json(xr.DataArray([0, 2], name="period")) == ["none", 2]
 
 
 def test_a_device_has_its_states_and_axes_in_si_units():

@@ -62,19 +62,20 @@ ATTRIBUTES = {"title", "model", "options", "gelcone_version", "device", "device_
 
 def own_words(variable):
     """The values of a variable, words for its codes, as the file's own attributes say."""
+    none = "none" if str(variable.name).startswith("fate") else "unknown"
     name = str(variable.name).replace("threshold_from", "regime").replace("threshold_to", "regime")
     kind = next((kind for kind in WORDS if name == kind or name.endswith(f"_{kind}")), None)
     if kind:
         known = WORDS[kind]
-        return each(variable, lambda code: known[int(code)] if kind == "sign" or code >= 0 else None)
+        return each(variable, lambda code: known[int(code)] if kind == "sign" or code >= 0 else none)
     if "flag_meanings" in variable.attrs:
         meanings = variable.attrs["flag_meanings"].split()
         known = dict(zip(map(int, variable.attrs["flag_values"]), meanings, strict=True))
-        return each(variable, lambda code: known.get(int(code)))
+        return each(variable, lambda code: known.get(int(code), none))
     if name.endswith(("period", "cycle")):
-        return each(variable, lambda period: int(period) if period > 0 else None)
+        return each(variable, lambda period: int(period) if period > 0 else "none")
     if name.endswith(YES_OR_NO) and variable.dtype.kind == "i":
-        return each(variable, lambda code: None if code < 0 else bool(code))
+        return each(variable, lambda code: none if code < 0 else bool(code))
     return variable
 
 
@@ -83,9 +84,9 @@ def each(codes, word):
 
 
 def equal(printed, there, where):
-    """Whether printed JSON is exactly what is there; not a number and infinity are words of the variable, or null."""
+    """Whether printed JSON is exactly what is there; not a number and infinity are words of the variable."""
     attrs = getattr(there, "attrs", {})
-    words = [attrs.get(name) for name in ("nan_means", "infinite_means")]
+    words = [attrs.get(name, word) for name, word in (("nan_means", "unknown"), ("infinite_means", "infinite"))]
     there = own_words(there) if hasattr(there, "attrs") else there
     there = there.values if hasattr(there, "dims") else there
     if (isinstance(there, np.ndarray) and there.dtype.kind == "f") or isinstance(there, float | np.floating):

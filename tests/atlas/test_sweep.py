@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import gelcone
 from gelcone.atlas import cluster, record, store, workers
 from gelcone.atlas import sweep as module
 from gelcone.atlas.frequency import frequency
@@ -545,3 +546,20 @@ def test_progress_is_called_with_shares_that_add_up_to_one(watched):
     assert sum(shares) == pytest.approx(1.0)
     assert min(shares) > 0.0
     assert len(tallies) >= len(shares)
+
+
+def test_a_store_of_a_device_is_in_its_units(tmp_path):
+    """Its arrays are those of the result, to the last bit, and those of each cell alone."""
+    pump = gelcone.find_device("biased-pump").replace(voltage_amplitude="0.4 kV")
+    plan = gelcone.Plan(pump, {"film_thickness": ["0.18 mm", "0.22 mm"]})
+    found = gelcone.sweep(plan, "settled", store=tmp_path / "s.zarr")
+    with xr.open_zarr(tmp_path / "s.zarr") as stored:
+        for name, unit in (("stroke", "mm"), ("harmonic_amplitude", "mm"), ("harmonic_phase", "degree")):
+            assert stored[name].attrs["units"] == found[name].attrs["units"] == unit
+            np.testing.assert_array_equal(stored[name].values, found[name].values)
+    for k, thickness in enumerate(("0.18 mm", "0.22 mm")):
+        alone = gelcone.settled(pump.replace(film_thickness=thickness))
+        assert float(found["stroke"][k]) == pytest.approx(float(alone["stroke"]), rel=1e-12)
+    again = gelcone.sweep(plan, "settled", store=tmp_path / "s.zarr", resume=True)
+    xr.testing.assert_equal(again.drop_vars("status"), found.drop_vars("status"))
+    xr.testing.assert_equal(gelcone.show(tmp_path / "s.zarr")["stroke"], found["stroke"])

@@ -74,9 +74,9 @@ def test_exponents_of_an_ensemble_are_lists_member_by_member(found):
 
 def test_regime_with_its_evidence(found):
     content = found("regime", *MODEL)
-    assert (content["regime"], content["period"], content["symmetric"]) == ("rest", None, True)
+    assert (content["regime"], content["period"], content["symmetric"]) == ("rest", "none", True)
     assert content["lyapunov"][0] < 0.0
-    assert content["zero_one"] is None
+    assert content["zero_one"] == "not applicable"
     assert content["doubtful"] is False
     assert content["dims"]["section"] == ["point", "state"]
     assert len(content["section"]) > 1
@@ -85,7 +85,7 @@ def test_regime_with_its_evidence(found):
 def test_regimes_of_an_ensemble_are_lists_member_by_member(found):
     content = found("regime", *MODEL, "--set", "voltage=0.5,2")
     assert content["regime"] == ["rest", "periodic"]
-    assert content["period"][0] is None
+    assert content["period"][0] == "none"
     assert content["period"][1] >= 1
 
 
@@ -117,7 +117,7 @@ def test_a_map_names_its_failed_cells(found):
     assert [row[2] for row in content["outcome"]] == ["outside"] * 3
     assert {kind for row in content["outcome"] for kind in row[:2]} == {"ok"}
     assert np.shape(content["lyapunov"]) == np.shape(content["standard_error"]) == (3, 3, 2)
-    assert [row[2] for row in content["lyapunov"]] == [[None] * 2] * 3
+    assert [row[2] for row in content["lyapunov"]] == [["unknown"] * 2] * 3
     assert [row[2] for row in content["regime"]] == ["left the domain"] * 3
 
 

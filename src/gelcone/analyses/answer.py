@@ -12,7 +12,6 @@ import numpy as np
 
 from gelcone._version import __version__
 from gelcone.codes import Outcome, Regime
-from gelcone.dataset import INFINITE, NAN
 from gelcone.devices.si import DEVICE, STATE
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
@@ -128,7 +127,7 @@ def units_json(shown: xr.Dataset) -> dict[str, str]:
 def validity_json(result: xr.Dataset) -> dict[str, Any] | None:
     """The share of the motion outside the model's validity, by assumption; null where a result has none.
 
-    A share is a number, or a list over what the result is over; null where it is not known.
+    A share is a number, or a list over what the result is over; a word where it is not known.
     """
     names = [name for name in (*ASSUMPTIONS, "error") if f"validity_{name}" in result]
     return {name: result[f"validity_{name}"] for name in names} or None
@@ -141,14 +140,16 @@ def film_state_json(result: xr.Dataset) -> dict[str, Any] | None:
 
 
 def plain(value: Any) -> Any:
-    """``value`` in the types of JSON; what is not a finite number becomes the words of its variable, or null."""
+    """``value`` in the types of JSON; what is not a finite number becomes the words of its variable."""
     if isinstance(value, dict):
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
         return [plain(v) for v in value]
     if hasattr(value, "dims"):
-        worded = value.attrs.keys() & {NAN, INFINITE} and not np.isfinite(value.values).all()
-        value = np.vectorize(lambda v: _known(v, value), otypes=[object])(value.values) if worded else value.values
+        numbers = value.values
+        if numbers.dtype.kind == "f" and not np.isfinite(numbers).all():
+            numbers = np.vectorize(lambda v: _known(v, value), otypes=[object])(numbers)
+        value = numbers
     if isinstance(value, np.ndarray):
         return plain(value.tolist())
     if isinstance(value, np.generic):
@@ -176,7 +177,7 @@ def parameters_json(model: Any) -> dict[str, Any]:
 
 
 def outcome_names(result: xr.Dataset) -> Any:
-    """The outcome of a single run as a name, of an ensemble as (nested) lists of names; null where nothing has run."""
+    """The outcome of a single run as a name, of an ensemble as (nested) lists; a word where nothing has run."""
     there = result["status"].values > 0 if "status" in result else True
     return variable_json(result["outcome"].where(there, -1))
 
@@ -197,26 +198,37 @@ def result_json(result: xr.Dataset, left_out: Collection[str] = ()) -> dict[str,
 
 
 def variable_json(variable: xr.DataArray) -> Any:
-    """A variable of a result, names for what it holds as codes; null for nothing."""
+    """A variable of a result, names for what it holds as codes."""
     name = str(variable.name)
-    if name.endswith(_REGIMES):
-        return _names(variable, {code.value: code.label for code in Regime}.get)
     if name.endswith(("period", "cycle")):
-        return _names(variable, lambda period: int(period) if period > 0 else None)
+        return np.vectorize(_period, otypes=[object])(variable.values).tolist()
+    codes = _codes(name, variable)
+    return variable if codes is None else _names(variable, codes, "none" if name.startswith("fate") else "unknown")
+
+
+def _period(value: Any) -> Any:
+    """A number of periods; a word where a motion has none, or nothing is known."""
+    return int(value) if value > 0 else "unknown" if np.isnan(value) else "none"
+
+
+def _codes(name: str, variable: xr.DataArray) -> dict[int, Any] | None:
+    """What the codes of a variable stand for; None for one that holds numbers."""
+    if name.endswith(_REGIMES):
+        return {code.value: code.label for code in Regime}
     if name.endswith("outcome"):
-        return _names(variable, {code.value: code.label for code in Outcome}.get)
+        return {code.value: code.label for code in Outcome}
     if name == "sign":
-        return _names(variable, _SIGNS.get)
+        return _SIGNS
     if name.endswith(_YES_OR_NO) and variable.dtype.kind == "i":
-        return _names(variable, {0: False, 1: True}.get)
+        return {0: False, 1: True}
     if "flag_meanings" in variable.attrs:
         values = map(int, variable.attrs["flag_values"])
-        return _names(variable, dict(zip(values, variable.attrs["flag_meanings"].split(), strict=True)).get)
-    return variable
+        return dict(zip(values, variable.attrs["flag_meanings"].split(), strict=True))
+    return None
 
 
-def _names(codes: Any, name: Callable[[Any], Any]) -> Any:
-    return np.vectorize(name, otypes=[object])(np.asarray(codes)).tolist()
+def _names(variable: xr.DataArray, codes: Mapping[int, Any], none: str) -> Any:
+    return np.vectorize(lambda code: codes.get(code, none), otypes=[object])(variable.values).tolist()
 
 
 def exponent_unit(variable: xr.DataArray) -> str:

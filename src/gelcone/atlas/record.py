@@ -17,7 +17,7 @@ from gelcone.atlas.plan import Plan, about
 from gelcone.atlas.store import Field, Status, Store, read_plan
 from gelcone.devices.analysis import analysis, scaled
 from gelcone.devices.device import Device
-from gelcone.devices.si import DRAWN, device_attributes
+from gelcone.devices.si import DRAWN, device_attributes, to_si
 from gelcone.errors import InputError
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
@@ -119,7 +119,8 @@ def show(path: str | Path) -> xr.Dataset:
 
     Returns
     -------
-    Dataset as of `gelcone.sweep`, without ``source``. Cells that are missing hold NaN, -1 or 0; ``status`` says which.
+    Dataset as of `gelcone.sweep`, in SI units for a device, without ``source``. Cells that are missing hold NaN, -1 or
+    0; ``status`` says which.
 
     Raises
     ------
@@ -134,7 +135,8 @@ def show(path: str | Path) -> xr.Dataset:
     tally = Tally(
         plan.size, computed=int((status == Status.COMPUTED).sum()), inferred=int((status == Status.INFERRED).sum())
     )
-    return label(plan, find_analysis(stored.analysis), fields, None, tally, f"sweep: {stored.analysis}")
+    found = label(plan, find_analysis(stored.analysis), fields, None, tally, f"sweep: {stored.analysis}")
+    return found if plan.device is None else to_si(found, plan.device)
 
 
 def coordinates(plan: Plan) -> dict[str, Field]:

@@ -26,6 +26,8 @@ from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of
 from gelcone.atlas.workers import Team, Workers
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.analysis import analysis
+from gelcone.devices.points import at
+from gelcone.devices.si import shown_values
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.settle import check_budgets, complete, start_states
 from gelcone.progress import Progress, Stopped
@@ -174,7 +176,8 @@ def _reporter(watch: Callable[[Tally], None] | None, progress: Progress) -> Call
 def compute(plan: Plan, analysis: Analysis, cells: Cells, keep: Sequence[str] = ()) -> dict[str, Field]:
     """Compute an analysis of some cells of the flattened grid, in the order given; the plan has all options.
 
-    The fields are plain arrays, so that a process that computes cells never loads xarray.
+    The fields of a device are in its units. They are plain arrays, so that a process that computes cells never loads
+    xarray.
     """
     model, states = plan.at(plan.values(cells))
     members = model.members()
@@ -184,6 +187,11 @@ def compute(plan: Plan, analysis: Analysis, cells: Cells, keep: Sequence[str] = 
         for name, (dims, values, long_name, quantity) in found.variables.items()
         if name in keep or name not in analysis.bulky
     }
+    if plan.device is not None:
+        scales = at(plan.device, plan.values(cells)).scales
+        for name, field in fields.items():
+            values, attributes = shown_values(field.values, field.attributes, scales)
+            fields[name] = replace(field, values=values, attributes=attributes)
     if "regime" in fields:
         fields["regime"] = replace(
             fields["regime"], attributes={**fields["regime"].attributes, **dataset.flags(Regime)}

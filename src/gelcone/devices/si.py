@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -117,6 +117,23 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
         if own is not None:
             converted = _put(converted, str(name), own)
     return converted.assign_attrs(device_attributes(device))
+
+
+def shown_values(values: Any, attrs: Mapping[str, Any], scales: Scales) -> tuple[Any, dict[str, Any]]:
+    """Values (cells, ...) of a variable with these attributes in the unit that they are read in, and its attributes; as
+    they are where they have a unit, or none. ``scales`` are those of each cell, or of all."""
+    quantity, taken = str(attrs.get("quantity")), dict(attrs)
+    if attrs.get("units") != "1" or quantity not in (*MEASURES, "state"):
+        return values, taken
+    taken["long_name"] = in_words(taken["long_name"])
+    measures = STATE if quantity == "state" else (quantity,)
+    factors = [np.broadcast_to(scales.shown(one), len(values)) for one in measures]
+    taken["units"] = ", ".join(MEASURES[one].shown for one in measures)
+    if quantity != "state":
+        return values * factors[0].reshape(-1, *[1] * (values.ndim - 1)), taken
+    more = [np.ones(len(values))] * (values.shape[-1] - len(STATE))
+    taken["units"] += ", 1" * len(more)
+    return values * np.stack([*factors, *more], axis=-1).reshape(len(values), *[1] * (values.ndim - 2), -1), taken
 
 
 def _converted(

@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORCE_SAMPLES = 401
+_PLACE: dataset.Of = dataset.absent("length", nan="none")
+_FOLD: dataset.Of = dataset.absent("voltage", nan="none")
 _TO = dataset.absent("length", infinite="no other equilibrium")
 WORK_PANELS, WORK_NODES = 16, 8
 """Panels, and Gauss-Legendre nodes of each, over which the work of a cycle is integrated; corners lie in few."""
@@ -111,11 +113,12 @@ def static(
     result = _label(
         model,
         balances,
-        {
+        dict[str, dataset.Variable]()
+        | {
             "force": (("constant_voltage", "displacement"), force, "static force that holds the disc", "force"),
             "stiffness": (("constant_voltage", "displacement"), stiffness, "slope of the static force", "stiffness"),
             "equilibria": (("constant_voltage",), count, "number of equilibria", "count"),
-            "equilibrium_displacement": (dims, place, "displacement of the equilibrium", "length"),
+            "equilibrium_displacement": (dims, place, "displacement of the equilibrium", _PLACE),
             "slope": (dims, slope, "slope of the static force at the equilibrium", "stiffness"),
             "stable": (dims, stable == 1.0, "whether the equilibrium is stable", "flag"),
         }
@@ -407,8 +410,8 @@ def _fold_variables(folds: list[list[tuple[float, float]]]) -> dict[str, dataset
     rows = [np.array(own).reshape(-1, 2) for own in folds]
     voltage, place = (_padded([row[:, k] for row in rows]) for k in range(2))
     return {
-        "fold_voltage": (("fold",), voltage, "voltage at which two equilibria meet in a fold", "voltage"),
-        "fold_displacement": (("fold",), place, "displacement of the fold", "length"),
+        "fold_voltage": (("fold",), voltage, "voltage at which two equilibria meet in a fold", _FOLD),
+        "fold_displacement": (("fold",), place, "displacement of the fold", _PLACE),
     }
 
 

@@ -134,7 +134,7 @@ def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
         "averaged_time": ((), evidence.averaged_time, "averaging time behind the exponents", "time"),
         "return_distance": ((), evidence.return_distance, "distance of returning points over size", "share"),
         "cycle_distance": ((), evidence.cycle_distance, "distance from the cycle over size", "share"),
-        "zero_one": ((), evidence.zero_one, "0-1 test, 1 for chaos", "share"),
+        "zero_one": ((), evidence.zero_one, "0-1 test, 1 for chaos", dataset.absent("share")),
         "coexisting": (
             (),
             code(evidence.coexisting),
