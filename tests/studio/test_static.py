@@ -15,6 +15,7 @@ from gelcone.studio.server import KINDS
 TESTS = Path(__file__).parent / "static"
 STATIC = Path(setting.__file__).parent / "static"
 NODE = shutil.which("node")
+TSC = shutil.which("tsc")
 OLDEST = 20
 
 
@@ -31,6 +32,18 @@ def test_modules(path):
     done = subprocess.run([NODE, "--test", path], capture_output=True, text=True, cwd=TESTS.parents[2], timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
     assert int(re.search(r"^. pass (\d+)", done.stdout, re.MULTILINE)[1]) > 0
+
+
+@pytest.mark.skipif(TSC is None, reason="no tsc on this machine (npm install --global typescript), which checks types")
+@pytest.mark.parametrize("fault", ["", "export const wrong = /** @type {string} */ (extent([1])[2].name);"])
+def test_types_in_comments_hold(tmp_path, fault):
+    static, config = tmp_path / "static", json.loads((TESTS / "tsconfig.json").read_text(encoding="utf-8"))
+    shutil.copytree(STATIC, static)
+    with (static / "plot.js").open("a", encoding="utf-8") as file:
+        file.write(fault)
+    (tmp_path / "tsconfig.json").write_text(json.dumps(config | {"include": ["static/*.js"]}))
+    done = subprocess.run([TSC, "--project", tmp_path], capture_output=True, text=True, timeout=120)
+    assert (done.returncode == 0) == (fault == ""), done.stdout + done.stderr
 
 
 def test_every_module_is_reached_by_a_test_and_loaded_with_the_page():

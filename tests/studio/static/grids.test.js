@@ -274,6 +274,7 @@ function envelope() {
   forget(own.p.context);
   own.grids.message({ kind: "envelope", id: own.id(), limits: ["pull-in"], static: { "pull-in": 1900, none: null }, highest: 2500, most: 15, share: 0.42, pull_in_of: "membrane" }, { frequency: Float32Array.of(5, 10, 15), window: Float32Array.of(2000, 1000, 2000), "limit pull-in": Float32Array.of(2400, 1200, NaN) });
   const half = [own.said(), own.panel.running, own.panel.verdict(7.5, 1499)];
+  forget(own.p.context);
   own.grids.message({ kind: "done", id: own.id(), grid: "envelope" }, {});
   return { ...own, first, half };
 }

@@ -6,10 +6,21 @@ const USUAL = Object.fromEntries(Object.entries(PAGE).map(([name, [usual]]) => [
 const MOST_LOCKS = 60; // as many as the server takes values
 const SHOWN = 24; // characters of a value in a sentence
 
+/**
+ * What is shown: a device or preset by its name, or the text of a device file; and values by the names of controls.
+ * @typedef {{device: string | null, preset: string | null, file: string | null, values: Record<string, string>}} Setting
+ * A parameter with its two ends.
+ * @typedef {[string, number, number]} Axis
+ * The whole state of the page.
+ * @typedef {{a: Setting, b: Setting | null, side: "a" | "b", x: Axis | null, y: Axis | null, over: Axis | null,
+ *   locked: string[], odd: string[], periods: string, top: string, left: string, right: string, view: string, motion: string}} State
+ */
+
 // The state of an address, and in ``odd`` a sentence for each part that was not understood.
+/** @param {string} text @param {string} start a device for an address without one @returns {State} */
 export function read(text, start) {
   const given = new URLSearchParams(text.replace(/^#/, ""));
-  const state = { a: setting(), b: null, side: "a", ...USUAL, x: null, y: null, over: null, locked: [], odd: [] };
+  const state = /** @type {State} */ ({ a: setting(), b: null, side: "a", ...USUAL, x: null, y: null, over: null, locked: [], odd: [] });
   for (const [name, value] of given) {
     if (Object.hasOwn(PAGE, name)) {
       if (PAGE[name].includes(value)) state[name] = value; else state.odd.push(`${name} = ${value.slice(0, SHOWN)}: is not one of ${PAGE[name].join(", ")}; ${state[name]} is shown.`);
@@ -26,6 +37,7 @@ export function read(text, start) {
   return state;
 }
 
+/** @returns {Setting} */
 const setting = () => ({ device: null, preset: null, file: null, values: {} });
 
 function put(own, name, value) {
@@ -34,11 +46,13 @@ function put(own, name, value) {
   own[name] = value;
 }
 
+/** @param {string} text @returns {Axis | null} */
 function axis(text) {
   const [name, low, high] = text.split(",");
   return low && high && Number.isFinite(Number(low)) && Number(high) > Number(low) && Number.isFinite(Number(high)) ? [name, Number(low), Number(high)] : null;
 }
 
+/** @param {State} state @returns {string} */
 export function write(state) {
   const out = new URLSearchParams();
   const add = (own, before) => {

@@ -7,6 +7,9 @@ const TOLD = 120; // ms between changes of slider and text while it plays: each 
 const SECONDS = [8, 4, 2, 1, 0.5];
 
 export class Clock {
+  /** @type {HTMLElement} */ play; /** @type {HTMLInputElement} */ scrub; /** @type {HTMLElement} */ output; /** @type {HTMLSelectElement} */ speed;
+  /** @type {any} */ looks; /** @type {() => void} */ wakes; moved = false; /** @type {string | undefined} */ key;
+
   constructor({ play, scrub, output, speed }, looks) {
     Object.assign(this, { play, scrub, output, speed, looks, wakes: () => {} }); // wakes(): there is something to draw
     this.at = 0; this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches; this.before = null; this.told = 0;
@@ -39,9 +42,10 @@ export class Clock {
     this.key = key;
     const chosen = this.speed.value || "2";
     const slower = (seconds) => format(seconds / (period / 1000), 2);
+    /** @type {[number, string][]} */
     const names = SECONDS.map((s) => [s, si ? (s > period / 1000 ? `${slower(s)}× slower` : `${format((period / 1000) / s, 2)}× faster`) : `${s} s a period`]);
     if (si) names.push([period / 1000, "real time"]);
-    this.speed.replaceChildren(...names.map(([s, text]) => new Option(text, s === period / 1000 ? "real" : s)));
+    this.speed.replaceChildren(...names.map(([s, text]) => new Option(text, s === period / 1000 ? "real" : String(s))));
     this.speed.value = [...this.speed.options].some((o) => o.value === chosen) ? chosen : "2";
   }
 
@@ -65,7 +69,7 @@ export class Clock {
     const length = this.length();
     if (this.playing && now - this.told < TOLD) return;
     this.told = now;
-    this.scrub.value = (1000 * this.at) / (length || 1);
+    this.scrub.value = String((1000 * this.at) / (length || 1));
     this.scrub.style.setProperty("--fill", `${this.scrub.value / 10}%`);
     const text = this.look().about.si ? (length >= 2000 ? `${(this.at / 1000).toFixed(2)} s` : `${this.at.toFixed(0)} ms`) : `time ${format(this.at, 3)}`;
     say(this.output, text);

@@ -11,6 +11,10 @@ const THICK = 5, THINNEST = 1.5; // px of a film in cross-section without stretc
 const NAMES = 40; // px below two cones for their names
 
 export class Cone {
+  /** @type {HTMLCanvasElement} */ canvas; /** @type {CanvasRenderingContext2D} */ context; /** @type {() => void} */ wakes;
+  /** @type {any} */ hands; /** @type {any[]} */ grips; /** @type {any} */ held;
+  foot = 0; small = false; w = 0; h = 0; d = 1; changed = false;
+
   // small: a picture of the cone alone, without section, gauge and texts.
   constructor(canvas, small = false) {
     // hands.disc(height, settled) and hands.volts(share of the highest voltage, settled) are called while a hand moves
@@ -85,13 +89,13 @@ export class Cone {
 
   scale(side) {
     const [most, least] = this.reach(side);
-    const wide = (this.small ? this.w : 0.5 * (this.w - GAUGE)) / (2.28 * side.about.rim), tall = (this.h - (this.small ? 12 : 54) - this.foot) / (most - least + 0.75 * side.about.rim);
+    const wide = (this.small ? this.w : 0.5 * (this.w - GAUGE)) / (2.28 * side.about.rim), tall = (this.h - (this.small ? 26 : 54) - this.foot) / (most - least + (this.small ? 1 : 0.75) * side.about.rim);
     return Math.max(Math.min(wide, tall), 0);
   }
 
   ground(side, h, scale) {
     const [most, least] = this.reach(side);
-    return (h - this.foot) / 2 + ((most + least) / 2) * scale + 8;
+    return (h - this.foot) / 2 + ((most + least) / 2) * scale + (this.small ? 0 : 8);
   }
 
   section(side, w, h, scale) {

@@ -1,4 +1,9 @@
 // The controls of a setting: slider, number with unit, reset, lock; choices. They come from the server's list.
+/**
+ * A control as the server describes it.
+ * @typedef {{name: string, label: string, group: string, kind: string, value: number | string | null, about: string, unit: string,
+ *   low: number, high: number, choices: string[], powers: Record<string, number>}} Control
+ */
 const STEPS = 1000;
 const SHAPES = {
   reset: "M4 4v4h4M4.6 8A6 6 0 1 1 4 11",
@@ -8,13 +13,14 @@ const SHAPES = {
 
 export function icon(path, size = 14) {
   const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  for (const [name, value] of Object.entries({ viewBox: "0 0 16 18", width: size, height: size, fill: "none", stroke: "currentColor", "stroke-width": 1.6, "aria-hidden": "true" })) svg.setAttribute(name, value);
+  for (const [name, value] of Object.entries({ viewBox: "0 0 16 18", width: size, height: size, fill: "none", stroke: "currentColor", "stroke-width": 1.6, "aria-hidden": "true" })) svg.setAttribute(name, String(value));
   const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
   line.setAttribute("d", path);
   svg.append(line);
   return svg;
 }
 
+/** @returns {any} an element with properties and children */
 export function make(tag, properties = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {
@@ -32,6 +38,7 @@ export function say(element, text, titled = false) {
 }
 
 // A number to so many digits, without trailing zeros and without an exponent where one can do without.
+/** @param {number} value @param {number} digits @returns {string} */
 export function format(value, digits = 4) {
   if (!Number.isFinite(value)) return "";
   const text = Number(value.toPrecision(digits));
@@ -39,12 +46,18 @@ export function format(value, digits = 4) {
 }
 
 // A text as it is printed: with true minus signs and micro.
+/** @type {(text: string) => string} */
 export const typeset = (text) => text.replace(/-(?=[\d.])/g, "−").replace(/(?<=\d ?)u(?=[A-Za-z])/g, "µ").replace(/\^([23])/g, (_, n) => (n === "2" ? "²" : "³"));
 
 // The same back: what a reader types or copies, as the server reads it.
+/** @type {(text: string) => string} */
 export const plain = (text) => text.replace(/[−–]/g, "-").replace(/[µμ]/g, "u").replace(/²/g, "^2").replace(/³/g, "^3").replace(/\u00a0/g, " ");
 
 export class Controls {
+  /** @type {HTMLElement} */ drive; /** @type {HTMLElement} */ groups; /** @type {HTMLElement} */ group; /** @type {HTMLElement} */ general;
+  /** @type {(name: string, text: string | null, settled: boolean) => void} */ changed; /** @type {() => void} */ relocked;
+  /** @type {Control[]} */ list; /** @type {Map<string, any>} */ rows; /** @type {Set<string>} */ locked;
+
   // changed(name, text or null for the default, settled): a value was set; settled once the user let go.
   // relocked(): a lock was set or opened.
   constructor({ drive, groups, group, general, changed, relocked = () => {} }) {
@@ -123,8 +136,10 @@ export class Controls {
     return row;
   }
 
+  /** @param {Control} control @param {number} place @returns {number} */
   fromSlider(control, place) { return control.low + (control.high - control.low) * (place / STEPS); }
 
+  /** @param {Control} control @param {number} value @returns {string} */
   text(control, value) { return `${format(value)} ${control.unit}`.trim(); }
 
   // What was typed: a bare number is in the unit beside it.
@@ -142,6 +157,7 @@ export class Controls {
   }
 
   // The number of a control in its unit, as it is set now; null for a value that is not a plain one.
+  /** @param {string} name @param {Record<string, string | undefined>} values @returns {number | null} */
   value(name, values) {
     const control = this.list.find((c) => c.name === name), text = values[name];
     if (!control) return null;

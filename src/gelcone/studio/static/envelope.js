@@ -46,6 +46,8 @@ export class EnvelopePanel extends Panel {
     if (this.grids.open === this) this.plot.redraw();
   }
 
+  on_done() { super.on_done(); this.plot.redraw(); }
+
   draw(p) {
     const found = this.found, c = colours();
     if (!found) return this.nothing(p, this.running ? "computing the envelope; some seconds …" : "");

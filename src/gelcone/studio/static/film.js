@@ -15,6 +15,7 @@ export function caption(name, look, values) {
 }
 
 // How a text breaks into lines of at most so many pixels.
+/** @param {{measureText: (text: string) => {width: number}}} g @param {string} text @param {number} most @returns {string[]} */
 export function broken(g, text, most) {
   const lines = [""];
   for (const word of text.split(" ")) {
@@ -25,6 +26,7 @@ export function broken(g, text, most) {
 }
 
 // Where pictures of these sizes stand below each other, two a row: places, and the size of the whole.
+/** @param {number[][]} sizes widths and heights @returns {{places: number[][], size: number[]}} */
 export function arranged(sizes) {
   const places = [];
   let y = 0, wide = 0;

@@ -8,6 +8,8 @@ const FRAME = 50; // ms from a picture to the next
 const SECONDS = 2; // that a period of the drive takes
 
 export class Gallery {
+  /** @type {any} */ dialog; /** @type {any} */ page;
+
   // page: ask(kind, content), choose({device or preset: name}).
   constructor(dialog, page) {
     Object.assign(this, { dialog, page, tiles: [], waiting: null, id: null, asked: null });

@@ -15,6 +15,7 @@ export function tokenOf(search, memory) {
 
 // The address of a studio that was started anew, as it was pasted: its token, and where to go unless it is where this
 // page came from; null for anything else, also for an address that is not of the machine of this page.
+/** @param {string} text @param {{host: string, hostname: string}} here @returns {{token: string, elsewhere: string | null} | null} */
 export function newAddress(text, here) {
   try {
     const url = new URL(text.trim()), token = url.searchParams.get("token"), near = [here.hostname, "127.0.0.1", "localhost", "[::1]"];

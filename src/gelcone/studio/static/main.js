@@ -13,7 +13,10 @@ import { extent } from "./plot.js";
 import { heightAt, sceneOf, settledOf } from "./scene.js";
 import { Saver } from "./save.js";
 
+/** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
+/** @type {(selector: string, within?: any) => any[]} */
+const all = (selector, within = document) => [...within.querySelectorAll(selector)];
 const SUN = "M8 6a3 3 0 1 0 .01 0M8 1v2M8 15v2M1 9h2M13 9h2M3 4l1.5 1.5M11.5 12.5L13 14M3 14l1.5-1.5M11.5 5.5L13 4", MOON = "M13 11A6 6 0 1 1 7 3a5 5 0 0 0 6 8z";
 const ASKED_AGAIN = 500;
 const SLOW = 400; // ms after which a look that has no answer is said to be computed, and the picture faded
@@ -36,7 +39,9 @@ const good = { a: null, b: null }; // the last settings that the server took: wh
 const unknown = { a: true, b: true }; // whether the controls of a side are still to come
 const ageing = {}; // timers after which the settled motion of an older setting is faded
 let held = 0; // until when an answer is waited for
-const studio = (window.studio = { looks, painted: 0, waiting: new Map() });
+/** @type {Record<string, any>} */
+const timers = {}, last = {}; // what is put off; the address and the legend written last
+const studio = (/** @type {any} */ (window).studio = { looks, painted: 0, waiting: new Map() });
 
 const setting = (side = state.side) => state[side];
 const sides = () => (!state ? [] : state.b ? ["a", "b"] : ["a"]);
@@ -122,8 +127,8 @@ cone.hands = {
 
 function toast(text) {
   $("toast").textContent = text; $("toast").hidden = false;
-  clearTimeout(toast.timer);
-  toast.timer = setTimeout(() => { $("toast").hidden = true; }, 2500);
+  clearTimeout(timers.toast);
+  timers.toast = setTimeout(() => { $("toast").hidden = true; }, 2500);
 }
 
 // --- changes -------------------------------------------------------------------------------------------------------
@@ -142,9 +147,10 @@ function change(values, settled = true) {
 }
 
 // The voltages of the drive that are not 0, with their controls.
+/** @returns {[import("./controls.js").Control, number][]} */
 function voltages() {
   const volts = controls.list.filter((c) => c.kind === "number" && /^voltage/.test(c.name));
-  return volts.map((c) => [c, controls.value(c.name, setting().values)]).filter(([, value]) => value);
+  return volts.map((c) => /** @type {[typeof c, number]} */ ([c, controls.value(c.name, setting().values)])).filter(([, value]) => value);
 }
 
 // Sets all voltages of the drive to a share of what they are.
@@ -156,15 +162,15 @@ function lower(share) {
 // Writes the state into the address: a new step of the history where it is worth one, else once the hand rests, as it
 // costs the browser more than a picture.
 function keep(step) {
-  clearTimeout(keep.timer);
-  if (step) written(true); else keep.timer = setTimeout(written, RESTED, false);
+  clearTimeout(timers.keep);
+  if (step) written(true); else timers.keep = setTimeout(written, RESTED, false);
 }
 
 function written(step) {
   const text = `#${address.write({ ...state, a: good.a ?? state.a, b: state.b && (good.b ?? state.b) })}`;
-  if (!step || text === keep.last) history.replaceState(null, "", text);
+  if (!step || text === last.address) history.replaceState(null, "", text);
   else history.pushState(null, "", text);
-  if (step) keep.last = text;
+  if (step) last.address = text;
 }
 
 // The server takes a look: its setting is one to return to, and may stand in the address.
@@ -187,15 +193,15 @@ function look(side, withControls = false, step = null) {
   unknown[side] ||= withControls;
   asked[side] = link.ask("look", { side, setting: state[side], periods: Number(state.periods), controls: unknown[side], panels: panelsWanted() });
   asks[side].push({ id: asked[side], setting: structuredClone(state[side]), step });
-  doing.timer ??= setTimeout(doing, SLOW);
+  timers.doing ??= setTimeout(doing, SLOW);
 }
 
 // Says what is computed, for as long as the picture is not that of the controls.
 function doing() {
   const side = sides().find((own) => asks[own].length);
   faded(Boolean(side));
-  clearTimeout(doing.timer);
-  doing.timer = null;
+  clearTimeout(timers.doing);
+  timers.doing = null;
   if (!side) return say($("doing"), "");
   const drive = [...controls.rows.values()].filter(({ control }) => /frequency$/.test(control.name)).map(({ control, number }) => `${control.label.toLowerCase()} ${number.value}`);
   say($("doing"), unknown[side] ? "Reading the device and finding where it rests …" : `Computing the run: ${state.periods} periods${drive.length ? ` at ${drive[0]}` : ""} …`);
@@ -224,7 +230,7 @@ function apply(next) {
 function forget(side) { delete looks[side]; asks[side] = []; good[side] = null; }
 
 // Only a device has an envelope.
-function envelopeTab(shown) { document.querySelector('[data-tab="envelope"]').hidden = !shown; }
+function envelopeTab(shown) { $("envelope-tab").hidden = !shown; }
 
 function sidesShown() {
   looks.active = state.side;
@@ -240,9 +246,9 @@ function sidesShown() {
 function motionShown() {
   if (state.motion !== "start") state.motion = "settled";
   looks.motion = state.motion;
-  for (const button of $("motion").querySelectorAll("button")) button.setAttribute("aria-pressed", button.dataset.motion === state.motion);
+  for (const button of all("#motion button")) button.setAttribute("aria-pressed", button.dataset.motion === state.motion);
 }
-for (const button of $("motion").querySelectorAll("button")) button.onclick = () => { state.motion = button.dataset.motion; motionShown(); keep(true); repaint(); };
+for (const button of all("#motion button")) button.onclick = () => { state.motion = button.dataset.motion; motionShown(); keep(true); repaint(); };
 
 function subjectShown() {
   const own = setting(), select = $("subject");
@@ -289,26 +295,25 @@ $("periods").onchange = () => { state.periods = $("periods").value; keep(true); 
 // --- tabs ----------------------------------------------------------------------------------------------------------
 
 function tab(place, name) {
-  const panel = document.querySelector(`.panel[data-place="${place}"]`);
-  const tabs = [...panel.querySelectorAll('[role="tab"]')];
+  const [panel] = all(`.panel[data-place="${place}"]`), tabs = all('[role="tab"]', panel);
   if (!tabs.some((t) => t.dataset.tab === name && !t.hidden)) name = tabs[0].dataset.tab;
   state[place] = name;
   for (const t of tabs) { const own = t.dataset.tab === name; t.setAttribute("aria-selected", own); t.tabIndex = own ? 0 : -1; }
-  for (const view of panel.querySelectorAll(".view")) view.classList.toggle("shown", view.dataset.view === name);
-  for (const part of panel.querySelectorAll("[data-for]")) part.hidden = part.dataset.for !== name;
+  for (const view of all(".view", panel)) view.classList.toggle("shown", view.dataset.view === name);
+  for (const part of all("[data-for]", panel)) part.hidden = part.dataset.for !== name;
 }
-for (const panel of document.querySelectorAll(".panel[data-place]")) {
-  const place = panel.dataset.place, tabs = [...panel.querySelectorAll('[role="tab"]')];
+for (const panel of all(".panel[data-place]")) {
+  const place = panel.dataset.place, tabs = all('[role="tab"]', panel);
   for (const t of tabs) {
     t.type = "button";
-    t.onclick = () => { tab(place, t.dataset.tab); keep(true); if (place === "right") grids.opened(t.dataset.tab); else sides().forEach((side) => look(side)); };
+    t.onclick = () => { tab(place, t.dataset.tab); keep(true); if (place === "right") grids.opened(); else sides().forEach((side) => look(side)); };
     t.onkeydown = (event) => {
       const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key], open = tabs.filter((other) => !other.hidden);
       if (step) { const next = open[(open.indexOf(t) + step + open.length) % open.length]; next.focus(); next.click(); }
     };
   }
 }
-addEventListener("popstate", () => { clearTimeout(keep.timer); keep.last = location.hash; apply(address.read(location.hash, hello.devices[0])); });
+addEventListener("popstate", () => { clearTimeout(timers.keep); last.address = location.hash; apply(address.read(location.hash, hello.devices[0])); });
 
 // --- answers -------------------------------------------------------------------------------------------------------
 
@@ -349,7 +354,7 @@ const ANSWERS = {
     looks[head.side] = look;
     taken(head.side, head.id);
     asks[head.side] = asks[head.side].filter((ask) => ask.id > head.id);
-    if (sides().some((side) => asks[side].length)) { clearTimeout(doing.timer); doing.timer = setTimeout(doing, SLOW); } else doing();
+    if (sides().some((side) => asks[side].length)) { clearTimeout(timers.doing); timers.doing = setTimeout(doing, SLOW); } else doing();
     if (head.side === state.side) {
       controls.settle();
       controls.values(setting().values);
@@ -394,7 +399,7 @@ function begin(head) {
   if (next.odd.length) notice(next.odd.join(" "));
   apply(next);
   if (next.odd.length) for (const side of sides()) asks[side].at(-1).step = false; // the address is written anew
-  keep.last = location.hash;
+  last.address = location.hash;
   if (empty) gallery.show(hello);
 }
 
@@ -466,8 +471,8 @@ function filmLegend() {
   const codes = [...new Set(sides().flatMap((side) => (looks[side]?.words ? sharesShown(looks[side]).map(({ code }) => code) : [])))].sort();
   if (!names) return;
   const key = codes.join() + names + document.documentElement.dataset.theme;
-  if (key === filmLegend.key) return;
-  filmLegend.key = key;
+  if (key === last.legend) return;
+  last.legend = key;
   $("film-legend").replaceChildren(...codes.map((code) => {
     const swatch = make("i");
     swatch.style.background = colours().film[code];
@@ -478,7 +483,7 @@ function filmLegend() {
 const sharesShown = (look) => (sceneOf(look, looks.motion) !== look && look.shares) || look.words.shares;
 
 function repaint() {
-  filmLegend.key = null;
+  last.legend = null;
   for (const plot of Object.values(plots)) plot.redraw();
   for (const side of sides()) if (looks[side]?.words) badge.show(side, looks[side], hello, side === "b" ? looks.a : null);
   filmLegend();

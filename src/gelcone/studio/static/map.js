@@ -9,6 +9,9 @@ const VIEWS = { kind: "kind of motion", exponent: "largest exponent", stroke: "s
 const NAMED_AT = [0.6, 0.3, 0.85, 0.1, 0.99]; // shares of a line at which its name may stand, the best first
 
 export class MapPanel extends Panel {
+  /** @type {Uint8Array} */ codes; /** @type {Float32Array} */ exponent; /** @type {Float32Array} */ low; /** @type {Float32Array} */ high;
+  /** @type {any[]} */ lines; /** @type {Int32Array | null} */ sources; /** @type {number[] | null} */ from = null; /** @type {number[] | null} */ to = null; dirty = true;
+
   constructor(host, grids) {
     super(grids, "map");
     this.x = picker("Parameter along the map", () => this.axes()); this.y = picker("Parameter up the map", () => this.axes());

@@ -85,7 +85,7 @@ export function portraitPanel(host, looks, clock) {
     draw(p) {
       const shown = sidesOf(looks).filter(([look]) => look.t);
       if (!shown.length) return;
-      const { axes } = shown[0][0].about, settled = ([look]) => looks.motion !== "start" && look.ox;
+      const { axes } = shown[0][0].about, settled = (/** @type {any[]} */ [look]) => looks.motion !== "start" && look.ox;
       const drawn = shown.filter(settled), runs = shown.filter((side) => !settled(side));
       const all = (own) => within(extent(...shown.map(([look]) => look[own])), drawn.map(([look]) => [look[`o${own}`], look[`p${own}`]]), runs.map(([look]) => look[own]));
       p.axes(xs.fit(all("x")), us.fit(all("u")), { xLabel: axes.displacement, yLabel: axes.velocity });

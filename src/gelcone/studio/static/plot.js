@@ -4,6 +4,7 @@ import { format, make, typeset } from "./controls.js";
 
 const FONT = "11px system-ui, 'Segoe UI', Roboto, sans-serif";
 
+/** @param {number} low @param {number} high @param {number} most @returns {[number, string][]} places and texts */
 export function ticks(low, high, most) {
   const rough = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 5, 10].find((f) => f * power >= rough * 0.999) * power, found = [];
@@ -13,6 +14,7 @@ export function ticks(low, high, most) {
   return found.map((v) => [v, typeset(text(v))]);
 }
 
+/** @param {...ArrayLike<number>} arrays @returns {[number, number]} */
 export function extent(...arrays) {
   let low = Infinity, high = -Infinity;
   for (const values of arrays) for (let i = 0; i < values.length; i++) {
@@ -27,6 +29,7 @@ export function extent(...arrays) {
 export class Range {
   constructor(least = 1e-6) { this.least = least; this.low = NaN; this.high = NaN; }
 
+  /** @param {[number, number]} range @returns {[number, number]} */
   fit([low, high]) {
     if (!(high >= low)) { low = 0; high = 1; }
     const size = Math.max(high - low, this.least, 0.02 * Math.max(Math.abs(low), Math.abs(high)));
@@ -41,6 +44,14 @@ export class Range {
 }
 
 export class Plot {
+  /** @type {HTMLDivElement} */ box; /** @type {HTMLCanvasElement} */ canvas; /** @type {CanvasRenderingContext2D} */ context;
+  /** @type {{left: number, bottom: number, top: number, right: number}} */ margin; /** @type {Map<string, HTMLElement>} */ marks;
+  /** @type {(plot: Plot) => void} */ draw; /** @type {((plot: Plot) => void) | null} */ over;
+  w = 0; h = 0; d = 1; left = 0; right = 0; top = 0; bottom = 0;
+  /** @type {[number, number] | undefined} */ x; /** @type {[number, number] | undefined} */ y;
+  /** @type {(v: number) => number} */ X; /** @type {(v: number) => number} */ Y; /** @type {(px: number) => number} */ toX; /** @type {(py: number) => number} */ toY;
+  logarithmic = false;
+
   // host: an element; draw(plot): called when there is something new to draw; over(plot): when a mark above it moves.
   constructor(host, { draw = () => {}, over = null, left = 56, bottom = 34, top = 8, right = 20 } = {}) {
     this.box = Object.assign(document.createElement("div"), { className: "plot" });
@@ -158,8 +169,8 @@ export class Plot {
   }
 
   // Where several samples share a column of pixels: what they span, filled. Strokes of that many samples are slow.
-  columns(g, x, y, [on = 1, off = 0] = []) {
-    const d = this.d;
+  columns(g, x, y, dash = []) {
+    const d = this.d, [on = 1, off = 0] = dash;
     let column = -1, low = 0, high = 0, last = NaN;
     const put = () => { if (column % ((on + off) * d) < on * d) g.fillRect(column / d, low - 0.65, 1 / d, high - low + 1.3); };
     for (let i = 0; i < x.length; i++) {
@@ -197,6 +208,7 @@ export class Plot {
     lines.forEach((line, k) => this.label(line, px, py + 15 * (k - (lines.length - 1) / 2), { align: "center" }));
   }
 
+  /** @param {string} text @param {number} px @param {number} py @param {{colour?: string, align?: CanvasTextAlign, base?: CanvasTextBaseline, bold?: boolean}} how */
   label(text, px, py, { colour = colours().soft, align = "left", base = "middle", bold = false } = {}) {
     const g = this.context;
     g.font = bold ? `600 ${FONT}` : FONT; g.fillStyle = colour; g.textAlign = align; g.textBaseline = base;

@@ -9,6 +9,8 @@ const FILM_SECONDS = 8;
 const TAB = { time: "simulate", spectrum: "spectrum" };
 
 export class Saver {
+  /** @type {any} */ dialog; /** @type {any} */ page; /** @type {number | null} */ id; /** @type {number | null} */ codeId;
+
   constructor(dialog, page) {
     Object.assign(this, { dialog, page, id: null, codeId: null });
     this.what = make("select", { "aria-label": "What to save", onchange: () => this.ask() }, ...Object.entries(WHAT).map(([name, text]) => new Option(text, name)));

@@ -1,10 +1,15 @@
 // What of a motion is shown over time and as a cone: the settled motion, or the run from the start.
+/**
+ * Arrays along a motion: times, heights, velocities, voltages, and of the films their states, thickness and field.
+ * @typedef {{t: Float32Array, x: Float32Array, u: Float32Array, v: Float32Array, film: Uint8Array, [more: string]: any}} Scene
+ */
 const MOST = 200000; // samples of a settled motion that is repeated
 const OWN = /^o(t|x|u|v|film|thin|field)(\d?)$/; // arrays of the settled motion, as they come
 
 // The arrays of a settled motion under the names of a run's; a periodic one repeated over so many periods of the drive.
+/** @param {Record<string, any>} arrays @param {{periodic: boolean, periods: number, period: number}} how @returns {Scene | null} */
 export function settledOf(arrays, { periodic, periods, period }) {
-  const found = {};
+  /** @type {any} */ const found = {};
   for (const [name, values] of Object.entries(arrays)) { const own = OWN.exec(name); if (own) found[own[1] + own[2]] = values; }
   if (!found.t?.length) return null;
   const n = found.t.length - 1, turn = found.t[n];
@@ -20,17 +25,20 @@ export function settledOf(arrays, { periodic, periods, period }) {
 }
 
 // The scene of a look: what it has settled to, unless that of a newer setting is awaited, or the run itself.
+/** @param {any} look @param {string} motion @returns {Scene} */
 export function sceneOf(look, motion) {
   return motion !== "start" && look.settled && !look.old ? look.settled : look;
 }
 
 // Where a time lies in a scene: the sample before it, and how far it is from there to the next, as a share.
+/** @param {{t: Float32Array}} scene @param {number} time @returns {[number, number]} */
 export function placeAt({ t }, time) {
   const n = t.length - 1, place = Math.min((Math.max(time, 0) / t[n]) * n || 0, n), k = Math.min(Math.floor(place), Math.max(n - 1, 0));
   return [k, place - k];
 }
 
 // The height at a time of a scene.
+/** @param {Scene} scene @param {number} time @returns {number} */
 export function heightAt(scene, time) {
   const [k, f] = placeAt(scene, time), { x } = scene;
   return x[k] + (x[Math.min(k + 1, x.length - 1)] - x[k]) * f;

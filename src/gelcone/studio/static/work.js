@@ -58,12 +58,19 @@ export function fill(select, list, chosen) {
 }
 
 export class Panel {
+  /** @type {any} */ grids; kind = ""; /** @type {import("./plot.js").Plot} */ plot;
+  /** @type {number | null} */ id; /** @type {string | null} */ stale; running = false; filled = false; problem = "";
+  /** @type {any} */ timer; /** @type {string | undefined} */ key;
+
   constructor(grids, kind) { Object.assign(this, { grids, kind, id: null, stale: "now", running: false, filled: false, problem: "" }); }
   get page() { return this.grids.page; }
   control(name) { return this.page.controls().list.find((c) => c.name === name); }
   value(name) { return this.page.controls().value(name, this.page.setting().values); }
   text(name, value) { const c = this.control(name); return `${format(value)} ${c.unit}`.trim(); }
   legend() { return this.page.legend(); }
+
+  /** @returns {Record<string, any> | null} what is asked for besides the setting */
+  request() { return {}; }
 
   show() {
     this.plot.redraw();
