@@ -6,6 +6,7 @@ import xarray as xr
 from scipy.stats import binom, binomtest
 
 from gelcone import dataset
+from gelcone.atlas import tolerances as module
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import sweep
 from gelcone.atlas.tolerances import arranged, base_draws, sobol, stroke_quantiles, strokes_of, tolerances
@@ -88,6 +89,17 @@ def test_ends_of_the_indices_hold_the_truth_about_as_often_as_they_say():
         truth = np.array([0.8, 0.2])
         held += int(((ends[..., 0] <= truth) & (truth <= ends[..., 1])).sum())
     assert held >= 0.9 * 160
+
+
+def test_an_interval_of_no_confidence_has_no_width_and_one_of_more_is_wider(monkeypatch):
+    a, b = draw({"a": Normal(0.0, 2.0), "b": Normal(0.0, 1.0)}, 32, indices=True).values()
+    widths = []
+    for confidence in (0.0, 0.5, 0.95):
+        monkeypatch.setattr(module, "CONFIDENCE", confidence)
+        widths.append(np.diff(sobol(a + b, 2)[..., 1:], axis=-1))
+    assert (widths[0] == 0.0).all()
+    assert (widths[0] < widths[1]).all()
+    assert (widths[1] < widths[2]).all()
 
 
 @pytest.mark.parametrize("strokes", [np.full(8, 2.0), np.array([1.0, 2.0, np.nan, 3.0, 1.0, 2.0, 3.0, 4.0])])

@@ -142,3 +142,7 @@ def test_a_device_is_uncertain_in_texts_with_units():
 def test_texts_that_are_no_distribution_are_refused(make, message):
     with pytest.raises(InputError, match=message):
         make()
+
+
+def test_shares_of_a_normal_distribution_lie_below_its_values():
+    np.testing.assert_allclose(Normal(1.0, 2.0).at(np.array([0.5, 0.8413447460685429])), [1.0, 3.0], rtol=1e-12)

@@ -67,10 +67,13 @@ def test_no_edge_of_the_window_yields_more(largest, found):
     assert float(best["window_value"].max()) >= float(best[largest])
 
 
-def test_a_drive_keeps_half_of_its_margin_where_its_frequency_is_a_little_off():
-    """Next to a limit that falls steeply with frequency, the edge of the window is not chosen though it yields most."""
-    frequency, limits = np.array([0.5, 0.995, 1.0, 1.5]), np.array([2.0, 1.4, 2.0, 1.9])
-    window = xr.Dataset(
+FREQUENCY = np.array([0.5, 0.995, 1.0, 1.5])
+
+
+def made_up(*limits):
+    """A window below these limits at `FREQUENCY`; its edge yields 1, 2, 9 and 3."""
+    limits = np.array(limits)
+    return xr.Dataset(
         {
             "static_limit_voltage": ("limit", [np.nan]),
             "static_limit": ("limit", ["breakdown"]),
@@ -79,7 +82,7 @@ def test_a_drive_keeps_half_of_its_margin_where_its_frequency_is_a_little_off():
             "driven_limit": ("driven", ["pull-in"]),
             "driven_peak": ("peak", [0.1]),
             "recommended_peak": ("f", 0.8 * limits),
-            "drive_frequency": ("f", frequency),
+            "drive_frequency": ("f", FREQUENCY),
             "regime": (("f", "peak"), np.full((4, 1), Regime.PERIODIC)),
             "outcome": (("f", "peak"), np.zeros((4, 1))),
             **{
@@ -90,13 +93,29 @@ def test_a_drive_keeps_half_of_its_margin_where_its_frequency_is_a_little_off():
             "window_regime": ("f", np.full(4, Regime.PERIODIC)),
         }
     )
+
+
+def test_a_drive_keeps_half_of_its_margin_where_its_frequency_is_a_little_off():
+    """Next to a limit that falls steeply with frequency, the edge of the window is not chosen though it yields most."""
+    window = made_up(2.0, 1.4, 2.0, 1.9)
     np.testing.assert_allclose(
-        best_drive._detuned(frequency, window)[[0, 2]], [1.0 / (0.5 + (1.0 / 1.4 - 0.5) * 0.005 / 0.495), 1.4]
+        best_drive._detuned(FREQUENCY, window)[[0, 2]], [1.0 / (0.5 + (1.0 / 1.4 - 0.5) * 0.005 / 0.495), 1.4]
     )
     best = best_drive._best("stroke", 0.1, 0.2, window)
     assert (float(best.frequency), float(best.peak)) == (1.5, pytest.approx(0.8 * 1.9))
     flat = window.assign(limit_low=window["limit_low"] * 0.0 + 2.0)
     assert float(best_drive._best("stroke", 0.1, 0.2, flat).frequency) == 1.0
+    # the edge there is 0.8 x 2; half of the margin is kept below limits from 1.6/0.9 on
+    for limit, chosen in ((1.77, 1.5), (1.79, 1.0)):
+        assert float(best_drive._best("stroke", 0.1, 0.2, made_up(2.0, limit, 2.0, 1.9)).frequency) == chosen
+
+
+def test_a_voltage_is_held_between_the_next_frequencies_with_a_lower_limit():
+    window = made_up(2.0, 1.4, 2.0, 1.9)
+    assert best_drive._held(window, window, 1.0, 1.5) == (1.0, 1.5)
+    assert best_drive._held(window, window, 1.0, 1.95) == (1.0, 1.0)
+    assert best_drive._held(window, window, 0.5, 1.5) == (0.5, 0.5)
+    assert best_drive._held(window, window, 1.5, 1.3) == (0.5, 1.5)
 
 
 @pytest.mark.parametrize("name", ["rest_height", "drive_frequency", "damping_ratio"])

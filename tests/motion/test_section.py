@@ -14,6 +14,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.section import extrema, section
 from gelcone.physics.model import ConeModel
 from gelcone.plots.section import section_figure
+from tests.toys import TurningBias
 
 PERIODIC = ConeModel(damping_ratio=0.1, spring_stiffness=1.0, voltage=0.8, drive_frequency=1.0, rest_height=0.3)
 CHAOTIC = ConeModel(damping_ratio=0.01, spring_stiffness=0.9, voltage=1.7, drive_frequency=0.1)
@@ -285,3 +286,14 @@ def test_failed_members_are_named_in_the_legend():
     names = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert names[4].endswith("failed: outside")
     assert names[5].endswith("failed: not finite")
+
+
+def test_further_states_are_points_of_the_section_too():
+    model = ConeModel(bias=TurningBias(), damping_ratio=0.1, voltage=0.3, drive_frequency=0.8)
+    start = (0.4, 0.0, 0.1, 0.2)
+    found = section(model, start, repeats=3, discard=2)
+    periods = float(model.forcing_period) * np.arange(2, 5)
+    states = integrate(model, start, periods).states[0]
+    names = ["displacement", "velocity", *(state.name for state in model.system.states[2:])]
+    for k, name in enumerate(names):
+        np.testing.assert_allclose(found[name], states[:, k], rtol=1e-12, atol=1e-14)

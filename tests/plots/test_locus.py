@@ -49,3 +49,10 @@ def test_curves_over_other_parameters_are_refused(ground):
         plot(curves("voltage", "damping_ratio"), on=ground)
     with pytest.raises(InputError, match="drawn on a map or tongues"):
         plot(curves(), on=curves())
+
+
+def test_axes_of_curves_alone_have_the_units_of_their_parameters():
+    made = curves()
+    made["voltage"].attrs["units"], made["drive_frequency"].attrs["units"] = "V", "Hz"
+    axes = plot(made).axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("voltage (V)", "drive frequency (Hz)")

@@ -182,3 +182,28 @@ def test_an_ensemble_has_a_colour_a_member_and_many_are_picked_evenly():
     names = [name for name, _ in members(RESPONSES["large ensemble"]())]
     shown = np.linspace(0.1, 1.3, 40)[[0, 7, 15, 23, 31, 39]]
     assert names == [f"voltage {value:.4g}" for value in shown]
+
+
+def test_the_voltage_of_a_second_film_and_its_states_are_its_own():
+    data = made_up()
+    time = data["time"].values
+    data["second_drive_voltage"] = data["drive_voltage"] * 0.0 + 2.0
+    data["second_film_state"] = "time", np.arange(time.size) % 2, {"flag_meanings": "taut hoop_slack"}
+    figure = response_figure(data)
+    first, second = figure.axes[1].lines
+    np.testing.assert_array_equal(data_of(first), [time, np.sin(time)])
+    np.testing.assert_array_equal(data_of(second), [time, np.full(time.size, 2.0)])
+    (slack,) = [when for name, when in failings(data).items() if name.startswith("2: ")]
+    np.testing.assert_array_equal(slack, np.arange(time.size) % 2 == 1)
+
+
+def test_each_member_has_its_time_response_and_its_phase_portrait():
+    response = RESPONSES["ensemble"]()
+    axes = response_figure(response).axes
+    for k in range(3):
+        x, u = (response[name].values[k] for name in ("displacement", "velocity"))
+        settled = len(x) // 2
+        np.testing.assert_array_equal(data_of(axes[2 * k].lines[0]), [response["time"], x])
+        early, late = axes[2 * k + 1].lines
+        np.testing.assert_array_equal(data_of(early), [x[: settled + 1], u[: settled + 1]])
+        np.testing.assert_array_equal(data_of(late), [x[settled:], u[settled:]])

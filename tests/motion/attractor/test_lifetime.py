@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import poisson
 
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.attractor.lifetime import STARTS, Nearby, chaos_of, lifetimes
@@ -28,6 +29,13 @@ def test_of_chaos_that_never_ended_only_the_least_lifetime_is_known():
     assert (found.mean[0], found.high[0]) == (np.inf, np.inf)
     # exp(-T/L) = 2.5 %
     assert found.low[0] == pytest.approx(2e5 / np.log(40.0))
+
+
+def test_the_ends_of_a_lifetime_are_those_of_a_poisson_number():
+    """At the upper end 3 or more have ended with a chance of 2.5 %, at the lower end 3 or fewer."""
+    found = lifetimes(np.array([3]), np.array([10.0]))
+    assert poisson.sf(2, 10.0 / found.high[0]) == pytest.approx(0.025)
+    assert poisson.cdf(3, 10.0 / found.low[0]) == pytest.approx(0.025)
 
 
 # --- nearby starts ----------------------------------------------------------------------------------------------------
