@@ -125,8 +125,8 @@ def _add_passings(values: Array, spans: Array, found: Array, polynomial: Any, cr
     minimum so small that the parabola through its neighbours leaves room for one."""
     sign, size = np.where(values > 0.0, 1.0, -1.0), np.abs(values)
     before, here, after = size[..., :-2], size[..., 1:-1], size[..., 2:]
-    bend = before + after - 2.0 * here
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):  # infinite where a film does not know an assumption
+        bend = before + after - 2.0 * here
         nearest = here - (after - before) ** 2 / (8.0 * bend)
         close = (here <= before) & (here <= after) & (nearest < 0.1 * bend)
     same = (sign[..., :-2] == sign[..., 1:-1]) & (sign[..., 1:-1] == sign[..., 2:])

@@ -10,10 +10,12 @@ from typing import Any
 from gelcone.analyses.request import Subject
 from gelcone.devices.device import Device
 from gelcone.devices.materials import load_materials
+from gelcone.devices.parts import PARTS
 from gelcone.devices.record import Field
 from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.physics.bias import BIASES
 from gelcone.physics.circuit import CIRCUITS
+from gelcone.physics.component import Component
 from gelcone.physics.drive import WAVEFORMS
 from gelcone.physics.film.taut import PRESTRETCH_MODES
 from gelcone.physics.laws import LAWS
@@ -125,7 +127,8 @@ def _round_up(value: float) -> float:
 
 
 def _of_device(device: Device) -> list[Control]:
-    values = {name: device.get(name) for name in device.all_fields()}
+    own = _of_components(device)
+    values = {name: own.get(name) if (value := device.get(name)) is None else value for name in device.all_fields()}
     values = {name: value for name, value in values.items() if value is not None and name != "material"}
     shown = _shown_anyway(device) | values
     found = []
@@ -154,6 +157,17 @@ def _shown_anyway(device: Device) -> dict[str, Any]:
     return unset
 
 
+def _of_components(device: Device) -> dict[str, float]:
+    """What the parameters of components of one's own are where they are left unset, in SI units."""
+    found = {}
+    for part in PARTS:
+        own = getattr(device, part)
+        for name, quantity in own.parameters.items() if isinstance(own, Component) else ():
+            scale = 1.0 if quantity.scale == "1" else getattr(device.scales, quantity.scale)
+            found[f"{part}.{name}"] = float(quantity.default * scale)
+    return found
+
+
 def _of_field(name: str, about: Field, value: Any, usual: float, start: float) -> Control:
     unit, powers = _display_unit(usual, about.unit), DIMENSIONS[about.unit].powers
     scale = 10.0 ** powers[unit]
@@ -180,10 +194,10 @@ def _display_unit(value: float, unit: str) -> str:
 
 
 def _group(name: str) -> str:
-    last = leaf(name)
-    if last.startswith(("voltage", "frequency", "waveform", "circuit")):
+    first, last = name.partition(".")[0], leaf(name)
+    if first in ("waveform", "circuit") or last.startswith(("voltage", "frequency")):
         return DRIVE
-    if name.startswith("material") or "stretch" in last or last in ("film", "dielectric_strength"):
+    if first in ("material", "film") or "stretch" in last or last == "dielectric_strength":
         return GEL
     return START if last.startswith("release") else BODY
 

@@ -58,8 +58,10 @@ def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> d
         times, states = _thinned(run)
         n, voltages = members.numbers(trailing=1), members.voltages(times, states)
         moving = zip(members.system.films, voltages, strict=True)
-        field = max(float(np.nanmax(film.state(states[..., 0], voltage, n).true_field)) for film, voltage in moving)
-        found["field"] = field / float(np.ravel(members.values["dielectric_strength"])[0])
+        fields = [film.state(states[..., 0], voltage, n).true_field for film, voltage in moving]
+        strength = float(np.ravel(members.values["dielectric_strength"])[0])
+        known = [float(np.nanmax(field)) for field in fields if np.isfinite(field).any()]
+        found |= {"field": max(known) / strength} if known else {}
     return found
 
 

@@ -1,0 +1,96 @@
+"""Components that do not ship, with parameters and states of their own, show without a line about them in the studio."""
+
+import json
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone import find_device
+from gelcone.devices.files import shipped_devices
+from gelcone.studio import exports, grids, look
+from gelcone.studio.frames import pack
+from gelcone.studio.grids import Source
+from gelcone.studio.setting import Setting, Shelf, names_in, typed
+
+DEVICES = {
+    "waveform": ('waveform = "tests.toys:ThreeHarmonics"', {"waveform.second_harmonic": "Drive"}),
+    "circuit": ('circuit = "tests.toys:FilteredVoltage"', {"circuit.filter_time": "Drive"}),
+    "states": ('bias = "tests.toys:TurningBias"', {"bias.wheel_growth": "Body", "bias.wheel_turning": "Body"}),
+    "film": ('film = {component = "tests.toys:PowerFilm", exponent = 1.4}', {"film.film_modulus": "Gel"}),
+}
+"""What is added to a device, and the groups of the controls that this brings."""
+
+
+@pytest.fixture(scope="module", params=DEVICES)
+def toy(request, tmp_path_factory):
+    """A studio that was started with such a device: its shelf, and the groups."""
+    line, groups = DEVICES[request.param]
+    text = shipped_devices()["biased-pump"].read_text(encoding="utf-8")
+    head, mark, rest = text.partition("[")  # before the first table
+    given = tmp_path_factory.mktemp("toy") / "mine.toml"
+    part = line.partition("=")[0]
+    others = "prestretch" if part == "film " else part  # a film of one's own has none
+    rows = [row for row in head.splitlines() if not row.startswith(part) and others not in row]
+    given.write_text("\n".join([*rows, line, ""]) + mark + rest)
+    return Shelf(given, names_in(find_device(given))), groups
+
+
+BASE = Setting(device="mine")
+
+
+def moved(shelf, name):
+    """The setting with a control moved by a twentieth of its range."""
+    control = next(c for c in shelf.controls(BASE) if c.name == name)
+    value = control.value + 0.05 * (control.high - control.low)
+    return Setting(device="mine", values={name: f"{value:.6g} {control.unit}".strip()})
+
+
+def test_its_parameters_are_controls_in_the_groups_of_their_parts(toy):
+    shelf, groups = toy
+    found = {control.name: control for control in shelf.controls(BASE)}
+    for name, group in groups.items():
+        control = found[name]
+        assert (control.kind, control.group) == ("number", group)
+        assert control.about
+        assert control.low <= control.value <= control.high
+        json.dumps(control.value)
+
+
+def test_a_control_moves_what_it_names_and_the_pictures_follow(toy):
+    shelf, groups = toy
+    plain = shelf.subject(BASE)
+    for name in groups:
+        subject = shelf.subject(moved(shelf, name))
+        own = name.partition(".")[2]
+        assert subject.model.values[own] != plain.model.values[own]
+        response = look.response(subject, 3)
+        assert np.isfinite(response.arrays["x"]).all()
+        assert not np.array_equal(response.arrays["x"], look.response(plain, 3).arrays["x"]) or own.startswith("wheel")
+        kind = look.kind(subject)
+        assert kind.words["lines"]
+        assert kind.words["numbers"]
+        assert len(look.spectrum(subject).arrays["amplitude"]) > 10
+        for parts in (response, kind, look.glance(subject)):
+            pack({"words": parts.words, "about": look.about(subject)}, parts.arrays)
+
+
+def test_it_is_swept_saved_and_repeated(toy):
+    shelf, groups = toy
+    name = next(iter(groups))
+    control = next(c for c in shelf.controls(BASE) if c.name == name)
+    over = grids.axis(shelf.controls(BASE), [name, control.low + 0.1, control.high], 3)
+    source = Source(shelf.path(BASE), None, {"settings": []})
+    found = grids.kinds(source, {name: over.texts(range(3))})
+    assert found["regime"].shape == (3,)
+    assert np.isfinite(found["low"]).any()
+    setting = moved(shelf, name)
+    wanted = exports.Wanted.read("simulate", {"periods": 3}, ())
+    subject = shelf.subject(setting)
+    result = exports.compute(subject, wanted)
+    again = gelcone.model_of(result)
+    assert again.values[name.partition(".")[2]] == subject.model.values[name.partition(".")[2]]
+    assert f"--set '{name}=" in exports.command(setting, wanted, shelf.called(setting)) or (
+        f"--set {name}=" in exports.command(setting, wanted, shelf.called(setting))
+    )
+    assert typed(setting)["settings"] == [f"{name}={setting.values[name]}"]
