@@ -1,4 +1,4 @@
-"""Components that do not ship, with parameters and states of their own, show without a line about them in the studio."""
+"""Components that do not ship, with parameters and states of their own, show in it without a line there."""
 
 import json
 
