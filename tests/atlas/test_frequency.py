@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import gelcone
 from gelcone.analyses.answer import result_json
 from gelcone.analyses.frequency import frequency_words
 from gelcone.analyses.request import Subject
+from gelcone.atlas import frequency as module
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.atlas.branches.branch import EventKind
 from gelcone.atlas.frequency import frequency
@@ -296,3 +298,17 @@ def test_a_sweep_leaves_a_rest_that_has_become_unstable():
     found = frequency(flat, [0.5, 1.0, 1.1], (0.0, 0.0))
     assert float(found["stroke"].sel(branch="up")[0]) < 1e-6
     assert float(found["stroke"].sel(branch="up")[2]) > 0.1
+
+
+def test_what_differs_from_a_peak_by_less_than_is_resolved_may_be_the_peak():
+    places, nearly = np.array([[1.0, 2.0, 3.0, 4.0, 5.0]]), 1.0 - 0.5 * module.RESOLVED
+    low, high = module._beside(places, np.array([[0.5, nearly, 1.0, nearly, 0.9]]), np.array([3.0]), np.array([1.0]))
+    assert (low.tolist(), high.tolist()) == ([1.0], [5.0])
+
+
+def test_the_bifurcation_behind_a_jump_lies_in_its_bracket_or_no_further_off_than_that_is_wide():
+    jumps = xr.Dataset({"jump_low": ("jump", [1.0, 1.4]), "jump_high": ("jump", [1.1, 1.5])})
+    events = xr.Dataset({"event_value": ("event", [1.15, 1.7]), "event_kind": ("event", np.array([3, 4]))})
+    found = jumps.assign(module._jump_events(jumps, events))
+    np.testing.assert_array_equal(found["jump_event"], [1.15, np.nan])
+    assert found["jump_event_kind"].values.tolist() == [3, -1]
