@@ -6,6 +6,7 @@ import os
 import random
 import socket
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -328,3 +329,12 @@ def test_requests_that_no_browser_sends_are_refused():
             assert got(method=method) == 405, method
     finally:
         running.close()
+
+
+def test_a_file_of_a_thousand_unknown_fields_is_refused_at_once_in_few_lines():
+    text = "\n".join(f"a{number}.b.c.d = 1" for number in range(1500))
+    began = time.monotonic()
+    with pytest.raises(InputError) as raised:
+        Shelf().subject(Setting.read({"file": text}))
+    assert time.monotonic() - began < 2.0
+    assert len(str(raised.value).splitlines()) < 60

@@ -1,4 +1,4 @@
-"""Components that do not ship, with parameters and states of their own, show in it without a line there."""
+"""Components of one's own, with parameters and states, show in the studio without a line in its sources."""
 
 import json
 

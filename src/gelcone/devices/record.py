@@ -6,6 +6,7 @@ import difflib
 import inspect
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, ClassVar
 
 import numpy as np
@@ -94,6 +95,10 @@ class Field:
         return " to ".join(format_si(end, self.unit) for end in self.typical)
 
 
+MOST_UNKNOWN = 20
+"""Names that are not fields which an error lists: those that are meant are searched for each."""
+
+
 class FieldErrors(FieldError):
     """Several errors about fields, a line each; ``errors`` holds them."""
 
@@ -130,7 +135,8 @@ class Record:
 
     def __init__(self, /, **values: Any) -> None:
         given = {name: value for name, value in values.items() if value is not None}
-        errors = [self.unknown(name) for name in given if name not in self.fields]
+        unknown = (name for name in given if name not in self.fields)
+        errors = [self.unknown(name) for name in islice(unknown, MOST_UNKNOWN)]
         meant = {name for error in errors for name in error.meant}
         for name, field in self.fields.items():
             if name not in given:

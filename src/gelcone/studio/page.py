@@ -87,8 +87,9 @@ class Page:
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             for task in done:
-                with suppress(WebSocketDisconnect):
-                    task.result()
+                if not task.cancelled():  # as what waits for a thread is, once the page has ended
+                    with suppress(WebSocketDisconnect):
+                        task.result()
         finally:
             for task in tasks:
                 task.cancel()
@@ -349,6 +350,7 @@ class Page:
                 raise InputError(f"the picture takes more than {RUN_SECONDS:g} s") from None
             finally:
                 limit.cancel()
+                watch.stop.set()  # also where another one is asked for
             head = {"kind": "glance", "id": request["id"], "words": parts.words, "about": about}
             await self.send(head, parts.arrays)
 
