@@ -13,7 +13,7 @@ from gelcone.analyses.request import Subject
 from gelcone.atlas import frequency as module
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.atlas.branches.branch import EventKind
-from gelcone.atlas.frequency import frequency
+from gelcone.atlas.frequency import SPAN, _around_resonance, frequency
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.linear import equilibrium_under_bias, small_signal_response
@@ -312,3 +312,20 @@ def test_the_bifurcation_behind_a_jump_lies_in_its_bracket_or_no_further_off_tha
     found = jumps.assign(module._jump_events(jumps, events))
     np.testing.assert_array_equal(found["jump_event"], [1.15, np.nan])
     assert found["jump_event_kind"].values.tolist() == [3, -1]
+
+
+def test_the_default_frequencies_are_closer_where_the_stroke_bends():
+    """Between them the line is far nearer to the motion than between the even ones, whose strokes stay as they are."""
+    model = ConeModel(damping_ratio=0.02, rest_height=0.5, voltage=0.05, voltage_bias=0.2)
+    found = frequency(model)
+    known = found["drive_frequency"].values
+    even = _around_resonance(model)
+    coarse = frequency(model, even)
+    own = np.isin(known, coarse["drive_frequency"].values)
+    assert own.sum() == SPAN[2] < known.size
+    for name in ("stroke", "harmonic_phase", "validity_error"):
+        np.testing.assert_array_equal(found[name].isel(drive_frequency=own).values, coarse[name].values)
+    middle = np.sqrt(even[1:] * even[:-1])
+    truth = gelcone.settled(model.replace(drive_frequency=middle))["stroke"].values
+    off = [np.abs(np.interp(middle, r["drive_frequency"], r["stroke"][0]) - truth).max() for r in (found, coarse)]
+    assert off[0] < 0.01 * truth.max() < 0.1 * truth.max() < off[1]

@@ -1,22 +1,51 @@
 """How far long work is, on a stream that is no terminal."""
 
+import io
+import re
+import time
+
 import numpy as np
 import pytest
 
 import gelcone
+from gelcone.atlas.record import Tally
 from gelcone.cli import output
 
 
-def test_a_pipe_gets_a_line_now_and_then(monkeypatch, capsys):
-    clock = iter([0.0, 1.0, 25.0, 30.0, 50.0])
-    monkeypatch.setattr(output.time, "monotonic", lambda: next(clock))
-    say = output.progress_lines("static")
-    for _ in range(4):
-        say(0.25)
-    assert capsys.readouterr().err.splitlines() == [
-        "static: 50 % after 25 s, 25 s left",
-        "static: 100 % after 50 s, 0 s left",
-    ]
+def test_a_pipe_gets_a_line_now_and_then_also_without_news(monkeypatch, capsys):
+    monkeypatch.setattr(output, "LOG_SECONDS", 0.05)
+    with output.progress_lines("static") as report:
+        time.sleep(0.12)
+        report(0.25)
+        time.sleep(0.12)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "static: 0 % after 0 s"
+    assert re.fullmatch(r"static: 25 % after 0 s, \d s left", lines[-1])
+    assert len(lines) >= 3
+    time.sleep(0.12)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_sweep_is_reported_before_its_first_cell(monkeypatch, capsys):
+    monkeypatch.setattr(output, "LOG_SECONDS", 0.05)
+    with output.tally_shown("sweep") as show:
+        time.sleep(0.12)
+        show(Tally(8, asked=8, computed=2, seconds=1.0))
+        time.sleep(0.12)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "sweep: no cell yet after 0 s"
+    assert lines[-1].startswith("sweep: 2 of 8 cells, 2 a second, 3 s left")
+
+
+@pytest.mark.parametrize("shown", ["progress_bar", "tally_shown"])
+def test_a_bar_on_a_terminal_moves_without_news(shown, monkeypatch):
+    monkeypatch.setattr(output, "BAR_SECONDS", 0.05)
+    screen = io.StringIO()
+    screen.isatty = lambda: True
+    monkeypatch.setattr(output.sys, "stderr", screen)
+    with getattr(output, shown)("static"):
+        time.sleep(0.3)
+    assert screen.getvalue().count("static:") >= 3
 
 
 @pytest.mark.parametrize("work", ["static", "bifurcation", "simulate"])

@@ -170,10 +170,11 @@ def test_the_strip_changes_colour_where_bisection_found_the_threshold(branch, bo
 
 
 def test_thresholds_are_intervals_on_their_row_and_through_the_panels():
+    """A wide one is a bar at the foot of its row, above which the regime shows."""
     panels, data = [blank(), blank(), blank()], diagram()
     thresholds(data, panels)
     strips = np.concatenate([corners(c) for c in panels[2].collections])
-    np.testing.assert_allclose(strips, [[1.2, 1.4, -0.5, 0.5], [2.5, 2.7, 0.5, 1.5]])
+    np.testing.assert_allclose(strips, [[1.2, 1.4, 0.35, 0.5], [2.5, 2.7, 1.35, 1.5]])
     for axes in panels[:2]:
         assert [(p.get_x(), p.get_x() + p.get_width()) for p in axes.patches] == [
             pytest.approx((1.2, 1.4)),

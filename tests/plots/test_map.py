@@ -158,3 +158,13 @@ def test_a_computed_map_is_drawn_with_failed_cells_in_si_and_where_all_failed(tm
     lost = found.copy(deep=True)
     lost["outcome"][:], lost[EXPONENT][:] = Outcome.STEP_LIMIT, np.nan
     assert "run failed" in texts(map_figure(lost))
+
+
+def test_cells_that_are_not_computed_yet_are_in_the_legend():
+    data = cells()
+    for first, shown in ((0, True), (1, False)):
+        status = np.ones(data["regime"].shape, dtype=int)
+        status[0, 0] = first
+        figure = map_figure(data.assign(status=(data["regime"].dims, status)))
+        words = [text.get_text() for axes in figure.axes if axes.get_legend() for text in axes.get_legend().get_texts()]
+        assert ("not computed yet" in words) == shown

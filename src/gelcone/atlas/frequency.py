@@ -40,6 +40,10 @@ if TYPE_CHECKING:
 BRANCHES = ("up", "down")
 SPAN = (0.1, 3.0, 81)
 """Frequencies over the natural one where none are given: from, to, how many."""
+FILLED = 7
+"""Frequencies that are added in an interval next to a bend."""
+BENT = 0.01
+"""The stroke bends where it is off the line between its neighbours by this share of the largest one."""
 DIFFERENT = 0.02
 """Sweeps differ where their strokes do by this share of the larger one, or more."""
 NEGLIGIBLE = 1e-3
@@ -92,7 +96,7 @@ def frequency(
     model : one actuator, or an ensemble of one dimension, with damping; the frequencies replace its own.
     frequencies : angular drive frequencies, positive and increasing, at least two: shape (frequencies,), or (members,
         frequencies) for members with frequencies of their own. Default for one actuator: 81, evenly on a log scale,
-        from a tenth to three times its natural frequency under the bias.
+        from a tenth to three times its natural frequency under the bias, and more where the stroke bends.
     initial : displacement and velocity from which each sweep starts, shape (2,) or (members, 2). Default (1, 0).
     branches : whether branches of periodic orbits, stable and unstable, are followed too, see `continue_branch`; of
         one actuator. Default no.
@@ -134,9 +138,7 @@ def frequency(
             f"branches: belong to one actuator, not to an ensemble of shape {model.shape}; take one member"
         )
     counted = weighted(progress, SWEEPS_SHARE if branches else 1.0)
-    if frequencies is None:
-        frequencies = _around_resonance(model)
-    grid = _grid(model, frequencies)
+    grid = _grid(model, _around_resonance(model) if frequencies is None else frequencies)
     flat = model.members()
     members = np.repeat(np.arange(flat.size), len(BRANCHES))
     states = start_states(model, initial)[members]
@@ -148,7 +150,10 @@ def frequency(
     jumps = _jumps(flat, grid, _by_branch(swept), falls, weighted(counted, 0.1), search)
     options = {"initial": np.asarray(initial, dtype=float).tolist(), "nudge": NUDGE} | search
     del options["threads"]
-    shared = np.ndim(frequencies) < 2
+    shared = frequencies is None or np.ndim(frequencies) < 2
+    if frequencies is None:
+        grids, swept = _bends_filled(both, grids, swept, states, search)
+        grid = grids[:1]
     result = _label(model, grid, shared, _by_branch(swept), peaks, options)
     result = result.assign(_jump_variables(jumps, bool(model.shape)))
     if not branches:
@@ -201,6 +206,40 @@ def _sweep(
     swept = walked.reached.take(by_frequency)
     _look_at_all(model, grids, swept, search)
     return swept, walked.falls.take(by_frequency), walked.trail
+
+
+def _bends_filled(
+    model: Members, grids: Array, swept: Swing, initial: Array, search: dict[str, Any]
+) -> tuple[Array, Swing]:
+    """Frequencies and swings of an actuator's two sweeps with `FILLED` more in each interval next to a bend of either,
+    which begin on the motion that the sweep has on the side where it comes from."""
+    amplitude, log = np.nan_to_num(swept.amplitude), np.log(grids[0])
+    share = (log[1:-1] - log[:-2]) / (log[2:] - log[:-2])
+    off = np.abs(amplitude[:, 1:-1] - (1.0 - share) * amplitude[:, :-2] - share * amplitude[:, 2:])
+    bent = (off > BENT * max(amplitude.max(), REST_TOLERANCE)).any(axis=0)
+    wanted = np.flatnonzero(np.append(bent, False) | np.insert(bent, 0, False))
+    if not wanted.size:
+        return grids, swept
+    places = (np.arange(FILLED) + 1.0) / (FILLED + 1.0)
+    inner = np.exp(log[wanted, None] + np.diff(log)[wanted, None] * places)
+    branch, interval = (part.ravel() for part in np.indices((len(BRANCHES), wanted.size)))
+    down = branch == BRANCHES.index("down")
+    ways = np.where(down[:, None], inner[interval][:, ::-1], inner[interval])
+    start = swept.final[branch, wanted[interval] + down]
+    start = np.where(np.isnan(start), initial[branch], start)
+    step = np.where(down[:, None], np.arange(FILLED)[::-1], np.arange(FILLED))
+    walked = walk(model.take(branch), ways, start, None, search).reached
+    found = walked.take((np.arange(branch.size)[:, None], step))
+    _look_at_all(model.take(branch), inner[interval], found, search)
+    every = np.concatenate([grids[0], inner.ravel()])
+    order = np.argsort(every)
+
+    def joined(values: Any, more: Any) -> Any:
+        own = more.reshape(len(BRANCHES), -1, *more.shape[2:])
+        return np.concatenate([values, own], axis=1)[:, order]
+
+    parts = {name: joined(values, vars(found)[name]) for name, values in vars(swept).items()}
+    return np.tile(every[order], (len(BRANCHES), 1)), Swing(**parts)
 
 
 def _look_at_all(model: Members, grids: Array, swept: Swing, search: dict[str, Any]) -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
+import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
     from gelcone.analyses.request import Subject
     from gelcone.atlas.record import Tally
 
+BAR_SECONDS = 1.0
+"""Time after which a bar on a terminal is drawn again, whether or not there is news."""
 LOG_SECONDS = 20.0
 """Time between two lines about a run that is not watched on a terminal."""
 
@@ -62,50 +66,72 @@ def print_json(content: dict[str, Any]) -> None:
 def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
     """Takes shares of the work; a bar on a terminal, else a line on the error stream now and then."""
     if not sys.stderr.isatty():
-        yield progress_lines(label)
+        with progress_lines(label) as report:
+            yield report
         return
     from tqdm import tqdm
 
     form = "{l_bar}{bar}| {elapsed}<{remaining}"
-    with tqdm(total=1.0, desc=label, leave=False, bar_format=form, delay=0.5) as bar:
+    bar = tqdm(total=1.0, desc=label, leave=False, bar_format=form, delay=0.5, smoothing=0.0)
+    with bar, ticking(bar.refresh, BAR_SECONDS):
         yield lambda share: bar.update(share)
 
 
-def progress_lines(label: str) -> Callable[[float], None]:
-    """Takes shares of the work and says every `LOG_SECONDS` how far it is, on the error stream."""
-    begun = said = time.monotonic()
-    done = 0.0
+@contextmanager
+def progress_lines(label: str) -> Iterator[Callable[[float], None]]:
+    """Takes shares of the work and reports every `LOG_SECONDS` how far it is, on the error stream."""
+    begun, done = time.monotonic(), 0.0
 
-    def say(share: float) -> None:
-        nonlocal said, done
+    def report(share: float) -> None:
+        nonlocal done
         done += share
-        now = time.monotonic()
-        if now - said > LOG_SECONDS:
-            said = now
-            left = f", {(now - begun) * (1.0 / done - 1.0):.0f} s left" if done else ""
-            click.echo(f"{label}: {100.0 * done:.0f} % after {now - begun:.0f} s{left}", err=True)
 
-    return say
+    def say() -> None:
+        spent = time.monotonic() - begun
+        left = f", {spent * (1.0 / done - 1.0):.0f} s left" if 0.0 < done < 1.0 else ""
+        click.echo(f"{label}: {100.0 * done:.0f} % after {spent:.0f} s{left}", err=True)
+
+    with ticking(say, LOG_SECONDS):
+        yield report
+
+
+@contextmanager
+def ticking(say: Callable[[], object], seconds: float) -> Iterator[None]:
+    """Calls ``say`` every so often during other work, however long that takes without a report of its own."""
+    stop = threading.Event()
+
+    def tick() -> None:
+        while not stop.wait(seconds):
+            say()
+
+    thread = threading.Thread(target=tick, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
 
 
 @contextmanager
 def tally_shown(label: str) -> Iterator[Callable[[Tally], None]]:
     """How far a sweep is, on the error stream: a bar on a terminal, else a line now and then."""
     if not sys.stderr.isatty():
-        said = time.monotonic()
+        begun = time.monotonic()
+        known: deque[Tally] = deque(maxlen=1)
 
-        def say(tally: Tally) -> None:
-            nonlocal said
-            if time.monotonic() - said > LOG_SECONDS:
-                said = time.monotonic()
-                click.echo(f"{label}: {tally_text(tally)}", err=True)
+        def say() -> None:
+            text = tally_text(known[-1]) if known else f"no cell yet after {time.monotonic() - begun:.0f} s"
+            click.echo(f"{label}: {text}", err=True)
 
-        yield say
+        with ticking(say, LOG_SECONDS):
+            yield known.append
         return
     from tqdm import tqdm
 
     form = "{l_bar}{bar}| {n_fmt}/{total_fmt} cells [{elapsed}<{remaining}, {rate_fmt}{postfix}]"
-    with tqdm(desc=label, leave=False, bar_format=form, unit="cells", delay=0.5) as bar:
+    bar = tqdm(desc=label, leave=False, bar_format=form, unit="cells", delay=0.5, smoothing=0.0)
+    with bar, ticking(bar.refresh, BAR_SECONDS):
 
         def show(tally: Tally) -> None:
             bar.total, bar.n, bar.initial = tally.asked, tally.computed, tally.found

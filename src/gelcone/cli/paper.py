@@ -13,7 +13,7 @@ import click
 
 from gelcone.analyses.answer import bare_answer
 from gelcone.cli.options import json_parameter
-from gelcone.cli.output import print_json
+from gelcone.cli.output import BAR_SECONDS, print_json, ticking
 
 if TYPE_CHECKING:
     from gelcone.paper.report import JudgedClaim
@@ -74,7 +74,8 @@ def progress_bar(hidden: bool) -> Iterator[Callable[[str, float], None]]:
 
     disable = True if hidden or not sys.stderr.isatty() else None
     form = "{bar:24}| {percentage:3.0f} % {elapsed}, {remaining} left: {desc}"
-    with tqdm(total=1.0, disable=disable, leave=False, bar_format=form, smoothing=0.0) as bar:
+    bar = tqdm(total=1.0, disable=disable, leave=False, bar_format=form, smoothing=0.0)
+    with bar, ticking(bar.refresh, BAR_SECONDS):
 
         def progress(label: str, share: float) -> None:
             bar.set_description_str(label, refresh=share == 0.0)

@@ -27,6 +27,7 @@ from gelcone.plots.style import (
     GREY,
     ORANGE,
     PURPLE,
+    REST_ROOM,
     SKY,
     VERMILION,
     YELLOW,
@@ -48,8 +49,8 @@ FIXED_MARKERS = ("o", "s", "D", "P", "X")
 SMALLEST_SHAPE = 1.5
 PALE = 0.6
 """Share of white in the colour of points at which the model does not hold."""
-REST_ROOM = 1e-6
-"""What is shown beside 0 where nothing moves farther."""
+NARROW = 0.01
+"""Share of the parameter's range up to which the interval of a threshold is a line."""
 MOST_LINES = 12
 """Thresholds are drawn through all panels up to this many; more are only marked on the strip of their branch."""
 
@@ -249,10 +250,13 @@ def thresholds(diagram: xr.Dataset, panels: list[Axes]) -> None:
     styles = branch_styles(diagram)
     rows = {str(b): i for i, b in enumerate(diagram["branch"].values)}
     count = diagram.sizes["threshold"]
+    across = float(np.ptp(diagram[diagram.attrs["parameter"]].values))
     for i in range(count):
         branch = str(diagram["threshold_branch"].values[i])
         low, high = float(diagram["threshold_low"][i]), float(diagram["threshold_high"][i])
-        panels[2].fill_betweenx([rows[branch] - 0.5, rows[branch] + 0.5], low, high, color=BLACK, lw=0.8)
+        # a wide interval is a bar at the foot of its row, so that the regimes stay visible
+        top = rows[branch] - 0.5 if high - low < NARROW * across else rows[branch] + 0.35
+        panels[2].fill_betweenx([top, rows[branch] + 0.5], low, high, color=BLACK, lw=0.8)
         if count <= MOST_LINES:
             for axes in panels[:2]:
                 axes.axvspan(low, high, color=styles[branch][0], alpha=0.5, lw=0.8, zorder=0.5)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.codes import Outcome, Regime
-from gelcone.plots.style import BLACK, BLUE, CYCLE, GREEN, GREY, VERMILION, axis_label, log_ticks, styled
+from gelcone.plots.style import BLACK, BLUE, CYCLE, GREEN, GREY, VERMILION, axis_label, log_ticks, say, styled
 from gelcone.words import unit_of
 
 if TYPE_CHECKING:
@@ -140,11 +140,6 @@ def window_yield(envelope: xr.Dataset, axes: Axes) -> None:
         say(axes, "no window")
     elif (envelope["window_regime"].values == Regime.REST).all():
         say(axes, "the film stays at rest")
-
-
-def say(axes: Axes, words: str) -> None:
-    """Writes words in place of a curve."""
-    axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=GREY)
 
 
 def twin_curves(axes: Axes, x: np.ndarray, left: xr.DataArray, name: str, right: xr.DataArray, other_name: str) -> None:

@@ -18,7 +18,7 @@ from gelcone.plots.branches import (
     flags,
     stability_parts,
 )
-from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, axis_label, log_ticks, styled
+from gelcone.plots.style import BLACK, BLUE, GREY, REST_ROOM, VERMILION, axis_label, log_ticks, say, styled
 from gelcone.words import event_label, failed_in_words, kinds_of_motion
 
 if TYPE_CHECKING:
@@ -99,12 +99,19 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
                 label=f"{label}, swept {branch}" if bool(which.any()) else None,
             )
         peak = 2.0 * own["peak_amplitude"]
-        axes.plot(own["peak_frequency"], peak, "D", ms=5.0, mfc="none", mec=look["color"], label=f"highest, {branch}")
+        peak = peak.where(peak > REST_ROOM)
+        named = f"highest, {branch}" if bool(peak.notnull().any()) else None
+        axes.plot(own["peak_frequency"], peak, "D", ms=5.0, mfc="none", mec=look["color"], label=named)
     axes.plot(frequency, response["linear_stroke"], **LINEAR, label="linear theory")
     arrows(response, axes)
     top = float(np.nanmax([*response["stroke"].values.ravel(), *(2.0 * response["peak_amplitude"].values)]))
     # An unbounded linear resonance would compress everything else.
-    axes.set_ylim(0.0, 1.1 * top if top > 0.0 else None)
+    if top > REST_ROOM:
+        axes.set_ylim(0.0, 1.1 * top)
+    else:
+        axes.set_ylim(0.0, 1.0)
+        axes.set_yticks([0.0])
+        say(axes, "the disc stays at rest")
     axes.set_ylabel(axis_label(response["stroke"], "stroke, peak to peak"))
 
 

@@ -19,7 +19,7 @@ from gelcone.plots.regime import (
     mark_invalid,
     regime_cells,
 )
-from gelcone.plots.style import coordinate_axis, styled
+from gelcone.plots.style import GREY, coordinate_axis, styled
 from gelcone.quantity import Array
 from gelcone.words import rate_unit
 
@@ -39,6 +39,8 @@ def map_figure(cells: xr.Dataset, lines: Lines | None = None) -> Figure:
 
     ``lines`` are drawn over both, for example where rest loses its stability.
     """
+    from matplotlib.patches import Patch
+
     axes_names(cells)
 
     def draw(figure: Figure) -> None:
@@ -52,6 +54,8 @@ def map_figure(cells: xr.Dataset, lines: Lines | None = None) -> Figure:
         handles = cell_legend(regime, failed, flagged, cells["outcome"])
         handles += invalid_legend(invalid_cells(cells, *reversed(axes_names(cells))), failed)
         handles += right.get_legend_handles_labels()[0]
+        if "status" in cells and not cells["status"].all():
+            handles.append(Patch(facecolor="white", edgecolor=GREY, lw=0.6, label="not computed yet"))
         right.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
     return styled(7.2, 2.9, draw, cells)

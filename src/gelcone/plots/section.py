@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.plots.response import members, picked
-from gelcone.plots.style import CYCLE, axis_label, styled
+from gelcone.plots.style import CYCLE, REST_ROOM, axis_label, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,5 +110,6 @@ def set_room(axes: Axes, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64])
         finite = values[np.isfinite(values)]
         low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
         largest = max(abs(low), abs(high))
-        half = max(0.54 * (high - low), 0.1 * largest if high - low < 1e-3 * largest else 0.0) or 1.0
+        half = max(0.54 * (high - low), 0.1 * largest if high - low < 1e-3 * largest else 0.0)
+        half = half if half > REST_ROOM else 1.0
         set_limits(0.5 * (low + high) - half, 0.5 * (low + high) + half)

@@ -39,6 +39,15 @@ STYLE: Any = {
 _HASHED = re.compile(r'id="([a-z][0-9a-f]{10})"')
 
 
+REST_ROOM = 1e-6
+"""What moves less than this is drawn as a rest, and not magnified."""
+
+
+def say(axes: Axes, words: str) -> None:
+    """Write words in place of a curve."""
+    axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=GREY)
+
+
 def styled(width: float, height: float, draw: Callable[[Figure], None], result: xr.Dataset | None = None) -> Figure:
     """A figure of the given size in inches, drawn in gelcone's style and without pyplot's global state; with the name
     of the ``result``'s device as title, if one is given."""

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.codes import Regime
 from gelcone.errors import InputError
-from gelcone.plots.regime import edges
-from gelcone.plots.style import BLUE, axis_label, coordinate_axis, styled
+from gelcone.plots.regime import cell_legend, edges, mark_failed
+from gelcone.plots.style import BLUE, GREY, axis_label, coordinate_axis, styled
 from gelcone.plots.values import values_figure
 from gelcone.words import unit_of
 
@@ -158,17 +159,27 @@ def _slices(result: xr.Dataset, values: xr.DataArray) -> Figure:
 
 
 def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
-    rows = -(-len(shown) // 2)
+    from matplotlib.patches import Patch
+
+    rows, failed = -(-len(shown) // 2), result["outcome"] > 0
 
     def draw(figure: Figure) -> None:
         panels = figure.subplots(rows, 2, squeeze=False).ravel()
+        handles = cell_legend(np.full(failed.shape, len(Regime)), failed.values, np.zeros(1), result["outcome"])
         for axes, (name, values) in zip(panels, shown.items(), strict=False):
             _cells(values.where(np.isfinite(values)), result, axes, "viridis")
+            x, y = map(str, values.dims)
+            mark_failed(axes, edges(result[x]), edges(result[y]), failed.transpose(y, x).values)
+            blank = bool((values.isnull() & ~failed).any())
             axes.set_title(axis_label(result[name], name.replace("_", " ")), loc="left")
+            handles += [Patch(facecolor="white", edgecolor=GREY, lw=0.6, label="white: no value")] if blank else []
         for axes in panels[len(shown) :]:
             axes.remove()
+        if handles:
+            told = {handle.get_label(): handle for handle in handles}
+            figure.legend(handles=list(told.values()), loc="outside lower center", ncols=3)
 
-    return styled(7.2, 0.4 + 2.5 * rows, draw)
+    return styled(7.2, 0.4 + 2.5 * rows + 0.3, draw)
 
 
 def any_figure(cells: xr.Dataset) -> Figure:
