@@ -65,7 +65,9 @@ def test_motions_are_finite_and_inside_their_extent(studies, name):
     exempt = {"zero_one", "finite_time", "finite_exponent"}
     for variable in (str(v) for v in study.data_vars if str(v) not in exempt):
         if variable.startswith(("late_", "window_", "section_", "early_", "displacement", "velocity", "finite")):
-            assert np.isfinite(study[variable].values).all(), variable
+            known = np.isfinite(study[variable].values)
+            # a taut cone does not stand for a membrane, which could pull in before it
+            assert known.all() or (variable.endswith("beyond_membrane") and not known.any()), variable
     for window, prefix in (("window", ""), ("late", "late_")):
         x = study[f"{prefix}displacement"]
         assert (x.max(f"{prefix}time") == study[f"{window}_highest"]).all()

@@ -170,8 +170,8 @@ def test_a_class_inside_a_function_cannot_be_found_again():
 
 def test_a_class_of_another_kind_is_refused():
     text = message("gelcone.physics.laws:Gent")
-    assert text == "bias 'gelcone.physics.laws:Gent': is no bias; derive its class from gelcone.Bias"
-    assert "is no class; give the component itself" in message("gelcone.physics.bias:BIASES")
+    assert text == "bias 'gelcone.physics.laws:Gent': is not a bias; derive its class from gelcone.Bias"
+    assert "is not a class; give the component itself" in message("gelcone.physics.bias:BIASES")
 
 
 def test_numbers_that_do_not_fit_the_class_are_refused():

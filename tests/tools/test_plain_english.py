@@ -48,3 +48,10 @@ def test_public_names_have_docstrings_and_private_ones_need_none(tmp_path):
     source = "class Thing:\n    def run(self): ...\n    def _own(self): ...\n\n\ndef _help(): ...\n"
     reasons = [reason for _, reason in found(tmp_path, source)]
     assert reasons == ["the module has no docstring", "Thing has no docstring", "run has no docstring"]
+
+
+def test_a_method_inherits_the_docstring_of_its_base(tmp_path):
+    law = (
+        '"""Module."""\n\n\nclass Own(Gent):\n    """A law."""\n\n    def energy(self): ...\n    def other(self): ...\n'
+    )
+    assert [reason for _, reason in found(tmp_path, law)] == ["other has no docstring"]

@@ -40,7 +40,7 @@ FILM_SAMPLES = 401
 
 
 class PullIn(IntEnum):
-    """How the equilibrium followed on a slow voltage ramp is lost."""
+    """Ways in which the equilibrium on a slow voltage ramp is lost."""
 
     NEVER = 0
     PITCHFORK = 1
@@ -93,6 +93,7 @@ class StaticBalance:
 
     @property
     def reachable(self) -> bool:
+        """Whether any displacement can be reached."""
         return self.lowest < self.highest
 
     @cached_property
@@ -129,6 +130,7 @@ class StaticBalance:
         return {side: list(itertools.pairwise(x)) for side, x in ends.items()}
 
     def inside(self, x: Array) -> npt.NDArray[np.bool_]:
+        """Whether the film can be held at displacements."""
         return (np.abs(x) >= self.lowest) & (np.abs(x) <= self.highest)
 
     def force(self, x: Any, squared: Any) -> Any:
@@ -148,7 +150,7 @@ class StaticBalance:
             return self.inside(x) & ~np.asarray(self.system.pulled_in(x, squared, self.n))
 
     def voltage_force(self, x: Any, squared: Any) -> Any:
-        """What the voltage takes from the force."""
+        """The part of the force that the voltage takes away."""
         with np.errstate(all="ignore"):
             return self.system.film.voltage_force(np.float64(x), np.asarray(squared), [], self.n)
 
@@ -257,10 +259,13 @@ def root_on_segment(balance: StaticBalance, squared: float, segment: tuple[float
 
 
 def same_squared(a: Any, b: Any) -> Any:
+    """Whether two squared voltages agree but for rounding."""
     return np.abs(a - b) <= ROUNDING * (1.0 + np.abs(b))
 
 
 class Equilibrium(NamedTuple):
+    """A displacement at which the forces balance, the slope of the force there, and whether it is stable."""
+
     displacement: float
     slope: float
     stable: bool

@@ -1,4 +1,4 @@
-"""What acts on the disc besides the film: springs, a buckled beam, weight, a constant force, and several together."""
+"""Forces on the disc other than the film's: springs, a buckled beam, weight, a constant force, and several together."""
 
 from __future__ import annotations
 
@@ -192,6 +192,7 @@ class Together(Bias):
 
     @property
     def states(self) -> tuple[State, ...]:  # type: ignore[override]
+        """The states of all parts."""
         return tuple(state for part in self.parts for state in part.states)
 
     @property
@@ -236,7 +237,7 @@ class Together(Bias):
         return np.logical_and.reduce([np.asarray(part.odd(n)) for part in self.parts])
 
     def free_height(self, n: Numbers) -> Any:
-        """Near the first's, where the others' pull shifts it to, as far as its stiffness tells."""
+        """Near the first's, where the others' pull shifts it to, as far as its stiffness shows."""
         first = self.parts[0].free_height(n)
         force, slope = self.force(np.asarray(first, dtype=float), [], n)
         with np.errstate(divide="ignore", invalid="ignore"):

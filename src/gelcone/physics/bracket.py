@@ -13,7 +13,7 @@ import numpy as np
 RESOLVED = 2.0 * sys.float_info.epsilon
 """Share of a root within which its bracket ends."""
 BESIDE = 1e-6
-"""Share of a bracket beside a sign change at which a pole is far smaller than at the change."""
+"""Share of a bracket next to a sign change at which a pole is far smaller than at the change."""
 SMALLER = 1e-3
 MOST_STEPS = 2000
 """More than bisection takes from the largest double to the smallest."""
@@ -23,7 +23,7 @@ def rise(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
     """Where ``function`` of an array rises through zero between ``low`` and ``high`` (arrays of one shape); the end
     where it does not. It may jump and be infinite. Each element goes its own way.
 
-    Raises `ArithmeticError` for a value that is no number inside a bracket.
+    Raises `ArithmeticError` for a value that is not a number inside a bracket.
     """
     a, b = np.array(low, dtype=float), np.array(high, dtype=float)  # a bracket, a its newer end
     with np.errstate(all="ignore"):
@@ -61,7 +61,7 @@ def sign_changes(function: Callable[[Any], Any], a: Any, b: Any) -> Any:
     """Points between ``a`` and ``b`` (arrays of one shape) where ``function`` of an array changes sign; NaN where it
     has one sign at both, or changes it through a pole.
 
-    Raises `ArithmeticError` for a value that is no number inside a bracket.
+    Raises `ArithmeticError` for a value that is not a number inside a bracket.
     """
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     low, high = np.minimum(a, b), np.maximum(a, b)
@@ -77,7 +77,7 @@ def sign_changes(function: Callable[[Any], Any], a: Any, b: Any) -> Any:
 def sign_change(function: Callable[[float], SupportsFloat], a: float, b: float) -> float:
     """A point between ``a`` and ``b``, at which ``function`` of one number has different signs, where it changes sign.
 
-    Raises `ArithmeticError` for a value that is no number, where the signs at the ends are equal, and at a pole.
+    Raises `ArithmeticError` for a value that is not a number, where the signs at the ends are equal, and at a pole.
     """
     found = float(sign_changes(lambda x: np.float64(function(float(x))), a, b))
     if found != found:

@@ -23,7 +23,7 @@ LOSSES = ("resistor", "leak")
 
 @dataclass(frozen=True)
 class Port:
-    """What a circuit is connected to: the ``command``, and the films on which it puts a voltage, in parallel.
+    """The connections of a circuit: the ``command``, and the films on which it puts a voltage, in parallel.
 
     ``displacement`` and ``velocity`` are those of the disc. All values are over the scales of the model; a capacitance
     over that of the flat film (C0 = eps pi (b^2 - a^2)/H), a current over C0 Phi0 Omega0.
@@ -97,13 +97,14 @@ class Port:
 
 
 class Circuit(Component):
-    """What turns the commanded voltage into that on the film.
+    """A circuit turns the commanded voltage into that on the film.
 
     A new one supplies `voltage`, and `rates` for the ``states`` that it adds; `gain` where it is linear and its gain is
     not 1. A state may be the film's charge, whose rate is the current (`Port.voltage` gives the voltage), or its
     voltage, whose rate is `Port.voltage_rate`. Where its law changes, as at a limit, it lists ``borders``: the value of
-    each is ``value(port, y, n, xp)``, and its switch, one of the circuit's `numbers`, tells the sides (see `Border`).
-    A circuit with states or borders has the period of the voltage itself, since these follow the voltage's sign.
+    each is ``value(port, y, n, xp)``, and its switch, one of the circuit's `numbers`, has the sign of the side (see
+    `Border`). A circuit with states or borders has the period of the voltage itself, since these follow the voltage's
+    sign.
     """
 
     borders: tuple[Border, ...] = ()

@@ -118,7 +118,7 @@ def from_record(kind: str, record: Any, shipped: Mapping[str, C], base: type[C])
     elif ":" in name:
         own = _imported(kind, name)
         if not issubclass(own, base):
-            raise InputError(f"{kind} {name!r}: is no {kind}; derive its class from gelcone.{base.__name__}")
+            raise InputError(f"{kind} {name!r}: is not a {kind}; derive its class from gelcone.{base.__name__}")
         permission.check_data(kind, name, {f.name: fields[f.name] for f in _fields(own) if f.name in fields})
     else:
         raise unknown_name(kind, name, shipped)
@@ -161,8 +161,8 @@ def _value(data: Any) -> Any:
 
 
 def names_of(component: Component) -> set[str]:
-    """What `gelcone.permission` must allow for a component and its parts to be read: the names of their classes in
-    files, ``"module:Class"``, and their records."""
+    """The permissions of `gelcone.permission` without which a component and its parts are not read: the names of their
+    classes in files, ``"module:Class"``, and their records."""
     data = {f.name: getattr(component, f.name) for f in _fields(component)}
     own, parts = _class_name(component), [part for value in data.values() for part in _flat(value)]
     plain = permission.record(own, {name: _plain(value) for name, value in data.items()})
@@ -192,5 +192,5 @@ def _imported(kind: str, name: str) -> type[Any]:
             "that Python finds (in this folder or on PYTHONPATH) under that name"
         ) from None
     if not isinstance(found, type):
-        raise InputError(f"{kind} {name!r}: is no class; give the component itself")
+        raise InputError(f"{kind} {name!r}: is not a class; give the component itself")
     return found

@@ -87,7 +87,7 @@ class Waveform(Component):
         return n["voltage"] * speed * self.shape_rate(phase, self._at(tau, phase, n, xp), xp)
 
     def _at(self, tau: Any, phase: Any, n: Numbers, xp: Any) -> Numbers:
-        """The numbers with the place between corners; a program is told its last corner, and the others count."""
+        """The numbers with the place between corners; programs receive the last corner, NumPy formulas compute it."""
         if not self.corners:
             return n
         if traced(xp):

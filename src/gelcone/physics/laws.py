@@ -32,13 +32,16 @@ class StrainEnergyLaw(Component):
     """
 
     @abstractmethod
-    def energy(self, strain: Any, n: Numbers, xp: Any = np) -> Any: ...
+    def energy(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        """Energy over mu at a strain I1 - 3."""
 
     @abstractmethod
-    def response(self, strain: Any, n: Numbers, xp: Any = np) -> Any: ...
+    def response(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        """Twice the derivative of the energy by I1; 1 at zero strain."""
 
     @abstractmethod
-    def response_slope(self, strain: Any, n: Numbers, xp: Any = np) -> Any: ...
+    def response_slope(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
+        """Derivative of the response by I1."""
 
     def compliance(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
         """1 over the response, which stays finite at a stretch limit."""
@@ -50,6 +53,7 @@ class StrainEnergyLaw(Component):
         return self.response_slope(strain, n, xp) / (response * response)
 
     def strain_limit(self, n: Numbers) -> Any:
+        """The strain at which the response is infinite."""
         return np.asarray(np.inf)
 
     def film_stiffness(self, q: Any, A: Any, B: Any, G: Any, n: Numbers, xp: Any = np) -> tuple[Any, Any]:

@@ -48,12 +48,12 @@ class Ensemble:
 
     @cached_property
     def own_numbers(self) -> dict[str, Any]:
-        """What the formulas take, by name, each a number or an array that broadcasts to the shape."""
+        """The numbers that the formulas take, by name, each a number or an array that broadcasts to the shape."""
         arrays = {name: np.asarray(value, dtype=float) for name, value in self.values.items()}
         return self.system.numbers_of(arrays)
 
     def numbers(self, trailing: int = 0) -> dict[str, Any]:
-        """The same with ``trailing`` axes of length 1 appended for samples."""
+        """The numbers of the formulas with ``trailing`` axes of length 1 appended for samples."""
 
         def fit(value: Any) -> Any:
             array = np.asarray(value, dtype=float)
@@ -81,7 +81,7 @@ class Ensemble:
         return spread(limit, self.shape + (1,) * trailing)[()]
 
     def film_state(self, x: npt.ArrayLike, voltage: Any) -> FilmState:
-        """What x and the voltage do to the film."""
+        """The state of the film at x under a voltage."""
         x, n = self._at(x)
         return self.system.film.state(x, voltage, n)
 
@@ -165,11 +165,11 @@ class Members(Ensemble):
 
     @cached_property
     def own_numbers(self) -> dict[str, Any]:
-        """What the formulas take, by name, each (members,)."""
+        """The numbers that the formulas take, by name, each (members,)."""
         return {name: spread(value, self.shape) for name, value in self.system.numbers_of(self.values).items()}
 
     def numbers(self, trailing: int = 0) -> dict[str, Any]:
-        """The same with ``trailing`` axes of length 1 appended for samples."""
+        """The numbers of the formulas with ``trailing`` axes of length 1 appended for samples."""
         if not trailing:
             return self.own_numbers
         shape = self.shape + (1,) * trailing
@@ -190,7 +190,7 @@ class Members(Ensemble):
         return taken
 
     def replace(self, **changes: npt.ArrayLike) -> Members:
-        """The same members with some parameters changed, numbers or arrays (members,); names are those in use."""
+        """Members with some parameters changed, numbers or arrays (members,); names are those in use."""
         return Members(self.system, {**self.values, **changes}, self.size)
 
     def number(self, name: str) -> Array:

@@ -110,8 +110,8 @@ class ConeModel(Ensemble):
         raise AttributeError(f"{name}: a model does not change; model.replace({name}=...) gives one that differs")
 
     def __repr__(self) -> str:
-        told = ", ".join(f"{name}={value!r}" for name, value in self.parameters().items() if name != "film")
-        return f"ConeModel({told})"
+        given = ", ".join(f"{name}={value!r}" for name, value in self.parameters().items() if name != "film")
+        return f"ConeModel({given})"
 
     # --- parameters by name ------------------------------------------------------------------------------------------
 
@@ -161,6 +161,7 @@ class ConeModel(Ensemble):
 
     @property
     def film(self) -> Film:
+        """The first film."""
         return self.system.film
 
     def gel_law(self) -> StrainEnergyLaw:
@@ -176,7 +177,7 @@ class ConeModel(Ensemble):
 
     @property
     def prestretch_mode(self) -> str | None:
-        """What one pre-stretch means; None for a film without one."""
+        """The meaning of one pre-stretch; None for a film without one."""
         return getattr(self.system.film, "prestretch_mode", None)
 
     @property
@@ -194,7 +195,7 @@ class ConeModel(Ensemble):
 
 
 def _film(film: Any, law: Any, mode: str | None, pull_in: str | None = None) -> Film:
-    """The film, with the law, the pre-stretch mode and the way to pull in that were given beside it."""
+    """The film, with the law, the pre-stretch mode and the way to pull in that were given with it."""
     if law is not None:
         law = find_component("strain-energy law", law, LAWS, StrainEnergyLaw)  # type: ignore[type-abstract]
     if mode is not None:
@@ -304,7 +305,7 @@ def _infinite(value: Any) -> bool:
 
 
 def _goes_with(name: str, changes: Mapping[str, Any], prefix: str) -> bool:
-    """Whether a pre-stretch is kept when others change: both direct ones are, without the common one."""
+    """Whether a pre-stretch stays when others change: both direct ones are, without the common one."""
     direct = {prefix + "meridional_prestretch", prefix + "hoop_prestretch"}
     return name in direct and any(changes.get(other) is not None for other in direct)
 

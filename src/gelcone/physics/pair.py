@@ -35,7 +35,7 @@ from gelcone.physics.bracket import sign_change, sign_changes
 from gelcone.quantity import Array
 
 GRID = 1601
-"""Displacements between which equilibria are looked for."""
+"""Displacements between which equilibria are searched for."""
 HIGHEST_VOLTAGE = 20.0
 """A ramp that has lost nothing up to this voltage never does."""
 LONGEST_STEP = 0.04
@@ -48,11 +48,11 @@ SHORTEST_STEP = 1e-10
 MOST_POINTS = 20_000
 MOST_LOSSES = 8
 HIGHEST_FOLD = 6.0
-"""Voltage up to which folds are looked for."""
+"""Voltage up to which folds are searched for."""
 SEEDS = np.concatenate([np.linspace(0.0, 0.1, 17), np.geomspace(0.1, 1.0, 9)[1:]])
-"""Shares of the highest voltage at which curves are looked for that no other voltage shows."""
+"""Shares of the highest voltage at which curves are searched for that no other voltage shows."""
 BEYOND = 1e-6
-"""Share of the voltage past a loss of stability at which the disc is looked for next."""
+"""Share of the voltage past a loss of stability at which the disc is searched for next."""
 SMOOTH = 0.02
 """A branch born in a pitchfork is this close to it that share past it: the distance grows as its square root."""
 ON_CURVE = 1e-6
@@ -94,12 +94,13 @@ class PairBalance(StaticBalance):
         return math.inf
 
     def inside(self, x: Array) -> npt.NDArray[np.bool_]:
+        """Whether both films can be held at displacements."""
         with np.errstate(all="ignore"):
             reached = self.system.strain(x, self.n) < self.system.strain_limit(self.n)
         return (x >= self.lowest) & (x <= self.highest) & reached
 
     def voltage_force(self, x: Any, squared: Any) -> Any:
-        """What the voltages take from the force; the second film's constant one is part of the rest."""
+        """The part of the force that the voltages take away; the second film's constant one is part of the rest."""
         own = np.asarray(squared)
         with np.errstate(all="ignore"):
             return self.force(x, 0.0 * own) - self.force(x, own)

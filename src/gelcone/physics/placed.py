@@ -46,12 +46,12 @@ class PlacedFilm(Component):
 
     @property
     def prefix(self) -> str:
-        """What stands before its names."""
+        """The text before its names."""
         return "" if self.drive is None else PREFIX
 
     @property
     def words(self) -> str:
-        """What a text calls it."""
+        """The name of the film in texts."""
         return "the film" if self.drive is None else "the second film"
 
     @cached_property
@@ -67,6 +67,7 @@ class PlacedFilm(Component):
 
     @cached_property
     def states(self) -> tuple[State, ...]:  # type: ignore[override]
+        """The states of the film, named as its parameters."""
         return tuple(renamed(state, self.prefix) for state in self.film.states)
 
     @property
@@ -98,7 +99,7 @@ class PlacedFilm(Component):
         return rest | {PREFIX + name: value for name, value in own.items()}
 
     def own(self, n: Numbers) -> Numbers:
-        """What the film's own formulas take: the numbers without their prefix."""
+        """The numbers of the film's own formulas: those without their prefix."""
         if self.drive is None:
             return n
         return {name.removeprefix(PREFIX): value for name, value in n.items() if name.startswith(PREFIX)}
@@ -117,12 +118,12 @@ class PlacedFilm(Component):
     # --- the film as the disc feels it -------------------------------------------------------------------------------
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """What it adds to the force that pulls the disc down, and the derivative by x."""
+        """The force with which it pulls the disc down, and the derivative by x."""
         force, slope = self.film.force(self.place(x, n), squared, y, self.own(n), xp)
         return self._turned(force), slope
 
     def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """What its voltage takes from the force that pulls the disc down."""
+        """The part that its voltage takes from the force that pulls the disc down."""
         return self._turned(self.film.voltage_force(self.place(x, n), squared, y, self.own(n), xp))
 
     @cached_property
@@ -134,42 +135,51 @@ class PlacedFilm(Component):
         def value(x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
             return border.value(self.place(x, n), squared, y, self.own(n), xp)
 
-        # one film's switches tell laws apart: those of both would take many laws, each compiled by itself
+        # one film's switches divide laws: those of both would take many laws, each compiled by itself
         divides = border.divides and self.drive is None
         return dataclasses.replace(
             border, value=value, switch=border.switch and self.prefix + border.switch, divides=divides
         )
 
     def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+        """The switches of its borders."""
         if not self.borders:
             return {}
         own = self.film.switches(self.place(x, n), squared, self.own(n))
         return {self.prefix + name: value for name, value in own.items()}
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
+        """The time in each of its states of tension."""
         own = [border.switch for border in self.borders]
         names = [name.removeprefix(self.prefix) if name in own else f"another's {name}" for name in switches]
         return self.film.times_of_kinds(names, dwell)
 
     def pull_in_kind(self, switches: Numbers) -> Any:
+        """The way in which it has pulled in."""
         return self.film.pull_in_kind(self.own(switches))
 
     def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        """Rates of change of its states."""
         return self.film.rates(self.place(x, n), self._turned(velocity), squared, y, self.own(n), xp)
 
     def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        """The power that it loses."""
         return self.film.dissipation(self.place(x, n), self._turned(velocity), squared, y, self.own(n), xp)
 
     def strain(self, x: Any, n: Numbers) -> Any:
+        """The measure of strain of the film."""
         return self.film.strain(self.place(x, n), self.own(n))
 
     def strain_limit(self, n: Numbers) -> Any:
+        """The limit of that measure."""
         return self.film.strain_limit(self.own(n))
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
+        """The squared voltage above which it has no state."""
         return self.film.highest_squared(self.place(x, n), self.own(n))
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """Derivative of the force by the squared voltage, with the opposite sign."""
         return self._turned(self.film.voltage_gain(self.place(x, n), squared, self.own(n)))
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
@@ -177,6 +187,7 @@ class PlacedFilm(Component):
         return self.film.work(self.place(x, n), squared, y, self.own(n))
 
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        """The charge of the film over its voltage."""
         return self.film.capacitance(self.place(x, n), squared, y, self.own(n), xp)
 
     def current(self, x: Any, velocity: Any, voltage: Any, rate: Any, n: Numbers) -> Any:
@@ -184,12 +195,15 @@ class PlacedFilm(Component):
         return self.film.current(self.place(x, n), self._turned(velocity), voltage, rate, self.own(n))
 
     def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+        """The stretches, stresses and field of the film."""
         return self.film.state(self.place(x, n), voltage, self.own(n))
 
     def limit_share(self, x: Any, voltage: Any, n: Numbers) -> Any:
+        """The share of the stretch limit that the film takes."""
         return self.film.limit_share(self.place(x, n), voltage, self.own(n))
 
     def stiffness_scale(self, n: Numbers) -> Any:
+        """A typical stiffness of the film, for time scales."""
         return self.film.stiffness_scale(self.own(n))
 
     def odd(self, n: Numbers) -> Any:

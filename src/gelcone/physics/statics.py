@@ -79,7 +79,7 @@ def rest_displacement(model: Ensemble) -> float:
 def rest_displacements(model: Ensemble) -> Any:
     """`rest_displacement` of every member: a number, or an array (members,); NaN where there is none.
 
-    Members of equal films and bias, whatever their drive, are searched once; what was found is kept, for a film that
+    Members of equal films and bias, whatever their drive, are searched once; what was found is stored, for a film that
     wrinkles takes a quarter of a second.
     """
     members = switched_off(model.members())
@@ -104,7 +104,7 @@ def rest_displacements(model: Ensemble) -> Any:
 RestKey = tuple[ConeSystem, bytes]
 """A system and the numbers of its films and bias."""
 MOST_RESTS = 1024
-"""Those that are kept besides an ensemble's own."""
+"""Most rests that are held."""
 _rests: dict[RestKey, float] = {}
 
 
@@ -116,7 +116,7 @@ def keep_rests(found: dict[RestKey, float]) -> None:
 
 
 def kept_rests(keys: Sequence[RestKey]) -> dict[RestKey, float]:
-    """Those of some rests that are kept."""
+    """The rests among these keys that are held."""
     return {key: _rests[key] for key in keys if key in _rests}
 
 
@@ -136,7 +136,7 @@ class _Trail:
 @contextmanager
 def continuing(places: MutableMapping[ConeSystem, float]) -> Iterator[dict[RestKey, float]]:
     """In this thread `rest_displacements` starts from the last rest in ``places``, which it keeps up to date, where
-    none is known: some Newton steps in place of a search. What was found so is not kept, for another stable rest may
+    none is known: some Newton steps in place of a search. A rest found so is not stored, for another stable rest may
     lie nearer to where the bias is free; it is in the mapping that this gives, so that one may search for it later.
     """
     before, _thread.trail = getattr(_thread, "trail", None), _Trail(places)

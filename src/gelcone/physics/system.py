@@ -84,6 +84,7 @@ class ConeSystem:
 
     @property
     def parts(self) -> tuple[Component, ...]:
+        """The components: first film, bias, waveform, circuit, and further films."""
         return (self.films[0], self.bias, self.waveform, self.circuit, *self.films[1:])
 
     @cached_property
@@ -148,7 +149,7 @@ class ConeSystem:
 
     @property
     def mirror(self) -> Array:
-        """What the mirror image x -> -x does to each state: -1 or 1."""
+        """The sign that the mirror image x -> -x gives each state: -1 or 1."""
         return np.array([-1.0 if state.mirrored else 1.0 for state in self.states])
 
     # --- numbers -----------------------------------------------------------------------------------------------------
@@ -295,8 +296,8 @@ class ConeSystem:
 
     @cached_property
     def causes(self) -> tuple[str, ...]:
-        """What `powers` holds, in this order: ``"motion"``, what film and field give the disc; ``"damper"``, what the
-        disc's damping takes; and, where the charge of all films is known in a program, the ``"source"``, and where
+        """The powers of `powers`, in this order: ``"motion"``, what film and field give the disc; ``"damper"``, what
+        the disc's damping takes; and, where the charge of all films is known in a program, the ``"source"``, and where
         there are such losses those of ``"film"``, ``"resistor"`` and ``"leak"``.
 
         The source is left out where all that it gives moves the disc or is stored and a charge is not proportional to
@@ -392,7 +393,7 @@ class ConeSystem:
         return np.where(endless, reduce(np.maximum, strains), reduce(np.maximum, shares))[()]
 
     def strain_limit(self, n: Numbers) -> Any:
-        """What `strain` cannot reach."""
+        """The limit that `strain` cannot reach."""
         limits = [film.strain_limit(n) for film in self.films]
         if len(limits) == 1:
             return limits[0]

@@ -108,7 +108,7 @@ class Graph:
         """The root y of ``residual(y, *at, graph)``, followed from step to step; from ``first(*at, graph)`` where a
         member starts, or comes under a law that needs it.
 
-        ``name`` tells roots apart: an equal name stands for the same equation, else `ValueError`.
+        ``name`` identifies roots: an equal name stands for the same equation, else `ValueError`.
         """
         own = self._leaf("root", name)
         equation = self.node(residual(own, *at, self))
@@ -118,7 +118,7 @@ class Graph:
         return own
 
     def constant(self, value: float) -> Node:
-        """The same number for all members."""
+        """A number that all members share."""
         value = float(value)
         return self._intern("constant", (), value, True, (value.hex(),))
 
