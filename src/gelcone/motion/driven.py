@@ -252,6 +252,7 @@ class Plane:
         found = {name: np.full(members.size, np.nan) for name in _FAILINGS}
         with np.errstate(all="ignore"):  # of a motion that leaves the domain
             for own in excesses(members, x, voltages):
+                own.pop("beyond_membrane", None)  # by the curve that the plane is given
                 for name, excess in own.items():
                     found[name] = np.fmax(found[name], _ever(excess))
             if self.membrane is not None:

@@ -27,7 +27,7 @@ from gelcone.physics.members import Members
 from gelcone.physics.statics import RestKey, kept_rests
 from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
-from gelcone.studio import look
+from gelcone.studio import look, profiles
 from gelcone.studio.controls import Control
 
 if TYPE_CHECKING:
@@ -170,6 +170,11 @@ def find_pull_in(source: Source) -> float:
 def find_static(source: Source) -> xr.Dataset:
     """`look.static_of` a subject."""
     return look.static_of(source.subject().model)
+
+
+def find_profiles(source: Source, film: int) -> look.Parts:
+    """`profiles.table` of one film of a subject."""
+    return profiles.table(source.subject(), film)
 
 
 def find_rests(source: Source, keys: list[RestKey]) -> dict[RestKey, float]:

@@ -22,13 +22,14 @@ from gelcone.analyses.request import Subject
 from gelcone.atlas.processes import ProcessesEnded
 from gelcone.codes import Regime
 from gelcone.errors import InputError, MissingDependency
+from gelcone.physics.model import ConeModel
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, Watch, watching
-from gelcone.studio import exports, look
+from gelcone.studio import exports, look, profiles
 from gelcone.studio.controls import as_json
 from gelcone.studio.envelope import draw_envelope
 from gelcone.studio.frames import pack
-from gelcone.studio.grids import Axis, Source, axis, find_pull_in, find_rests, find_static, load
+from gelcone.studio.grids import Axis, Source, axis, find_profiles, find_pull_in, find_rests, find_static, load
 from gelcone.studio.long_work import Outdated, Work, fill_map, fill_strip, make_file
 from gelcone.studio.pool import Pool
 from gelcone.studio.setting import OWN_FILE, Setting, Shelf, typed
@@ -74,6 +75,8 @@ class Page:
         self._sending = asyncio.Lock()
         self._lanes = {name: self._pool(name).lane() for name in (*LANES, *SIDES)}
         self._tasks: set[asyncio.Task[None]] = set()
+        self._profiles: set[str] = set()
+        """Names of the tables of profiles that the page has."""
         self._ended = asyncio.Event()
 
     # --- reading ---------------------------------------------------------------------------------------------------
@@ -171,7 +174,8 @@ class Page:
 
         def compute() -> tuple[Subject, look.Parts, dict[str, Any]]:
             subject = self.shelf.subject(request["setting"])
-            return subject, look.response(subject, request["periods"]), {"about": look.about(subject)}
+            about = look.about(subject) | {"membrane": profiles.names(subject.model)}
+            return subject, look.response(subject, request["periods"]), {"about": about}
 
         if request.get("controls"):  # they come before the run, which may take a while
             known = await self._computed(self.first, request, read)
@@ -249,6 +253,7 @@ class Page:
                 with suppress(InputError):
                     look.keep_pull_in(model, await work.do(find_pull_in, source))
                     await show("numbers", look.margins)
+            await self._send_profiles(request, model, work, source)
             if drawn and not static_kept:
                 look.keep_static(model, await work.do(find_static, source))
                 await show("statics", look.statics)
@@ -259,6 +264,13 @@ class Page:
             if self._lanes:  # the page is still there
                 pool.begin(lane)
             raise
+
+    async def _send_profiles(self, request: dict[str, Any], model: ConeModel, work: Work, source: Source) -> None:
+        """The tables of profiles of the films that the page does not have yet."""
+        for film, name in enumerate(profiles.names(model)):
+            if name and name not in self._profiles:
+                await self._show("profiles", request, await work.do(find_profiles, source, film))
+                self._profiles.add(name)
 
     async def _computed(self, slot: Slot, request: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
         """What ``compute`` gives, in a thread under the slot's watch; None after an error, which the page is told."""

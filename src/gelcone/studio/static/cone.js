@@ -110,7 +110,7 @@ export class Cone {
     });
     g.globalAlpha = 1;
     this.bias(side, cx, y0, base, y, a, b, scale);
-    for (const sign of [-1, 1]) this.filmLine(cx + sign * b, y0, cx + sign * a, y, film, side.thin?.[0], side.field?.[0]);
+    for (const sign of [-1, 1]) this.filmLine(cx + sign * b, y0, cx + sign * a, y, film, side.thin?.[0], side.field?.[0], side.shapes?.[0]);
     this.grips.push({ kind: "disc", box: [cx - a, y - 4, cx + a, y + 4], start: height, value: (py) => (y0 - py) / scale, low: side.low, high: side.high, volts: side.volts });
     g.fillStyle = c.steel;
     for (const sign of [-1, 1]) this.block(cx + sign * b + (sign > 0 ? -2 : -10), y0 - 9, 12, 18);
@@ -129,7 +129,7 @@ export class Cone {
     g.strokeStyle = g.fillStyle = c.edge; g.lineWidth = 1.6;
     if (side.about.second !== null) { // the second film, flat where the disc is at that height
       const flat = y0 - side.about.second * scale;
-      for (const sign of [-1, 1]) { this.filmLine(cx + sign * b, flat, cx + sign * a, y, side.films[1], side.thin?.[1], side.field?.[1]); this.block(cx + sign * b - 6, flat - 7, 12, 14); }
+      for (const sign of [-1, 1]) { this.filmLine(cx + sign * b, flat, cx + sign * a, y, side.films[1], side.thin?.[1], side.field?.[1], side.shapes?.[1]); this.block(cx + sign * b - 6, flat - 7, 12, 14); }
       g.strokeStyle = g.fillStyle = c.edge; g.lineWidth = 1.6;
     }
     if (/weight/.test(kinds)) { g.beginPath(); g.moveTo(cx, y); g.lineTo(cx, y + 16); g.stroke(); this.block(cx - 0.5 * a, y + 16, a, 14); }
@@ -148,8 +148,9 @@ export class Cone {
     g.lineTo(cx, y); g.stroke();
   }
 
-  filmLine(x0, y0, x1, y1, film, thin, field) {
+  filmLine(x0, y0, x1, y1, film, thin, field, shape) {
     const g = this.context, c = colours();
+    if (shape && film !== MERIDIAN && film !== BOTH) return this.meridian(x0, y0, x1, y1, film, thin, field, shape);
     const waves = film === MERIDIAN || film === BOTH ? 3 : 0;
     const nx = y1 - y0, ny = x0 - x1, length = Math.hypot(nx, ny) || 1, n = 48;
     g.strokeStyle = lit(c.film[film], field); g.lineWidth = Math.min(Math.max(THICK * (thin > 0 ? thin : 1), THINNEST), 2 * THICK); g.lineCap = "round"; g.lineJoin = "round";
@@ -161,6 +162,21 @@ export class Cone {
     }
     g.stroke(); g.setLineDash([]);
     g.lineCap = "butt";
+  }
+
+  // A membrane with its own profile: each ring as thick, as bright by its field and as wrinkled as it is.
+  meridian(x0, y0, x1, y1, film, thin, field, shape) {
+    const g = this.context, c = colours(), [disc] = shape, rim = shape.at(-1), most = Math.max(...shape.map((ring) => ring.stretch));
+    const at = ({ radius, rise }) => [x1 + ((radius - disc.radius) / (rim.radius - disc.radius)) * (x0 - x1), y0 + rise * (y1 - y0)];
+    g.lineCap = "round";
+    for (let k = 0; k + 1 < shape.length; k++) {
+      const one = shape[k], next = shape[k + 1], stretch = 0.5 * (one.stretch + next.stretch), wrinkled = one.wrinkled && next.wrinkled;
+      g.strokeStyle = lit(c.film[ringState(film, wrinkled)], field * (stretch / most));
+      g.lineWidth = Math.min(Math.max(THICK * (thin > 0 ? thin : 1) * (disc.stretch / stretch), THINNEST), 2 * THICK);
+      g.setLineDash(wrinkled ? [3, 5] : []); // told apart by more than its colour
+      g.beginPath(); g.moveTo(...at(one)); g.lineTo(...at(next)); g.stroke();
+    }
+    g.setLineDash([]); g.lineCap = "butt";
   }
 
   gauge(side, x, h) {
@@ -187,15 +203,20 @@ export class Cone {
     g.beginPath(); g.ellipse(cx, y0 + 9, b * scale * 1.06, b * scale * TILT * 1.06, 0, 0, 7); g.fill();
     const rim = (z, from, to) => { g.lineWidth = Math.min(7, 0.06 * w); g.strokeStyle = c.steel; ring(b * 1.02, z, from, to); g.stroke(); };
     // half of a film between its rim at the height ``flat`` and the disc
-    const quads = (film, flat, front, field) => {
-      const rings = film >= MERIDIAN && film <= BOTH ? RINGS : 1, rise = height - flat, slope = Math.atan2(rise, b - a);
+    const quads = (film, flat, front, field, shape) => {
+      const slack = film >= MERIDIAN && film <= BOTH, own = slack || !shape ? null : shape.filter((_, k) => k % 2 === 0).reverse();
+      const rings = own ? own.length - 1 : slack ? RINGS : 1, rise = height - flat, slope = Math.atan2(rise, b - a);
+      const radius = (k) => b + (a - b) * (own ? (own[0].radius - own[k].radius) / (own[0].radius - own[rings].radius) : k / rings), level = (k) => flat + rise * (own ? own[k].rise : k / rings);
+      const most = own && Math.max(...own.map((ring) => ring.stretch));
       for (let i = 0; i < SECTORS; i++) {
         const f = (2 * Math.PI * i) / SECTORS, f2 = (2 * Math.PI * (i + 1.02)) / SECTORS, middle = (f + f2) / 2;
         if (Math.sin(middle) > 0 !== front) continue;
         for (let k = 0; k < rings; k++) {
-          const r = b + ((a - b) * k) / rings, r2 = b + ((a - b) * (k + 1)) / rings, z = flat + (rise * k) / rings, z2 = flat + (rise * (k + 1)) / rings;
+          const r = radius(k), r2 = radius(k + 1), z = level(k), z2 = level(k + 1);
           g.beginPath(); g.moveTo(...at(r, f, z)); g.lineTo(...at(r, f2, z)); g.lineTo(...at(r2, f2, z2)); g.lineTo(...at(r2, f, z2)); g.closePath();
-          g.fillStyle = this.shade(film, middle, slope, i, k, front, field);
+          g.fillStyle = own
+            ? this.shade(ringState(film, own[k].wrinkled && own[k + 1].wrinkled), middle, Math.atan2(z2 - z, r - r2), i, k, front, (field * own[k + 1].stretch) / most)
+            : this.shade(film, middle, slope, i, k, front, field);
           g.fill();
           g.strokeStyle = g.fillStyle; g.lineWidth = 0.7; g.stroke(); // closes the seams
         }
@@ -206,19 +227,19 @@ export class Cone {
       ring(a, height - 0.03 * b); g.fill();
       g.fillStyle = c.steel; ring(a, height); g.fill();
     };
-    const whole = (film, flat, field) => {
+    const whole = (film, flat, field, shape) => {
       rim(flat, Math.PI, 2 * Math.PI);
-      quads(film, flat, false, field);
+      quads(film, flat, false, field, shape);
       if (height < flat) disc();
-      quads(film, flat, true, field);
+      quads(film, flat, true, field, shape);
       if (height >= flat) disc();
       rim(flat, 0, Math.PI);
     };
-    const planes = about.second === null ? [[films[0], 0, side.field?.[0]]] : [[films[0], 0, side.field?.[0]], [films[1], about.second, side.field?.[1]]];
+    const planes = (about.second === null ? [0] : [0, about.second]).map((flat, k) => [films[k], flat, side.field?.[k], side.shapes?.[k]]);
     planes.sort((one, other) => one[1] - other[1]);
-    planes.forEach(([film, flat, field], k) => {
+    planes.forEach((plane, k) => {
       g.globalAlpha = k ? SEEN_THROUGH : 1;
-      whole(film, flat, field);
+      whole(...plane);
     });
     g.globalAlpha = 1;
     if (name) {
@@ -237,6 +258,9 @@ export class Cone {
     return mix(lit(c.film[film], field), c.dark ? "#06090d" : "#12202c", Math.min(share, 0.8));
   }
 }
+
+// The state of a ring of a membrane: wrinkled or not, unless the whole film is above breakdown or near its limit.
+function ringState(film, wrinkled) { return film > BOTH ? film : wrinkled ? AROUND : 0; }
 
 // A colour, brighter the nearer the field is to breakdown, or to the largest of the motion where that is unknown.
 function lit(colour, field) {

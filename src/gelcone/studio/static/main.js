@@ -4,6 +4,7 @@ import { Badge } from "./badge.js";
 import { Clock } from "./clock.js";
 import { colours, setTheme } from "./colours.js";
 import { Cone } from "./cone.js";
+import * as profiles from "./profiles.js";
 import { Controls, format, icon, make, say, typeset } from "./controls.js";
 import { Gallery } from "./gallery.js";
 import { GridPanels } from "./grids.js";
@@ -382,6 +383,7 @@ const ANSWERS = {
   section(head, arrays) { Object.assign(looks[head.side], arrays); },
   spectrum(head, arrays) { looks[head.side].spectrum = { ...arrays, ...head.words }; },
   statics(head, arrays) { looks[head.side].statics = { ...arrays, ...head.words }; },
+  profiles(head, arrays) { profiles.add(head.words, arrays); moved(); },
 };
 
 // Puts the numbers of an answer in the place of those of the same names.
@@ -451,7 +453,7 @@ function notice(text) {
 
 // --- painting ------------------------------------------------------------------------------------------------------
 
-const DRAWN = { subject: [], late: ["time", "portrait", "statics"], numbers: [], response: ["time", "portrait", "spectrum", "statics"], kind: ["time", "portrait", "statics"], section: ["portrait"], spectrum: ["spectrum"], statics: ["statics"] };
+const DRAWN = { subject: [], late: ["time", "portrait", "statics"], numbers: [], profiles: [], response: ["time", "portrait", "spectrum", "statics"], kind: ["time", "portrait", "statics"], section: ["portrait"], spectrum: ["spectrum"], statics: ["statics"] };
 
 // Draws what an answer changes, at once: the picture is on the screen with the next frame.
 function show(side, kind) {
@@ -496,7 +498,9 @@ function coneSides() {
     const look = looks[side], scene = clock.scene(look), now = clock.state(look) ?? { x: NaN, v: 0, films: [0, 0], thin: [], field: [] }, unit = look.about.si ? " mm" : "";
     if (look.spanOf !== scene.x) { look.spanOf = scene.x; look.span = extent(scene.x); look.volts = extent(scene.v, [0]); }
     const [low, high] = look.span, height = Number.isFinite(now.x) ? now.x : high;
-    return { about: look.about, name: nameOf(side), height, films: now.films, thin: now.thin, field: now.field, trail: trailOf(look, scene), low, high, volts: look.volts, voltage: now.v, heightText: `${format(height, 3)}${unit}`,
+    const second = look.about.second ?? 0, [first, other] = look.about.membrane ?? [];
+    const shapes = [profiles.profile(first, height, now.v), profiles.profile(other, second - height, now.v)];
+    return { about: look.about, shapes, name: nameOf(side), height, films: now.films, thin: now.thin, field: now.field, trail: trailOf(look, scene), low, high, volts: look.volts, voltage: now.v, heightText: `${format(height, 3)}${unit}`,
       voltageText: look.about.si ? (Math.abs(now.v) >= 1000 ? `${(now.v / 1000).toFixed(2)} kV` : `${now.v.toFixed(0)} V`) : now.v.toFixed(2) };
   });
 }

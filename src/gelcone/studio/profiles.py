@@ -1,0 +1,119 @@
+"""Profiles of a membrane over height and voltage: a small table from which the page draws each picture."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+import numpy as np
+
+from gelcone.analyses.request import Subject
+from gelcone.membrane.elements import Elements
+from gelcone.membrane.gel import Gel
+from gelcone.membrane.profile import held, profile
+from gelcone.physics.component import to_record
+from gelcone.physics.film.membrane import MembraneFilm
+from gelcone.physics.laws import LAWS
+from gelcone.physics.model import ConeModel
+from gelcone.physics.placed import PlacedFilm
+from gelcone.studio.look import Parts, scales
+
+HEIGHTS, RINGS = 12, 13
+"""Heights, and rings from the disc to the rim."""
+SHARES = (0.0, 0.35, 0.65, 0.85, 0.95, 0.99)
+"""Of the squared voltage at which the film falls slack or localises."""
+CURVED = 1.6
+"""Exponent of the heights, which are closest where the film is flat."""
+HIGHEST = 3.0
+MOST = 64
+"""Tables held."""
+
+
+def names(model: ConeModel) -> list[str]:
+    """A name of the table of each film, the same for films of equal profiles; empty for a film that is not a membrane,
+    and for a second one whose voltage is not the first's."""
+    return [_name(model, placed) if _drawn(placed) else "" for placed in model.system.films]
+
+
+def _drawn(placed: PlacedFilm) -> bool:
+    return isinstance(placed.film, MembraneFilm) and placed.drive in (None, "same")
+
+
+def _name(model: ConeModel, placed: PlacedFilm) -> str:
+    film = placed.film
+    assert isinstance(film, MembraneFilm)
+    own = {name: np.ravel(value)[0] for name, value in placed.own(model.values).items()}
+    parts = (to_record(film.law, LAWS), film.stretches(own), film.law.numbers(own), own["radius_ratio"])
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+
+
+def _ratio(model: ConeModel, placed: PlacedFilm) -> float:
+    return float(np.ravel(model.values[placed.prefix + "radius_ratio"])[0])
+
+
+def table(subject: Subject, film: int) -> Parts:
+    """The profiles of one film of a single actuator in the units of the page.
+
+    ``height`` (heights,), ``top``, the voltages at which the film falls slack or localises there, and flat over
+    (heights, shares of the squared top voltage, rings from disc to rim) the ring's ``radius``, ``rise`` (its height
+    over the disc's), ``stretch`` (of its area, over the mounted one) and ``wrinkled``, 1 where its hoop is.
+    """
+    model, placed = subject.model, subject.model.system.films[film]
+    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    x, top, radius, rise, stretch, wrinkled = _made(_name(model, placed), model, film)
+    arrays: dict[str, Any] = {
+        "height": x * by["length"],
+        "top": top * by["voltage"],
+        "radius": radius.ravel() * by["length"],
+        "rise": rise.ravel(),
+        "stretch": stretch.ravel(),
+        "wrinkled": wrinkled.ravel().astype(np.uint8),
+    }
+    return Parts(arrays, {"name": _name(model, placed), "shares": list(SHARES), "rings": RINGS})
+
+
+_tables: dict[str, tuple[Any, ...]] = {}
+
+
+def _made(name: str, model: ConeModel, film: int) -> tuple[Any, ...]:
+    """Heights, top voltages and profiles, dimensionless; held by the name of the table."""
+    if name not in _tables:
+        if len(_tables) >= MOST:
+            _tables.clear()
+        placed = model.system.films[film]
+        n = dict(placed.own(model.members().numbers_at(0)))
+        _tables[name] = _profiles(placed.film, n, _ratio(model, placed))
+    return _tables[name]
+
+
+def _profiles(film: Any, n: dict[str, Any], ratio: float) -> tuple[Any, ...]:
+    x = min(film.reach(n)[1], HIGHEST) * np.linspace(0.0, 1.0, HEIGHTS) ** CURVED
+    top = np.minimum(film.balancing(x, 0.0, n), film.highest_squared(x, n))
+    V = np.maximum(top, 0.0)[:, None] * np.array(SHARES)
+    own = Elements(Gel(film.law, n, n["A"], n["B"]), ratio)
+    high = np.repeat(x, len(SHARES))
+    found = profile(own, held(own, high, V.ravel()))
+    some = np.linspace(0, found.radius.size - 1, RINGS).round().astype(int)
+    shape = (HEIGHTS, len(SHARES), RINGS)
+    with np.errstate(all="ignore"):
+        rise = found.z[:, some] / found.z[:, :1]
+    straight = 1.0 - (found.radius[some] - own.disc)
+    parts = [found.r[:, some], np.where(np.isfinite(rise), rise, straight), 1.0 / found.thickness[:, some]]
+    parts.append(found.excess[:, some] > 0.0)
+    values = [np.array(part, dtype=float).reshape(shape) for part in parts]
+    there = np.isfinite(values[0][:, :, 0])
+    for values_of in values:  # what was not found is as at the voltage below, or a straight cone that is not stretched
+        for k in range(1, len(SHARES)):
+            values_of[:, k][~there[:, k]] = values_of[:, k - 1][~there[:, k]]
+    lost = ~np.isfinite(values[0])
+    plain = (
+        np.broadcast_to(found.radius[some], shape),
+        np.broadcast_to(straight, shape),
+        np.ones(shape),
+        np.zeros(shape),
+    )
+    return (
+        x,
+        np.sqrt(np.maximum(top, 0.0)),
+        *(np.where(lost, other, one) for one, other in zip(values, plain, strict=True)),
+    )

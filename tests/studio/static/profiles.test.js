@@ -1,0 +1,41 @@
+// Profiles between the entries of a table.
+import assert from "node:assert";
+import test from "node:test";
+import { add, profile } from "../../../src/gelcone/studio/static/profiles.js";
+
+// two heights, shares 0 and .5, rings disc, middle, rim
+const flat = (value) => Array(2).fill(value).flat();
+add({ name: "one", shares: [0, 0.5], rings: 3 }, {
+  height: [0, 10], top: [100, 200], radius: [...flat([5, 12, 20]), ...flat([5, 10, 20])], rise: [...flat([1, 0.5, 0]), ...flat([1, 0.3, 0])],
+  stretch: [1, 1, 1, 1, 1, 1, 2, 1.4, 1.2, 4, 2.4, 2.2], wrinkled: [0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1],
+});
+
+test("an entry is given as it is", () => {
+  assert.deepStrictEqual(profile("one", 10, 0).map((ring) => ring.stretch), [2, 1.4, 1.2]);
+  assert.deepStrictEqual(profile("one", 0, 0).map((ring) => ring.radius), [5, 12, 20]);
+});
+
+test("between entries it is linear in the height and in the squared voltage", () => {
+  const found = profile("one", 5, 0);
+  assert.ok(Math.abs(found[1].radius - 11) < 1e-12 && Math.abs(found[1].rise - 0.4) < 1e-12);
+  const quarter = profile("one", 10, 100); // a quarter of the squared top voltage 200
+  assert.ok(Math.abs(quarter[0].stretch - 3) < 1e-12);
+});
+
+test("a depressed disc is the mirror image, a higher one keeps the last shape", () => {
+  assert.deepStrictEqual(profile("one", -10, 0), profile("one", 10, 0));
+  assert.deepStrictEqual(profile("one", 14, 0), profile("one", 10, 0));
+});
+
+test("wrinkles are those of the nearer entry", () => {
+  assert.deepStrictEqual(profile("one", 10, 141).map((ring) => ring.wrinkled), [false, true, true]);
+  assert.deepStrictEqual(profile("one", 10, 60).map((ring) => ring.wrinkled), [false, false, false]);
+});
+
+test("without a table, beyond the top voltage and without a height there is none", () => {
+  assert.strictEqual(profile("other", 5, 0), null);
+  assert.strictEqual(profile("", 5, 0), null);
+  assert.strictEqual(profile(undefined, 5, 0), null);
+  assert.strictEqual(profile("one", 10, 201), null);
+  assert.strictEqual(profile("one", NaN, 0), null);
+});
