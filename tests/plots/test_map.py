@@ -168,3 +168,14 @@ def test_cells_that_are_not_computed_yet_are_in_the_legend():
         figure = map_figure(data.assign(status=(data["regime"].dims, status)))
         words = [text.get_text() for axes in figure.axes if axes.get_legend() for text in axes.get_legend().get_texts()]
         assert ("not computed yet" in words) == shown
+
+
+def test_a_map_may_show_the_stroke():
+    data = cells()
+    data = data.assign(highest=0.0 * data["regime"] + 3.0, lowest=0.0 * data["regime"] - 1.0)
+    for name in ("highest", "lowest"):
+        data[name].attrs.update(units="mm", long_name=name)
+    mesh = map_figure(data, colour="stroke").axes[0].collections[0]
+    assert set(np.ravel(mesh.get_array())) == {4.0}
+    with pytest.raises(InputError, match="'size' is not a colour"):
+        map_figure(data, colour="size")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -34,6 +35,8 @@ from gelcone.devices.analysis import device_words, plain, state_of
 from gelcone.devices.si import device_of, to_si
 from gelcone.errors import InputError
 from gelcone.interchange import export
+from gelcone.plots import plot
+from gelcone.plots.map import COLOURS
 from gelcone.register.analyses import find_analysis, sweepable
 from gelcone.register.analysis import Analysis, Option
 
@@ -112,6 +115,13 @@ def map_command() -> click.Command:
             help="Points along each axis that are computed at least; the map is refined where it changes between them.",
         ),
         click.Option(["--uniform"], is_flag=True, help="Compute every cell."),
+        click.Option(
+            ["--colour"],
+            type=click.Choice(COLOURS),
+            default="exponent",
+            show_default=True,
+            help="What the picture next to the regimes shows.",
+        ),
         *option_parameters(option for name, option in find_analysis("regime").options.items() if name != "threads"),
         *run_parameters(),
         *output_parameters(),
@@ -119,7 +129,9 @@ def map_command() -> click.Command:
     return click.Command("map", params=params, callback=run_map, help=help_of(MAP))
 
 
-def run_map(*, over: tuple[str, ...], coarsest: int, uniform: bool, resume: Path | None, **typed: Any) -> int:
+def run_map(
+    *, over: tuple[str, ...], coarsest: int, uniform: bool, colour: str, resume: Path | None, **typed: Any
+) -> int:
     """Reads the map, or takes that of a store, and runs it."""
     output, how = _take(typed, OUTPUT), _take(typed, _RUN)
     kept, workers = one_store(how["store"], resume), read_workers(how)
@@ -139,7 +151,7 @@ def run_map(*, over: tuple[str, ...], coarsest: int, uniform: bool, resume: Path
             raise InputError(f"--over: a map takes two parameters, not {len(swept)}; {remedy}")
         plan = _plan(find_analysis("regime"), subject, swept, {}, _given(typed))
         wanted = Sweep(subject, plan, "regime", None if uniform else coarsest, ())
-    return run(MAP, wanted, kept, resume is not None, workers, output)
+    return run(MAP, wanted, kept, resume is not None, workers, output | {"draw": partial(plot, colour=colour)})
 
 
 def sweep_command() -> click.Command:

@@ -39,7 +39,10 @@ def swept_field(device: Device, name: str) -> Field:
     if name in fields:
         return fields[name]
     if name in device.all_fields():
-        raise InputError(f"{name}: is not numeric and cannot be swept; set it and run once per value")
+        several = (
+            'compare several with --set "material=GEL,GEL"' if name == "material" else "set it and run once per value"
+        )
+        raise InputError(f"{name}: is not numeric and cannot be swept; {several}")
     raise unknown_field("device", name, fields)
 
 

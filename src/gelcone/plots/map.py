@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.codes import Regime
-from gelcone.errors import InputError
+from gelcone.errors import InputError, unknown_name
 from gelcone.plots.regime import (
     cell_legend,
     edges,
@@ -19,7 +19,7 @@ from gelcone.plots.regime import (
     mark_invalid,
     regime_cells,
 )
-from gelcone.plots.style import GREY, coordinate_axis, styled
+from gelcone.plots.style import GREY, axis_label, coordinate_axis, styled
 from gelcone.quantity import Array
 from gelcone.words import rate_unit
 
@@ -31,21 +31,29 @@ if TYPE_CHECKING:
 
 Lines = Mapping[str, tuple[Any, Any]]
 """Label -> values of the first and of the second parameter along a line."""
+COLOURS = ("exponent", "stroke")
+"""What the left one of a map's two pictures shows."""
 LINE_STYLES = ("-", "--", "-.", ":")
 
 
-def map_figure(cells: xr.Dataset, lines: Lines | None = None) -> Figure:
-    """Largest exponent and regime over two parameters, the first one along x.
+def map_figure(cells: xr.Dataset, lines: Lines | None = None, colour: str = "exponent") -> Figure:
+    """Largest exponent, or the stroke, and regime over two parameters, the first one along x.
 
-    ``lines`` are drawn over both, for example where rest loses its stability.
+    ``lines`` are drawn over both, for example where rest loses its stability; ``colour`` is ``"exponent"`` or
+    ``"stroke"``.
     """
+    if colour not in COLOURS:
+        raise unknown_name("colour", colour, COLOURS)
     from matplotlib.patches import Patch
 
     axes_names(cells)
 
     def draw(figure: Figure) -> None:
         left, right = figure.subplots(1, 2, sharex=True, sharey=True)
-        exponent_bar(exponent_map(cells, left), left, figure)
+        if colour == "stroke":
+            stroke_map(cells, left)
+        else:
+            exponent_bar(exponent_map(cells, left), left, figure)
         regime_map(cells, right)
         right.set_ylabel("")
         for axes in (left, right):
@@ -100,6 +108,21 @@ def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
     label_axes(axes, cells)
     axes.set_title(f"largest exponent ({rate_unit(cells['lyapunov'])})", loc="left")
     return mesh
+
+
+def stroke_map(cells: xr.Dataset, axes: Axes) -> None:
+    """Stroke, peak to peak, of the motion that was reached; failed cells hatched."""
+    x, y = axes_names(cells)
+    stroke = (cells["highest"] - cells["lowest"]).transpose(y, x).values
+    borders = edges(cells[x]), edges(cells[y])
+    mesh = axes.pcolormesh(*borders, stroke, cmap="viridis", vmin=0.0, rasterized=True)
+    _, failed, flagged = marks(cells)
+    mark_invalid(axes, *borders, invalid_cells(cells, y, x))
+    mark_failed(axes, *borders, failed)
+    mark_flagged(axes, *borders, flagged)
+    axes.figure.colorbar(mesh, ax=axes, pad=0.02)
+    label_axes(axes, cells)
+    axes.set_title(axis_label(cells["highest"], "stroke, peak to peak"), loc="left")
 
 
 def signed_root(values: Any) -> Any:

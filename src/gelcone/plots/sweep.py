@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -182,8 +182,9 @@ def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
     return styled(7.2, 0.4 + 2.5 * rows + 0.3, draw)
 
 
-def any_figure(cells: xr.Dataset) -> Figure:
-    """The picture of a sweep: a probability, a map, or else what is known over the first axes."""
+def any_figure(cells: xr.Dataset, **of_map: Any) -> Figure:
+    """The picture of a sweep: a probability, a map with the options of `map_figure`, or else what is known over the
+    first axes."""
     if "regime" in cells and "draw" in cells.dims and cells["regime"].ndim <= 3:
         from gelcone.atlas.tolerances import base_draws
         from gelcone.atlas.uncertain import probability
@@ -195,5 +196,5 @@ def any_figure(cells: xr.Dataset) -> Figure:
     if "regime" in cells and cells["regime"].ndim == 2:
         from gelcone.plots.map import map_figure
 
-        return map_figure(cells)
+        return map_figure(cells, **of_map)
     return sweep_figure(cells)
