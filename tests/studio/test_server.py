@@ -362,6 +362,17 @@ def test_another_rest_is_looked_for_once_the_hand_rests_and_shown(server, monkey
         assert arrays["x"][0] == pytest.approx(-first, rel=1e-6)
 
 
+def test_the_membrane_of_another_geometry_is_computed_once_the_hand_rests(server, monkeypatch):
+    monkeypatch.setattr("gelcone.physics.film.pull_in.pull_in_curve", lambda *given: pytest.fail("under the hand"))
+    with server.page() as page:
+        ask(page, "look", 1, side="a", setting={**PUMP, "values": {"disc_radius": "8.123 mm"}})
+        first = answer(page, "kind")[0]
+        again = answer(page, "kind", 60.0)[0]  # with what the membrane adds to the evidence
+        assert (first["id"], again["id"]) == (1, 1)
+        ask(page, "look", 2, side="a", setting={**PUMP, "values": {"disc_radius": "8.123 mm", "frequency": "9 Hz"}})
+        assert answer(page, "kind")[0]["id"] == 2  # its membrane is known
+
+
 def test_an_error_names_its_control_and_the_page_goes_on(server):
     with server.page() as page:
         ask(page, "look", 1, side="a", setting={**PUMP, "values": {"disc_radius": "90 mm"}})

@@ -20,9 +20,11 @@ from gelcone.codes import Outcome, Regime
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
+from gelcone.membrane.pull_in import PullInCurve
 from gelcone.motion.attractor.classification import RETURNS
 from gelcone.motion.limits import limits_cells
 from gelcone.motion.settle import start_states
+from gelcone.physics.film.pull_in import CurveKey, curve_of
 from gelcone.physics.members import Members
 from gelcone.physics.statics import RestKey, kept_rests
 from gelcone.quantity import Array
@@ -165,6 +167,11 @@ def load() -> None:
 def find_pull_in(source: Source) -> float:
     """`look.pull_in_of` a subject."""
     return look.pull_in_of(source.subject().model)
+
+
+def find_curves(source: Source, keys: list[CurveKey]) -> list[PullInCurve | None]:
+    """The voltages at which the membranes of a subject pull in."""
+    return [curve_of(*key) for key in keys]
 
 
 def find_static(source: Source) -> xr.Dataset:

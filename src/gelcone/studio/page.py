@@ -22,6 +22,7 @@ from gelcone.analyses.request import Subject
 from gelcone.atlas.processes import ProcessesEnded
 from gelcone.codes import Regime
 from gelcone.errors import InputError, MissingDependency
+from gelcone.physics.film.pull_in import CurveKey, keep_curve, known_curves
 from gelcone.physics.model import ConeModel
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, Watch, watching
@@ -29,7 +30,17 @@ from gelcone.studio import exports, look, profiles
 from gelcone.studio.controls import as_json
 from gelcone.studio.envelope import draw_envelope
 from gelcone.studio.frames import pack
-from gelcone.studio.grids import Axis, Source, axis, find_profiles, find_pull_in, find_rests, find_static, load
+from gelcone.studio.grids import (
+    Axis,
+    Source,
+    axis,
+    find_curves,
+    find_profiles,
+    find_pull_in,
+    find_rests,
+    find_static,
+    load,
+)
 from gelcone.studio.long_work import Outdated, Work, fill_map, fill_strip, make_file
 from gelcone.studio.pool import Pool
 from gelcone.studio.setting import OWN_FILE, Setting, Shelf, typed
@@ -218,45 +229,37 @@ class Page:
             await self._show(name, request, parts)
             self.pool.warm(load)
             if name == "kind":
-                self._start(side, request, partial(self._afterwards, request, subject, parts))
+                self._start(side, request, partial(self._afterwards, request, subject, parts, self.second.missing))
             if name == "kind" and parts.words["regime"] in WANDERING:
                 wanted.append("section")
 
-    async def _afterwards(self, request: dict[str, Any], subject: Subject, kind: look.Settled) -> None:
-        """What is kept of other drives at once; once the hand rests, current and power, pull-in and equilibria."""
-        model, side, drawn, run = subject.model, request["side"], "statics" in request["panels"], kind.run
-        wanders = kind.words["regime"] in WANDERING
-
-        async def show(kind: str, compute: Callable[..., look.Parts], *given: Any) -> None:
-            loop = asyncio.get_running_loop()
-            await self._show(kind, request, await loop.run_in_executor(self._threads, compute, subject, *given))
-
-        pull_in_kept, static_kept = look.has_pull_in(model), look.has_static(model)
-        if pull_in_kept:
-            await show("numbers", look.margins)
-        if drawn and static_kept:
-            await show("statics", look.statics)
+    async def _afterwards(
+        self, request: dict[str, Any], subject: Subject, kind: look.Settled, missing: list[CurveKey]
+    ) -> None:
+        """What is kept of other drives at once; once the hand rests, current and power, and what takes longer."""
+        model = subject.model
+        kept = look.has_pull_in(model), "statics" in request["panels"] and look.has_static(model)
+        if kept[0]:
+            await self._add("numbers", request, look.margins, subject)
+        if kept[1]:
+            await self._add("statics", request, look.statics, subject)
         await asyncio.sleep(RESTED_SECONDS)
-        if run is not None:
-            await show("numbers", look.electrical, run)
+        if kind.run is not None:
+            await self._add("numbers", request, look.electrical, subject, kind.run)
+        side = request["side"]
         lane, pool = self._lanes[side], self._pool(side)
         work = Work(pool, lane, pool.begin(lane), request["id"], self.send)
-        source = await self._in_thread(lambda asked: self.source(asked["setting"]), request)
         try:
-            if guesses := self.shelf.guesses(request["setting"]):
-                found = await work.do(find_rests, source, list(guesses))
-                moved = self.shelf.confirm(request["setting"], found)
-                if moved > SAME_REST or (moved > 0.0 and wanders):  # it rests elsewhere: another picture
-                    self.first.give(side, request)
-                    return
-            if not pull_in_kept:
-                with suppress(InputError):
-                    look.keep_pull_in(model, await work.do(find_pull_in, source))
-                    await show("numbers", look.margins)
+            source = await self._in_thread(lambda asked: self.source(asked["setting"]), request)
+            if not await self._rests_there(work, source, request, kind):
+                self.first.give(side, request)
+                return
+            await self._find_static(work, source, request, subject, kept)
             await self._send_profiles(request, model, work, source)
-            if drawn and not static_kept:
-                look.keep_static(model, await work.do(find_static, source))
-                await show("statics", look.statics)
+            if missing:
+                for key, curve in zip(missing, await work.do(find_curves, source, missing), strict=True):
+                    keep_curve(key, curve)
+                self.second.give(side, (request, subject))  # whose evidence they belong to
         except InputError as error:
             head = {"kind": "late", "id": request["id"], "side": side, "stage": "statics", "message": str(error)}
             await self.send(head)
@@ -272,6 +275,33 @@ class Page:
                 await self._show("profiles", request, await work.do(find_profiles, source, film))
                 self._profiles.add(name)
 
+    async def _add(
+        self, name: str, request: Mapping[str, Any], compute: Callable[..., look.Parts], *given: Any
+    ) -> None:
+        """Shows what ``compute`` gives in a thread."""
+        found = await asyncio.get_running_loop().run_in_executor(self._threads, compute, *given)
+        await self._show(name, request, found)
+
+    async def _rests_there(self, work: Work, source: Source, request: Mapping[str, Any], kind: look.Settled) -> bool:
+        """Whether the picture shows the rests that a search finds."""
+        guesses = self.shelf.guesses(request["setting"])
+        if not guesses:
+            return True
+        moved = self.shelf.confirm(request["setting"], await work.do(find_rests, source, list(guesses)))
+        return moved <= SAME_REST and not (moved > 0.0 and kind.words["regime"] in WANDERING)
+
+    async def _find_static(
+        self, work: Work, source: Source, request: dict[str, Any], subject: Subject, kept: tuple[bool, bool]
+    ) -> None:
+        """Pull-in, and the equilibria where they are shown, of which none is kept yet."""
+        if not kept[0]:
+            with suppress(InputError):
+                look.keep_pull_in(subject.model, await work.do(find_pull_in, source))
+                await self._add("numbers", request, look.margins, subject)
+        if "statics" in request["panels"] and not kept[1]:
+            look.keep_static(subject.model, await work.do(find_static, source))
+            await self._add("statics", request, look.statics, subject)
+
     async def _computed(self, slot: Slot, request: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
         """What ``compute`` gives, in a thread under the slot's watch; None after an error, which the page is told."""
         if self._ended.is_set():
@@ -281,8 +311,9 @@ class Page:
 
         def watched() -> Any:
             began = time.thread_time()
-            with watching(watch):
+            with watching(watch), known_curves() as missing:
                 result = compute()
+            slot.missing = list(missing)
             slot.cost += time.thread_time() - began
             return result
 
@@ -372,7 +403,7 @@ class Page:
         setting = Setting.read(request.get("setting"))
         if setting.file is not None or setting.values:
             raise InputError("a small picture is that of a device or preset as it is by itself; name one")
-        with watching(watch):
+        with watching(watch), known_curves():
             subject = self.shelf.subject(setting)
             return look.glance(subject), look.about(subject)
 

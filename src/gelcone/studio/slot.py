@@ -31,6 +31,8 @@ class Slot:
         """Whether what runs only adds to what the page shows already."""
         self.cost = 0.0
         """Seconds of processor that what is done has taken."""
+        self.missing: list[Any] = []
+        """What was left out of what was done last, for it takes long."""
         self._next: dict[str, Any] = {}
         self._unanswered: set[str] = set()
         """Sides of a patient slot whose last request was stopped."""

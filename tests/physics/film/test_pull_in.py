@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import gelcone
 from gelcone.errors import InputError
 from gelcone.membrane.gel import Gel
 from gelcone.membrane.pull_in import PullInCurve, pull_in_curve
@@ -63,7 +64,7 @@ def test_a_curve_is_computed_once_and_stored(tmp_path, monkeypatch):
     monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
     monkeypatch.setattr(pull_in, "pull_in_curve", lambda gel, ratio: (computed.append(ratio), CURVE)[1])
     for _ in range(2):
-        pull_in.curve_of.cache_clear()  # that of this process
+        pull_in._curves.clear()  # that of this process
         assert membrane_pull_in(WRINKLING, 0.3) == CURVE
     assert computed == [0.3]
     assert membrane_pull_in(WRINKLING.replace(stretch_limit=40.0), 0.3) == CURVE
@@ -73,10 +74,10 @@ def test_a_curve_is_computed_once_and_stored(tmp_path, monkeypatch):
     monkeypatch.setenv("GELCONE_CACHE", "")
     membrane_pull_in(WRINKLING, 0.3)
     assert len(computed) == 4
-    pull_in.curve_of.cache_clear()
+    pull_in._curves.clear()
     membrane_pull_in(WRINKLING, 0.3)
     assert len(computed) == 5
-    pull_in.curve_of.cache_clear()
+    pull_in._curves.clear()
 
 
 @pytest.mark.parametrize(
@@ -97,3 +98,21 @@ def test_other_films_have_none(model):
 def test_a_disc_as_large_as_the_film_is_refused(ratio):
     with pytest.raises(InputError, match="must lie between 0 and 1"):
         membrane_pull_in(WRINKLING, ratio)
+
+
+def test_curves_that_are_not_known_are_left_out_where_a_hand_waits_and_named(monkeypatch):
+    model = gelcone.find_device("biased-pump").to_model()
+    members, x = model.members(), np.array([[0.2, 0.6]])
+    film, voltage = members.system.films[0], np.array([[0.1, 0.2]])
+    expected = pull_in.over_pull_in(film, members.values, x, voltage)
+    assert expected is not None
+    monkeypatch.setattr(pull_in, "_curves", {})
+    with pull_in.known_curves() as missing:
+        assert pull_in.over_pull_in(film, members.values, x, voltage) is None
+    ((law, *_, ratio),) = missing
+    assert (law, ratio) == (members.system.film.law, pytest.approx(8.0 / 30.0))
+    for key in missing:
+        pull_in.keep_curve(key, pull_in.curve_of(*key))
+    with pull_in.known_curves() as missing:
+        np.testing.assert_array_equal(pull_in.over_pull_in(film, members.values, x, voltage), expected)
+    assert missing == {}

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from functools import lru_cache
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,12 +48,45 @@ def membrane_pull_in(model: ConeModel, radius_ratio: float | None = None) -> Pul
     return curve_of(film.law, tuple((name, float(value)) for name, value in law.items()), *squares, ratio)
 
 
-@lru_cache(maxsize=MOST)
+CurveKey = tuple[StrainEnergyLaw, tuple[tuple[str, float], ...], float, float, float]
+"""A law with its numbers, squared pre-stretches and a/b."""
+_curves: dict[CurveKey, PullInCurve | None] = {}
+_thread = threading.local()
+
+
+@contextmanager
+def known_curves() -> Iterator[dict[CurveKey, None]]:
+    """In this thread `over_pull_in` leaves out curves that are not known, in place of a second for each: for pictures
+    under a moving hand. Gives those that were left out, so that one may compute them later.
+    """
+    before, _thread.missing = getattr(_thread, "missing", None), dict[CurveKey, None]()
+    try:
+        yield _thread.missing
+    finally:
+        _thread.missing = before
+
+
+def keep_curve(key: CurveKey, found: PullInCurve | None) -> None:
+    """Keeps a curve, also one that was computed in another process."""
+    if len(_curves) >= MOST:
+        _curves.clear()
+    _curves[key] = found
+
+
 def curve_of(
     law: StrainEnergyLaw, law_numbers: tuple[tuple[str, float], ...], A: float, B: float, ratio: float
 ) -> PullInCurve | None:
     """The curve of a film of a law with its numbers, squared pre-stretches and a/b; None for one that is in tension at
     no displacement."""
+    key = (law, law_numbers, A, B, ratio)
+    if key not in _curves:
+        keep_curve(key, _made(*key))
+    return _curves[key]
+
+
+def _made(
+    law: StrainEnergyLaw, law_numbers: tuple[tuple[str, float], ...], A: float, B: float, ratio: float
+) -> PullInCurve | None:
     own = dict(law_numbers)
 
     def make() -> bytes:
@@ -81,8 +115,13 @@ def over_pull_in(placed: PlacedFilm, values: Mapping[str, Array], x: Array, volt
     rows, which = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
     found = np.full(np.shape(x), -1.0)
     at = np.broadcast_to(placed.place(x, {name: np.reshape(value, (-1, 1)) for name, value in values.items()}), x.shape)
+    missing = getattr(_thread, "missing", None)
     for k, (A, B, ratio, *numbers) in enumerate(rows.tolist()):
-        curve = curve_of(film.law, tuple(zip(law, numbers, strict=True)), A, B, ratio) if 0.0 < ratio < 1.0 else None
+        key = (film.law, tuple(zip(law, numbers, strict=True)), A, B, ratio)
+        if missing is not None and key not in _curves and 0.0 < ratio < 1.0:
+            missing[key] = None
+            return None
+        curve = curve_of(*key) if 0.0 < ratio < 1.0 else None
         if curve is not None:
             own_rows = which.ravel() == k
             found[own_rows] = np.abs(voltage[own_rows]) / curve.voltage(at[own_rows]) - 1.0

@@ -20,7 +20,7 @@ export function newAddress(text, here) {
   try {
     const url = new URL(text.trim()), token = url.searchParams.get("token"), near = [here.hostname, "127.0.0.1", "localhost", "[::1]"];
     if (!token || url.protocol !== "http:" || url.username || !near.includes(url.hostname)) return null;
-    return { token, elsewhere: url.host === here.host ? null : `http://${url.host}/?token=${encodeURIComponent(token)}` };
+    return { token, elsewhere: url.host === here.host ? null : `${url.origin}/?token=${encodeURIComponent(token)}` };
   } catch { return null; }
 }
 
