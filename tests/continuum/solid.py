@@ -20,10 +20,11 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO, check_displacements, membrane
+from gelcone.continuum.membrane import check_displacements, membrane
 from gelcone.continuum.mesh import check_radius_ratio, import_skfem
 from gelcone.continuum.path import Ending
 from gelcone.errors import InputError
+from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Quantity
 

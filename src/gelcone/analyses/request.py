@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.errors import InputError, unknown_name
+from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import ConeModel, parameter_names, parameter_quantity
 from gelcone.quantity import Array
 from gelcone.register.analysis import Analysis, annotation_of
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 100_000
 RADIUS_RATIO = "radius_ratio"
-DEFAULT_RADIUS_RATIO = 0.2
 DEFAULT_INITIAL = (1.0, 0.0)
 STATES = {"displacement": "length", "velocity": "velocity"}
 """Components of the initial state, and the quantity of each."""

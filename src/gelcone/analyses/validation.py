@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import heading
-from gelcone.analyses.request import DEFAULT_RADIUS_RATIO, RADIUS_RATIO, read_measures, read_pairs, read_value
+from gelcone.analyses.request import RADIUS_RATIO, read_measures, read_pairs, read_value
 from gelcone.errors import InputError
+from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.quantity import Array
 from gelcone.words import shortened, unit_of
 

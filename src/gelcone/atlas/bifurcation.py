@@ -31,6 +31,7 @@ from gelcone.motion.settle import (
     settle,
     start_states,
 )
+from gelcone.motion.stepping import NUDGE
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
@@ -41,8 +42,6 @@ if TYPE_CHECKING:
 
 CHUNK = 256
 """Members computed together: enough to fill lanes and threads, few enough for progress and interrupts."""
-NUDGE = 1e-4
-"""A sweep moves each state by this much before the next value, so that it leaves a motion that has become unstable."""
 BISECTIONS = 8
 WALK = 0.25
 """About the share of a sweep's work that is serial: each value needs the state of the one before."""

@@ -26,7 +26,7 @@ from gelcone.motion.linear import equilibrium_under_bias, linear_response
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.settle import check_budgets, start_states
 from gelcone.motion.settled import HARMONICS, Swing, settled_swing, swing
-from gelcone.motion.stepping import NUDGE, SURE, Falls, Trail, carried, continued, walk
+from gelcone.motion.stepping import NEGLIGIBLE, NUDGE, SURE, Falls, Trail, carried, continued, walk
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -46,8 +46,6 @@ BENT = 0.01
 """The stroke bends where it is off the line between its neighbours by this share of the largest one."""
 DIFFERENT = 0.02
 """Sweeps differ where their strokes do by this share of the larger one, or more."""
-NEGLIGIBLE = 1e-3
-"""Strokes below this share of the largest one count as equal, as do those of a rest."""
 RESOLVED = 1e-5
 """Share of a height within which settled motions are not distinguished: ten times what their returns leave."""
 NARROWINGS = 3

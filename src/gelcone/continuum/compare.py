@@ -13,7 +13,6 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.continuum.membrane import (
     DEFAULT_ELEMENTS,
-    DEFAULT_RADIUS_RATIO,
     Wrinkles,
     check_displacements,
     check_voltages,
@@ -26,6 +25,7 @@ from gelcone.continuum.membrane import (
 from gelcone.continuum.mesh import Film, interpolated, mesh_film
 from gelcone.continuum.path import Ending, Point, cone, flat, newton, reach, slackens
 from gelcone.errors import InputError
+from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 

@@ -18,7 +18,7 @@ from numpy.polynomial.chebyshev import chebvander
 
 from gelcone import disk_cache, permission
 from gelcone.continuum.charged import Charged, charged, flat_squared, follow, slack_limit, slack_squared
-from gelcone.continuum.membrane import DEFAULT_RADIUS_RATIO, highest_span, limit_shares, raised_film, stress_state
+from gelcone.continuum.membrane import highest_span, limit_shares, raised_film, stress_state
 from gelcone.continuum.mesh import SLACK_STIFFNESS, Film, check_radius_ratio, import_skfem, mesh_film
 from gelcone.continuum.path import Ending, Point, reach
 from gelcone.errors import InputError
@@ -26,6 +26,7 @@ from gelcone.files import write_whole
 from gelcone.physics.component import to_record
 from gelcone.physics.film.continuum import FADE, ContinuumFilm
 from gelcone.physics.film.fitted import FittedFilm, Polynomial
+from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.film.stored import film_from_json, read_film
 from gelcone.physics.film.wrinkling import NEVER
 from gelcone.physics.laws import LAWS

@@ -34,6 +34,7 @@ from gelcone.continuum.mesh import (
 )
 from gelcone.continuum.path import Ending, Point, arc, cone, flat, newton, reach, settled, slackens
 from gelcone.errors import InputError, unknown_name
+from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import PARAMETERS, ConeModel
 from gelcone.quantity import Array
 
@@ -42,8 +43,6 @@ if TYPE_CHECKING:
 
 Wrinkles = Literal["mark", "relax"]
 WRINKLES = ("mark", "relax")
-DEFAULT_RADIUS_RATIO = 0.2
-"""a/b of the source paper's Table 1: 10 mm in 50 mm."""
 DEFAULT_ELEMENTS = 200
 COMPRESSION = -1e-9
 """True stress over mu that counts as compression, not as rounding."""

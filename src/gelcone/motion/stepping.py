@@ -28,7 +28,7 @@ NUDGE = 1e-4
 JUMPED = 0.2
 """A motion has jumped when its amplitude or its middle changed by this share of the amplitude."""
 NEGLIGIBLE = 1e-3
-"""Changes below this share of the largest amplitude so far are none."""
+"""Changes below this share of the largest amplitude so far are none, and strokes below it count as equal."""
 FINEST = 2.0**-7
 """The smallest step, as a share of the distance between two frequencies that were asked for."""
 SURE = 4.0

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 LIMIT_THRESHOLD = 1.5
 """Stretch limit below which the paper sees chaos (text)."""
+STARTS = 4
+"""Nearby starts of a motion, from which the error of what is read from it follows."""
 SAME = 0.05
 """Motions are indistinguishable when they differ by less than this share of their size: what a plot shows."""
 SIX = (5.5, 6.5)

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gelcone.continuum.membrane import (
-    DEFAULT_RADIUS_RATIO,
     highest_span,
     limit_shares,
     raised_film,
@@ -21,6 +20,7 @@ from gelcone.continuum.membrane import (
 from gelcone.continuum.mesh import Film, check_radius_ratio, mesh_film
 from gelcone.continuum.path import Ending, Point, cone, flat, newton, reach
 from gelcone.errors import InputError
+from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.film.unwrinkled import UnwrinkledFilm
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array

@@ -199,23 +199,25 @@ def _pocket(plane: xr.Dataset) -> _Pocket:
     negative = (plane["sign"].values < 0) & (plane["regime"].values == Regime.PERIODIC)
     rest = ndimage.binary_dilation(plane["regime"].values == Regime.REST)
 
-    def enclosed(negative: Mask) -> tuple[int, Mask]:
-        """Cells of the largest narrow pocket, and the large regular domain."""
+    def largest(negative: Mask) -> tuple[int, npt.NDArray[np.intp]]:
+        """Cells of the largest narrow pocket, and the labels of pockets: 0 outside of all."""
         labels, count = ndimage.label(negative)
-        outer = np.unique([*labels[0], *labels[-1], *labels[:, 0], *labels[:, -1], *labels[rest]])
         sizes = np.bincount(labels.ravel(), minlength=count + 1)
-        sizes[outer] = 0
-        sizes[0] = 0
-        return int(sizes[sizes <= WIDEST * labels.size].max()), np.isin(labels, outer[outer > 0]) | rest
+        sizes[outside(labels)] = 0
+        return int(sizes[sizes <= WIDEST * labels.size].max()), labels
 
-    cells, domain = enclosed(negative)
+    def outside(labels: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
+        """Labels that touch the edge or rest."""
+        return np.concatenate([[0], labels[0], labels[-1], labels[:, 0], labels[:, -1], labels[rest]])
+
+    cells, labels = largest(negative)
+    domain = (negative & np.isin(labels, outside(labels))) | rest
     inside = np.flatnonzero(~domain.ravel() & ~_edges(domain.shape))
     rng = np.random.default_rng(SHUFFLES)
-    as_large = 0
+    as_large, shuffled = 0, negative.copy()
     for _ in range(SHUFFLES if cells else 0):
-        shuffled = negative.ravel().copy()
-        shuffled[inside] = rng.permutation(shuffled[inside])
-        as_large += enclosed(shuffled.reshape(negative.shape))[0] >= cells
+        shuffled.flat[inside] = rng.permutation(negative.flat[inside])
+        as_large += largest(shuffled)[0] >= cells
     return _Pocket(cells, (1 + as_large) / (1 + SHUFFLES) if cells else 1.0)
 
 

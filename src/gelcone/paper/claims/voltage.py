@@ -11,6 +11,7 @@ from gelcone.codes import Regime
 from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.numbers import Number, Truth
 from gelcone.paper.reading import (
+    SAME,
     about_six,
     chaotic,
     finite_not_positive,
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
 
 ROUNDED = (1.035, 1.045)
 """What rounds to the paper's threshold."""
-SAME = 0.05
-"""Motions are indistinguishable when they differ by less than this share of their size: what a plot shows."""
 BANDWIDTH = 1.94
 """Bins over which the spectrum's window spreads noise."""
 

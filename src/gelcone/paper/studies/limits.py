@@ -11,10 +11,12 @@ from gelcone import dataset
 from gelcone.atlas import maps
 from gelcone.dataset import attributes
 from gelcone.motion.attractor.classification import classify
+from gelcone.motion.attractor.search import NEARBY
 from gelcone.motion.flow import integrate
 from gelcone.motion.settled import swing
 from gelcone.paper.effort import Effort
 from gelcone.paper.fixed_step import fixed_step
+from gelcone.paper.reading import STARTS
 from gelcone.paper.sampling import SIGN_BUDGET, Sample, sampled
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.studies.samples import half, rows_same
@@ -24,8 +26,6 @@ from gelcone.physics.model import ConeModel
 if TYPE_CHECKING:
     import xarray as xr
 
-STARTS = 4
-NEARBY = 1e-9
 LARGE = (100.0, 300.0, 1000.0)
 OWN_VOLTAGE = PANELS["fast", "stretch_limit"]
 STEP = 0.05

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.motion.attractor.classification import classify
+from gelcone.motion.attractor.search import NEARBY
 from gelcone.paper import reading
 from gelcone.paper.effort import Effort
 from gelcone.paper.numbers import Truth
-from gelcone.paper.reading import LIMIT_THRESHOLD, chaotic, finite_positive
+from gelcone.paper.reading import LIMIT_THRESHOLD, STARTS, chaotic, finite_positive
 from gelcone.paper.sampling import SIGN_BUDGET, Sample, observed, over_points, sampled, share_of
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.studies.study import Progress, Study
@@ -41,9 +42,6 @@ FACTOR = 1.25
 DRAWN = ("drive_frequency", "spring_stiffness", "damping_ratio")
 VOLTAGES, SET_VOLTAGES, DAMPINGS, LIMITS = 10, 5, 8, 4
 """Values at each draw of the samples with several."""
-STARTS = 4
-"""Nearby starts of the base set itself, from which the error of its amplitude follows."""
-NEARBY = 1e-9
 HIGH = 1.6
 """From which voltage on it is high."""
 STRETCHES = (0.4, 2.0)

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 KIND = "pull-in"
 DEFAULT_RADIUS_RATIO = 0.2
+"""a/b of the source paper's Table 1: 10 mm in 50 mm."""
 MOST = 4096
 """Curves held in memory."""
 
