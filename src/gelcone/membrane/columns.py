@@ -1,8 +1,8 @@
 """All states of a film: columns of rising voltage at held heights, and the limits at which they end.
 
-A column starts from the straight cone without voltage and rises until the film falls slack, or until its innermost ring
-localises. There the firmness T11 of that ring, whose hoop the disc holds, has fallen to zero, smoothly or by a jump
-where its hoop falls slack: an equation of one ring, `longest`.
+A column starts from the straight cone without voltage and rises until the film falls slack, or until the ring at the
+disc localises, or with a strong hoop the one at the rim. There the firmness T11 of that ring, whose hoop is held, has
+fallen to zero, smoothly or by a jump where its hoop falls slack: an equation of one ring, `longest`.
 """
 
 from __future__ import annotations
@@ -58,6 +58,14 @@ def lowest_localisation(gel: Gel, highest: float) -> float:
     return high
 
 
+LONG = 0.99
+"""Share of the length at which the innermost ring localises that it has at least at the end of a column that does."""
+FINEST = 1e-3
+"""Share of the V up to which a column may go within which its end is not told from that."""
+NEXT = 0.01
+"""Of a voltage: at the lowest at which a ring localises, the end of a column may lie below by so much."""
+
+
 @dataclass(frozen=True)
 class Columns:
     """States in columns: the ``column`` of each, its V and `Measures`; of each column its height, how it ended, the V
@@ -98,6 +106,17 @@ class Columns:
         return self.V[own], values[own]
 
 
+def localised(gel: Gel, found: Columns) -> Array:
+    """Which columns end because the ring at the disc or the one at the rim localises."""
+    V, edge = np.zeros((2, found.heights.size))
+    for k in map(int, np.flatnonzero(np.isfinite(found.first))):
+        own, edges = found.along(k, found.measures.edge)
+        V[k], edge[k] = own[-1], edges[-1]
+    with np.errstate(invalid="ignore"):
+        near: Array = np.sqrt(edge) > LONG * longest(gel, V * (1.0 + NEXT))
+    return (V > 0.0) & (found.end < found.top * (1.0 - FINEST)) & near
+
+
 def columns(
     film: Elements, heights: Array, first: Array, top: Array, steps: int = 14, finest: float = 0.0003
 ) -> Columns:
@@ -107,11 +126,12 @@ def columns(
     ends where they are less than ``finest`` of it. Columns without a state at V = 0 are empty.
     """
     count = heights.size
-    now = film.found(film.cones(heights, np.zeros(count)))
+    now = film.unloaded(heights)
     measured = film.measures(now)
     force, live = measured.force, np.flatnonzero(now.found & (measured.force > 0.0))
     column, V, kept = [live], [np.zeros(live.size)], [Measures(*(v[live] for v in measured))]
-    r, z, reached, started = now.r.copy(), now.z.copy(), np.zeros(count), np.isin(np.arange(count), live)
+    r, z, tension, reached = now.r.copy(), now.z.copy(), now.tension.copy(), np.zeros(count)
+    started = np.isin(np.arange(count), live)
     rate_r, rate_z = np.zeros_like(r), np.zeros_like(z)
     # the first steps of the columns differ, so that their states are scattered over the voltage
     regular = np.minimum(first / steps, top)
@@ -122,9 +142,8 @@ def columns(
         if not live.size:
             break
         h = step[live]
-        start = Chains(
-            reached[live] + h, r[live] + h[:, None] * rate_r[live], z[live] + h[:, None] * rate_z[live], slack[live]
-        )
+        r_next, z_next = (place[live] + h[:, None] * rate[live] for place, rate in ((r, rate_r), (z, rate_z)))
+        start = Chains(reached[live] + h, r_next, z_next, tension[live], np.zeros(live.size, bool))
         after = film.found(start, STEP_ROUNDS)
         measured = film.measures(after)
         with np.errstate(all="ignore"):
@@ -135,14 +154,16 @@ def columns(
         on, off = live[good], live[~good]
         rate_r[on] = (after.r[good] - r[on]) / h[good, None]
         rate_z[on] = (after.z[good] - z[on]) / h[good, None]
-        r[on], z[on], reached[on] = after.r[good], after.z[good], after.V[good]
+        r[on], z[on], tension[on], reached[on] = (values[good] for values in (after.r, after.z, after.tension, after.V))
         column.append(on)
         V.append(after.V[good])
         kept.append(Measures(*(values[good] for values in measured)))
         slack[off] = weak[~good]
-        failed[off] = after.V[~good]
-        step[off] *= 0.5
-        beyond = reached + step >= failed
+        # an extrapolated fold may lead to a state under compression: tried again from the last state itself
+        folded = rate_z[off].any(axis=1) & (film.gel.A < film.gel.B)
+        failed[off[~folded]] = after.V[~good][~folded]
+        rate_r[off[folded]], rate_z[off[folded]] = 0.0, 0.0
+        beyond = reached + step >= failed * (1.0 - 1e-9)
         step = np.where(beyond, 0.5 * (failed - reached), step)
         step[on] = np.where(np.isfinite(failed[on]), step[on], regular[on])
         step = np.minimum(step, top - reached)
@@ -152,7 +173,7 @@ def columns(
         np.concatenate(column), np.concatenate(V), Measures(*(np.concatenate(part) for part in parts)), heights, slack,
         np.minimum(0.5 * (reached + np.where(np.isfinite(failed), failed, reached)), top),
         top,
-        Chains(reached, r, z, started),
+        Chains(reached, r, z, tension, started),
     )  # fmt: skip
     return found
 

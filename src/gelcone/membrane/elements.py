@@ -7,7 +7,12 @@ minimises
     E = 2/(b^2 - a^2) sum R dR phi(l1, l2; V),    l1 = |d(r, z)|/dR,    l2 = r/R,
 
 at a held height of the disc, by Newton's method, many states at once. The force is dE/dx, the mean square of the
-deformed over the mounted area -2 dE/dV. Elements are shortest beside the disc, where the stretches vary most.
+deformed over the mounted area -2 dE/dV. Elements are shortest next to the disc, where the stretches vary most.
+
+An element without tension turns freely, so that the tension at the present place says little of how it will withstand
+turning where it hardly pulls. Near a state whose tensions are known they are therefore unknowns of their own for that
+purpose, which follow the linearised ones from round to round (a mixed method; Magisano, Leonetti, Garcea, Int. J.
+Numer. Meth. Engng 109, 2017).
 """
 
 from __future__ import annotations
@@ -29,6 +34,12 @@ LARGEST_STEP = 0.35
 """Of the change of an element in one round, over its length."""
 LEAST_TENSION = 1e-9
 """Tension with which a slack element withstands turning, so that a state without tension is a single one."""
+LOST = 1e14
+"""A rigidity of elements that no state has."""
+LONGEST_STEP, SHORTEST_STEP = 0.7, 0.01
+"""Of ln x, by which a state is raised or lowered."""
+LEAST_KEPT = 0.1
+"""Share of its tension that an element keeps at least from one round to the next."""
 BETWEEN = 6
 """Rings between the middles of two elements at which their firmness is computed, too."""
 BAND = 3
@@ -36,11 +47,13 @@ BAND = 3
 
 
 class Chains(NamedTuple):
-    """States: squared voltage, radius and height of the nodes (states, nodes), whether each was found."""
+    """States: squared voltage, radius and height of the nodes (states, nodes), tension T1 of the elements (states,
+    elements; NaN where it is not known), whether each was found."""
 
     V: Array
     r: Array
     z: Array
+    tension: Array
     found: Array
 
     def where(self, which: Array) -> Chains:
@@ -49,14 +62,15 @@ class Chains(NamedTuple):
 
 
 class Measures(NamedTuple):
-    """Of states: height, force, area (charge over voltage), squared meridional length beside the disc, the true field
-    over v where it is largest, least firmness of any ring, and of the hoop (see `Gel.hoop`) the least tension and the
-    largest."""
+    """Of states: height, force, area (charge over voltage), squared meridional length at the disc and the longer one
+    at the disc or the rim, the true field over v where it is largest, least firmness of any ring, and of the hoop (see
+    `Gel.hoop`) the least tension and the largest."""
 
     x: Array
     force: Array
     area: Array
     disc: Array
+    edge: Array
     field: Array
     firmness: Array
     least_hoop: Array
@@ -103,7 +117,33 @@ class Elements:
     def cones(self, x: Array, V: Array) -> Chains:
         """Straight cones of those heights, to start from; the disc is at the height x, the rim at 0."""
         share = (self.nodes - self.nodes[0]) / (self.nodes[-1] - self.nodes[0])
-        return Chains(V, np.tile(self.nodes, (x.size, 1)), x[:, None] * (1.0 - share), np.zeros(x.shape, bool))
+        unknown = np.full((x.size, self.count), np.nan)
+        return Chains(V, np.tile(self.nodes, (x.size, 1)), x[:, None] * (1.0 - share), unknown, np.zeros(x.shape, bool))
+
+    def unloaded(self, x: Array) -> Chains:
+        """The states without voltage at heights x > 0: from straight cones, and where none is found so from the state
+        of the nearest height, by steps."""
+        at = self.found(self.cones(x, np.zeros(x.size)))
+        known = np.flatnonzero(at.found)
+        for k in np.flatnonzero(~at.found) if known.size else []:
+            nearest = known[np.argmin(np.abs(np.log(x[known] / x[k])))]
+            own = self._moved(at.where(np.array([nearest])), float(x[k]))
+            for values, found in zip(at, own, strict=True):
+                values[k] = found[0]
+        return at
+
+    def _moved(self, at: Chains, x: float) -> Chains:
+        """A state raised or lowered to a height."""
+        now, step = float(at.z[0, 0]), LONGEST_STEP
+        while now != x and step > SHORTEST_STEP:
+            way = np.log(x / now)
+            target = x if abs(way) <= step else now * np.exp(np.copysign(step, way))
+            found = self.found(at._replace(z=at.z * (target / now), tension=at.tension * (target / now)))
+            if found.found[0]:
+                at, now, step = found, target, min(2.0 * step, LONGEST_STEP)
+            else:
+                step *= 0.5
+        return at._replace(found=at.found & (now == x))
 
     def stretches(self, at: Chains) -> tuple[Array, Array, Array, Array]:
         """l1, l2, and the direction of each element (states, elements)."""
@@ -114,27 +154,30 @@ class Elements:
 
     def found(self, start: Chains, rounds: int = ROUNDS) -> Chains:
         """The states near chains whose ends are held."""
-        r, z, done = start.r.copy(), start.z.copy(), np.zeros(start.V.shape, bool)
+        r, z, tension, done = start.r.copy(), start.z.copy(), start.tension.copy(), np.zeros(start.V.shape, bool)
         live = np.arange(start.V.size)
         width = np.full((start.V.size, self.count), np.nan)
         for _ in range(rounds):
             if not live.size:
                 break
-            at = Chains(start.V[live], r[live], z[live], done[live])
-            step, width[live] = self._step(at, width[live])
+            at = Chains(start.V[live], r[live], z[live], tension[live], done[live])
+            step, linear, width[live] = self._step(at, width[live])
             length = np.hypot(np.diff(at.r, axis=1), np.diff(at.z, axis=1))
             largest = np.max(np.abs(np.diff(step, axis=1)).max(axis=2) / length, axis=1)
-            share = np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300))
-            r[live] += share[:, None] * step[:, :, 0]
-            z[live] += share[:, None] * step[:, :, 1]
+            share = np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300))[:, None]
+            r[live] += share * step[:, :, 0]
+            z[live] += share * step[:, :, 1]
             converged = largest < ACCURATE
+            moved = np.maximum(at.tension + share * (linear - at.tension), LEAST_KEPT * at.tension)
+            tension[live] = np.where(converged[:, None], linear, moved)
             done[live[converged]] = True
             lost = ~np.isfinite(largest)
             live = live[~converged & ~lost]
-        return Chains(start.V, r, z, done)
+        return Chains(start.V, r, z, tension, done)
 
-    def _step(self, at: Chains, width: Array) -> tuple[Array, Array]:
-        """Newton's step of the nodes, (states, nodes, 2), and the rings' widths."""
+    def _step(self, at: Chains, width: Array) -> tuple[Array, Array, Array]:
+        """Newton's step of the nodes, (states, nodes, 2), the tensions after it by linearisation, and the rings'
+        widths."""
         from scipy.linalg import solve_banded  # importing it takes as long as starting gelcone
 
         l1, l2, cosine, sine = self.stretches(at)
@@ -145,7 +188,8 @@ class Elements:
             guess = np.where(np.isnan(width), np.maximum(l2 * l2, least), np.maximum(width, l2 * l2))
             ring = self.gel.ring(l1, l2, V, slack, guess, steps=25 if np.isnan(width).any() else 4)
         w, dR, R2 = self.weights, self.lengths, 2.0 * self.middles
-        turn = np.maximum(ring.meridional, LEAST_TENSION) / (l1 * dR * dR)
+        withstands = np.where(np.isnan(at.tension), ring.meridional, at.tension)
+        turn = np.maximum(withstands, LEAST_TENSION) / (l1 * dR * dR)
         firm = np.maximum(ring.firmness, 1e-6) / (dR * dR)
         # gradients of l1 by (r, z) of the outer node, of l2 by r of either
         gr, gz = w * ring.meridional * cosine / dR, w * ring.meridional * sine / dR
@@ -177,13 +221,16 @@ class Elements:
         band[BAND - 2, :, 3::2], band[BAND + 2, :, 1:-2:2] = zo, zo
         band[BAND - 3, :, 3::2], band[BAND + 3, :, 0:-2:2] = ri_zo, ri_zo
         band[BAND - 1, :, 2::2], band[BAND + 1, :, 1:-2:2] = zi_ro, zi_ro
-        ok = np.isfinite(band).all(axis=(0, 2)) & np.isfinite(right).all(axis=(1, 2))
+        with np.errstate(invalid="ignore"):
+            ok = (np.abs(band).max(axis=(0, 2)) < LOST) & np.isfinite(right).all(axis=(1, 2))
         band[:, ~ok], right[~ok] = 0.0, 0.0
         band[BAND, ~ok] = 1.0
         step = -solve_banded((BAND, BAND), band.reshape(2 * BAND + 1, -1), right.ravel(), check_finite=False)
         step = np.pad(step.reshape(states, inner, 2), ((0, 0), (1, 1), (0, 0)))
         step[~ok] = np.nan
-        return step, ring.width
+        along = (cosine * np.diff(step[:, :, 0], axis=1) + sine * np.diff(step[:, :, 1], axis=1)) / dR
+        around = (step[:, 1:, 0] + step[:, :-1, 0]) / R2
+        return step, ring.meridional + ring.firmness * along + ring.coupling * around, ring.width
 
     def least_firmness(self, at: Chains) -> Array:
         """Of any ring of states, (states,), also between the middles of elements."""
@@ -203,15 +250,21 @@ class Elements:
             ring, stress = self.gel.at(l1, l2, V), self.gel.hoop(l1, l2, V)
         force = -(self.weights * ring.meridional * sine / self.lengths)[:, 0]
         area = np.sum(self.weights * l1 * l1 * ring.width, axis=1)
-        # beside the disc from the two innermost elements
-        rate = (self.middles[0] - self.nodes[0]) / (self.middles[1] - self.middles[0])
-        disc = (l1[:, 0] + rate * (l1[:, 0] - l1[:, 1])) ** 2
+        # at the disc and at the rim from the two elements next to them
+        middles, nodes = self.middles, self.nodes
+        inwards = (middles[0] - nodes[0]) / (middles[1] - middles[0])
+        outwards = (nodes[-1] - middles[-1]) / (middles[-1] - middles[-2])
+        disc = (l1[:, 0] + inwards * (l1[:, 0] - l1[:, 1])) ** 2
+        rim = (l1[:, -1] + outwards * (l1[:, -1] - l1[:, -2])) ** 2
+        with np.errstate(all="ignore"):
+            edges = [m * self.gel.width(np.sqrt(m), np.ones_like(m), at.V) for m in (disc, rim)]
         found = (
             at.z[:, 0],
             force,
             area,
             disc,
-            np.sqrt(np.max(l1 * l1 * ring.width, axis=1)),
+            np.maximum(disc, rim),
+            np.sqrt(np.max([np.max(l1 * l1 * ring.width, axis=1), *edges], axis=0)),
             np.min(ring.firmness, axis=1),
             np.min(stress, axis=1),
             np.max(stress, axis=1),

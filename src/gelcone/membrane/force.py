@@ -1,15 +1,14 @@
 """The force of a film as formulas: of numbers, arrays or the expressions of a program.
 
-With s = x^2, the squared voltage V, p = s/(s + c) and u, p scaled to run from -1 to 1, a film pulls the disc back with
+With s = x^2, the squared voltage V, p = -(s + c)^e and u, p scaled to run from -1 to 1, a film pulls the disc back with
 x k,
 
     k = base [P(u, q) + rim^2 P1(u, q) + whole^2 P2(u, q)],
 
 in two pieces. The ``near`` one is of heights at which the film falls slack as the voltage rises, at V = W(u): q = V/W
-and base = W - V. The ``far`` one is of heights at which its innermost ring localises before, where q = V W(u) is about
-1: base = 1. ``rim`` = q - (the q at which the first hoop, at the rim, falls slack) and ``whole`` = q - (that of the
-last hoop) count where they are positive: the second derivative of the force has a kink there. The film held at s
-localises above
+and base = W - V. The ``far`` one is of heights at which a ring at its edge localises before, where q = V W(u) is about
+1: base = 1. ``rim`` = q - (the q at which the first hoop falls slack) and ``whole`` = q - (that of the last hoop) count
+where they are positive: the second derivative of the force has a kink there. The film held at s localises above
 
     V = lowest + d E(t),    d = p(star) - p where that is positive, else 0,
 
@@ -28,9 +27,9 @@ import numpy as np
 
 Numbers = Mapping[str, Any]
 PIECES = ("near", "far")
-MAIN, KINK = {"near": (4, 3), "far": (7, 3)}, (3, 2)
+MAIN, KINK = {"near": (5, 6), "far": (9, 5)}, (3, 2)
 """Degrees in u and q of P, and of P1 and P2."""
-ALONE = {"near": 4, "far": 11}
+ALONE = {"near": 5, "far": 11}
 """Degree in u of what does not depend on V."""
 SCALE = {"near": 8, "far": 3}
 """Degree of W, which is exact only where it is the voltage of a slack film."""
@@ -59,14 +58,14 @@ class Pull(NamedTuple):
 
 
 def shapes(piece: str) -> dict[str, tuple[int, ...]]:
-    """Of the numbers of a piece, by name: u = ``scale`` p + ``offset``, W = ``start`` + (u + 1) times the sum with
-    ``rise``; sums are by powers of u, or of u and q, from the constant on."""
+    """Of the numbers of a piece, by name: c = ``shift``, e = ``exponent``, u = ``scale`` p + ``offset``, W = ``start``
+    + (u + 1) times the sum with ``rise``; sums are by powers of u, or of u and q, from the constant on."""
     main = (max(MAIN[piece][0], ALONE[piece]) + 1, MAIN[piece][1] + 1)
     kink, length = (KINK[0] + 1, KINK[1] + 1), (LENGTH[0] + 1, LENGTH[1] + 1)
     curve = (CURVE + 1,)
     return {
-        "scale": (), "offset": (), "start": (), "rise": (SCALE[piece] + 1,), "main": main, "rim": kink, "whole": kink,
-        "rim_at": curve, "whole_at": curve, "disc": length, "field": length,
+        "shift": (), "exponent": (), "scale": (), "offset": (), "start": (), "rise": (SCALE[piece] + 1,),
+        "main": main, "rim": kink, "whole": kink, "rim_at": curve, "whole_at": curve, "disc": length, "field": length,
     }  # fmt: skip
 
 
@@ -79,27 +78,24 @@ def names(piece: str, what: str) -> np.ndarray[Any, np.dtype[Any]]:
     return found
 
 
-def place(s: Any, n: Numbers) -> tuple[Any, Any]:
+def place(piece: str, s: Any, n: Numbers) -> tuple[Any, Any]:
     """p and its derivative by s."""
-    inverse = 1.0 / (s + n["place_variable"])
-    return s * inverse, n["place_variable"] * inverse * inverse
+    shifted, exponent = s + n[f"{piece}_shift"], n[f"{piece}_exponent"]
+    p = -(shifted**exponent)
+    return p, exponent * p / shifted
 
 
 def pull(piece: str, s: Any, V: Any, n: Numbers, behind: tuple[Any, Any] | None = None) -> Pull:
     """The force of one piece. ``behind`` is 1 or 0: whether ``rim`` and ``whole`` count; None: where they are
     positive."""
-    p, p_slope = place(s, n)
+    p, p_slope = place(piece, s, n)
     scale = n[f"{piece}_scale"]
     u, u_slope = scale * p + n[f"{piece}_offset"], scale * p_slope
     power = powers(u, max(ALONE[piece], SCALE[piece]))
     rise, rise_slope = _line(piece, "rise", n, power)
     scale_own, scale_slope = n[f"{piece}_start"] + (u + 1.0) * rise, rise + (u + 1.0) * rise_slope
-    if piece == "near":
-        q_by_v = 1.0 / (scale_own + TINY)
-        q = V * q_by_v
-        q_by_u = -q * q_by_v * scale_slope
-    else:
-        q_by_v, q, q_by_u = scale_own, V * scale_own, V * scale_slope
+    q, q_by_v, q_by_w = share(piece, V, scale_own)
+    q_by_u = q_by_w * scale_slope
     total, by_u, by_q = tensor(piece, "main", n, power, q)
     kinks = []
     for k, kink in enumerate(("rim", "whole")):
@@ -122,6 +118,15 @@ def pull(piece: str, s: Any, V: Any, n: Numbers, behind: tuple[Any, Any] | None 
     return Pull(total, by_s, by_v, kinks[0], kinks[1], 1.0, u, q)
 
 
+def share(piece: str, V: Any, W: Any) -> tuple[Any, Any, Any]:
+    """q, and its derivatives by V and W."""
+    if piece == "far":
+        return V * W, W, V
+    inverse = 1.0 / (W + TINY)
+    q = V * inverse
+    return q, inverse, -q * inverse
+
+
 def tension(s: Any, V: Any, n: Numbers) -> Any:
     """Positive where a film below the cut is in tension: W - V."""
     return _scale("near", s, n)[0] - V
@@ -130,13 +135,12 @@ def tension(s: Any, V: Any, n: Numbers) -> Any:
 def distance(piece: str, kink: str, s: Any, V: Any, n: Numbers) -> Any:
     """``rim`` or ``whole``."""
     W, power = _scale(piece, s, n)
-    q = V / (W + TINY) if piece == "near" else V * W
-    return q - _line(piece, f"{kink}_at", n, power)[0]
+    return share(piece, V, W)[0] - _line(piece, f"{kink}_at", n, power)[0]
 
 
 def _scale(piece: str, s: Any, n: Numbers) -> tuple[Any, list[Any]]:
     """W and the powers of u."""
-    p, _ = place(s, n)
+    p, _ = place(piece, s, n)
     u = n[f"{piece}_scale"] * p + n[f"{piece}_offset"]
     power = powers(u, SCALE[piece])
     return n[f"{piece}_start"] + (u + 1.0) * _line(piece, "rise", n, power)[0], power
@@ -144,7 +148,7 @@ def _scale(piece: str, s: Any, n: Numbers) -> tuple[Any, list[Any]]:
 
 def pull_in(s: Any, n: Numbers, xp: Any = np) -> Any:
     """The V above which a film held at s localises."""
-    p, _ = place(s, n)
+    p, _ = place("far", s, n)
     t = n["end_scale"] * xp.sqrt(p - n["end_begin"]) + n["end_offset"]
     before = _sum([n[name] for name in END_NAMES], powers(t, END))
     below = n["star_place"] - p

@@ -139,6 +139,11 @@ class Gel:
             found = (1.0 - t**-3.0) / (t * self.law.compliance(strain, self.numbers))
         return np.where(strain < self.strain_limit, found, np.inf)[()]
 
+    def natural_stretch(self, V: Array) -> Array:
+        """The t >= 1 with Vb(t) = V G; that of the hump of Vb at higher voltages."""
+        low, high = np.ones_like(V), np.full_like(V, min(self.hump(), MOST_STRETCHED))
+        return bisected(lambda t: V * self.G - self.crumpling(t), high, low)
+
     def hump(self) -> float:
         """The t of the first maximum of Vb; infinite without one."""
         top = min(MOST_STRETCHED, 0.5 * (self.strain_limit + 3.0) * (1.0 - 1e-6))

@@ -60,7 +60,7 @@ def held(film: Elements, x: Array, V: Array) -> Chains:
             good[good] = film.least_firmness(at.where(good)) > 0.0
         r, z = risen.last.r.copy(), risen.last.z.copy()
         r[there], z[there], there[there] = at.r, at.z, good
-        return Chains(V, r, z * (x / lowest)[:, None], there)
+        return Chains(V, r, z * (x / lowest)[:, None], risen.last.tension, there)
     return risen.last._replace(V=V, found=there)
 
 

@@ -12,21 +12,18 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.errors import InputError
-from gelcone.membrane.columns import Columns, columns, longest
+from gelcone.membrane.columns import Columns, columns, localised
 from gelcone.membrane.elements import Elements
 from gelcone.membrane.gel import Array, Gel
+from gelcone.membrane.slack import slack_limit, slack_voltage
 
 HEIGHTS = np.concatenate([np.linspace(0.05, 0.8, 16), np.geomspace(0.86, 3.0, 12)])
 FINEST = 1e-3
 """Share of the V of a column within which its end is known."""
-LONG = 0.99
-"""Share of the length at which the innermost ring localises that it has at least at the end of a column that does."""
-NEXT = 0.01
-"""Of a voltage: at the lowest at which a ring localises, the end of a column may lie below by so much."""
 SLACK = 0.98
 """Share of the voltage that takes the tension of a film at which it is slack."""
 MESH_ERROR = 1e-3
-"""Of the voltage by the elements, from their halving."""
+"""Of the voltage, by the elements: certified ones are up to 8e-4 away."""
 
 
 @dataclass(frozen=True)
@@ -53,15 +50,16 @@ def pull_in_curve(gel: Gel, ratio: float) -> PullInCurve:
     """
     if not 0.0 < ratio < 1.0:
         raise InputError(f"radius_ratio = {ratio:g}: must lie between 0 and 1; the disc is smaller than its ring")
-    hump = gel.hump()
-    free = max(float(gel.crumpling(max(t, 1.0))) / gel.G for t in (hump, gel.A, gel.B) if np.isfinite(t))
-    free_limit = free if np.isfinite(hump) else np.inf
-    top = np.full(HEIGHTS.size, free if np.isfinite(hump) else 4.0 * max(free, 1.0))
-    first = np.minimum(0.5 * top, _evenly_slack(gel, HEIGHTS)) if gel.A >= gel.B else 0.5 * top
+    free_limit = slack_limit(gel)
+    free = max(float(gel.crumpling(max(t, 1.0))) / gel.G for t in (gel.A, gel.B))
+    top = np.full(HEIGHTS.size, max(free, free_limit) if np.isfinite(free_limit) else 4.0 * max(free, 1.0))
+    slack = slack_voltage(gel, ratio, HEIGHTS)
+    first = np.minimum(0.5 * top, slack)
     found = columns(Elements(gel, ratio), HEIGHTS, np.maximum(first, 1e-6), top, finest=FINEST)
     if not np.isfinite(found.first).any():
         raise InputError("the film is in tension at no displacement; raise the pre-stretch or the stretch limit")
-    localises, slackens = _endings(gel, found)
+    slackens = (found.end > SLACK * slack) & (found.end < top * (1.0 - FINEST))
+    localises = ~slackens & (_ends(found) if gel.A >= gel.B else localised(gel, found))
     x, squared, lowest, unknown = [0.0], [free_limit], free_limit, 0.0
     for k in range(HEIGHTS.size):
         # where it is not known to localise or to be slack, it is in tension up to the end of columns higher up
@@ -82,23 +80,7 @@ def pull_in_curve(gel: Gel, ratio: float) -> PullInCurve:
     return PullInCurve(tuple(x), tuple(voltages.tolist()), max(error, unknown))
 
 
-def _evenly_slack(gel: Gel, heights: Array) -> Array:
-    """The V at which all rings of a film fall slack at once, as they do where the hoop is not the stronger."""
-    found: Array = np.maximum(gel.crumpling(gel.A * (1.0 + heights**2)) / gel.G, 0.0)
-    return found
-
-
-def _endings(gel: Gel, found: Columns) -> tuple[Array, Array]:
-    """Which columns end because a ring localises, and which because the film is slack. Of others, those of strong hoops
-    that are all but slack, the next state was not found: they say nothing."""
-    own = np.zeros((2, found.heights.size))
-    for k in map(int, np.flatnonzero(np.isfinite(found.first))):
-        V, disc = found.along(k, found.measures.disc)
-        own[:, k] = V[-1], disc[-1]
-    V, disc = own
-    ended = (V > 0.0) & (found.end < found.top * (1.0 - FINEST))
-    if gel.A >= gel.B:
-        slackens = ended & (found.end > SLACK * _evenly_slack(gel, found.heights))
-        return ended & ~slackens, slackens
-    localises = ended & (np.sqrt(disc) > LONG * longest(gel, V * (1.0 + NEXT)))
-    return localises, np.zeros(V.size, bool)
+def _ends(found: Columns) -> Array:
+    """Which columns end below their top."""
+    ended: Array = np.isfinite(found.first) & (found.end > 0.0) & (found.end < found.top * (1.0 - FINEST))
+    return ended

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import chebyshev, polynomial
 
 from gelcone.errors import InputError
 from gelcone.membrane import force
-from gelcone.membrane.columns import LIMIT_SHARE, LOWEST_GRID, Columns, columns, longest, lowest_localisation
+from gelcone.membrane.columns import LIMIT_SHARE, LOWEST_GRID, Columns, columns, localised, longest, lowest_localisation
 from gelcone.membrane.elements import Elements
 from gelcone.membrane.force import ALONE, CURVE, END, KINK, LENGTH, MAIN, SCALE
 from gelcone.membrane.gel import Array, Gel
+from gelcone.membrane.slack import slack_height, slack_limit, slack_voltage
 
-NODES, CHECKS = {"near": 14, "far": 24}, {"near": 9, "far": 11}
+NODES, CHECKS = {"near": 16, "far": 26}, {"near": 9, "far": 11}
 """Heights that are fitted, and others, which take no part in it."""
-STEPS, CHECK_STEPS = 14, 9
+STEPS, CHECK_STEPS, CHECK_FINEST = 14, 9, 2e-3
 FLAT = 6
 """Degree in V of the flat film's area."""
-FLOOR_FITTED, FLOOR = 0.05, 0.1
+FLOOR_FITTED, FLOOR, LOW = 0.05, 0.1, 0.1
 """Share of the force without voltage that is added to a force before its relative error is taken, in the fit and in the
-stated error."""
+stated error: of that at the same height or at ``LOW``, whichever is greater."""
 SMALLEST = 1e-10
 """Singular values below this share of the largest are left out of a fit."""
 NEVER = 1e30
@@ -37,14 +39,27 @@ BEFORE = 1e-4
 """Share of the voltage that is left when a column that falls slack ends."""
 NOT_MET, NEVER_MET = 1.03, 9.0
 """The q at heights next to those at which a hoop falls slack; and where none does."""
-VARIABLE = 1.0
-"""c."""
+FOLDED = 1e-4
+"""Of films whose hoop is stretched more than their meridian: their force over the height falls with ln s towards the
+flat film; it is taken to be that at s plus this."""
+USUAL, FALLING_SLACK, NEVER_SLACK = (1.0, -1.0), (FOLDED, -0.05), (0.03, -0.25)
+"""c and e; those of such films at heights at which they fall slack, and where they do so at none."""
+COARSE, FINE = 100, 160
+"""Elements; and of those films."""
 FAR_WEIGHT = 1e-3
 """Of the pull-in curve behind its star."""
+LAST, REGULAR = 0.998, 1.1
+"""Of the voltage at which a film localises: up to here its force is checked; and it is fitted, since the force is
+regular where another ring than that at an edge localises."""
+ABOVE = 1.5
+"""Of the lowest voltage at which a ring localises: up to here at least its length is known over the voltage."""
+LEAST_RISE = 1e-3
+"""Share of the largest slope of W at which its relative error is taken."""
 NEXT = 1e-3
 """Of p: the pull-in curve turns vertical this far below the cut."""
 MARGIN, ELEMENT_ERROR = 3.5, 2e-4
 """The stated error over the largest found at the other heights, since others lie between; and that of the elements."""
+TOO_CLOSE = "stretch_limit: is too close to the pre-stretch for the membrane; raise it, or take film = wrinkling"
 LARGEST_ERROR = 0.15
 """Of a film that is still made."""
 
@@ -61,10 +76,33 @@ class _Film:
     def gel(self) -> Gel:
         return self.elements.gel
 
-    def slack_at(self, s: Array) -> Array:
+    @property
+    def strong_hoop(self) -> bool:
+        """Whether the hoop is stretched more than the meridian."""
+        return self.gel.A < self.gel.B
+
+    def slack_at(self, x: Array) -> Array:
         """The V at which the film loses its tension."""
-        found: Array = np.maximum(self.gel.crumpling(self.gel.A * (1.0 + s)) / self.gel.G, 0.0)
+        return slack_voltage(self.gel, self.elements.ratio, x)
+
+    def squared(self, x: Array) -> Array:
+        """The s at which the force over the height is that of states of the height x."""
+        return x * x - (FOLDED if self.strong_hoop else 0.0)
+
+    def height(self, s: Array) -> Array:
+        found: Array = np.sqrt(np.maximum(s, 0.0) + (FOLDED if self.strong_hoop else 0.0))
         return found
+
+    @cached_property
+    def low(self) -> float:
+        """The force without voltage at a low height."""
+        elements = self.elements
+        return float(np.nan_to_num(elements.measures(elements.unloaded(LOW * np.geomspace(1.0, 4.0, 5))).force[0]))
+
+    def scale(self, found: Columns, which: Array) -> Array:
+        """What is added, over its share, to the forces of states before their relative error is taken."""
+        taken: Array = np.maximum(found.first[found.column[which]], self.low)
+        return taken
 
 
 def table(gel: Gel, ratio: float) -> dict[str, float]:
@@ -73,28 +111,29 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
 
     Raises `InputError` for a film of which too few states are found, or whose force is fitted too badly.
     """
-    film = _Film(Elements(gel, ratio), {"place_variable": VARIABLE})
-    if gel.A < gel.B:
-        raise InputError(
-            "film = membrane: is not computed where the hoop is stretched more than the meridian; give prestretch_mode "
-            "= equibiaxial, or film = wrinkling"
-        )
+    strong = gel.A < gel.B
+    film = _Film(Elements(gel, ratio, FINE if strong else COARSE), {"rounding": FOLDED if strong else 0.0})
     hump = gel.hump()
-    limit = float(gel.crumpling(hump)) / gel.G if np.isfinite(hump) else NEVER
-    flat = float(film.slack_at(np.zeros(1))[0])
-    reach, begin = _reach(film.elements), max(0.0, 1.0 / gel.A - 1.0)
+    limit = min(slack_limit(gel), NEVER)
+    free = float(gel.crumpling(gel.B)) / gel.G
+    flat = (free if hump > gel.B else limit) if strong else float(film.slack_at(np.zeros(1))[0])
+    film.numbers["slack_limit"] = limit
+    reach, begin = _reach(film.elements), slack_height(gel, ratio, 0.0) ** 2
     lowest = lowest_localisation(gel, max(limit if limit < NEVER else 0.0, flat, 1.0))
     film.numbers["lowest_pull_in"] = min(lowest, NEVER)
-    cut = reach
+    slackest = slack_height(gel, ratio, limit) ** 2 if limit < NEVER else np.inf
     if np.isfinite(lowest):
-        cut = -1.0 if hump <= gel.A else _cut(film, begin, hump, reach)
+        cut = -1.0 if hump <= gel.A else _cut(film, begin, slackest, reach)
+    elif slackest > begin + LEAST_NEAR:
+        cut = min(slackest, reach)
+    else:
+        raise InputError(TOO_CLOSE)
     falls_slack = cut > begin + LEAST_NEAR
     cut = cut if falls_slack else -1.0
     film.numbers |= {
         "cut_squared": cut,
         "begin_squared": begin,
         "reach_squared": reach,
-        "slack_limit": limit,
         "flat_voltage": flat,
     }
     _piece(film, "near", begin, cut) if falls_slack else _no_piece(film, "near")
@@ -110,7 +149,7 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
 
 def names() -> list[str]:
     """Of all numbers of a table, sorted."""
-    own = ["place_variable", "cut_squared", "begin_squared", "reach_squared", "slack_limit", "flat_voltage"]
+    own = ["rounding", "cut_squared", "begin_squared", "reach_squared", "slack_limit", "flat_voltage"]
     own += ["lowest_pull_in", "star_place", "end_begin", "end_scale", "end_offset", "film_error"]
     own += [*force.END_NAMES] + [f"flat_area_{i}" for i in range(FLAT + 1)]
     for piece in force.PIECES:
@@ -121,26 +160,27 @@ def names() -> list[str]:
 
 def _reach(film: Elements) -> float:
     """The largest s at which the film without voltage stays within its stretch limit beside the disc."""
-    states = film.found(film.cones(TRIALS, np.zeros(TRIALS.size)))
+    states = film.unloaded(TRIALS)
     gel, measured = film.gel, film.measures(states)
     with np.errstate(all="ignore"):
         inside = states.found & (gel.strain(measured.disc, np.ones(TRIALS.size)) < LIMIT_SHARE * gel.strain_limit)
     count = int(np.argmin(inside)) if not inside.all() else TRIALS.size
     if count < 2:
-        raise InputError(
-            "stretch_limit: is too close to the pre-stretch for the membrane; raise it, or take film = wrinkling"
-        )
+        raise InputError(TOO_CLOSE)
     return float(min(TRIALS[count - 1], HIGHEST)) ** 2
 
 
-def _cut(film: _Film, begin: float, hump: float, reach: float) -> float:
+def _cut(film: _Film, begin: float, slackest: float, reach: float) -> float:
     """The s above which the film, raised in voltage, localises before it falls slack."""
-    low, high = begin, min(hump / film.gel.A - 1.0, reach)
+    low, high = begin, min(slackest, reach)
     for _ in range(ROUNDS):
         s = np.linspace(low, high, BRACKETS + 2)[1:-1]
-        top = film.slack_at(s)
-        found = columns(film.elements, np.sqrt(s), top, top * (1.0 - BEFORE), STEPS, 0.02)
+        x = film.height(s)
+        top = film.slack_at(x)
+        found = columns(film.elements, x, top, top * (1.0 - BEFORE), STEPS, 0.02)
         falls = found.end >= top * (1.0 - 0.03)
+        if film.strong_hoop:
+            falls |= ~localised(film.gel, found)
         first = int(np.argmin(falls)) if not falls.all() else s.size
         low, high = (s[first - 1] if first else low), (s[first] if first < s.size else high)
     return float(low)
@@ -152,7 +192,7 @@ def _cut(film: _Film, begin: float, hump: float, reach: float) -> float:
 def _no_piece(film: _Film, piece: str) -> None:
     for what, shape in force.shapes(piece).items():
         _set(film, piece, what, np.zeros(shape))
-    film.numbers[f"{piece}_start"] = 1.0
+    film.numbers |= {f"{piece}_start": 1.0, f"{piece}_shift": 1.0, f"{piece}_exponent": -1.0}
     if piece == "far":
         film.numbers |= {"star_place": 0.0, "end_begin": -1.0, "end_scale": 1.0, "end_offset": 0.0}
         film.numbers |= dict.fromkeys(force.END_NAMES, 0.0)
@@ -160,8 +200,12 @@ def _no_piece(film: _Film, piece: str) -> None:
 
 def _piece(film: _Film, piece: str, begin: float, end: float) -> None:
     """Fits the piece between two s."""
-    n, c = film.numbers, VARIABLE
-    low, high = begin / (begin + c), end / (end + c)
+    n = film.numbers
+    variable = USUAL
+    if film.strong_hoop and (piece == "near" or n["cut_squared"] < 0.0):
+        variable = FALLING_SLACK if piece == "near" else NEVER_SLACK
+    n |= zip((f"{piece}_shift", f"{piece}_exponent"), variable, strict=True)
+    low, high = (float(force.place(piece, s, n)[0]) for s in (begin, end))
     n[f"{piece}_scale"] = 2.0 / (high - low)
     n[f"{piece}_offset"] = -1.0 - 2.0 * low / (high - low)
     u = chebyshev.chebpts1(NODES[piece])
@@ -169,39 +213,48 @@ def _piece(film: _Film, piece: str, begin: float, end: float) -> None:
 
     def height(at: Array) -> Array:
         p = low + (high - low) * 0.5 * (at + 1.0)
-        found: Array = np.sqrt(c * p / (1.0 - p))
-        return found
+        return film.height((-p) ** (1.0 / variable[1]) - variable[0])
 
+    u, other = (at[_pulls(film.elements, height(at))] for at in (u, other))
+    if u.size < NODES[piece] // 2 or not other.size:
+        raise InputError(TOO_CLOSE)
     top, first = _tops(film, piece, height(u))
     fitted = columns(film.elements, height(u), first, top, STEPS)
     _scale(film, piece, u, fitted)
     top, first = _tops(film, piece, height(other))
-    checked = columns(film.elements, height(other), first, top, CHECK_STEPS, 0.01)
-    inside = _inside(film, piece, fitted, u)
+    if piece == "far":
+        top = np.minimum(top, LAST * force.pull_in(film.squared(height(other)), n))
+    checked = columns(film.elements, height(other), first, top, CHECK_STEPS, CHECK_FINEST)
+    inside = _inside(film, piece, fitted, REGULAR)
     _curves(film, piece, u, fitted)
     _force(film, piece, fitted, u, inside)
     _lengths(film, piece, fitted, u, inside)
     if piece == "near" or film.numbers["cut_squared"] < 0.0:
         _flat_area(film, fitted)
-    film.errors += [
-        _error(film, piece, fitted, inside),
-        _error(film, piece, checked, _inside(film, piece, checked, other)),
-    ]
+    film.errors += [_error(film, piece, one, _inside(film, piece, one)) for one in (fitted, checked)]
+
+
+def _pulls(film: Elements, x: Array) -> Array:
+    """At which heights a state without voltage is found that pulls."""
+    with np.errstate(invalid="ignore"):
+        found: Array = film.measures(film.unloaded(x)).force > 0.0
+    return found
 
 
 def _tops(film: _Film, piece: str, x: Array) -> tuple[Array, Array]:
     """Up to which V columns go, and which they are expected to reach."""
     gel = film.gel
     if piece == "near":
-        slack = film.slack_at(x * x)
+        slack = film.slack_at(x)
         return slack * (1.0 - BEFORE), slack
     n = film.numbers
     lowest = n["lowest_pull_in"]
-    highest = max(n["slack_limit"] if n["slack_limit"] < NEVER else 0.0, n["flat_voltage"], 1.0)
-    states = film.elements.found(film.elements.cones(x, np.zeros(x.size)))
+    limit = n["slack_limit"] if n["slack_limit"] < NEVER else 0.0
+    highest = max(limit, n["flat_voltage"], 1.0, ABOVE * lowest)
+    states = film.elements.unloaded(x)
     own = np.sqrt(film.elements.measures(states).disc)
     V = np.geomspace(lowest * 1.0001, highest, 60)
-    length = longest(gel, V)
+    length = longest(gel, V, LOWEST_GRID)
     known = np.isfinite(length)
     expected = np.interp(-own, -length[known], V[known], left=lowest, right=V[known][-1])
     return 1.3 * expected, expected
@@ -211,11 +264,10 @@ def _scale(film: _Film, piece: str, u: Array, fitted: Columns) -> None:
     """W, and the pull-in curve of the far piece."""
     n = film.numbers
     if piece == "near":
-        s = fitted.heights**2
-        start = float(film.slack_at(np.array([n["begin_squared"]]))[0])
-        rise = (film.slack_at(s) - start) / (u + 1.0)
+        start = float(film.slack_at(film.height(np.array([n["begin_squared"]])))[0])
+        rise = (film.slack_at(fitted.heights) - start) / (u + 1.0)
         n["near_start"] = start
-        _set(film, piece, "rise", _line(u, rise, SCALE[piece], 1.0 / rise))
+        _set(film, piece, "rise", _line(u, rise, SCALE[piece], 1.0 / np.maximum(rise, LEAST_RISE * rise.max())))
         return
     inverse = 1.0 / _pull_in(film, u, fitted)
     n["far_start"] = float(inverse[np.argmin(u)])
@@ -229,12 +281,12 @@ def _pull_in(film: _Film, u: Array, fitted: Columns) -> Array:
     # where a film raised in voltage localises at the lowest V of all rings, it is another ring than the innermost
     length = longest(film.gel, np.array([lowest * (1.0 + 1e-6)]), LOWEST_GRID)[0]
     own = np.array([np.interp(lowest, *fitted.along(k, np.sqrt(fitted.measures.disc))) for k in range(u.size)])
-    place = fitted.heights**2 / (fitted.heights**2 + VARIABLE)
+    place = force.place("far", film.squared(fitted.heights), n)[0]
     order = np.argsort(own)
     star = float(np.interp(length, own[order], place[order]))
     star = star if own.max() > length else float(place.max()) + 1.0
     cut = n["cut_squared"]
-    begin = cut / (cut + VARIABLE) - NEXT if cut > 0.0 else -1.0
+    begin = float(force.place("far", max(cut, 0.0), n)[0]) - NEXT
     t = np.sqrt(place - begin)
     scale = 2.0 / (t.max() - t.min())
     n |= {"star_place": star, "end_begin": begin, "end_scale": scale, "end_offset": -1.0 - scale * t.min()}
@@ -253,20 +305,19 @@ def _pull_in(film: _Film, u: Array, fitted: Columns) -> Array:
     return limit
 
 
-def _inside(film: _Film, piece: str, found: Columns, u: Array) -> Array:
-    """The states of a film that has not localised."""
-    s = found.heights**2
-    limit = film.slack_at(s) if piece == "near" else force.pull_in(s, film.numbers)
-    length = longest(film.gel, found.V)
-    beyond = np.sqrt(found.measures.disc) > length
-    return np.flatnonzero(~beyond & (limit[found.column] >= found.V))
+def _inside(film: _Film, piece: str, found: Columns, beyond: float = 1.0) -> Array:
+    """The states of a film that has not localised, up to a share of the voltage at which it does."""
+    x = found.heights
+    limit = film.slack_at(x) if piece == "near" else beyond * force.pull_in(film.squared(x), film.numbers)
+    localises = np.sqrt(found.measures.edge) > longest(film.gel, found.V)
+    return np.flatnonzero(~localises & (limit[found.column] >= found.V))
 
 
 def _curves(film: _Film, piece: str, u: Array, fitted: Columns) -> None:
     """The q at which the first and the last hoop fall slack."""
     W = _scale_at(film, piece, u)
     for kink, hoop in (("rim_at", fitted.measures.least_hoop), ("whole_at", fitted.measures.largest_hoop)):
-        q = _share(piece, fitted.falls(hoop), W)
+        q = force.share(piece, fitted.falls(hoop), W)[0]
         met = q < NOT_MET
         if met.sum() < 2:
             values = np.array([NEVER_MET])
@@ -296,8 +347,8 @@ def _force(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) ->
         curve = [film.numbers[name] for name in force.names(piece, kink)]
         parts.append(_products(at, q, KINK) * np.maximum(q - polynomial.polyval(at, curve), 0.0)[:, None] ** 2)
     sizes = np.cumsum([part.shape[1] for part in parts])[:-1]
-    own, first = fitted.measures.force[inside], fitted.first[fitted.column[inside]]
-    weight = 1.0 / (own + FLOOR_FITTED * first)
+    own = fitted.measures.force[inside]
+    weight = 1.0 / (own + FLOOR_FITTED * film.scale(fitted, inside))
     values = np.split(_solved(np.hstack(parts) * (base * x)[:, None], own, weight), sizes)
     rows = chebyshev_to_powers(values[0].reshape(main[0] + 1, main[1] + 1))
     if alone > main[0]:
@@ -309,19 +360,24 @@ def _force(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) ->
 
 
 def _lengths(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) -> None:
-    """The squared length of the innermost ring and the largest squared field over V, each less 1, over s."""
-    at, x, q, _ = _places(film, piece, fitted, u, inside)
+    """The squared length of the innermost ring and the largest squared field over V."""
+    at, _, q, _ = _places(film, piece, fitted, u, inside)
     for what, values in (("disc", fitted.measures.disc), ("field", fitted.measures.field**2)):
-        own = values[inside] - 1.0
-        found = _solved(_products(at, q, LENGTH) * (x * x)[:, None], own, 1.0 / (own + 0.1 * x * x))
+        own = values[inside]
+        found = _solved(_products(at, q, LENGTH), own, 1.0 / own)
         _set(film, piece, what, chebyshev_to_powers(found.reshape(LENGTH[0] + 1, LENGTH[1] + 1)))
 
 
 def _flat_area(film: _Film, fitted: Columns) -> None:
-    """The area of the flat film less 1, by powers of V, from the lowest heights; 0 where no ring moves."""
+    """The area of the flat film less 1, by powers of V, from the lowest heights, and with a strong hoop from those at
+    which it falls slack; 0 where no ring moves."""
     values = np.zeros(FLAT + 1)
     if film.gel.A != film.gel.B:
         V, area = fitted.along(int(np.argmin(fitted.heights)), fitted.measures.area)
+        if film.strong_hoop:
+            ends = [fitted.along(k, fitted.measures.area) for k in range(fitted.heights.size)]
+            near = [(own[-1], last[-1]) for own, last in ends if own.size and own[-1] > V[-1]]
+            V, area = np.append(V, [one for one, _ in near]), np.append(area, [other for _, other in near])
         degree = min(FLAT, V.size - 1)
         values[: degree + 1] = polynomial.polyfit(V, area - 1.0, degree)
     film.numbers |= {f"flat_area_{i}": float(value) for i, value in enumerate(values)}
@@ -331,20 +387,15 @@ def _places(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) -
     """u, x, q and the base of states."""
     column, V = fitted.column[inside], fitted.V[inside]
     W = _scale_at(film, piece, u[column])
-    return u[column], fitted.heights[column], _share(piece, V, W), W - V if piece == "near" else np.ones_like(V)
-
-
-def _share(piece: str, V: Array, W: Array) -> Array:
-    """q."""
-    return V / W if piece == "near" else V * W
+    return u[column], fitted.heights[column], force.share(piece, V, W)[0], W - V if piece == "near" else np.ones_like(V)
 
 
 def _error(film: _Film, piece: str, found: Columns, inside: Array) -> float:
     """Largest error of the force of states, over the force and a tenth of that without voltage."""
     column, V = found.column[inside], found.V[inside]
     x, own = found.heights[column], found.measures.force[inside]
-    k = force.pull(piece, x * x, V, film.numbers).k
-    return float(np.max(np.abs(x * k - own) / (own + FLOOR * found.first[column])))
+    k = force.pull(piece, film.squared(x), V, film.numbers).k
+    return float(np.max(np.abs(x * k - own) / (own + FLOOR * film.scale(found, inside))))
 
 
 # --- least squares ----------------------------------------------------------------------------------------------------

@@ -25,6 +25,7 @@ import numpy as np
 
 from gelcone.codes import FilmPullIn, Outcome
 from gelcone.membrane import force as formulas
+from gelcone.membrane.gel import Gel
 from gelcone.membrane.made import numbers_of
 from gelcone.membrane.table import FLAT, NEVER
 from gelcone.physics.bracket import rise
@@ -294,7 +295,7 @@ class MembraneFilm(GelFilm):
         with np.errstate(all="ignore"):
             energy, area = self._without_tension(V, n)
             for piece, low, high in self._parts(s, V, n):
-                k, by_v = _between(partial(formulas.pull, piece), low, high, V, n)
+                k, by_v = _between(partial(formulas.pull, piece), low, high, V, n, n[f"{piece}_shift"])
                 energy, area = energy + 0.5 * k, area - by_v
             gone = self._at(s, V, n)[2]
         return np.where(gone, np.nan, energy)[()], np.where(gone, np.nan, area)[()]
@@ -313,13 +314,17 @@ class MembraneFilm(GelFilm):
         return np.where(beyond, energy + slack[0] - before[0], energy), np.where(beyond, slack[1], area)
 
     def _slack(self, V: Any, n: Numbers) -> tuple[Any, Any]:
-        """Energy and area of a film without tension, stretched evenly by t^(1/2): V G = Vb(t)."""
-        most = np.minimum(n["hump"], 0.5 * (self.law.strain_limit(n) + 3.0))
-        high = np.minimum(most, MOST_STRETCHED) + 0.0 * V
-        t = rise(lambda t: self._ring.crumpling(t, n) - V * n["G"], np.ones_like(high), high)
+        """Energy and area of a film without tension, stretched evenly by t^(1/2)."""
+        t = self._natural_stretch(V, n)
         strain = 2.0 * t + 1.0 / (t * t) - 3.0
         area = t * t * n["G"]
         return self.law.energy(strain, n) - 0.5 * V * area, area
+
+    def _natural_stretch(self, V: Any, n: Numbers) -> Any:
+        """The t with V G = Vb(t)."""
+        most = np.minimum(n["hump"], 0.5 * (self.law.strain_limit(n) + 3.0))
+        high = np.minimum(most, MOST_STRETCHED) + 0.0 * V
+        return rise(lambda t: self._ring.crumpling(t, n) - V * n["G"], np.ones_like(high), high)
 
     def _parts(self, s: Any, V: Any, n: Numbers) -> list[tuple[str, Any, Any]]:
         """Ranges of s between the place where the film begins to pull and ``s``, within which the force is smooth."""
@@ -379,9 +384,11 @@ class MembraneFilm(GelFilm):
                                  for piece in formulas.PIECES))
                 for what in ("disc", "field")
             )  # fmt: skip
-            along = np.sqrt(np.where(slack, s, np.maximum(s * disc, 0.0)))
-            state = self._ring.state(along, np.broadcast_to(voltage, s.shape), n)
-            field = np.where(slack, state.true_field, np.abs(voltage) * np.sqrt(1.0 + np.maximum(s * largest, 0.0)))
+            t = self._natural_stretch(squared, n)
+            held = Gel(self.law, n, n["A"], n["B"]).width(np.sqrt(disc), np.ones_like(s), squared)
+            m, width = np.where(slack, t / n["A"], disc), np.where(slack, t / n["B"], held)
+            state = self._ring.state_of_lengths(m, width, np.broadcast_to(voltage, s.shape), n)
+            field = np.where(slack, state.true_field, np.abs(voltage) * np.sqrt(np.maximum(largest, 1.0)))
             some = np.where(own.rim <= 0.0, 0, np.where(own.whole <= 0.0, 1, 2))
         found = FilmState(*(np.where(gone, np.nan, values)[()] for values in state._replace(true_field=field)))
         return found._replace(kind=np.where(gone, -1, np.where(slack, 3, some)))
@@ -390,10 +397,10 @@ class MembraneFilm(GelFilm):
         return "membrane film: wrinkles where it would be compressed, and localises first at its innermost ring"
 
 
-def _between(pull: Callable[..., formulas.Pull], low: Any, high: Any, V: Any, n: Numbers) -> tuple[Any, Any]:
+def _between(pull: Callable[..., formulas.Pull], low: Any, high: Any, V: Any, n: Numbers, c: Any) -> tuple[Any, Any]:
     """The integrals over s of k and its derivative by V; over log s where ``low`` is positive, since they vary there
-    with V over the voltage of a slack film."""
-    add = np.where(low > 0.0, 0.0, 1.0)
+    with V over the voltage of a slack film, else over log(s + c)."""
+    add = np.where(low > 0.0, 0.0, c)
     begin = np.log(low + add)
     length = np.log(np.maximum(high, low) + add) - begin
     places, weights = np.polynomial.legendre.leggauss(POINTS)

@@ -111,7 +111,7 @@ def _fitted(piece: str, area: Area, n: Numbers) -> Array:
     own = formulas.pull(piece, s, V, n)
     known = area(s, V) / (1.0 + s)
     there = np.isfinite(known)
-    weight = weight / (known - 1.0 / (1.0 + s) + FLOOR)
+    weight = weight / (np.abs(known - 1.0 / (1.0 + s)) + FLOOR)
     parts = []
     for part, factor in (("main", 1.0), ("rim", np.maximum(own.rim, 0.0)), ("whole", np.maximum(own.whole, 0.0))):
         products = chebyshev.chebvander2d(own.u, 2.0 * own.q - 1.0, PARTS[part])
@@ -126,7 +126,7 @@ def _fitted(piece: str, area: Area, n: Numbers) -> Array:
 def _places(piece: str, n: Numbers) -> tuple[Array, Array, Array]:
     """s, V and weights of a piece: Chebyshev points in u, and in V up to where the film ends."""
     grid = np.linspace(0.0, np.sqrt(n["reach_squared"]), PLACES) ** 2
-    u = n[f"{piece}_scale"] * formulas.place(grid, n)[0] + n[f"{piece}_offset"]
+    u = n[f"{piece}_scale"] * formulas.place(piece, grid, n)[0] + n[f"{piece}_offset"]
     s = np.interp(chebyshev.chebpts1(HEIGHTS), u, grid)
     with np.errstate(invalid="ignore"):
         end = formulas.tension(s, 0.0, n) if piece == "near" else formulas.pull_in(s, n)

@@ -479,8 +479,13 @@ class WrinklingCone(TautCone):
 
     def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
         """Of the film at its own lengths: no stress is negative; NaN once it has pulled in."""
+        m, width = self.lengths(x, np.square(voltage), n)
+        kind = np.where(np.isnan(m), len(STATES) if self.goes_on else -1, _place(x, m, width))
+        return self.state_of_lengths(m, width, voltage, n)._replace(kind=kind)
+
+    def state_of_lengths(self, m: Any, width: Any, voltage: Any, n: Numbers) -> FilmState:
+        """Of a ring of those squared lengths, over the mounted ones."""
         squared = np.square(voltage)
-        m, width = self.lengths(x, squared, n)
         l1, l2 = np.sqrt(n["A"] * m), np.sqrt(n["B"] * width)
         l3 = 1.0 / (l1 * l2)
         strain = l1 * l1 + l2 * l2 + l3 * l3 - 3.0
@@ -498,7 +503,6 @@ class WrinklingCone(TautCone):
             hoop_stress=stress(l2),
             true_field=np.abs(voltage) * np.sqrt(m * width),
             limit_share=strain / self.law.strain_limit(n),
-            kind=np.where(np.isnan(m), len(STATES) if self.goes_on else -1, _place(x, m, width)),
         )
 
     def describe(self) -> str:

@@ -1,0 +1,104 @@
+"""Where a film is slack: without tension in a part that spans its height, so that it does not pull.
+
+While no hoop is stretched more than its meridian, all rings fall slack at once, each stretched evenly by t^(1/2), where
+the voltage takes the stress of such a film. A film whose hoop is stretched more hangs, as it falls slack, between two
+flat rims whose hoop is still taut, at the disc turned over; each ends where its hoop falls slack, too.
+
+A slack film pulls in at the maximum of the voltage that takes the stress over t, or where the edge of a rim localises.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gelcone.membrane.columns import longest
+from gelcone.membrane.gel import Array, Gel
+
+STEPS = 40
+"""Of the fourth-order Runge-Kutta rule, across a rim."""
+VOLTAGES = 240
+"""At which the heights of a film with rims are computed; between them they are interpolated."""
+
+
+def slack_voltage(gel: Gel, ratio: float, x: Array) -> Array:
+    """The V above which a film held at x >= 0 is slack; infinite where none takes its tension. ``ratio`` is a/b."""
+    evenly: Array = np.maximum(gel.crumpling(gel.A * (1.0 + x * x)) / gel.G, 0.0)
+    if gel.A >= gel.B:
+        return evenly
+    hump = gel.hump()
+    V = np.linspace(0.0, 1.0, VOLTAGES) * float(gel.crumpling(min(hump, gel.B))) / gel.G
+    heights = _between_rims(gel, ratio, V)
+    found = np.interp(x, heights, V, left=0.0)
+    higher = x > heights[-1]
+    return np.where(higher, np.maximum(evenly, V[-1]) if hump > gel.B else V[-1], found)
+
+
+def slack_height(gel: Gel, ratio: float, V: float) -> float:
+    """The x up to which the film is slack, 0 where it is in tension at all heights; V is at most `slack_limit`."""
+    squared = np.array([V])
+    t = gel.natural_stretch(squared)
+    if gel.A >= gel.B or t[0] >= gel.B:
+        return float(np.sqrt(max(t[0] / gel.A - 1.0, 0.0)))
+    return float(max(_between_rims(gel, ratio, squared)[0], 0.0))
+
+
+def slack_limit(gel: Gel) -> float:
+    """The V above which a slack film has pulled in; infinite where it does not."""
+    hump = gel.hump()
+    if not np.isfinite(hump):
+        return np.inf
+    limit = float(gel.crumpling(hump)) / gel.G
+    if hump >= gel.B or gel.A >= gel.B:
+        return limit
+    V = np.linspace(0.0, limit, VOLTAGES)
+    t = gel.natural_stretch(V)
+    edge = np.maximum(*(_edge(gel, V, t, outer)[1] for outer in (True, False)))
+    with np.errstate(invalid="ignore"):
+        left = longest(gel, V) - edge
+    lost = np.flatnonzero(left <= 0.0)
+    if not lost.size:
+        return limit
+    first = int(lost[0])
+    if not first or np.isnan(left[first - 1]):
+        return float(V[first])
+    return float(np.interp(0.0, -left[first - 1 : first + 1], V[first - 1 : first + 1]))
+
+
+def _between_rims(gel: Gel, ratio: float, V: Array) -> Array:
+    """The heights at which films with rims fall slack; negative where they are in tension at all heights."""
+    disc, length = ratio / (1.0 - ratio), gel.natural_stretch(V)
+    ends = (_edge(gel, V, length, outer)[0] for outer in (True, False))
+    outside, inside = (np.exp(-s) for s in ends)
+    found: Array = np.sqrt(length * (1.0 / gel.A - 1.0 / gel.B)) * ((disc + 1.0) * outside - disc * inside)
+    return found
+
+
+def _edge(gel: Gel, V: Array, t: Array, outer: bool) -> tuple[Array, Array]:
+    """ln R of the edge of a rim over that of its end without tension, where l1 = (t/A)^(1/2) and l2 = (t/B)^(1/2); and
+    l1 at the edge.
+
+    In the plane the hoop length changes as dl2/ds = +-l1 - l2, s = ln R, with the sign of the meridian's direction, and
+    the tensions are in balance: dT1/ds = +-T2 - T1. The edge is held, l2 = 1.
+    """
+    direction = 1.0 if outer else -1.0
+    held = np.zeros(V.shape, bool)
+
+    def rates(l1: Array, l2: Array) -> tuple[Array, Array]:
+        ring = gel.ring(l1, l2, V, held, l2 * l2)
+        turn = direction * l1 - l2
+        along = (direction * ring.hoop - ring.meridional - ring.coupling * turn) / ring.firmness
+        return along / turn, 1.0 / turn
+
+    l2 = np.sqrt(t / gel.B)
+    l1, s, h = np.sqrt(t / gel.A), np.zeros(V.shape), (1.0 - l2) / STEPS
+    for _ in range(STEPS):
+        first = rates(l1, l2)
+        second = rates(l1 + 0.5 * h * first[0], l2 + 0.5 * h)
+        third = rates(l1 + 0.5 * h * second[0], l2 + 0.5 * h)
+        fourth = rates(l1 + h * third[0], l2 + h)
+        l1, s = (
+            value + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+            for value, a, b, c, d in zip((l1, s), first, second, third, fourth, strict=True)
+        )
+        l2 = l2 + h
+    return s, l1
