@@ -216,9 +216,9 @@ def test_the_figure_has_limits_beside_three_small_panels():
 
 @pytest.mark.parametrize("of", ["membrane", "cone"])
 def test_pull_in_says_whose_it_is(of):
-    from gelcone.plots.envelope import told
+    from gelcone.plots.envelope import named
 
     result = xr.Dataset(attrs={"pull_in_of": of})
-    assert told(result, "pull-in") == f"pull-in of the {of}"
-    assert told(result, "chaos") == "chaos"
-    assert told(xr.Dataset(), "pull-in") == "pull-in"
+    assert named(result, "pull-in") == f"pull-in of the {of}"
+    assert named(result, "chaos") == "chaos"
+    assert named(xr.Dataset(), "pull-in") == "pull-in"

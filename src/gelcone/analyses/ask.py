@@ -115,8 +115,8 @@ def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
     if analysis.single:
         subject.alone(analysis.command)
     given = {**given, **read_options(analysis, subject, given)}
-    if told := subject.model.film.doubt():
-        warnings.warn(told, DoubtfulInput, stacklevel=2)
+    if named := subject.model.film.doubt():
+        warnings.warn(named, DoubtfulInput, stacklevel=2)
     reader = getattr(import_module(f"gelcone.analyses.{analysis.answers}"), f"{analysis.name}_arguments", None)
     arguments: dict[str, Any] = reader(subject, given) if reader else dict(given)
     if analysis.axes:
@@ -138,8 +138,8 @@ def warn_at_rest(subject: Subject) -> None:
     if subject.device is not None and not subject.starts:
         from gelcone.devices.analysis import at_rest
 
-        if told := at_rest(subject.device, subject.initial):
-            warnings.warn(told, DoubtfulInput, stacklevel=2)
+        if named := at_rest(subject.device, subject.initial):
+            warnings.warn(named, DoubtfulInput, stacklevel=2)
 
 
 def read_options(analysis: Analysis, subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -34,12 +34,12 @@ def continue_branch_arguments(subject: Subject, given: Mapping[str, Any]) -> dic
 
 @contextmanager
 def _in_words(name: str, low: str, high: str) -> Iterator[None]:
-    """What is told of ``--over NAME=from:to:2``, in the words of a command that takes NAME FROM TO."""
+    """Report errors of ``--over NAME=from:to:2`` in the words of a command that takes NAME FROM TO."""
     try:
         yield
     except InputError as error:
-        told = str(error).replace(f"--over {name} '{low}:{high}:2'", f"{name} from {low} to {high}")
-        raise InputError(told.replace(f"{low}:{high}:2", f"{low} {high}").replace("--over ", "")) from None
+        named = str(error).replace(f"--over {name} '{low}:{high}:2'", f"{name} from {low} to {high}")
+        raise InputError(named.replace(f"{low}:{high}:2", f"{low} {high}").replace("--over ", "")) from None
 
 
 def _check_order(name: str, low: str, high: str) -> None:
@@ -72,7 +72,7 @@ def _start(text: str) -> Any:
 
 
 def followed_lines(shown: xr.Dataset, name: str = "") -> list[str]:
-    """The branches beside a diagram in words; ``name`` is what the parameter is called there."""
+    """The branches that go with a diagram, in words; ``name`` is what the parameter is called there."""
     followed = attached_branches(shown)
     if followed is None:
         return []
@@ -120,11 +120,7 @@ def _event_line(event: xr.Dataset, at: Any) -> str:
 def _check_lines(shown: xr.Dataset, name: str, at: Any) -> list[str]:
     """What brute force says."""
     cycles, orbits, seeded = (int(shown[key]) for key in ("checked_cycles", "checked_orbits", "seeded"))
-    ran = (
-        f"{orbits} stable orbits run from 1e-5 beside"
-        if orbits
-        else "no stable orbit decays fast enough to be run beside"
-    )
+    ran = f"{orbits} stable orbits run from 1e-5 away" if orbits else "no stable orbit decays fast enough to be run"
     explanations = [str(text) for text in shown["flag_explanation"].values]
     explained = sum(map(bool, explanations))
     lines = [

@@ -31,11 +31,11 @@ def drive_words(shown: xr.Dataset, subject: Subject) -> str:
         f"  {', '.join(_yields(shown, largest))}",
     ]
     if np.isfinite(limit):
-        told = (
+        named = (
             f"limited by {shown.attrs['limit']} at {measured(shown['limit_voltage'])}: {1.0 - peak / limit:.0%} below"
         )
         ends = f"{measured(shown['frequency_low'])} to {measured(shown['frequency_high'])}"
-        lines.append(f"  {told} it; this voltage stays below all limits from {ends}")
+        lines.append(f"  {named} it; this voltage stays below all limits from {ends}")
     else:
         lines.append("  no limit was met at this frequency, up to the highest voltage examined")
     kick = float(shown["kick"])
@@ -48,8 +48,8 @@ def drive_words(shown: xr.Dataset, subject: Subject) -> str:
 
 def _yields(shown: xr.Dataset, largest: str) -> list[str]:
     names = {"stroke": "stroke", "work": "work a period", "speed": "rms speed", "power": "mean power"}
-    told = [f"{words} {measured(shown[name])}" for name, words in names.items() if name != largest]
-    return [*told, f"apparent power {measured(shown['apparent_power'])}"]
+    named = [f"{words} {measured(shown[name])}" for name, words in names.items() if name != largest]
+    return [*named, f"apparent power {measured(shown['apparent_power'])}"]
 
 
 def _sensitivities(shown: xr.Dataset) -> list[str]:
@@ -57,6 +57,6 @@ def _sensitivities(shown: xr.Dataset) -> list[str]:
     order = [int(k) for k in np.argsort(-np.abs(np.nan_to_num(change)))][:MOST_FIELDS]
     known = [f"{shown['field'].values[k]} {change[k]:+.3g}" for k in order if np.isfinite(change[k])]
     lost = [str(name) for name, own in zip(shown["field"].values, change, strict=True) if np.isnan(own)]
-    told = f"stroke changes by, % per %: {', '.join(known)}"
-    lines = textwrap.wrap(told, WIDTH, initial_indent="  ", subsequent_indent="    ") if known else []
+    named = f"stroke changes by, % per %: {', '.join(known)}"
+    lines = textwrap.wrap(named, WIDTH, initial_indent="  ", subsequent_indent="    ") if known else []
     return [*lines, *([f"  a change of 1 % ends the motion or its period: {', '.join(lost)}"] if lost else [])]

@@ -239,8 +239,8 @@ def _kick_lines(part: xr.Dataset, goals: tuple[str, ...]) -> Iterator[str]:
         shares = {words: float(motion[f"motion_validity_{name}"].max()) for name, words in FAILINGS.items()}
         up_to = "up to " if high.size > 1 else ""
         fails = [f"{words} {up_to}{100.0 * share:.3g} %" for words, share in shares.items() if share > 0.0]
-        told = f"; the model does not hold: {', '.join(fails)}" if fails and goal != "pull-in" else ""
-        yield f"    to: {goal}{moves}{told}"
+        named = f"; the model does not hold: {', '.join(fails)}" if fails and goal != "pull-in" else ""
+        yield f"    to: {goal}{moves}{named}"
 
 
 def _range(values: xr.DataArray) -> str:

@@ -37,8 +37,8 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
         lines.append(f"linear theory: largest stroke {linear[k]:.4g}{length} at {frequency[k]:.5g}{hertz}")
     else:
         lines.append("no linear theory: no stable equilibrium under the drive's mean square")
-    told = [*lines, *shortened(_jump_lines(shown, hertz, length)), *followed_lines(shown, "drive frequency")]
-    return "\n".join(told)
+    named = [*lines, *shortened(_jump_lines(shown, hertz, length)), *followed_lines(shown, "drive frequency")]
+    return "\n".join(named)
 
 
 def _branch_lines(branch: str, own: xr.Dataset, hertz: str, length: str) -> list[str]:

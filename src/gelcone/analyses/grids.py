@@ -72,8 +72,8 @@ def bifurcation_words(shown: xr.Dataset, subject: Subject) -> str:
         own = shown.sel(branch=branch)
         lines.append(f"  {branch}: {counts_text(own)}")
         lines += [f"    {line}" for line in validity_in_words(own)]
-    told = [*doubt_lines(shown), *_threshold_lines(shown, subject), *followed_lines(shown)]
-    return "\n".join([*lines, *told])
+    shown_words = [*doubt_lines(shown), *_threshold_lines(shown, subject), *followed_lines(shown)]
+    return "\n".join([*lines, *shown_words])
 
 
 def _threshold_lines(shown: xr.Dataset, subject: Subject) -> list[str]:

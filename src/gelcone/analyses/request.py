@@ -33,7 +33,7 @@ DEFAULT_INITIAL = (1.0, 0.0)
 STATES = {"displacement": "length", "velocity": "velocity"}
 """Components of the initial state, and the quantity of each."""
 DEFAULT_STATES = (-2.0, 2.0, 81)
-"""Initial displacements and velocities of a basin that is not told others, dimensionless."""
+"""Initial displacements and velocities of a basin by default, dimensionless."""
 Reader = Callable[[str, str], float]
 """Reads one number: (option, text) -> value."""
 

@@ -47,10 +47,10 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
         known = [one.isel(equilibrium=k) for k in range(int(one["equilibria"]))]
         places = [f"{float(e['equilibrium_displacement']):.4g}{length} ({', '.join(_about(e))})" for e in known]
         yields = {"stroke": "stroke", "blocked force": "blocked_force", "work of a cycle": "cycle_work"}
-        told = [f"{words} {measured(one[name])}" for words, name in yields.items() if np.isfinite(one[name])]
+        named = [f"{words} {measured(one[name])}" for words, name in yields.items() if np.isfinite(one[name])]
         lines.append(
             f"  {measured(one['constant_voltage'])}: rests at {', '.join(places) or 'nothing'}; "
-            f"{', '.join(told) or 'beyond pull-in'}"
+            f"{', '.join(named) or 'beyond pull-in'}"
         )
     return ["constant voltage:", *shortened(lines), *strength_in_words(member)]
 

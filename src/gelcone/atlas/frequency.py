@@ -428,8 +428,8 @@ def _with_branches(
         **integration(search),
     )
     result = attach(result, followed)
-    told = dataset.attributes("stroke of the settled motion from a fixed state", "length")
-    result["fixed_stroke"] = ("start", "drive_frequency"), 2.0 * fixed.amplitude.reshape(len(starts), -1), told
+    named = dataset.attributes("stroke of the settled motion from a fixed state", "length")
+    result["fixed_stroke"] = ("start", "drive_frequency"), 2.0 * fixed.amplitude.reshape(len(starts), -1), named
     return result.assign(_jump_events(result, followed))
 
 

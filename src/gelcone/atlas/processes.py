@@ -255,7 +255,7 @@ def _answer(content: bytes) -> bytes:
     except Exception as error:
         error.add_note(traceback.format_exc())
         try:
-            pickle.loads(told := pickle.dumps((error, None)))
+            pickle.loads(named := pickle.dumps((error, None)))
         except Exception:
-            told = pickle.dumps((RuntimeError(repr(error)), None))
-        return told
+            named = pickle.dumps((RuntimeError(repr(error)), None))
+        return named

@@ -110,11 +110,11 @@ def arranged(drawn: Mapping[str, Array]) -> int:
 def _risks(own: xr.Dataset) -> tuple[Kinds, Kinds]:
     """Which draws meet each risk, and of which that is known, (grid..., risk, draws)."""
     outcome, regime = own["outcome"].values, own["regime"].values
-    told = ~np.isin(outcome, UNDECIDED) & (regime >= 0)
+    shown_words = ~np.isin(outcome, UNDECIDED) & (regime >= 0)
     field = own["validity_breakdown"].values if "validity_breakdown" in own else np.full(outcome.shape, np.nan)
     pulled = outcome == Outcome.PULLED_IN
     hits = [pulled, field > 0.0, regime == Regime.CHAOTIC]
-    known = [told, told & np.isfinite(field), told & (regime != Regime.TRANSIENT)]
+    known = [shown_words, shown_words & np.isfinite(field), shown_words & (regime != Regime.TRANSIENT)]
     return np.stack(hits, axis=-2) & np.stack(known, axis=-2), np.stack(known, axis=-2)
 
 

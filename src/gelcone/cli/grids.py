@@ -77,12 +77,12 @@ def run_parameters() -> list[click.Parameter]:
             metavar="STORE",
             help="Continue with what a store holds; without other arguments its own plan is taken.",
         ),
-        click.Option(["--threads"], type=int, metavar="N", help="So many threads of this process."),
+        click.Option(["--threads"], type=int, metavar="N", help="Use N threads of this process."),
         click.Option(
             ["--workers"],
             type=int,
             metavar="N",
-            help="So many processes. [default: one a core for 1,024 cells or more, else threads]",
+            help="Use N processes. [default: one a core for 1,024 cells or more, else threads]",
         ),
         click.Option(["--scheduler"], metavar="ADDRESS", help="Use the dask cluster whose scheduler is there."),
     ]

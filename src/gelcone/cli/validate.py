@@ -120,5 +120,5 @@ def write_fit(model: ConeModel, ratio: Any, path: Path, force: bool) -> None:
     fitted = fit_film(model, ratio)
     write_film(fitted, path, force=force)
     click.echo(f"{path}: {fitted.describe()}", err=True)
-    if told := fitted.doubt():
-        warnings.warn(told, DoubtfulInput, stacklevel=2)
+    if named := fitted.doubt():
+        warnings.warn(named, DoubtfulInput, stacklevel=2)

@@ -77,8 +77,8 @@ def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
         panels[0].set_xlim(*edges(diagram[name])[[0, -1]])
-        told = None if followed is None else branch_legend(followed)
-        panels[0].legend(handles=told, loc="upper left", bbox_to_anchor=(1.02, 1.0))
+        named = None if followed is None else branch_legend(followed)
+        panels[0].legend(handles=named, loc="upper left", bbox_to_anchor=(1.02, 1.0))
         handles = cell_legend(*marks(diagram), diagram["outcome"])
         panels[1].legend(
             handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.0), title="regime", alignment="left"

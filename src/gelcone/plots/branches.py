@@ -192,6 +192,6 @@ def legend(result: xr.Dataset) -> list[Any]:
     handles += [Line2D([], [], label=kind, **event_marks(kind, GREY)) for kind in kinds]
     if (result["event_supercritical"].values == 0).any():
         handles.append(Line2D([], [], label="open: subcritical", **event_marks("period doubling", GREY, False)))
-    told = dict.fromkeys(event_label(kind) for kind in result["flag_kind"])
-    handles += [Line2D([], [], color=VERMILION, marker="x", ls="", label=f"! {kind}") for kind in told]
+    named = dict.fromkeys(event_label(kind) for kind in result["flag_kind"])
+    handles += [Line2D([], [], color=VERMILION, marker="x", ls="", label=f"! {kind}") for kind in named]
     return handles

@@ -51,7 +51,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
         middle = np.where(np.isfinite(high), 0.5 * (low + high), np.nan)
         look: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3.5 if frequency.size < 40 else 2.2, "lw": 0.9}
         if np.isfinite(middle).any():
-            label = f"{told(envelope, name)}, driven"
+            label = f"{named(envelope, name)}, driven"
             axes.plot(*broken_at_jumps(frequency, middle), **look, label=label, clip_on=False)
         elif np.isnan(low).all() and name == "dielectric breakdown":
             axes.plot([], [], **look, label="dielectric breakdown: unknown,\nno strength given")
@@ -59,7 +59,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     voltages = envelope["static_limit_voltage"].values
     for name, voltage, style in zip(envelope["static_limit"].values, voltages, styles, strict=True):
         if np.isfinite(voltage) and voltage <= 1.05 * highest:
-            axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{told(envelope, name)}, quasi-static")
+            axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{named(envelope, name)}, quasi-static")
     coexisting_motions(envelope, axes)
     own = float(envelope["own_frequency"]), float(envelope["own_peak"])
     if frequency[0] <= own[0] <= frequency[-1]:
@@ -70,7 +70,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     axes.set_ylabel(axis_label(envelope["driven_peak"], "peak voltage"))
 
 
-def told(envelope: xr.Dataset, name: str) -> str:
+def named(envelope: xr.Dataset, name: str) -> str:
     """A limit's name, with the film whose pull-in it is; results of gelcone 0.1 do not say."""
     of = envelope.attrs.get("pull_in_of")
     return f"{name} of the {of}" if of and name == "pull-in" else name

@@ -84,10 +84,10 @@ def delivered_force(member: xr.Dataset, axes: Axes) -> None:
     chosen = np.unique(np.linspace(0, count - 1, MOST_CURVES).astype(int))
     for colour, i in zip(CYCLE, chosen, strict=False):
         one = member.isel(constant_voltage=i)
-        told = f"{measured(one['constant_voltage'])}: " + ", ".join(
+        named = f"{measured(one['constant_voltage'])}: " + ", ".join(
             measured(one[name], 3) for name in ("blocked_force", "stroke", "cycle_work") if np.isfinite(one[name])
         )
-        axes.plot(place, -one["force"].values, color=colour, label=told)
+        axes.plot(place, -one["force"].values, color=colour, label=named)
         axes.plot(rest, one["blocked_force"], "o", color=colour, ms=5.0, ls="none", clip_on=False)
         axes.plot(rest + one["stroke"], 0.0, "D", color=colour, ms=5.0, mfc="white", ls="none", clip_on=False)
     axes.plot([], [], "o", color=BLACK, ms=5.0, ls="none", label="blocked force")
@@ -131,8 +131,8 @@ def equilibrium_branches(member: xr.Dataset, axes: Axes) -> None:
     axes.plot([], [], color=VERMILION, ls="--", label="unstable")
     pitchfork = float(member["pitchfork_voltage"])
     if np.isfinite(pitchfork):
-        told = f"pitchfork {pitchfork:.4g}{unit_of(voltage)}"
-        axes.plot(pitchfork, 0.0, "s", ms=5.0, color=BLACK, mfc="white", zorder=4, label=told)
+        named = f"pitchfork {pitchfork:.4g}{unit_of(voltage)}"
+        axes.plot(pitchfork, 0.0, "s", ms=5.0, color=BLACK, mfc="white", zorder=4, label=named)
     folds = np.isfinite(member["fold_voltage"])
     if folds.any():
         axes.plot(member["fold_voltage"], member["fold_displacement"], "D", ms=4.0, color=BLACK, zorder=4, label="fold")
@@ -166,13 +166,13 @@ def mark_jump(member: xr.Dataset, axes: Axes) -> None:
     if not np.isfinite([voltage, begin]).all() or np.isnan(end) or begin == end:
         return
     kind = PullIn(int(member["pull_in_kind"])).name.lower().replace("_", " ")
-    told = f"pull-in at {voltage:.4g}{unit_of(member['branch_voltage'])} ({kind})"
+    named = f"pull-in at {voltage:.4g}{unit_of(member['branch_voltage'])} ({kind})"
     if not np.isfinite(end):
-        axes.plot(voltage, begin, "X", ms=5.0, color=BLACK, ls="none", zorder=4, clip_on=False, label=told)
+        axes.plot(voltage, begin, "X", ms=5.0, color=BLACK, ls="none", zorder=4, clip_on=False, label=named)
         return
     style = {"arrowstyle": "->", "color": BLACK, "shrinkA": 3.0, "shrinkB": 0.0}
     axes.annotate("", (voltage, end), (voltage, begin), arrowprops=style)
-    axes.plot([], [], color=BLACK, marker=r"$\uparrow$", ls="none", label=told)
+    axes.plot([], [], color=BLACK, marker=r"$\uparrow$", ls="none", label=named)
 
 
 def split_by_stability(x: Any, y: Any, slope: Any, axes: Axes, *, colour: str, both: str) -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LETTERS_AN_INCH = 19
-"""Letters of the footnote, so many to an inch of the figure's width."""
+"""Letters of the footnote to an inch of the figure's width."""
 LONGEST_NAME = 20
 """Letters of a component's name; what is longer is a description."""
 TIED = "\N{NO-BREAK SPACE}"

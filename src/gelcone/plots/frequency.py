@@ -49,7 +49,7 @@ WIDE = 5.0
 
 
 def frequency_figure(response: xr.Dataset) -> Figure:
-    """Stroke over drive frequency above the phase of the driven harmonic, for a single actuator; with branches beside,
+    """Stroke over drive frequency above the phase of the driven harmonic, for a single actuator; with branches,
     the sweeps grey below them."""
     followed = attached_branches(response)
 
@@ -65,10 +65,10 @@ def frequency_figure(response: xr.Dataset) -> Figure:
             log_ticks(phase)
         phase.set_xlim(float(frequency[0]), float(frequency[-1]))
         phase.set_xlabel(axis_label(frequency, "drive frequency"))
-        told = [
+        shown_words = [
             one + other for one, other in zip(*(a.get_legend_handles_labels() for a in (stroke, phase)), strict=True)
         ]
-        figure.legend(*told, loc="outside lower center", ncols=3)
+        figure.legend(*shown_words, loc="outside lower center", ncols=3)
 
     return styled(6.4, 5.0, draw, response)
 
@@ -81,10 +81,10 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
         shown = look if frequency.size <= FEW else look | {"marker": ""}
         curve(own, axes, shown | {"label": f"swept {branch}"})
         failed = own["outcome"].values > 0
-        at, told = frequency[failed], f"{failed_in_words(own['outcome'])}, {branch}"
+        at, shown_words = frequency[failed], f"{failed_in_words(own['outcome'])}, {branch}"
         if at.size:
             mark = {"color": look["color"], "marker": "x", "ms": 4.5, "ls": "", "clip_on": False}
-            axes.plot(at, np.zeros(at.size), **mark, label=told)
+            axes.plot(at, np.zeros(at.size), **mark, label=shown_words)
         for (label, which), fill in zip(kinds_of_motion(own).items(), ("white", BLACK), strict=True):
             axes.plot(
                 frequency,
@@ -123,7 +123,7 @@ def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> No
     brute = [*response["stroke"].values, *response["fixed_stroke"].values]
     for k, values in enumerate(brute):
         axes.plot(frequency, values, **grey, label=None if k else "brute force")
-    told: set[str] = set()
+    shown_words: set[str] = set()
     for k in range(followed.sizes["branch"]):
         own = followed.isel(branch=k)
         value, height = own["value"].values, (own["highest"] - own["lowest"]).values
@@ -138,16 +138,16 @@ def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> No
                 value,
                 np.where(which & held, height, np.nan),
                 **look,
-                label=name if which.any() and name not in told else None,
+                label=name if which.any() and name not in shown_words else None,
             )
-            # faint lines reach the points that hold beside them
+            # faint lines reach the next points that hold
             reach = ~held | (held & (np.roll(~held, 1) | np.roll(~held, -1)))
             axes.plot(value, np.where(which & reach, height, np.nan), **look | {"alpha": FAINT})
             if which.any():
-                told.add(name)
-        if not held[np.isfinite(value)].all() and UNHELD not in told:
+                shown_words.add(name)
+        if not held[np.isfinite(value)].all() and UNHELD not in shown_words:
             axes.plot([], [], color=BLACK, alpha=FAINT, lw=1.4, label=UNHELD)
-            told.add(UNHELD)
+            shown_words.add(UNHELD)
     for k in range(followed.sizes["event"]):
         event = followed.isel(event=k)
         branch = followed.isel(branch=int(event["event_branch"]))
@@ -156,9 +156,9 @@ def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> No
         kind, at = event_label(event["event_kind"]), int(event["event_point"])
         beside = (branch["highest"] - branch["lowest"]).values[at : at + 2]
         marks = event_marks(kind, colour_of(branch), int(event["event_supercritical"]) != 0)
-        label = None if kind in told else kind
+        label = None if kind in shown_words else kind
         axes.plot([float(event["event_value"])], [beside.mean()], **marks, label=label)
-        told.add(kind)
+        shown_words.add(kind)
     axes.plot(frequency, response["linear_stroke"], **LINEAR, label="linear theory")
     flags(followed, axes)
     top = np.nanmax(
@@ -181,7 +181,7 @@ def curve(own: xr.Dataset, axes: Axes, look: dict[str, Any]) -> None:
         frequency, stroke = (np.insert(old, at, value) for old, value in zip((frequency, stroke), peak, strict=True))
         fails = np.insert(fails, at, beside.any())
     marked = np.delete(np.arange(frequency.size), at) if new else np.arange(frequency.size)
-    # each line goes on to the next point of the other kind, so that no gaps are left
+    # each line continues to the next point of the other kind, so that no gaps are left
     holds = ~fails
     holds[1:] |= ~fails[:-1]
     axes.plot(frequency, stroke, **look | {"alpha": FAINT, "label": None}, markevery=marked.tolist())

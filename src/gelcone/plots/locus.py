@@ -49,8 +49,8 @@ def _over(result: xr.Dataset, on: xr.Dataset) -> Figure:
         limits = axes.get_xlim(), axes.get_ylim()
         curves(result, axes, across, outlined=True)
         axes.set(xlim=limits[0], ylim=limits[1])
-    told = dict(zip(*panels[0].get_legend_handles_labels()[::-1], strict=True))
-    own = {label: handle for label, handle in told.items() if label in _labels(result)}
+    named = dict(zip(*panels[0].get_legend_handles_labels()[::-1], strict=True))
+    own = {label: handle for label, handle in named.items() if label in _labels(result)}
     figure.set_figheight(figure.get_figheight() + 0.3)
     figure.legend(own.values(), own.keys(), loc="outside lower center", ncols=3, fontsize=8.0, frameon=False)
     return figure
@@ -94,7 +94,7 @@ def curves(result: xr.Dataset, axes: Axes, across: str | None = None, *, outline
     effects = [withStroke(linewidth=2.6, foreground="white")] if outlined else []
     names = names_of(result)
     x, y = names if across in (None, names[0]) else names[::-1]
-    told: set[str] = set()
+    named: set[str] = set()
     for k in range(result.sizes["curve"]):
         own = result.isel(curve=k)
         period = int(own["period"])
@@ -103,17 +103,17 @@ def curves(result: xr.Dataset, axes: Axes, across: str | None = None, *, outline
         colour = COLOURS[int(np.log2(period)) % len(COLOURS)]
         at, up = own[x].values, own[y].values
         look: dict[str, Any] = {"color": colour, "path_effects": effects}
-        axes.plot(at, np.where(below, np.nan, up), lw=1.2, label="" if label in told else label, **look)
+        axes.plot(at, np.where(below, np.nan, up), lw=1.2, label="" if label in named else label, **look)
         if below.any():
             reach = below | np.roll(below, 1) | np.roll(below, -1)
             axes.plot(at, np.where(reach, up, np.nan), lw=0.9, ls=DASHED, **look)
-        told.add(label)
+        named.add(label)
     for e in range(result.sizes["event"]):
         own = result.isel(event=e)
         kind = event_label(own["event_kind"])
         place = {name: float(own[f"event_{p}"]) for p, name in zip(("first", "second"), names, strict=True)}
-        label = "" if kind in told else kind
+        label = "" if kind in named else kind
         axes.plot([place[x]], [place[y]], MARKERS[kind], ms=6.0, color=BLACK, mec="white", mew=0.4, label=label)
-        told.add(kind)
+        named.add(kind)
     if (result["curvature"].values < 0.0).any():
         axes.plot([], [], color=GREY, lw=0.9, ls=DASHED, label=BELOW)

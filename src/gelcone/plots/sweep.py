@@ -152,8 +152,8 @@ def _slices(result: xr.Dataset, values: xr.DataArray) -> Figure:
             handles += invalid_legend(invalid_cells(shown, "flat", x), failed)
             figure.legend(handles=handles, loc="outside right upper")
         some = f"{picks.size} of {result.sizes[third]} values of {third.replace('_', ' ')}"
-        told = [result.attrs.get("device", ""), some if picks.size < result.sizes[third] else ""]
-        figure.suptitle(", ".join(filter(None, told)), fontsize=9.0)
+        named = [result.attrs.get("device", ""), some if picks.size < result.sizes[third] else ""]
+        figure.suptitle(", ".join(filter(None, named)), fontsize=9.0)
 
     return styled(7.2, 0.5 + 2.2 * rows, draw)
 
@@ -176,8 +176,8 @@ def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
         for axes in panels[len(shown) :]:
             axes.remove()
         if handles:
-            told = {handle.get_label(): handle for handle in handles}
-            figure.legend(handles=list(told.values()), loc="outside lower center", ncols=3)
+            named = {handle.get_label(): handle for handle in handles}
+            figure.legend(handles=list(named.values()), loc="outside lower center", ncols=3)
 
     return styled(7.2, 0.4 + 2.5 * rows + 0.3, draw)
 

@@ -71,7 +71,7 @@ def write_numbers(numbers: dict[str, xr.DataArray], axes: Axes) -> None:
     axes.set_axis_off()
     for line, (name, variable) in enumerate(numbers.items()):
         values = variable.values.ravel()[:MOST_NUMBERS].astype(float)
-        told = [f"{value:.5g}" if np.isfinite(value) else missing(value, variable) for value in values]
+        named = [f"{value:.5g}" if np.isfinite(value) else missing(value, variable) for value in values]
         unit = unit_of(variable) if np.isfinite(values).any() else ""
-        text = f"{variable.attrs.get('long_name', name)}: {', '.join(told)}{unit}"
+        text = f"{variable.attrs.get('long_name', name)}: {', '.join(named)}{unit}"
         axes.text(0.0, 1.0 - (line + 0.5) / len(numbers), text, transform=axes.transAxes, va="center")

@@ -192,8 +192,8 @@ def run_perturbed(tree: Tree, **flow: Any) -> Checked:
         [_apart(journal, away, start, **flow) * start < np.maximum(RETURNED * start, ROUNDING) for start in CLOSER]
     )
     for beside, returns in zip(away, nearer.T, strict=True):
-        told = _narrow(CLOSER[int(returns.argmax())]) if returns.any() else ""
-        flags.append(Flag(LEAVES, beside.number, beside.point.value, told))
+        named = _narrow(CLOSER[int(returns.argmax())]) if returns.any() else ""
+        flags.append(Flag(LEAVES, beside.number, beside.point.value, named))
     for beside, leaves in zip(stable, left, strict=True):
         if not leaves and _repeats_sooner(beside):
             flags.append(Flag(OTHER_PERIOD, beside.number, beside.point.value))
