@@ -49,7 +49,7 @@ def test_voltages_make_rows_and_slack_is_marked(gelcone):
     assert np.shape(content["cone_force"]) == (3, 2)
     assert content["ending"] == [["converged"] * 2, ["compressed", "converged"], ["compressed", "pulled_in"]]
     assert content["continuum_force"][2][1] == "unknown"
-    assert content["deviation"][1][0] is None
+    assert content["deviation"][1][0] == "unknown"
     assert content["meridional_slack"][1] == [True, False]
 
 
