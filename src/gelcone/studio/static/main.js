@@ -500,8 +500,8 @@ function coneSides() {
     const [low, high] = look.span, height = Number.isFinite(now.x) ? now.x : high;
     const second = look.about.second ?? 0, [first, other] = look.about.membrane ?? [];
     const shapes = [profiles.profile(first, height, now.v), profiles.profile(other, second - height, now.v)];
-    return { about: look.about, shapes, name: nameOf(side), height, films: now.films, thin: now.thin, field: now.field, trail: trailOf(look, scene), low, high, volts: look.volts, voltage: now.v, heightText: `${format(height, 3)}${unit}`,
-      voltageText: look.about.si ? (Math.abs(now.v) >= 1000 ? `${(now.v / 1000).toFixed(2)} kV` : `${now.v.toFixed(0)} V`) : now.v.toFixed(2) };
+    return { about: look.about, shapes, name: nameOf(side), height, films: now.films, thin: now.thin, field: now.field, trail: trailOf(look, scene), low, high, volts: look.volts, voltage: now.v, heightText: typeset(`${format(height, 3)}${unit}`),
+      voltageText: typeset(look.about.si ? (Math.abs(now.v) >= 1000 ? `${(now.v / 1000).toFixed(2)} kV` : `${now.v.toFixed(0)} V`) : now.v.toFixed(2)) };
   });
 }
 

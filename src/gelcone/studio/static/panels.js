@@ -5,7 +5,7 @@ import { Plot, Range, extent } from "./plot.js";
 import { sceneOf } from "./scene.js";
 
 const VOLTAGE_SHARE = 0.27;
-const DASHES = { a: [], b: [7, 3] }; // the second of two settings is told apart by more than its colour
+const DASHES = { a: [], b: [7, 3] }, LONG_DASHES = { a: [], b: [12, 2] }; // the second of two settings is told apart by more than its colour
 const PALE = 0.3; // of the run behind the motion that it settles to
 const ROOM = 0.4; // around that motion, at most, as a share of its size
 const MOST_BEHIND = 6000, MOST_DRAWN = 20000; // samples of a run in the portrait, behind the settled motion and alone
@@ -27,9 +27,9 @@ export function timePanel(host, looks, clock) {
       const [look] = sides[0], { axes } = look.about, end = Math.max(...shown.map(([own]) => own.t.at(-1)));
       const x = [0, end], y = height.fit(extent(...shown.map(([own]) => own.x)));
       p.axes(x, volts.fit(extent(...shown.map(([own]) => own.v))), { from: 1 - VOLTAGE_SHARE, xLabel: shown[0][0] === look ? axes.time : `${axes.time} of the settled motion`, yLabel: axes.voltage });
-      for (const [own, colour, side] of shown) p.line(own.t, own.v, { colour, width: 1, sorted: true, alpha: 0.85, dash: DASHES[side] });
+      for (const [own, colour, side] of shown) p.line(own.t, own.v, { colour, width: 1, sorted: true, alpha: 0.85, dash: LONG_DASHES[side] });
       p.axes(x, y, { to: 1 - VOLTAGE_SHARE - 0.06, xTicks: false, yLabel: axes.displacement });
-      for (const [own, colour, side] of shown) p.line(own.t, own.x, { colour, sorted: true, alpha: shown.length > 1 ? 0.8 : 1, dash: DASHES[side] });
+      for (const [own, colour, side] of shown) p.line(own.t, own.x, { colour, sorted: true, alpha: shown.length > 1 ? 0.8 : 1, dash: LONG_DASHES[side] });
       states(p, shown[0][0]);
       for (const [own] of sides) if (sceneOf(own, looks.motion) === own) ended(p, own, own.t);
       const { shown: periods, cut } = look.words;
