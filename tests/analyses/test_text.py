@@ -424,3 +424,14 @@ def test_states_of_a_film_are_shares_of_the_time():
     found = xr.Dataset({"film_state_taut": ("member", [0.5, 0.7]), "film_state_crumpled": ("member", [0.5, 0.3])})
     assert film_state_in_words(found) == ["film (mean share of the time): taut 60.0 %, crumpled 40.0 %"]
     assert film_state_in_words(found.isel(member=0)) == ["film (share of the time): taut 50.0 %, crumpled 50.0 %"]
+
+
+def test_the_table_of_a_window_leaves_out_what_lies_on_lines():
+    x, flat = np.linspace(0.0, 1.0, 41), np.full(41, 2.0)
+    peak = np.exp(-(((x - 0.5) / 0.1) ** 2))
+    assert envelope._kept_rows(x, flat, flat) == [0, 40]
+    kept = envelope._kept_rows(x, flat, peak)
+    assert {0, 20, 40} <= set(kept)
+    assert 6 < len(kept) < 30
+    assert np.abs(np.interp(x, x[kept], peak[kept]) - peak).max() <= 0.04
+    assert envelope._kept_rows(x[:12], flat[:12]) == list(range(12))

@@ -5,6 +5,7 @@ import pytest
 
 import gelcone
 from gelcone import ConeModel, Outcome, Regime
+from gelcone.motion import coexisting as module
 from gelcone.motion.coexisting import Motions, _narrow, coexisting
 from gelcone.motion.settle import start_states
 from gelcone.motion.settled import Swing, settled_swing
@@ -111,3 +112,9 @@ def test_the_interval_of_the_smallest_kick_holds_that_between_the_phases_tried(v
     _narrow(kicks, np.array([0]), found, {0: list(zip(phases, sizes, strict=True))})
     low, high = found[0].smallest
     assert low <= 1.0 <= high < 1.5
+
+
+def test_kicks_stay_within_what_a_disc_does_where_the_stretch_limit_is_far():
+    model = ConeModel(stretch_limit=1e6, damping_ratio=0.1, voltage=0.3)
+    assert module._farthest(model.members(), 0) == module.FARTHEST
+    assert module._farthest(model.replace(stretch_limit=10.0).members(), 0) < module.FARTHEST

@@ -23,8 +23,9 @@ _STATIC = ("peak_voltage", "stroke", "blocked_force", "natural_frequency")
 _WINDOW = ("drive_frequency", "recommended_peak", "window_stroke", "window_power", "window_apparent_power")
 _HEADS = ("frequency", "up to", "stroke", "power", "apparent")
 _WIDTHS = (18, 12, 14, 14, 16)
+Values = npt.NDArray[np.float64]
 _FEW_ROWS, _ON_LINE = 12, 0.04
-"""Rows that are always printed, and the share of the highest voltage to which those left out are on a line."""
+"""Rows that are always printed, and the share of the largest value to which those left out are on a line."""
 
 
 def _with_others(result: xr.Dataset) -> list[int]:
@@ -148,22 +149,29 @@ def _window_table(shown: xr.Dataset) -> Iterator[str]:
         yield f"recommended drive, {_margin_of(shown):.0%} below its limits{_from_words(shown)}:"
         yield "  " + "".join(f"{head:{width}s}" for head, width in zip(reading, _WIDTHS, strict=True)) + "first limit"
         frequency = shown["drive_frequency"].values
-        rows = {k: _window_row(shown, k) for k in _bends(np.log(frequency), recommended)}
+        rows = {
+            k: _window_row(shown, k) for k in _kept_rows(np.log(frequency), recommended, shown["window_stroke"].values)
+        }
         for row, group in itertools.groupby(rows, key=lambda k: rows[k]):
             ks = list(group)
             span = _plain(frequency[ks[0]]) + (f" to {_plain(frequency[ks[-1]])}" if len(ks) > 1 else "")
             yield f"  {span:{_WIDTHS[0]}s}{row}"
         if left := frequency.size - len(rows):
-            yield f"  {left} frequencies between these, on the lines from one voltage to the next: all with --out"
+            yield f"  {left} frequencies between these, on the lines from one to the next: all with --out"
         if (shown["window_regime"].values == 0.0).all():
             yield "within the window the film stays at rest: only a bias and a spring that lifts the disc move it there"
     yield _own_line(shown)
 
 
-def _bends(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> list[int]:
-    """Places of points between which all others are on straight lines, to `_ON_LINE` of the largest y."""
+def _kept_rows(x: Values, *curves: Values) -> list[int]:
+    """Rows of the table: all of few, else those at which one of the curves bends."""
     if x.size <= _FEW_ROWS:
         return list(range(x.size))
+    return sorted(set().union(*(_bends(x, np.nan_to_num(curve)) for curve in curves)))
+
+
+def _bends(x: Values, y: Values) -> list[int]:
+    """Places of points between which all others are on straight lines, to `_ON_LINE` of the largest y."""
     kept, ranges = {0, x.size - 1}, [(0, x.size - 1)]
     while ranges:
         first, last = ranges.pop()
@@ -173,7 +181,7 @@ def _bends(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> list[int]:
         if off.max() > _ON_LINE * y.max():
             kept.add(at)
             ranges += [(first, at), (at, last)]
-    return sorted(kept)
+    return sorted(map(int, kept))
 
 
 def _from_words(shown: xr.Dataset) -> str:

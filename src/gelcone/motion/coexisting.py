@@ -33,7 +33,7 @@ LEVELS = 8
 REACH = 0.9
 """The largest kick carries the disc to this share of its reach, from rest and without voltage."""
 FARTHEST = 10.0
-"""That far where the film has no stretch limit."""
+"""That far where the film has no stretch limit, or one that lies farther."""
 HALVINGS = 6
 """How often the interval of the smallest kick is halved."""
 CLOSER_PHASES = 3
@@ -119,7 +119,7 @@ def _largest_kick(members: Members, k: int) -> float:
 def _farthest(members: Members, k: int) -> float:
     """`REACH` of the displacements that a member reaches."""
     highest = float(members.system.film.reach(members.numbers_at(k))[1])
-    return REACH * highest if np.isfinite(highest) else FARTHEST
+    return min(REACH * highest, FARTHEST)
 
 
 class _Kicks:
