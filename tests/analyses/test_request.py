@@ -12,7 +12,6 @@ from gelcone.analyses.request import (
     read_subject,
     read_uncertain,
     read_value,
-    read_values,
 )
 
 
@@ -86,11 +85,6 @@ def test_over_refuses_what_is_no_sweep(over, message):
 def test_over_refuses_a_name_given_twice_and_a_unit_of_another_kind():
     with pytest.raises(InputError, match="given twice"):
         read_over(["voltage=0,1", "voltage=0,2"])
-
-
-def test_values_may_be_one_and_in_any_order():
-    assert read_values("--voltages", "1", "voltage").tolist() == [1.0]
-    assert read_values("--voltages", "1,0", "voltage").tolist() == [1.0, 0.0]
 
 
 @pytest.mark.parametrize(

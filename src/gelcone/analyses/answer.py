@@ -15,7 +15,7 @@ from gelcone.codes import Outcome, Regime
 from gelcone.devices.si import DEVICE, STATE
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
-from gelcone.words import DISCORD, members_of, missing, rate_unit, regime_counts, shortened, unit_of
+from gelcone.words import DISCORD, members_of, missing, regime_counts, shortened, unit_of
 from gelcone.words import MOST_LINES as MOST_PRINTED
 
 if TYPE_CHECKING:
@@ -229,11 +229,6 @@ def _codes(name: str, variable: xr.DataArray) -> dict[int, Any] | None:
 
 def _names(variable: xr.DataArray, codes: Mapping[int, Any], none: str) -> Any:
     return np.vectorize(lambda code: codes.get(code, none), otypes=[object])(variable.values).tolist()
-
-
-def exponent_unit(variable: xr.DataArray) -> str:
-    """The unit of an exponent, in words."""
-    return "per unit dimensionless time" if variable.attrs.get("units", "1") == "1" else rate_unit(variable)
 
 
 def first(variable: xr.DataArray) -> xr.DataArray:

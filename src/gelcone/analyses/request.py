@@ -457,11 +457,6 @@ def _plain(option: str, text: str) -> float:
     return float(text)
 
 
-def read_values(option: str, text: str, name: str, system: ConeSystem | None = None) -> Array:
-    """Dimensionless values of the parameter ``name`` as a range or a list, within its bounds."""
-    return np.atleast_1d(_values(option, text, name, None, system))
-
-
 def read_states(over: Iterable[str], device: Device | None) -> dict[str, Array]:
     """Initial displacements and velocities, with a device in m and m/s; one that is not given takes its default."""
     given: dict[str, str] = {}

@@ -68,8 +68,6 @@ def _film_lines(shown: xr.Dataset) -> list[str]:
 
 # --- sections ---------------------------------------------------------------------------------------------------------
 
-_POINT = ("time", "displacement", "velocity")
-
 
 def section_words(shown: xr.Dataset, subject: Subject) -> str:
     """A Poincare section as text."""

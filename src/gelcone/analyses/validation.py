@@ -18,14 +18,7 @@ if TYPE_CHECKING:
 
     from gelcone.analyses.request import Subject
 
-FORCES = (
-    "force that holds the disc against film and field at a constant voltage, per mu Vol/(b-a), without the spring; "
-    "the voltage enters both models as -v^2/2 times the squared area ratio, v = Phi sqrt(eps/mu)/H with the mounted H"
-)
 HOOP_SLACK = "converged, but compressed along the hoop: the film wrinkles there, and this state is not physical"
-AT_POINTS = ("cone_force", "continuum_force", "deviation", "force_error", "limit_share", "cone_limit_share")
-FLAGS = ("hoop_slack", "meridional_slack", "overhangs", "stable", "folds", "reached_voltage")
-PULL_INS = ("pull_in_voltage", "cone_pull_in_voltage")
 LIMITS = ("limit_displacement", "cone_limit_displacement")
 
 

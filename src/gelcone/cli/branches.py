@@ -43,7 +43,5 @@ def _below(path: Path) -> xr.Dataset:
     """The map or the tongues of a file or a store, in SI units for a device."""
     from gelcone.atlas.record import show
     from gelcone.dataset import load
-    from gelcone.devices.si import device_of, to_si
 
-    found = show(path) if path.is_dir() else load(path)
-    return found if device_of(found) is None else to_si(found)
+    return show(path) if path.is_dir() else load(path)

@@ -32,7 +32,6 @@ from gelcone.cli.options import (
 from gelcone.cli.output import deliver, tally_shown
 from gelcone.dataset import load
 from gelcone.devices.analysis import device_words, plain, state_of
-from gelcone.devices.si import device_of, to_si
 from gelcone.errors import InputError
 from gelcone.interchange import export
 from gelcone.plots import plot
@@ -41,8 +40,6 @@ from gelcone.register.analyses import find_analysis, sweepable
 from gelcone.register.analysis import Analysis, Option
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gelcone.atlas.workers import Workers
 
 MAP, SWEEP, SHOW = (find_analysis(name) for name in ("map", "sweep", "show"))
@@ -274,11 +271,6 @@ def run_show(*, place: Path, out: Path | None, force: bool, as_json: bool) -> in
     return deliver(answers, result, subject, out, force, as_json)
 
 
-def in_device_units(result: xr.Dataset) -> xr.Dataset:
-    """A result in the units of its device, where it has one."""
-    return result if device_of(result) is None else to_si(result)
-
-
 def export_command() -> click.Command:
     """`gelcone export`."""
     params: list[click.Parameter] = [
@@ -300,7 +292,7 @@ def export_command() -> click.Command:
 
 def run_export(*, place: Path, kind: str, out: Path | None, force: bool) -> None:
     """Reads a result or a store and writes it in another format."""
-    result = in_device_units(show(place)) if place.is_dir() else load(place)
+    result = show(place) if place.is_dir() else load(place)
     for path in export(result, (out or place.parent) / f"{place.stem}.{kind.lower()}", force=force):
         click.echo(f"wrote {path}")
 

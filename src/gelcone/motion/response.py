@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.codes import FilmPullIn, Outcome
+from gelcone.codes import FilmPullIn
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
@@ -336,9 +336,3 @@ def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Var
             told[f"{film.prefix}pull_in_{name}"] = ((), value, f"{meaning} at which {film.words} pulls in", quantity)
         told[f"{film.prefix}pull_in_kind"] = ((), pull_in, f"how {film.words} pulls in", FilmPullIn)
     return told
-
-
-def failures(result: xr.Dataset) -> dict[str, int]:
-    """The number of members that ended in each way other than ``ok``."""
-    codes = result["outcome"].values.ravel()
-    return {o.name.lower(): int((codes == o).sum()) for o in Outcome if o and (codes == o).any()}

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.errors import unknown_name
 from gelcone.physics.component import Component, Numbers
 from gelcone.quantity import Quantity
 
@@ -173,10 +172,3 @@ class Yeoh(StrainEnergyLaw):
 
 
 LAWS: dict[str, StrainEnergyLaw] = {law.name: law for law in (Gent(), NeoHookean(), Yeoh())}
-
-
-def find_law(name: str) -> StrainEnergyLaw:
-    """The law of that name; `InputError` with the nearest name when there is none."""
-    if name not in LAWS:
-        raise unknown_name("strain-energy law", name, LAWS)
-    return LAWS[name]
