@@ -418,6 +418,29 @@ def test_a_lost_connection_is_said_and_comes_back(chromium):
         second.close()
 
 
+def test_a_page_takes_the_address_of_a_studio_that_was_started_anew_and_keeps_its_state(chromium):
+    first = Served()
+    port = first.studio.port
+    tab = chromium.tab(first.studio.address("device=biased-pump&frequency=9+Hz"))
+    tab.wait(ANSWERED)
+    first.close()
+    second = Served(port)  # with a token of its own
+    try:
+        tab.wait("!document.getElementById('anew').hidden", 60)
+        assert "paste the address" in tab.js("document.getElementById('lost').innerText")
+        before = tab.js("studio.looks.a.id")
+        tab.js(
+            f"(() => {{ const own = document.getElementById('address'); own.value = {second.studio.address()!r};"
+            "own.dispatchEvent(new Event('change')) })()"
+        )
+        tab.wait("document.getElementById('lost').hidden", 60)
+        tab.wait(f"studio.looks.a.id > {before} && {ANSWERED}", 60)
+        assert tab.js("document.querySelector('[data-name=frequency] input').value") == "9 Hz"
+    finally:
+        tab.close()
+        second.close()
+
+
 def test_a_page_that_waits_paints_at_once_and_says_for_what(chromium, monkeypatch):
     monkeypatch.setattr(look, "response", lambda *given: time.sleep(30.0))
     served = Served()
