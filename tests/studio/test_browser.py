@@ -418,6 +418,17 @@ def test_a_lost_connection_is_said_and_comes_back(chromium):
         second.close()
 
 
+@pytest.mark.parametrize("values", ["&".join(f"a{number}=1" for number in range(200)), "a" * 9000])
+def test_a_link_with_too_much_in_it_is_shown_without(served, chromium, values):
+    tab = chromium.tab(served.studio.address(f"device=biased-pump&{values}"))
+    try:
+        tab.wait(ANSWERED)
+        assert "left out" in tab.js("document.getElementById('notices').textContent")
+        assert tab.log == []
+    finally:
+        tab.close()
+
+
 def test_a_page_takes_the_address_of_a_studio_that_was_started_anew_and_keeps_its_state(chromium):
     first = Served()
     port = first.studio.port

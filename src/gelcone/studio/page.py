@@ -140,15 +140,16 @@ class Page:
 
     async def _answer(self, text: str | None) -> None:
         """Answers a message; whatever is wrong with it is said, and nothing ends."""
-        number = None
+        number = side = None
         try:
             request = _request(text)
             number = request["id"]
+            side = request.get("side") if request["kind"] == "look" and request.get("side") in SIDES else None
             await _KINDS[request["kind"]](self, request)
         except WebSocketDisconnect:
             raise
         except Exception as error:
-            await self.fail(number, error)
+            await self.fail(number, error, side)
 
     async def _hello(self, request: Mapping[str, Any]) -> None:
         await self.send(

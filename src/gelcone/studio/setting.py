@@ -74,10 +74,11 @@ class Setting:
             raise InputError(f"file: has a line of more than {LONGEST_LINE} characters; break it into several")
         values = given.get("values", {})
         if not isinstance(values, dict) or len(values) > MOST_VALUES:
-            raise InputError("values: must be names and texts")
+            raise InputError(f"values: must be at most {MOST_VALUES} names and texts")
         for name, value in values.items():
             if not isinstance(value, str) or not 0 < len(value) <= LONGEST_VALUE:
-                raise FieldError(str(name), f"{name}: must be a number with its unit, or one of its choices")
+                shown = name[:LONGEST_VALUE]
+                raise FieldError(name, f"{shown}: must be a number with its unit, or one of its choices")
         return cls(**names, values=dict(values))
 
     @property
