@@ -16,8 +16,9 @@ from gelcone.physics.statics import every_balance
 
 THICK = 0.5
 """A film this thick, over the width b - a of its ring, is no membrane."""
-_SIZES = ("m", "kg", "Pa")
-"""Units of the fields whose values are compared with what is usual: a drive may be as small as one likes."""
+_FAR = {"m": 10.0, "kg": 10.0, "Pa": 10.0, "m/s^2": 1.0}
+"""Units of the fields whose values are compared with the usual range, and how many times beyond it one is doubted: a
+drive may be as small as one likes."""
 
 
 def misfits(device: DeviceFields) -> Iterator[FieldError]:
@@ -112,14 +113,14 @@ def _check_heights(device: DeviceFields, model: ConeModel) -> None:
 
 
 def doubts(device: DeviceFields) -> list[str]:
-    """What is hardly meant: sizes far from what is usual, each in a line."""
+    """List values that are hardly meant, far outside the usual range, each in a line."""
     told = []
     for name, field in device.all_fields().items():
-        odd = field.implausible(device.get(name)) if field.unit in _SIZES else None
+        odd = field.implausible(device.get(name), _FAR[field.unit]) if field.unit in _FAR else None
         if odd is not None:
             told.append(
-                f"{name} = {format_si(odd, field.unit)} is far from what is usual "
-                f"({field.typical_text()}); check its unit"
+                f"{name} = {format_si(odd, field.unit)} is outside the usual range, "
+                f"{field.typical_text()}; check its unit"
             )
     with np.errstate(all="ignore"):
         thick = np.ravel(np.asarray(device.film_thickness) / device.scales.length)

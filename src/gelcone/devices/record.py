@@ -17,8 +17,6 @@ REQUIRED: Any = object()
 """Default of a field that must be given."""
 LARGEST = 1e20
 """Largest size of a value in SI, above which squares and products of some may overflow."""
-FAR = 10.0
-"""A value this many times beyond the typical range is called implausible."""
 
 
 @dataclass(frozen=True)
@@ -68,11 +66,11 @@ class Field:
             raise FieldError(name, f"{name}: {shown} is beyond what can be computed with; give a smaller one")
         return number
 
-    def implausible(self, value: Any) -> float | None:
-        """The value, or the worst of several, that is far outside what is typical; None if none is."""
+    def implausible(self, value: Any, far: float) -> float | None:
+        """The value, or the first of several, outside the typical range widened by a factor; None if none is."""
         if self.typical is None or value is None:
             return None
-        low, high = self.typical[0] / FAR, self.typical[1] * FAR
+        low, high = self.typical[0] / far, self.typical[1] * far
         sizes = np.atleast_1d(np.asarray(value, dtype=float))
         odd = sizes[(sizes != 0.0) & np.isfinite(sizes) & ((np.abs(sizes) < low) | (np.abs(sizes) > high))]
         return float(odd[0]) if odd.size else None
