@@ -8,6 +8,7 @@ import pytest
 import sympy
 
 import gelcone
+from gelcone.motion import best_drive
 from gelcone.register.analyses import ANALYSES
 from tests.answers import result
 
@@ -67,8 +68,10 @@ def test_the_law_obeys_its_energy(place):
 
 
 @pytest.mark.parametrize("name", [name for name in ANALYSES if name not in ("show", "locus")])
-def test_every_command_takes_a_device_of_it(name, place, command_line, undrawn):
+def test_every_command_takes_a_device_of_it(name, place, command_line, undrawn, monkeypatch):
     """The film wrinkles, as it does by default; a rest that is flat where the analysis needs one."""
+    for constant, few in (("COARSE", 4), ("FINE", 3), ("PEAKS", (0.5, 1.2, 3))):
+        monkeypatch.setattr(best_drive, constant, few)
     analysis = ANALYSES[name]
     flat = FLAT if name in ("onset", "onset_voltage", "floquet", "tongues") else []
     code, out, err = command_line(
