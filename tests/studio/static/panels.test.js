@@ -205,6 +205,20 @@ test("the cone in section: film from rim to disc at its height and in the colour
   }
 });
 
+test("a membrane is drawn along its own profile, wrinkled rings dashed and in their colour; a slack one as it was", () => {
+  const shape = [{ radius: 8, rise: 1, stretch: 2, wrinkled: false }, { radius: 15, rise: 0.3, stretch: 1.5, wrinkled: true }, { radius: 30, rise: 0, stretch: 1, wrinkled: true }];
+  const { own, g } = cone([{ films: [1, 0], shapes: [shape, null], thin: [0.5, NaN], field: [0, 0] }]), side = { about: ABOUT, low: 0, high: 20 };
+  const scale = own.scale(side), ground = own.ground(side, 480, scale), middle = (640 - 46) / 4;
+  const place = (sign, k) => [middle + sign * shape[k].radius * scale, ground - 10 * shape[k].rise * scale];
+  const [taut, wrinkled] = [0, 1].map((film) => g.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === FILM[film] && c.lineWidth > 1).slice(0, 4));
+  assert.ok(close(taut.map((c) => c.args), [place(-1, 0), place(-1, 1), place(1, 0), place(1, 1)]));
+  assert.ok(close(wrinkled.map((c) => c.args), [place(-1, 1), place(-1, 2), place(1, 1), place(1, 2)]));
+  assert.ok(taut.every((c) => !c.dash.length) && wrinkled.every((c) => c.dash.length));
+  assert.ok(near(taut[0].lineWidth, 5 * 0.5 * (2 / 1.75)) && near(wrinkled[0].lineWidth, 5 * 0.5 * (2 / 1.25)));
+  const slack = cone([{ films: [2, 0], shapes: [shape, null] }]).g.calls.filter((c) => c.name === "lineTo" && c.strokeStyle === FILM[2] && c.lineWidth > 2);
+  assert.equal(slack.length, 2 * 49);
+});
+
 test("slack films wave and are pleated: around, from rim to disc, or both", () => {
   const { own } = cone([{}]);
   const shade = (film, sector, ring) => own.shade(film, 1, 0.3, sector, ring, true);
