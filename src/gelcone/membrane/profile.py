@@ -55,11 +55,8 @@ def held(film: Elements, x: Array, V: Array) -> Chains:
     there = risen.last.found & (risen.last.V >= (1.0 - NEARLY) * V)
     if there.any():
         at = film.found(risen.last.where(there)._replace(V=V[there]))
-        good = at.found.copy()
-        with np.errstate(all="ignore"):
-            good[good] = film.least_firmness(at.where(good)) > 0.0
         r, z = risen.last.r.copy(), risen.last.z.copy()
-        r[there], z[there], there[there] = at.r, at.z, good
+        r[there], z[there], there[there] = at.r, at.z, at.found
         return Chains(V, r, z * (x / lowest)[:, None], risen.last.tension, there)
     return risen.last._replace(V=V, found=there)
 
