@@ -82,8 +82,9 @@ class MembraneFilm(GelFilm):
         own = self._ring.numbers(parameters)
         table = numbers_of(self.law, law, parameters["radius_ratio"], own["A"], own["B"])
         one = np.ones(np.shape(table["film_error"]))
+        even = {"even_slack": np.where(own["A"] >= own["B"], 1.0, 0.0) * one}
         switches = {"pulls": one, "near": one, "rim_taut": one, "any_taut": one}
-        return own | table | membrane_charge.numbers_of(self._area_of, own | table, self.law) | switches
+        return own | table | membrane_charge.numbers_of(self._area_of, own | table, self.law) | switches | even
 
     def _area_of(self, n: Numbers) -> membrane_charge.Area:
         """The capacitance of one film over s and V."""
@@ -276,18 +277,23 @@ class MembraneFilm(GelFilm):
         return found if known(pulls) == 1.0 else pulls * found + (1.0 - pulls) * self._slack_area(squared, pulls, n, xp)
 
     def _slack_area(self, squared: Any, pulls: Any, n: Numbers, xp: Any) -> Any:
-        """The capacitance of a film without tension in a program, t^2 G with V G = Vb(t); t = 1 where it ``pulls``."""
+        """The capacitance of a film without tension in a program: t^2 G with V G = Vb(t), t = 1 where it ``pulls``;
+        where the hoop is the stronger that of the flat film, whose rims keep their tension."""
+        even = n["even_slack"]
 
         def residual(t: Any, squared: Any, xp: Any) -> Any:
             inverse = 1.0 / t
             compliance = self.law.compliance(2.0 * t + inverse * inverse - 3.0, n, xp)
             slack = 1.0 - inverse * inverse * inverse - squared * n["G"] * t * compliance
-            return slack if known(pulls) == 0.0 else pulls * (t - 1.0) + (1.0 - pulls) * slack
+            share = even if known(pulls) == 0.0 else (1.0 - pulls) * even
+            return (1.0 - share) * (t - 1.0) + share * slack
 
         places = [xp.node(value).index for value in (squared, pulls, n["G"])]
         name = f"length of a slack film at {places}"
         t = root(xp, name, residual, (squared,), lambda squared, xp: 1.0 + 0.0 * squared)
-        return t * t * n["G"]
+        powers = formulas.powers(squared, FLAT)
+        flat = 1.0 + sum(n[f"flat_area_{i}"] * power for i, power in enumerate(powers[: FLAT + 1]))
+        return even * (t * t * n["G"]) + (1.0 - even) * flat
 
     def _integrals(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
         """Energy and area."""
