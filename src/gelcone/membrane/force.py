@@ -21,6 +21,7 @@ The numbers are those of `gelcone.membrane.table.Table`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,6 +58,7 @@ class Pull(NamedTuple):
     q: Any
 
 
+@cache
 def shapes(piece: str) -> dict[str, tuple[int, ...]]:
     """Of the numbers of a piece, by name: c = ``shift``, e = ``exponent``, u = ``scale`` p + ``offset``, W = ``start``
     + (u + 1) times the sum with ``rise``; sums are by powers of u, or of u and q, from the constant on."""
@@ -69,6 +71,7 @@ def shapes(piece: str) -> dict[str, tuple[int, ...]]:
     }  # fmt: skip
 
 
+@cache
 def names(piece: str, what: str) -> np.ndarray[Any, np.dtype[Any]]:
     """The names of the numbers of one kind, in their shape."""
     shape = shapes(piece)[what]

@@ -254,7 +254,9 @@ def _tops(film: _Film, piece: str, x: Array) -> tuple[Array, Array]:
     states = film.elements.unloaded(x)
     own = np.sqrt(film.elements.measures(states).disc)
     V = np.geomspace(lowest * 1.0001, highest, 60)
-    length = longest(gel, V, LOWEST_GRID)
+    length = longest(gel, V)
+    if not np.isfinite(length).any():
+        length = longest(gel, V, LOWEST_GRID)
     known = np.isfinite(length)
     expected = np.interp(-own, -length[known], V[known], left=lowest, right=V[known][-1])
     return 1.3 * expected, expected

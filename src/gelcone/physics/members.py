@@ -200,7 +200,7 @@ class Members(Ensemble):
 
     def numbers_at(self, member: int) -> dict[str, float]:
         """The numbers of one member."""
-        return {name: float(self.number(name)[member]) for name in self.system.numbers}
+        return {name: float(values[member]) for name, values in self.own_numbers.items()}
 
     # --- what an integration asks ------------------------------------------------------------------------------------
 

@@ -176,3 +176,34 @@ def test_a_film_raised_in_voltage_ends_by_localisation_before_the_cone_does():
 def test_films_that_are_not_computed_are_refused_in_words(changes, message):
     with pytest.raises(InputError, match=message):
         model_of(**({"prestretch": 1.0} | changes)).own_numbers  # noqa: B018
+
+
+@pytest.mark.parametrize(("x", "exact"), [(0.1, 0.015409023585171428), (0.03, 0.0023216358788137044)])
+def test_a_film_that_hangs_in_a_fold_is_ever_softer_towards_the_flat_one(x, exact):
+    """Certified forces of a film whose hoop alone is stretched, without voltage: F/x falls with ln x."""
+    film, n = film_of(0.2, 1, 1.5)
+    force = film.force(x, 0.0, [], n)[0]
+    assert force == pytest.approx(exact, rel=0.06)  # that of s + 1e-4
+    assert force / x < film.force(0.3, 0.0, [], n)[0] / 0.3
+
+
+def test_such_a_film_falls_slack_while_its_rims_are_taut_and_then_pulls_in():
+    film, n = film_of(0.2, 1, 1.5)
+    flat = 0.94426695
+    heights = {0.4: 0.0537, 0.6: 0.1188, 0.8: 0.208}  # certified
+    for share, x in heights.items():
+        assert film.force(0.97 * x, share * flat, [], n)[0] == 0.0
+        assert film.force(1.1 * x, share * flat, [], n)[0] > 0.0
+    assert film.highest_squared(0.1, n) == pytest.approx(0.9210 * flat, rel=1e-3)
+
+
+def test_the_energy_of_a_long_run_of_a_folded_film_balances():
+    model = ConeModel(
+        film="membrane", prestretch=1.5, prestretch_mode="radial", stretch_limit=50.0, damping_ratio=0.02, voltage=0.4,
+        voltage_bias=0.3, rest_height=0.3, drive_frequency=0.7,
+    )  # fmt: skip
+    result = simulate(model, initial=(0.3, 0.0), periods=100)
+    assert result["outcome"].item() == 0
+    assert result["displacement"].min() < 0.1
+    moved = float(result["dissipated_energy"].max())
+    assert np.max(np.abs(result["energy_residual"].values)) < 1e-9 * moved

@@ -41,6 +41,8 @@ from gelcone.quantity import Array, Quantity
 KINDS = ("taut", "partly_wrinkled", "wrinkled", "slack")
 """The states of the film: all hoops in tension, some, none; and without tension."""
 BISECTIONS = 48
+ROUNDS = 16
+"""Of Newton's method for the voltage at which a film pulls so, or of bisection where that leaves its bracket."""
 POINTS = 16
 """Of Gauss's quadrature between two kinks of the force."""
 
@@ -121,8 +123,11 @@ class MembraneFilm(GelFilm):
         s, squared = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(squared, dtype=float))
         with np.errstate(all="ignore"):
             near = s < n["cut_squared"]
-            parts = [formulas.pull(piece, s, squared, n) for piece in formulas.PIECES]
-            own = formulas.Pull(*(np.where(near, one, other) for one, other in zip(*parts, strict=True)))
+            if near.all() or not near.any():
+                own = formulas.pull("near" if near.all() else "far", s, squared, n)
+            else:
+                parts = [formulas.pull(piece, s, squared, n) for piece in formulas.PIECES]
+                own = formulas.Pull(*(np.where(near, one, other) for one, other in zip(*parts, strict=True)))
             slack = near & (own.base <= 0.0) | (s < n["begin_squared"])
             gone = (squared > self._highest(s, n)) | np.isnan(s) | (s > n["reach_squared"])
         return own, slack, gone
@@ -231,7 +236,7 @@ class MembraneFilm(GelFilm):
         return (x * np.where(gone, np.nan, np.where(slack, 0.0, -own.by_v)))[()]
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
-        """By bisection, as the pull k falls while the voltage rises. No voltage makes the film push: a negative
+        """By Newton's method within a bracket, as the pull k falls while the voltage rises. No voltage makes the film push: a negative
         ``pull`` takes a V that rises too steeply to be reached; so does one that is less than the pull at which the
         film pulls in."""
         s, pull = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(pull, dtype=float))
@@ -242,17 +247,19 @@ class MembraneFilm(GelFilm):
             low, high = np.zeros_like(s), np.where(near, np.maximum(slackening, 0.0), formulas.pull_in(s, n))
             end = np.where(high >= NEVER, 0.0, high)
 
-            def weight(V: Any) -> Any:
+            def weight(V: Any) -> tuple[Any, Any]:
                 own, slack, _ = self._at(s, V, n)
-                return np.where(slack, 0.0, own.k)
+                return np.where(slack, 0.0, own.k), own.by_v
 
-            weakest, strongest = weight(end), weight(low)
-            high = np.array(end)
-            for _ in range(BISECTIONS):
-                middle = 0.5 * (low + high)
-                above = weight(middle) > wanted
-                low, high = np.where(above, middle, low), np.where(above, high, middle)
-            found = np.where(weakest > wanted, end + STEEP * (weakest - wanted), 0.5 * (low + high))
+            weakest, strongest = weight(end)[0], weight(low)[0]
+            high, V = np.array(end), 0.5 * (low + end)
+            for _ in range(ROUNDS):
+                own, slope = weight(V)
+                above = own > wanted
+                low, high = np.where(above, V, low), np.where(above, high, V)
+                step = V - (own - wanted) / slope
+                V = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+            found = np.where(weakest > wanted, end + STEEP * (weakest - wanted), V)
             found = np.where(wanted > strongest, strongest - wanted, found)
         return (found - STEEP * np.minimum(pull, 0.0))[()]
 

@@ -11,7 +11,7 @@ since the hoop that falls slack bends the second derivative of the charge, too.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,7 @@ def names() -> list[str]:
     return [name for piece in formulas.PIECES for part in PARTS for name in _names(piece, part).ravel()]
 
 
+@cache
 def _names(piece: str, part: str) -> np.ndarray[Any, np.dtype[Any]]:
     shape = tuple(degree + 1 for degree in PARTS[part])
     found = np.empty(shape, dtype=object)
