@@ -236,9 +236,9 @@ class MembraneFilm(GelFilm):
         return (x * np.where(gone, np.nan, np.where(slack, 0.0, -own.by_v)))[()]
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
-        """By Newton's method within a bracket, as the pull k falls while the voltage rises. No voltage makes the film push: a negative
-        ``pull`` takes a V that rises too steeply to be reached; so does one that is less than the pull at which the
-        film pulls in."""
+        """By Newton's method within a bracket, as the pull k falls while the voltage rises. No voltage makes the film
+        push: a negative ``pull`` takes a V that rises too steeply to be reached; so does one that is less than the pull
+        at which the film pulls in."""
         s, pull = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(pull, dtype=float))
         wanted = np.maximum(pull, 0.0)
         near = s < n["cut_squared"]
