@@ -14,7 +14,7 @@ LOADS = {
     "double": {"second_film": "membrane", "second_flat_height": 1.1, "spring_stiffness": 0.0},
     "opposite": {
         "second_film": "membrane", "second_flat_height": 1.1, "second_drive": "opposite", "spring_stiffness": 0.2,
-        "voltage_bias": 0.25, "second_prestretch": 1.3, "prestretch_mode": "equibiaxial",
+        "voltage_bias": 0.25, "second_prestretch": 1.15, "prestretch_mode": "equibiaxial",
     },
     "all": {
         "bias": "spring+beam+weight+force", "spring_stiffness": 0.5, "beam_stiffness": -0.2, "beam_cubic": 0.5,
