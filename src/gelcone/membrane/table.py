@@ -24,7 +24,7 @@ FLAT = 6
 FLOOR_FITTED, FLOOR, LOW = 0.05, 0.1, 0.1
 """Share of the force without voltage that is added to a force before its relative error is taken, in the fit and in the
 stated error: of that at the same height or at ``LOW``, whichever is greater."""
-SMALLEST = 1e-10
+SMALLEST = 1e-6
 """Singular values below this share of the largest are left out of a fit."""
 NEVER = 1e30
 """A squared voltage that is never reached."""
@@ -107,12 +107,12 @@ class _Film:
 
 def table(gel: Gel, ratio: float) -> dict[str, float]:
     """The numbers of the film of a gel; ``ratio`` is a/b. ``film_error`` is the largest error of the force, over the
-    force and a tenth of that without voltage.
+    force and a tenth of that without voltage there or at the height 0.1, whichever is greater.
 
     Raises `InputError` for a film of which too few states are found, or whose force is fitted too badly.
     """
     strong = gel.A < gel.B
-    film = _Film(Elements(gel, ratio, FINE if strong else COARSE), {"rounding": FOLDED if strong else 0.0})
+    film = _Film(Elements(gel, ratio, FINE if strong else COARSE), {})
     hump = gel.hump()
     limit = min(slack_limit(gel), NEVER)
     free = float(gel.crumpling(gel.B)) / gel.G
@@ -136,8 +136,12 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
         "reach_squared": reach,
         "flat_voltage": flat,
     }
-    _piece(film, "near", begin, cut) if falls_slack else _no_piece(film, "near")
-    _piece(film, "far", max(cut, 0.0), reach) if cut < reach else _no_piece(film, "far")
+    ends = {"near": (begin, cut), "far": (max(cut, 0.0), reach)}
+    for piece, (low, high) in ends.items():
+        if low < high:
+            _piece(film, piece, low, high)
+        else:
+            _no_piece(film, piece)
     error = ELEMENT_ERROR + MARGIN * max(film.errors)
     if not error <= LARGEST_ERROR:
         raise InputError(
@@ -149,7 +153,7 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
 
 def names() -> list[str]:
     """Of all numbers of a table, sorted."""
-    own = ["rounding", "cut_squared", "begin_squared", "reach_squared", "slack_limit", "flat_voltage"]
+    own = ["cut_squared", "begin_squared", "reach_squared", "slack_limit", "flat_voltage"]
     own += ["lowest_pull_in", "star_place", "end_begin", "end_scale", "end_offset", "film_error"]
     own += [*force.END_NAMES] + [f"flat_area_{i}" for i in range(FLAT + 1)]
     for piece in force.PIECES:
@@ -159,7 +163,7 @@ def names() -> list[str]:
 
 
 def _reach(film: Elements) -> float:
-    """The largest s at which the film without voltage stays within its stretch limit beside the disc."""
+    """The largest s at which the film without voltage stays within its stretch limit next to the disc."""
     states = film.unloaded(TRIALS)
     gel, measured = film.gel, film.measures(states)
     with np.errstate(all="ignore"):
