@@ -127,7 +127,7 @@ def twin_of(device):
         changes["gravity"] = device.gravity * ratio["force"] / 0.6
     if device.damping_coefficient is not None:
         changes["damping_coefficient"] = device.damping_coefficient * ratio["force"] / ratio["velocity"]
-    return other.replace(changes)
+    return other.replace_quietly(changes)
 
 
 CALLS = {
