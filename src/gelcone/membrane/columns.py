@@ -59,9 +59,9 @@ def lowest_localisation(gel: Gel, highest: float) -> float:
 
 
 LONG = 0.99
-"""Share of the length at which the innermost ring localises that it has at least at the end of a column that does."""
+"""Share of the length at which the ring at an edge localises that it has at least at the end of a column that does."""
 FINEST = 1e-3
-"""Share of the V up to which a column may go within which its end is not told from that."""
+"""Share of the V up to which a column may go: an end as near to that is no end of its own."""
 NEXT = 0.01
 """Of a voltage: at the lowest at which a ring localises, the end of a column may lie below by so much."""
 

@@ -15,7 +15,7 @@ where they are positive: the second derivative of the force has a kink there. Th
 with t, (p - p0)^(1/2) scaled to run from -1 to 1. Before the star its innermost ring localises; behind it another one
 does, whose hoop is slack, at the lowest V of all.
 
-The numbers are those of `gelcone.membrane.table.Table`.
+The numbers are those of `gelcone.membrane.table.table`.
 """
 
 from __future__ import annotations

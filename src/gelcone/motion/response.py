@@ -315,7 +315,7 @@ def dissipated_energy(system: ConeSystem, work: Array) -> Array:
 
 def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
     """Shares of the run's time in each of the films' states, and how they pulled in; none for films without states."""
-    told: dict[str, dataset.Variable] = {}
+    found: dict[str, dataset.Variable] = {}
     voltages = members.voltages(run.end_times[:, None], run.end_states[:, None])
     for k, (film, voltage) in enumerate(zip(members.system.films, voltages, strict=True)):
         if not film.kinds:
@@ -324,7 +324,7 @@ def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Var
             shares = run.film_times[:, k] / run.film_times[:, k].sum(axis=1, keepdims=True)
         for kind, share in zip(film.kinds, shares.T, strict=False):
             meaning = f"share of the time with {film.words} {kind.replace('_', ' ')}"
-            told[f"{film.prefix}film_state_{kind}"] = ((), share, meaning, "share")
+            found[f"{film.prefix}film_state_{kind}"] = ((), share, meaning, "share")
         pull_in = run.pull_in[:, k]
         ends = {
             "time": (run.end_times, "time", "time"),
@@ -333,6 +333,6 @@ def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Var
         }
         for name, (value, meaning, quantity) in ends.items():
             value = np.where(pull_in > 0, value, np.nan)
-            told[f"{film.prefix}pull_in_{name}"] = ((), value, f"{meaning} at which {film.words} pulls in", quantity)
-        told[f"{film.prefix}pull_in_kind"] = ((), pull_in, f"how {film.words} pulls in", FilmPullIn)
-    return told
+            found[f"{film.prefix}pull_in_{name}"] = ((), value, f"{meaning} at which {film.words} pulls in", quantity)
+        found[f"{film.prefix}pull_in_kind"] = ((), pull_in, f"how {film.words} pulls in", FilmPullIn)
+    return found

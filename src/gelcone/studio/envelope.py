@@ -28,7 +28,7 @@ from gelcone.studio.look import scales
 FIRST_TASK, TASK = 2, 4
 """Frequencies of a task while the first picture is awaited, and later."""
 STEPS = (16, 8, 4, 2, 1)
-"""From coarse to fine: every so many frequencies."""
+"""From coarse to fine: steps from one frequency to the next, in places."""
 EXPECTED = 1.8
 """Frequencies of a whole envelope over those that it begins with, about."""
 

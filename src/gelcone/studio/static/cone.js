@@ -154,7 +154,7 @@ export class Cone {
     const waves = film === MERIDIAN || film === BOTH ? 3 : 0;
     const nx = y1 - y0, ny = x0 - x1, length = Math.hypot(nx, ny) || 1, n = 48;
     g.strokeStyle = lit(c.film[film], field); g.lineWidth = Math.min(Math.max(THICK * (thin > 0 ? thin : 1), THINNEST), 2 * THICK); g.lineCap = "round"; g.lineJoin = "round";
-    g.setLineDash(film === AROUND || film === BOTH ? [10, 8] : []); // told apart by more than its colour
+    g.setLineDash(film === AROUND || film === BOTH ? [10, 8] : []); // distinguished by more than its colour
     g.beginPath();
     for (let i = 0; i <= n; i++) {
       const s = i / n, sway = waves ? 3.2 * Math.sin(2 * Math.PI * waves * s) * Math.sin(Math.PI * s) : 0;
@@ -173,7 +173,7 @@ export class Cone {
       const one = shape[k], next = shape[k + 1], stretch = 0.5 * (one.stretch + next.stretch), wrinkled = one.wrinkled && next.wrinkled;
       g.strokeStyle = lit(c.film[ringState(film, wrinkled)], field * (stretch / most));
       g.lineWidth = Math.min(Math.max(THICK * (thin > 0 ? thin : 1) * (disc.stretch / stretch), THINNEST), 2 * THICK);
-      g.setLineDash(wrinkled ? [3, 5] : []); // told apart by more than its colour
+      g.setLineDash(wrinkled ? [3, 5] : []); // distinguished by more than its colour
       g.beginPath(); g.moveTo(...at(one)); g.lineTo(...at(next)); g.stroke();
     }
     g.setLineDash([]); g.lineCap = "butt";

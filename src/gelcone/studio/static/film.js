@@ -14,7 +14,7 @@ export function caption(name, look, values) {
   return [`${name}: ${kind}`, numbers.join(", "), changed.length ? `with ${changed.join(", ")}` : "", "gelcone studio"].filter(Boolean).map(typeset);
 }
 
-// How a text breaks into lines of at most so many pixels.
+// How a text breaks into lines of at most a number of pixels.
 /** @param {{measureText: (text: string) => {width: number}}} g @param {string} text @param {number} most @returns {string[]} */
 export function broken(g, text, most) {
   const lines = [""];
@@ -60,7 +60,7 @@ export function composed(pictures, lines) {
 }
 
 // A film of some seconds of pictures that move: its data; null where the browser makes none.
-export function filmed({ canvas, draw }, seconds, told) {
+export function filmed({ canvas, draw }, seconds, report) {
   const type = globalThis.MediaRecorder && canvas.captureStream && TYPES.find((own) => MediaRecorder.isTypeSupported(own));
   if (!type) return null;
   return new Promise((done, fail) => {
@@ -68,7 +68,7 @@ export function filmed({ canvas, draw }, seconds, told) {
     const timer = setInterval(() => {
       draw();
       const passed = (performance.now() - began) / 1000;
-      told(passed);
+      report(passed);
       if (passed >= seconds && recorder.state === "recording") recorder.stop();
     }, 1000 / RATE);
     recorder.ondataavailable = (event) => parts.push(event.data);

@@ -47,7 +47,7 @@ export class Link {
     this.socket = socket;
   }
 
-  // Goes on with another token, at once.
+  // Continues with another token, at once.
   renew(token) {
     this.token = token; this.wait = SOONEST;
     clearTimeout(this.timer);

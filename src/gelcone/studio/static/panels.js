@@ -5,7 +5,7 @@ import { Plot, Range, extent } from "./plot.js";
 import { sceneOf } from "./scene.js";
 
 const VOLTAGE_SHARE = 0.27;
-const DASHES = { a: [], b: [7, 3] }, LONG_DASHES = { a: [], b: [12, 2] }; // the second of two settings is told apart by more than its colour
+const DASHES = { a: [], b: [7, 3] }, LONG_DASHES = { a: [], b: [12, 2] }; // the second of two settings is distinguished by more than its colour
 const PALE = 0.3; // of the run behind the motion that it settles to
 const ROOM = 0.4; // around that motion, at most, as a share of its size
 const MOST_BEHIND = 6000, MOST_DRAWN = 20000; // samples of a run in the portrait, behind the settled motion and alone

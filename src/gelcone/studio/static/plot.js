@@ -197,7 +197,7 @@ export class Plot {
     });
   }
 
-  // A text in lines of at most so many pixels, centred.
+  // A text in lines of at most a number of pixels, centred.
   paragraph(text, px, py, most) {
     const g = this.context, lines = [""];
     g.font = FONT;

@@ -6,7 +6,7 @@
 const MOST = 200000; // samples of a settled motion that is repeated
 const OWN = /^o(t|x|u|v|film|thin|field)(\d?)$/; // arrays of the settled motion, as they come
 
-// The arrays of a settled motion under the names of a run's; a periodic one repeated over so many periods of the drive.
+// The arrays of a settled motion under the names of a run's; a periodic one repeated over a number of periods of the drive.
 /** @param {Record<string, any>} arrays @param {{periodic: boolean, periods: number, period: number}} how @returns {Scene | null} */
 export function settledOf(arrays, { periodic, periods, period }) {
   /** @type {any} */ const found = {};

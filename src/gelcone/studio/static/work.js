@@ -1,8 +1,8 @@
-// What panels of long work share: they are asked for once they are looked at and out of date, and cancelled otherwise.
+// What panels of long work share: they are asked for once they are visible and out of date, and cancelled otherwise.
 import { colours } from "./colours.js";
 import { format, make } from "./controls.js";
 
-// Lines across cells of a kind, from corner to corner in shares of a cell: kinds are told apart by more than colours.
+// Lines across cells of a kind, from corner to corner in shares of a cell: kinds are distinguished by more than colours.
 const HATCHES = { 2: [[0.5, 0, 0.5, 1]], 3: [[0, 1, 1, 0]], 6: [[0, 0, 1, 1]], 4: [[0, 1, 1, 0], [0, 0, 1, 1]], [98]: [[0, 0.5, 1, 0.5]] };
 const ANGLES = { 2: [90], 3: [135], 6: [45], 4: [45, 135], [98]: [0] }; // the same as stripes of a legend
 const HATCH = "rgba(255, 255, 255, 0.45)";
