@@ -38,7 +38,7 @@ def test_shares_are_those_between_exact_crossings_within_their_errors(waveform):
         times = np.atleast_1d(phase) * period
         states = integrate(model, begin, times).states
         (voltage,) = members.voltages(times[None], states)
-        state = model.film.state(states[0, :, 0], voltage[0], model.own_numbers)
+        state = model.film.state(states[0, :, 0], voltage[0], [], model.own_numbers)
         return {"breakdown": state.true_field - 1.4, "meridional_slack": -state.meridional_stress}
 
     phases = np.linspace(1e-9, 1.0, 10_001)
@@ -168,7 +168,7 @@ def test_the_error_of_a_wandering_motion_is_also_that_of_the_films_states():
     times, states = np.arange(0.0, 81.0)[None], np.zeros((1, 81, 2))
     states[0, 41:, 0] = 0.9
     (voltage,) = members.voltages(times, states)
-    kind = members.system.film.state(states[..., 0], voltage, members.numbers(trailing=1)).kind
+    kind = members.system.film.state(states[..., 0], voltage, [], members.numbers(trailing=1)).kind
     assert kind[0, 0] != kind[0, -1]
     expected = np.std(np.repeat([0.0, 1.0], BLOCKS // 2), ddof=1) / np.sqrt(BLOCKS)
     assert validity(members, times, states)[0, len(SHARES)] == pytest.approx(expected)

@@ -251,7 +251,7 @@ class Plane:
         voltages, x, film = members.voltages(run.times, run.states), run.states[..., 0], members.system.film
         found = {name: np.full(members.size, np.nan) for name in _FAILINGS}
         with np.errstate(all="ignore"):  # of a motion that leaves the domain
-            for own in excesses(members, x, voltages):
+            for own in excesses(members, run.states, voltages):
                 own.pop("beyond_membrane", None)  # by the curve that the plane is given
                 for name, excess in own.items():
                     found[name] = np.fmax(found[name], _ever(excess))
@@ -272,14 +272,15 @@ def _yields(members: Members, run: Trajectories, samples: int) -> dict[str, Arra
     """The yields, by `YIELDS`, of runs of ``members`` over whole drive periods of ``samples`` each."""
     assert run.work is not None
     x, n = run.states[..., 0], members.numbers(trailing=1)
-    voltage, film = members.voltages(run.times, run.states)[0], members.system.film
+    voltages = members.voltages(run.times, run.states)
+    voltage = voltages[0]
     # each of a period's samples twice, in ten periods: currents take long, and period 2 shows all its phases, too
     some = slice(0, 10 * samples, 5)
     with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
         z = list(np.moveaxis(run.states[:, some], -1, 0))
         current = members.system.currents(run.times[:, some], z, n)[0]
         apparent = [np.sqrt(np.mean(values * values, axis=1)) for values in (voltage[:, some], current)]
-        field = film.state(x, voltage, n).true_field.max(axis=1)
+        field = members.film_states(run.states, voltages)[0].true_field.max(axis=1)
     return {
         "stroke": highest(x) + highest(-x),
         "power": dissipated_energy(members.system, run.work)[:, -1] / run.times[:, -1],

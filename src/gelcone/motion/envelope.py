@@ -413,7 +413,7 @@ def _static(plane: Plane, highest: float) -> tuple[dict[str, Array], Array]:
     model, levels = plane.model, np.linspace(0.0, highest, STATIC_POINTS + 1)
     ramp = plane.ramp(levels)
     x, n = ramp.displacement, model.own_numbers
-    states = [film.state(x, v, n) for film, v in zip(model.system.films, ramp.voltages, strict=True)]
+    states = [film.state(x, v, [], n) for film, v in zip(model.system.films, ramp.voltages, strict=True)]
     curves = {
         "peak_voltage": levels,
         "static_displacement": x,

@@ -149,12 +149,12 @@ def own_levels(model: Ensemble) -> Array:
 def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: Array) -> xr.Dataset:
     """The state of the films, and which assumptions fail, at the equilibria (members, voltages, equilibria)."""
     held = np.broadcast_to(levels[:, None], place.shape)
-    flat = (members.size, -1)
-    films, n, first = members.system.films, members.numbers(trailing=1), held.reshape(flat)
+    films, n, first = members.system.films, members.numbers(trailing=1), held.reshape(members.size, -1)
+    at = place.reshape(members.size, -1, 1)
     voltages = [first, *map(np.sqrt, members.system.squares_at_rest(first**2, n)[1:])]
     with np.errstate(over="ignore", invalid="ignore"):
-        states = [film.state(place.reshape(flat), v, n) for film, v in zip(films, voltages, strict=True)]
-    fails = dict(outside(members, place.reshape(flat), voltages, states))
+        states = members.film_states(at, voltages)
+    fails = dict(outside(members, at, voltages, states))
     for film, state in zip(films, states, strict=True):
         if kinds := film.kinds:
             found = np.where(np.isnan(place), -1, np.reshape(state.kind, place.shape)).reshape(result["slope"].shape)
@@ -165,7 +165,7 @@ def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: A
         result[name].values.reshape(-1, 1, 1) for name in ("pull_in_voltage", "pull_in_from", "pull_in_kind")
     )
     snaps = (kind != PullIn.PITCHFORK) & (held > lost) & (np.abs(place) > np.abs(before))
-    fails["pulled_in"] = snaps.reshape(flat)
+    fails["pulled_in"] = snaps.reshape(members.size, -1)
     for name in ASSUMPTIONS:
         found = fails[name].reshape(place.shape) if name in fails else np.full(place.shape, np.nan)
         values = np.where(np.isnan(place), np.nan, found).reshape(result["slope"].shape)

@@ -262,10 +262,10 @@ def _cells(members: Members, placed: PlacedFilm, k: int, x: Array, levels: Array
     own, at, V = placed.own(n), np.ravel(placed.place(x, n)), np.ravel(squared)
     v, there = np.sqrt(V), np.isfinite(at)
     x0, one = np.where(there, at, 0.0), placed.film
-    kind = np.where(there, one.state(x0, v, own).kind, -1)
+    kind = np.where(there, one.state(x0, v, [], own).kind, -1)
     found = one.force(x0, V, [], own)[0], one.capacitance(x0, V, [], own), one.highest_squared(x0, own)
     force, area, limit = (np.where(there, values, np.nan) for values in found)
-    localised = one.pull_in_kind(one.switches(x0, V, own)) == FilmPullIn.LOCALISATION
+    localised = one.pull_in_kind(one.switches(x0, V, [], own)) == FilmPullIn.LOCALISATION
     gone = np.where(
         np.abs(x0) > one.reach(own)[1], Held.STRETCH_LIMIT, np.where(localised, Held.LOCALISED, Held.MINIMUM)
     )

@@ -113,7 +113,7 @@ def simulate(
     with np.errstate(over="ignore", invalid="ignore"):
         variables, film_states = _variables(members, run)
         voltages = members.voltages(run.times, run.states)
-        fails = broken(members, variables["displacement"], voltages, film_states)
+        fails = broken(members, run.states, voltages, film_states)
     found = unknown(model.size)
     lasted = lasting(members, *_to_the_end(run, checked))
     found[:, : len(SHARES) + 1] = np.stack([*lasted.shares().values(), lasted.share_error], axis=1)
@@ -264,10 +264,9 @@ def _variables(members: Members, run: Trajectories) -> tuple[dict[str, Array], l
     voltages = members.voltages(run.times, run.states)
     bias = np.broadcast_to(system.bias.energy(x, n), x.shape)
     series = {s.name: run.states[..., i] for i, s in enumerate(system.states) if i > 1}
-    states, energies = [], list[tuple[Array, Array, Array]]()
-    for k, (film, v, current) in enumerate(zip(system.films, voltages, currents, strict=True)):
+    states, energies = members.film_states(run.states, voltages), list[tuple[Array, Array, Array]]()
+    for k, (film, v, current, state) in enumerate(zip(system.films, voltages, currents, states, strict=True)):
         y = system.states_of(z, "film", k)
-        states.append(state := film.state(x, v, n))
         field = 0.5 * v * v * np.broadcast_to(film.capacitance(x, v * v, y, n), x.shape)
         strain = film.work(x, v * v, y, n) + field - 0.5 * v * v
         energies.append((strain, field, v * current))

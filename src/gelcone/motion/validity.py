@@ -56,26 +56,26 @@ Fails = Mapping[str, npt.NDArray[np.bool_]]
 
 
 def broken(
-    members: Members, x: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
+    members: Members, motion: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> Fails:
-    """Which assumptions fail at displacements (members, samples), by name; of two films, of either.
+    """Which assumptions fail along a ``motion`` (members, samples, N), by name; of two films, of either.
 
-    ``voltages`` holds that of each film, (members, samples), and ``states`` theirs where they are known already. What
-    nothing is known of is left out: the breakdown without a dielectric strength, slack of a film that does not know its
-    stresses.
+    A motion of the displacement alone, (members, samples, 1), is one of settled films. ``voltages`` holds that of each
+    film, (members, samples), and ``states`` theirs where they are known already. What nothing is known of is left out:
+    the breakdown without a dielectric strength, slack of a film that does not know its stresses.
     """
-    return _of_either(broken_by_film(members, x, voltages, states), x)
+    return _of_either(broken_by_film(members, motion, voltages, states), motion[..., 0])
 
 
 def outside(
-    members: Members, x: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
+    members: Members, motion: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> Fails:
     """Where the model is untrue: as `broken` says, but slack only of a film that bears it as compression."""
-    each = broken_by_film(members, x, voltages, states)
+    each = broken_by_film(members, motion, voltages, states)
     for film, fails in zip(members.system.films, each, strict=True):
         if film.kinds:
             fails |= {name: np.zeros_like(fails[name]) for name in SLACK_IN.keys() & fails.keys()}
-    return _of_either(each, x)
+    return _of_either(each, motion[..., 0])
 
 
 def _of_either(films: Sequence[Fails], x: Array) -> Fails:
@@ -87,19 +87,17 @@ def _of_either(films: Sequence[Fails], x: Array) -> Fails:
 
 
 def broken_by_film(
-    members: Members, x: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
+    members: Members, motion: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> list[dict[str, npt.NDArray[np.bool_]]]:
     """Report `broken` of each film alone; a film that wrinkles is slack in the states that say so."""
     found = []
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # at a stretch limit
-        n = members.numbers(trailing=1)
-        known = [
-            film.state(x, voltage, n) if state is None and film.kinds else state
-            for film, voltage, state in zip(members.system.films, voltages, states, strict=False)
-        ]
-        every = excesses(members, x, voltages, known)
+        known = list(states)
+        if any(state is None and film.kinds for film, state in zip(members.system.films, states, strict=False)):
+            known = list(members.film_states(motion, voltages))
+        every = excesses(members, motion, voltages, known)
         for film, state, excess in zip(members.system.films, known, every, strict=False):
-            fails = {name: np.broadcast_to(values > 0.0, x.shape) for name, values in excess.items()}
+            fails = {name: np.broadcast_to(values > 0.0, motion.shape[:-1]) for name, values in excess.items()}
             if film.kinds and state is not None:
                 fails |= {name: np.isin(state.kind, places) for name, places in slack_places(film).items()}
             found.append(fails)
@@ -112,17 +110,18 @@ def slack_places(film: PlacedFilm | Film) -> dict[str, list[int]]:
 
 
 def excesses(
-    members: Members, x: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
+    members: Members, motion: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> list[dict[str, Array]]:
     """By how much each assumption fails, of each film: positive where it does, and continuous along a motion. Left out
     is what nothing is known of; a film that wrinkles is never compressed."""
     n, strength = members.numbers(trailing=1), members.values.get("dielectric_strength")
-    found = []
-    for film, voltage, state in zip(members.system.films, voltages, states, strict=False):
-        own = {"near_limit": film.limit_share(x, voltage, n) - NEAR_LIMIT}
+    z, found = list(np.moveaxis(motion, -1, 0)), []
+    for k, (film, voltage, state) in enumerate(zip(members.system.films, voltages, states, strict=False)):
+        x, y = z[0], members.system.states_of(z, "film", k)
+        own = {"near_limit": film.limit_share(x, voltage, y, n) - NEAR_LIMIT}
         own |= dict.fromkeys(SLACK_IN if film.kinds else (), -1.0)
         if state is None and (strength is not None or not film.kinds):
-            state = film.state(x, voltage, n)
+            state = film.state(x, voltage, y, n)
         if state is not None and not film.kinds:
             stresses = {"hoop_slack": state.hoop_stress, "meridional_slack": state.meridional_stress}
             own |= {name: -stress for name, stress in stresses.items() if not np.isnan(stress).all()}
@@ -169,7 +168,7 @@ def lasting(members: Members, times: Array, states: Array) -> Lasting:
         """The larger one of two films'."""
         found: dict[str, Array] = {}
         with np.errstate(all="ignore"):
-            for own in excesses(some, z[..., 0], some.voltages(at, z)):
+            for own in excesses(some, z, some.voltages(at, z)):
                 found |= {name: np.fmax(found.get(name, -np.inf), values) for name, values in own.items()}
         return found
 
@@ -213,11 +212,11 @@ def _spread_of_parts(members: Members, times: Array, states: Array, found: Lasti
     """The largest standard error of the shares, (members,), by those of `BLOCKS` parts of the motion."""
     length = found.spans.shape[1] // BLOCKS
     lasted = list(found.times.values())
-    for film, voltage in zip(members.system.films, members.voltages(times, states), strict=True):
-        if film.kinds:
-            with np.errstate(all="ignore"):
-                kind = film.state(states[..., 0], voltage, members.numbers(trailing=1)).kind
-            lasted += [np.where(kind[:, 1:] == k, found.spans, 0.0) for k in range(len(film.kinds))]
+    if any(film.kinds for film in members.system.films):
+        with np.errstate(all="ignore"):
+            known = members.film_states(states, members.voltages(times, states))
+        for film, state in zip(members.system.films, known, strict=True):
+            lasted += [np.where(state.kind[:, 1:] == k, found.spans, 0.0) for k in range(len(film.kinds))]
     error = np.zeros(len(times))
     for own in lasted if length else ():
         parts, of = (a[:, : length * BLOCKS].reshape(len(a), BLOCKS, length).sum(axis=2) for a in (own, found.spans))

@@ -83,7 +83,7 @@ class Ensemble:
     def film_state(self, x: npt.ArrayLike, voltage: Any) -> FilmState:
         """The state of the film at x under a voltage."""
         x, n = self._at(x)
-        return self.system.film.state(x, voltage, n)
+        return self.system.film.state(x, voltage, [], n)
 
     # --- statics -----------------------------------------------------------------------------------------------------
 
@@ -248,6 +248,15 @@ class Members(Ensemble):
         """Rates of change and Jacobian along motions, at ``times`` (members, samples) and ``states`` (..., N)."""
         n = self.numbers(times.ndim - 1)
         return self.system.flow(times, list(np.moveaxis(states, -1, 0)), n)
+
+    def film_states(self, states: Array, voltages: Sequence[Array]) -> list[FilmState]:
+        """States of the films along motions, under the ``voltages`` on each.
+
+        ``states`` are (members, samples, N), or (members, samples, 1) for settled films held at displacements.
+        """
+        z, n = list(np.moveaxis(states, -1, 0)), self.numbers(trailing=states.ndim - 2)
+        own = zip(self.system.films, voltages, strict=True)
+        return [film.state(z[0], v, self.system.states_of(z, "film", k), n) for k, (film, v) in enumerate(own)]
 
     def voltages(self, times: Array, states: Array) -> list[Array]:
         """Voltage on each film along motions."""

@@ -141,11 +141,11 @@ class PlacedFilm(Component):
             border, value=value, switch=border.switch and self.prefix + border.switch, divides=divides
         )
 
-    def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+    def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
         """The switches of its borders."""
         if not self.borders:
             return {}
-        own = self.film.switches(self.place(x, n), squared, self.own(n))
+        own = self.film.switches(self.place(x, n), squared, y, self.own(n))
         return {self.prefix + name: value for name, value in own.items()}
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
@@ -194,13 +194,13 @@ class PlacedFilm(Component):
         """Rate of its charge."""
         return self.film.current(self.place(x, n), self._turned(velocity), voltage, rate, self.own(n))
 
-    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+    def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         """The stretches, stresses and field of the film."""
-        return self.film.state(self.place(x, n), voltage, self.own(n))
+        return self.film.state(self.place(x, n), voltage, y, self.own(n))
 
-    def limit_share(self, x: Any, voltage: Any, n: Numbers) -> Any:
+    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> Any:
         """The share of the stretch limit that the film takes."""
-        return self.film.limit_share(self.place(x, n), voltage, self.own(n))
+        return self.film.limit_share(self.place(x, n), voltage, y, self.own(n))
 
     def stiffness_scale(self, n: Numbers) -> Any:
         """A typical stiffness of the film, for time scales."""

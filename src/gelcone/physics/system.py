@@ -493,7 +493,7 @@ class _Moment:
         found: dict[str, Any] = {}
         for k, film in enumerate(self.system.films):
             if film.borders:
-                found |= film.switches(self.z[0], self.squared(k), self.n)
+                found |= film.switches(self.z[0], self.squared(k), self.system.states_of(self.z, "film", k), self.n)
         return found | self._circuit_switches()
 
     def _circuit_switches(self) -> dict[str, Any]:

@@ -149,9 +149,9 @@ def curve(members: Members, run: Trajectories, subject: Subject, prefix: str = "
     thickness over that without stretch and its field over breakdown, or over the largest where that is unknown - and
     for which share of the run the films are in each state that occurs."""
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
-    x, n, voltages = run.states[..., 0], members.numbers(trailing=1), members.voltages(run.times, run.states)
+    x, voltages = run.states[..., 0], members.voltages(run.times, run.states)
     with np.errstate(all="ignore"):
-        states = [film.state(x, v, n) for film, v in zip(members.system.films, voltages, strict=True)]
+        states = members.film_states(run.states, voltages)
     codes = film_states(members, run.states, voltages, states)
     arrays = {
         "t": run.times[0] * by["time"],
@@ -178,7 +178,7 @@ def film_states(
 ) -> list[Any]:
     """The state of each film (a place in `FILM_STATES`) along a single run under their voltages, (samples,); of two
     films behind them what happens in either. ``films``: what the run does to each, where it is known."""
-    each = broken_by_film(members, states[..., 0], voltages, films)
+    each = broken_by_film(members, states, voltages, films)
     found = [_coded(fails, states.shape[1]) for fails in each]
     if len(each) > 1:
         names = each[0].keys() | each[1].keys()

@@ -56,9 +56,7 @@ def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> d
             found |= {"harmonic": HARMONICS[k], "lag": -float(np.degrees(np.angle(own[k]))) % 360.0}
     if "dielectric_strength" in members.values:
         times, states = _thinned(run)
-        n, voltages = members.numbers(trailing=1), members.voltages(times, states)
-        moving = zip(members.system.films, voltages, strict=True)
-        fields = [film.state(states[..., 0], voltage, n).true_field for film, voltage in moving]
+        fields = [own.true_field for own in members.film_states(states, members.voltages(times, states))]
         strength = float(np.ravel(members.values["dielectric_strength"])[0])
         known = [float(np.nanmax(field)) for field in fields if np.isfinite(field).any()]
         found |= {"field": max(known) / strength} if known else {}

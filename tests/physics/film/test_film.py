@@ -46,11 +46,11 @@ def test_the_defaults_are_an_odd_film_without_limit_or_states():
     assert "start lower" in FILM.outside(2.0, N)
     assert "change its parameters" in FILM.unreachable(N)
     assert FILM.stiffness_scale(N) == 0.0
-    assert not FILM.limit_share(X, 0.3, N).any()
+    assert not FILM.limit_share(X, 0.3, [], N).any()
 
 
 def test_the_state_of_a_film_that_does_not_know_it_is_not_a_number():
-    state = FILM.state(np.zeros((4, 3)), np.zeros(3), N)
+    state = FILM.state(np.zeros((4, 3)), np.zeros(3), [], N)
     assert all(np.isnan(value).all() and value.shape == (4, 3) for value in state[:-1])
     assert state.kind == -1
 

@@ -49,7 +49,7 @@ def test_forces_and_charges_are_the_certified_ones(row):
     assert abs(force - row["force"]) < n["film_error"] * (row["force"] + 0.1 * without)
     assert force == pytest.approx(row["force"], rel=1e-3)
     assert film.capacitance(x, V, [], n) == pytest.approx(row["area"], rel=digits)
-    state = film.state(x, row["v"], n)
+    state = film.state(x, row["v"], [], n)
     assert state.meridional_stretch / row["meridional_prestretch"] == pytest.approx(row["disc_m"] ** 0.5, rel=digits)
     if x < 2.0:  # where the films of devices are
         assert state.true_field == pytest.approx(row["largest_field"], rel=5e-3, abs=1e-9)
@@ -109,7 +109,7 @@ def test_a_slack_film_has_no_force_and_the_charge_of_an_even_stretch():
     film, n = film_of(0.2, 1, 1)
     x, V = 0.3, 0.4
     assert film.force(x, V, [], n) == (0.0, 0.0)
-    assert KINDS[film.state(x, V**0.5, n).kind] == "slack"
+    assert KINDS[film.state(x, V**0.5, [], n).kind] == "slack"
     t = film.capacitance(x, V, [], n) ** 0.5  # A = B = G = 1
     stress = (1.0 - t**-3.0) / (t * (1.0 - (2.0 * t + t**-2.0 - 3.0) / 50.0))
     assert stress == pytest.approx(V, rel=1e-9)
@@ -117,7 +117,7 @@ def test_a_slack_film_has_no_force_and_the_charge_of_an_even_stretch():
 
 def test_the_kinds_follow_each_other_as_the_voltage_rises():
     film, n = film_of(0.2, 1, 1)
-    kinds = film.state(0.5, np.linspace(0.0, 0.66, 40), n).kind
+    kinds = film.state(0.5, np.linspace(0.0, 0.66, 40), [], n).kind
     assert list(dict.fromkeys(kinds.tolist())) == [0, 1, 2, 3]
 
 
@@ -140,7 +140,7 @@ def test_the_engine_follows_the_same_motion_as_scipy(prestretch, voltage, start)
 
     def rates(time, state):
         squared = (voltage * np.sin(2.0 * np.pi * time / period)) ** 2
-        own = {**n, **film.switches(state[0], squared, n)}
+        own = {**n, **film.switches(state[0], squared, [], n)}
         return [float(value) for value in model.system.rates(time, list(state), own, np)]
 
     found = solve_ivp(rates, (0.0, times[-1]), (start, 0.0), method="DOP853", rtol=1e-9, atol=1e-11, t_eval=times)

@@ -31,7 +31,7 @@ def in_a_program(film, n, x, V):
     leaves = {name: graph.switch(name) for name in SWITCHES}
     node = graph.node(film.capacitance(place, squared, [], {**n, **leaves}, graph))
     known = {place.index: x, squared.index: V}
-    return evaluated([node], known | {leaf.index: film.switches(x, V, n)[name] for name, leaf in leaves.items()})[0]
+    return evaluated([node], known | {leaf.index: film.switches(x, V, [], n)[name] for name, leaf in leaves.items()})[0]
 
 
 @pytest.mark.parametrize("name", FILMS)
@@ -44,14 +44,14 @@ def test_it_is_that_of_the_energy(name):
     error = np.abs(in_a_program(film, n, x, V) - exact)
     assert np.max(error / (exact - 1.0 + 0.05)) < 8e-3  # largest next to localisation
     assert np.sqrt(np.mean(np.square(error / exact))) < 3e-4
-    kinds = film.state(x, np.sqrt(V), n).kind
+    kinds = film.state(x, np.sqrt(V), [], n).kind
     assert set(np.unique(kinds)) >= ({0, 3} if name == "strong hoop" else {0, 1})
 
 
 def test_a_slack_film_has_the_charge_of_its_even_stretch():
     film, n = film_of("unstretched")
     x, V = np.full(4, 0.2), np.array([0.15, 0.2, 0.3, 0.44])
-    assert np.all(film.switches(x, V, n)["pulls"] < 0.0)
+    assert np.all(film.switches(x, V, [], n)["pulls"] < 0.0)
     np.testing.assert_allclose(in_a_program(film, n, x, V), film.capacitance(x, V, [], n), rtol=1e-9)
 
 

@@ -139,7 +139,7 @@ def test_the_state_is_that_of_the_stretches(name, voltage):
     model = CASES[name]
     film, n = film_and_numbers(name)
     lm, lh = model.stretches
-    state, q = film.state(X, voltage, n), 1.0 + X**2
+    state, q = film.state(X, voltage, [], n), 1.0 + X**2
     l1, l2 = lm * np.sqrt(q), np.broadcast_to(lh, X.shape)
     l3 = 1.0 / (l1 * l2)
     strain = l1**2 + l2**2 + l3**2 - 3.0
@@ -165,7 +165,7 @@ def test_the_state_is_that_of_the_stretches(name, voltage):
 def test_the_force_does_the_work_of_the_meridional_stress(name, squared):
     """dE/dx = sigma_1 d(ln l1)/dx per film volume, at fixed hoop stretch: F = sigma_1 x/q."""
     film, n = film_and_numbers(name)
-    stress = film.state(X, np.sqrt(squared), n).meridional_stress
+    stress = film.state(X, np.sqrt(squared), [], n).meridional_stress
     force = film.force(X, squared, [], n)[0]
     np.testing.assert_allclose(force, stress * X / (1.0 + X**2), rtol=1e-10, atol=1e-14)
 
@@ -173,12 +173,12 @@ def test_the_force_does_the_work_of_the_meridional_stress(name, squared):
 def test_near_the_limit_is_beyond_its_share_of_strain():
     model = ConeModel(stretch_limit=4.0)
     x = np.linspace(0.0, model.film.reach(model.own_numbers)[1], 50)
-    near = model.film.limit_share(x, 0.3, model.own_numbers) >= 0.8
+    near = model.film.limit_share(x, 0.3, [], model.own_numbers) >= 0.8
     np.testing.assert_array_equal(near, model.strain(x) >= 3.2)
     assert near.any()
     assert not near.all()
     unlimited = ConeModel(law="neo-hookean")
-    assert not unlimited.film.limit_share(x, 0.3, unlimited.own_numbers).any()
+    assert not unlimited.film.limit_share(x, 0.3, [], unlimited.own_numbers).any()
 
 
 # --- what it takes ----------------------------------------------------------------------------------------------------

@@ -106,14 +106,14 @@ def test_a_program_and_arrays_give_the_same_charge_in_every_state(law, limit):
     # 2 % below pull-in: at the hump the root of a crumpled film is a double one
     squared = random.uniform(0.0, 0.98, 3000) ** 2 * np.minimum(film.highest_squared(x, n), 3.0)
     squared[::7] = 0.0
-    n = {**n, **film.switches(x, squared, n)}
+    n = {**n, **film.switches(x, squared, [], n)}
     graph = Graph()
     at, level, leaves = graph.state(0), graph.state(1), {name: graph.switch(name) for name in n}
     charge = film.capacitance(at, level, [], leaves, graph)
     values = {leaves[name].index: value for name, value in n.items()} | {at.index: x, level.index: squared}
     with np.errstate(all="ignore"):
         (found,) = evaluated([charge], values)
-        arrays, kind = film.capacitance(x, squared, [], n), film.state(x, np.sqrt(squared), n).kind
+        arrays, kind = film.capacitance(x, squared, [], n), film.state(x, np.sqrt(squared), [], n).kind
     whole = np.isfinite(arrays)
     np.testing.assert_allclose(found[whole], arrays[whole], rtol=1e-9)
     assert np.bincount(kind[whole], minlength=4).min() > 100

@@ -202,7 +202,7 @@ class ContinuumFilm(FittedFilm):
             below = below + first + (below * below + first * first) ** 0.5
         return pulls * below + (1.0 - pulls) * (self.slack_limit - squared)
 
-    def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+    def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
         return {"pulls": np.where(self.pull(np.square(x), squared) > 0.0, 1.0, -1.0)}
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
@@ -290,7 +290,7 @@ class ContinuumFilm(FittedFilm):
         given = dict(self.law_parameters) | {"meridional_prestretch": lm, "hoop_prestretch": lh}
         return self._ring.numbers(self._ring.complete(given))
 
-    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+    def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         """Beside the disc, where the meridian is stretched most; NaN where the film has pulled in."""
         s, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.square(voltage))
         with np.errstate(all="ignore"):
@@ -301,7 +301,7 @@ class ContinuumFilm(FittedFilm):
             factors = [_value(p, values) for p in self.disc_stretch]
             extra = S * _value(factors, _chebyshev(2.0 * squared / S - 1.0, len(factors)))
         along = np.sqrt(np.where(k > 0.0, np.maximum(extra, 0.0), s))
-        state = self._ring.state(along, np.broadcast_to(voltage, s.shape), self._ring_numbers(n))
+        state = self._ring.state(along, np.broadcast_to(voltage, s.shape), [], self._ring_numbers(n))
         own = FilmState(*(np.where(gone, np.nan, values)[()] for values in state))
         return own._replace(kind=np.where(gone, -1, np.where(k > 0.0, 0, 1)))
 

@@ -95,7 +95,7 @@ class Film(Component):
         """What the voltage takes from the force."""
         return self.force(x, 0.0, y, n, xp)[0] - self.force(x, squared, y, n, xp)[0]
 
-    def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+    def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
         """The switches of its borders at the start of a motion, 1 or -1."""
         return {}
 
@@ -138,7 +138,7 @@ class Film(Component):
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
         """-dF/dV: how fast the voltage weakens the force."""
-        own = {**n, **self.switches(x, squared, n)}
+        own = {**n, **self.switches(x, squared, [], n)}
         gain = -derivative(lambda at, xp: self.force(x, at, [], own, xp)[0], squared)
         return np.where(np.isnan(self.force(x, squared, [], n)[0]), np.nan, gain)[()]
 
@@ -196,12 +196,12 @@ class Film(Component):
 
     # --- what is asked of a film -------------------------------------------------------------------------------------
 
-    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+    def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         """What x and the voltage do to the film. Default: unknown."""
         unknown = np.full(np.broadcast_shapes(np.shape(x), np.shape(voltage)), np.nan)
         return FilmState(*[unknown] * (len(FilmState._fields) - 1))
 
-    def limit_share(self, x: Any, voltage: Any, n: Numbers) -> Any:
+    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> Any:
         """How much of its strain limit the film has reached: 1 at the limit."""
         return self.strain(x, n) / self.strain_limit(n)
 

@@ -87,9 +87,9 @@ class FittedFilm(GelFilm):
     def reach(self, n: Numbers) -> tuple[float, float]:
         return 0.0, self.largest
 
-    def limit_share(self, x: Any, voltage: Any, n: Numbers) -> Any:
+    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> Any:
         """Also that of the strain beside the disc."""
-        return np.fmax(super().limit_share(x, voltage, n), self.state(x, voltage, n).limit_share)
+        return np.fmax(super().limit_share(x, voltage, y, n), self.state(x, voltage, y, n).limit_share)
 
     def outside(self, x: float, n: Numbers) -> str:
         return (

@@ -180,7 +180,7 @@ class MembraneFilm(GelFilm):
         above = pulls * (formulas.pull_in(s, n, xp) - squared) - (1.0 - pulls)
         return near * (pulls + (1.0 - pulls) * slack) + (1.0 - near) * above
 
-    def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+    def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
         own, slack, _ = self._at(np.square(x), squared, n)
 
         def sign(positive: Any) -> Any:
@@ -219,9 +219,9 @@ class MembraneFilm(GelFilm):
             "of the film comes near its stretch limit; start lower"
         )
 
-    def limit_share(self, x: Any, voltage: Any, n: Numbers) -> Any:
+    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> Any:
         """That of the innermost ring, and of the height."""
-        return np.fmax(super().limit_share(x, voltage, n), self.state(x, voltage, n).limit_share)
+        return np.fmax(super().limit_share(x, voltage, y, n), self.state(x, voltage, y, n).limit_share)
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
         """The V at which it localises at x, or, below the cut, at which a slack film pulls in."""
@@ -385,7 +385,7 @@ class MembraneFilm(GelFilm):
         """A ring beside the disc, whose hoop is held: it obeys the wrinkling cone's law at its own meridian."""
         return WrinklingCone(law=self.law, prestretch_mode=self.prestretch_mode, pull_in="minimum")
 
-    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+    def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         """Beside the disc, where the meridian is stretched most, but for the field, which is the largest anywhere; NaN
         where the film has pulled in."""
         s, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.square(voltage))

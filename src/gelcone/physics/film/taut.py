@@ -204,5 +204,5 @@ class TautCone(GelFilm):
     def describe(self) -> str:
         return "taut film: a homogeneous cone that bears compression"
 
-    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+    def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         return self.cone_state(1.0 + np.square(x), voltage, n)

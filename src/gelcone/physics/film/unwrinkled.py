@@ -175,7 +175,7 @@ class UnwrinkledFilm(FittedFilm):
         with np.errstate(all="ignore"):
             return 1.0 + _integral(lambda at: self.gain(at, squared), s)
 
-    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+    def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         """Beside the disc, where the meridian is stretched most, but for the hoop stress, the smallest of all rings."""
         xx, squared = np.square(x), voltage * voltage
         state = self.cone_state(self.squared_stretch(xx, squared), voltage, n)

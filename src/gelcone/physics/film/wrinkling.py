@@ -360,7 +360,7 @@ class WrinklingCone(TautCone):
         stiff = (thin * thin) * (5.0 * a - b) + 4.0 * (r * ((a - r) * (a - b)))
         return 2.0 * (own.compliance * soft) + stiffening * stiff
 
-    def switches(self, x: Any, squared: Any, n: Numbers) -> dict[str, Any]:
+    def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
         xx = np.square(x)
         with np.errstate(all="ignore"):
             _, _, held, pulls = self._at(xx, squared, n, np)
@@ -477,7 +477,7 @@ class WrinklingCone(TautCone):
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
         return Film.voltage_gain(self, x, squared, n)
 
-    def state(self, x: Any, voltage: Any, n: Numbers) -> FilmState:
+    def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         """Of the film at its own lengths: no stress is negative; NaN once it has pulled in."""
         m, width = self.lengths(x, np.square(voltage), n)
         kind = np.where(np.isnan(m), len(STATES) if self.goes_on else -1, _place(x, m, width))
