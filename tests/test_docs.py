@@ -91,7 +91,6 @@ def dry(monkeypatch, prepared):
         "gelcone.continuum.compare.compare",
         "gelcone.paper.run.run",
         "gelcone.cli.studio.start",
-        "gelcone.cli.options._fitting",
     ):
         monkeypatch.setattr(place, begin)
     for place in ("cli.command", "cli.grids", "cli.validate"):  # results of a name may be there

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gelcone import InputError, files, find_device, read_film
+from gelcone import InputError, files, find_device
 from gelcone.files import check_writable, read_text, write_together, write_whole
 
 
@@ -168,20 +168,19 @@ def test_a_file_that_is_too_large_is_refused_after_the_bytes_that_are_read_at_mo
         read_text(path, "give another")
 
 
-@pytest.mark.parametrize("read", [find_device, read_film])
-def test_devices_and_films_are_read_within_these_bounds(read, tmp_path, monkeypatch):
+def test_devices_are_read_within_these_bounds(tmp_path, monkeypatch):
     monkeypatch.setattr(files, "LARGEST_TEXT", 2**20)
     (tmp_path / "large").write_bytes(b"#" * (2**20 + 1))
     with pytest.raises(InputError, match="is larger than 1 MB"):
-        read(tmp_path / "large")
+        find_device(tmp_path / "large")
     with pytest.raises(InputError, match="is not a regular file"):
-        read("/dev/zero")
+        find_device("/dev/zero")
 
 
 def test_texts_that_a_user_names_are_read_in_this_one_place():
     """Other reads are of files that ship, or that gelcone wrote into a store or the user's cache."""
     own = {
-        "__init__.py", "presets.py", "plots/style.py", "continuum/fit.py", "devices/materials.py", "cli/lists.py",
+        "__init__.py", "presets.py", "plots/style.py", "devices/materials.py", "cli/lists.py",
         "atlas/store.py", "atlas/branches/journal.py", "atlas/processes.py", "disk_cache.py",
         "membrane/made.py", "physics/film/pull_in.py",
         "motion/engine/compile.py", "paper/figures/figure.py", "paper/report.py", "paper/stamp.py", "studio/server.py",

@@ -7,11 +7,9 @@ from pathlib import Path
 import pytest
 
 from gelcone import ConeModel, Device, InputError, find_device
-from gelcone.continuum.fit import find_film
 from gelcone.devices.files import shipped_devices
 from gelcone.permission import check, limit, only
 from gelcone.physics.component import names_of
-from gelcone.physics.film.stored import film_from_json
 from tests.toys import ThreeHarmonics
 
 
@@ -36,8 +34,6 @@ def test_no_part_of_a_component_is_imported(module):
     film = {"component": "taut", "law": {"nested": "recorder:K"}}
     with only(frozenset()), pytest.raises(InputError, match="recorder:K"):
         ConeModel(film=film)
-    with only(frozenset()), pytest.raises(InputError, match="recorder:K"):
-        film_from_json('{"gelcone_film": 3, "law_parameters": {}, "errors": {}, "law": "recorder:K"}')
     assert module not in sys.modules
 
 
@@ -59,17 +55,16 @@ def test_the_parts_of_a_component_are_named_too():
 
 def test_no_file_is_opened(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    there = Path("there.json")
+    there = Path("there.toml")
     there.write_text("{}")
     told = set()
-    for path in (there, Path("none.json")):
-        for read in (lambda name: find_film(name, ConeModel(), 0.2), find_device):
-            with only(frozenset()), pytest.raises(InputError, match="does not ship") as refused:
-                read(str(path))
-            told.add(str(refused.value).replace(str(path), "").replace("film", "device"))
+    for path in (there, Path("none.toml")):
+        with only(frozenset()), pytest.raises(InputError, match="does not ship") as refused:
+            find_device(str(path))
+        told.add(str(refused.value).replace(str(path), ""))
     assert len(told) == 1  # nothing says whether there is such a file
-    with only(frozenset({str(there)})), pytest.raises(InputError, match="no film that gelcone wrote"):
-        find_film(str(there), ConeModel(), 0.2)
+    with only(frozenset({str(there)})), pytest.raises(InputError, match="broken TOML"):
+        find_device(str(there))
 
 
 def test_the_text_of_a_device_is_read_as_its_file_is():

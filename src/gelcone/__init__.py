@@ -24,7 +24,7 @@ Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
 Results, each an xarray.Dataset
     plot, save, load, export, to_si, model_of; also result.gelcone.plot() and so on; Outcome, Regime, PullIn, Onset
 Models and their components
-    ConeModel; Film, Bias, Waveform, Circuit, StrainEnergyLaw and those that ship; fit_film, read_film, write_film
+    ConeModel; Film, Bias, Waveform, Circuit, StrainEnergyLaw and those that ship
 
 Fields of a device may be arrays, which make an ensemble, and any of them can be swept:
 
@@ -123,8 +123,6 @@ if TYPE_CHECKING:
     from gelcone.atlas.uncertain import probability as probability
     from gelcone.codes import Outcome as Outcome
     from gelcone.codes import Regime as Regime
-    from gelcone.continuum.fit import fit_film as fit_film
-    from gelcone.continuum.fit import write_film as write_film
     from gelcone.dataset import load as load
     from gelcone.dataset import save as save
     from gelcone.devices.device import Device as Device
@@ -160,9 +158,7 @@ if TYPE_CHECKING:
     from gelcone.physics.component import State as State
     from gelcone.physics.drive import Sine as Sine
     from gelcone.physics.drive import Waveform as Waveform
-    from gelcone.physics.film.continuum import ContinuumFilm as ContinuumFilm
     from gelcone.physics.film.film import Film as Film
-    from gelcone.physics.film.stored import read_film as read_film
     from gelcone.physics.film.taut import TautCone as TautCone
     from gelcone.physics.laws import LAWS as LAWS
     from gelcone.physics.laws import Gent as Gent

@@ -38,8 +38,8 @@ _MEANINGS = {
     Outcome.STRETCH_LIMIT: "came closer to the stretch limit than double precision resolves; raise stretch_limit, "
     "lower the voltage or start with less energy",
     Outcome.STEP_LIMIT: f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too stiff",
-    Outcome.PULLED_IN: "pulled in: the film lost its equilibrium under the voltage (or left what a continuum film was "
-    "fitted for); lower the voltage or start with less energy",
+    Outcome.PULLED_IN: "pulled in: the film lost its equilibrium under the voltage; lower the voltage or "
+    "start with less energy",
     Outcome.NOT_FINITE: "became infinite, because the energy has no bound there (a film without stretch limit, or "
     "deviations sampled too rarely), or did not start from finite numbers",
     Outcome.ERROR: "the analysis raised an error there; run this point alone to see it",

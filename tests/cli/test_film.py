@@ -1,72 +1,33 @@
-"""--film of every command: the answers of a film that is the cone, its errors in the text, and without scikit-fem."""
+"""--film of every command: fitted films of other versions are refused in one line, and so are unknown ones."""
 
-import sys
-
-import numpy as np
 import pytest
 
-import gelcone
-from gelcone import disk_cache
-from gelcone.continuum.fit import FITS
-from tests.answers import result
-from tests.physics.film.test_unwrinkled import film_like_the_cone
+from gelcone.devices.files import shipped_devices
 
-pytestmark = pytest.mark.usefixtures("computed_once")
-
-MODEL = ["--set", "law=neo-hookean", "--set", "damping_ratio=0.1", "--set", "voltage=0.4", "--set", "rest_height=0.3"]
-COMMANDS = {
-    "simulate": ["--periods", "3"],
-    "regime": [],
-    "static": [],
-    "lyapunov": [],
-    "bifurcation": ["--over", "drive_frequency=0.9,1"],
-    "map": ["--over", "spring_stiffness=1.4,1.5", "--over", "drive_frequency=0.9,1"],
-    "frequency": ["--over", "drive_frequency=0.9,1"],
-    "envelope": ["--over", "drive_frequency=0.9,1", "--over", "voltage=0.2,0.4"],
-}
+GONE = "is a fitted film of gelcone 0.1 or 0.2, which is not read any more; take film = membrane (--film membrane)"
 
 
-@pytest.fixture
-def run(monkeypatch, command_line, tmp_path):
-    """Runs a command in an empty folder that holds ``film.json``."""
-    usual = disk_cache.folder
-    monkeypatch.setattr(disk_cache, "folder", lambda kind: tmp_path / kind if kind == FITS else usual(kind))
-    gelcone.write_film(film_like_the_cone(errors=(("taut", 0.0123),)), tmp_path / "film.json")
-    return command_line
+@pytest.mark.parametrize("subject", [["biased-pump"], ["--preset", "table1", "--set", "voltage=0.5"]])
+@pytest.mark.parametrize(
+    ("film", "message"),
+    [
+        ("continuum", GONE),
+        ("/no/such/film.json", GONE),
+        ("wrinklin", "did you mean 'wrinkling'?"),
+    ],
+)
+def test_a_film_that_is_not_read_is_refused_in_one_line(command_line, subject, film, message):
+    code, out, err = command_line("simulate", *subject, "--film", film)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
 
 
-SAME = {
-    "simulate": lambda content: content["displacement"],
-    "regime": lambda content: content["lyapunov"],
-    "static": lambda content: content["slope"][0],
-    "frequency": lambda content: content["stroke"][0] + content["linear_stroke"],
-    "envelope": lambda content: content["driven_stroke"] + content["driven_power"],
-}
-
-
-@pytest.mark.parametrize("command", SAME)
-def test_a_film_that_is_the_cone_gives_the_cones_answers(run, command):
-    cone, film = (
-        SAME[command](result(run(command, *MODEL, *COMMANDS[command], "--film", choice, "--json")[1]))
-        for choice in ("taut", "film.json")
-    )
-    np.testing.assert_allclose(film, cone, rtol=1e-6, atol=1e-8)
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_takes_a_film_and_says_how_well_it_fits(run, command):
-    code, out, err = run(command, *MODEL, *COMMANDS[command], "--film", "film.json")
-    assert (code, err) == (0, "")
-    assert (
-        "film as a continuum that bears compression, a/b = 0.2, up to |x| = 1000; largest error of its force: taut 1.2%"
-        in out
-    )
-
-
-def test_without_scikit_fem_one_line_says_how_to_get_it(run, monkeypatch):
-    monkeypatch.setitem(sys.modules, "skfem", None)
-    for subject in (["biased-pump"], ["--preset", "table1", "--set", "voltage=0.5"]):
-        code, out, err = run("simulate", *subject, "--film", "continuum")
-        assert (code, out) == (1, "")
-        assert "pip install 'gelcone[fem]'" in err
-        assert err.count("\n") == 1
+def test_a_device_file_of_0_2_with_a_fitted_film_is_refused_with_its_line(command_line, tmp_path):
+    text = shipped_devices()["biased-pump"].read_text(encoding="utf-8").partition("[material]")
+    (tmp_path / "mine.toml").write_text(f'{text[0]}film = "film.json"\n{text[1]}{text[2]}')
+    code, out, err = command_line("simulate", tmp_path / "mine.toml")
+    assert (code, out) == (2, "")
+    assert GONE in err
+    assert "line" in err
+    assert err.count("\n") == 1

@@ -1,7 +1,5 @@
 """Models and states that the tests of the continuum film share."""
 
-from functools import cache
-
 import numpy as np
 
 from gelcone.continuum.mesh import BAND
@@ -42,26 +40,3 @@ def dense(band):
             if 0 <= row < size:
                 full[row, column] = band[k, column]
     return full
-
-
-@cache
-def fitted_with_states():
-    """The film of the cone model's defaults with a/b = 0.2, fitted once for all tests, and the states it was fitted to:
-    rows of s, V, stiffness, kind."""
-    from gelcone.paper import unwrinkled
-
-    kept = []
-    fitted, own = unwrinkled._fitted, unwrinkled.ELEMENTS
-
-    def keeping(film, free, states, ends):
-        kept.extend((state.s, state.squared, state.stiffness, state.kind) for state in states)
-        return fitted(film, free, states, ends)
-
-    unwrinkled._fitted = keeping
-    unwrinkled.ELEMENTS = 16  # as good, sooner
-    try:
-        film = unwrinkled.fit_unwrinkled(ConeModel(), 0.2)
-    finally:
-        unwrinkled._fitted = fitted
-        unwrinkled.ELEMENTS = own
-    return film, np.array(kept)

@@ -115,8 +115,6 @@ def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
     if analysis.single:
         subject.alone(analysis.command)
     given = {**given, **read_options(analysis, subject, given)}
-    if named := subject.model.film.doubt():
-        warnings.warn(named, DoubtfulInput, stacklevel=2)
     reader = getattr(import_module(f"gelcone.analyses.{analysis.answers}"), f"{analysis.name}_arguments", None)
     arguments: dict[str, Any] = reader(subject, given) if reader else dict(given)
     if analysis.axes:

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.errors import InputError, unknown_name
-from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import ConeModel, parameter_names, parameter_quantity
 from gelcone.quantity import Array
 from gelcone.register.analysis import Analysis, annotation_of
@@ -128,12 +127,11 @@ def read_subject(
     film: str | None = None,
     settings: Iterable[str] = (),
     initial: str | None = None,
-    fitting: Callable[[], None] = lambda: None,
 ) -> Subject:
     """The subject that a device or preset, ``name=value`` settings and an initial state describe.
 
     With a device a setting changes one of its fields (``film_radius``, ``material.shear_modulus``), else a parameter of
-    the model. ``fitting`` is called before a continuum film is fitted, which takes seconds.
+    the model.
 
     Raises
     ------
@@ -143,11 +141,10 @@ def read_subject(
     if device is not None:
         if preset is not None:
             raise InputError(f"--preset {preset} and the device {device!r} are both given; give one or the other")
-        return _of_device(device, given, film, initial, fitting)
+        return _of_device(device, given, film, initial)
     for name, text in given.items():
         _no_decimal_comma(f"--set {name}", text, _parts(text))
     values = {name: read_value(text) for name, text in given.items()}
-    ratio = values.pop(RADIUS_RATIO, None) if film == "continuum" else None
     of_film = {} if film is None else {name: values.pop(name) for name in ("pull_in", RADIUS_RATIO) if name in values}
     _only_of_model(values)
     if preset is None:
@@ -158,17 +155,12 @@ def read_subject(
         chosen = find_preset(preset)
         model, start = chosen.model.replace(**values), chosen.initial
     if film is not None:
-        from gelcone.continuum.fit import find_film
-
-        ratio = DEFAULT_RADIUS_RATIO if ratio is None else ratio
-        model = model.replace(film=find_film(film, model, ratio, starting=fitting), **of_film)
+        model = model.replace(film=film, **of_film)
     stated = None if initial is None else read_initial(initial, None)
     return Subject(model, None, stated or start, None, initial is not None, frozenset(given))
 
 
-def _of_device(
-    device: str | Device, given: dict[str, str], film: str | None, initial: str | None, fitting: Callable[[], None]
-) -> Subject:
+def _of_device(device: str | Device, given: dict[str, str], film: str | None, initial: str | None) -> Subject:
     from gelcone.devices.device import find_device
 
     found = find_device(device) if isinstance(device, str) else device
@@ -179,7 +171,6 @@ def _of_device(
     changes = {setting: read_field(f"--set {setting}", text, setting, fields) for setting, text in texts.items()}
     if changes:
         found = found.replace(**changes)
-    found.film_for(found.cone_model(), starting=fitting)
     start = None if initial is None else read_initial(initial, found)
     scales = found.scales
     if start is None:

@@ -29,10 +29,9 @@ def static_words(shown: xr.Dataset, subject: Subject) -> str:
     """The statics as text."""
     lines = heading(subject) + outcome_lines(shown)
     members = members_of(shown)
-    fitted = any(film.film.name == "continuum" for film in subject.model.system.films)
     if len(members) == 1:
-        return "\n".join(lines + _curve_lines(members[0][1]) + _event_lines(members[0][1], fitted))
-    listed = [line for name, one in members for line in (f"{name}:", *(f"  {e}" for e in _event_lines(one, fitted)))]
+        return "\n".join(lines + _curve_lines(members[0][1]) + _event_lines(members[0][1]))
+    listed = [line for name, one in members for line in (f"{name}:", *(f"  {e}" for e in _event_lines(one)))]
     return "\n".join(lines + shortened(listed))
 
 
@@ -66,8 +65,8 @@ def _about(equilibrium: xr.Dataset) -> list[str]:
     return ["stable" if equilibrium["stable"] else "unstable", *states, *failing]
 
 
-def _event_lines(member: xr.Dataset, fitted: bool = False) -> list[str]:
-    """Pitchfork, folds and pull-in; ``fitted`` says whether the range of a fit may end first."""
+def _event_lines(member: xr.Dataset) -> list[str]:
+    """Pitchfork, folds and pull-in."""
     if int(member["outcome"]):
         return ["nothing can be reached inside the stretch limit"]
     volt, length = unit_of(member["constant_voltage"]), unit_of(member["displacement"])
@@ -84,8 +83,6 @@ def _event_lines(member: xr.Dataset, fitted: bool = False) -> list[str]:
     if kind == PullIn.NEVER:
         return [*lines, f"{ramp}: {kind.meaning}"]
     event = f"{ramp}: at {voltage:.4g}{volt} the disc {kind.meaning}"
-    if fitted and kind == PullIn.FILM:
-        event += " or its displacement leaves the range of the fit"
     if np.isinf(end):
         return [*lines, event]
     return [*lines, f"{event} ({'it leaves it gradually' if begin == end else f'moves to {end:.4g}{length}'})"]

@@ -49,11 +49,10 @@ def subject_parameters() -> list[click.Parameter]:
         ),
         click.Option(
             ["--film"],
-            metavar="taut|wrinkling|membrane|continuum|FILE",
+            metavar="taut|wrinkling|membrane",
             help="The film as a homogeneous cone: taut bears compression (the paper's; default without a device), "
-            "wrinkling wrinkles instead (default of devices); membrane is the membrane that wrinkles; as a continuum, "
-            "fitted on first use and kept (for the device's a/b, or --set radius_ratio=..., default 0.2); or one that "
-            "gelcone validate --fit wrote.",
+            "wrinkling wrinkles instead (default of devices); or membrane, the membrane that wrinkles (for the "
+            "device's a/b, or --set radius_ratio=..., default 0.2).",
         ),
     ]
 
@@ -121,10 +120,4 @@ def _units(quantity: str) -> str:
 def subject_of(given: dict[str, Any]) -> Subject:
     """Takes the arguments of `subject_parameters` out of ``given`` and reads them."""
     own = {name: given.pop(name) for name in SUBJECT}
-    return read_subject(own.pop("device"), **own, fitting=_fitting)
-
-
-def _fitting() -> None:
-    click.echo(
-        "fitting the continuum film (half a minute or more, once for each geometry, law and pre-stretch) ...", err=True
-    )
+    return read_subject(own.pop("device"), **own)

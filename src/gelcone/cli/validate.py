@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +14,7 @@ from gelcone.analyses.request import read_measures
 from gelcone.analyses.validation import constant_voltages, radius_ratio, split_settings, validate_words
 from gelcone.cli.options import output_parameters, subject_of, subject_parameters
 from gelcone.cli.output import deliver, progress_bar
-from gelcone.errors import DoubtfulInput, InputError
-from gelcone.files import check_writable
-from gelcone.physics.model import ConeModel
+from gelcone.errors import InputError
 
 DEFAULT_DISPLACEMENTS = (0.1, 2.0, 20)
 HELP = """Is the cone right? Force over displacement of the film as a cone and as an axisymmetric membrane.
@@ -58,12 +55,6 @@ def validate_command() -> click.Command:
         click.Option(
             ["--elements"], type=int, default=200, show_default=True, help="Finite elements along the radius."
         ),
-        click.Option(
-            ["--fit", "fit_file"],
-            type=click.Path(path_type=Path),
-            metavar="FILE",
-            help="Write the continuum film as a fitted force there, for --film of every command.",
-        ),
         *output_parameters(),
     ]
     return click.Command("validate", params=params, callback=run_validate, help=HELP)
@@ -75,13 +66,12 @@ def run_validate(
     voltages: str | None,
     wrinkles: Any,
     elements: int,
-    fit_file: Path | None,
     out: Path | None,
     force: bool,
     as_json: bool,
     **typed: Any,
 ) -> int:
-    """Compares the forces of cone and continuum, and fits the continuum's if asked to."""
+    """Compares the forces of cone and continuum."""
     if typed["initial"] is not None:
         raise InputError("--initial: the disc is held at each displacement; leave it out")
     if typed["film"] is not None:
@@ -97,8 +87,6 @@ def run_validate(
     )
     levels = constant_voltages(voltages, settings, subject)
     check_folder(out, "validate", force)
-    if fit_file is not None:
-        check_writable([fit_file], force=force)
     from gelcone.continuum.compare import compare, with_mesh_table
 
     # The film alone: a voltage that is given as a list makes levels, not members.
@@ -108,17 +96,4 @@ def run_validate(
             film, ratio, displacements=x, voltages=levels, wrinkles=wrinkles, elements=elements, progress=progress
         )
     result = with_mesh_table(result, ratio)
-    if fit_file is not None:
-        write_fit(film, ratio, fit_file, force)
     return deliver(Answers("validate", validate_words), result, subject, out, force, as_json)
-
-
-def write_fit(model: ConeModel, ratio: Any, path: Path, force: bool) -> None:
-    """Fits the film and writes it; says on standard error how well it fits."""
-    from gelcone.continuum.fit import fit_film, write_film
-
-    fitted = fit_film(model, ratio)
-    write_film(fitted, path, force=force)
-    click.echo(f"{path}: {fitted.describe()}", err=True)
-    if named := fitted.doubt():
-        warnings.warn(named, DoubtfulInput, stacklevel=2)

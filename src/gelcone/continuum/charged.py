@@ -134,20 +134,6 @@ def slack_limit(model: ConeModel) -> float:
     return min(float(_numbers(model)["limit_squared"]), NEVER)
 
 
-def slack_squared(film: Film, x: float) -> float:
-    """The V at which the homogeneous cone falls slack at x; infinite where it pulls in before."""
-    numbers = _numbers(film.model)
-    if float(numbers["A"]) * (1.0 + x * x) >= float(numbers["end_of_slack"]):
-        return np.inf
-    found = float(WrinklingCone(law=film.model.gel_law()).balancing(x, 0.0, numbers))
-    return found if found >= 0.0 else np.inf
-
-
-def flat_squared(model: ConeModel) -> float:
-    """The V that takes the tension of a flat film whose hoop is stretched no more than the meridian."""
-    return max(0.0, float(WrinklingCone(law=model.gel_law()).balancing(0.0, 0.0, _numbers(model))))
-
-
 def _numbers(model: ConeModel) -> Numbers:
     """Those of the wrinkling cone of the same film."""
     cone = WrinklingCone(law=model.gel_law())

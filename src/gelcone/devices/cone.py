@@ -16,44 +16,25 @@ from gelcone.physics.bias import Bias, Together
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.taut import GelFilm
 from gelcone.physics.model import ConeModel
-from gelcone.physics.records import FILMS, find_bias
+from gelcone.physics.records import find_bias
 from gelcone.physics.statics import rest_displacements, switched_off
 
 
 def model_of_device(device: DeviceFields) -> ConeModel:
     """The model with the film of the device; arrays make an ensemble of their length."""
-    return _damped(device, lambda ratio: _with_film(device, ratio))
+    return _damped(device, lambda ratio: _model(device, ratio))
 
 
 def cone_of_device(device: DeviceFields, undamped: ConeModel | None = None) -> ConeModel:
-    """The model with the film as a homogeneous cone in place of a continuum film; a film of one's own stays.
+    """The model with the film as a taut cone, quick to make, in place of one that ships; one of one's own stays.
 
     ``undamped`` is that of `undamped_cone` where it is known."""
-    return _damped(device, lambda ratio: _cone(device, ratio, _own_film(device) or "taut"), undamped)
+    return _damped(device, lambda ratio: _model(device, ratio, cone=True), undamped)
 
 
 def undamped_cone(device: DeviceFields) -> ConeModel:
     """`cone_of_device` without its damping, which may refer to a rest that does not exist."""
-    return _cone(device, np.zeros(device.shape)[()], _own_film(device) or "taut")
-
-
-def film_of_device(
-    device: DeviceFields, model: ConeModel, *, starting: Callable[[], None] = lambda: None
-) -> Film | str:
-    """The film that a device names, a cone by its name; ``starting`` is called before one is fitted."""
-    if (own := _own_film(device)) is not None:
-        return own
-    if device.film in FILMS:
-        return str(device.film)
-    from gelcone.continuum.fit import find_film
-
-    ratios = np.unique(device.disc_radius / device.film_radius)
-    if ratios.size > 1:
-        raise FieldError(
-            "film",
-            "film: a continuum is fitted for one disc_radius/film_radius; take the wrinkling cone",
-        )
-    return find_film(device.film, model, float(ratios[0]), starting=starting)
+    return _model(device, np.zeros(device.shape)[()], cone=True)
 
 
 def initial_state(device: DeviceFields) -> Any:
@@ -66,7 +47,7 @@ def initial_state(device: DeviceFields) -> Any:
     if device.release_height is not None:
         x = device.release_height / s.length
     else:
-        x = rest_displacements(_with_film(device))
+        x = rest_displacements(_model(device))
         if np.isnan(x).all():
             raise FieldError(
                 "initial_height",
@@ -87,20 +68,9 @@ def breakdown_field(device: DeviceFields) -> Any:
     return None if strength is None else strength / device.scales.field
 
 
-def _own_film(device: DeviceFields) -> Film | None:
-    return device.film if isinstance(device.film, Film) else None
-
-
-def _with_film(device: DeviceFields, damping_ratio: Any = 0.0) -> ConeModel:
-    """The model with its film and a damping."""
-    named = _own_film(device) or (device.film if device.film in FILMS else None)
-    model = _cone(device, damping_ratio, named or "taut")
-    film = {} if named is not None else {"film": film_of_device(device, model)}
-    return model.replace(**film, pull_in=device.pull_in) if film or device.pull_in is not None else model
-
-
-def _cone(device: DeviceFields, damping_ratio: Any, film: Film | str) -> ConeModel:
-    """The model with a film and a damping."""
+def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False) -> ConeModel:
+    """The model with a damping; ``cone``: with the taut cone in place of a film that ships."""
+    film = "taut" if cone and not isinstance(device.film, Film) else device.film
     numbers = {
         parameter: device.scales.dimensionless(quantity, value)
         for parameter, (field, quantity) in numbers_of(device).items()
@@ -119,6 +89,7 @@ def _cone(device: DeviceFields, damping_ratio: Any, film: Film | str) -> ConeMod
     return ConeModel(
         **_loads(device) | numbers,
         film=film,
+        pull_in=None if cone else device.pull_in,
         damping_ratio=damping_ratio,
         dielectric_strength=breakdown_field(device),
         waveform=device.waveform,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -14,15 +14,13 @@ from gelcone.devices.fields import CHOICES, EXCLUDING, GEL, DeviceFields
 from gelcone.devices.files import located, shipped_devices, what_ships
 from gelcone.devices.given import DeviceValues
 from gelcone.devices.materials import Material, find_material, side_by_side
-from gelcone.devices.parts import PARTS, is_own, own_fields, part_record, read_part
+from gelcone.devices.parts import PARTS, own_fields, part_record, read_part
 from gelcone.devices.record import Field, unknown_field
 from gelcone.devices.template import device_text
 from gelcone.devices.units import FieldError
 from gelcone.errors import DoubtfulInput, InputError, unknown_name
 from gelcone.files import read_text
-from gelcone.physics.film.film import Film
 from gelcone.physics.model import ConeModel
-from gelcone.physics.records import FILMS
 
 
 class Device(DeviceFields):
@@ -42,8 +40,7 @@ class Device(DeviceFields):
     pull_in : where a wrinkling film pulls in: ``"first"`` (default) ends the run; for study ``"minimum"``,
         ``"memoryless"`` and ``"snap"``, see `gelcone.physics.film.wrinkling.WrinklingCone`.
     film : ``"wrinkling"`` (default), a homogeneous cone without compression; ``"taut"``, one that bears it;
-        ``"continuum"``, the continuum film, fitted on first use and kept (see `gelcone.continuum.fit.find_film`); or a
-        file that ``gelcone validate --fit`` wrote, in a device file relative to it.
+        ``"membrane"``, the membrane that wrinkles; or one of one's own.
     spring_rate : stiffness k of the spring, N/m, at least 0.
     initial_height : height h0 of the disc at which the spring is free, m. Default 0.
     beam_rate, beam_cubic_rate, beam_height : a buckled beam on the disc, of the force beam_rate d + beam_cubic_rate d^3
@@ -88,7 +85,7 @@ class Device(DeviceFields):
         brought: dict[str, Field] = {}
         for name in PARTS:
             given = values.get(name)
-            if given is None or (name == "film" and isinstance(given, str) and not is_own(given)):
+            if given is None:
                 continue
             parts[name], own = read_part(name, given)
             numbers |= {f"{name}.{key}": value for key, value in own.items()}
@@ -116,7 +113,7 @@ class Device(DeviceFields):
     def read(self, name: str, value: Any) -> Any:
         if name == "material":
             return _as_material(value)
-        if name in PARTS and (name != "film" or isinstance(value, Film)):
+        if name in PARTS:
             return value
         value = super().read(name, value)
         for own, kind, known in CHOICES:
@@ -135,14 +132,6 @@ class Device(DeviceFields):
     def to_model(self) -> ConeModel:
         """The dimensionless model with its ``film``; arrays make an ensemble of their length."""
         return cone.model_of_device(self)
-
-    def cone_model(self) -> ConeModel:
-        """`to_model` with the film as a homogeneous cone."""
-        return cone.cone_of_device(self)
-
-    def film_for(self, model: ConeModel, *, starting: Callable[[], None] = lambda: None) -> Film | str:
-        """The film that ``film`` names, a cone by its name; ``starting`` is called before one is fitted."""
-        return cone.film_of_device(self, model, starting=starting)
 
     def initial_state(self) -> Any:
         """Displacement and velocity at t = 0, dimensionless: two numbers, or an array (members, 2) where they differ.
@@ -199,25 +188,21 @@ class Device(DeviceFields):
         Raises `InputError` with the file, and the line where it can be told, for a file that cannot be read or used.
         """
         path = Path(path)
-        return cls._from_text(read_text(path, what_ships()), str(path), path.stem, path.parent)
+        return cls._from_text(read_text(path, what_ships()), str(path), path.stem)
 
     @classmethod
     def from_text(cls, text: str) -> Device:
         """A device from the text of a device file; `InputError` as from `from_toml`."""
-        return cls._from_text(text, "the device file", "device", None)
+        return cls._from_text(text, "the device file", "device")
 
     @classmethod
-    def _from_text(cls, text: str, origin: str, name: str, folder: Path | None) -> Device:
-        """``origin`` is what messages call the text, ``name`` the device's if it states none; a film's file lies in
-        ``folder``."""
+    def _from_text(cls, text: str, origin: str, name: str) -> Device:
+        """``origin`` is what messages call the text, ``name`` the device's if it states none."""
         try:
             values = tomllib.loads(text)
         except (ValueError, RecursionError) as error:
             raise InputError(f"{origin}: broken TOML: {error}; correct it there") from None
         try:
-            film = values.get("film")
-            if folder is not None and isinstance(film, str) and film not in (*FILMS, "continuum") and not is_own(film):
-                values["film"] = str(folder / film)
             return cls(**{"name": name} | values)
         except FieldError as error:
             raise InputError(

@@ -87,8 +87,8 @@ class DeviceFields(Record):
         near=("circumferential_prestretch",), above=0.0,
     )  # fmt: skip
     film: Any = Field(
-        "wrinkling or taut (homogeneous cones), membrane, continuum, a file that gelcone validate --fit wrote, or "
-        "one's own as module:Class", default="wrinkling", near=("film_model",),
+        "wrinkling or taut (homogeneous cones), membrane, or one's own as module:Class", default="wrinkling",
+        near=("film_model",),
     )  # fmt: skip
     pull_in: Any = Field(
         "where a wrinkling film pulls in, a run ends (first); for study: minimum, memoryless or snap", default=None,

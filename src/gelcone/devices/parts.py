@@ -25,7 +25,7 @@ from gelcone.physics.drive import WAVEFORMS, Waveform
 from gelcone.physics.film.film import Film
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.model import PARAMETERS
-from gelcone.physics.records import FILMS, bias_record, find_bias
+from gelcone.physics.records import FILMS, bias_record, find_bias, find_film
 from gelcone.quantity import Quantity
 
 _KINDS: Mapping[str, tuple[str, Mapping[str, Component], type[Any]]] = {
@@ -57,6 +57,8 @@ def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
     try:
         if name == "bias":
             found: Component = _own_bias(given)
+        elif name == "film":
+            found = find_film(given)
         else:
             found = find_component(kind, given, shipped, base)
     except FieldError:

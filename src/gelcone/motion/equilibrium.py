@@ -178,9 +178,9 @@ def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: A
 def pitchfork_voltage(model: Ensemble) -> VoltageArray:
     """Constant voltage at which the flat film loses its stability, of the ensemble's shape.
 
-    It is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of a continuum film. NaN
+    It is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of another film. NaN
     where x = 0 is not an equilibrium (``rest_height`` with a spring), cannot be reached or is unstable without voltage
-    already, or where a continuum film pulls in before.
+    already, or where the film pulls in before.
     """
     return _pitchfork_voltages(every_balance(model)).reshape(model.shape)
 

@@ -61,7 +61,7 @@ def equilibrium_under_bias(model: ConeModel, bias: float) -> float:
 def state_space(model: ConeModel | Device, device: Device | None = None) -> StateSpace:
     """The model linearised about its equilibrium under the constant voltage ``voltage_bias``.
 
-    x'' = -2 zeta x' - K x + 2 v0 x0 v (less in a continuum film), with the stiffness K there; without a bias the
+    x'' = -2 zeta x' - K x + 2 v0 x0 v (of a taut film), with the stiffness K there; without a bias the
     voltage has no first-order effect and B is zero.
 
     Parameters

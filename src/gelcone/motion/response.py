@@ -71,9 +71,9 @@ def simulate(
     the work of the voltage source, integrated along the motion. ``dissipated_energy`` is what the damping of the disc,
     the film and the circuit take; where there is more than the damping, ``damper_dissipation``,
     ``film_dissipation``, ``resistor_dissipation`` and ``leak_dissipation`` split it. ``energy_residual`` is what the
-    balance of all of these leaves. Of a film whose charge is not known while a motion is computed (wrinkling,
-    continuum), the energy supplied follows from the first law, and the residual compares the disc's energies alone; NaN
-    where such a film has states of its own. ``hoop_slack``,
+    balance of all of these leaves. Of a film whose charge is not known while a motion is computed, the
+    energy supplied follows from the first law, and the residual compares the disc's energies alone; NaN where such a
+    film has states of its own. ``hoop_slack``,
     ``meridional_slack`` (a true stress is negative), ``breakdown`` (the true field exceeds the model's
     ``dielectric_strength``) and ``near_limit`` (the strain is within 1 % of the stretch limit) flag where the model
     stops being true.
@@ -85,8 +85,6 @@ def simulate(
     With a wrinkling film ``film_state_*`` are the shares of the time that it spent in each of its states, between the
     exact times at which they change; ``pull_in_time``, ``_displacement``, ``_voltage`` and ``_kind`` (`FilmPullIn`) say
     where it pulled in, which ends the run; NaN and 0 where it did not.
-    With a continuum film stretches, stresses and field are those next to the disc, but for the hoop stress, which is
-    the smallest of all rings.
 
     Raises
     ------

@@ -1,301 +1,180 @@
-"""The fit of the film as a continuum that bears compression: the force of the membrane that does not wrinkle.
+"""The film that bears compression, of the source paper, as a smooth function of displacement and voltage squared.
 
-The film of the source paper, and of what gelcone 0.1 fitted; `gelcone.continuum.fit` is for the film that wrinkles.
+In the equation of motion the homogeneous cone pulls the disc back with x (h(q) - v^2). An `UnwrinkledFilm` stands in
+for h - v^2 with what `gelcone.paper.unwrinkled_fit.fit_unwrinkled` fitted to the membrane, as a function of s = x^2 and
+V = v^2:
+
+    k(s, V) = P(t) + w/(1 - s/wall) - V (1 - Q(t)) + V^2 R(t) + (1 - y - V C(t)/2) S(t),
+    t = t0 + t1/(1 + s),    y = sqrt(1 - V C(t)).
+
+P, Q, R, S and C are polynomials. The term with ``wall`` is the stretch limit of the film as a whole; 1/C(t) is the
+highest V at which the film has a state (it pulls in in a fold, where its force changes like the square root y). Beyond
+either there is no number to extrapolate from: k is NaN there, and a trajectory that comes there ends.
+
+The film has no inertia of its own, so that any such force has an energy: integral of x k over x.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from gelcone.continuum.membrane import (
-    highest_span,
-    limit_shares,
-    raised_film,
-    solve,
-    stress_state,
-)
-from gelcone.continuum.mesh import Film, check_radius_ratio, mesh_film
-from gelcone.continuum.path import Ending, Point, cone, flat, newton, reach
-from gelcone.errors import InputError
-from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
-from gelcone.physics.film.unwrinkled import UnwrinkledFilm
-from gelcone.physics.model import ConeModel
-from gelcone.quantity import Array
+from gelcone.codes import Outcome
+from gelcone.physics.component import Numbers
+from gelcone.physics.film.film import Film
 
-ELEMENTS = 32
-FARTHEST = 6.0
-"""Largest displacement that is fitted, in b - a, where the stretch limit leaves room for more."""
-LIMIT_SHARE = 0.97
-"""Of the stretch limit, next to the disc, up to which displacements are fitted."""
-STEPS = 12
-"""Of the voltage squared, from none to the highest that a free film withstands."""
-STEEP = 1.3
-"""Where the voltage weakens the film this many times faster than at first, it is approaching a fold or bulge."""
-FREE_SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)
-"""Of that voltage squared, at which the compressed film near the flat one is followed."""
-CEILING_MARGIN = 0.97
-"""Share of the highest V up to which states are fitted: at the fold itself the force has no slope."""
-TAUT, HOOP_SLACK, SLACK, FLAT = range(4)
-KINDS = ("taut", "hoop slack", "near slack", "nearly flat")
-WEIGHTS = (1.0, 0.1, 0.02, 1.0)
-"""Of the kinds of states in the fit. Only the first is a film that does not wrinkle; the last, a compressed film that
-is all but flat, decides the stability of rest."""
-NEARLY_FLAT = 0.03
-DEGREES = {"rest": 9, "field": 6, "fold": 5, "field_squared": 3, "ceiling": 6, "local": 7}
-"""Number of coefficients of each polynomial."""
-WALLS, FARTHEST_WALL = 30, 20.0
+Polynomial = tuple[float, ...]
+"""Coefficients, that of the constant first."""
+BISECTIONS = 60
+NEAR_PULL_IN = 1.0 - 1e-9
+"""Share of the V at which the film pulls in up to which its slope, infinite there, is taken."""
 
 
-class _State(NamedTuple):
-    """One state of the film: what is fitted, over s and V."""
+@dataclass(frozen=True, kw_only=True)
+class UnwrinkledFilm(Film):
+    """The fitted force of one film that does not wrinkle, of one geometry, law and pre-stretch.
 
-    s: float
-    squared: float
-    stiffness: float
-    kind: int
-    disc_stretch: float
-    hoop_stress: float
-
-
-def fit_unwrinkled(
-    model: ConeModel,
-    radius_ratio: float = DEFAULT_RADIUS_RATIO,
-    *,
-    progress: Callable[[float], None] | None = None,
-) -> UnwrinkledFilm:
-    """The continuum film of a model as a smooth force, if it bore compression, with its error.
-
-    The membrane is raised step by step, and at each height charged until it pulls in; near the flat film its compressed
-    states are followed too, so that a disc can pass through x = 0. Displacements are fitted up to 97 % of the stretch
-    limit next to the disc or 6 (b - a), voltages up to pull-in or the electromechanical instability of a free film.
-
-    Parameters, errors: as for `gelcone.continuum.fit.fit_film`.
+    Parameters
+    ----------
+    radius_ratio : a/b.
+    scale : a typical stiffness.
+    largest : largest |x| that the fit covers.
+    wall : s at which the film as a whole reaches its stretch limit, more than reach^2.
+    variable : t0 and t1.
+    rest, wall_strength, field, field_squared, fold, ceiling : P, w, Q, R, S and C.
+    errors : what -> largest error of k over |k| + 0.3 V + 0.02, at the states that were fitted.
     """
-    if model.shape:
-        raise InputError(f"a model of the shape {model.shape}: one film is fitted at a time; take its members")
-    ratio = check_radius_ratio(radius_ratio)
-    film = mesh_film(model.replace(spring_stiffness=0.0), ratio, ELEMENTS)
-    free = free_film_limit(film.model)
-    states, ends = _states(film, free, progress or (lambda share: None))
-    return _fitted(film, free, states, ends)
+
+    radius_ratio: float
+    scale: float
+    largest: float
+    wall: float
+    variable: tuple[float, float]
+    rest: Polynomial
+    wall_strength: float
+    field: Polynomial
+    field_squared: Polynomial
+    fold: Polynomial
+    ceiling: Polynomial
+    errors: tuple[tuple[str, float], ...] = ()
+
+    name = "unwrinkled"
+    ending = Outcome.PULLED_IN
+
+    def strain_limit(self, n: Numbers) -> Any:
+        """The largest x^2 that the film was fitted for."""
+        return np.asarray(self.reach_squared)
+
+    @property
+    def reach_squared(self) -> float:
+        """The largest x^2 that the film was fitted for."""
+        return self.largest * self.largest
+
+    def reach(self, n: Numbers) -> tuple[float, float]:
+        return 0.0, self.largest
+
+    def stiffness_scale(self, n: Numbers) -> Any:
+        return self.scale
+
+    # --- what the equation of motion takes -----------------------------------------------------------------------
+
+    def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        """x (k + V - V) and its slope, with the fitted k(s, V)."""
+        s = x * x
+        k, k_slope = self.stiffness(s, squared)
+        k = k - squared
+        return x * k, k + 2.0 * s * k_slope
+
+    def stiffness(self, s: Any, squared: Any) -> tuple[Any, Any]:
+        """k + V, which takes the place of the law's h, and its derivative by s.
+
+        Works on floats, arrays and the expressions of compiled programs.
+        """
+        r = 1.0 / (1.0 + s)
+        t = self.variable[0] + self.variable[1] * r
+        powers = self._powers(t)
+        t_slope = -self.variable[1] * r * r
+        p, p_slope = _value(self.rest, powers), _slope(self.rest, powers)
+        f, f_slope = _value(self.field, powers), _slope(self.field, powers)
+        g, g_slope = _value(self.field_squared, powers), _slope(self.field_squared, powers)
+        fold, fold_slope = _value(self.fold, powers), _slope(self.fold, powers)
+        share = squared * _value(self.ceiling, powers)
+        y = (1.0 - share) ** 0.5
+        bend = 1.0 - y - 0.5 * share
+        bend_slope = 0.5 * squared * _slope(self.ceiling, powers) * (1.0 / y - 1.0)
+        value = p + squared * (f + squared * g) + bend * fold
+        slope = (p_slope + squared * (f_slope + squared * g_slope) + bend * fold_slope + bend_slope * fold) * t_slope
+        near = 1.0 / (1.0 - s * (1.0 / self.wall))
+        value = value + self.wall_strength * near
+        return value, slope + (self.wall_strength / self.wall) * near * near
+
+    def gain(self, s: Any, squared: Any) -> Any:
+        """-dk/dV: how fast the voltage weakens the film; 1 for the homogeneous cone."""
+        powers = self._powers(self._t(s))
+        ceiling = _value(self.ceiling, powers)
+        y = (1.0 - squared * ceiling) ** 0.5
+        bend_rate = 0.5 * ceiling * (1.0 / y - 1.0) * _value(self.fold, powers)
+        linear = _value(self.field, powers) + 2.0 * squared * _value(self.field_squared, powers)
+        return 1.0 - linear - bend_rate
+
+    def _t(self, s: Any) -> Any:
+        return self.variable[0] + self.variable[1] / (1.0 + s)
+
+    def _powers(self, t: Any) -> list[Any]:
+        most = max(len(p) for p in (self.rest, self.field, self.field_squared, self.fold, self.ceiling))
+        powers = [1.0, t]
+        while len(powers) < most:
+            powers.append(powers[len(powers) // 2] * powers[(len(powers) + 1) // 2])
+        return powers
+
+    def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
+        return x * self.gain(np.square(x), squared)
+
+    def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
+        return 2.0 * x * x * x * self.stiffness(np.square(x), squared)[1]
+
+    def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
+        """By bisection, as the pull k falls while the voltage rises. Beyond the V at which the film pulls in, and below
+        0, it continues as in the cone."""
+        x = np.asarray(x, dtype=float)
+        s, highest = x * x, self.highest_squared_at(x * x)
+        with np.errstate(all="ignore"):
+            wanted = pull + 0.0 * x
+            low, high = np.zeros_like(s), NEAR_PULL_IN * highest
+            pulls = [self.stiffness(s, squared)[0] - squared for squared in (low, high)]
+            for _ in range(BISECTIONS):
+                middle = 0.5 * (low + high)
+                above = self.stiffness(s, middle)[0] - middle > wanted
+                low, high = np.where(above, middle, low), np.where(above, high, middle)
+            beyond = np.where(wanted < pulls[1], highest + pulls[1] - wanted, 0.5 * (low + high))
+            return np.where(wanted > pulls[0], pulls[0] - wanted, beyond)[()]
+
+    def highest_squared(self, x: Any, n: Numbers) -> Any:
+        return self.highest_squared_at(np.square(x))
+
+    def highest_squared_at(self, s: Any) -> Any:
+        """The highest V at which the film has a state."""
+        return 1.0 / _polynomial(self.ceiling, self._t(np.asarray(s, dtype=float)))
 
 
-def free_film_limit(model: ConeModel) -> float:
-    """The V at which a film that is free to take any area - slack, or wrinkled in all directions - runs away.
-
-    Its stretch t^(1/2) is the same in all directions, and V G = response (1 - t^-3)/t has a largest value: the
-    electromechanical instability of dielectric elastomers (Zhao and Suo, Appl. Phys. Lett. 91 (2007) 061921). Where the
-    stretch limit prevents it, 1/G stands in as the end of the fit.
-    """
-    c, limit = model.numbers(), float(model.gel_law().strain_limit(model.numbers()))
-    t = 1.0 + np.geomspace(1e-4, min(0.5 * (limit + 3.0), 30.0), 20001)
-    strain = 2.0 * t + t**-2.0 - 3.0
-    t, strain = t[strain < limit], strain[strain < limit]
-    squared = model.gel_law().response(strain, c) * (1.0 - t**-3.0) / t / float(c["G"])
-    falls = np.flatnonzero(np.diff(squared) < 0.0)
-    return float(squared[falls[0]]) if falls.size else 1.0 / float(c["G"])
+# --- polynomials ---------------------------------------------------------------------------------------------------
 
 
-# --- the states ------------------------------------------------------------------------------------------------------
+def _value(coefficients: Polynomial, powers: list[Any]) -> Any:
+    total = coefficients[0] * powers[0]
+    for factor, power in zip(coefficients[1:], powers[1:], strict=False):
+        total = total + factor * power
+    return total
 
 
-def _heights(film: Film) -> Array:
-    top = min(highest_span(film), FARTHEST)
-    low = min(1.0, top / 4.0)
-    return np.unique(np.concatenate([[0.05 * low], np.linspace(0.1, 1.0, 10) * low, np.linspace(low, top, 18)]))
+def _slope(coefficients: Polynomial, powers: list[Any]) -> Any:
+    total: Any = 0.0
+    for k, factor in enumerate(coefficients[1:]):
+        total = total + ((k + 1) * factor) * powers[k]
+    return total
 
 
-def _states(
-    film: Film, free: float, progress: Callable[[float], None]
-) -> tuple[list[_State], list[tuple[float, float]]]:
-    """The states to be fitted, and the ends (s, V) of the voltage."""
-    heights = _heights(film)
-    states: list[_State] = []
-    raised = raised_film(film, heights.tolist())
-    ends = [(height * height, free) for height in (0.0, *heights) if height < min(raised, default=0.0)]
-    for height, point in raised.items():
-        if limit_shares(film, point.position).max() > LIMIT_SHARE:
-            break
-        column, end = _charged(film, point, free)
-        states += column
-        ends.append((height * height, end))
-        progress(0.8 / len(raised))
-    if not states:
-        raise InputError("the film is in tension at no displacement; raise the pre-stretch or the stretch limit")
-    for share in FREE_SHARES:
-        compressed = _compressed(film, share * free)
-        if share == 0.0 and not compressed:
-            compressed = _wrinkled(film, heights[heights < min(raised)])
-        states += compressed
-        progress(0.2 / len(FREE_SHARES))
-    return states, ends
-
-
-def _charged(film: Film, start: Point, free: float) -> tuple[list[_State], float]:
-    """States at one height under rising V, and its end: a fold, a film that bulges, or the limit of a free film.
-
-    Towards a fold or bulge the voltage weakens the film ever faster; a film that loses its tension it weakens ever
-    less, and the curve does not end there.
-    """
-    point, states, squared, step = start, [_state(film, start)], 0.0, free / STEPS
-    first, ratio, steepest = 0.0, 1.0, 1.0
-    while step > 0.01 * max(squared, 0.04 * free) and squared < free * (1.0 - 1e-9):
-        step = min(step, free - squared)
-        found = reach(film, point, "squared", squared + step)[0]
-        rate = 0.0 if found is None else (point.force - found.force) / step
-        if rate <= 0.0 or (steepest > STEEP and rate < 0.25 * first):
-            step *= 0.5
-            continue
-        first = first or rate
-        ratio, steepest = rate / first, max(steepest, rate / first)
-        squared, point = squared + step, found or point
-        states.append(_state(film, point, slack=ratio < 0.5 and point.force < 0.3 * start.force))
-    return states, squared if ratio >= 0.5 or steepest > STEEP else free
-
-
-def _wrinkled(film: Film, heights: Array) -> list[_State]:
-    """A film without voltage that has to wrinkle to be raised so little: where it is neither in tension nor compressed
-    as a whole."""
-    if not heights.size:
-        return []
-    relaxed = mesh_film(film.model, film.radius_ratio, ELEMENTS, relaxed=True)
-    found = solve(relaxed, heights, np.zeros(1))[0]
-    points = [state.point for state in found if state.ending == Ending.CONVERGED and state.point is not None]
-    return [_state(film, point, slack=True) for point in points if point.force > 0.0]
-
-
-def _compressed(film: Film, squared: float) -> list[_State]:
-    """The film that its voltage compresses along the meridian, from the flat one up."""
-    start = flat(film, squared)
-    if start is None or not start.forces.most < 0.0:
-        return []
-    height, states = 0.02, []
-    point = newton(film, cone(film, height, start), squared)
-    while point is not None and point.forces.most < 0.0:
-        states.append(_state(film, point, slack=True))
-        nexts = (reach(film, point, "height", point.height + step)[0] for step in (0.04, 0.02, 0.01))
-        point = next((found for found in nexts if found is not None and found.forces.most < 0.0), None)
-    return states
-
-
-def _state(film: Film, point: Point, *, slack: bool = False) -> _State:
-    along, _, _, hoop_stress = stress_state(film, point.position, point.squared)
-    smallest = float(np.min(hoop_stress))
-    kind = FLAT if slack and point.height < NEARLY_FLAT else SLACK if slack else HOOP_SLACK if smallest < 0.0 else TAUT
-    disc = float(along[0]) ** 2 / float(film.coefficients["A"])
-    return _State(point.height**2, point.squared, point.force / point.height, kind, disc, smallest)
-
-
-# --- the fit ---------------------------------------------------------------------------------------------------------
-
-
-def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[float, float]]) -> UnwrinkledFilm:
-    s, squared, stiffness, kind, disc, hoop = (np.array(column) for column in zip(*states, strict=True))
-    farthest = float(s.max())
-    # t runs from -1 at the flat film to 1 at the farthest
-    scale = 2.0 * (1.0 + farthest) / farthest
-    variable = (scale - 1.0, -scale)
-    end_s, end = np.array(ends).T
-    ceiling = _least_squares(
-        _powers(variable, end_s, DEGREES["ceiling"]), 1.0 / np.maximum(end, 0.02 * free), np.maximum(end, 0.02 * free)
-    )
-    share = squared * (_powers(variable, s, DEGREES["ceiling"]) @ ceiling)
-    inside = share < CEILING_MARGIN
-    s, squared, stiffness, kind, disc, hoop, share = (
-        values[inside] for values in (s, squared, stiffness, kind, disc, hoop, share)
-    )
-    relative = 1.0 / (np.abs(stiffness) + 0.3 * squared + 0.02)
-    weights = np.array(WEIGHTS)[kind] * relative
-    parts = {name: _powers(variable, s, DEGREES[name]) for name in ("rest", "field", "fold", "field_squared")}
-    parts["field"] = parts["field"] * squared[:, None]
-    parts["fold"] = parts["fold"] * (1.0 - np.sqrt(1.0 - share) - 0.5 * share)[:, None]
-    parts["field_squared"] = parts["field_squared"] * squared[:, None] ** 2
-    exact = _flat(film)
-    base = np.zeros_like(s) if exact is None else exact[0] + squared * (1.0 - exact[1])
-    if exact is not None:
-        # what is fitted vanishes at t = -1, or its error would open tongues of instability that are not there
-        rise = 1.0 + _powers(variable, s, 2)[:, 1:]
-        parts = {name: part * rise for name, part in parts.items()}
-    smooth = np.concatenate(list(parts.values()), axis=1)
-
-    def fit(wall: float) -> tuple[Array, Array]:
-        columns = np.column_stack([smooth, s / (wall - s)])
-        found = _least_squares(columns, stiffness + squared - base, weights)
-        return found, columns @ found + base - stiffness - squared
-
-    # without a stretch limit, the pole represents a law that stiffens
-    highest = min(1.2 * highest_span(film) ** 2, FARTHEST_WALL * farthest)
-    walls = np.geomspace(1.01 * farthest, max(highest, 1.1 * farthest), WALLS)
-    wall = float(min(walls, key=lambda w: float(np.sum((fit(w)[1] * weights) ** 2))))
-    found, error = fit(wall)
-    pieces = np.split(found, np.cumsum([DEGREES[name] for name in parts]))
-    numbers = dict(zip(parts, pieces, strict=False))
-    strength = float(pieces[-1][0])
-    if exact is not None:
-        numbers = {
-            name: np.asarray(np.polynomial.polynomial.polymul(values, (1.0, 1.0))) for name, values in numbers.items()
-        }
-        numbers["rest"][0] += exact[0]
-        numbers["field"][0] += 1.0 - exact[1]
-    # the term of the wall is 1/(1 - s/wall) = 1 + s/(wall - s)
-    numbers["rest"][0] -= strength
-    local = np.concatenate([(p := _powers(variable, s, DEGREES["local"])), squared[:, None] * p], axis=1)
-    taut = np.array(WEIGHTS)[kind]
-    disc_stretch = _least_squares(local, disc, taut / disc)
-    hoop_stress = _least_squares(local, hoop, taut / (np.abs(hoop) + 0.1))
-    parameters = film.model.parameters()
-    fitted: dict[str, Any] = {name: _tuple(values) for name, values in numbers.items()}
-    return UnwrinkledFilm(
-        radius_ratio=film.radius_ratio,
-        law=film.model.gel_law(),
-        law_parameters=tuple((name, float(parameters[name])) for name in sorted(film.model.gel_law().parameters)),
-        prestretches=(float(film.model.stretches[0]), float(film.model.stretches[1])),
-        largest=float(np.sqrt(farthest)),
-        wall=wall,
-        variable=variable,
-        **fitted,
-        wall_strength=strength,
-        ceiling=_tuple(ceiling),
-        disc_stretch=_halves(disc_stretch),
-        hoop_stress=_halves(hoop_stress),
-        errors=tuple(
-            (name, float(np.max(np.abs(error * relative)[kind == k])))
-            for k, name in enumerate(KINDS)
-            if (kind == k).any()
-        ),
-    )
-
-
-def _flat(film: Film) -> tuple[float, float] | None:
-    """Stiffness of the flat film without voltage, and how fast V weakens it, where they are known exactly.
-
-    With equal pre-stretches the tension N = (A - G) response - V of the flat film is the same everywhere; raised a
-    little it satisfies (R w')' = 0, hence the stiffness 2 (1 - r) N/((1 + r) ln(1/r)) for a/b = r.
-    """
-    lm, lh = film.model.stretches
-    if lm != lh:
-        return None
-    c, r = film.coefficients, film.radius_ratio
-    share = 2.0 * (1.0 - r) / ((1.0 + r) * np.log(1.0 / r))
-    tension = (c["A"] - c["G"]) * film.model.gel_law().response(c["A"] + c["B"] + c["G"] - 3.0, c)
-    return float(share * tension), float(share)
-
-
-def _powers(variable: tuple[float, float], s: Array, count: int) -> Array:
-    return np.vander(variable[0] + variable[1] / (1.0 + s), count, increasing=True)
-
-
-def _least_squares(columns: Array, values: Array, weights: Array) -> Array:
-    return np.asarray(np.linalg.lstsq(columns * weights[:, None], values * weights, rcond=None)[0])
-
-
-def _tuple(values: Array) -> tuple[float, ...]:
-    return tuple(values.tolist())
-
-
-def _halves(values: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    half = values.size // 2
-    return _tuple(values[:half]), _tuple(values[half:])
+def _polynomial(coefficients: Polynomial, t: Any) -> Any:
+    return np.polynomial.polynomial.polyval(t, coefficients)

@@ -360,7 +360,7 @@ def _ramp(balance: StaticBalance, rest: float) -> list[_Leg]:
 
 
 def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: float | None) -> float | None:
-    """Where on a rising segment a continuum film pulls in, or its fit ends; None if it does not."""
+    """Where on a rising segment a film pulls in, or its range ends; None if it does not."""
     if not balance.film_fails:
         return None
     x = np.linspace(segment[0] if begin is None else begin, segment[1], FILM_SAMPLES)

@@ -70,7 +70,7 @@ class Ensemble:
     # --- the film ----------------------------------------------------------------------------------------------------
 
     def strain(self, x: npt.ArrayLike) -> Any:
-        """The film's measure of strain (I1 - 3 in the cone, x^2 in a continuum film; in a double cone the larger
+        """The film's measure of strain (I1 - 3 in the cone; in a double cone the larger
         share of the limit) at displacements of the ensemble's shape followed by any sample axes."""
         x, n = self._at(x)
         return self.system.strain(x, n)

@@ -19,14 +19,12 @@ from gelcone.physics.circuit import CIRCUITS, Circuit
 from gelcone.physics.component import Component, find_component
 from gelcone.physics.drive import WAVEFORMS, Waveform
 from gelcone.physics.film.film import Film
-from gelcone.physics.film.fitted import FittedFilm
-from gelcone.physics.film.stored import film_from_json
 from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, TautCone, check_prestretch_mode
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.members import Ensemble
 from gelcone.physics.placed import DRIVES, PREFIX, PlacedFilm
-from gelcone.physics.records import FILMS, bias_record, find_bias
+from gelcone.physics.records import FILMS, bias_record, find_bias, find_film
 from gelcone.physics.system import DAMPING, STRENGTH, ConeSystem
 from gelcone.quantity import Quantity
 
@@ -60,8 +58,7 @@ class ConeModel(Ensemble):
     law : a `StrainEnergyLaw` or the name of one in `LAWS`. Default Gent. Its parameters (Yeoh: ``yeoh_c2``,
         ``yeoh_c3``) are parameters of the model.
     film : a `Film`: ``"taut"`` (default) and ``"wrinkling"``, homogeneous cones; ``"membrane"``, which takes
-        ``radius_ratio`` = a/b (default 0.2); or a `ContinuumFilm` fitted for this law and
-        pre-stretch, or its JSON text.
+        ``radius_ratio`` = a/b (default 0.2).
     pull_in : where a wrinkling film pulls in: ``"first"`` (default) ends the run; for study ``"minimum"``,
         ``"memoryless"`` and ``"snap"``, see `gelcone.physics.film.wrinkling.WrinklingCone`.
     bias : a `Bias`: what acts on the disc besides the film. ``"spring"`` (default), the linear spring; ``"beam"``,
@@ -77,8 +74,8 @@ class ConeModel(Ensemble):
 
     Raises
     ------
-    InputError : for unknown names (with the nearest one), a value out of bounds, arrays that do not broadcast, or a
-        film that was fitted for another law or pre-stretch.
+    InputError : for unknown names (with the nearest one), a value out of bounds, or arrays that do not
+        broadcast.
     """
 
     def __init__(
@@ -200,9 +197,7 @@ def _film(film: Any, law: Any, mode: str | None, pull_in: str | None = None) -> 
         law = find_component("strain-energy law", law, LAWS, StrainEnergyLaw)  # type: ignore[type-abstract]
     if mode is not None:
         check_prestretch_mode(mode)
-    if isinstance(film, str) and film.lstrip().startswith("{"):
-        film = film_from_json(film)
-    found = find_component("film", film, FILMS, Film)  # type: ignore[type-abstract]
+    found = find_film(film)
     if pull_in is not None:
         if not isinstance(found, WrinklingCone):
             raise InputError(
@@ -213,11 +208,6 @@ def _film(film: Any, law: Any, mode: str | None, pull_in: str | None = None) -> 
         if law is not None or mode is not None:
             raise InputError(f"law, prestretch_mode: the film {found.name!r} takes neither; leave them out")
         return found
-    if isinstance(found, FittedFilm) and law is not None and law != found.law:
-        raise InputError(
-            f"the continuum film does not fit the model: law = {law.name}, fitted for {found.law.name}; fit another "
-            "film for each law and pre-stretch (gelcone validate --fit, or gelcone.fit_film), or leave it out"
-        )
     fields = {"law": law, "prestretch_mode": mode}
     return with_fields(found, **{name: value for name, value in fields.items() if value is not None})  # type: ignore[type-var]
 
@@ -236,7 +226,7 @@ def _films(first: Film, given: Any, drive: str | None) -> tuple[PlacedFilm, ...]
             )
         return (PlacedFilm(first),)
     film = given if isinstance(given, Film) else _film(given, None, None)
-    if isinstance(film, GelFilm) and isinstance(first, GelFilm) and not isinstance(film, FittedFilm):
+    if isinstance(film, GelFilm) and isinstance(first, GelFilm):
         film = with_fields(film, law=first.law, prestretch_mode=first.prestretch_mode)  # type: ignore[type-var]
     if isinstance(film, WrinklingCone) and isinstance(first, WrinklingCone):
         film = with_fields(film, pull_in=first.pull_in)

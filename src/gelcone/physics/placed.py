@@ -19,7 +19,6 @@ import numpy as np
 from gelcone.errors import unknown_name
 from gelcone.physics.component import Component, Numbers, State
 from gelcone.physics.film.film import Border, Film, FilmState
-from gelcone.physics.film.fitted import FittedFilm
 from gelcone.physics.film.taut import PRESTRETCHES
 from gelcone.quantity import Array, Quantity
 
@@ -82,7 +81,7 @@ class PlacedFilm(Component):
         own = {name.removeprefix(self.prefix): given[name] for name in self.parameters if name in given}
         if self.drive is None:
             return self.film.complete(own)
-        shared = {} if isinstance(self.film, FittedFilm) else dict(known)
+        shared = dict(known)
         if any(own.get(name) is not None for name in PRESTRETCHES):
             shared = {name: value for name, value in shared.items() if name not in PRESTRETCHES}
         film = {n: v for n, v in (shared | own).items() if n in self.film.parameters and v is not None}

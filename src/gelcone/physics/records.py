@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from gelcone.errors import InputError
 from gelcone.physics.bias import BIASES, Bias, Together
 from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import find_component, to_record
 from gelcone.physics.drive import WAVEFORMS
 from gelcone.physics.film.film import Film
-from gelcone.physics.film.fitted import FittedFilm
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.taut import GelFilm, TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
@@ -43,15 +43,26 @@ def system_record(system: ConeSystem) -> dict[str, Any]:
 
 
 def film_record(film: Film) -> Any:
-    """A film; a continuum film as its JSON text, one that ships by its name and what else it was given."""
-    if isinstance(film, FittedFilm):
-        return film.to_json()
+    """A film; one that ships by its name and what else it was given."""
     record = to_record(film, FILMS)
     if type(FILMS.get(film.name)) is not type(film):
         return record
     own = {name: value for name, value in record.items() if value != _SHIPPED[film.name][name]}
     own = {name: value for name, value in own.items() if name not in ("law", "prestretch_mode")}
     return {"component": film.name} | own if own else film.name
+
+
+def find_film(given: Any) -> Film:
+    """The film that a record describes.
+
+    Raises `InputError` for an unknown name, and for the fitted films of gelcone 0.1 and 0.2 and their files.
+    """
+    if isinstance(given, str) and (given == "continuum" or given.lstrip().startswith("{") or given.endswith(".json")):
+        raise InputError(
+            f"{given[:60]!r} is a fitted film of gelcone 0.1 or 0.2, which is not read any more; take film = membrane "
+            "(--film membrane), the same membrane without a fit"
+        )
+    return find_component("film", given, FILMS, Film)  # type: ignore[type-abstract]
 
 
 def bias_record(bias: Bias) -> Any:

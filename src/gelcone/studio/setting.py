@@ -246,10 +246,10 @@ def check_single(device: Device) -> None:
 
 
 def names_in(device: Device) -> frozenset[str]:
-    """The file of a device's film, and the classes of its components with their data, where they do not ship."""
+    """The classes of its components with their data, where they do not ship."""
     system = device.to_model().system
     films = [film.film for film in system.films]
-    found = {str(device.film)}.union(*map(names_of, (*films, system.bias, system.waveform, system.circuit)))
+    found = set[str]().union(*map(names_of, (*films, system.bias, system.waveform, system.circuit)))
     shipped = [*FILMS.values(), *BIASES.values(), *WAVEFORMS.values(), *CIRCUITS.values(), *LAWS.values()]
     known = {*FILMS, f"{Together.__module__}:{Together.__qualname__}", *(n for part in shipped for n in names_of(part))}
     return frozenset(

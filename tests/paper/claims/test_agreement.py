@@ -16,7 +16,7 @@ from gelcone.paper.studies import STUDIES, continuum
 from gelcone.paper.studies.continuum import MISSING
 from gelcone.paper.verdicts import Verdict, judge
 from gelcone.presets import find_preset
-from tests.physics.film.test_unwrinkled import film_like_the_cone
+from tests.paper.test_unwrinkled import film_like_the_cone
 
 
 def made_up(off=0.01, ending=Ending.CONVERGED, other=0.01):

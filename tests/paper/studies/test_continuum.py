@@ -6,7 +6,7 @@ import xarray as xr
 
 from gelcone import ConeModel
 from gelcone.paper.studies import continuum as module
-from tests.physics.film.test_unwrinkled import CONE, film_like_the_cone
+from tests.paper.test_unwrinkled import CONE, film_like_the_cone
 
 VOLTAGES = np.array([0.1, 0.2, 0.4, 0.7])
 

@@ -17,7 +17,7 @@ from gelcone.motion.floquet import onset_voltage
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.statics import STATIC_VOLTAGES
 from gelcone.paper.studies.study import Progress, Study
-from gelcone.physics.film.unwrinkled import UnwrinkledFilm
+from gelcone.paper.unwrinkled import UnwrinkledFilm
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
 from gelcone.quantity import Array
@@ -137,10 +137,9 @@ def _thresholds(effort: Effort, progress: Progress) -> tuple[list[Threshold], di
 
 def _film(model: ConeModel) -> UnwrinkledFilm:
     """The continuum of the paper's film, which bears compression."""
-    from gelcone.continuum.fit import cached_film
-    from gelcone.paper.unwrinkled import fit_unwrinkled
+    from gelcone.paper.unwrinkled_fit import fit_unwrinkled
 
-    return cached_film(fit_unwrinkled, model, RADIUS_RATIOS[0])
+    return fit_unwrinkled(model.replace(spring_stiffness=0.0), RADIUS_RATIOS[0])
 
 
 def _missing(model: ConeModel, error: MissingDependency) -> xr.Dataset:
@@ -153,7 +152,7 @@ def _pitchfork(name: str, model: ConeModel, film: UnwrinkledFilm) -> Threshold:
     found = float(pitchfork_voltage(fitted))
     if np.isnan(found):
         return Threshold(name, (cone, cone), (np.nan, np.nan), float(pull_in_voltage(fitted)["pull_in_voltage"]))
-    return Threshold(name, (cone, cone), _with_fit_error(fitted, film, found), np.nan)
+    return Threshold(name, (cone, cone), _with_fit_error(model, film, found), np.nan)
 
 
 def _with_fit_error(model: ConeModel, film: UnwrinkledFilm, voltage: float) -> tuple[float, float]:

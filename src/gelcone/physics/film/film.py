@@ -208,7 +208,3 @@ class Film(Component):
     def describe(self) -> str:
         """A line about the film for those who read a result; empty if there is nothing to say."""
         return ""
-
-    def doubt(self) -> str:
-        """Why a result with this film may be wrong, with the remedy; empty if it is as good as its model."""
-        return ""
