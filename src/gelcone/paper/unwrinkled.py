@@ -73,9 +73,11 @@ class UnwrinkledFilm(Film):
         return self.largest * self.largest
 
     def reach(self, n: Numbers) -> tuple[float, float]:
+        """The displacements that the film was fitted for."""
         return 0.0, self.largest
 
     def stiffness_scale(self, n: Numbers) -> Any:
+        """A typical stiffness of the film, for time scales."""
         return self.scale
 
     # --- what the equation of motion takes -----------------------------------------------------------------------
@@ -130,9 +132,11 @@ class UnwrinkledFilm(Film):
         return powers
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """Derivative of the force by V, with the opposite sign."""
         return x * self.gain(np.square(x), squared)
 
     def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """Slope of the force times x, less the force."""
         return 2.0 * x * x * x * self.stiffness(np.square(x), squared)[1]
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
@@ -152,6 +156,7 @@ class UnwrinkledFilm(Film):
             return np.where(wanted > pulls[0], pulls[0] - wanted, beyond)[()]
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
+        """The highest V at which the film has a state at a displacement."""
         return self.highest_squared_at(np.square(x))
 
     def highest_squared_at(self, s: Any) -> Any:
