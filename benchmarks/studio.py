@@ -25,12 +25,14 @@ from pathlib import Path
 from browser import Browser, Tab, wait_for
 
 MOVES = 500
+AT_ONCE = 20
+"""Moves of one call, none of which may take longer than a browser is waited for."""
 ALONE = "document.getElementById('grid-share').textContent === ''"
 """No worker computes, nor follows a branch."""
 TABS = ("map", "strip", "spectrum", "statics", "time", "portrait")
 TICK = os.sysconf("SC_CLK_TCK")
 MEASURE = """
-async (name, low, high, moves, wanted) => {
+async (name, low, high, first, last, wanted) => {
   const slider = document.querySelector(`[data-name="${name}"] input[type=range]`), times = [];
   const painted = () => new Promise((done) => requestAnimationFrame(() => {
     const channel = new MessageChannel(); channel.port1.onmessage = done; channel.port2.postMessage(0); }));
@@ -40,7 +42,7 @@ async (name, low, high, moves, wanted) => {
   const until = (ready) => new Promise((done) => {
     wake = () => { if (ready()) { wake = () => {}; done(); } };
     wake(); });
-  for (let i = 0; i < moves; i++) {
+  for (let i = first; i < last; i++) {
     const began = performance.now(), before = studio.looks.a.id, row = [];
     slider.value = low + ((i * 0.381966) % 1) * (high - low);
     slider.dispatchEvent(new Event("input", { bubbles: true }));
@@ -182,8 +184,11 @@ def show(tab: Tab, state: str, ready: str = "studio.looks.a && studio.looks.a.li
 
 
 def measure(tab: Tab, name: str, ends: tuple[int, int], moves: int, wanted: list[str]) -> list[list[float]]:
-    arguments = f"{name!r}, {ends[0]}, {ends[1]}, {moves}, {wanted!r}"
-    times: list[list[float]] = tab.js(f"({MEASURE})({arguments})")
+    """Milliseconds of each move until each of the answers ``wanted`` was painted."""
+    times: list[list[float]] = []
+    for first in range(0, moves, AT_ONCE):
+        arguments = f"{name!r}, {ends[0]}, {ends[1]}, {first}, {min(first + AT_ONCE, moves)}, {wanted!r}"
+        times += tab.js(f"({MEASURE})({arguments})")
     return times
 
 

@@ -378,6 +378,24 @@ def test_it_fits_the_window(page, size):
         assert too_large == [], group
 
 
+@pytest.mark.parametrize("size", [(1024, 700), (1280, 800), (1600, 900), (1920, 1080)])
+def test_the_plots_keep_their_size_while_the_hand_moves(page, size):
+    page.size(*size)
+    page.js("window.sizes = new Set()")
+    page.js(
+        "for (const one of document.querySelectorAll('#cone, #time .plot, #portrait .plot')) new ResizeObserver(() =>"
+        "sizes.add(`${one.parentNode.id} ${one.clientHeight}`)).observe(one)"
+    )
+    shown = page.js("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(sizes.size))))")
+    assert shown == 3
+    for volts in (300, 801, 1150, 500):  # periodic, also with a long first impression; pulled in
+        before = page.js("studio.looks.a.id")
+        type_in(page, "voltage_amplitude", f"{volts} V")
+        page.wait(f"studio.looks.a.id > {before} && {ANSWERED}")
+    page.js("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    assert page.js("sizes.size") == shown, page.js("[...sizes]")
+
+
 @pytest.mark.slow
 def test_the_keyboard_is_enough(page):
     page.js("document.querySelector('[data-name=frequency] input[type=range]').focus()")

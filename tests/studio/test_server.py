@@ -345,6 +345,31 @@ def test_what_takes_long_is_not_begun_while_the_hand_moves(server, monkeypatch):
     assert begun == [1]
 
 
+def test_a_hand_that_waits_for_the_kind_of_motion_has_it_at_once(server, monkeypatch):
+    monkeypatch.setattr(gelcone.studio.page, "GRACE", 2.0)
+    for name in ("A_PICTURE", "LEAST"):  # nothing is saved up for it
+        monkeypatch.setattr(gelcone.studio.page, name, 0.0)
+    with server.page() as page:
+
+        def look_at(number):
+            ask(page, "look", number, side="a", setting={**PUMP, "values": {"frequency": f"{9 + 0.01 * number} Hz"}})
+
+        look_at(1)
+        answer(page, "kind")
+        began = time.perf_counter()
+        for number in (2, 3):
+            look_at(number)
+            assert answer(page, "kind")[0]["id"] == number
+        assert time.perf_counter() - began < 2.0
+        for number in (4, 5, 6):  # a hand that moves on meanwhile does not rest
+            look_at(number)
+            answer(page, "response")
+        began = time.perf_counter()
+        while answer(page, "kind")[0]["id"] != 6:
+            pass
+        assert time.perf_counter() - began > 1.0
+
+
 def test_another_rest_is_looked_for_once_the_hand_rests_and_shown(server, monkeypatch):
     monkeypatch.setattr(statics, "_rests", {})
     with server.page() as page:

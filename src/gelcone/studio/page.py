@@ -83,6 +83,8 @@ class Page:
         self._taken, self._cost, self._saved = (dict.fromkeys(SIDES, 0.0) for _ in range(3))
         """For how long the kind of motion of each side was examined last, the seconds of processor that it took, and
         those saved up for the next."""
+        self._newest, self._known = (dict.fromkeys(SIDES, -1) for _ in range(2))
+        """The numbers of the newest look of each side, and of the last newest one whose kind of motion the page has."""
         self._sending = asyncio.Lock()
         self._lanes = {name: self._pool(name).lane() for name in (*LANES, *SIDES)}
         self._tasks: set[asyncio.Task[None]] = set()
@@ -171,9 +173,12 @@ class Page:
         panels = request.setdefault("panels", [])
         if not isinstance(panels, list):
             raise InputError("panels: must be a list of names")
-        self._cancel_task(request["side"])
-        self.first.give(request["side"], request)
-        self.second.put_off(request["side"])
+        side = request["side"]
+        request["follows"] = self._known[side] == self._newest[side]
+        self._newest[side] = request["id"]
+        self._cancel_task(side)
+        self.first.give(side, request)
+        self.second.put_off(side)
 
     # --- what a look shows -------------------------------------------------------------------------------------------
 
@@ -206,8 +211,9 @@ class Page:
         request, subject = job
         loop = asyncio.get_running_loop()
         self._saved[side] += max(A_PICTURE - self.first.cost, LEAST)
-        # what is dear, or would be stopped while the hand moves, waits until it rests
-        at_once = self._taken[side] < GRACE and self._saved[side] >= self._cost[side]
+        # what is dear, or would be stopped while the hand moves, waits until it rests; a hand that comes back only once
+        # it has seen the kind of motion has rested
+        at_once = self._taken[side] < GRACE and (request["follows"] or self._saved[side] >= self._cost[side])
         await self.second.until(loop.time() + (0.0 if at_once else GRACE))
         began, self._saved[side] = loop.time(), 0.0
         try:
@@ -229,7 +235,8 @@ class Page:
                 return
             await self._show(name, request, parts)
             self.pool.warm(load)
-            if name == "kind":
+            if name == "kind" and request["id"] == self._newest[side]:
+                self._known[side] = request["id"]
                 self._start(side, request, partial(self._afterwards, request, subject, parts, self.second.missing))
             if name == "kind" and parts.words["regime"] in WANDERING:
                 wanted.append("section")
