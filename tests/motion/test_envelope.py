@@ -19,7 +19,7 @@ from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import simulate
 from gelcone.physics.model import ConeModel
-from tests.toys import ThreeHarmonics
+from tests.toys import FilteredVoltage, ThreeHarmonics
 
 envelope_module = importlib.import_module("gelcone.motion.envelope")
 TAUT = ConeModel(
@@ -384,6 +384,20 @@ def test_every_limit_counts_the_transient_from_rest(monkeypatch):
         found = plane.examine(np.array([0.5]), np.array([0.1]))
         for name in ("hoop slack", "meridional slack", "stretch limit", "dielectric breakdown", "pull-in"):
             assert found[name].tolist() == [met], (start, name)
+
+
+def test_the_transient_from_rest_lasts_as_long_as_that_of_slow_states(monkeypatch):
+    lasted = []
+
+    def look(plane, members, states, lasts, yields):
+        lasted.append(np.max(lasts))
+        names = ("hoop_slack", "meridional_slack", "near_limit", "breakdown", "beyond_membrane")
+        return {name: np.zeros(members.size) for name in (*names, "stroke", "power", "apparent_power", "field")}
+
+    monkeypatch.setattr(Plane, "_look", look)
+    slow = TAUT.replace(circuit=FilteredVoltage(), filter_time=500.0)
+    Plane.of(slow, None).examine(np.array([0.5]), np.array([0.1]))
+    assert max(lasted) == 2000.0
 
 
 def test_the_transient_from_rest_counts_until_it_has_decayed():

@@ -11,7 +11,8 @@ from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
 from gelcone.motion.linear import equilibrium_under_bias, linear_response, small_signal_response, state_space
 from gelcone.physics.model import ConeModel
-from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
+from tests.physics.test_circuit import BRANCH, Lossy
+from tests.toys import CubicBias, FilteredVoltage, PowerFilm, SeriesResistor, ThreeHarmonics
 
 BIASED = ConeModel(
     damping_ratio=0.1, voltage=1e-4, voltage_bias=0.6, drive_frequency=1.3, rest_height=0.8, hoop_prestretch=1.4
@@ -143,3 +144,36 @@ def test_harmonics_that_the_drive_lacks_are_exactly_zero():
     model = ConeModel(voltage=0.3, rest_height=0.4, spring_stiffness=2.0, damping_ratio=0.1)
     first, second = linear_response(model, np.array([0.7])).harmonics[:, 0]
     assert first == 0.0 < abs(second)
+
+
+# --- states that move with the disc -----------------------------------------------------------------------------------
+
+OMEGA = np.array([0.6, 1.2, 3.0])
+WEAK = {"rest_height": 0.7, "damping_ratio": 0.1, "voltage": 1e-4, "voltage_bias": 0.5}
+
+
+def test_linear_theory_has_the_films_own_dynamic_stiffness():
+    """A branch g s/(1 + s) stiffens the film over the frequency; statics know only its slope at rest."""
+    model = ConeModel(film=Lossy(), **WEAK)
+    place, s = equilibrium_under_bias(model, 0.5), 1j * OMEGA
+    settled = float(model.stiffness(place, 0.5)) - BRANCH
+    expected = 2.0 * place * 0.5 / (s * s + 0.2 * s + settled + BRANCH * s / (1.0 + s))
+    found = linear_response(model, OMEGA).harmonics[0] / 1e-4
+    np.testing.assert_allclose(found, expected, rtol=1e-7)
+    np.testing.assert_allclose(small_signal_response(model, OMEGA)["gain"], np.abs(expected), rtol=1e-9)
+
+
+def test_linear_theory_has_the_circuits_loaded_gain():
+    """A resistance in front of a film that leaks: the film rests at v/(1 + rho q/tau) and the motion pumps charge."""
+    rho, leak = 0.8, 1.0 / 20.0
+    model = ConeModel(circuit=SeriesResistor(), series_resistance=rho, leakage_time=20.0, **WEAK)
+    x = 0.5
+    for _ in range(100):
+        v = 0.5 / (1.0 + rho * leak * (1.0 + x * x))
+        x = equilibrium_under_bias(model.replace(circuit="ideal"), v)
+    s, q, stiffness = 1j * OMEGA, 1.0 + x * x, float(model.stiffness(x, v))
+    y = s + leak
+    loaded = (s * s + 0.2 * s + stiffness) * (1.0 + rho * q * y) + 4.0 * x * x * v * v * rho * y
+    found = linear_response(model, OMEGA).harmonics[0] / 1e-4
+    np.testing.assert_allclose(found, 2.0 * x * v / loaded, rtol=1e-7)
+    np.testing.assert_allclose(small_signal_response(model, OMEGA)["gain"], np.abs(2.0 * x * v / loaded), rtol=1e-8)

@@ -14,6 +14,7 @@ from gelcone.motion.lyapunov import average, finite_exponents, lyapunov, running
 from gelcone.motion.settle import BLOCK, STRETCH, Clock, clocks, repeats_lasting, settle
 from gelcone.motion.tangents import FLOOR, qr_growth
 from gelcone.physics.model import ConeModel
+from tests.toys import SeriesResistor
 
 CHAOS = {"spring_stiffness": 0.9, "damping_ratio": 0.05, "drive_frequency": 0.3, "voltage": 1.6}
 
@@ -379,3 +380,21 @@ def test_half_of_what_the_halves_of_a_run_differ_by_is_an_error():
     assert not steady[0]
     assert means[0, 0] == pytest.approx(2.0, abs=1e-3)
     assert errors[0, 0] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_strong_contraction_is_not_rounding():
+    """Behind a small resistance charge relaxes 37 times a unit of time: certified -37.122 +- 0.059."""
+    model = ConeModel(
+        circuit=SeriesResistor(),
+        series_resistance=0.02,
+        spring_stiffness=0.5,
+        damping_ratio=0.01,
+        voltage=1.1,
+        drive_frequency=0.3,
+    )
+    found = lyapunov(model, budget=4000.0, transient=400.0, window=50.0)
+    certified, error = np.array([0.0610347, -0.112723, -37.1224]), np.array([0.0013, 0.0012, 0.059])
+    values, errors = found["lyapunov"].values, found["standard_error"].values
+    assert (np.abs(values - certified) < 3.0 * np.hypot(errors, error)).all()
+    assert abs(float(found["sum_residual"])) < 1e-10
+    assert model.members().fastest[0] == pytest.approx(50.0)

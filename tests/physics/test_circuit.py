@@ -268,3 +268,15 @@ def test_a_film_that_dissipates_is_accounted_for():
 
     wrong = simulate(ConeModel(film=Wrong(), **DRIVE), (0.6, 0.0), times=[40.0])
     assert abs(float(wrong["energy_residual"][-1])) > 1e-4
+
+
+def test_a_films_own_loss_counts_also_where_its_charge_is_unknown_in_a_program():
+    class Uncharged(Lossy):
+        traced_charge = False
+
+    known, unknown = (
+        simulate(ConeModel(film=film, **DRIVE), (0.6, 0.0), times=TIMES) for film in (Lossy(), Uncharged())
+    )
+    for name in ("film_dissipation", "damper_dissipation", "dissipated_energy", "dissipated_power"):
+        np.testing.assert_allclose(unknown[name], known[name], rtol=1e-12)
+    assert np.isnan(unknown["supplied_energy"]).all()

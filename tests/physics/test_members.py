@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from gelcone.motion.flow import integrate
+from gelcone.motion.settle import start_states
+from gelcone.physics.bias import Together, Weight
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
 from tests.physics.test_system import ViscousFilm
@@ -128,6 +131,27 @@ def test_starts_have_displacement_and_velocity_and_what_the_components_say():
     np.testing.assert_array_equal(grid().members().start_states((0.3, -0.1)), np.tile([0.3, -0.1], (6, 1)))
     model = ConeModel(film=ViscousFilm(), circuit=FilteredVoltage(), voltage=[0.1, 0.2])
     np.testing.assert_array_equal(model.members().start_states((0.3, 0.0)), np.tile([0.3, 0.0, 0.1, 0.0], (2, 1)))
+
+
+class Rested(ViscousFilm):
+    """Its dashpot has followed the disc."""
+
+    def starts(self, x, n):
+        return [x * n["branch"]]
+
+
+def test_the_start_of_a_state_may_follow_from_displacement_and_parameters():
+    model = ConeModel(film=Rested(), second_film=Rested(), bias=Together((CubicBias(), Weight())), branch=[0.4, 0.5])
+    model = model.replace(second_flat_height=0.2)
+    expected = [[0.3, 0.1, 0.12, -0.04], [-0.4, 0.0, -0.2, 0.3]]
+    np.testing.assert_allclose(model.members().start_states([[0.3, 0.1], [-0.4, 0.0]]), expected, atol=1e-15)
+    for states in (start_states(model, [[0.3, 0.1], [-0.4, 0.0]]), integrate_at_once(model)):
+        np.testing.assert_allclose(states, expected, atol=1e-15)
+
+
+def integrate_at_once(model):
+    """The states with which the integrator begins."""
+    return integrate(model, [[0.3, 0.1], [-0.4, 0.0]], [0.0]).states[:, 0]
 
 
 @pytest.mark.parametrize("samples", [(), (5,)])

@@ -194,8 +194,8 @@ def _let_go(members: Members, alive: Rows, found: list[Motions], flow: dict[str,
     """Lets the disc go at rest from displacements on both sides, up to `REACH` of its reach."""
     shares = np.array([-1.0, -0.5, 0.5, 1.0])
     rows = np.repeat(alive, shares.size)
-    states = members.take(rows).start_states((0.0, 0.0))
-    states[:, 0] = np.tile(shares, alive.size) * np.array([_farthest(members, int(row)) for row in rows])
+    heights = np.tile(shares, alive.size) * np.array([_farthest(members, int(row)) for row in rows])
+    states = members.take(rows).start_states(np.column_stack([heights, np.zeros(rows.size)]))
     settled = settled_swing(members.take(rows), states, only_extent=True, **flow)
     for k, row in enumerate(rows):
         if settled.outcome[k] == Outcome.OK:

@@ -48,7 +48,7 @@ CHUNK = 128
 PERIODS = 12
 """Drive periods of the settled motion that are examined."""
 DECAYS, LONGEST_TRANSIENT = 4.0, 1000.0
-"""Decay times for which the transient from rest is examined, and the most of it."""
+"""Decay times for which the transient from rest is examined, and the most of it by the damping of the disc."""
 PER_PERIOD, PER_OSCILLATION = 16, 10
 """Fewest samples of a drive period and of the fastest oscillation."""
 BLOCK_SAMPLES = 2**17
@@ -192,6 +192,7 @@ class Plane:
         if transient:
             with np.errstate(divide="ignore"):
                 lasts = np.minimum(DECAYS / members.damping_ratio, LONGEST_TRANSIENT)
+                lasts = np.maximum(lasts, DECAYS * members.time_constant)
             early = self._look(members, start, lasts, yields=False)
             fails = {name: np.maximum(values, early[name]) for name, values in fails.items()}
         breakdown = fails["breakdown"]

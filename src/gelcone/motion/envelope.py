@@ -328,7 +328,7 @@ _STATIC: dict[str, tuple[str, dataset.Of]] = {
 }
 _DRIVEN = {
     "driven_stroke": ("stroke of the settled motion, peak to peak", "length"),
-    "driven_power": ("mean power from the voltage source to the damper", "power"),
+    "driven_power": ("mean power that the voltage source supplies and the device dissipates", "power"),
     "driven_apparent_power": ("root mean square voltage times current", "apparent power"),
     "driven_field": ("highest true field", "field"),
     "regime": ("kind of motion", "code"),
@@ -336,7 +336,7 @@ _DRIVEN = {
 }
 _WINDOW = {
     "stroke": ("stroke at the recommended peak voltage, peak to peak", "length"),
-    "power": ("mean power from the voltage source to the damper there", "power"),
+    "power": ("mean power that the voltage source supplies there", "power"),
     "apparent_power": ("root mean square voltage times current there", "apparent power"),
     "regime": ("kind of motion there", "code"),
 }

@@ -377,7 +377,7 @@ def _maps(members: Members, options: _Options, progress: Progress | None = None)
     """The maps of a one-dimensional ensemble. Members with the same number of pieces go through one call, so that the
     numbers of a member do not depend on the others."""
     repeat = np.broadcast_to(members.forcing_period, members.shape).astype(float)
-    pieces = 2 ** np.ceil(np.log2(np.maximum(repeat * members.rate / PIECE, 1.0))).astype(int)
+    pieces = 2 ** np.ceil(np.log2(np.maximum(repeat * members.fastest / PIECE, 1.0))).astype(int)
     resting = _resting(members, options)
     result = np.full((3, members.size), np.nan)
     outcome = np.zeros(members.size, dtype=np.int8)

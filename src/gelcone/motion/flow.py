@@ -116,9 +116,7 @@ def _states(name: str, value: npt.ArrayLike, members: Members) -> Array:
     """States (members, N), of which displacement and velocity will do."""
     count = len(members.system.states)
     if count > 2 and np.shape(value)[-1:] == (2,):
-        states = members.start_states((0.0, 0.0))
-        states[:, :2] = _fit(name, value, (members.size, 2))
-        return states
+        return members.start_states(_fit(name, value, (members.size, 2)))
     return _fit(name, value, (members.size, count))
 
 

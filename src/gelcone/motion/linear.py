@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,13 +16,14 @@ from gelcone.devices.device import Device
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.physics.balance import rest_of
-from gelcone.physics.circuit import Circuit
+from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import State
 from gelcone.physics.differentiate import gradients
 from gelcone.physics.drive import PHASES
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import each, every_balance, rest_displacements
+from gelcone.physics.system import ConeSystem, Line
 from gelcone.quantity import Array, Frequencies
 
 if TYPE_CHECKING:
@@ -32,6 +34,8 @@ HARMONICS = 8
 ROUNDING = 1e-13
 """Harmonics below this share of the mean square are rounding."""
 NEWTON_STEPS = 20
+MOST_TURNS, SAME_VOLTAGE = 12, 1e-13
+"""Turns in which films and circuits find the voltages at which they rest together, and the change that ends them."""
 RAMP = 33
 """Steps in which the voltages on both films of a double cone rise together."""
 
@@ -81,7 +85,7 @@ def state_space(model: ConeModel | Device, device: Device | None = None) -> Stat
     system, n = model.system, model.numbers()
     bias = float(model.voltage_bias)
     place = equilibrium_under_bias(model, float(np.abs(bias * system.circuit.gain(0.0, n))))
-    at = [place, 0.0, *_settled_states(model, place, bias), bias]
+    at = [*map(float, _rest_under(model, place, bias)), bias]
     n = {**n, **system.switches_under(bias, [np.float64(value) for value in at[:-1]], n)}
     slopes = gradients(lambda z, xp: system.rates_under(z[-1], z[:-1], n, xp), at)
     jacobian, states = np.array(slopes, dtype=float), system.states
@@ -90,18 +94,18 @@ def state_space(model: ConeModel | Device, device: Device | None = None) -> Stat
     return StateSpace(A=A, B=B, C=np.eye(1, len(states)), D=np.array([[0.0]]))
 
 
-def _settled_states(model: ConeModel, place: float, voltage: float) -> list[float]:
-    """The states besides the disc's at rest under a constant voltage, by Newton's method."""
+def _rest_under(model: ConeModel, place: float, voltage: float) -> list[Any]:
+    """All states at rest under a constant command, from near a ``place`` of the disc, by Newton's method."""
     system, n = model.system, model.numbers()
-    own = np.array([state.start for state in system.states[2:]])
+    z: list[Any] = [np.float64(place), np.float64(0.0), *map(np.float64, system.starts(np.float64(place), n))]
+    n = {**n, **system.switches_under(voltage, z, n)}
 
-    def rates(y: list[Any], xp: Any) -> list[Any]:
-        return list(system.rates_under(voltage, [np.float64(place), np.float64(0.0), *y], n, xp)[2:])
+    def rates(every: list[Any], xp: Any) -> list[Any]:
+        return list(system.rates_under(voltage, every, n, xp)[1:])
 
-    for _ in range(NEWTON_STEPS if own.size else 0):
-        slopes = np.array(gradients(rates, list(own)), dtype=float)
-        own = own - np.linalg.solve(slopes, np.array(rates(list(own), np), dtype=float))
-    return [float(value) for value in own]
+    others = [0, *range(2, len(z))]
+    settled = _at_rest(z, others[1:], lambda every, xp: rates(every, xp)[1:])
+    return settled if system.planar else _at_rest(settled, others, rates)
 
 
 def _scales(states: tuple[State, ...], device: Device | None) -> tuple[Array, float, float]:
@@ -145,9 +149,142 @@ def linear_response(model: Ensemble, frequencies: Array) -> LinearResponse:
 def stiffness_under(model: ConeModel) -> float:
     """Slope of the static force at rest under the mean squares of a single model's drive, at its own frequency; NaN
     where there is no equilibrium."""
-    members = model.members()
-    voltages = _film_voltages(members, np.full((1, 1), float(model.drive_frequency)))
-    return float(_equilibria(members, [np.mean(voltage**2, axis=-1) for voltage in voltages])[1][0, 0])
+    found = _operating_point(model.members(), np.full((1, 1), float(model.drive_frequency)))
+    return float(found.stiffness[0, 0])
+
+
+@dataclass(frozen=True)
+class _OperatingPoint:
+    """Rest under the mean squares of the films' voltages, (members, frequencies) each: ``place``, ``stiffness``, all
+    states ``z``, and the numbers ``n`` there; and the films' ``voltages`` (members, frequencies or 1, PHASES)."""
+
+    place: Array
+    stiffness: Array
+    voltages: list[Array]
+    z: list[Array]
+    n: dict[str, Any]
+
+    @property
+    def mean_squares(self) -> list[Array]:
+        """Of the films' voltages."""
+        return [np.mean(voltage**2, axis=-1) for voltage in self.voltages]
+
+
+def _operating_point(members: Members, omega: Array) -> _OperatingPoint:
+    """The operating point at drive frequencies (members, frequencies).
+
+    A circuit is loaded by the films where they rest, and they rest where its voltages let them: found in turns.
+    """
+    system, n = members.system, members.numbers(trailing=1)
+    samples = np.asarray(system.waveform.samples(n))
+    lines = [system.line_of(film) for film in range(len(system.films))]
+    commands = [np.asarray(system.command_of(line, samples, members.numbers(trailing=2))) for line in lines]
+    voltages = [np.broadcast_to(command, (members.size, 1, PHASES)) for command in commands]
+    if _ideal(system):
+        place, stiffness = _equilibria(members, [np.mean(voltage**2, axis=-1) for voltage in voltages])
+        return _settled(members, _OperatingPoint(place, stiffness, voltages, [], n))
+    voltages = [np.zeros((*omega.shape, PHASES)) for _ in lines]
+    for _ in range(MOST_TURNS):
+        place, stiffness = _equilibria(members, [np.mean(voltage**2, axis=-1) for voltage in voltages])
+        found = _settled(members, _OperatingPoint(place, stiffness, voltages, [], n))
+        before, voltages = voltages, [_loaded(system, line, found, samples, omega) for line in lines]
+        change = [
+            np.abs(now - old).max(initial=0.0, where=np.isfinite(now))
+            for now, old in zip(voltages, before, strict=True)
+        ]
+        if max(change) < SAME_VOLTAGE:
+            break
+    return replace(found, voltages=voltages)
+
+
+def _ideal(system: ConeSystem) -> bool:
+    """Whether all films have the voltages that are commanded."""
+    return all(line.circuit == CIRCUITS["ideal"] for line in system.lines)
+
+
+def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
+    """The operating point with all states at rest there."""
+    system, squares = members.system, at.mean_squares
+    shape = at.place.shape
+    starts = [np.broadcast_to(start, shape) for start in system.starts(at.place, at.n)]
+    z = [at.place, np.zeros(shape), *starts]
+    bias, n = at.n["voltage_bias"], dict(at.n)
+    with np.errstate(all="ignore"):
+        n |= system.switches_under(bias, z, n)
+        for k, film in enumerate(system.films):
+            n |= film.switches(at.place, squares[k], system.states_of(z, "film", k), n) if film.borders else {}
+        own = [i for i in system.mechanical if i > 1]
+        z = _at_rest(z, own, lambda every, xp: system.rates_held(squares, every, n, xp)[2:])
+        for line in system.lines:
+            places = [i for i in range(2, len(z)) if i in system.places_of(line)]
+            z = _at_rest(z, places, partial(_circuit_rates, system, line, bias, n))
+    return replace(at, z=z, n=n)
+
+
+def _circuit_rates(system: ConeSystem, line: Line, bias: Any, n: Any, z: list[Any], xp: Any) -> list[Any]:
+    """Rates of change of the states of a line's circuit at a constant command."""
+    return system.electric(line, bias, 0.0, z, n, xp)[1:]
+
+
+def _at_rest(z: list[Any], places: list[int], rates: Callable[[list[Any], Any], list[Any]]) -> list[Any]:
+    """The states with those at ``places`` where their ``rates`` of all states vanish, by Newton's method."""
+    z = list(z)
+    for _ in range(NEWTON_STEPS if places else 0):
+
+        def own(y: list[Any], xp: Any) -> list[Any]:
+            every = list(z)
+            for i, value in zip(places, y, strict=True):
+                every[i] = value
+            return rates(every, xp)
+
+        at = [z[i] for i in places]
+        slopes, now = _stacked(gradients(own, at), z[0].shape), _stacked([own(at, np)], z[0].shape)[..., 0, :]
+        change = _solved(slopes, now)
+        for k, i in enumerate(places):
+            z[i] = z[i] - change[..., k]
+        if not np.nanmax(np.abs(change), initial=0.0) > SAME_VOLTAGE:
+            break
+    return z
+
+
+def _stacked(rows: Sequence[Sequence[Any]], shape: tuple[int, ...]) -> Array:
+    """Rows and columns of arrays as matrices, ``shape`` + (rows, columns)."""
+    return np.stack([np.stack([np.broadcast_to(value, shape) for value in row], axis=-1) for row in rows], axis=-2)
+
+
+def _solved(matrices: Any, right: Any) -> Any:
+    """Solutions of linear equations, NaN where there is none."""
+    finite = np.isfinite(matrices).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
+    found = np.full(right.shape, np.nan, dtype=np.result_type(matrices, right))
+    found[finite] = np.linalg.solve(matrices[finite], right[finite][..., None])[..., 0]
+    return found
+
+
+def _loaded(system: ConeSystem, line: Line, at: _OperatingPoint, samples: Array, omega: Array) -> Array:
+    """A film's voltage (members, frequencies, PHASES) through a circuit that is linear about the bias, with the films
+    held at the operating point."""
+    bias, shape = np.broadcast_to(at.n["voltage_bias"], at.place.shape), omega.shape
+    slopes = _stacked(_electric_slopes(system, line, at), shape)
+    own = [2 + i for i in sorted(system.places_of(line))]
+    commanded = np.fft.rfft(np.broadcast_to(samples, (*shape, PHASES)))
+    multiples = np.arange(commanded.shape[-1], dtype=float)
+    multiples[0] = ROUNDING  # a circuit may hold its charge at a constant voltage
+    s = 1j * multiples * omega[..., None]
+    gain = slopes[..., 0, 0, None] + s * slopes[..., 0, 1, None]
+    if own:
+        inner = s[..., None, None] * np.eye(len(own)) - slopes[..., None, 1:, own]
+        right = slopes[..., None, 1:, 0] + s[..., None] * slopes[..., None, 1:, 1]
+        gain = gain + np.einsum("...j,...kj->...k", slopes[..., 0, own], _solved(inner, right))
+    mean = np.broadcast_to(system.electric(line, bias, 0.0, at.z, at.n)[0], shape)
+    swing = gain * (commanded - PHASES * bias[..., None] * (multiples == ROUNDING))
+    return np.asarray(mean[..., None] + np.fft.irfft(swing, PHASES))
+
+
+def _electric_slopes(system: ConeSystem, line: Line, at: _OperatingPoint) -> list[list[Any]]:
+    """Derivatives of a line's voltage and of the rates of its circuit's states, by the command, its rate and all
+    states."""
+    bias = np.broadcast_to(at.n["voltage_bias"], at.place.shape)
+    return gradients(lambda v, xp: system.electric(line, v[0], v[1], v[2:], at.n, xp), [bias, 0.0 * bias, *at.z])
 
 
 def _equilibria(members: Members, mean_squares: Sequence[Array]) -> tuple[Array, Array]:
@@ -166,44 +303,55 @@ def _equilibria(members: Members, mean_squares: Sequence[Array]) -> tuple[Array,
 
 def _harmonics(members: Members, omega: Array) -> npt.NDArray[np.complex128]:
     """Complex amplitudes (members, frequencies, HARMONICS) of the displacement at multiples of drive frequencies."""
-    n = members.numbers(trailing=1)
-    voltages = _film_voltages(members, omega)
-    mean_squares = [np.mean(voltage**2, axis=-1) for voltage in voltages]
-    place, stiffness = _equilibria(members, mean_squares)
+    at = _operating_point(members, omega)
+    multiples = np.arange(1, HARMONICS + 1) * omega[..., None]
     # amplitudes as multiples of sines: the displacement is the imaginary part of the sum
-    drive = np.zeros((*place.shape, HARMONICS), dtype=complex)
-    for film, voltage, mean_square in zip(members.system.films, voltages, mean_squares, strict=True):
-        with np.errstate(all="ignore"):
-            gain = np.broadcast_to(film.voltage_gain(place, mean_square, n), place.shape)
+    drives = []
+    for voltage, mean_square in zip(at.voltages, at.mean_squares, strict=True):
         harmonics = 2j * np.fft.fft(voltage**2)[..., 1 : HARMONICS + 1] / PHASES
         harmonics[np.abs(harmonics) < ROUNDING * mean_square[..., None]] = 0.0
-        drive = drive + gain[..., None] * harmonics
-    multiples = np.arange(1, HARMONICS + 1) * omega[..., None]
-    damping = members.values["damping_ratio"][:, None, None]
-    response = drive / (stiffness[..., None] - multiples**2 + 2j * damping * multiples)
-    stable = np.broadcast_to((stiffness > 0.0)[..., None], response.shape)
+        drives.append(harmonics)
+    if members.system.planar and _ideal(members.system):
+        drive = np.zeros((*at.place.shape, HARMONICS), dtype=complex)
+        for film, mean_square, harmonics in zip(members.system.films, at.mean_squares, drives, strict=True):
+            with np.errstate(all="ignore"):
+                gain = np.broadcast_to(film.voltage_gain(at.place, mean_square, at.n), at.place.shape)
+            drive = drive + gain[..., None] * harmonics
+        damping = members.values["damping_ratio"][:, None, None]
+        response = drive / (at.stiffness[..., None] - multiples**2 + 2j * damping * multiples)
+    else:
+        response = _response(members.system, at, drives, multiples)
+    stable = np.broadcast_to((at.stiffness > 0.0)[..., None], response.shape)
     return np.where(stable, response, np.nan)
 
 
-def _film_voltages(members: Members, omega: Array) -> list[Array]:
-    """The films' voltages at `PHASES` phases of drives of frequencies (members, frequencies), through the circuit's
-    gain, (members, frequencies, PHASES), or (members, 1, PHASES) where the circuit changes nothing."""
-    system, n = members.system, members.numbers(trailing=2)
-    samples = system.waveform.samples(members.numbers(trailing=1))
+def _response(
+    system: ConeSystem, at: _OperatingPoint, drives: Sequence[npt.NDArray[np.complex128]], multiples: Array
+) -> npt.NDArray[np.complex128]:
+    """The displacement's complex amplitudes where all states move with the disc, and the voltages with them.
 
-    def through(commanded: Array) -> Array:
-        if type(system.circuit).gain is Circuit.gain:
-            return commanded
-        harmonics = np.fft.rfft(commanded)
-        multiples = np.arange(harmonics.shape[-1]) * omega[..., None]
-        return np.fft.irfft(system.circuit.gain(multiples, n) * harmonics, PHASES)
-
-    lines = [system.line_of(film) for film in range(len(system.films))]
-    commands = [np.asarray(system.command_of(line, samples, n)) for line in lines]
-    commands = [np.broadcast_to(command, (members.size, 1, PHASES)) for command in commands]
-    return [
-        command if line.drive == "constant" else through(command) for line, command in zip(lines, commands, strict=True)
-    ]
+    The squared voltage on a film is the drive's, which the circuit gives the film at rest, and twice the mean voltage
+    times what the motion changes of the voltage.
+    """
+    shape, count, places = multiples.shape[:2], len(system.states), system.mechanical
+    z, squares = list(at.z), at.mean_squares
+    with np.errstate(all="ignore"):
+        held = gradients(lambda v, xp: system.rates_held(v[count:], v[:count], at.n, xp), [*z, *squares])
+        slopes = np.zeros((*shape, count, count))
+        by = _stacked(held, shape)
+        slopes[..., places, :] = by[..., :count]
+        right = np.zeros((*shape, multiples.shape[-1], count), dtype=complex)
+        for k, (voltage, drive) in enumerate(zip(at.voltages, drives, strict=True)):
+            line = system.line_of(k)
+            own = _stacked([row[2:] for row in _electric_slopes(system, line, at)], shape)
+            film = np.zeros((*shape, count))
+            film[..., places] = by[..., count + k]
+            slopes += 2.0 * voltage.mean(axis=-1)[..., None, None] * film[..., :, None] * own[..., 0, None, :]
+            right += film[..., None, :] * drive[..., None]
+            if system.places_of(line):
+                slopes[..., sorted(system.places_of(line)), :] = own[..., 1:, :]
+    matrices = 1j * multiples[..., None, None] * np.eye(count) - slopes[..., None, :, :]
+    return np.asarray(_solved(matrices, right)[..., 0])
 
 
 def _under_both(members: Members, mean_squares: Sequence[Array]) -> tuple[Array, Array]:

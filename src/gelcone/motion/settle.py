@@ -117,7 +117,7 @@ def complete(members: Members, states: Array) -> Array:
     given = states.shape[1]
     if given == len(members.system.states):
         return states
-    return np.concatenate([states, members.start_states((0.0, 0.0))[:, given:]], axis=1)
+    return np.concatenate([states, members.start_states(states[:, :2])[:, given:]], axis=1)
 
 
 def nudge(states: Array, by: float) -> Array:
@@ -274,7 +274,7 @@ def clocks(members: Members, stretch: float = STRETCH) -> list[tuple[npt.NDArray
     ``stretch`` is the longest, in fastest time scales.
     """
     repeat = members.forcing_period
-    longest = stretch / members.rate
+    longest = stretch / members.fastest
     per_repeat = next_power_of_two(np.maximum(repeat / longest, 1.0))
     repeats = np.maximum(np.floor(longest / repeat), 1.0)
     block = per_repeat * np.ceil(BLOCK / (repeat * repeats)).astype(int)

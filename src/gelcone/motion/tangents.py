@@ -68,7 +68,7 @@ def advance(
     assert flow.tangents is not None
     growth, run.frames = qr_growth(flow.tangents, run.frames)
     whole = contraction(members, flow, np.broadcast_to(clock.spacing[:, None], times.shape))
-    long = clock.spacing * members.rate > STRETCH * (1.0 + 1e-9)
+    long = clock.spacing * members.fastest > STRETCH * (1.0 + 1e-9)
     growth[long, :, -1] = whole[long] - growth[long, :, :-1].sum(axis=2)
     run.states = flow.states[:, -1]
     run.done += stretches

@@ -227,6 +227,9 @@ class Together(Bias):
     def rates(self, x: Any, velocity: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         return [rate for part, own in self._own(y) for rate in part.rates(x, velocity, own, n, xp)]
 
+    def starts(self, x: Any, n: Numbers) -> list[Any]:
+        return [start for part in self.parts for start in part.starts(x, n)]
+
     def energy(self, x: Any, n: Numbers) -> Any:
         return sum(part.energy(x, n) for part in self.parts)
 

@@ -59,6 +59,13 @@ class Component(ABC):
         """From the parameters, the numbers that the formulas take; computed once a member. Default: themselves."""
         return {name: parameters[name] for name in self.parameters}
 
+    def starts(self, x: Any, n: Numbers) -> list[Any]:
+        """Where the states that it adds begin in a run from the displacement x that does not give them.
+
+        Default: `State.start`.
+        """
+        return [state.start for state in self.states]
+
     def time_constant(self, n: Numbers) -> Any:
         """Slowest time constant of the states that it adds, which a motion takes 20 of to settle. Default 0: none."""
         return 0.0

@@ -185,8 +185,8 @@ class Members(Ensemble):
         taken.values = {name: value[index] for name, value in self.values.items()}
         taken.own_numbers = {name: value[index] for name, value in self.own_numbers.items()}
         taken.shape = taken.values["damping_ratio"].shape
-        if "rate" in self.__dict__:  # every integration asks for it
-            taken.rate = self.rate[index]
+        for name in {"rate", "fastest"} & self.__dict__.keys():  # every integration asks for them
+            taken.__dict__[name] = self.__dict__[name][index]
         return taken
 
     def replace(self, **changes: npt.ArrayLike) -> Members:
@@ -226,6 +226,18 @@ class Members(Ensemble):
         rate = 2.0 * self.values["damping_ratio"] + np.sqrt(1.0 + stiffness + squared)
         return spread(rate, self.shape)
 
+    @cached_property
+    def fastest(self) -> Array:
+        """A bound of how fast deviations from a motion change, per unit time: `rate`, or the decay of a state that a
+        component adds where that is faster."""
+        system, n = self.system, self.own_numbers
+        if system.planar:
+            return self.rate
+        slopes = system.slopes(np.zeros(self.shape), list(self.start_states((0.0, 0.0)).T), n)
+        decays = [spread(np.abs(row[i + 1]), self.shape) for i, row in enumerate(slopes) if i > 1]
+        with np.errstate(invalid="ignore"):
+            return np.fmax.reduce([self.rate, *decays])
+
     @property
     def time_constant(self) -> Array:
         """The slowest time constant of the states that components add, (members,)."""
@@ -239,10 +251,13 @@ class Members(Ensemble):
         odd = reduce(np.logical_and, (film.odd(n) for film in system.films), system.bias.odd(n))
         return np.broadcast_to(odd, self.shape)
 
-    def start_states(self, disc: Sequence[float]) -> Array:
-        """States (members, N) with this displacement and velocity and all others at their start."""
-        rest = [state.start for state in self.system.states[2:]]
-        return np.tile(np.array([*disc, *rest], dtype=float), (self.size, 1))
+    def start_states(self, disc: npt.ArrayLike) -> Array:
+        """States (members, N) with displacement and velocity ``disc``, (2,) or (members, 2), and the others at their
+        start there."""
+        x, u = np.broadcast_to(np.asarray(disc, dtype=float), (self.size, 2)).T
+        return np.stack(
+            [spread(value, self.shape) for value in (x, u, *self.system.starts(x, self.own_numbers))], axis=1
+        )
 
     def flow(self, times: Array, states: Array) -> tuple[list[Any], list[list[Any]]]:
         """Rates of change and Jacobian along motions, at ``times`` (members, samples) and ``states`` (..., N)."""

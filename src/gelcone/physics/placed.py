@@ -103,6 +103,9 @@ class PlacedFilm(Component):
             return n
         return {name.removeprefix(PREFIX): value for name, value in n.items() if name.startswith(PREFIX)}
 
+    def starts(self, x: Any, n: Numbers) -> list[Any]:
+        return self.film.starts(self.place(x, n), self.own(n))
+
     def time_constant(self, n: Numbers) -> Any:
         return self.film.time_constant(self.own(n))
 

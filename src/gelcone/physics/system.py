@@ -133,9 +133,26 @@ class ConeSystem:
             begin += len(states)
         return places
 
+    def places_of(self, line: Line) -> range:
+        """The places of the states of a line's circuit."""
+        return range(*self._places["line", line.prefix].indices(len(self.states)))
+
     def states_of(self, z: Sequence[Any], *owner: Any) -> list[Any]:
         """The states of ``"film", k``, of ``"bias"``, or of ``"line", prefix``."""
         return list(z[self._places[owner]])
+
+    def starts(self, x: Any, n: Numbers) -> list[Any]:
+        """Where the states that components add begin in a run from the displacement x that does not give them."""
+        found: list[Any] = []
+        for owner, _ in self._added:
+            if owner[0] == "film":
+                found += self.films[owner[1]].starts(x, n)
+            elif owner[0] == "bias":
+                found += self.bias.starts(x, n)
+            else:
+                line = next(line for line in self.lines if line.prefix == owner[1])
+                found += line.circuit.starts(x, line.own(n))
+        return found
 
     @cached_property
     def numbers(self) -> tuple[str, ...]:
@@ -227,6 +244,23 @@ class ConeSystem:
         """Rates of change of the states under a constant commanded voltage."""
         return _Moment(self, commanded, lambda: 0.0, z, n, xp).rates_and_slope()[0]
 
+    @cached_property
+    def mechanical(self) -> list[int]:
+        """The places of the states that are not those of a circuit."""
+        own = [place for owner, place in self._places.items() if owner[0] != "line"]
+        return [*range(len(DISC)), *(i for place in own for i in range(place.start, place.stop))]
+
+    def rates_held(self, squares: Sequence[Any], z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        """Rates of change of the `mechanical` states while the films have these squared voltages."""
+        return _Moment(self, 0.0, lambda: 0.0, z, n, xp, squares).rates_and_slope(circuits=False)[0]
+
+    def electric(
+        self, line: Line, command: Any, command_rate: Any, z: Sequence[Any], n: Numbers, xp: Any = np
+    ) -> list[Any]:
+        """The voltage of a line, and the rates of change of its circuit's states, at a command of the first line."""
+        moment = _Moment(self, command, lambda: command_rate, z, n, xp)
+        return [moment.voltage(line), *moment.circuit_rates(line)]
+
     def flow(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[list[Any], list[list[Any]]]:
         """Rates of change, and their Jacobian [i][j]: the rate of state i by state j.
 
@@ -297,8 +331,8 @@ class ConeSystem:
     @cached_property
     def causes(self) -> tuple[str, ...]:
         """The powers of `powers`, in this order: ``"motion"``, what film and field give the disc; ``"damper"``, what
-        the disc's damping takes; and, where the charge of all films is known in a program, the ``"source"``, and where
-        there are such losses those of ``"film"``, ``"resistor"`` and ``"leak"``.
+        the disc's damping takes; where the charge of all films is known in a program, the ``"source"``; and where there
+        are such losses those of ``"film"`` and, with the source, of ``"resistor"`` and ``"leak"``.
 
         The source is left out where all that it gives moves the disc or is stored and a charge is not proportional to
         the voltage: the current of a crumpled film grows beyond all bounds as it pulls in, and the first law does not.
@@ -306,9 +340,10 @@ class ConeSystem:
         lossy = any(type(film.film).dissipation is not Film.dissipation for film in self.films)
         circuit = type(self.circuit).powers is not Circuit.powers
         simple = all(film.film.linear_charge for film in self.films)
+        own = ["film"] if lossy else []
         if not all(film.film.traced_charge for film in self.films) or not (simple or lossy or circuit):
-            return ("motion", "damper")
-        return ("motion", "damper", "source", *(["film"] if lossy else []), *(LOSSES if circuit else ()))
+            return ("motion", "damper", *own)
+        return ("motion", "damper", "source", *own, *(LOSSES if circuit else ()))
 
     def powers(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[Any, ...]:
         """The power by each of its `causes`; of functions of neither arrays nor a graph, the first two."""
@@ -426,11 +461,12 @@ class _Moment:
         z: Sequence[Any],
         n: Numbers,
         xp: Any,
+        squares: Sequence[Any] | None = None,
     ) -> None:
         self.system, self.command, self.command_rate = system, command, command_rate
-        self.z, self.n, self.xp = z, n, xp
+        self.z, self.n, self.xp, self._squares = z, n, xp, squares
         self._voltages: dict[str, Any] = {}
-        if xp is np:
+        if xp is np and squares is None:
             self.n = {**n, **self._circuit_switches()}
 
     def port(self, line: Line) -> Port:
@@ -462,11 +498,18 @@ class _Moment:
 
     def squared(self, film: int) -> Any:
         """Squared voltage on a film."""
+        if self._squares is not None:
+            return self._squares[film]
         voltage = self.voltage(self.system.line_of(film))
         return voltage * voltage
 
-    def rates_and_slope(self) -> tuple[list[Any], Any]:
-        """Rates of change of all states, and the derivative of the acceleration by the displacement."""
+    def circuit_rates(self, line: Line) -> list[Any]:
+        """Rates of change of the states of a line's circuit."""
+        return line.circuit.rates(self.port(line), *self._own(line), self.xp)
+
+    def rates_and_slope(self, circuits: bool = True) -> tuple[list[Any], Any]:
+        """Rates of change of all states, or without those of ``circuits``, and the derivative of the acceleration by
+        the displacement."""
         system, (x, u), n, xp = self.system, self.z[:2], self.n, self.xp
         force, slope = self._force(0)
         bias_y = system.states_of(self.z, "bias")
@@ -479,9 +522,9 @@ class _Moment:
                 acceleration, slope = acceleration - force, slope - steeper
             own += film.rates(x, u, self.squared(k), system.states_of(self.z, "film", k), n, xp)
             own += system.bias.rates(x, u, bias_y, n, xp) if k == 0 else []
-            for line in system.lines:
+            for line in system.lines if circuits else ():
                 if line.films[0] == k:
-                    own += line.circuit.rates(self.port(line), *self._own(line), xp)
+                    own += self.circuit_rates(line)
         return [u, acceleration, *own], slope
 
     def _force(self, film: int) -> tuple[Any, Any]:
@@ -514,7 +557,7 @@ class _Moment:
         """The sources' power, and what films and circuits lose, by cause, in a graph."""
         rates = self.rates_and_slope()[0]
         found: dict[str, Any] = dict.fromkeys(causes, 0.0)
-        for line in self.system.lines:
+        for line in self.system.lines if "source" in found else ():
             port, (y, n) = self.port(line), self._own(line)
             charge = self.xp.node(port.charge(self.voltage(line)))
             powers = line.circuit.powers(port, _total(charge, time, z, rates), y, n, self.xp)

@@ -26,6 +26,7 @@ from gelcone.devices.analysis import analysis
 from gelcone.devices.device import Device
 from gelcone.devices.si import in_field_units
 from gelcone.errors import InputError, unknown_name
+from gelcone.motion.attractor.search import DECAY_TIMES
 from gelcone.motion.flow import DEFAULT_TOLERANCE, check_flow, integrate
 from gelcone.motion.orbit import Shooting
 from gelcone.motion.validity import unknown, validity, validity_variables
@@ -259,7 +260,9 @@ def _resting(shooting: Shooting, value: float) -> Array:
     members = shooting.members_at((value,))
     states = members.start_states((0.0, 0.0))
     if shooting.size > 2:
-        states = integrate(members, states, [200.0 * float(members.forcing_period[0])]).states[:, -1]
+        period = float(members.forcing_period[0])
+        whole = max(200.0, np.ceil(DECAY_TIMES * float(members.time_constant[0]) / period))
+        states = integrate(members, states, [whole * period]).states[:, -1]
     times = members.forcing_period[:, None] * (np.arange(shooting.count) / shooting.segments)
     return np.asarray(integrate(members, states, times).states[0])
 

@@ -109,7 +109,7 @@ class Varied:
         corners = self.ensemble([axis.ravel() for axis in spread]).members()
         phase = max(repeat_phase(corners.take(slice(k, k + 1))) for k in range(corners.size))
         time = phase / corners.number("drive_frequency")
-        segments = segments_for(float(corners.rate.max()), float(time.max()))
+        segments = segments_for(float(corners.fastest.max()), float(time.max()))
         if self.device is None:
             return Shooting(self.plan.cone.members(), self.names, Kind(1), segments, phase, tolerance)
         middle = corners.take(slice(corners.size // 2, corners.size // 2 + 1))

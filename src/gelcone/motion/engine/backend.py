@@ -46,7 +46,8 @@ class EngineBackend:
             start,
             times,
             smallest_step=smallest,
-            most_steps=STEPS_PER_CALL * np.ceil(np.maximum(job.gaps[run].sum(axis=1) * members.rate / CALL_SPAN, 1.0)),
+            most_steps=STEPS_PER_CALL
+            * np.ceil(np.maximum(job.gaps[run].sum(axis=1) * members.fastest / CALL_SPAN, 1.0)),
             threads=threads,
             report=progress,
             corners=corner_times(system, start, times[:, -1], numbers),
