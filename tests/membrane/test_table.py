@@ -127,7 +127,10 @@ def test_a_table_is_made_once_and_depends_on_its_film(monkeypatch, tmp_path):
     made._made.cache_clear()
 
 
-@pytest.mark.parametrize("film", [(0.2, 1.2, 1.2, 50), (0.519, 1.257, 1.257, 25.2), (0.267, 1.1, 1.4, 50)])
+@pytest.mark.parametrize(
+    "film",
+    [(0.2, 1.2, 1.2, 50), (0.519, 1.257, 1.257, 25.2), (0.267, 1.1, 1.4, 50), (0.2, 1.0, 1.2, 50), (0.2, 1.2, 1.2, 20)],
+)
 def test_usual_films_are_known_well_enough_to_be_made(film):
     """Where kinks of the force lie close together next to slackness, the fit does not swing between its states."""
     assert numbers(*film)["film_error"] < 0.13

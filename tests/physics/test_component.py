@@ -77,6 +77,22 @@ def test_a_component_from_another_process_is_equal(component):
     assert hash(again) == hash(component)
 
 
+@pytest.mark.parametrize("component", [*LAWS.values(), *BIASES.values(), Cubic(0.7, (1.0,), Cubic(0.1))])
+def test_the_disk_cache_finds_what_another_process_made_of_a_component(component):
+    again = pickle.loads(pickle.dumps(component))
+    assert repr(again) == repr(component)
+    assert " at 0x" not in repr(component)
+
+
+def test_components_that_hold_other_numbers_are_written_otherwise():
+    class Held(Gent):
+        def __init__(self, factor):
+            self.factor = factor
+
+    assert repr(Held(0.5)) == repr(Held(0.5)) != repr(Held(0.6))
+    assert repr(Held(0.5)) != repr(Gent())
+
+
 # --- records ----------------------------------------------------------------------------------------------------------
 
 

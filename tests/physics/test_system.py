@@ -121,10 +121,9 @@ def test_states_stand_in_the_order_of_film_bias_and_circuit():
     assert MODELS["gent"].system.planar
 
 
-@every_model
-def test_the_names_of_the_numbers_are_those_of_the_numbers(name):
-    model = MODELS[name]
-    assert set(model.system.numbers) == model.own_numbers.keys()
+@pytest.mark.parametrize("model", [*MODELS.values(), ConeModel(film="membrane", second_film="membrane")])
+def test_the_names_of_the_numbers_are_those_of_the_numbers(model):
+    assert model.system.numbers == tuple(model.own_numbers)
     assert len(set(model.system.numbers)) == len(model.system.numbers)
 
 

@@ -28,9 +28,9 @@ import numpy as np
 
 Numbers = Mapping[str, Any]
 PIECES = ("near", "far")
-MAIN, KINK = {"near": (5, 6), "far": (9, 5)}, (3, 2)
+MAIN, KINK = {"near": (8, 8), "far": (9, 5)}, (3, 2)
 """Degrees in u and q of P, and of P1 and P2."""
-ALONE = {"near": 5, "far": 11}
+ALONE = {"near": 8, "far": 11}
 """Degree in u of what does not depend on V."""
 SCALE = {"near": 8, "far": 3}
 """Degree of W, which is exact only where it is the voltage of a slack film."""

@@ -18,6 +18,8 @@ from gelcone.membrane.slack import slack_height, slack_limit, slack_voltage
 
 NODES, CHECKS = {"near": 16, "far": 26}, {"near": 9, "far": 11}
 """Heights that are fitted, and others, which take no part in it."""
+NEAR_USUAL, FALLING_NODES = (5, 6), 24
+"""Degrees of the near piece of films whose hoop is not the stronger; and heights of the others, which take all."""
 STEPS, CHECK_STEPS, CHECK_FINEST = 14, 9, 2e-3
 FLAT = 6
 """Degree in V of the flat film's area."""
@@ -31,8 +33,9 @@ NEVER = 1e30
 HIGHEST = 3.0
 """Largest height, in b - a, of states that are looked for."""
 TRIALS = np.geomspace(0.05, 2.0 * HIGHEST, 48)
-BRACKETS, ROUNDS = 8, 3
-"""Heights in a round of looking for where films localise before they fall slack, and rounds."""
+BRACKETS, ROUNDS, CUT_FINEST = 8, 3, 2e-3
+"""Heights in a round of the search for where films localise before they fall slack, rounds, and the share of the
+voltage to which a column's end is known there."""
 LEAST_NEAR = 2e-3
 """Of s: a film that falls slack below a lower height only is taken to localise there, too."""
 BEFORE = 1e-4
@@ -42,7 +45,7 @@ NOT_MET, NEVER_MET = 1.03, 9.0
 FOLDED = 1e-4
 """Of films whose hoop is stretched more than their meridian: their force over the height falls with ln s towards the
 flat film; it is taken to be that at s plus this."""
-USUAL, FALLING_SLACK, NEVER_SLACK = (1.0, -1.0), (FOLDED, -0.05), (0.03, -0.25)
+USUAL, FALLING_SLACK, NEVER_SLACK = (1.0, -1.0), (FOLDED, 0.2), (0.03, -0.25)
 """c and e; those of such films at heights at which they fall slack, and where they do so at none."""
 COARSE, FINE = 100, 160
 """Elements; and of those films."""
@@ -181,7 +184,7 @@ def _cut(film: _Film, begin: float, slackest: float, reach: float) -> float:
         s = np.linspace(low, high, BRACKETS + 2)[1:-1]
         x = film.height(s)
         top = film.slack_at(x)
-        found = columns(film.elements, x, top, top * (1.0 - BEFORE), STEPS, 0.02)
+        found = columns(film.elements, x, top, top * (1.0 - BEFORE), STEPS, CUT_FINEST)
         falls = found.end >= top * (1.0 - 0.03)
         if film.strong_hoop:
             falls |= ~localised(film.gel, found)
@@ -212,7 +215,8 @@ def _piece(film: _Film, piece: str, begin: float, end: float) -> None:
     low, high = (float(force.place(piece, s, n)[0]) for s in (begin, end))
     n[f"{piece}_scale"] = 2.0 / (high - low)
     n[f"{piece}_offset"] = -1.0 - 2.0 * low / (high - low)
-    u = chebyshev.chebpts1(NODES[piece])
+    nodes = FALLING_NODES if piece == "near" and film.strong_hoop else NODES[piece]
+    u = chebyshev.chebpts1(nodes)
     other = np.linspace(-1.0, 1.0, CHECKS[piece] + 2)[1:-1]
 
     def height(at: Array) -> Array:
@@ -220,7 +224,7 @@ def _piece(film: _Film, piece: str, begin: float, end: float) -> None:
         return film.height((-p) ** (1.0 / variable[1]) - variable[0])
 
     u, other = (at[_pulls(film.elements, height(at))] for at in (u, other))
-    if u.size < NODES[piece] // 2 or not other.size:
+    if u.size < nodes // 2 or not other.size:
         raise InputError(TOO_CLOSE)
     top, first = _tops(film, piece, height(u))
     fitted = columns(film.elements, height(u), first, top, STEPS)
@@ -325,15 +329,19 @@ def _curves(film: _Film, piece: str, u: Array, fitted: Columns) -> None:
     for kink, hoop in (("rim_at", fitted.measures.least_hoop), ("whole_at", fitted.measures.largest_hoop)):
         q = force.share(piece, fitted.falls(hoop), W)[0]
         met = q < NOT_MET
-        if met.sum() < 2:
-            values = np.array([NEVER_MET])
-        else:
-            edge = ~met & (np.roll(met, 1) | np.roll(met, -1))
-            own = met | edge
-            values = _line(
-                u[own], np.where(met, q, NOT_MET)[own], min(CURVE, int(own.sum()) - 1), np.ones(int(own.sum()))
-            )
-        _set(film, piece, kink, values)
+        _set(film, piece, kink, np.array([NEVER_MET]) if met.sum() < 2 else _curve(u, q, met))
+
+
+def _curve(u: Array, q: Array, met: Array) -> Array:
+    """The polynomial through the q that are ``met``, which is not met at the other u."""
+    own = met | np.roll(met, 1) | np.roll(met, -1)
+    while True:
+        degree = min(CURVE, int(own.sum()) - 1)
+        values = _line(u[own], np.where(met, q, NOT_MET)[own], degree, np.ones(int(own.sum())))
+        wrong = ~own & (polynomial.polyval(u, values) < 1.0)
+        if not wrong.any():
+            return values
+        own |= wrong
 
 
 def _scale_at(film: _Film, piece: str, u: Array) -> Array:
@@ -346,6 +354,8 @@ def _force(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) ->
     """P, P1 and P2 by least squares of the relative error of the force."""
     at, x, q, base = _places(film, piece, fitted, u, inside)
     main, alone = MAIN[piece], ALONE[piece]
+    if piece == "near" and not film.strong_hoop:
+        main, alone = NEAR_USUAL, NEAR_USUAL[0]
     parts = [_products(at, q, main)]
     if alone > main[0]:
         parts.append(chebyshev.chebvander(at, alone)[:, main[0] + 1 :])

@@ -66,6 +66,11 @@ class Component(ABC):
         """
         return [state.start for state in self.states]
 
+    @property
+    def number_names(self) -> tuple[str, ...]:
+        """The names of `numbers`, in their order."""
+        return tuple(self.numbers(self.complete({})))
+
     def time_constant(self, n: Numbers) -> Any:
         """Slowest time constant of the states that it adds, which a motion takes 20 of to settle. Default 0: none."""
         return 0.0
@@ -85,6 +90,11 @@ class Component(ABC):
 
     def __hash__(self) -> int:
         return hash(type(self))
+
+    def __repr__(self) -> str:
+        """The class and what the component holds, the same in each process: keys of the disk cache are made of it."""
+        held = ", ".join(f"{name}={value!r}" for name, value in self.__getstate__().items())
+        return f"{type(self).__module__}.{type(self).__qualname__}({held})"
 
 
 def uncached(holder: object) -> dict[str, Any]:

@@ -97,6 +97,15 @@ class PlacedFilm(Component):
         rest = {name: parameters[name] for name in ("second_flat_height", "second_voltage") if name in self.parameters}
         return rest | {PREFIX + name: value for name, value in own.items()}
 
+    @property
+    def number_names(self) -> tuple[str, ...]:
+        """The names of `numbers`, in their order."""
+        own = self.film.number_names
+        if self.drive is None:
+            return own
+        rest = tuple(name for name in ("second_flat_height", "second_voltage") if name in self.parameters)
+        return rest + tuple(PREFIX + name for name in own)
+
     def own(self, n: Numbers) -> Numbers:
         """The numbers of the film's own formulas: those without their prefix."""
         if self.drive is None:

@@ -156,8 +156,11 @@ class ConeSystem:
 
     @cached_property
     def numbers(self) -> tuple[str, ...]:
-        """Names of what the formulas take."""
-        return tuple(self.numbers_of(self.complete({})))
+        """Names of what the formulas take, in the order of `numbers_of`."""
+        parts = (self.bias, self.films[0], self.waveform, self.circuit, *self.films[1:])
+        names = [name for part in parts for name in part.number_names]
+        of_lines = [line.prefix + str(b.switch) for line in self.lines[1:] for b in line.circuit.borders]
+        return ("damping_ratio", *names, *of_lines)
 
     @property
     def planar(self) -> bool:

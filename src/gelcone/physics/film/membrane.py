@@ -28,6 +28,7 @@ from gelcone.membrane import force as formulas
 from gelcone.membrane.gel import Gel
 from gelcone.membrane.made import numbers_of
 from gelcone.membrane.table import FLAT, NEVER
+from gelcone.membrane.table import names as table_names
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film import membrane_charge
@@ -40,6 +41,7 @@ from gelcone.quantity import Array, Quantity
 
 KINDS = ("taut", "partly_wrinkled", "wrinkled", "slack")
 """The states of the film: all hoops in tension, some, none; and without tension."""
+SWITCHES = ("pulls", "near", "rim_taut", "any_taut")
 BISECTIONS = 48
 ROUNDS = 16
 """Of Newton's method for the voltage at which a film pulls so, or of bisection where that leaves its bracket."""
@@ -84,9 +86,15 @@ class MembraneFilm(GelFilm):
         own = self._ring.numbers(parameters)
         table = numbers_of(self.law, law, parameters["radius_ratio"], own["A"], own["B"])
         one = np.ones(np.shape(table["film_error"]))
-        even = {"even_slack": np.where(own["A"] >= own["B"], 1.0, 0.0) * one}
-        switches = {"pulls": one, "near": one, "rim_taut": one, "any_taut": one}
-        return own | table | membrane_charge.numbers_of(self._area_of, own | table, self.law) | switches | even
+        charges = membrane_charge.numbers_of(self._area_of, own | table, self.law)
+        even = np.where(own["A"] >= own["B"], 1.0, 0.0) * one
+        return own | table | charges | dict.fromkeys(SWITCHES, one) | {"even_slack": even}
+
+    @property
+    def number_names(self) -> tuple[str, ...]:
+        """Without a table, which takes seconds."""
+        names = (*self._ring.number_names, *table_names(), *membrane_charge.names(), *SWITCHES, "even_slack")
+        return tuple(dict.fromkeys(names))
 
     def _area_of(self, n: Numbers) -> membrane_charge.Area:
         """The capacitance of one film over s and V."""
