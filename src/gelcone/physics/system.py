@@ -340,7 +340,7 @@ class ConeSystem:
         The source is left out where all that it gives moves the disc or is stored and a charge is not proportional to
         the voltage: the current of a crumpled film grows beyond all bounds as it pulls in, and the first law does not.
         """
-        lossy = any(type(film.film).dissipation is not Film.dissipation for film in self.films)
+        lossy = any(film.film.dissipates for film in self.films)
         circuit = type(self.circuit).powers is not Circuit.powers
         simple = all(film.film.linear_charge for film in self.films)
         own = ["film"] if lossy else []

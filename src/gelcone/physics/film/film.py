@@ -87,6 +87,11 @@ class Film(Component):
         """Rates of change of the film's own states."""
         return []
 
+    @property
+    def dissipates(self) -> bool:
+        """Whether it has a `dissipation` of its own."""
+        return type(self).dissipation is not Film.dissipation
+
     def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """Power that the film itself turns into heat. Default 0."""
         return 0.0

@@ -15,12 +15,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from gelcone.errors import InputError, unknown_name
-from gelcone.physics.component import Numbers
+from gelcone.physics.component import Numbers, State
+from gelcone.physics.film.branches import Branches
 from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.quantity import Quantity
@@ -109,10 +111,16 @@ class TautCone(GelFilm):
     ``"radial"``: lm = 1, lh = lp; ``"equibiaxial"``: lm = lh = lp. The parameter ``radius_ratio`` does not change the
     motion: where it is given, results state for which share of the motion the membrane, for which the cone stands,
     would have pulled in.
+
+    ``branches`` Maxwell branches of the ``flow`` rule ``"log"`` or ``"linear"`` relax parallel to the law, with the
+    odd ``flow_exponent`` (`gelcone.physics.film.branches`); statics are those of the relaxed film.
     """
 
     law: StrainEnergyLaw = LAWS["gent"]
     prestretch_mode: str = "radial"
+    branches: int = 0
+    flow: str = "log"
+    flow_exponent: int = 1
 
     name = "taut"
     linear_charge = True
@@ -120,22 +128,57 @@ class TautCone(GelFilm):
 
     def __post_init__(self) -> None:
         check_prestretch_mode(self.prestretch_mode)
+        Branches(self.branches, self.flow, self.flow_exponent, taut=True)
+
+    @cached_property
+    def viscous(self) -> Branches:
+        """The Maxwell branches."""
+        return Branches(self.branches, self.flow, self.flow_exponent, taut=True)
+
+    @property
+    def states(self) -> tuple[State, ...]:  # type: ignore[override]
+        """The states of the branches."""
+        return self.viscous.states
+
+    @property
+    def dissipates(self) -> bool:
+        return self.branches > 0 or type(self).dissipation is not TautCone.dissipation
 
     @property
     def parameters(self) -> Mapping[str, Quantity]:
-        return dict(super().parameters) | RADIUS_RATIO
+        return dict(super().parameters) | RADIUS_RATIO | dict(self.viscous.parameters)
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Those of the gel; the radius ratio where it is given."""
         own = dict(given)
         ratio = own.pop("radius_ratio", None)
         known = {} if ratio is None else {"radius_ratio": RADIUS_RATIO["radius_ratio"].check("radius_ratio", ratio)}
-        return super().complete(own) | known
+        branches = {name: q.check(name, given.get(name, q.default)) for name, q in self.viscous.parameters.items()}
+        return super().complete(own) | known | branches
+
+    def numbers(self, parameters: Numbers) -> dict[str, Any]:
+        return super().numbers(parameters) | self.viscous.numbers(parameters)
+
+    def time_constant(self, n: Numbers) -> Any:
+        return self.viscous.time_constant(n) if self.branches else 0.0
+
+    def stiffness_scale(self, n: Numbers) -> Any:
+        """A, of the film at large displacements, and the moduli of its branches before they relax."""
+        return super().stiffness_scale(n) + self.viscous.modulus(n) if self.branches else super().stiffness_scale(n)
+
+    def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        return self.viscous.rates(1.0 + x * x, 1.0, y, n)
+
+    def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        return self.viscous.dissipation(1.0 + x * x, 1.0, y, n)
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """x k and k + 2 x^2 dh/dq, with k = h - V."""
+        """x k and k + 2 x^2 dh/dq, with k = h - V and what the branches add to h."""
         xx = x * x
         h, h_slope = self.law.film_stiffness(1.0 + xx, n["A"], n["B"], n["G"], n, xp)
+        if self.branches and y:
+            pull, steeper = self.viscous.pull(1.0 + xx, y, n)
+            h, h_slope = h + pull, h_slope + steeper
         k = h - squared
         return x * k, k + 2.0 * xx * h_slope
 
@@ -194,8 +237,9 @@ class TautCone(GelFilm):
         return self.law.film_stiffness(1.0 + np.square(x), n["A"], n["B"], n["G"], n)[0] - pull
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
-        """W - V x^2/2."""
-        return self.law.energy(self.cone_strain(x, n), n) - 0.5 * squared * x * x
+        """W - V x^2/2, and what the branches store."""
+        own = self.law.energy(self.cone_strain(x, n), n) - 0.5 * squared * x * x
+        return own + self.viscous.energy(1.0 + x * x, 1.0, y, n) if self.branches and y else own
 
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """q."""
@@ -204,5 +248,14 @@ class TautCone(GelFilm):
     def describe(self) -> str:
         return "taut film: a homogeneous cone that bears compression"
 
+    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> Any:
+        own = super().limit_share(x, voltage, y, n)
+        return np.maximum(own, self.viscous.limit_share(1.0 + np.square(x), 1.0, y, n)) if self.branches and y else own
+
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
-        return self.cone_state(1.0 + np.square(x), voltage, n)
+        found = self.cone_state(1.0 + np.square(x), voltage, n)
+        if not (self.branches and y):
+            return found
+        along, across = self.viscous.stresses(1.0 + np.square(x), 1.0, y, n)
+        stresses = {"meridional_stress": found.meridional_stress + along, "hoop_stress": found.hoop_stress + across}
+        return found._replace(**stresses)

@@ -37,11 +37,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gelcone.codes import FilmPullIn
-from gelcone.errors import unknown_name
+from gelcone.errors import InputError, unknown_name
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Border, Film, FilmState
-from gelcone.physics.film.taut import TautCone, check_prestretch_mode
+from gelcone.physics.film.taut import TautCone
 from gelcone.physics.implicit import known, root, traced
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.quantity import Array
@@ -108,6 +108,9 @@ class WrinklingCone(TautCone):
 
     law: StrainEnergyLaw = LAWS["gent"]
     prestretch_mode: str = "radial"
+    branches: int = 0
+    flow: str = "log"
+    flow_exponent: int = 1
     pull_in: str = "first"
 
     name = "wrinkling"
@@ -119,7 +122,9 @@ class WrinklingCone(TautCone):
         return not self.goes_on
 
     def __post_init__(self) -> None:
-        check_prestretch_mode(self.prestretch_mode)
+        super().__post_init__()
+        if self.branches:
+            raise InputError(f"branches = {self.branches}: the film 'wrinkling' takes none yet; take the taut film")
         if self.pull_in not in PULL_IN:
             raise unknown_name("pull_in", str(self.pull_in), PULL_IN)
 

@@ -1,0 +1,239 @@
+"""Maxwell branches of a film: springs that relax, each parallel to the equilibrium law.
+
+A branch k has the modulus g over the long-term shear modulus, the relaxation time tau and, with the logarithmic flow
+rule, a Gent limit J. With m and n the squared true lengths of the film over the mounted ones (m = q and n = 1 where it
+is taut) its true stresses over mu are t1 and t2, and it dissipates D.
+
+Logarithmic flow (Reese and Govindjee, Int. J. Solids Struct. 35 (1998) 3455; Foo et al., J. Appl. Phys. 111 (2012)
+034102): the states p1 and p2 are the squared mounted lengths over those at which the branch is free, 1 where it has
+rested on the mounted film, and with E1 = p1 m, E2 = p2 n, E3 = 1/(E1 E2), R = 1/(1 - (E1 + E2 + E3 - 3)/J)
+
+    t1 = g R (E1 - E3),  t2 = g R (E2 - E3),  D = (t1^2 - t1 t2 + t2^2)/(3 g tau),
+    p1' = -2 p1 (t1 - t2/2)/(3 g tau),  p2' = -2 p2 (t2 - t1/2)/(3 g tau).
+
+With a flow exponent c (Bergstrom and Boyce, J. Mech. Phys. Solids 46 (1998) 931) both rates and D take the factor
+((t1^2 - t1 t2 + t2^2)/s^2)^((c - 1)/2) with the flow stress s.
+
+Linear flow (Linder, Tkachuk and Miehe, J. Mech. Phys. Solids 59 (2011) 2134): three states a, and with
+c = (m, n, 1/(m n)) and E = a c
+
+    a' = (1/c - a)/tau,  t1 = g (E1 - E3),  t2 = g (E2 - E3),  D = g/(2 tau) sum (E - 1)^2/E;
+
+where n = 1 the second stays 1 and is left out. Parameters of one rule are not those of the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gelcone.errors import InputError, unknown_name
+from gelcone.physics.component import Numbers, State
+from gelcone.physics.laws import LAWS
+from gelcone.quantity import Quantity
+
+MOST_BRANCHES = 3
+FLOWS = ("log", "linear")
+"""Flow rules: logarithmic and linear."""
+FLOW_STRESS = Quantity(
+    "s0", "stress at which the branches flow as fast as with the exponent 1, over mu", 1.0, positive=True
+)
+
+
+class Strained(NamedTuple):
+    """Elastic squared stretches of a branch, and its response."""
+
+    first: Any
+    second: Any
+    third: Any
+    response: Any
+
+
+@dataclass(frozen=True)
+class Branches:
+    """The ``count`` branches of a film, their ``flow`` rule and its ``exponent``; ``taut`` says that n = 1 always."""
+
+    count: int
+    flow: str
+    exponent: int
+    taut: bool
+
+    def __post_init__(self) -> None:
+        if self.flow not in FLOWS:
+            raise unknown_name("flow", str(self.flow), FLOWS)
+        if not (isinstance(self.count, int) and 0 <= self.count <= MOST_BRANCHES):
+            raise InputError(f"branches = {self.count}: must be a whole number from 0 to {MOST_BRANCHES}")
+        if not (isinstance(self.exponent, int) and self.exponent >= 1 and self.exponent % 2):
+            raise InputError(
+                f"flow_exponent = {self.exponent}: must be an odd whole number, or the flow is not smooth where the "
+                "film rests; take 1, 3 or 5"
+            )
+        if self.exponent > 1 and self.flow != "log":
+            raise InputError(f"flow_exponent = {self.exponent}: only the logarithmic flow takes one; take flow = 'log'")
+
+    @cached_property
+    def parameters(self) -> Mapping[str, Quantity]:
+        """The parameters, by name."""
+        found: dict[str, Quantity] = {}
+        for k in range(1, self.count + 1):
+            found |= {
+                f"viscous_modulus_{k}": Quantity(
+                    f"g{k}", f"modulus of Maxwell branch {k} over the long-term shear modulus", 0.5, lower=0.0
+                ),
+                f"relaxation_time_{k}": Quantity(
+                    f"tau{k}", f"relaxation time of Maxwell branch {k}", 10.0, positive=True, scale="time"
+                ),
+            }
+            if self.flow == "log":
+                found[f"viscous_limit_{k}"] = Quantity(
+                    f"Jv{k}", f"stretch limit of Maxwell branch {k}", np.inf, positive=True, infinite=True
+                )
+        return found | ({"flow_stress": FLOW_STRESS} if self.exponent > 1 and self.count else {})
+
+    @cached_property
+    def states(self) -> tuple[State, ...]:
+        """The states: of each branch along the meridian, across it, and with the linear rule through the thickness."""
+        along = ("meridional", "hoop") if self.flow == "log" else ("meridional", "hoop", "thickness")
+        of = "squared mounted length over that at which the branch is free"
+        return tuple(
+            State(f"viscous_{name}_{k}", f"Maxwell branch {k}, {name}: {of}", "share", 1.0)
+            for k in range(1, self.count + 1)
+            for name in along
+            if not (self.flow == "linear" and self.taut and name == "hoop")
+        )
+
+    def numbers(self, parameters: Numbers) -> dict[str, Any]:
+        """The numbers that the formulas take."""
+        found: dict[str, Any] = {}
+        for k in range(1, self.count + 1):
+            found[f"viscous_modulus_{k}"] = parameters[f"viscous_modulus_{k}"]
+            found[f"flow_rate_{k}"] = 1.0 / np.asarray(parameters[f"relaxation_time_{k}"])
+            if self.flow == "log":
+                found[f"inverse_viscous_limit_{k}"] = 1.0 / np.asarray(parameters[f"viscous_limit_{k}"])
+        if self.exponent > 1 and self.count:
+            found["inverse_flow_stress"] = 1.0 / np.asarray(parameters["flow_stress"])
+        return found
+
+    def time_constant(self, n: Numbers) -> Any:
+        """The slowest relaxation, stretched by what the branch holds of a soft film: creep is slower than it."""
+        return np.maximum.reduce(
+            [(1.0 + n[f"viscous_modulus_{k}"]) / n[f"flow_rate_{k}"] for k in range(1, self.count + 1)]
+        )
+
+    def modulus(self, n: Numbers) -> Any:
+        """The sum of the moduli."""
+        return sum(n[f"viscous_modulus_{k}"] for k in range(1, self.count + 1))
+
+    # --- one branch --------------------------------------------------------------------------------------------------
+
+    def _own(self, k: int, y: list[Any]) -> list[Any]:
+        size = len(self.states) // self.count
+        own = y[k * size : (k + 1) * size]
+        return own if self.flow == "log" or not self.taut else [own[0], 1.0, own[1]]
+
+    def _strained(self, k: int, m: Any, width: Any, y: list[Any], n: Numbers) -> Strained:
+        own = self._own(k, y)
+        first, second = own[0] * m, own[1] * width
+        if self.flow == "linear":
+            return Strained(first, second, own[2] / (m * width), 1.0)
+        third = 1.0 / (first * second)
+        strain = (first - 1.0) + (second - 1.0) + (third - 1.0)
+        return Strained(first, second, third, 1.0 / (1.0 - n[f"inverse_viscous_limit_{k + 1}"] * strain))
+
+    def _each(self, m: Any, width: Any, y: list[Any], n: Numbers) -> list[tuple[Any, Strained]]:
+        return [
+            (n[f"viscous_modulus_{k + 1}"], self._strained(k, m, width, y, n)) for k in range(self.count if y else 0)
+        ]
+
+    # --- all of them -------------------------------------------------------------------------------------------------
+
+    def stresses(self, m: Any, width: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
+        """Sums of t1 and t2; 0 where the branches have relaxed, in statics."""
+        along, across = 0.0, 0.0
+        for g, own in self._each(m, width, y, n):
+            along = along + g * own.response * (own.first - own.third)
+            across = across + g * own.response * (own.second - own.third)
+        return along, across
+
+    def pull(self, m: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
+        """t1/m of a taut film, and its derivative by m while the states are held."""
+        value, slope, r = 0.0, 0.0, 1.0 / m
+        for k, (g, own) in enumerate(self._each(m, 1.0, y, n)):
+            difference, soft = (own.first - own.third) * r, g * own.response
+            value = value + soft * difference
+            slope = slope + soft * (2.0 * own.third * r * r)
+            if self.flow == "log":
+                slope = slope + soft * own.response * n[f"inverse_viscous_limit_{k + 1}"] * difference * difference
+        return value, slope
+
+    def rates(self, m: Any, width: Any, y: list[Any], n: Numbers) -> list[Any]:
+        """Rates of change of the states."""
+        found: list[Any] = []
+        for k, (g, own) in enumerate(self._each(m, width, y, n)):
+            rate, p = n[f"flow_rate_{k + 1}"], self._own(k, y)
+            if self.flow == "log":
+                speed = (-2.0 / 3.0) * rate * own.response * self._quickening(g, own, n)
+                found += [
+                    speed * p[0] * (own.first - 0.5 * (own.second + own.third)),
+                    speed * p[1] * (own.second - 0.5 * (own.first + own.third)),
+                ]
+            else:
+                wanted = [1.0 / m, 1.0 / width, m * width]
+                changes = [rate * (a - b) for a, b in zip(wanted, p, strict=True)]
+                found += [changes[0], changes[2]] if self.taut else changes
+        return found
+
+    def _quickening(self, g: Any, own: Strained, n: Numbers) -> Any:
+        """The factor by which a stress quickens the flow."""
+        if self.exponent == 1:
+            return 1.0
+        share = g * own.response * n["inverse_flow_stress"]
+        squared = share * share * _equivalent(own)
+        factor = squared
+        for _ in range((self.exponent - 1) // 2 - 1):
+            factor = factor * squared
+        return factor
+
+    def dissipation(self, m: Any, width: Any, y: list[Any], n: Numbers) -> Any:
+        """The sum of D."""
+        found: Any = 0.0
+        for k, (g, own) in enumerate(self._each(m, width, y, n)):
+            rate = g * n[f"flow_rate_{k + 1}"]
+            if self.flow == "log":
+                quick = own.response * own.response * self._quickening(g, own, n)
+                found = found + (rate * quick / 3.0) * _equivalent(own)
+            else:
+                lost: Any = 0.0
+                for stretch in own[:3]:
+                    lost = lost + (stretch - 1.0) * (stretch - 1.0) / stretch
+                found = found + 0.5 * rate * lost
+        return found
+
+    def energy(self, m: Any, width: Any, y: list[Any], n: Numbers) -> Any:
+        """What the branches store, of arrays."""
+        found: Any = 0.0
+        for k, (g, own) in enumerate(self._each(m, width, y, n)):
+            if self.flow == "log":
+                limit = {"inverse_stretch_limit": n[f"inverse_viscous_limit_{k + 1}"]}
+                found = found + g * LAWS["gent"].energy(own.first + own.second + own.third - 3.0, limit)
+            else:
+                found = found + 0.5 * g * sum(stretch - 1.0 - np.log(stretch) for stretch in own[:3])
+        return found
+
+    def limit_share(self, m: Any, width: Any, y: list[Any], n: Numbers) -> Any:
+        """The largest share of its stretch limit that a branch has reached, of arrays."""
+        found: Any = 0.0
+        for k, (_, own) in enumerate(self._each(m, width, y, n) if self.flow == "log" else ()):
+            share = (own.first + own.second + own.third - 3.0) * n[f"inverse_viscous_limit_{k + 1}"]
+            found = np.maximum(found, share)
+        return found
+
+
+def _equivalent(own: Strained) -> Any:
+    """d1^2 - d1 d2 + d2^2 of the differences of the first and of the second stretch from the third."""
+    along, across = own.first - own.third, own.second - own.third
+    return along * along - along * across + across * across
