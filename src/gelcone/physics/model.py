@@ -7,6 +7,7 @@ b - a. The equation of motion is that of `gelcone.physics.system`.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass
 from dataclasses import replace as with_fields
 from functools import lru_cache
 from typing import Any
@@ -18,6 +19,7 @@ from gelcone.physics.bias import BIASES
 from gelcone.physics.circuit import CIRCUITS, Circuit
 from gelcone.physics.component import Component, find_component
 from gelcone.physics.drive import WAVEFORMS, Waveform
+from gelcone.physics.film.branches import branches_of
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, TautCone, check_prestretch_mode
 from gelcone.physics.film.wrinkling import WrinklingCone
@@ -28,7 +30,9 @@ from gelcone.physics.records import FILMS, bias_record, find_bias, find_film
 from gelcone.physics.system import DAMPING, STRENGTH, ConeSystem
 from gelcone.quantity import Quantity
 
-KINDS = ("law", "prestretch_mode", "film", "pull_in", "bias", "waveform", "circuit", "second_film", "second_drive")
+OF_FILM = ("pull_in", "branches", "flow", "flow_exponent")
+"""Choices that some films take."""
+KINDS = ("law", "prestretch_mode", "film", *OF_FILM, "bias", "waveform", "circuit", "second_film", "second_drive")
 """What a model takes besides numbers: the names of its components, and what one pre-stretch means."""
 
 LEFT_OUT = (*(first := ("stretch_limit", "radius_ratio", *PRESTRETCHES)), *(PREFIX + name for name in first), *STRENGTH)
@@ -61,6 +65,10 @@ class ConeModel(Ensemble):
         ``radius_ratio`` = a/b (default 0.2).
     pull_in : where a wrinkling film pulls in: ``"first"`` (default) ends the run; for study ``"minimum"``,
         ``"memoryless"`` and ``"snap"``, see `gelcone.physics.film.wrinkling.WrinklingCone`.
+    branches : number of Maxwell branches, 0 to 3, of a taut film that creeps: ``viscous_modulus_k``, over the long-term
+        shear modulus, ``relaxation_time_k`` and ``viscous_limit_k`` belong to each. Default: as many as have a number.
+    flow : the branches' rule, ``"log"`` (default) or ``"linear"``; ``flow_exponent``, odd, and ``flow_stress`` make
+        the logarithmic one faster under stress; see `gelcone.physics.film.branches`.
     bias : a `Bias`: what acts on the disc besides the film. ``"spring"`` (default), the linear spring; ``"beam"``,
         a buckled beam; ``"weight"``; ``"force"``, a constant force; or several, as in ``"spring+weight"``.
     waveform : a `Waveform`. Default ``"sine"``.
@@ -85,6 +93,9 @@ class ConeModel(Ensemble):
         prestretch_mode: str | None = None,
         film: Any = "taut",
         pull_in: str | None = None,
+        branches: int | None = None,
+        flow: str | None = None,
+        flow_exponent: int | None = None,
         bias: Any = "spring",
         waveform: Any = "sine",
         circuit: Any = "ideal",
@@ -93,7 +104,8 @@ class ConeModel(Ensemble):
         **parameters: Any,
     ) -> None:
         parts = {"bias": bias, "waveform": waveform, "circuit": circuit}
-        system = _system(_film(film, law, prestretch_mode, pull_in), second_film, second_drive, **parts)
+        own = {"pull_in": pull_in, "branches": branches, "flow": flow, "flow_exponent": flow_exponent}
+        system = _system(_film(film, law, prestretch_mode, own, parameters), second_film, second_drive, **parts)
         values = system.complete(_known(system, parameters))
         self.__dict__.update(system=system, values=values, shape=_shape(values))
 
@@ -128,7 +140,12 @@ class ConeModel(Ensemble):
         given = changes.get("film", self.system.film)
         # a film by its name takes over the law; one that is given has its own
         law = self.law if isinstance(given, str) and given in FILMS else None
-        film = _film(given, changes.get("law", law), changes.get("prestretch_mode"), changes.get("pull_in"))
+        own = {name: changes.get(name) for name in OF_FILM}
+        if law is not None:
+            own = {name: getattr(self.film, name, None) for name in OF_FILM[1:] if self.film.states} | {
+                name: value for name, value in own.items() if value is not None
+            }
+        film = _film(given, changes.get("law", law), changes.get("prestretch_mode"), own, changes)
         if isinstance(film, GelFilm) and self.prestretch_mode and "prestretch_mode" not in changes:
             film = _film(film, None, self.prestretch_mode)
         parts = {name: changes.get(name, getattr(self.system, name)) for name in ("bias", "waveform", "circuit")}
@@ -191,25 +208,33 @@ class ConeModel(Ensemble):
         return self.replace(**flat)
 
 
-def _film(film: Any, law: Any, mode: str | None, pull_in: str | None = None) -> Film:
-    """The film, with the law, the pre-stretch mode and the way to pull in that were given with it."""
+def _film(
+    film: Any, law: Any, mode: str | None, own: Mapping[str, Any] | None = None, parameters: Iterable[str] = ()
+) -> Film:
+    """The film, with the law, the pre-stretch mode and its ``own`` choices that were given with it; it has at least the
+    branches of which there are ``parameters``."""
     if law is not None:
         law = find_component("strain-energy law", law, LAWS, StrainEnergyLaw)  # type: ignore[type-abstract]
     if mode is not None:
         check_prestretch_mode(mode)
     found = find_film(film)
-    if pull_in is not None:
-        if not isinstance(found, WrinklingCone):
+    chosen = {name: value for name, value in (own or {}).items() if value is not None}
+    if "branches" not in chosen and (count := branches_of(parameters)) > getattr(found, "branches", 0):
+        chosen["branches"] = count
+    for name, value in chosen.items():
+        if name not in {field.name for field in fields(found)} if is_dataclass(found) else True:
+            takes = "wrinkling" if name == "pull_in" else "taut"
             raise InputError(
-                f"pull_in: the film {found.name!r} does not take it; give film = 'wrinkling', or leave it out"
+                f"{name}: the film {found.name!r} does not take it; give film = {takes!r}, or leave it out"
             )
-        found = with_fields(found, pull_in=pull_in)
+        whole = isinstance(value, float) and value.is_integer()
+        found = with_fields(found, **{name: int(value) if whole else value})  # type: ignore[type-var]
     if not isinstance(found, GelFilm):
         if law is not None or mode is not None:
             raise InputError(f"law, prestretch_mode: the film {found.name!r} takes neither; leave them out")
         return found
-    fields = {"law": law, "prestretch_mode": mode}
-    return with_fields(found, **{name: value for name, value in fields.items() if value is not None})  # type: ignore[type-var]
+    of_gel = {"law": law, "prestretch_mode": mode}
+    return with_fields(found, **{name: value for name, value in of_gel.items() if value is not None})  # type: ignore[type-var]
 
 
 def no_film(given: Any) -> bool:
@@ -228,6 +253,8 @@ def _films(first: Film, given: Any, drive: str | None) -> tuple[PlacedFilm, ...]
     film = given if isinstance(given, Film) else _film(given, None, None)
     if isinstance(film, GelFilm) and isinstance(first, GelFilm):
         film = with_fields(film, law=first.law, prestretch_mode=first.prestretch_mode)  # type: ignore[type-var]
+    if isinstance(film, TautCone) and isinstance(first, TautCone) and first.branches:
+        film = with_fields(film, **{name: getattr(first, name) for name in ("branches", "flow", "flow_exponent")})
     if isinstance(film, WrinklingCone) and isinstance(first, WrinklingCone):
         film = with_fields(film, pull_in=first.pull_in)
     return PlacedFilm(first), PlacedFilm(film, "same" if drive is None else drive)

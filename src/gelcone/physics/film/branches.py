@@ -24,7 +24,8 @@ where n = 1 the second stays 1 and is left out. Parameters of one rule are not t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -42,6 +43,14 @@ FLOWS = ("log", "linear")
 FLOW_STRESS = Quantity(
     "s0", "stress at which the branches flow as fast as with the exponent 1, over mu", 1.0, positive=True
 )
+
+
+_NAME = re.compile(r"(?:viscous_modulus|relaxation_time|viscous_limit)_([1-9])")
+
+
+def branches_of(names: Iterable[str]) -> int:
+    """The number of branches that have a parameter among ``names``."""
+    return max((int(found[1]) for name in names if (found := _NAME.fullmatch(name))), default=0)
 
 
 class Strained(NamedTuple):

@@ -1,0 +1,291 @@
+"""Maxwell branches: certified motions, works, exponents and transfer functions; one energy; limits; what is refused."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from gelcone.errors import InputError
+from gelcone.motion.flow import integrate
+from gelcone.motion.linear import linear_response, small_signal_response, state_space
+from gelcone.motion.lyapunov import lyapunov
+from gelcone.motion.response import simulate
+from gelcone.physics.film.branches import Branches
+from gelcone.physics.film.taut import TautCone
+from gelcone.physics.model import ConeModel
+from tests.toys import SeriesResistor
+
+CERTIFIED = json.loads((Path(__file__).parents[2] / "reference" / "viscous.json").read_text())
+TAUT = [case for case in CERTIFIED["cases"] if case["kind"] == "film" and not case["film"]["wrinkles"]]
+
+
+def model_of(case):
+    """The model of a certified case."""
+    film, bias, wave = case["film"], case["bias"], case["wave"]
+    given = {"damping_ratio": case["zeta"], "meridional_prestretch": film["lm"], "hoop_prestretch": film["lh"]}
+    if film["law"] == "yeoh":
+        given |= {"law": "yeoh", "yeoh_c2": film["c2"], "yeoh_c3": film["c3"]}
+    else:
+        given["stretch_limit"] = film["J"]
+    for k, branch in enumerate(case["branches"], 1):
+        given |= {f"viscous_modulus_{k}": branch["g"], f"relaxation_time_{k}": branch["tau"]}
+        given |= {f"viscous_limit_{k}": branch["J"], "flow_exponent": int(branch["c"])}
+        given |= {"flow_stress": branch["s0"]} if branch["c"] > 1 else {}
+    if "b1" in bias:
+        given |= {"bias": "beam", "beam_stiffness": bias["b1"], "beam_cubic": bias["b3"], "beam_height": bias["xb"]}
+    else:
+        given |= {"spring_stiffness": bias["kappa"], "rest_height": bias["x0"]}
+    if wave["kind"] == "constant":
+        return ConeModel(**given, voltage=0.0, voltage_bias=wave["v"])
+    return ConeModel(**given, voltage=wave["v"], voltage_bias=wave["v0"], drive_frequency=wave["omega"])
+
+
+# --- certified numbers ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("case", TAUT, ids=[case["name"] for case in TAUT])
+def test_motions_and_works_are_the_certified_ones(case):
+    rows = case["rows"]
+    run = simulate(model_of(case), case["start"], times=[row["tau"] for row in rows])
+    for name, of in (("displacement", "x"), ("velocity", "u")):
+        np.testing.assert_allclose(run[name], [row[of] for row in rows], atol=3e-11)
+    for k in range(len(case["branches"])):
+        for name, of, pre in (("meridional", "ln_xi1", "lm"), ("hoop", "ln_xi2", "lh")):
+            own = -0.5 * np.log(run[f"viscous_{name}_{k + 1}"].values) + np.log(case["film"][pre])
+            np.testing.assert_allclose(own, [row[f"{of}_{k}"] for row in rows], atol=1e-12)
+    np.testing.assert_allclose(run["supplied_energy"], [row["source"] for row in rows], atol=3e-12)
+    works = ("film_dissipation", "damper_dissipation") if case["zeta"] else ("film_dissipation",)
+    for name in works:
+        np.testing.assert_allclose(run[name], [row[name] for row in rows], atol=3e-12)
+    assert float(abs(run["energy_residual"]).max()) < 1e-12
+
+
+def test_the_linear_flow_of_the_published_vhb_is_the_certified_one():
+    found = CERTIFIED["linear_flow"][0]
+    case, rows = found["case"], found["rows"]
+    amplitude, omega, bias = case["wave"]
+    given = {"voltage": amplitude, "drive_frequency": omega, "voltage_bias": bias, "flow": "linear"}
+    for k, (modulus, time) in enumerate(case["br"], 1):
+        given |= {f"viscous_modulus_{k}": modulus, f"relaxation_time_{k}": time}
+    model = ConeModel(
+        meridional_prestretch=case["lm"],
+        hoop_prestretch=case["lh"],
+        stretch_limit=case["J"],
+        damping_ratio=case["zeta"],
+        spring_stiffness=case["kappa"],
+        rest_height=case["x0"],
+        **given,
+    )
+    run = simulate(model, case["start"], times=case["times"])
+    names = {"displacement": "x", "velocity": "u", "viscous_meridional_1": "a1_0", "viscous_thickness_3": "a3_2"}
+    for name, of in {**names, "film_dissipation": "film_dissipation"}.items():
+        np.testing.assert_allclose(run[name], [row[of] for row in rows], atol=1e-11)
+    assert float(abs(run["energy_residual"]).max()) < 1e-12
+
+
+def test_exponents_of_a_periodic_motion_are_the_certified_ones():
+    case = CERTIFIED["exponents"][1]
+    circuit = {"circuit": SeriesResistor(), "series_resistance": 0.5, "leakage_time": 8.0}
+    model = model_of(case | {"branches": [branch | {"c": 1.0} for branch in case["branches"]]}).replace(**circuit)
+    found = lyapunov(model, case["start"])
+    assert int(found["cycle"]) == 1
+    np.testing.assert_allclose(found["lyapunov"], case["exponents"], atol=1e-9)
+    assert abs(float(found["sum_residual"])) < 1e-12
+
+
+@pytest.mark.parametrize("flow", ["log", "linear"])
+@pytest.mark.parametrize("which", [0, 1])
+def test_transfer_functions_are_the_certified_ones(which, flow):
+    found = CERTIFIED["transfer"][which]
+    case, rows = found["case"], found["rows"]
+    given = {"voltage_bias": case["v0"], "voltage": 1e-4, "flow": flow}
+    for k, (modulus, time) in enumerate(case["br"], 1):
+        given |= {f"viscous_modulus_{k}": modulus, f"relaxation_time_{k}": time}
+    if case["circ"]:
+        given |= {"circuit": SeriesResistor(), "series_resistance": case["circ"]["rho"]}
+        given |= {"leakage_time": case["circ"]["leak_time"]}
+    model = ConeModel(
+        meridional_prestretch=case["lm"],
+        hoop_prestretch=case["lh"],
+        stretch_limit=case["J"],
+        damping_ratio=case["zeta"],
+        spring_stiffness=case["kappa"],
+        rest_height=case["x0"],
+        **given,
+    )
+    omega = np.array([row["omega"] for row in rows])
+    gain = np.array([complex(*row["gain"]) for row in rows])
+    small = small_signal_response(model, omega)
+    np.testing.assert_allclose(small["gain"] * np.exp(1j * np.radians(small["phase"])), gain, atol=1e-11)
+    # of a drive with an amplitude of 1e-4 the mean squares differ by its square
+    np.testing.assert_allclose(linear_response(model, omega).harmonics[0] / 1e-4, gain, rtol=1e-7)
+    own = np.linalg.eigvals(state_space(model).A)
+    for eigenvalue in found["eigenvalues"]:
+        assert np.abs(own - complex(*eigenvalue)).min() < 1e-8
+
+
+STATICS = [row for row in CERTIFIED["statics"] if any(row[at]["state"] == "taut" for at in ("settled", "at_once"))]
+
+
+@pytest.mark.parametrize("row", STATICS, ids=[f"x={row['x']}, v={row['v']}" for row in STATICS])
+def test_static_forces_are_the_certified_ones(row):
+    given = {f"viscous_modulus_{k}": branch["g"] for k, branch in enumerate(row["branches"], 1)}
+    given |= {f"viscous_limit_{k}": branch["J"] for k, branch in enumerate(row["branches"], 1)}
+    stretches = {"meridional_prestretch": row["lm"], "hoop_prestretch": row["lh"]}
+    model = ConeModel(spring_stiffness=0.0, stretch_limit=row["J"], **stretches, **given)
+    if row["settled"]["state"] == "taut":
+        assert model.force(row["x"], row["v"]) == pytest.approx(float(row["settled"]["force"]), abs=1e-14)
+    if row["at_once"]["state"] == "taut":
+        at_once = model.film.force(row["x"], row["v"] ** 2, [1.0] * len(model.film.states), model.own_numbers)[0]
+        assert at_once == pytest.approx(float(row["at_once"]["force"]), abs=1e-14)
+
+
+# --- one energy -------------------------------------------------------------------------------------------------------
+
+EVERY = pytest.mark.parametrize(
+    "choice", [{}, {"flow_exponent": 3, "flow_stress": 0.4}, {"flow": "linear"}], ids=["log", "exponent 3", "linear"]
+)
+
+
+def film_of(choice):
+    """A film of two branches, its numbers, and states away from rest."""
+    limits = {} if choice.get("flow") == "linear" else {"viscous_limit_1": 6.0}
+    moduli = {"viscous_modulus_1": 0.6, "viscous_modulus_2": 1.1, "relaxation_time_1": 0.7}
+    model = ConeModel(prestretch=1.2, stretch_limit=9.0, **moduli, **limits, **choice)
+    return model.film, model.own_numbers, [0.7, 1.15, 0.9, 1.3]
+
+
+@EVERY
+def test_force_stress_and_dissipation_are_those_of_one_energy(choice):
+    film, n, y = film_of(choice)
+    x, h = 0.8, 1e-5
+
+    def stored(x, y):
+        return float(film.work(x, 0.0, y, n))
+
+    force, slope = film.force(x, 0.0, y, n)
+    assert force == pytest.approx((stored(x + h, y) - stored(x - h, y)) / (2.0 * h), rel=1e-9)
+    ahead, behind = (film.force(x + s * h, 0.0, y, n)[0] for s in (1.0, -1.0))
+    assert slope == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-8)
+    assert film.state(x, 0.0, y, n).meridional_stress * x / (1.0 + x * x) == pytest.approx(force, rel=1e-13)
+    lost = 0.0
+    for i, rate in enumerate(film.rates(x, 0.3, 0.0, y, n)):
+        step = h * np.eye(4)[i]
+        lost -= rate * (stored(x, list(y + step)) - stored(x, list(y - step))) / (2.0 * h)
+    assert film.dissipation(x, 0.3, 0.0, y, n) == pytest.approx(lost, rel=1e-8)
+    assert lost > 0.0
+
+
+@EVERY
+def test_the_relaxed_film_is_the_elastic_one(choice):
+    """Statics, and the states p1 = 1/q, p2 = 1 (linear: a1 = 1/q, a3 = q) at which nothing flows."""
+    film, n, _ = film_of(choice)
+    x = 0.8
+    q = 1.0 + x * x
+    relaxed = [1.0 / q, q if choice.get("flow") == "linear" else 1.0] * 2
+    elastic = ConeModel(prestretch=1.2, stretch_limit=9.0)
+    for y in ([], relaxed):
+        assert film.force(x, 0.3, y, n)[0] == pytest.approx(elastic.film.force(x, 0.3, [], n)[0], rel=1e-14)
+        assert film.state(x, 0.5, y, n).hoop_stress == pytest.approx(elastic.film_state(x, 0.5).hoop_stress, rel=1e-14)
+    np.testing.assert_allclose(film.rates(x, 0.0, 0.3, relaxed, n), 0.0, atol=1e-15)
+    assert film.dissipation(x, 0.0, 0.3, relaxed, n) == pytest.approx(0.0, abs=1e-30)
+
+
+def test_fast_branches_are_a_kelvin_voigt_film():
+    """Force 4 g tau x^2 x'/q^2, with an error of second order in tau at a fixed modulus."""
+    base = ConeModel(rest_height=0.5, voltage=0.3, drive_frequency=0.6, damping_ratio=0.02)
+    n, times = base.own_numbers, np.linspace(1.0, 10.0, 10)
+
+    errors = []
+    for tau in (0.02, 0.01):
+        model = base.replace(viscous_modulus_1=0.5, relaxation_time_1=tau)
+        x = integrate(model, (0.6, 0.0, 1.0 / 1.36, 1.0), times).states[0, :, 0]
+
+        def right(t, z, n=n, tau=tau):
+            q = 1.0 + z[0] ** 2
+            h = base.law.film_stiffness(q, n["A"], n["B"], n["G"], n)[0] - (0.3 * np.sin(0.6 * t)) ** 2
+            drag = 4.0 * 0.5 * tau * z[0] ** 2 * z[1] / q**2
+            return [z[1], -0.04 * z[1] - z[0] * h - 1.5 * (z[0] - 0.5) - drag]
+
+        found = solve_ivp(right, (0.0, 10.0), [0.6, 0.0], method="DOP853", t_eval=times, rtol=1e-11, atol=1e-13)
+        errors.append(np.abs(found.y[0] - x).max())
+    assert errors[1] < 0.35 * errors[0] < 1e-4
+
+
+def test_slow_branches_stay_as_they_were_mounted():
+    slow = ConeModel(rest_height=0.5, viscous_modulus_1=0.8, relaxation_time_1=1e9, viscous_limit_1=20.0)
+    x = integrate(slow, (0.9, 0.0), [30.0]).states[0]
+    np.testing.assert_allclose(x[0, 2:], 1.0, atol=1e-7)
+
+
+# --- what components see ----------------------------------------------------------------------------------------------
+
+
+def test_slack_sees_the_stress_of_the_branches():
+    """A film let go from a height is slack along its meridian once it has crept there, at rising voltage or none."""
+    model = ConeModel(rest_height=0.0, spring_stiffness=0.9, viscous_modulus_1=2.0, relaxation_time_1=0.5, voltage=0.0)
+    run = simulate(model, (1.2, 0.0), times=np.linspace(0.0, 2.0, 201))
+    q = 1.0 + run["displacement"].values ** 2
+    p1, p2 = run["viscous_meridional_1"].values, run["viscous_hoop_1"].values
+    own = 2.0 * (p1 * q - 1.0 / (p1 * p2 * q))
+    elastic = model.film.cone_state(q, 0.0, model.own_numbers).meridional_stress
+    np.testing.assert_allclose(run["meridional_stress"], elastic + own, atol=1e-13)
+    slack = run["meridional_slack"].values
+    assert (slack == (elastic + own < 0.0)).all()
+    assert 0.1 < float(run["validity_meridional_slack"]) < 0.9
+    assert (elastic >= 0.0).all()
+
+
+def test_the_limit_of_a_branch_counts():
+    film, n, _ = film_of({})
+    y = [1.0, 1.0, 1.0, 1.0]
+    x = 1.5
+    q = 1.0 + x * x
+    assert film.limit_share(x, 0.0, y, n) == pytest.approx(
+        max((q + 1.0 / q - 2.0) / 6.0, film.limit_share(x, 0.0, [], n))
+    )
+    assert film.limit_share(x, 0.0, y, n) > film.limit_share(x, 0.0, [], n)
+
+
+def test_both_films_of_a_double_cone_creep():
+    model = ConeModel(
+        viscous_modulus_1=0.5, relaxation_time_1=3.0, second_film="taut", second_flat_height=0.4, voltage=0.2
+    )
+    names = [state.name for state in model.system.states][2:]
+    assert names == ["viscous_meridional_1", "viscous_hoop_1", "second_viscous_meridional_1", "second_viscous_hoop_1"]
+    run = simulate(model, (0.3, 0.0), periods=2)
+    assert float(abs(run["energy_residual"]).max()) < 1e-13
+    assert float(run["film_dissipation"][-1]) > 1e-4
+
+
+# --- names ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_model_has_the_branches_of_which_it_has_numbers():
+    assert ConeModel().film.branches == 0
+    one = ConeModel(viscous_modulus_1=0.5)
+    three = one.replace(relaxation_time_3=20.0)
+    assert (one.film.branches, three.film.branches, three.viscous_modulus_1) == (1, 3, 0.5)
+    again = ConeModel.from_parameters(three.replace(flow="linear").parameters())
+    assert again.film == TautCone(branches=3, flow="linear")
+    assert three.replace(law="yeoh").film.branches == 3
+    assert three.replace(branches=0).system == ConeModel().system
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"branches": 4}, "branches = 4: must be a whole number from 0 to 3"),
+        ({"branches": 1, "flow": "exp"}, "'exp' is not a flow; known: log, linear"),
+        ({"branches": 1, "flow_exponent": 2}, "flow_exponent = 2: must be an odd whole number"),
+        ({"branches": 1, "flow_exponent": 3, "flow": "linear"}, "only the logarithmic flow takes one"),
+        ({"viscous_modulus_1": 0.5, "film": "membrane"}, "branches: the film 'membrane' does not take it"),
+        ({"viscous_modulus_1": -0.5}, "viscous_modulus_1 = -0.5: must be at least 0"),
+    ],
+)
+def test_what_branches_cannot_be_is_refused(given, message):
+    with pytest.raises(InputError, match=message):
+        ConeModel(**given)
+    assert Branches(0, "log", 1, True).states == ()
