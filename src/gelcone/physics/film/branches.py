@@ -54,12 +54,14 @@ def branches_of(names: Iterable[str]) -> int:
 
 
 class Strained(NamedTuple):
-    """Elastic squared stretches of a branch, and its response."""
+    """A branch at some stretches: its true stresses are g times ``softness`` times ``along`` and ``across``; of a film
+    along its meridian of squared length m ``pull`` is ``softness``/m. ``stretches``: E1 and E2."""
 
-    first: Any
-    second: Any
-    third: Any
-    response: Any
+    along: Any
+    across: Any
+    softness: Any
+    pull: Any
+    stretches: tuple[Any, Any]
 
 
 @dataclass(frozen=True)
@@ -148,10 +150,12 @@ class Branches:
         own = self._own(k, y)
         first, second = own[0] * m, own[1] * width
         if self.flow == "linear":
-            return Strained(first, second, own[2] / (m * width), 1.0)
-        third = 1.0 / (first * second)
-        strain = (first - 1.0) + (second - 1.0) + (third - 1.0)
-        return Strained(first, second, third, 1.0 / (1.0 - n[f"inverse_viscous_limit_{k + 1}"] * strain))
+            third, r = own[2] / (m * width), 1.0 / m
+            return Strained(first - third, second - third, 1.0, r, (first, second))
+        # with P = E1 E2, R E3 = 1/(P (1 + 3/J - (E1 + E2)/J) - 1/J) and R = P R E3: one division
+        s, product = n[f"inverse_viscous_limit_{k + 1}"], first * second
+        pull = 1.0 / (m * (product * ((1.0 + 3.0 * s) - s * (first + second)) - s))
+        return Strained(product * first - 1.0, product * second - 1.0, m * pull, pull, (first, second))
 
     def _each(self, m: Any, width: Any, y: list[Any], n: Numbers) -> list[tuple[Any, Strained]]:
         return [
@@ -164,19 +168,21 @@ class Branches:
         """Sums of t1 and t2; 0 where the branches have relaxed, in statics."""
         along, across = 0.0, 0.0
         for g, own in self._each(m, width, y, n):
-            along = along + g * own.response * (own.first - own.third)
-            across = across + g * own.response * (own.second - own.third)
+            stiff = g * own.softness
+            along, across = along + stiff * own.along, across + stiff * own.across
         return along, across
 
     def pull(self, m: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
         """t1/m of a taut film, and its derivative by m while the states are held."""
-        value, slope, r = 0.0, 0.0, 1.0 / m
+        value, slope = 0.0, 0.0
         for k, (g, own) in enumerate(self._each(m, 1.0, y, n)):
-            difference, soft = (own.first - own.third) * r, g * own.response
-            value = value + soft * difference
-            slope = slope + soft * (2.0 * own.third * r * r)
+            term = (g * own.pull) * own.along
             if self.flow == "log":
-                slope = slope + soft * own.response * n[f"inverse_viscous_limit_{k + 1}"] * difference * difference
+                bend = n[f"inverse_viscous_limit_{k + 1}"] * own.along * own.along
+                steeper = (g * own.pull) * (2.0 / m + own.pull * bend)
+            else:
+                steeper = 2.0 * g * (own.stretches[0] - own.along) * own.pull * own.pull
+            value, slope = value + term, slope + steeper
         return value, slope
 
     def rates(self, m: Any, width: Any, y: list[Any], n: Numbers) -> list[Any]:
@@ -185,13 +191,13 @@ class Branches:
         for k, (g, own) in enumerate(self._each(m, width, y, n)):
             rate, p = n[f"flow_rate_{k + 1}"], self._own(k, y)
             if self.flow == "log":
-                speed = (-2.0 / 3.0) * rate * own.response * self._quickening(g, own, n)
+                speed = (-2.0 / 3.0) * rate * own.softness * self._quickening(g, own, n)
                 found += [
-                    speed * p[0] * (own.first - 0.5 * (own.second + own.third)),
-                    speed * p[1] * (own.second - 0.5 * (own.first + own.third)),
+                    speed * p[0] * (own.along - 0.5 * own.across),
+                    speed * p[1] * (own.across - 0.5 * own.along),
                 ]
             else:
-                wanted = [1.0 / m, 1.0 / width, m * width]
+                wanted = [own.pull, 1.0 / width, m * width]
                 changes = [rate * (a - b) for a, b in zip(wanted, p, strict=True)]
                 found += [changes[0], changes[2]] if self.taut else changes
         return found
@@ -200,7 +206,7 @@ class Branches:
         """The factor by which a stress quickens the flow."""
         if self.exponent == 1:
             return 1.0
-        share = g * own.response * n["inverse_flow_stress"]
+        share = g * own.softness * n["inverse_flow_stress"]
         squared = share * share * _equivalent(own)
         factor = squared
         for _ in range((self.exponent - 1) // 2 - 1):
@@ -213,36 +219,38 @@ class Branches:
         for k, (g, own) in enumerate(self._each(m, width, y, n)):
             rate = g * n[f"flow_rate_{k + 1}"]
             if self.flow == "log":
-                quick = own.response * own.response * self._quickening(g, own, n)
+                quick = own.softness * own.softness * self._quickening(g, own, n)
                 found = found + (rate * quick / 3.0) * _equivalent(own)
             else:
                 lost: Any = 0.0
-                for stretch in own[:3]:
+                for stretch in (*own.stretches, own.stretches[0] - own.along):
                     lost = lost + (stretch - 1.0) * (stretch - 1.0) / stretch
                 found = found + 0.5 * rate * lost
         return found
 
     def energy(self, m: Any, width: Any, y: list[Any], n: Numbers) -> Any:
-        """What the branches store, of arrays."""
+        """The energy that the branches store, of arrays."""
         found: Any = 0.0
         for k, (g, own) in enumerate(self._each(m, width, y, n)):
+            first, second = own.stretches
             if self.flow == "log":
                 limit = {"inverse_stretch_limit": n[f"inverse_viscous_limit_{k + 1}"]}
-                found = found + g * LAWS["gent"].energy(own.first + own.second + own.third - 3.0, limit)
+                found = found + g * LAWS["gent"].energy(first + second + 1.0 / (first * second) - 3.0, limit)
             else:
-                found = found + 0.5 * g * sum(stretch - 1.0 - np.log(stretch) for stretch in own[:3])
+                every = (first, second, first - own.along)
+                found = found + 0.5 * g * sum(stretch - 1.0 - np.log(stretch) for stretch in every)
         return found
 
     def limit_share(self, m: Any, width: Any, y: list[Any], n: Numbers) -> Any:
         """The largest share of its stretch limit that a branch has reached, of arrays."""
         found: Any = 0.0
         for k, (_, own) in enumerate(self._each(m, width, y, n) if self.flow == "log" else ()):
-            share = (own.first + own.second + own.third - 3.0) * n[f"inverse_viscous_limit_{k + 1}"]
+            first, second = own.stretches
+            share = (first + second + 1.0 / (first * second) - 3.0) * n[f"inverse_viscous_limit_{k + 1}"]
             found = np.maximum(found, share)
         return found
 
 
 def _equivalent(own: Strained) -> Any:
-    """d1^2 - d1 d2 + d2^2 of the differences of the first and of the second stretch from the third."""
-    along, across = own.first - own.third, own.second - own.third
-    return along * along - along * across + across * across
+    """The squared equivalent stress over that of g and the softness."""
+    return own.along * own.along - own.along * own.across + own.across * own.across
