@@ -39,6 +39,7 @@ SMALL = {
     "map": ["--over", "material.fung_b=0.1:0.2:2", "--over", "quality_factor=4:5:2", "--uniform"],
     "film": ["--film", "membrane", "--set", "hoop_prestretch=1.1"],
     "sweep": ["--over", "material.fung_b=0.1:0.2:2"],
+    "validate": ["--displacements", "10 mm", "--elements", "10"],
     "basin": ["--over", "displacement=10 mm:12 mm:2", "--over", "velocity=0 m/s:0.1 m/s:2"],
     "envelope": ["--over", "frequency=9 Hz:11 Hz:2", "--over", "peak_voltage=0.6 kV:1 kV:2"],
 }

@@ -88,12 +88,11 @@ def dry(monkeypatch, prepared):
         "gelcone.cli.command.plain",
         "gelcone.cli.grids.deliver",
         "gelcone.cli.grids.export",
-        "gelcone.continuum.compare.compare",
         "gelcone.paper.run.run",
         "gelcone.cli.studio.start",
     ):
         monkeypatch.setattr(place, begin)
-    for place in ("cli.command", "cli.grids", "cli.validate"):  # results of a name may be there
+    for place in ("cli.command", "cli.grids"):  # results of a name may be there
         monkeypatch.setattr(f"gelcone.{place}.check_folder", lambda *_: None)
     monkeypatch.setattr("gelcone.cli.grids.plain", lambda call: begin)
     monkeypatch.setattr("gelcone.files.write_whole", begin)

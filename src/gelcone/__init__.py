@@ -69,6 +69,9 @@ if TYPE_CHECKING:
     from gelcone.motion.profile import film as film
 
     """The membrane from disc to rim: shape, stretches, field, wrinkles, capacitance."""
+    from gelcone.continuum.compare import validate as validate
+
+    """Are cone and membrane right? Their forces against finite elements."""
     from gelcone.motion.limits import limits as limits
 
     """Voltages that bound the use: loss of stability of rest, pitchfork, pull-in."""

@@ -28,6 +28,10 @@ COMMANDS = {
         (*BASE, "--film", "wrinkling", "--set", "voltage=0.5,0.9", "--set", "rest_height=0.4"),
     ],
     "film": [(*BASE, "--film", "membrane", "--height", "0.3,0.9", "--voltage", "0,0.5,0.9")],
+    "validate": [
+        ("--displacements", "0.5,1", "--voltages", "0,0.6", "--wrinkles", way, "--elements", "20")
+        for way in ("mark", "relax")
+    ],
     "limits": [(*BASE, "--set", "prestretch=0.8:1.2:3")],
     "settled": [(*BASE, "--set", "voltage=0.5,0.97,1.04")],
     "operating-limits": [("--preset", "spring", "--set", "voltage=0.1")],

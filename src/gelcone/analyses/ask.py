@@ -44,6 +44,7 @@ TITLES: Mapping[str, str] = {
     "regime of motion": "regime",
     "statics": "static",
     "film": "film",
+    "cone and continuum": "validate",
     "limits": "limits",
     "settled motion": "settled",
     "operating limits": "operating_limits",
@@ -67,16 +68,11 @@ def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
     from gelcone.dataset import model_of
     from gelcone.devices.si import device_of
 
-    if title == "cone and continuum":
-        from gelcone.analyses.validation import validate_words
-
-        answers = Answers("validate", validate_words)
-    elif title in TITLES:
-        answers = answers_of(find_analysis(TITLES[title]))
-    else:
+    if title not in TITLES:
         raise InputError(
             f"the file holds {title or 'no result of gelcone'!r}, which no command prints; use gelcone.load"
         )
+    answers = answers_of(find_analysis(TITLES[title]))
     device = device_of(result)
     initial = _initial_of(result, device)
     if device is not None:

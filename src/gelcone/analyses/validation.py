@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gelcone.analyses.answer import heading
-from gelcone.analyses.request import RADIUS_RATIO, read_measures, read_pairs, read_value
-from gelcone.errors import InputError
-from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.quantity import Array
 from gelcone.words import shortened, unit_of
 
@@ -20,31 +17,6 @@ if TYPE_CHECKING:
 
 HOOP_SLACK = "converged, but compressed along the hoop: the film wrinkles there, and this state is not physical"
 LIMITS = ("limit_displacement", "cone_limit_displacement")
-
-
-def split_settings(settings: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The settings of the radius ratio, and those of the model or device."""
-    own = tuple(s for s in settings if s.partition("=")[0].strip() == RADIUS_RATIO)
-    return own, tuple(s for s in settings if s not in own)
-
-
-def radius_ratio(own: tuple[str, ...], subject: Subject) -> Any:
-    """a/b as given, as the device has it, or the default."""
-    text = read_pairs(own).get(RADIUS_RATIO)
-    given = None if text is None else read_value(text)
-    if subject.device is None:
-        return DEFAULT_RADIUS_RATIO if given is None else given
-    if given is not None:
-        raise InputError(f"--set {RADIUS_RATIO}: a device has its own; set disc_radius or film_radius")
-    return subject.device.disc_radius / subject.device.film_radius
-
-
-def constant_voltages(voltages: str | None, settings: tuple[str, ...], subject: Subject) -> Array:
-    """The voltages that were asked for; else the amplitude that is set or that the device has; else 0."""
-    if voltages is not None:
-        return np.unique(read_measures("--voltages", voltages, "voltage", subject.device))
-    is_set = subject.device is not None or any(s.partition("=")[0].strip() == "voltage" for s in settings)
-    return np.unique(subject.model.voltage) if is_set else np.zeros(1)
 
 
 def validate_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -64,14 +36,15 @@ def _voltage_lines(member: xr.Dataset) -> list[str]:
 
     wrinkles = "pull_in_voltage" in member
     which = "that of the continuum, both wrinkling," if wrinkles else "that of the taut continuum,"
-    lines = [f"disc over film a/b {float(member[RADIUS_RATIO]):.4g}; cone force over {which} less 1:"]
+    lines = [f"disc over film a/b {float(member['radius_ratio']):.4g}; cone force over {which} less 1:"]
     for i in range(member.sizes["constant_voltage"]):
         one = member.isel(constant_voltage=i)
         taut = (one["deviation"] if wrinkles else one["deviation"].where(~one["hoop_slack"])).values
         text = "no film in tension" if wrinkles else "the film is taut nowhere"
         if np.isfinite(taut).any():
-            ends = dict.fromkeys((int(np.nanargmin(taut)), int(np.nanargmax(taut))))
-            text = " to ".join(f"{taut[k]:+.1%} at {_place(one, k)}" for k in ends)
+            text = _ends(one, taut)
+            if wrinkles and np.isfinite(one["membrane_deviation"]).any():
+                text += f"; the membrane {_ends(one, one['membrane_deviation'].values, 2)}"
         lines.append(f"  {float(one['constant_voltage']):.4g}{unit_of(one['constant_voltage'])}: {text}")
         endings = [Ending(code) for code in one["ending"].values]
         wrinkled = 0 if wrinkles else int((one["hoop_slack"] & (one["ending"] == Ending.CONVERGED)).sum())
@@ -82,13 +55,20 @@ def _voltage_lines(member: xr.Dataset) -> list[str]:
     return shortened(lines)
 
 
+def _ends(one: xr.Dataset, share: Array, digits: int = 1) -> str:
+    """The least and the largest of shares over the displacements, and where."""
+    ends = dict.fromkeys((int(np.nanargmin(share)), int(np.nanargmax(share))))
+    return " to ".join(f"{share[k]:+.{digits}%} at {_place(one, k)}" for k in ends)
+
+
 def _pull_in_lines(member: xr.Dataset) -> list[str]:
     """Above which voltages continuum and cone have pulled in."""
     if "pull_in_voltage" not in member:
         return []
-    own, cone = member["pull_in_voltage"], member["cone_pull_in_voltage"].values
+    own, cone, other = (member[f"{film}pull_in_voltage"] for film in ("", "cone_", "membrane_"))
     lines = [
-        f"  at {_place(member, k)}: {float(v):.4g}{unit_of(own)}, the cone above {float(cone[k]):.4g}{unit_of(own)}"
+        f"  at {_place(member, k)}: {float(v):.4g}{unit_of(own)}, the cone above {float(cone[k]):.4g}{unit_of(own)}, "
+        f"the membrane above {float(other[k]):.4g}{unit_of(own)}"
         for k, v in enumerate(own.values)
         if np.isfinite(v)
     ]

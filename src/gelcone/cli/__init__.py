@@ -14,7 +14,6 @@ from gelcone.register import analyses
 OWN_COMMANDS = {
     "studio": ("A page in the browser in which every control answers at once.", "studio:studio_command"),
     "paper": ("Redraw the source paper's figures and check its claims.", "paper:paper_command"),
-    "validate": ("Is the cone right? Its force against the film as a continuum.", "validate:validate_command"),
     "export": ("A result as tables (CSV, Parquet) or for MATLAB.", "grids:export_command"),
     "init": ("Write a first device file, every field explained, to be filled in.", "own:init_command"),
     "help": ("Explain a subject: the fields of a device, a term, or a command.", "own:help_command"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +13,6 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.continuum.membrane import (
     DEFAULT_ELEMENTS,
-    Wrinkles,
     check_displacements,
     check_voltages,
     ensemble,
@@ -24,14 +23,17 @@ from gelcone.continuum.membrane import (
 )
 from gelcone.continuum.mesh import Film, interpolated, mesh_film
 from gelcone.continuum.path import Ending, Point, cone, flat, newton, reach, slackens
+from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import ConeModel
-from gelcone.quantity import Array
+from gelcone.progress import Progress
+from gelcone.quantity import Array, Lengths, Voltages
 
 if TYPE_CHECKING:
     import xarray as xr
 
+DISPLACEMENTS = (0.1, 2.0, 20)
 LIMIT_SHARES = (0.1, 0.5, 0.9)
 """Shares of the stretch limit at which the displacements are determined."""
 LIMIT_STEPS = 40
@@ -49,15 +51,66 @@ MESH_VARIABLES = {
 """What a mesh-convergence table holds -> its meaning and scale."""
 
 
+@analysis(
+    answers="validation",
+    examples=(
+        "--set radius_ratio=0.2 --displacements 0.5,1,1.5 --voltages 0,0.3 --out results",
+        "--set radius_ratio=0.05,0.2,0.5 --set prestretch=1.2 --set prestretch_mode=equibiaxial --json",
+        'paper-table1 --displacements "5 mm:40 mm:8" --voltages "0 kV,1 kV" --wrinkles relax',
+    ),
+)
+def validate(
+    model: ConeModel,
+    displacements: Lengths | None = None,
+    voltages: Voltages | None = None,
+    *,
+    wrinkles: str = "mark",
+    elements: int = DEFAULT_ELEMENTS,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Are cone and membrane right? Their forces over displacement against finite elements. Needs scikit-fem.
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble, of which the first film's law, pre-stretches and ``radius_ratio`` (a/b, default
+        0.2) alone play a part, not the film that it names, spring, mass or drive.
+    displacements : x = h/(b-a) at which the disc is held, one number or a list. Default 20 from 0.1 to 2.
+    voltages : constant voltages v, at least 0, one number or a list. Default none but 0.
+    wrinkles : the treatment of wrinkles: ``"mark"`` marks where a film without them is compressed, ``"relax"`` lets the
+        film wrinkle (tension field) and compares the film named membrane, too.
+    elements : quadratic finite elements along the radius, at least 2.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Returns
+    -------
+    The Dataset of `compare`, and for each member `mesh_convergence` at one of its points, in variables with ``mesh_``
+    before their names.
+
+    Raises
+    ------
+    InputError : for a disc larger than the film, or displacements of which none can be reached within the stretch
+        limit.
+    MissingDependency : without scikit-fem; pip install 'gelcone[fem]'.
+    """
+    ratio = model.values.get("radius_ratio", DEFAULT_RADIUS_RATIO)
+    film = model.replace(film="taut", radius_ratio=None, second_film=None, voltage=0.0, voltage_bias=0.0)
+    x = np.linspace(*DISPLACEMENTS) if displacements is None else displacements
+    levels = 0.0 if voltages is None else voltages
+    result = compare(
+        film, ratio, displacements=x, voltages=levels, wrinkles=wrinkles, elements=elements, progress=progress
+    )
+    return with_mesh_table(result, ratio)
+
+
 def compare(
     model: ConeModel,
     radius_ratio: npt.ArrayLike = DEFAULT_RADIUS_RATIO,
     *,
     displacements: npt.ArrayLike,
     voltages: npt.ArrayLike = 0.0,
-    wrinkles: Wrinkles = "mark",
+    wrinkles: str = "mark",
     elements: int = DEFAULT_ELEMENTS,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """What `membrane` finds, and the cone model of the same film for comparison.
 
@@ -73,7 +126,8 @@ def compare(
     displacements at which the largest I1 - 3 reaches that share of the stretch limit without voltage; NaN for a law
     without limit. With ``"relax"`` the cone wrinkles too, and ``pull_in_voltage`` and ``cone_pull_in_voltage`` over the
     displacement tell above which voltage each has pulled in: the continuum's is NaN where no given voltage was that
-    high.
+    high. ``membrane_force``, ``membrane_deviation`` and ``membrane_pull_in_voltage`` are then those of the film that is
+    named membrane, NaN of one that is not computed.
     """
     result = membrane(
         model,
@@ -95,8 +149,8 @@ def compare(
     cone_stretch = np.array([member.stretches[0] * np.sqrt(1.0 + x * x) for member in members])
     held = result["force"].values.reshape(force.shape)
     ending, folds = (result[name].values.reshape(force.shape) for name in ("ending", "folds"))
-    pulls = (ending == Ending.CONVERGED) & (folds == 0) & (held * np.sign(x) > 0.0)
-    deviation = np.where(pulls, force / np.where(pulls, held, np.nan) - 1.0, np.nan)
+    tense = (ending == Ending.CONVERGED) & (folds == 0) & (held * np.sign(x) > 0.0)
+    held = np.where(tense, held, np.nan)
     films = [mesh_film(member, ratio, elements) for member, ratio in zip(members, ratios, strict=True)]
     reached = np.array([limit_displacements(film) for film in films])
     cones = np.array([[_cone_limit(member, share) for share in LIMIT_SHARES] for member in members])
@@ -105,13 +159,13 @@ def compare(
         model,
         {
             "cone_force": (at, force, "static force of the homogeneous cone on the disc", "force"),
-            "deviation": (at, deviation, "force of the cone over that of the continuum, less 1", "ratio"),
+            "deviation": (at, force / held - 1.0, "force of the cone over that of the continuum, less 1", "ratio"),
             "cone_stretch": (at[1:], cone_stretch, "true meridional stretch of the cone", "stretch"),
             "cone_limit_share": (at, share, "share of the stretch limit in the cone, (I1-3)/limit", "ratio"),
             "limit_displacement": (("share",), reached, "where the continuum reaches the share", "length"),
             "cone_limit_displacement": (("share",), cones, "where the cone reaches the share", "length"),
         }
-        | (_pull_in_voltages(result, members, x) if wrinkles == "relax" else {}),
+        | (_of_wrinkling(result, members, ratios, held) if wrinkles == "relax" else {}),
         coords={"share": (("share",), np.array(LIMIT_SHARES), "share of the stretch limit", "ratio")},
         options={"elements": elements, "wrinkles": wrinkles},
         title="cone and continuum",
@@ -120,19 +174,30 @@ def compare(
     return merged.assign_attrs(cone_values.attrs)
 
 
-def _pull_in_voltages(result: xr.Dataset, members: list[ConeModel], x: Array) -> dict[str, dataset.Variable]:
-    """Voltages above which membrane and cone have pulled in, over the displacements: the membrane's where one of the
-    given voltages was that high."""
-    shape = (len(members), result.sizes["constant_voltage"], x.size)
-    ending, reached = (result[name].values.reshape(shape) for name in ("ending", "reached_voltage"))
+def _of_wrinkling(
+    result: xr.Dataset, members: list[ConeModel], ratios: list[float], held: Array
+) -> dict[str, dataset.Variable]:
+    """Voltages above which continuum, cone and membrane have pulled in, over the displacements - the continuum's where
+    one of the given voltages was that high - and the force of the membrane next to the one that is ``held``."""
+    x, levels = result["displacement"].values, result["constant_voltage"].values
+    force, limit = np.full(held.shape, np.nan), np.full((len(members), x.size), np.nan)
+    for i, (member, ratio) in enumerate(zip(members, ratios, strict=True)):
+        with contextlib.suppress(InputError):
+            own = member.replace(film="membrane", radius_ratio=ratio, spring_stiffness=0.0)
+            force[i] = [own.force(x, v) for v in levels]
+            limit[i] = np.sqrt(own.film.highest_squared(x, own.numbers()))
+    ending, reached = (result[name].values.reshape(held.shape) for name in ("ending", "reached_voltage"))
     gone = ending == Ending.PULLED_IN
     found = np.where(gone.any(axis=1), np.min(np.where(gone, reached, np.inf), axis=1), np.nan)
     cones = [member.replace(film="wrinkling") for member in members]
     squared = np.array([cone.film.highest_squared(x, cone.numbers()) for cone in cones])
-    along = ("displacement",)
+    along, at = ("displacement",), ("constant_voltage", "displacement")
     return {
         "pull_in_voltage": (along, found, "voltage above which the continuum has pulled in", "voltage"),
         "cone_pull_in_voltage": (along, np.sqrt(squared), "and the cone", "voltage"),
+        "membrane_pull_in_voltage": (along, limit, "and the film named membrane", "voltage"),
+        "membrane_force": (at, force, "static force of the film named membrane on the disc", "force"),
+        "membrane_deviation": (at, force / held - 1.0, "that force over that of the continuum, less 1", "ratio"),
     }
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -36,12 +36,12 @@ from gelcone.continuum.path import Ending, Point, arc, cone, flat, newton, reach
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import PARAMETERS, ConeModel
+from gelcone.progress import Progress
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Wrinkles = Literal["mark", "relax"]
 WRINKLES = ("mark", "relax")
 DEFAULT_ELEMENTS = 200
 COMPRESSION = -1e-9
@@ -74,9 +74,9 @@ def membrane(
     *,
     displacements: npt.ArrayLike,
     voltages: npt.ArrayLike = 0.0,
-    wrinkles: Wrinkles = "mark",
+    wrinkles: str = "mark",
     elements: int = DEFAULT_ELEMENTS,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Force over displacement of the film alone as an axisymmetric membrane, and its state along the radius.
 
