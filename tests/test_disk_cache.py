@@ -129,6 +129,19 @@ def test_an_entry_is_made_again_when_parts_a_file_or_the_file_of_a_class_change(
     assert made((1.0, "a"), int) == b"9"
 
 
+def test_what_is_not_made_is_refused_where_one_asks_for_that(folder, monkeypatch):
+    def made(parts, make=lambda: CONTENT):
+        return disk_cache.made("kind", parts, make, (Path(__file__),))
+
+    with pytest.raises(disk_cache.Unmade), disk_cache.unmade_refused():
+        made(1)
+    assert made(1) == CONTENT
+    with disk_cache.unmade_refused():
+        assert made(1, lambda: pytest.fail("it is there")) == CONTENT
+        monkeypatch.setenv("GELCONE_CACHE", "")  # where nothing is stored, nothing is waited for
+        assert made(2) == CONTENT
+
+
 def test_what_a_class_of_a_session_gives_is_not_stored(folder):
     session = {"__name__": "a session"}
     exec("class Own: pass", session)

@@ -7,7 +7,9 @@ import inspect
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -39,15 +41,34 @@ Sources = tuple[Path | type, ...]
 """Files, folders of Python files, and classes, which stand for the file that defines them."""
 
 
+class Unmade(Exception):
+    """Content that is not in the cache, and takes a while to make."""
+
+
+_thread = threading.local()
+
+
+@contextmanager
+def unmade_refused() -> Iterator[None]:
+    """In this thread `made` raises `Unmade` in place of making content that the cache could hold and does not."""
+    before, _thread.refuses = getattr(_thread, "refuses", False), True
+    try:
+        yield
+    finally:
+        _thread.refuses = before
+
+
 def made(kind: str, parts: object, make: Callable[[], bytes], sources: Sources) -> bytes:
     """The content that ``make`` gives, or gave for equal ``parts`` while all sources were as they are now.
 
-    ``parts`` are compared by their ``repr``.
+    ``parts`` are compared by their ``repr``. Raises `Unmade` within `unmade_refused`.
     """
     digest = digest_of(sources)
     key = hashlib.sha256(repr((parts, digest)).encode()).hexdigest() if digest else ""
     content = read(kind, key)
     if content is None:
+        if key and folder(kind) is not None and getattr(_thread, "refuses", False):
+            raise Unmade(kind)
         content = make()
         write(kind, key, content)
     return content

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import operator
 import os
 import random
 import signal
@@ -12,6 +13,7 @@ import threading
 import time
 import urllib.error
 import urllib.request
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -368,6 +370,44 @@ def test_a_hand_that_waits_for_the_kind_of_motion_has_it_at_once(server, monkeyp
         while answer(page, "kind")[0]["id"] != 6:
             pass
         assert time.perf_counter() - began > 1.0
+
+
+def test_the_membrane_for_which_a_cone_stands_is_made_once_the_hand_rests_and_shown(server, monkeypatch):
+    made, at_once = [], Shelf.at_once
+
+    def cone_first(shelf, setting, compute, patient=False):
+        subject, found, _ = at_once(shelf, setting, compute)
+        made.append(patient)
+        return subject, found, len(made) == 1
+
+    monkeypatch.setattr(Shelf, "at_once", cone_first)
+    monkeypatch.setattr(
+        gelcone.studio.page, "make_membrane", operator.is_not
+    )  # in a worker, and there is nothing to do
+    with server.page() as page:
+        ask(page, "look", 1, side="a", setting=PUMP)
+        assert [answer(page, "response", 30.0)[0]["about"]["stands"] for _ in range(2)] == [True, False]
+        assert answer(page, "kind")[0]["id"] == 1
+    assert made == [False, True]  # what is not stored is then made in the studio itself
+
+
+@pytest.mark.slow
+def test_a_membrane_comes_in_the_place_of_its_cone(monkeypatch, tmp_path):
+    monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
+    server = Running()
+    with closing(server), server.page() as page:
+        setting = {**PUMP, "values": {"film": "membrane", "voltage_amplitude": "500 V"}}
+        ask(page, "look", 1, side="a", setting=setting, controls=True)
+        found = []
+        while not found or found[-1]["about"]["stands"]:
+            found.append(answer(page, "response", 120.0)[0])
+        assert [(own["about"]["stands"], own["about"]["film_of"]) for own in found] == [
+            (True, "cone"),
+            (False, "membrane"),
+        ]
+        shared = {**setting, "values": setting["values"] | {"meridional_prestretch": "0.5"}}
+        ask(page, "look", 2, side="a", setting=shared)
+        assert answer(page, "response", 120.0)[0]["about"]["stands"]
 
 
 def test_another_rest_is_looked_for_once_the_hand_rests_and_shown(server, monkeypatch):

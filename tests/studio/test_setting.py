@@ -9,6 +9,7 @@ import pytest
 from gelcone import InputError
 from gelcone.analyses.request import read_subject
 from gelcone.devices.files import shipped_devices
+from gelcone.membrane.table import names
 from gelcone.studio.grids import Source, find_rests
 from gelcone.studio.setting import Setting, Shelf, typed
 
@@ -36,6 +37,49 @@ def test_a_setting_gives_what_the_command_line_gives(shelf):
 def test_the_text_of_a_file_is_read_as_the_file(shelf):
     found = shelf.subject(Setting.read({"file": text_of()}))
     assert found.model.parameters() == read_subject("biased-pump").model.parameters()
+
+
+MEMBRANE = {"film": "membrane", "meridional_prestretch": "1.14"}
+
+
+@pytest.mark.parametrize(
+    ("device", "values"), [("biased-pump", MEMBRANE), ("biased-pump", {}), ("double-cone", MEMBRANE)]
+)
+def test_a_cone_stands_for_a_membrane_that_is_not_made(shelf, device, values, tmp_path, monkeypatch):
+    monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
+    setting = Setting.read({"device": device, "values": values})
+    subject, found, stands = shelf.at_once(
+        setting, lambda subject: [film.film.name for film in subject.model.system.films]
+    )
+    whole = read_subject(device, settings=[f"{name}={value}" for name, value in values.items()])
+    assert stands == ("membrane" in (whole.device.film, whole.device.second_film))
+    if not stands:
+        return
+    assert (
+        subject.device.to_toml()
+        == whole.device.replace(film="wrinkling", second_film=subject.device.second_film).to_toml()
+    )
+    assert set(found) == {"wrinkling"}
+    assert next(one.value for one in shelf.controls(setting) if one.name == "film") == "membrane"
+
+
+def test_what_is_made_or_is_no_membrane_needs_no_stand_in(shelf, tmp_path, monkeypatch):
+    monkeypatch.setenv("GELCONE_CACHE", "")  # all is made at once
+    made = []
+    monkeypatch.setattr("gelcone.membrane.made.table", lambda gel, ratio: made.append(1) or dict.fromkeys(names(), 1.0))
+    monkeypatch.setattr(Shelf, "_begin", lambda self, key, texts: np.array([0.5, 0.0]))
+    setting = Setting.read({"device": "biased-pump", "values": MEMBRANE})
+    _, found, stands = shelf.at_once(setting, lambda subject: subject.model.film.name)
+    assert (found, stands) == ("membrane", False)
+
+
+def test_a_setting_is_checked_before_a_cone_stands_for_its_membrane(shelf, tmp_path, monkeypatch):
+    monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
+    for values in ({"film": "membrane", "waveform": "evil:K"}, {"film": "membrane", "no_such": "1 mm"}):
+        with pytest.raises(InputError):
+            shelf.at_once(
+                Setting.read({"device": "biased-pump", "values": values}), lambda subject: pytest.fail("read")
+            )
 
 
 @pytest.mark.parametrize("name", ["/etc/passwd", "../biased-pump", "biased-pump.toml", "", "no-such"])

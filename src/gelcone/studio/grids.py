@@ -169,6 +169,14 @@ def find_pull_in(source: Source) -> float:
     return look.pull_in_of(source.subject().model)
 
 
+def make_membrane(source: Source, periods: float) -> bool:
+    """Leaves in the disk cache what the picture and the kind of motion of a subject need."""
+    subject = source.subject()
+    look.response(subject, periods)
+    look.kind(subject)
+    return True
+
+
 def find_curves(source: Source, keys: list[CurveKey]) -> list[PullInCurve | None]:
     """The voltages at which the membranes of a subject pull in."""
     return [curve_of(*key) for key in keys]
@@ -231,9 +239,9 @@ def _impossible(states: int) -> dict[str, Any]:
 THRESHOLDS = {
     "onset_voltage": "rest becomes unstable",
     "pitchfork_voltage": "flat film loses its stability at the peak",
-    "pull_in_voltage": "pull-in of the cone at the peak",
+    "pull_in_voltage": "pull-in of the {film} at the peak",
 }
-"""Voltages that bound the use, as `gelcone.limits` finds them, in words."""
+"""Voltages that bound the use, as `gelcone.limits` finds them, in words with the film's name."""
 FREQUENCIES = ("frequency", "drive_frequency")
 VOLTAGES = ("voltage", "voltage_amplitude")
 """Parameters that are the amplitude of the voltage."""
@@ -255,5 +263,5 @@ def thresholds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:
     for name, words in THRESHOLDS.items():
         volts = np.asarray(found[name][1]) - (0.0 if name == "onset_voltage" else offset)
         if (volts > 0.0).any():
-            lines[words] = np.where(volts > 0.0, volts, np.nan) * cells.voltage
+            lines[words.format(film=look.film_of(subject.model))] = np.where(volts > 0.0, volts, np.nan) * cells.voltage
     return lines

@@ -25,6 +25,7 @@ from gelcone.motion.settle import start_states
 from gelcone.motion.spectrum import spectrum_cells
 from gelcone.motion.validity import broken_by_film
 from gelcone.physics.film.film import FilmState
+from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import bias_record
@@ -406,7 +407,7 @@ def has_pull_in(model: ConeModel) -> bool:
 
 def margins(subject: Subject) -> Parts:
     """The static pull-in voltage, and how near the drive's peak is to it."""
-    numbers = {"pull-in of the cone": pull_in_of(subject.model)}
+    numbers = {performance.PULL_INS[film_of(subject.model)]: pull_in_of(subject.model)}
     return Parts({}, {"numbers": performance.in_words(numbers, subject)})
 
 
@@ -447,6 +448,11 @@ def legend() -> dict[str, Any]:
     }
 
 
+def film_of(model: ConeModel) -> str:
+    """Whether the film of a model is a ``membrane`` or a ``cone``, whose pull-in it then has."""
+    return "membrane" if isinstance(model.film, MembraneFilm) else "cone"
+
+
 def _acting(model: ConeModel) -> str:
     """What acts on the disc besides the film, joined by a plus: without a spring of no stiffness."""
     kinds = str(bias_record(model.system.bias)).split("+")
@@ -465,6 +471,7 @@ def about(subject: Subject) -> dict[str, Any]:
         "disc": disc * unit,
         "rim": rim * unit,
         "bias": _acting(model),
+        "film_of": film_of(model),
         "wrinkles": bool(model.system.film.kinds),
         "film": list(WRINKLED if model.system.film.kinds else FILM_STATES),
         "second": None if flat is None else float(np.ravel(flat)[0]) * by["length"],

@@ -40,6 +40,7 @@ from gelcone.studio.grids import (
     find_rests,
     find_static,
     load,
+    make_membrane,
 )
 from gelcone.studio.long_work import Outdated, Work, fill_map, fill_strip, make_file
 from gelcone.studio.pool import Pool
@@ -173,7 +174,7 @@ class Page:
         panels = request.setdefault("panels", [])
         if not isinstance(panels, list):
             raise InputError("panels: must be a list of names")
-        side = request["side"]
+        side, request["made"] = request["side"], False
         request["follows"] = self._known[side] == self._newest[side]
         self._newest[side] = request["id"]
         self._cancel_task(side)
@@ -185,20 +186,21 @@ class Page:
     async def _look(self, side: str, request: dict[str, Any]) -> None:
         """The run from the start, and the controls if they are asked for; then hands on to the second slot."""
 
-        def read() -> tuple[Subject, dict[str, Any]]:
-            subject = self.shelf.subject(request["setting"])
-            return subject, {"controls": as_json(self.shelf.controls(request["setting"]))}
+        def read() -> dict[str, Any]:
+            self.shelf.at_once(request["setting"], lambda subject: None)
+            return {"controls": as_json(self.shelf.controls(request["setting"]))}
 
         def compute() -> tuple[Subject, look.Parts, dict[str, Any]]:
-            subject = self.shelf.subject(request["setting"])
-            about = look.about(subject) | {"membrane": profiles.names(subject.model)}
-            return subject, look.response(subject, request["periods"]), {"about": about}
+            run = partial(look.response, periods=request["periods"])
+            subject, parts, request["stands"] = self.shelf.at_once(request["setting"], run, patient=request["made"])
+            about = look.about(subject) | {"membrane": profiles.names(subject.model), "stands": request["stands"]}
+            return subject, parts, {"about": about}
 
         if request.get("controls"):  # they come before the run, which may take a while
             known = await self._computed(self.first, request, read)
             if known is None:
                 return
-            await self._show("subject", request, look.Parts(), known[1])
+            await self._show("subject", request, look.Parts(), known)
         found = await self._computed(self.first, request, compute)
         if found is None:
             return
@@ -228,8 +230,7 @@ class Page:
             try:
                 parts = await self._computed(self.second, request, partial(look.STAGES[name], subject))
             except _Late as late:
-                head = {"kind": "late", "id": request["id"], "side": side, "stage": name, "message": str(late)}
-                await self.send(head)
+                await self._late(request, name, late)
                 continue
             if parts is None:
                 return
@@ -244,7 +245,10 @@ class Page:
     async def _afterwards(
         self, request: dict[str, Any], subject: Subject, kind: look.Settled, missing: list[CurveKey]
     ) -> None:
-        """What is kept of other drives at once; once the hand rests, current and power, and what takes longer."""
+        """What is kept of other drives at once; once the hand rests, current and power, and what takes longer: first
+        of all the membrane for which a cone stands."""
+        if request["stands"]:
+            return await self._make_membrane(request)
         model = subject.model
         kept = look.has_pull_in(model), "statics" in request["panels"] and look.has_static(model)
         if kept[0]:
@@ -254,27 +258,53 @@ class Page:
         await asyncio.sleep(RESTED_SECONDS)
         if kind.run is not None:
             await self._add("numbers", request, look.electrical, subject, kind.run)
-        side = request["side"]
-        lane, pool = self._lanes[side], self._pool(side)
-        work = Work(pool, lane, pool.begin(lane), request["id"], self.send)
+        work, source = self._worker(request)
         try:
-            source = await self._in_thread(lambda asked: self.source(asked["setting"]), request)
             if not await self._rests_there(work, source, request, kind):
-                self.first.give(side, request)
+                self.first.give(request["side"], request)
                 return
             await self._find_static(work, source, request, subject, kept)
             await self._send_profiles(request, model, work, source)
             if missing:
                 for key, curve in zip(missing, await work.do(find_curves, source, missing), strict=True):
                     keep_curve(key, curve)
-                self.second.give(side, (request, subject))  # whose evidence they belong to
+                self.second.give(request["side"], (request, subject))  # whose evidence they belong to
         except InputError as error:
-            head = {"kind": "late", "id": request["id"], "side": side, "stage": "statics", "message": str(error)}
-            await self.send(head)
+            await self._late(request, "statics", error)
         except asyncio.CancelledError:
-            if self._lanes:  # the page is still there
-                pool.begin(lane)
+            self._drop(work)
             raise
+
+    async def _make_membrane(self, request: dict[str, Any]) -> None:
+        """Once the hand rests, the membrane that the picture lacks, in a worker; then the picture again, of it."""
+        await asyncio.sleep(RESTED_SECONDS)
+        work, source = self._worker(request)
+        try:
+            await work.do(make_membrane, source, request["periods"])
+        except InputError as error:
+            await self._late(request, "film", error)
+        except asyncio.CancelledError:
+            self._drop(work)
+            raise
+        else:
+            self.first.give(request["side"], request | {"made": True})
+
+    def _worker(self, request: Mapping[str, Any]) -> tuple[Work, Source]:
+        """Who computes for the side of a look what takes longer, and what from."""
+        side = request["side"]
+        lane, pool = self._lanes[side], self._pool(side)
+        return Work(pool, lane, pool.begin(lane), request["id"], self.send), self.source(request["setting"])
+
+    def _drop(self, work: Work) -> None:
+        """Cancels what a worker does, unless the page is gone."""
+        if self._lanes:
+            work.pool.begin(work.lane)
+
+    async def _late(self, request: Mapping[str, Any], stage: str, error: Exception) -> None:
+        """Says why a stage of a look is missing."""
+        message = " ".join(str(error).split())
+        head = {"kind": "late", "id": request["id"], "side": request["side"], "stage": stage, "message": message}
+        await self.send(head)
 
     async def _send_profiles(self, request: dict[str, Any], model: ConeModel, work: Work, source: Source) -> None:
         """The tables of profiles of the films that the page does not have yet."""
@@ -374,7 +404,7 @@ class Page:
 
     def _of_device(self, request: Mapping[str, Any]) -> tuple[Source]:
         setting = Setting.read(request.get("setting"))
-        if self.shelf.subject(setting).device is None:
+        if setting.preset is not None:
             raise InputError("an envelope is that of a device; choose one")
         return (self.source(setting),)
 
@@ -412,8 +442,8 @@ class Page:
         if setting.file is not None or setting.values:
             raise InputError("a small picture is that of a device or preset as it is by itself; name one")
         with watching(watch), known_curves():
-            subject = self.shelf.subject(setting)
-            return look.glance(subject), look.about(subject)
+            subject, parts, _ = self.shelf.at_once(setting, look.glance)
+            return parts, look.about(subject)
 
     async def _device_file(self, request: dict[str, Any]) -> None:
         """The device as it is set, as a device file."""
@@ -457,8 +487,8 @@ class Page:
         return exports.fitting(setting, wanted), wanted
 
     def source(self, setting: Setting) -> Source:
-        """What a worker needs to read the subject of a setting; `InputError` as `Shelf.subject`."""
-        self.shelf.subject(setting)
+        """What a worker needs to read the subject of a setting; `InputError` as `Shelf.check`."""
+        self.shelf.check(setting)
         return Source(self.shelf.path(setting), setting.file, typed(setting))
 
     def _begin(

@@ -30,8 +30,10 @@ QUANTITIES: Mapping[str, str] = {
     "power": "power",
     "field": "",
     "pull-in of the cone": "voltage",
+    "pull-in of the membrane": "voltage",
 }
 """The numbers in the order in which they are shown, and the quantity of those that have a unit."""
+PULL_INS = {film: f"pull-in of the {film}" for film in ("cone", "membrane")}
 MULTIPLES = ("", " at twice the drive's frequency", " at three times the drive's frequency", " at four times it")
 
 
@@ -105,10 +107,10 @@ def in_words(numbers: Mapping[str, float], subject: Subject) -> list[dict[str, A
             text = f"{_percent(value)} of breakdown"
         else:
             text, value = _with_unit(value, quantity, subject)
-        if name == "pull-in of the cone":
+        if name in PULL_INS.values():
             text += f" (peak at {_percent(float(subject.model.peak_voltage) / numbers[name])})"
         own: dict[str, Any] = {"name": name, "place": place, "text": text, "value": value}
-        if name == "pull-in of the cone":
+        if name in PULL_INS.values():
             own["peak"] = float(subject.model.peak_voltage) / numbers[name]
         told.append(own)
     return told

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from importlib.resources import files
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -140,7 +140,7 @@ class Studio:
     def load(self, setting: Setting) -> None:
         """Loads what a first picture needs, while a browser comes; what is wrong with the setting the page will say."""
         with suppress(InputError):
-            look.response(self.shelf.subject(setting), look.PERIODS)
+            self.shelf.at_once(setting, partial(look.response, periods=look.PERIODS))
 
     def stop(self) -> None:
         """Ends all work at once, and the server with it. From another thread: by the loop's `call_soon_threadsafe`."""

@@ -10,15 +10,16 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from gelcone import permission
+from gelcone import disk_cache, permission
 from gelcone.analyses.request import Subject, read_pairs, read_subject, read_value
 from gelcone.devices.device import Device
 from gelcone.devices.fields import DRIVE_NUMBERS
@@ -29,6 +30,8 @@ from gelcone.physics.bias import BIASES, Together
 from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import names_of
 from gelcone.physics.drive import WAVEFORMS
+from gelcone.physics.film.membrane import MembraneFilm
+from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS
 from gelcone.physics.records import FILMS
 from gelcone.physics.statics import RestKey, continuing, keep_rests
@@ -132,13 +135,49 @@ class Shelf:
         return str(self.given) if own else setting.device or ""
 
     def controls(self, setting: Setting) -> list[Control]:
-        """The controls of a setting, from where they start and return to: its choices, and none of its numbers."""
-        with permission.only(self.names):
-            values = setting.chosen.values
-            return self._controls(self._key(setting), setting.device, setting.preset, tuple(values.items()))
+        """The controls of a setting, from where they start and return to: its choices, and none of its numbers.
 
-    def subject(self, setting: Setting) -> Subject:
-        """What the analyses work on.
+        They start where a cone rests while the device's membrane is not made.
+        """
+        with permission.only(self.names):
+            given = self._key(setting), setting.device, setting.preset, tuple(setting.chosen.values.items())
+            try:
+                with disk_cache.unmade_refused():
+                    return self._controls(*given)
+            except disk_cache.Unmade:
+                return self._controls(*given, cone=bool(self._cone(setting.chosen)))
+
+    def at_once(
+        self, setting: Setting, compute: Callable[[Subject], _Found], *, patient: bool = False
+    ) -> tuple[Subject, _Found, bool]:
+        """The subject of a setting, what ``compute`` makes of it, and False; or, where its membrane takes seconds to
+        make, and it is not ``patient``, the same of the cone that stands for it meanwhile, and True. `InputError` as
+        `subject`."""
+        try:
+            with nullcontext() if patient else disk_cache.unmade_refused():
+                subject = self.subject(setting)
+                return subject, compute(subject), False
+        except disk_cache.Unmade:
+            with permission.only(self.names):
+                stands = bool(self._cone(setting))
+            subject = self.subject(setting, cone=stands)
+            return subject, compute(subject), stands
+
+    def _cone(self, setting: Setting) -> _Texts:
+        """The fields by which cones stand for the membranes of a device; none for what has none."""
+        if setting.preset is not None:
+            return ()
+        device = self._device(self._key(setting), self._own(setting))
+        films = {"film": device.film, "second_film": device.second_film}
+        return tuple((name, CONE) for name, film in films.items() if film == MembraneFilm.name)
+
+    def check(self, setting: Setting) -> None:
+        """`InputError` for a setting whose names or texts a page may not send, see `subject`."""
+        with permission.only(self.names):
+            self._check(setting)
+
+    def subject(self, setting: Setting, *, cone: bool = False) -> Subject:
+        """What the analyses work on; with cones in place of membranes if ``cone``.
 
         Raises `InputError` as the command line does, for a value whose name is not that of a control of the device or
         preset, and for a text that is not among the choices of its control.
@@ -150,6 +189,7 @@ class Shelf:
                 return read_subject(**typed(setting))
             try:
                 texts, own = _split(typed(setting)["settings"]) if setting.values else ({}, ())
+                own = (*own, *self._cone(setting)) if cone else own
                 places = _bounded(self._places).setdefault(key, {})
                 with continuing(places) as guessed:
                     found = self._device(key, own)
@@ -197,8 +237,13 @@ class Shelf:
             elif not _NUMBER.fullmatch(value):
                 raise FieldError(name, f"{name} = {value!r}: must be one number, with its unit")
 
-    def _find_controls(self, key: _Key, device: str | None, preset: str | None, values: _Texts) -> list[Control]:
-        return controls_of(self.subject(Setting(device, preset, key[2], dict(values))))
+    def _find_controls(
+        self, key: _Key, device: str | None, preset: str | None, values: _Texts, cone: bool = False
+    ) -> list[Control]:
+        setting = Setting(device, preset, key[2], dict(values))
+        found = controls_of(self.subject(setting, cone=cone))
+        films = dict(self._cone(setting)) if cone else {}
+        return [replace(control, value=MembraneFilm.name) if control.name in films else control for control in found]
 
     def _read(self, key: _Key, texts: _Texts = ()) -> Device:
         """A device with other fields as they were typed."""
@@ -222,6 +267,8 @@ class Shelf:
 _Key = tuple[Path | None, int, str | None]
 """A device: its file and when that was changed, or its text."""
 _Texts = tuple[tuple[str, str], ...]
+_Found = TypeVar("_Found")
+CONE = WrinklingCone.name
 MOST_KEPT, MOST_READ = 256, 64
 
 

@@ -17,7 +17,7 @@ const CONTROLS = [
 ];
 const FILM = ["taut", "slack around", "slack from rim to disc", "slack both ways", "above breakdown", "near its stretch limit"];
 const AXES = { time: "time (ms)", displacement: "height (mm)", velocity: "velocity (m/s)", voltage: "voltage (V)", constant: "constant voltage (V)", frequency: "frequency (Hz)", amplitude: "amplitude (mm)" };
-const ABOUT = { axes: AXES, si: true, disc: 8, rim: 30, second: null, bias: "spring", film: FILM, wrinkles: false, name: "biased pump", strength: true, doubts: [] };
+const ABOUT = { axes: AXES, si: true, disc: 8, rim: 30, second: null, bias: "spring", film: FILM, wrinkles: false, film_of: "cone", name: "biased pump", strength: true, doubts: [] };
 const HELLO = { kind: "hello", id: 1, version: "0", devices: ["biased-pump", "soft-film"], presets: { base: "the base set" }, regimes: [{ name: "rest", colour: "#777777" }, { name: "periodic", colour: "#0072b2" }, { name: "quasi-periodic", colour: "#009e73" }, { name: "chaotic", colour: "#d55e00" }] };
 const RUN = () => ({ t: Float32Array.of(0, 50, 100), x: Float32Array.of(10, 20, 10), u: Float32Array.of(0, 1, 0), v: Float32Array.of(200, 1234, 200), film: Uint8Array.of(0, 4, 1) });
 const asked = (kind) => socket.sent.filter((sent) => sent.kind === kind);
@@ -185,6 +185,22 @@ test("numbers come with the kind, others once the hand rests, and those of an ol
   assert.deepEqual(shown().map(([, name]) => name), ["number old", "number old"]);
   socket.give({ kind: "kind", id, side: "a", words: { regime: 0, lines: ["rest"], extent: [9, 9], numbers: [{ ...stroke, text: "0 mm" }] } }, {});
   assert.deepEqual(shown(), [["stroke 0 mm", "number"], ["current 79 µA", "number old"]]);
+});
+
+test("a cone that stands for a membrane says so, and the pull-in of one film takes the place of the other's", () => {
+  const said = () => $("badges").querySelector(".valid").textContent, shown = () => $("badges").querySelectorAll(".number").map((own) => own.textContent);
+  const pullIn = (film, text) => socket.give({ kind: "numbers", id: last("look").id, side: "a", words: { numbers: [{ name: `pull-in of the ${film}`, place: 6, text, value: 600, peak: 0.5 }] } });
+  answer();
+  pullIn("cone", "2.49 kV");
+  answer({ about: { ...ABOUT, stands: true } }, RUN(), { shares: [{ code: 0, share: 1 }] });
+  assert.equal(said(), "a cone, until its membrane is computed: the model holds: film taut throughout");
+  assert.equal($("badges").querySelector(".valid").className.includes("no"), true);
+  socket.give({ kind: "late", id: last("look").id, side: "a", stage: "film", message: "too close" });
+  assert.match(said(), /^too close: /);
+  answer({ about: { ...ABOUT, film_of: "membrane" } }, RUN(), { shares: [{ code: 0, share: 1 }] });
+  assert.equal(said(), "the model holds: film taut throughout");
+  pullIn("membrane", "2.14 kV");
+  assert.deepEqual(shown().filter((text) => text.startsWith("pull-in")), ["pull-in of the membrane 2.14 kV"]);
 });
 
 test("a motion that pulls in plays once, holds at its end, and offers a lower voltage", () => {

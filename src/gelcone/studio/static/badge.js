@@ -44,7 +44,7 @@ export class Badge {
     writeNumbers(row.numbers, look, other, this.lower);
     const evidence = look.words.ended ? look.words.seems : sure ? look.lines.slice(1).join(" · ") : look.late ? `first impression: the evidence ${look.late}` : "first impression; the evidence is under way";
     say(row.evidence, evidence, true);
-    const [text, holds] = validity(look);
+    const [text, holds] = standing(look, ...validity(look));
     say(row.valid, text, true);
     row.valid.classList.toggle("no", !holds); row.valid.classList.toggle("yes", holds);
   }
@@ -56,7 +56,7 @@ function writeNumbers(host, { numbers, words, late, about }, other, lower) {
   const plain = words.ended ? words.seems : late ? `first impression only: the evidence ${late}` : "the settled motion is under way …";
   const beside = other && other.about?.si === about.si && !other.words?.ended ? other.numbers : null;
   const parts = shown.map(({ name, text, value, old }) => [name, `${text}${difference(name, value, beside?.get(name)?.value)}`, Boolean(old)]);
-  const peak = words.ended ? numbers?.get("pull-in of the cone")?.peak ?? 1 : 0;
+  const peak = words.ended ? [...(numbers?.values() ?? [])].find((own) => own.peak)?.peak ?? 1 : 0;
   const key = shown.length ? parts.join() : `${plain} ${peak}`;
   if (host.dataset.key === key) return;
   host.dataset.key = key;
@@ -69,6 +69,11 @@ function difference(name, value, other) {
   if (!other || name === "lag") return "";
   const share = Math.abs((100 * (value - other)) / other);
   return ` (${value >= other ? "+" : "-"}${share < 9.95 ? Number(share.toPrecision(2)) : share.toFixed(0)} %)`;
+}
+
+// Where a cone stands for a membrane that is not made yet, this is said first, or why there is none.
+function standing({ about, unmade }, text, holds) {
+  return about.stands ? [`${unmade ?? "a cone, until its membrane is computed"}: ${text}`, false] : [text, holds];
 }
 
 // Whether the model holds, and what the film does: in the settled motion, and on the way there if it is not so then. A

@@ -347,7 +347,7 @@ const ANSWERS = {
   response(head, arrays) {
     const before = looks[head.side] ?? {};
     const look = { ...before, film1: undefined, film2: undefined, ...arrays, words: head.words, about: head.about, id: head.id };
-    delete look.lines; delete look.late; delete look.problem;
+    delete look.lines; delete look.late; delete look.problem; delete look.unmade;
     look.numbers = new Map([...(before.numbers ?? [])].map(([name, own]) => [name, { ...own, old: true }]));
     if (head.words.ended) look.ox = look.px = look.settled = look.shares = undefined;
     clearTimeout(ageing[head.side]);
@@ -378,6 +378,7 @@ const ANSWERS = {
   numbers(head) { numbered(looks[head.side], head); },
   late(head) {
     if (head.stage === "statics") looks[head.side].problem = head.message;
+    if (head.stage === "film") looks[head.side].unmade = head.message;
     if (head.stage === "kind") Object.assign(looks[head.side], { late: head.message, ox: undefined, px: undefined, settled: null, shares: undefined });
   },
   section(head, arrays) { Object.assign(looks[head.side], arrays); },
@@ -386,8 +387,13 @@ const ANSWERS = {
   profiles(head, arrays) { profiles.add(head.words, arrays); moved(); },
 };
 
-// Puts the numbers of an answer in the place of those of the same names.
-function numbered(look, { words }) { for (const own of words.numbers ?? []) look.numbers.set(own.name, own); }
+// Puts the numbers of an answer in the place of those of the same names; of another film's pull-in, too.
+function numbered(look, { words }) {
+  for (const own of words.numbers ?? []) {
+    if (own.peak) for (const [name, { peak }] of look.numbers) if (peak) look.numbers.delete(name);
+    look.numbers.set(own.name, own);
+  }
+}
 
 function begin(head) {
   hello = head;

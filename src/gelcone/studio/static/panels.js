@@ -180,7 +180,7 @@ export function staticsPanel(host, looks, clock) {
         let row = 0;
         for (const [name, v] of Object.entries(marks)) {
           p.inside((g) => { g.strokeStyle = c.edge; g.setLineDash([2, 3]); g.beginPath(); g.moveTo(p.X(v), p.top); g.lineTo(p.X(v), p.bottom); g.stroke(); });
-          p.label(name === "pull_in" ? "pull-in of the cone" : name, p.X(v) - 4, p.top + 9 + 14 * row++, { align: "right" });
+          p.label(name === "pull_in" ? `pull-in of the ${look.about.film_of}` : name, p.X(v) - 4, p.top + 9 + 14 * row++, { align: "right" });
         }
       }
     },
