@@ -58,6 +58,23 @@ class Pull(NamedTuple):
     q: Any
 
 
+class Spot(NamedTuple):
+    """``rim``, ``whole``, the base, and u and q: a `Pull` without the force."""
+
+    rim: Any
+    whole: Any
+    base: Any
+    u: Any
+    q: Any
+
+
+class Ends(NamedTuple):
+    """The squared length of the ring at the disc, and the square of the largest field over V."""
+
+    disc: Any
+    field: Any
+
+
 @cache
 def shapes(piece: str) -> dict[str, tuple[int, ...]]:
     """Of the numbers of a piece, by name: c = ``shift``, e = ``exponent``, u = ``scale`` p + ``offset``, W = ``start``
@@ -121,6 +138,14 @@ def pull(piece: str, s: Any, V: Any, n: Numbers, behind: tuple[Any, Any] | None 
     return Pull(total, by_s, by_v, kinks[0], kinks[1], 1.0, u, q)
 
 
+def spot(piece: str, s: Any, V: Any, n: Numbers) -> Spot:
+    """Where a state of one piece lies."""
+    W, power = _scale(piece, s, n)
+    q = share(piece, V, W)[0]
+    rim, whole = (q - _line(piece, f"{kink}_at", n, power)[0] for kink in ("rim", "whole"))
+    return Spot(rim, whole, W - V if piece == "near" else 1.0, power[1], q)
+
+
 def share(piece: str, V: Any, W: Any) -> tuple[Any, Any, Any]:
     """q, and its derivatives by V and W."""
     if piece == "far":
@@ -161,18 +186,47 @@ def pull_in(s: Any, n: Numbers, xp: Any = np) -> Any:
 
 def tensor(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> tuple[Any, Any, Any]:
     """The sum of c_ij u^i q^j, and its derivatives by u and q."""
-    name = names(piece, what)
-    columns, slopes = [], []
-    for j in range(name.shape[1]):
-        rows = name.shape[0] if j == 0 or what != "main" else MAIN[piece][0] + 1
-        own = [n[name[i, j]] for i in range(rows)]
-        columns.append(_sum(own, power))
-        slopes.append(_sum([float(i) * c for i, c in enumerate(own)][1:], power))
+    columns, slopes = _columns(piece, what, n, power, q)
     value, by_u, by_q = columns[-1], slopes[-1], 0.0
     for column, slope in zip(columns[-2::-1], slopes[-2::-1], strict=True):
         by_q = by_q * q + value
         value, by_u = value * q + column, by_u * q + slope
     return value, by_u, by_q
+
+
+def ends(piece: str, u: Any, q: Any, n: Numbers) -> Ends:
+    """Lengths and fields of one piece, of numbers."""
+    power, found = powers(u, LENGTH[0]), []
+    for what in Ends._fields:
+        columns = _sum(_rows(piece, what, n, q), power)
+        value = columns[-1]
+        for column in columns[-2::-1]:
+            value = value * q + column
+        found.append(value)
+    return Ends(*found)
+
+
+def _columns(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> tuple[Any, Any]:
+    """The sums over i of c_ij u^i and their derivatives by u, for each j; of numbers all j at once."""
+    most = MAIN[piece][0] if what == "main" else shapes(piece)[what][0] - 1
+    if isinstance(q, float | np.ndarray | np.generic):
+        rows = _rows(piece, what, n, q)
+        columns, slopes = _line_of(rows[: most + 1], power)
+        if most + 1 < len(rows):
+            columns[0], slopes[0] = _line_of(rows[:, 0], power)
+        return columns, slopes
+    name = names(piece, what)
+    pairs = [
+        _line_of([n[one] for one in column[: None if j == 0 else most + 1]], power) for j, column in enumerate(name.T)
+    ]
+    return [pair[0] for pair in pairs], [pair[1] for pair in pairs]
+
+
+def _rows(piece: str, what: str, n: Numbers, like: Any) -> Any:
+    """The c_ij as an array, with axes that spread over the values of ``like``."""
+    named = names(piece, what)
+    own = np.array([n[name] for name in named.ravel()])
+    return own.reshape(named.shape + (1,) * (np.ndim(like) - own.ndim + 1) + own.shape[1:])
 
 
 def powers(u: Any, most: int) -> list[Any]:
@@ -186,7 +240,10 @@ def powers(u: Any, most: int) -> list[Any]:
 
 def _line(piece: str, what: str, n: Numbers, power: Sequence[Any]) -> tuple[Any, Any]:
     """The sum of c_i u^i and its derivative."""
-    own = [n[name] for name in names(piece, what)]
+    return _line_of([n[name] for name in names(piece, what)], power)
+
+
+def _line_of(own: Sequence[Any], power: Sequence[Any]) -> tuple[Any, Any]:
     return _sum(own, power), _sum([float(i) * c for i, c in enumerate(own)][1:], power)
 
 

@@ -17,7 +17,7 @@ from gelcone.codes import Outcome, Regime
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import default_transient
 from gelcone.motion.flow import integrate
-from gelcone.motion.settle import repeats_lasting, settle, single
+from gelcone.motion.settle import repeats_lasting, settle
 from gelcone.motion.settled import Swing, settled_swing, swing
 from gelcone.motion.validity import unknown
 from gelcone.physics.members import Members
@@ -96,7 +96,7 @@ def coexisting(
     own = settled_swing(members, states, only_extent=True, **flow)
     found = [Motions([_row(own, k)], [(np.nan, np.nan)]) for k in range(members.size)]
     alive = np.flatnonzero(own.outcome == Outcome.OK)
-    largest = np.array([_largest_kick(members, k) for k in range(members.size)])
+    largest = _largest_kicks(members)
     kicks = _Kicks(members, own, largest, shift, flow)
     counted(0.05)
     first = _climb(kicks, alive, found, counted)
@@ -109,11 +109,11 @@ def coexisting(
     return result
 
 
-def _largest_kick(members: Members, k: int) -> float:
-    """The velocity that carries the disc from x = 0 to `REACH` of its reach."""
-    model = single(members, k)
-    gained = float(np.asarray(model.energy(_farthest(members, k)))) - float(np.asarray(model.energy(0.0)))
-    return float(np.sqrt(2.0 * max(gained, 1e-6)))
+def _largest_kicks(members: Members) -> Array:
+    """The velocities that carry the discs from x = 0 to `REACH` of their reach."""
+    farthest = np.array([_farthest(members, k) for k in range(members.size)])
+    gained = np.asarray(members.energy(farthest)) - np.asarray(members.energy(np.zeros(members.size)))
+    return np.sqrt(2.0 * np.maximum(gained, 1e-6))
 
 
 def _farthest(members: Members, k: int) -> float:

@@ -118,10 +118,10 @@ def excesses(
     z, found = list(np.moveaxis(motion, -1, 0)), []
     for k, (film, voltage, state) in enumerate(zip(members.system.films, voltages, states, strict=False)):
         x, y = z[0], members.system.states_of(z, "film", k)
-        own = {"near_limit": film.limit_share(x, voltage, y, n) - NEAR_LIMIT}
-        own |= dict.fromkeys(SLACK_IN if film.kinds else (), -1.0)
         if state is None and (strength is not None or not film.kinds):
             state = film.state(x, voltage, y, n)
+        own = {"near_limit": film.limit_share(x, voltage, y, n, state) - NEAR_LIMIT}
+        own |= dict.fromkeys(SLACK_IN if film.kinds else (), -1.0)
         if state is not None and not film.kinds:
             stresses = {"hoop_slack": state.hoop_stress, "meridional_slack": state.meridional_stress}
             own |= {name: -stress for name, stress in stresses.items() if not np.isnan(stress).all()}

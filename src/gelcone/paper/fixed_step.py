@@ -6,6 +6,7 @@ outside this folder uses it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +47,7 @@ def fixed_step(model: ConeModel, initial: tuple[float, float], step: float, step
     return FixedStepRun(step * np.arange(steps + 1, dtype=float), states, grown / (steps * step), beyond / steps)
 
 
-def _step(members: Members, n: dict[str, Array], time: float, state: Array, step: float) -> Array:
+def _step(members: Members, n: Mapping[str, Array], time: float, state: Array, step: float) -> Array:
     def rate(at: float, y: Array) -> Array:
         rates, jacobian = members.system.flow(at, list(y[:2]), n)
         slope, damping = jacobian[1]

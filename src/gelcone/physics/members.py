@@ -7,7 +7,7 @@ arrays (members,) by name.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property, reduce
 from typing import Any
 
@@ -47,12 +47,12 @@ class Ensemble:
         return math.prod(self.shape)
 
     @cached_property
-    def own_numbers(self) -> dict[str, Any]:
+    def own_numbers(self) -> Mapping[str, Any]:
         """The numbers that the formulas take, by name, each a number or an array that broadcasts to the shape."""
         arrays = {name: np.asarray(value, dtype=float) for name, value in self.values.items()}
         return self.system.numbers_of(arrays)
 
-    def numbers(self, trailing: int = 0) -> dict[str, Any]:
+    def numbers(self, trailing: int = 0) -> Mapping[str, Any]:
         """The numbers of the formulas with ``trailing`` axes of length 1 appended for samples."""
 
         def fit(value: Any) -> Any:
@@ -63,7 +63,7 @@ class Ensemble:
 
         return {name: fit(value) for name, value in self.own_numbers.items()}
 
-    def _at(self, x: npt.ArrayLike) -> tuple[Array, dict[str, Any]]:
+    def _at(self, x: npt.ArrayLike) -> tuple[Array, Mapping[str, Any]]:
         array = np.asarray(x, dtype=float)
         return array, self.numbers(max(0, array.ndim - len(self.shape)))
 
@@ -134,13 +134,13 @@ class Ensemble:
     @property
     def peak_voltages(self) -> list[Any]:
         """Largest absolute value of each film's commanded voltage."""
-        system, n = self.system, self.own_numbers
-        own = {name: np.asarray(value)[..., None] for name, value in n.items()}
+        system = self.system
 
         def peak(line: Line) -> Any:
             if line.drive is None:
                 return self.peak_voltage
-            return np.abs(system.command_of(line, system.waveform.samples(n), own)).max(axis=-1)[()]
+            samples = system.waveform.samples(self.own_numbers)
+            return np.abs(system.command_of(line, samples, self.numbers(trailing=1))).max(axis=-1)[()]
 
         return [peak(system.line_of(film)) for film in range(len(system.films))]
 
@@ -155,6 +155,55 @@ class Ensemble:
         raise AttributeError(f"{type(self).__name__} has no parameter {name!r}")
 
 
+class Rows(Mapping[str, Array]):
+    """Numbers of members by name. Those that all members share are held once, and each is shaped when it is asked for:
+    a film may have a thousand, of which a formula takes few."""
+
+    def __init__(self, places: Mapping[str, tuple[int, int]], *blocks: Array):
+        self._places, self._blocks = places, blocks
+
+    @classmethod
+    def of(cls, numbers: Mapping[str, Any], shape: tuple[int, ...]) -> Rows:
+        """Numbers or arrays of a shape (members,), or one that spreads to it."""
+        matrix = np.array([spread(value, shape) for value in numbers.values()])
+        bits = matrix.view(np.int64)
+        alone = np.flatnonzero((bits != bits[:, :1]).any(axis=1))
+        places = {name: (0, k) for k, name in enumerate(numbers)}
+        names = list(numbers)
+        places |= {names[row]: (1, k) for k, row in enumerate(alone)}
+        return cls(places, np.broadcast_to(matrix[:, :1].copy(), matrix.shape), matrix[alone])
+
+    def __getitem__(self, name: str) -> Array:
+        block, row = self._places[name]
+        found: Array = self._blocks[block][row]
+        return found
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._places
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def take(self, index: Any) -> Rows:
+        """Those of the members at ``index``, a slice, mask or array."""
+        shared, *own = self._blocks[0], *(block[:, index] for block in self._blocks[1:])
+        return Rows(self._places, np.broadcast_to(shared[:, :1], (len(shared), own[0].shape[1])), *own)
+
+    def trailing(self, axes: int) -> Rows:
+        """The same with axes of length 1 appended."""
+        return Rows(self._places, *(block[(..., *[None] * axes)] for block in self._blocks))
+
+    def __or__(self, more: Mapping[str, Array]) -> Rows:
+        """The same with arrays of the same shape in the place of some."""
+        if not more:
+            return self
+        places = {name: (len(self._blocks), k) for k, name in enumerate(more)}
+        return Rows({**self._places, **places}, *self._blocks, np.array([*more.values()]))
+
+
 class Members(Ensemble):
     """A flat ensemble: ``values`` are arrays (members,)."""
 
@@ -164,16 +213,13 @@ class Members(Ensemble):
         self.values = {name: spread(array, self.shape) for name, array in arrays.items()}
 
     @cached_property
-    def own_numbers(self) -> dict[str, Any]:
+    def own_numbers(self) -> Rows:
         """The numbers that the formulas take, by name, each (members,)."""
-        return {name: spread(value, self.shape) for name, value in self.system.numbers_of(self.values).items()}
+        return Rows.of(self.system.numbers_of(self.values), self.shape)
 
-    def numbers(self, trailing: int = 0) -> dict[str, Any]:
+    def numbers(self, trailing: int = 0) -> Mapping[str, Any]:
         """The numbers of the formulas with ``trailing`` axes of length 1 appended for samples."""
-        if not trailing:
-            return self.own_numbers
-        shape = self.shape + (1,) * trailing
-        return {name: value.reshape(shape) for name, value in self.own_numbers.items()}
+        return self.own_numbers.trailing(trailing) if trailing else self.own_numbers
 
     def members(self) -> Members:
         return self
@@ -183,10 +229,9 @@ class Members(Ensemble):
         taken = Members.__new__(Members)
         taken.system = self.system
         taken.values = {name: value[index] for name, value in self.values.items()}
-        taken.own_numbers = {name: value[index] for name, value in self.own_numbers.items()}
+        taken.own_numbers = self.own_numbers.take(index)
         taken.shape = taken.values["damping_ratio"].shape
-        for name in {"rate", "fastest"} & self.__dict__.keys():  # every integration asks for them
-            taken.__dict__[name] = self.__dict__[name][index]
+        taken.rate, taken.fastest = self.rate[index], self.fastest[index]  # every integration asks for them
         return taken
 
     def replace(self, **changes: npt.ArrayLike) -> Members:
@@ -195,8 +240,7 @@ class Members(Ensemble):
 
     def number(self, name: str) -> Array:
         """One of the numbers, (members,)."""
-        values: Array = self.own_numbers[name]
-        return values
+        return self.own_numbers[name]
 
     def numbers_at(self, member: int) -> dict[str, float]:
         """The numbers of one member."""

@@ -209,9 +209,9 @@ class PlacedFilm(Component):
         """The stretches, stresses and field of the film."""
         return self.film.state(self.place(x, n), voltage, y, self.own(n))
 
-    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> Any:
+    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
         """The share of the stretch limit that the film takes."""
-        return self.film.limit_share(self.place(x, n), voltage, y, self.own(n))
+        return self.film.limit_share(self.place(x, n), voltage, y, self.own(n), state)
 
     def stiffness_scale(self, n: Numbers) -> Any:
         """A typical stiffness of the film, for time scales."""

@@ -469,8 +469,8 @@ class _Moment:
         self.system, self.command, self.command_rate = system, command, command_rate
         self.z, self.n, self.xp, self._squares = z, n, xp, squares
         self._voltages: dict[str, Any] = {}
-        if xp is np and squares is None:
-            self.n = {**n, **self._circuit_switches()}
+        if xp is np and squares is None and (own := self._circuit_switches()):
+            self.n = {**n, **own}
 
     def port(self, line: Line) -> Port:
         """What a line's circuit is connected to."""

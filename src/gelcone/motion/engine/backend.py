@@ -39,7 +39,7 @@ class EngineBackend:
         with _compiling:
             program = _program(members.system, job.keep, job.tolerance)
         system, states, start, times = members.system, job.states0[run], job.start[run], job.times[run]
-        numbers = {name: members.number(name) for name in system.numbers}
+        numbers = members.own_numbers
         raw = program.run(
             numbers | switches_at(system, start, states, numbers),
             states,

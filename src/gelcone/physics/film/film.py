@@ -206,8 +206,8 @@ class Film(Component):
         unknown = np.full(np.broadcast_shapes(np.shape(x), np.shape(voltage)), np.nan)
         return FilmState(*[unknown] * (len(FilmState._fields) - 1))
 
-    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> Any:
-        """How much of its strain limit the film has reached: 1 at the limit."""
+    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
+        """How much of its strain limit the film has reached: 1 at the limit; ``state`` is its state, where known."""
         return self.strain(x, n) / self.strain_limit(n)
 
     def describe(self) -> str:

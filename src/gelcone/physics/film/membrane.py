@@ -29,7 +29,7 @@ from gelcone.membrane.gel import Gel
 from gelcone.membrane.made import numbers_of
 from gelcone.membrane.table import FLAT, NEVER
 from gelcone.membrane.table import names as table_names
-from gelcone.physics.bracket import rise
+from gelcone.physics.bracket import RESOLVED, rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film import membrane_charge
 from gelcone.physics.film.film import Border, FilmState
@@ -126,19 +126,22 @@ class MembraneFilm(GelFilm):
         own = formulas.pull("near", s, squared, n, behind)
         return formulas.Pull(*(near * one + (1.0 - near) * other for one, other in zip(own, far, strict=True)))
 
-    def _at(self, s: Any, squared: Any, n: Numbers) -> tuple[formulas.Pull, Any, Any]:
-        """Of numbers: the force where the film is in tension, where it is slack, and where it has pulled in."""
+    def _at(
+        self, s: Any, squared: Any, n: Numbers, formula: Callable[..., Any] = formulas.pull
+    ) -> tuple[Any, Any, Any]:
+        """Of numbers: the force where the film is in tension, or its `formulas.spot`; where it is slack, and where it
+        has pulled in."""
         s, squared = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(squared, dtype=float))
         with np.errstate(all="ignore"):
             near = s < n["cut_squared"]
-            if near.all() or not near.any():
-                own = formulas.pull("near" if near.all() else "far", s, squared, n)
-            else:
-                parts = [formulas.pull(piece, s, squared, n) for piece in formulas.PIECES]
-                own = formulas.Pull(*(np.where(near, one, other) for one, other in zip(*parts, strict=True)))
+            own = _of_pieces(near, partial(formula, s=s, V=squared, n=n))
             slack = near & (own.base <= 0.0) | (s < n["begin_squared"])
-            gone = (squared > self._highest(s, n)) | np.isnan(s) | (s > n["reach_squared"])
-        return own, slack, gone
+        return own, slack, self._gone(s, squared, n)
+
+    def _gone(self, s: Any, squared: Any, n: Numbers) -> Any:
+        """Where the film has pulled in."""
+        with np.errstate(all="ignore"):
+            return (squared > self._highest(s, n)) | np.isnan(s) | (s > n["reach_squared"])
 
     def _highest(self, s: Any, n: Numbers) -> Any:
         return np.where(s < n["cut_squared"], n["slack_limit"], formulas.pull_in(s, n))
@@ -189,7 +192,7 @@ class MembraneFilm(GelFilm):
         return near * (pulls + (1.0 - pulls) * slack) + (1.0 - near) * above
 
     def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
-        own, slack, _ = self._at(np.square(x), squared, n)
+        own, slack, _ = self._at(np.square(x), squared, n, formulas.spot)
 
         def sign(positive: Any) -> Any:
             return np.where(positive, 1.0, -1.0)
@@ -227,9 +230,10 @@ class MembraneFilm(GelFilm):
             "of the film comes near its stretch limit; start lower"
         )
 
-    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> Any:
+    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
         """That of the innermost ring, and of the height."""
-        return np.fmax(super().limit_share(x, voltage, y, n), self.state(x, voltage, y, n).limit_share)
+        own = self.state(x, voltage, y, n) if state is None else state
+        return np.fmax(super().limit_share(x, voltage, y, n), own.limit_share)
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
         """The V at which it localises at x, or, below the cut, at which a slack film pulls in."""
@@ -261,12 +265,16 @@ class MembraneFilm(GelFilm):
 
             weakest, strongest = weight(end)[0], weight(low)[0]
             high, V = np.array(end), 0.5 * (low + end)
+            moves = np.ones(s.shape, dtype=bool)
             for _ in range(ROUNDS):
                 own, slope = weight(V)
                 above = own > wanted
                 low, high = np.where(above, V, low), np.where(above, high, V)
                 step = V - (own - wanted) / slope
-                V = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+                step = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+                V, moves = np.where(moves, step, V), moves & (np.abs(step - V) > RESOLVED * V)
+                if not moves.any():
+                    break
             found = np.where(weakest > wanted, end + STEEP * (weakest - wanted), V)
             found = np.where(wanted > strongest, strongest - wanted, found)
         return (found - STEEP * np.minimum(pull, 0.0))[()]
@@ -318,7 +326,7 @@ class MembraneFilm(GelFilm):
             for piece, low, high in self._parts(s, V, n):
                 k, by_v = _between(partial(formulas.pull, piece), low, high, V, n, n[f"{piece}_shift"])
                 energy, area = energy + 0.5 * k, area - by_v
-            gone = self._at(s, V, n)[2]
+            gone = self._gone(s, V, n)
         return np.where(gone, np.nan, energy)[()], np.where(gone, np.nan, area)[()]
 
     def _without_tension(self, V: Any, n: Numbers) -> tuple[Any, Any]:
@@ -397,15 +405,10 @@ class MembraneFilm(GelFilm):
         """Beside the disc, where the meridian is stretched most, but for the field, which is the largest anywhere; NaN
         where the film has pulled in."""
         s, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.square(voltage))
-        own, slack, gone = self._at(s, squared, n)
+        own, slack, gone = self._at(s, squared, n, formulas.spot)
         with np.errstate(all="ignore"):
-            near = s < n["cut_squared"]
-            disc, largest = (
-                np.where(near, *(formulas.tensor(piece, what, n, formulas.powers(own.u, formulas.LENGTH[0]), own.q)[0]
-                                 for piece in formulas.PIECES))
-                for what in ("disc", "field")
-            )  # fmt: skip
-            t = self._natural_stretch(squared, n)
+            disc, largest = _of_pieces(s < n["cut_squared"], partial(formulas.ends, u=own.u, q=own.q, n=n))
+            t = self._natural_stretch(squared, n) if slack.any() else 1.0
             held = Gel(self.law, n, n["A"], n["B"]).width(np.sqrt(disc), np.ones_like(s), squared)
             m, width = np.where(slack, t / n["A"], disc), np.where(slack, t / n["B"], held)
             state = self._ring.state_of_lengths(m, width, np.broadcast_to(voltage, s.shape), n)
@@ -416,6 +419,14 @@ class MembraneFilm(GelFilm):
 
     def describe(self) -> str:
         return "membrane film: wrinkles where it would be compressed, and localises first at its innermost ring"
+
+
+def _of_pieces(near: Any, formula: Callable[[str], Any]) -> Any:
+    """The tuple of arrays that a formula gives for the piece of each place."""
+    if near.all() or not near.any():
+        return formula("near" if near.all() else "far")
+    parts = [formula(piece) for piece in formulas.PIECES]
+    return type(parts[0])(*(np.where(near, one, other) for one, other in zip(*parts, strict=True)))
 
 
 def _between(pull: Callable[..., formulas.Pull], low: Any, high: Any, V: Any, n: Numbers, c: Any) -> tuple[Any, Any]:

@@ -82,20 +82,17 @@ def numbers_of(area: Callable[[Numbers], Area], numbers: Mapping[str, Any], law:
     ``area`` gives the capacitance of one film with its numbers, ``law`` is the strain-energy law.
     """
     shape = np.shape(numbers["film_error"])
-    rows = {name: np.broadcast_to(value, shape).ravel() for name, value in numbers.items()}
-    each = [tuple(float(values[k]) for values in rows.values()) for k in range(int(np.prod(shape)))]
-    found = np.array([_made(area, tuple(rows), row, law) for row in each])
+    rows = np.stack([np.broadcast_to(value, shape).ravel() for value in numbers.values()], axis=-1)
+    found = np.array([_made(area, tuple(numbers), row.tobytes(), law) for row in rows])
     return {name: found[:, k].reshape(shape)[()] for k, name in enumerate(names())}
 
 
 @lru_cache(maxsize=made.MOST)
-def _made(
-    area: Callable[[Numbers], Area], table_names: tuple[str, ...], row: tuple[float, ...], law: object
-) -> tuple[float, ...]:
+def _made(area: Callable[[Numbers], Area], table_names: tuple[str, ...], row: bytes, law: object) -> tuple[float, ...]:
     """The coefficients of one film, in the order of their names."""
 
     def make() -> bytes:
-        n = dict(zip(table_names, row, strict=True))
+        n = dict(zip(table_names, np.frombuffer(row).tolist(), strict=True))
         fits = [_fitted(piece, area(n), n) for piece in formulas.PIECES]
         return np.concatenate(fits).tobytes()
 
