@@ -25,6 +25,7 @@ from gelcone.motion.settled import highest
 from gelcone.motion.validity import excesses, slack_places
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import rest_displacement
 from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array
 
@@ -122,7 +123,7 @@ class Plane:
     ) -> Plane:
         """The plane of a single model; `InputError` for a drive without voltage."""
         shape = DriveShape.of(model)
-        return cls(model, shape, drive_ramp(model, np.zeros(1), shape.bias).rest, threads, membrane, limits_from)
+        return cls(model, shape, rest_displacement(model), threads, membrane, limits_from)
 
     def at(self, omegas: Array, peaks: Array) -> ConeModel:
         """The model at pairs of frequency and peak voltage."""

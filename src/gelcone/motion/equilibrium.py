@@ -285,19 +285,19 @@ def drive_ramp(model: Ensemble, levels: Array, bias_share: float) -> Ramp:
     """The ramp of a single model's drive, whose bias takes that share of the voltage, at the ``levels``."""
     balances = every_balance(model, bias_share)
     (balance,), rests = balances, each(rest_of, balances, [None])
-    found = {name: values[1][0] for name, values in _ramp_variables(balances, rests, levels).items() if values[0]}
-    squared, x = levels**2, found["displacement"]
+    squared, (rest,) = levels**2, rests
+    x = balance.along_ramp(rest, squared)[0]
     stiffness = np.where(balance.whole(x, squared), balance.slope(x, squared), np.nan)
     (pitchfork,) = _pitchfork_voltages(balances)
     return Ramp(
-        rests[0],
+        rest,
         x,
-        found["stroke"],
-        found["blocked_force"],
+        x - rest,
+        balance.voltage_force(rest, squared) + 0.0,
         stiffness,
         [np.sqrt(own) for own in model.system.squares_at_rest(squared, balance.n)],
         float(np.nan_to_num(pitchfork, nan=np.inf)),
-        balance.jump(rests[0]).voltage,
+        balance.jump(rest).voltage,
     )
 
 

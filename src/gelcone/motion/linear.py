@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -162,7 +162,7 @@ class _OperatingPoint:
     stiffness: Array
     voltages: list[Array]
     z: list[Array]
-    n: dict[str, Any]
+    n: Mapping[str, Any]
 
     @property
     def mean_squares(self) -> list[Array]:

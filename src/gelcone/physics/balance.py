@@ -129,6 +129,16 @@ class StaticBalance:
         ends = {side: [side * self.lowest, *_folds(self, side), side * self.highest] for side in (-1, 1)}
         return {side: list(itertools.pairwise(x)) for side, x in ends.items()}
 
+    @cached_property
+    def _ramps(self) -> dict[float, list[_Leg]]:
+        return {}
+
+    def ramp_from(self, rest: float) -> list[_Leg]:
+        """The stable branches that a ramp from ``rest`` runs through."""
+        if rest not in self._ramps:
+            self._ramps[rest] = _ramp(self, rest)
+        return self._ramps[rest]
+
     def inside(self, x: Array) -> npt.NDArray[np.bool_]:
         """Whether the film can be held at displacements."""
         return (np.abs(x) >= self.lowest) & (np.abs(x) <= self.highest)
@@ -373,7 +383,7 @@ def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: floa
 
 def losses_of(balance: StaticBalance, rest: float) -> list[Loss]:
     """See `StaticBalance.losses`."""
-    legs = _ramp(balance, rest)
+    legs = balance.ramp_from(rest)
     begins = [*(leg.begin for leg in legs[1:]), math.copysign(math.inf, rest)]
     return [
         NO_LOSS if leg.end == PullIn.NEVER else Loss(math.sqrt(leg.high), leg.end, leg.segment[1], begin)
@@ -383,7 +393,7 @@ def losses_of(balance: StaticBalance, rest: float) -> list[Loss]:
 
 def along_ramp(balance: StaticBalance, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
     """Displacement and losses of stability passed at each v^2."""
-    legs = _ramp(balance, rest)
+    legs = balance.ramp_from(rest)
     highs = np.array([leg.high for leg in legs])
     level = np.asarray(squared)[:, None]
     losses = ((highs < level) & ~same_squared(highs, level)).sum(axis=1)

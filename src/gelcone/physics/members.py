@@ -192,6 +192,12 @@ class Rows(Mapping[str, Array]):
         shared, *own = self._blocks[0], *(block[:, index] for block in self._blocks[1:])
         return Rows(self._places, np.broadcast_to(shared[:, :1], (len(shared), own[0].shape[1])), *own)
 
+    def fill(self, names: Sequence[str], matrix: Array) -> None:
+        """Write those of some names into a ``matrix`` (names, members)."""
+        which, rows = np.array([self._places[name] for name in names], dtype=np.intp).reshape(-1, 2).T
+        for k, block in enumerate(self._blocks):
+            matrix[which == k] = block[rows[which == k]]
+
     def trailing(self, axes: int) -> Rows:
         """The same with axes of length 1 appended."""
         return Rows(self._places, *(block[(..., *[None] * axes)] for block in self._blocks))

@@ -29,6 +29,7 @@ from gelcone.motion.engine.plan import (
     Plan,
 )
 from gelcone.motion.engine.recurrences import equations_of
+from gelcone.physics.members import Rows
 from gelcone.physics.trace import Graph, Node, fingerprint, ordered
 
 __all__ = [
@@ -442,15 +443,15 @@ class _Compiled:
         """The arrays of a run, filled in."""
         members, samples = times.shape
         plan, states = self.plan, self.layout.states
-        missing = [name for name in plan.numbers if name not in numbers]
+        own = numbers if isinstance(numbers, Rows) else Rows.of(numbers, (members,))
+        missing = [name for name in plan.numbers if name not in own]
         if missing:
             raise ValueError(f"numbers: {', '.join(missing)} missing")
         width = plan.width
         padded = -(-max(members, 1) // width) * width
         values = aligned(len(plan.numbers), padded)
-        for row, name in zip(values, plan.numbers, strict=True):
-            row[:members] = numbers[name]
-            row[members:] = row[0] if members else 0.0
+        own.fill(plan.numbers, values[:, :members])
+        values[:, members:] = values[:, :1] if members else 0.0
         table = aligned(max(len(self.layout.held), 1), padded)
         self.prepare(values.ctypes.data, table.ctypes.data, padded)
 
