@@ -7,6 +7,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.settle import start_states
 from gelcone.physics.bias import Together, Weight
 from gelcone.physics.film.taut import TautCone
+from gelcone.physics.members import Rows
 from gelcone.physics.model import ConeModel
 from tests.physics.test_system import ViscousFilm
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
@@ -23,6 +24,24 @@ def grid(**more):
         "damping_ratio": np.array([[0.0], [0.1]]),
     }
     return ConeModel(**parameters | more)
+
+
+def test_numbers_of_members_are_held_by_blocks_with_their_bits():
+    values = {"all": 0.3, "each": np.array([1.0, 2.0, 3.0]), "sign": np.array([0.0, -0.0, 0.0]), "none": np.nan}
+    rows = Rows.of(values, (3,))
+    assert list(rows) == list(values)
+    assert "each" in rows and "other" not in rows
+    for name, value in values.items():
+        assert rows[name].tobytes() == np.broadcast_to(value, 3).tobytes()
+        assert rows.take([2, 1])[name].tobytes() == np.broadcast_to(value, 3)[[2, 1]].tobytes()
+        assert rows.trailing(2)[name].shape == (3, 1, 1)
+    other = rows | {"each": np.array([7.0, 8.0, 9.0])}
+    matrix = np.empty((3, 3))
+    other.fill(["each", "sign", "all"], matrix)
+    np.testing.assert_array_equal(matrix, [[7.0, 8.0, 9.0], [0.0, -0.0, 0.0], [0.3] * 3])
+    np.testing.assert_array_equal(rows["each"], values["each"])
+    np.testing.assert_array_equal(other.take([False, True, True])["each"], [8.0, 9.0])
+    assert not Rows.of({}, (2,)).take([0])
 
 
 class Lopsided(TautCone):

@@ -165,7 +165,7 @@ class Rows(Mapping[str, Array]):
     @classmethod
     def of(cls, numbers: Mapping[str, Any], shape: tuple[int, ...]) -> Rows:
         """Numbers or arrays of a shape (members,), or one that spreads to it."""
-        matrix = np.array([spread(value, shape) for value in numbers.values()])
+        matrix = np.array([spread(value, shape) for value in numbers.values()]).reshape(-1, *shape)
         bits = matrix.view(np.int64)
         alone = np.flatnonzero((bits != bits[:, :1]).any(axis=1))
         places = {name: (0, k) for k, name in enumerate(numbers)}
