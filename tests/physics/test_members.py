@@ -30,7 +30,8 @@ def test_numbers_of_members_are_held_by_blocks_with_their_bits():
     values = {"all": 0.3, "each": np.array([1.0, 2.0, 3.0]), "sign": np.array([0.0, -0.0, 0.0]), "none": np.nan}
     rows = Rows.of(values, (3,))
     assert list(rows) == list(values)
-    assert "each" in rows and "other" not in rows
+    assert "each" in rows
+    assert "other" not in rows
     for name, value in values.items():
         assert rows[name].tobytes() == np.broadcast_to(value, 3).tobytes()
         assert rows.take([2, 1])[name].tobytes() == np.broadcast_to(value, 3)[[2, 1]].tobytes()
