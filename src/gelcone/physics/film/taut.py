@@ -248,7 +248,7 @@ class TautCone(GelFilm):
     def describe(self) -> str:
         return "taut film: a homogeneous cone that bears compression"
 
-    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> Any:
+    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
         own = super().limit_share(x, voltage, y, n)
         return np.maximum(own, self.viscous.limit_share(1.0 + np.square(x), 1.0, y, n)) if self.branches and y else own
 
