@@ -199,11 +199,11 @@ class Rows(Mapping[str, Array]):
             matrix[which == k] = block[rows[which == k]]
 
     def trailing(self, axes: int) -> Rows:
-        """The same with axes of length 1 appended."""
+        """Numbers with axes of length 1 appended."""
         return Rows(self._places, *(block[(..., *[None] * axes)] for block in self._blocks))
 
     def __or__(self, more: Mapping[str, Array]) -> Rows:
-        """The same with arrays of the same shape in the place of some."""
+        """Numbers in which arrays of the same shape replace some."""
         if not more:
             return self
         places = {name: (len(self._blocks), k) for k, name in enumerate(more)}
