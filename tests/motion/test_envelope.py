@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,7 +11,6 @@ import pytest
 import gelcone
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
-from gelcone.membrane.pull_in import PullInCurve
 from gelcone.motion import driven as driven_module
 from gelcone.motion.attractor.classification import Evidence
 from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven, peak_of
@@ -257,6 +257,18 @@ def test_the_onset_of_rest_is_as_wide_as_it_is_known(flat):
     np.testing.assert_array_equal(flat["limit_high"].values[row, reached], high[reached])
 
 
+class Curve(NamedTuple):
+    """A membrane's pull-in, linear between points."""
+
+    displacements: tuple
+    voltages: tuple
+    error: float
+    reach = 2.0
+
+    def voltage(self, x):
+        return np.interp(np.abs(x), self.displacements, self.voltages)
+
+
 WRINKLING = ConeModel(
     film="wrinkling", damping_ratio=0.2, voltage=0.1, voltage_bias=0.2, rest_height=1.0, spring_stiffness=2.0
 )
@@ -265,7 +277,7 @@ WRINKLING = ConeModel(
 @pytest.mark.parametrize("level", [0.3, 0.4])
 def test_pull_in_is_that_of_the_membrane_where_there_is_one(monkeypatch, level):
     """Of a membrane that pulls in at one voltage at all displacements; the cone's comes far later."""
-    curve = PullInCurve((0.0, 2.0), (level, level), 0.01)
+    curve = Curve((0.0, 2.0), (level, level), 0.01)
     monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model, ratio: curve)
     found = envelope(WRINKLING, peaks=np.linspace(0.1, 0.5, 5), frequencies=[0.1, 0.2])
     assert (found.attrs["pull_in_of"], found.attrs["pull_in_error"]) == ("membrane", 0.01)
@@ -286,7 +298,7 @@ def test_without_a_membrane_pull_in_is_that_of_the_cone(monkeypatch):
 
 
 def test_the_membranes_static_pull_in_is_found_above_the_voltages_that_were_asked_for():
-    membrane = PullInCurve((0.0, 2.0), (0.45, 0.45), 0.01)
+    membrane = Curve((0.0, 2.0), (0.45, 0.45), 0.01)
     curves, limits = envelope_module._static(Plane.of(WRINKLING, None, membrane), 0.2)
     assert curves["peak_voltage"][-1] == 0.2
     assert limits[STATIC_LIMITS.index("pull-in")] == pytest.approx(0.45, abs=2e-3)
@@ -296,7 +308,7 @@ def test_the_membranes_static_pull_in_is_found_above_the_voltages_that_were_aske
 def test_a_membrane_that_pulls_in_at_no_voltage_or_only_higher_up_has_a_static_limit(voltages, expected):
     """Of a film with a low stretch limit, whose cone never pulls in."""
     model = WRINKLING.replace(stretch_limit=5.0, rest_height=0.8, spring_stiffness=0.5)
-    membrane = PullInCurve((0.0, 0.5, 2.0), (voltages[0], *voltages[1:] * 2), 0.01)
+    membrane = Curve((0.0, 0.5, 2.0), (voltages[0], *voltages[1:] * 2), 0.01)
     _, limits = envelope_module._static(Plane.of(model, None, membrane), 0.2)
     found = limits[STATIC_LIMITS.index("pull-in")]
     assert found == expected if expected is not None else 0.9 <= found <= 1.8
@@ -428,7 +440,7 @@ def test_a_pair_is_the_same_whatever_is_examined_with_it():
 
 
 def test_nothing_is_examined_far_above_pull_in_and_kicks_are_tried_at_default_frequencies(monkeypatch):
-    curve = PullInCurve((0.0, 2.0), (0.3, 0.3), 0.01)
+    curve = Curve((0.0, 2.0), (0.3, 0.3), 0.01)
     monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model, ratio: curve)
     found = envelope(WRINKLING, peaks=np.linspace(0.05, 1.0, 20))
     assert np.isnan(found["regime"].values[:, found["driven_peak"] > 0.4]).all()

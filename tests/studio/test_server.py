@@ -428,7 +428,7 @@ def test_another_rest_is_looked_for_once_the_hand_rests_and_shown(server, monkey
 
 
 def test_the_membrane_of_another_geometry_is_computed_once_the_hand_rests(server, monkeypatch):
-    monkeypatch.setattr("gelcone.physics.film.pull_in.pull_in_curve", lambda *given: pytest.fail("under the hand"))
+    monkeypatch.setattr("gelcone.physics.film.pull_in.numbers_of", lambda *given: pytest.fail("under the hand"))
     with server.page() as page:
         ask(page, "look", 1, side="a", setting={**PUMP, "values": {"disc_radius": "8.123 mm"}})
         first = answer(page, "kind")[0]

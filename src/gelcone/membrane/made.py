@@ -41,7 +41,8 @@ def _made(law: Any, law_names: tuple[str, ...], row: tuple[float, ...]) -> tuple
     ratio, A, B, *own = row
 
     def make() -> bytes:
-        found = table(Gel(law, dict(zip(law_names, own, strict=True)), A, B), ratio)
+        with np.errstate(all="ignore"):
+            found = table(Gel(law, dict(zip(law_names, own, strict=True)), A, B), ratio)
         return np.array([found[name] for name in names()]).tobytes()
 
     parts = (type(law), law, law_names, row)

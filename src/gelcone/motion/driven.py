@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
-from gelcone.membrane.pull_in import PullInCurve
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import Starts, transient_of
 from gelcone.motion.equilibrium import Ramp, drive_ramp
@@ -23,6 +22,7 @@ from gelcone.motion.response import dissipated_energy
 from gelcone.motion.settle import alike, next_power_of_two, start_states
 from gelcone.motion.settled import highest
 from gelcone.motion.validity import excesses, slack_places
+from gelcone.physics.film.pull_in import PullInCurve
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import rest_displacement

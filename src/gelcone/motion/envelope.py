@@ -18,7 +18,6 @@ from gelcone.codes import Outcome
 from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
-from gelcone.membrane.pull_in import PullInCurve
 from gelcone.motion.coexisting import coexisting
 from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE, DriveShape, Plane, driven, is_flat, peak_of
 from gelcone.motion.equilibrium import stroke_and_blocked_force
@@ -26,7 +25,7 @@ from gelcone.motion.natural import frequency_of
 from gelcone.motion.settle import inside, single, start_states
 from gelcone.motion.validity import NEAR_LIMIT, validity_variables
 from gelcone.physics.film.membrane import MembraneFilm
-from gelcone.physics.film.pull_in import membrane_pull_in
+from gelcone.physics.film.pull_in import PullInCurve, membrane_pull_in
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
@@ -105,7 +104,7 @@ def envelope(
     The pull-in of a wrinkling cone without a second film is that of the membrane, which comes far earlier than the
     cone's: of a motion whose voltage exceeds the one at which the membrane has pulled in
     at that displacement. The attribute ``pull_in_of`` says whether it is ``membrane`` or ``cone``, and
-    ``pull_in_error`` how well the membrane's voltages are known, over them (0 for the cone).
+    ``pull_in_error`` how well the membrane's force is known, over that without voltage (0 for the cone).
 
     At that peak too, at the frequencies that were given or are default ones, what a kick could lead to, see
     `gelcone.motion.coexisting`: ``coexisting``, how many motions
@@ -438,11 +437,11 @@ def _static(plane: Plane, highest: float) -> tuple[dict[str, Array], Array]:
 
 def _membrane_pull_in(model: ConeModel, membrane: PullInCurve, highest: float) -> float:
     """Constant voltage up to ``highest`` at which the membrane pulls in where the ramp has led; infinity if none."""
-    finite = [voltage for voltage in membrane.voltages if math.isfinite(voltage)]
-    if not finite:
+    known = membrane.voltage(np.linspace(0.0, membrane.reach, STATIC_POINTS))
+    if not np.isfinite(known).any():
         return math.inf
     # where it pulls in at all, it has at the largest of these; the ramp may come there later
-    levels = np.linspace(0.0, min(highest, LATER * max(finite)), STATIC_POINTS + 1)
+    levels = np.linspace(0.0, min(highest, LATER * known[np.isfinite(known)].max()), STATIC_POINTS + 1)
     return _first(levels, levels - membrane.voltage(stroke_and_blocked_force(model, levels)["displacement"].values))
 
 

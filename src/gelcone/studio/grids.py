@@ -20,11 +20,10 @@ from gelcone.codes import Outcome, Regime
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
-from gelcone.membrane.pull_in import PullInCurve
 from gelcone.motion.attractor.classification import RETURNS
 from gelcone.motion.limits import limits_cells
 from gelcone.motion.settle import start_states
-from gelcone.physics.film.pull_in import CurveKey, curve_of
+from gelcone.physics.film.pull_in import CurveKey, PullInCurve, curve_of
 from gelcone.physics.members import Members
 from gelcone.physics.statics import RestKey, kept_rests
 from gelcone.quantity import Array

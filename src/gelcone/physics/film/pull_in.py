@@ -1,41 +1,62 @@
-"""The voltages at which the membrane pulls in that a wrinkling cone stands for, computed once and stored."""
+"""The voltages at which the membrane pulls in that a cone stands for: those of the film ``membrane`` of its gel."""
 
 from __future__ import annotations
 
-import json
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
-import gelcone.membrane
-from gelcone import disk_cache
 from gelcone.errors import InputError
-from gelcone.membrane.gel import Gel
-from gelcone.membrane.pull_in import PullInCurve, pull_in_curve
-from gelcone.physics.component import to_record
+from gelcone.membrane.made import numbers_of
+from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
-from gelcone.physics.laws import LAWS, StrainEnergyLaw
+from gelcone.physics.laws import StrainEnergyLaw
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     from gelcone.physics.model import ConeModel
     from gelcone.physics.placed import PlacedFilm
 
-KIND = "pull-in"
 DEFAULT_RADIUS_RATIO = 0.2
 """a/b of the source paper's Table 1: 10 mm in 50 mm."""
 MOST = 4096
 """Curves held in memory."""
 
 
+@dataclass(frozen=True)
+class PullInCurve:
+    """Voltages above which a film, held at a displacement of either sign, has pulled in; infinite where it does not.
+
+    ``numbers`` are those of the table of the film ``membrane``.
+    """
+
+    numbers: Mapping[str, float]
+
+    @property
+    def error(self) -> float:
+        """The largest error of the film's force, over that without voltage."""
+        return float(self.numbers["film_error"])
+
+    @property
+    def reach(self) -> float:
+        """The largest displacement at which the film is known."""
+        return float(np.sqrt(self.numbers["reach_squared"]))
+
+    def voltage(self, x: npt.ArrayLike) -> Array:
+        """The voltages at displacements."""
+        squared = MembraneFilm().highest_squared(x, self.numbers)
+        return np.sqrt(np.where(np.isnan(squared), np.inf, squared))
+
+
 def membrane_pull_in(model: ConeModel, radius_ratio: float | None = None) -> PullInCurve | None:
     """The curve of one actuator; None where it does not apply: for another film than the wrinkling cone, or with a
-    second one, and for a film that is in tension at no displacement. ``radius_ratio`` is a/b, default 0.2.
+    second one, and for a film of which there is no table. ``radius_ratio`` is a/b, default 0.2.
 
     Raises `InputError` for a ratio outside 0 to 1.
     """
@@ -77,8 +98,8 @@ def keep_curve(key: CurveKey, found: PullInCurve | None) -> None:
 def curve_of(
     law: StrainEnergyLaw, law_numbers: tuple[tuple[str, float], ...], A: float, B: float, ratio: float
 ) -> PullInCurve | None:
-    """The curve of a film of a law with its numbers, squared pre-stretches and a/b; None for one that is in tension at
-    no displacement."""
+    """The curve of a film of a law with its numbers, squared pre-stretches and a/b; None for one of which there is no
+    table."""
     key = (law, law_numbers, A, B, ratio)
     if key not in _curves:
         keep_curve(key, _made(*key))
@@ -88,19 +109,11 @@ def curve_of(
 def _made(
     law: StrainEnergyLaw, law_numbers: tuple[tuple[str, float], ...], A: float, B: float, ratio: float
 ) -> PullInCurve | None:
-    own = dict(law_numbers)
-
-    def make() -> bytes:
-        found = pull_in_curve(Gel(law, own, A, B), ratio)
-        return json.dumps([found.displacements, found.voltages, found.error]).encode()
-
-    parts = (to_record(law, LAWS), own, (A, B), ratio)
     try:
-        stored = disk_cache.made(KIND, parts, make, (Path(gelcone.membrane.__file__).parent, type(law)))
+        found = numbers_of(law, dict(law_numbers), ratio, A, B)
     except InputError:
         return None
-    x, voltages, error = json.loads(stored)
-    return PullInCurve(tuple(x), tuple(voltages), float(error))
+    return PullInCurve({name: float(value) for name, value in found.items()})
 
 
 def over_pull_in(placed: PlacedFilm, values: Mapping[str, Array], x: Array, voltage: Array) -> Array | None:
