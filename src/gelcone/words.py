@@ -46,7 +46,9 @@ def unit_of(variable: xr.DataArray) -> str:
 
 
 def measured(variable: xr.DataArray, digits: int = 4) -> str:
-    """A single number with its unit; one that is not finite in the words of its attributes."""
+    """A single number with its unit, or a text; one that is not finite in the words of its attributes."""
+    if variable.dtype.kind in "UO":
+        return str(variable.item())
     value = float(variable)
     return f"{value:.{digits}g}{unit_of(variable)}" if math.isfinite(value) else missing(value, variable)
 
@@ -279,6 +281,8 @@ def members_of(result: xr.Dataset, most: int | None = None) -> list[tuple[str, x
     stacked = result.stack(flat=dims)
     varied = ("parameter", "device field")
     names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") in varied]
+    if "material" in result.coords:  # a gel has a name for its numbers
+        names = ["material", *(name for name in names if not name.startswith("material."))]
     chosen = [with_own_axes(stacked.isel(flat=i)) for i in range(stacked.sizes["flat"])[:most]]
     return [(", ".join(f"{n} {measured(m[n])}" for n in names), m) for m in chosen]
 

@@ -9,6 +9,7 @@ from gelcone.devices.materials import Material, find_material, load_materials
 from gelcone.errors import InputError
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import ConeModel
+from gelcone.words import members_of
 
 RUBBER = {"name": "rubber", "shear_modulus": "20 kPa", "relative_permittivity": 5}
 
@@ -124,7 +125,9 @@ def test_gels_side_by_side_are_those_of_each(command_line):
         assert float(both["pull_in_voltage"][k]) == pytest.approx(float(one["pull_in_voltage"]), rel=1e-9)
     code, out, err = command_line("static", "biased-pump", "--set", f"material={', '.join(names)}")
     assert (code, err) == (0, "")
-    assert [line for line in out.splitlines() if line.startswith("material.")]
+    assert [line for line in out.splitlines() if line.startswith("material ")] == [
+        f"material {name}:" for name in names
+    ]
     assert gelcone.Device(**pump.replace(material=names).parameters()) == pump.replace(material=names)
 
 
@@ -137,3 +140,16 @@ def test_gels_of_several_laws_and_none_are_refused():
         pump.replace(material=[])
     with pytest.raises(gelcone.InputError, match="PVC-DBA 4:2"):
         pump.replace(material=["PVC-DBA 4:1", "PVC-DBA 4:2"])
+
+
+def test_members_of_an_ensemble_bear_the_names_of_their_gels(tmp_path):
+    """Not those of the numbers that differ, unless one of them was changed."""
+    gels = ["PVC-DBA 4:1", "PVC-DBA 8:1"]
+    device = gelcone.find_device("soft-film").replace(material=gels, film="taut")
+    found = gelcone.settled(device)
+    assert found["material"].values.tolist() == gels
+    assert [name for name, _ in members_of(found)] == [f"material {gel}" for gel in gels]
+    gelcone.save(found, tmp_path / "settled.nc")
+    assert gelcone.load(tmp_path / "settled.nc")["material"].values.tolist() == gels
+    changed = gelcone.settled(device.replace({"material.shear_modulus": ["10 kPa", "20 kPa"]}))
+    assert [name for name, _ in members_of(changed)][1].startswith("material.shear_modulus 20 kPa")

@@ -163,6 +163,10 @@ Material.fields = {
 Material.sign()
 
 
+SEPARATOR = " / "
+"""Between the names of gels side by side."""
+
+
 def side_by_side(gels: Sequence[Material]) -> Material:
     """Make one material of several, to compare them member by member; a number that is not known of all is left out.
 
@@ -177,7 +181,7 @@ def side_by_side(gels: Sequence[Material]) -> Material:
     numbers.pop("relative_permittivity_range")
     known = {name: values for name, values in numbers.items() if all(value is not None for value in values)}
     spread: dict[str, Any] = {n: v[0] if len(set(map(float, v))) == 1 else np.array(v) for n, v in known.items()}
-    return Material(name=", ".join(gel.name for gel in gels), law=gels[0].law, **spread)
+    return Material(name=SEPARATOR.join(gel.name for gel in gels), law=gels[0].law, **spread)
 
 
 @functools.cache

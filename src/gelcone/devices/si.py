@@ -12,6 +12,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone.devices.device import Device
 from gelcone.devices.fields import DAMPINGS
+from gelcone.devices.materials import SEPARATOR
 from gelcone.devices.numbers import numbers_of
 from gelcone.devices.points import STATE_FIELDS, at, field_attributes
 from gelcone.devices.scales import MEASURES, Scales
@@ -250,9 +251,13 @@ def _with_member_fields(result: xr.Dataset, device: Device) -> xr.Dataset:
         return result
     result = result.drop_vars([str(n) for n, c in result.coords.items() if c.attrs.get("quantity") == "parameter"])
     fields = {name: device.get(name) for name in device.swept_fields()}
-    return result.assign_coords(
-        {name: ("member", value, field_attributes(device, name)) for name, value in fields.items() if np.ndim(value)}
-    )
+    coords: dict[str, Any] = {
+        name: ("member", value, field_attributes(device, name)) for name, value in fields.items() if np.ndim(value)
+    }
+    gels = device.material.name.split(SEPARATOR)
+    if len(gels) > 1 and len(gels) == result.sizes["member"] and not gels[-1].endswith(", changed"):
+        coords["material"] = ("member", np.array(gels), {"long_name": "gel", "units": "1", "quantity": "code"})
+    return result.assign_coords(coords)
 
 
 def _getter(result: xr.Dataset, device: Device, along: str = "") -> Callable[[str], Any]:
