@@ -13,6 +13,8 @@ from gelcone.errors import InputError
 
 LARGEST_TEXT = 2**24
 """Bytes of a text file, such as a device or a film, that are read at most."""
+PROBE = 2**16
+"""Bytes that are written to learn why a file could not be."""
 
 
 def read_text(path: Path, remedy: str) -> str:
@@ -70,12 +72,23 @@ def write_together(writers: Mapping[Path, Callable[[Path], None]], *, force: boo
                 temporary.chmod(0o666 & ~_umask())
             except OSError as error:
                 remedy = "free some space or choose another folder"
-                raise InputError(f"{path}: cannot be written ({error.strerror or error}); {remedy}") from None
+                raise InputError(f"{path}: cannot be written ({_reason(temporary, error)}); {remedy}") from None
         for path, temporary in temporaries.items():
             temporary.replace(path)
     finally:
         for temporary in temporaries.values():
             temporary.unlink(missing_ok=True)
+
+
+def _reason(path: Path, error: OSError) -> str:
+    """Why a file could not be written; where a library does not say so, a write that fails again does."""
+    if error.strerror is None:
+        try:
+            with path.open("ab") as file:
+                file.write(bytes(PROBE))
+        except OSError as own:
+            return own.strerror
+    return error.strerror or str(error)
 
 
 def check_writable(paths: Iterable[Path], *, force: bool = False) -> None:

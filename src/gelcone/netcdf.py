@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 CHECKSUM = "checksum"
 """Attribute of a file that holds the digest of all its names, numbers and attributes."""
-PROBE = 2**16
-"""Bytes that are written to learn why a file could not be."""
 
 
 def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
@@ -26,8 +24,6 @@ def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
     try:
         checked.to_netcdf(path, engine="netcdf4")
     except RuntimeError as error:  # netCDF4 has no other for a write that fails
-        with path.open("ab") as file:  # a write that fails again names the reason
-            file.write(bytes(PROBE))
         raise OSError(str(error)) from None
 
 
