@@ -87,7 +87,7 @@ def _reason(path: Path, error: OSError) -> str:
             with path.open("ab") as file:
                 file.write(bytes(PROBE))
         except OSError as own:
-            return own.strerror
+            return own.strerror or str(own)
     return error.strerror or str(error)
 
 
