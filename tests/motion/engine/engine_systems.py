@@ -7,6 +7,7 @@ import llvmlite.binding as llvm
 import numpy as np
 
 from gelcone.motion.engine import compile as compiler
+from gelcone.physics.differentiate import jacobian
 
 
 def assembly(text, machine):
@@ -136,3 +137,28 @@ class Chain:
         rates = [u, -x * x * x - 0.1 * u - w + xp.sin(time), n["rate"] * (x - w)]
         slopes = [[0.0, 1.0, 0.0], [-3.0 * x * x, -0.1, -1.0], [n["rate"], 0.0, -n["rate"]]]
         return rates, slopes
+
+
+@dataclass(frozen=True)
+class TwoRoots:
+    """u' = y - u z + a cos(t), w' = z, with the roots of y + z y^2/2 = u and z + sin(z)/3 - y = w^2, found together."""
+
+    states = ("u", "w")
+    numbers = ("a",)
+
+    def roots(self, state: Any, xp: Any) -> tuple[Any, Any]:
+        u, w = state
+
+        def second(y: Any) -> Any:
+            return xp.root("z", lambda z, y, w, xp: z + xp.sin(z) / 3.0 - y - w * w, [y, w], lambda y, w, xp: xp.sqrt(1.0 + w * w))
+
+        y = xp.root("y", lambda y, u, xp: y + 0.5 * second(y) * y * y - u, [u], lambda u, xp: u)
+        return y, second(y)
+
+    def rates(self, time: Any, state: Any, n: Any, xp: Any) -> list[Any]:
+        y, z = self.roots(state, xp)
+        return [y - state[0] * z + n["a"] * xp.cos(time), z - state[1]]
+
+    def flow(self, time: Any, state: Any, n: Any, xp: Any) -> tuple[list[Any], list[list[Any]]]:
+        rates = self.rates(time, state, n, xp)
+        return rates, jacobian([xp.node(rate) for rate in rates], state)

@@ -10,7 +10,9 @@ from pathlib import Path
 import heyoka as hk
 import numpy as np
 import pytest
-from engine_systems import Chain, Cone, Decay, Oscillator, Riccati, cone_numbers
+from engine_systems import Chain, Cone, Decay, Oscillator, Riccati, TwoRoots, cone_numbers
+from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
 
 from gelcone.motion.engine import program as programs
 from gelcone.motion.engine.program import (
@@ -82,6 +84,30 @@ def test_tangents_of_three_states_are_the_derivative_of_the_map():
     moved = np.concatenate([start + small * np.eye(3), start - small * np.eye(3)])
     ends = Program(Chain(), "states", 1e-15).run({"rate": 0.7}, moved, 0.0, np.repeat(times, 6, axis=0)).states[:, 1]
     np.testing.assert_allclose(both, (ends[:3] - ends[3:]).T / (2.0 * small), rtol=0.0, atol=1e-9)
+
+
+def test_two_roots_that_depend_on_each_other_are_found_together():
+    """Against SciPy, which solves both equations in every call; tangents against differences of motions."""
+    start, times = np.array([0.6, 0.3]), np.array([[0.5, 2.0, 5.0]])
+
+    def solved(u, w):
+        both = fsolve(
+            lambda v: [v[0] + 0.5 * v[1] * v[0] ** 2 - u, v[1] + np.sin(v[1]) / 3.0 - v[0] - w * w], [u, u], xtol=1e-13
+        )
+        return both
+
+    def right(t, s):
+        y, z = solved(*s)
+        return [y - s[0] * z + 0.4 * np.cos(t), z - s[1]]
+
+    found = solve_ivp(right, (0.0, 5.0), start, method="DOP853", t_eval=times[0], rtol=1e-12, atol=1e-13)
+    raw = Program(TwoRoots(), "tangents", 1e-15).run({"a": 0.4}, start[None], 0.0, times)
+    np.testing.assert_allclose(raw.states[0], found.y.T, rtol=0.0, atol=1e-11)
+    assert raw.steps[0] < 60
+    whole = raw.tangents[0, 2] @ raw.tangents[0, 1] @ raw.tangents[0, 0]
+    moved = np.concatenate([start + 1e-6 * np.eye(2), start - 1e-6 * np.eye(2)])
+    ends = Program(TwoRoots(), "states", 1e-15).run({"a": 0.4}, moved, 0.0, np.repeat(times, 4, axis=0)).states[:, 2]
+    np.testing.assert_allclose(whole, (ends[:2] - ends[2:]).T / 2e-6, rtol=0.0, atol=1e-8)
 
 
 def test_work_balances_the_energy():

@@ -7,7 +7,8 @@ in Knuth, The Art of Computer Programming 2, 4.7. A coefficient known to be zero
 
 The root y of an equation F(y, ...) = 0 is corrected by Newton's method where a step begins. Its n-th coefficient
 follows from that of F, which is linear in it with the factor dF/dy: F is computed with y_n = 0 first, gives y_n, and
-with it what is missing in every node N of the equation, (dN/dy) y_n.
+with it what is missing in every node N of the equation, (dN/dy) y_n. Two roots whose equations contain each other are
+found together: Newton's method and the n-th coefficients then take the 2 x 2 matrix of derivatives.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ class Equation:
     """The equation of a root: ``residual`` is zero; ``first`` is where the search for the root begins. ``dependents``
     are the nodes of the residual that change with the root, the residual among them, and ``slopes`` their derivatives
     with respect to the root, ``slope`` that of the residual. ``others`` are the nodes that these are made of and that
-    do not change with the root."""
+    do not change with the root. ``block``: the roots that are found together, itself alone or one of two, whose other
+    one is held in all derivatives."""
 
     root: Node
     residual: Node
@@ -42,6 +44,11 @@ class Equation:
     dependents: tuple[Node, ...]
     slopes: tuple[Node, ...]
     others: tuple[Node, ...]
+    block: tuple[Node, ...]
+
+    def slope_of(self, residual: Node) -> Node | None:
+        """The derivative of another residual of the block with respect to this root; None where there is none."""
+        return next((s for node, s in zip(self.dependents, self.slopes, strict=True) if node is residual), None)
 
 
 def equations_of(roots: Sequence[Node]) -> tuple[Equation, ...]:
@@ -49,18 +56,30 @@ def equations_of(roots: Sequence[Node]) -> tuple[Equation, ...]:
     found = []
     for root in ordered(roots):
         if root.operation == "root":
-            residual = root.graph.equations[root.index]
+            residual, block = root.graph.equations[root.index], _block(root)
             dependents = _moved(ordered([residual]), root)
             if residual not in dependents:
                 raise ValueError(f"root {root.value!r}: its equation does not contain it")
-            slopes = derivatives(dependents, root, (root,))
+            slopes = derivatives(dependents, root, block)
             slope = slopes[dependents.index(residual)]
-            needed = ordered([residual, slope])
-            moved = {root.index} | {node.index for node in _moved(needed, root)}
+            needed = ordered([residual, *slopes] if len(block) > 1 else [residual, slope])
+            moved = {node.index for of in block for node in (of, *_moved(needed, of))}
             others = tuple(node for node in needed if not node.fixed and node.index not in moved)
             first = root.graph.guesses[root.index]
-            found.append(Equation(root, residual, first, slope, tuple(dependents), tuple(slopes), others))
+            found.append(Equation(root, residual, first, slope, tuple(dependents), tuple(slopes), others, block))
     return tuple(found)
+
+
+def _block(root: Node) -> tuple[Node, ...]:
+    """The roots whose equations contain ``root`` and are contained in its own; itself among them."""
+
+    def within(of: Node) -> list[Node]:
+        return [node for node in ordered([of.graph.equations[of.index]]) if node.operation == "root"]
+
+    block = [root, *(other for other in within(root) if other is not root and root in within(other))]
+    if len(block) > 2:
+        raise ValueError(f"root {root.value!r}: more than two roots depend on each other")
+    return tuple(sorted(block, key=lambda node: node.index))
 
 
 def _moved(nodes: Sequence[Node], root: Node) -> list[Node]:
@@ -144,8 +163,16 @@ class Jet:
         self._coefficients.update({node.index: self._leaf(node, order, time, held) for node in nodes})
         known = {node.index for node in nodes if self._coefficients[node.index] or node.operation == "root"}
         moving = [node for node in nodes if node.index not in known | self._inlined]
-        for equation, address in zip(equations, found, strict=True):
-            self._correct_root(equation, address)
+        addresses = {equation.root.index: address for equation, address in zip(equations, found, strict=True)}
+        self._blocks = {
+            equation.root.index: [own for own in equations if own.root in equation.block] for equation in equations
+        }
+        for equation in equations:
+            own = self._blocks[equation.root.index]
+            if len(own) == 1:
+                self._correct_root(equation, addresses[equation.root.index])
+            elif equation is own[-1]:
+                self._correct_roots(own, [addresses[one.root.index] for one in own])
         self._run(rates, followed, moving, equations, order)
         self.borders = [self._coefficients[border.index][: highest + 1] for border, highest in borders]
         self.roots = [self._coefficients[equation.root.index] for equation in equations]
@@ -177,7 +204,11 @@ class Jet:
             if len(self._coefficients[node.index]) == n:
                 self._coefficients[node.index].append(self._coefficient(node, n))
             if n and node.index in residuals:
-                self._solve_root(residuals[node.index], n)
+                own = self._blocks[residuals[node.index].root.index]
+                if len(own) == 1:
+                    self._solve_root(own[0], n)
+                elif all(len(self._coefficients[one.residual.index]) > n for one in own):
+                    self._solve_roots(own, n)
 
     # --- roots ---------------------------------------------------------------------------------------------------
 
@@ -232,6 +263,84 @@ class Jet:
             f.leave(out, f.new(f"icmp sge i64 {corrections}, {MOST_CORRECTIONS}"))
             f.leave(out, f.new(f"xor i1 {f.anywhere(large)}, true"))
         self._coefficients[equation.root.index] = [f.load(address)]
+
+    def _correct_roots(self, block: Sequence[Equation], addresses: Sequence[Value]) -> None:
+        """The same for two roots that depend on each other."""
+        f = self._f
+        for equation, address in zip(block, addresses, strict=True):
+            before = f.load(address)
+            unknown = f.compare("uno", before, before)
+            with f.when(f.anywhere(unknown)):
+                f.store(f.choose(unknown, self._first(equation.first, {}), before), address)
+        others: dict[int, Value] = {}
+        for node in (node for equation in block for node in equation.others):
+            value = self._first(node, others)
+            if not self._coefficients.get(node.index, [value]) and node.index not in self._inlined:
+                self._coefficients[node.index].append(value)
+        going, count = f.slot(), f.slot()
+        f.store(f.real(1.0), going)
+        f.store_whole("0", count)
+        with f.repeat() as out:
+            before_all = [f.load(address) for address in addresses]
+            values = others | {equation.root.index: v for equation, v in zip(block, before_all, strict=True)}
+            inverse = self._inverse(block, values)
+            residuals = [self._first(equation.residual, values) for equation in block]
+            moves = f.compare("ogt", f.load(going), f.real(0.0))
+            large = None
+            for value, address, row in zip(before_all, addresses, inverse, strict=True):
+                step = f.add(f.multiply(row[0], residuals[0]), f.multiply(row[1], residuals[1]))
+                corrected = f.choose(moves, f.subtract(value, step), value)
+                f.store(corrected, address)
+                size = f.larger(f.absolute(corrected), f.real(1.0))
+                moved = f.compare("ogt", f.absolute(step), f.multiply(f.real(ENOUGH), size))
+                large = moved if large is None else f.either(large, moved)
+            assert large is not None
+            large = f.both(moves, large)
+            f.store(f.choose(large, f.real(1.0), f.real(0.0)), going)
+            corrections = f.new(f"add i64 {f.load_whole(count)}, 1")
+            f.store_whole(corrections, count)
+            f.leave(out, f.new(f"icmp sge i64 {corrections}, {MOST_CORRECTIONS}"))
+            f.leave(out, f.new(f"xor i1 {f.anywhere(large)}, true"))
+        for equation, address in zip(block, addresses, strict=True):
+            self._coefficients[equation.root.index] = [f.load(address)]
+
+    def _inverse(self, block: Sequence[Equation], values: dict[int, Value]) -> list[list[Value]]:
+        """The inverse of the derivatives of two residuals by their roots."""
+        f = self._f
+
+        def slope(of: Equation, by: Equation) -> Value:
+            node = by.slope_of(of.residual)
+            return f.real(0.0) if node is None else self._first(node, values)
+
+        (a, b), (c, d) = [[slope(of, by) for by in block] for of in block]
+        one = f.divide(f.real(1.0), f.subtract(f.multiply(a, d), f.multiply(b, c)))
+        minus = f.negative(one)
+        return [[f.multiply(d, one), f.multiply(b, minus)], [f.multiply(c, minus), f.multiply(a, one)]]
+
+    def _solve_roots(self, block: Sequence[Equation], n: int) -> None:
+        """The n-th coefficients of two roots that depend on each other, and with them those of what depends on them."""
+        f, first = self._f, block[0].root.index
+        rows = [self._coefficients[equation.residual.index] for equation in block]
+        if all(row[n] is None for row in rows):
+            return
+        if first not in self._slopes_by_root:
+            values: dict[int, Value] = {}
+            flat = [value for row in self._inverse(block, values) for value in row]
+            self._slopes_by_root[first] = [
+                *flat,
+                *(self._first(slope, values) for equation in block for slope in equation.slopes),
+            ]
+        flat, left = self._slopes_by_root[first][:4], iter(self._slopes_by_root[first][4:])
+        changes = [self._chain([(flat[2 * i], rows[0][n]), (flat[2 * i + 1], rows[1][n])]) for i in range(2)]
+        own = [f.negative(_known(change)) for change in changes]
+        for equation, change in zip(block, own, strict=True):
+            self._coefficients[equation.root.index][n] = change
+            for node in equation.dependents:
+                slope, row = next(left), self._coefficients[node.index]
+                if node.index not in self._inlined and len(row) > n:
+                    row[n] = self._chain([(slope, change)], row[n])
+        for row in rows:
+            row[n] = None
 
     def _solve_root(self, equation: Equation, n: int) -> None:
         """The n-th coefficient of a root, and with it those of what depends on it."""
