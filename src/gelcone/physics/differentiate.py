@@ -37,20 +37,47 @@ def derivatives(values: Sequence[Node], by: Node, fixed: Sequence[Node] = ()) ->
     Forward mode, node by node; quotients, roots and exponentials reuse the value itself, so that the derivative of a
     film's force shares its division. Roots of equations change with what these depend on, but for those in ``fixed``.
     """
-    graph = by.graph
+    return directional(values, {by: by.graph.constant(1.0)}, fixed)
+
+
+def directional(values: Sequence[Node], along: Mapping[Node, Node], fixed: Sequence[Node] = ()) -> list[Node]:
+    """Derivatives of ``values`` where leaves change at the rates ``along``; see `derivatives`."""
+    graph = next(iter(along)).graph
     zero = graph.constant(0.0)
-    slope: dict[int, Node] = {by.index: graph.constant(1.0)} | {node.index: zero for node in fixed if node is not by}
+    slope = {node.index: zero for node in fixed} | {leaf.index: rate for leaf, rate in along.items()}
     for node in ordered(values):
         if node.index not in slope and node.operation == "root":
-            equation = [graph.equations[node.index]]
-            (change,) = derivatives(equation, by, (*fixed, node))
-            (own,) = derivatives(equation, node, (*fixed, node))
-            slope[node.index] = zero if change is zero else -(change / own)
+            block = [root for root in block_of(node) if root.index not in slope]
+            held, equations = (*fixed, *block), [graph.equations[root.index] for root in block]
+            changes = directional(equations, along, held)
+            if all(change is zero for change in changes):
+                slope |= {root.index: zero for root in block}
+                continue
+            columns = [derivatives(equations, root, held) for root in block]
+            if len(block) == 1:
+                slope[node.index] = -(changes[0] / columns[0][0])
+                continue
+            (a, c), (b, d) = columns
+            determinant = a * d - b * c
+            slope[block[0].index] = (b * changes[1] - d * changes[0]) / determinant
+            slope[block[1].index] = (c * changes[0] - a * changes[1]) / determinant
         elif node.index not in slope:
             inner = [slope[a.index] for a in node.arguments]
             moving = any(d is not zero for d in inner)
             slope[node.index] = _rule(graph, node, inner) if moving else zero
     return [slope[value.index] for value in values]
+
+
+def block_of(root: Node) -> tuple[Node, ...]:
+    """The roots whose equations contain ``root`` and are contained in its own, at most two; itself among them."""
+
+    def within(of: Node) -> list[Node]:
+        return [node for node in ordered([of.graph.equations[of.index]]) if node.operation == "root"]
+
+    block = [root, *(other for other in within(root) if other is not root and root in within(other))]
+    if len(block) > 2:
+        raise ValueError(f"root {root.value!r}: more than two roots depend on each other")
+    return tuple(sorted(block, key=lambda node: node.index))
 
 
 def _rule(graph: Graph, node: Node, inner: Sequence[Node]) -> Node:

@@ -65,7 +65,7 @@ class ConeModel(Ensemble):
         ``radius_ratio`` = a/b (default 0.2).
     pull_in : where a wrinkling film pulls in: ``"first"`` (default) ends the run; for study ``"minimum"``,
         ``"memoryless"`` and ``"snap"``, see `gelcone.physics.film.wrinkling.WrinklingCone`.
-    branches : number of Maxwell branches, 0 to 3, of a taut film that creeps: ``viscous_modulus_k``, over the long-term
+    branches : number of Maxwell branches, 0 to 3, of a cone that creeps: ``viscous_modulus_k``, over the long-term
         shear modulus, ``relaxation_time_k`` and ``viscous_limit_k`` belong to each. Default: as many as have a number.
     flow : the branches' rule, ``"log"`` (default) or ``"linear"``; ``flow_exponent``, odd, and ``flow_stress`` make
         the logarithmic one faster under stress; see `gelcone.physics.film.branches`.
@@ -223,9 +223,9 @@ def _film(
         chosen["branches"] = count
     for name, value in chosen.items():
         if name not in {field.name for field in fields(found)} if is_dataclass(found) else True:
-            takes = "wrinkling" if name == "pull_in" else "taut"
+            takes = "wrinkling" if name == "pull_in" else "wrinkling or taut"
             raise InputError(
-                f"{name}: the film {found.name!r} does not take it; give film = {takes!r}, or leave it out"
+                f"{name}: the film {found.name!r} does not take it; take the film {takes}, or leave it out"
             )
         whole = isinstance(value, float) and value.is_integer()
         found = with_fields(found, **{name: int(value) if whole else value})  # type: ignore[type-var]

@@ -17,7 +17,7 @@ from gelcone.errors import InputError
 from gelcone.physics.bias import Bias
 from gelcone.physics.circuit import CIRCUITS, LOSSES, Circuit, Port
 from gelcone.physics.component import Component, Numbers, State, uncached
-from gelcone.physics.differentiate import derivatives, evaluated, jacobian
+from gelcone.physics.differentiate import derivatives, directional, evaluated, jacobian
 from gelcone.physics.drive import Waveform
 from gelcone.physics.film.film import Border, Film
 from gelcone.physics.implicit import traced
@@ -563,7 +563,7 @@ class _Moment:
         for line in self.system.lines if "source" in found else ():
             port, (y, n) = self.port(line), self._own(line)
             charge = self.xp.node(port.charge(self.voltage(line)))
-            powers = line.circuit.powers(port, _total(charge, time, z, rates), y, n, self.xp)
+            powers = line.circuit.powers(port, _total(self.system, charge, time, z, rates), y, n, self.xp)
             found |= {name: found[name] + power for name, power in powers.items()}
         if "film" in found:
             for k, film in enumerate(self.system.films):
@@ -572,8 +572,13 @@ class _Moment:
         return [self.xp.node(found[cause]) for cause in causes]
 
 
-def _total(value: Node, time: Node, z: Sequence[Node], rates: Sequence[Any]) -> Node:
+def _total(system: ConeSystem, value: Node, time: Node, z: Sequence[Node], rates: Sequence[Any]) -> Node:
     """Rate of change of a formula along the motion."""
+    if any(film.states for film in system.films):  # shorter by far where lengths are roots that states move
+        along = {time: time.graph.constant(1.0)}
+        return directional([value], along | {leaf: time.graph.node(rate) for leaf, rate in zip(z, rates, strict=True)})[
+            0
+        ]
     (total,) = derivatives([value], time)
     for leaf, rate in zip(z, rates, strict=True):
         total = total + derivatives([value], leaf)[0] * rate
@@ -607,7 +612,7 @@ def _voltage_rates_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
     """The leaves of a graph, and in it the rates of the films' voltages."""
     graph, leaves, time, z, n = _leaves(system)
     rates = system.rates(time, z, n, graph)
-    return leaves, [_total(graph.node(v), time, z, rates) for v in system.voltages(time, z, n, graph)]
+    return leaves, [_total(system, graph.node(v), time, z, rates) for v in system.voltages(time, z, n, graph)]
 
 
 @lru_cache(maxsize=64)
@@ -620,4 +625,4 @@ def _currents_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
         for k, (film, voltage) in enumerate(zip(system.films, voltages, strict=True))
         if film.film.traced_charge
     ]
-    return leaves, [_total(graph.node(charge), time, z, rates) for charge in charges]
+    return leaves, [_total(system, graph.node(charge), time, z, rates) for charge in charges]

@@ -150,7 +150,9 @@ class TwoRoots:
         u, w = state
 
         def second(y: Any) -> Any:
-            return xp.root("z", lambda z, y, w, xp: z + xp.sin(z) / 3.0 - y - w * w, [y, w], lambda y, w, xp: xp.sqrt(1.0 + w * w))
+            return xp.root(
+                "z", lambda z, y, w, xp: z + xp.sin(z) / 3.0 - y - w * w, [y, w], lambda y, w, xp: xp.sqrt(1.0 + w * w)
+            )
 
         y = xp.root("y", lambda y, u, xp: y + 0.5 * second(y) * y * y - u, [u], lambda u, xp: u)
         return y, second(y)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from gelcone.codes import FilmPullIn, Outcome
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
 from gelcone.motion.linear import linear_response, small_signal_response, state_space
@@ -132,7 +133,7 @@ STATICS = [row for row in CERTIFIED["statics"] if any(row[at]["state"] == "taut"
 @pytest.mark.parametrize("row", STATICS, ids=[f"x={row['x']}, v={row['v']}" for row in STATICS])
 def test_static_forces_are_the_certified_ones(row):
     given = {f"viscous_modulus_{k}": branch["g"] for k, branch in enumerate(row["branches"], 1)}
-    given |= {f"viscous_limit_{k}": branch["J"] for k, branch in enumerate(row["branches"], 1)}
+    given |= {f"viscous_limit_{k}": float(branch["J"]) for k, branch in enumerate(row["branches"], 1)}
     stretches = {"meridional_prestretch": row["lm"], "hoop_prestretch": row["lh"]}
     model = ConeModel(spring_stiffness=0.0, stretch_limit=row["J"], **stretches, **given)
     if row["settled"]["state"] == "taut":
@@ -289,3 +290,90 @@ def test_what_branches_cannot_be_is_refused(given, message):
     with pytest.raises(InputError, match=message):
         ConeModel(**given)
     assert Branches(0, "log", 1, True).states == ()
+
+
+# --- a film that wrinkles ---------------------------------------------------------------------------------------------
+
+WRINKLING = [case for case in CERTIFIED["cases"] if case["kind"] == "film" and case["film"]["wrinkles"]]
+
+
+@pytest.mark.parametrize("case", WRINKLING, ids=[case["name"] for case in WRINKLING])
+def test_motions_across_borders_are_the_certified_ones(case):
+    """Through all four states of tension, with the lengths of the film, its losses and what the source gives."""
+    rows, film = case["rows"], case["film"]
+    run = simulate(model_of(case).replace(film="wrinkling"), case["start"], times=[row["tau"] for row in rows])
+    for name, of in (("displacement", "x"), ("velocity", "u")):
+        np.testing.assert_allclose(run[name], [row[of] for row in rows], atol=1e-11)
+    for name, of, pre in (("meridional_stretch", "m", "lm"), ("hoop_stretch", "n", "lh")):
+        np.testing.assert_allclose((run[name] / film[pre]) ** 2, [row[of] for row in rows], atol=1e-11)
+    for name, of in (("supplied_energy", "source"), *[(f"{of}_dissipation",) * 2 for of in ("film", "damper")]):
+        np.testing.assert_allclose(run[name], [row[of] for row in rows], atol=1e-11)
+    assert float(abs(run["energy_residual"]).max()) < 1e-12
+    kinds = {"hoop": "hoop_slack", "meridional": "meridional_slack"}
+    states = [run["film_state"].attrs["flag_meanings"].split()[int(k)] for k in run["film_state"].values]
+    assert states == [kinds.get(row["state"], row["state"]) for row in rows]
+
+
+def test_times_in_each_state_are_those_between_the_certified_borders():
+    case = WRINKLING[0]
+    end = case["rows"][-1]["tau"]
+    run = simulate(model_of(case).replace(film="wrinkling"), case["start"], times=[end])
+    kinds = {"taut": "taut", "hoop": "hoop_slack", "meridional": "meridional_slack", "crumpled": "crumpled"}
+    spent, last, state = dict.fromkeys(kinds, 0.0), 0.0, "taut"
+    for tau, before, after in [*case["borders"], [end, None, None]]:
+        if tau > end:
+            break
+        assert before in (state, None)
+        spent[state] += tau - last
+        last, state = tau, after
+    if state is not None:
+        spent[state] += end - last
+    for name, kind in kinds.items():
+        assert float(run[f"film_state_{kind}"]) == pytest.approx(spent[name] / end, abs=1e-10)
+
+
+@pytest.mark.parametrize("case", [case for case in WRINKLING if "end" in case], ids=lambda case: case["name"])
+def test_a_raised_disc_localises_late(case):
+    model = model_of(case).replace(film="wrinkling")
+    run = integrate(model, case["start"], [2.0 * case["end"][0]])
+    assert run.end_times[0] == pytest.approx(case["end"][0], abs=1e-9)
+    np.testing.assert_allclose(run.end_states[0, :2], [case["end_state"]["x"], case["end_state"]["u"]], atol=1e-10)
+    assert (run.outcome[0], run.pull_in[0, 0]) == (Outcome.PULLED_IN, FilmPullIn.LOCALISATION)
+
+
+@pytest.mark.parametrize("case", CERTIFIED["delays"], ids=lambda case: f"{case['prestretch']}, {case['v']}")
+def test_between_two_thresholds_a_film_at_rest_pulls_in_late(case):
+    """Certified by a quadrature with 34 digits; the run ends less than 1e-6 before."""
+    given = {"prestretch": float(case["prestretch"]), "prestretch_mode": "equibiaxial", "film": "wrinkling"}
+    for k, branch in enumerate(case["branches"], 1):
+        given |= {f"viscous_modulus_{k}": float(branch["g"]), f"relaxation_time_{k}": float(branch["tau"])}
+        given |= {f"viscous_limit_{k}": float(branch["J"])}
+    model = ConeModel(stretch_limit=float(case["J"]), voltage=0.0, voltage_bias=float(case["v"]), **given)
+    run = integrate(model, (0.0, 0.0), [2.0 * float(case["time"])])
+    assert run.end_times[0] == pytest.approx(float(case["time"]), abs=1e-7, rel=1e-8)
+    assert (run.outcome[0], run.pull_in[0, 0]) == (Outcome.PULLED_IN, FilmPullIn.MINIMUM)
+
+
+@pytest.mark.parametrize("row", CERTIFIED["statics"], ids=lambda row: f"x={row['x']}, v={row['v']}")
+def test_lengths_and_forces_at_once_are_the_certified_ones(row):
+    given = {f"viscous_modulus_{k}": branch["g"] for k, branch in enumerate(row["branches"], 1)}
+    given |= {f"viscous_limit_{k}": float(branch["J"]) for k, branch in enumerate(row["branches"], 1)}
+    stretches = {"meridional_prestretch": row["lm"], "hoop_prestretch": row["lh"]}
+    model = ConeModel(film="wrinkling", spring_stiffness=0.0, stretch_limit=row["J"], **stretches, **given)
+    film, n, at_once = model.film, model.own_numbers, row["at_once"]
+    y = [1.0] * len(film.states)
+    assert film.force(row["x"], row["v"] ** 2, y, n)[0] == pytest.approx(float(at_once["force"]), abs=1e-13)
+    state = film.state(row["x"], row["v"], y, n)
+    assert (state.meridional_stretch / row["lm"]) ** 2 == pytest.approx(float(at_once["m"]), rel=1e-13)
+    assert (state.hoop_stretch / row["lh"]) ** 2 == pytest.approx(float(at_once["n"]), rel=1e-13)
+    settled = row["settled"]
+    if settled["state"] in ("taut", "hoop", "meridional"):
+        assert model.force(row["x"], row["v"]) == pytest.approx(float(settled["force"]), abs=1e-13)
+
+
+@pytest.mark.slow
+def test_exponents_of_a_wrinkling_film_add_up_to_the_mean_trace():
+    case = WRINKLING[0]
+    found = lyapunov(model_of(case).replace(film="wrinkling"), case["start"], budget=2000.0, tolerance=1e-10)
+    assert abs(float(found["sum_residual"])) < 1e-8
+    assert found["lyapunov"].size == 4

@@ -20,6 +20,8 @@ from gelcone.quantity import Array
 SMALLEST_STEP = 2e-8
 """A shorter step means that the film came so close to its stretch limit that the distance, and with it the force, is
 lost to rounding (measured by ``benchmarks/robustness.py``). It shrinks with the time scale of very stiff members."""
+RUNAWAY = 1e-3
+"""A film with states and borders may end in a runaway, towards which steps shrink: its smallest step is this share."""
 MOST_PROGRAMS = 64
 """Programs held in memory; one that is dropped comes back from the cache on disk."""
 
@@ -73,6 +75,8 @@ def _longest_first(job: Job) -> npt.NDArray[np.intp]:
 def smallest_step(members: Members) -> Array:
     """The step below which a member has lost its digits to its stretch limit, (members,); 0 where it has none."""
     smallest = SMALLEST_STEP * np.minimum(1.0, 10.0 / members.rate)
+    if any(film.states and film.film.borders for film in members.system.films):
+        smallest = RUNAWAY * smallest
     return np.where(np.isinf(members.strain_limit()), 0.0, smallest)
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 from gelcone.motion.engine import functions
 from gelcone.motion.engine.code import Function, Value
-from gelcone.physics.differentiate import derivatives
+from gelcone.physics.differentiate import block_of, derivatives
 from gelcone.physics.trace import Node, ordered, partner
 
 Coefficient = Value | None
@@ -56,7 +56,7 @@ def equations_of(roots: Sequence[Node]) -> tuple[Equation, ...]:
     found = []
     for root in ordered(roots):
         if root.operation == "root":
-            residual, block = root.graph.equations[root.index], _block(root)
+            residual, block = root.graph.equations[root.index], block_of(root)
             dependents = _moved(ordered([residual]), root)
             if residual not in dependents:
                 raise ValueError(f"root {root.value!r}: its equation does not contain it")
@@ -68,18 +68,6 @@ def equations_of(roots: Sequence[Node]) -> tuple[Equation, ...]:
             first = root.graph.guesses[root.index]
             found.append(Equation(root, residual, first, slope, tuple(dependents), tuple(slopes), others, block))
     return tuple(found)
-
-
-def _block(root: Node) -> tuple[Node, ...]:
-    """The roots whose equations contain ``root`` and are contained in its own; itself among them."""
-
-    def within(of: Node) -> list[Node]:
-        return [node for node in ordered([of.graph.equations[of.index]]) if node.operation == "root"]
-
-    block = [root, *(other for other in within(root) if other is not root and root in within(other))]
-    if len(block) > 2:
-        raise ValueError(f"root {root.value!r}: more than two roots depend on each other")
-    return tuple(sorted(block, key=lambda node: node.index))
 
 
 def _moved(nodes: Sequence[Node], root: Node) -> list[Node]:

@@ -172,6 +172,22 @@ class Branches:
             along, across = along + stiff * own.along, across + stiff * own.across
         return along, across
 
+    def slopes(self, m: Any, width: Any, y: list[Any], n: Numbers) -> tuple[Any, Any, Any]:
+        """Sums of the derivatives of t1 by ln m, of t1 by ln n (and of t2 by ln m), and of t2 by ln n."""
+        h11, h12, h22 = 0.0, 0.0, 0.0
+        for k, (g, own) in enumerate(self._each(m, width, y, n)):
+            if self.flow == "log":
+                stiff, s = g * own.softness, n[f"inverse_viscous_limit_{k + 1}"] * own.softness
+                h11 = h11 + stiff * (2.0 + own.along + s * (own.along * own.along))
+                h12 = h12 + stiff * (1.0 + s * (own.along * own.across))
+                h22 = h22 + stiff * (2.0 + own.across + s * (own.across * own.across))
+            else:
+                first, second = own.stretches
+                h11 = h11 + g * (2.0 * first - own.along)
+                h12 = h12 + g * (first - own.along)
+                h22 = h22 + g * (2.0 * second - own.across)
+        return h11, h12, h22
+
     def pull(self, m: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
         """t1/m of a taut film, and its derivative by m while the states are held."""
         value, slope = 0.0, 0.0

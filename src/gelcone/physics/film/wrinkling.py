@@ -31,7 +31,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,6 +40,8 @@ from gelcone.codes import FilmPullIn
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
+from gelcone.physics.film.branches import Branches
+from gelcone.physics.film.creeping import Creeping
 from gelcone.physics.film.film import Border, Film, FilmState
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.implicit import known, root, traced
@@ -123,10 +125,20 @@ class WrinklingCone(TautCone):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.branches:
-            raise InputError(f"branches = {self.branches}: the film 'wrinkling' takes none yet; take the taut film")
         if self.pull_in not in PULL_IN:
             raise unknown_name("pull_in", str(self.pull_in), PULL_IN)
+        if self.branches and self.goes_on:
+            raise InputError(f"pull_in = {self.pull_in}: a film with branches ends there; take first or minimum")
+
+    @cached_property
+    def viscous(self) -> Branches:
+        """The Maxwell branches."""
+        return Branches(self.branches, self.flow, self.flow_exponent, taut=False)
+
+    @cached_property
+    def creeping(self) -> Creeping:
+        """The formulas of a film with branches, away from statics."""
+        return Creeping(self)
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         """Beside those of the taut cone: ``hump``, the t of the first maximum of Vb; ``valley``, that of the minimum
@@ -160,6 +172,7 @@ class WrinklingCone(TautCone):
                 "long": one,
                 "below_hump": one,
             }
+            | ({"meridian_held": one} if self.branches else {})
             | (self._numbers_after(G, valley, law, one) if self.goes_on else {})
         )
 
@@ -264,6 +277,8 @@ class WrinklingCone(TautCone):
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """x s1/q and its slope; NaN where the energy has no minimum any more."""
+        if self.branches and y:
+            return self.creeping.force(x, squared, y, n, xp)
         xx = x * x
         own, pull, held, pulls = self._at(xx, squared, n, xp)
         if traced(xp):
@@ -289,6 +304,8 @@ class WrinklingCone(TautCone):
         without force; ``crumpled`` tells meridional slack from crumpled there, ``long`` a film that
         may begin to pull from one that is too short, ``below_hump`` one before the hump from one beyond the valley. The
         last border ends the film; where a run goes on, ``whole`` tells whether it has failed instead."""
+        if self.branches:
+            return self.creeping.borders
         return (
             Border(self._width_border, "width_held", divides=True),
             Border(self._force_border, "pulls", divides=True),
@@ -367,6 +384,10 @@ class WrinklingCone(TautCone):
 
     def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
         xx = np.square(x)
+        if self.branches and y:
+            m, width = self.creeping.solved(1.0 + xx, squared, y, n)
+            tight, narrow = np.where(m <= 1.0 + xx, 1.0, -1.0), np.where(width <= 1.0, 1.0, -1.0)
+            return {"meridian_held": tight, "width_held": narrow}
         with np.errstate(all="ignore"):
             _, _, held, pulls = self._at(xx, squared, n, np)
         gone = self._gone(xx, squared, n)
@@ -383,6 +404,10 @@ class WrinklingCone(TautCone):
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
         place = np.arange(dwell.shape[1])
         negative = {name: (place >> k) & 1 == 1 for k, name in enumerate(switches)}
+        if self.branches:
+            tight, narrow = ~negative["meridian_held"], ~negative["width_held"]
+            own = [tight & narrow, tight & ~narrow, ~tight & narrow, ~tight & ~narrow]
+            return np.stack([dwell[:, which].sum(axis=1) for which in own], axis=1)
         held, pulls, crumpled = (~negative[name] for name in ("width_held", "pulls", "crumpled"))
         places = [pulls & held, pulls & ~held, ~pulls & ~crumpled, ~pulls & crumpled]
         if self.goes_on:
@@ -390,7 +415,9 @@ class WrinklingCone(TautCone):
         return np.stack([dwell[:, which].sum(axis=1) for which in places], axis=1)
 
     def pull_in_kind(self, switches: Numbers) -> Any:
-        return np.where(switches["pulls"] > 0.0, FilmPullIn.LOCALISATION, FilmPullIn.MINIMUM)
+        return np.where(
+            switches["meridian_held" if self.branches else "pulls"] > 0.0, FilmPullIn.LOCALISATION, FilmPullIn.MINIMUM
+        )
 
     # --- its own lengths -------------------------------------------------------------------------------------------
 
@@ -433,6 +460,9 @@ class WrinklingCone(TautCone):
 
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """m n."""
+        if self.branches and y:
+            m, width, _, _ = self.creeping.lengths(1.0 + x * x, squared, y, n, xp)
+            return m * width
         if not traced(xp):
             m, width = self.lengths(x, squared, n)
             return m * width
@@ -471,10 +501,39 @@ class WrinklingCone(TautCone):
         return root(xp, _root_name("length", squared, n, xp), residual, (xx, squared), first)
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
-        """W - V (m n - 1)/2."""
-        m, width = self.lengths(x, squared, n)
+        """W - V (m n - 1)/2, and what the branches store."""
+        m, width = self._lengths_at(x, squared, y, n)
         strain = n["A"] * m + n["B"] * width + n["G"] / (m * width) - 3.0
-        return self.law.energy(strain, n) - 0.5 * squared * (m * width - 1.0)
+        own = self.law.energy(strain, n) - 0.5 * squared * (m * width - 1.0)
+        return own + self.viscous.energy(m, width, y, n) if self.branches and y else own
+
+    def _lengths_at(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
+        """`lengths` at the states of the branches."""
+        if not (self.branches and y):
+            return self.lengths(x, squared, n)
+        return self.creeping.solved(1.0 + np.square(x), squared, y, n)
+
+    def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        if not self.branches:
+            return []
+        found: list[Any] = self.creeping.at_lengths(self.viscous.rates, x, squared, y, n, xp)
+        return found
+
+    def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        if not self.branches:
+            return 0.0
+        return self.creeping.at_lengths(self.viscous.dissipation, x, squared, y, n, xp)
+
+    @property
+    def dissipates(self) -> bool:
+        return self.branches > 0 or type(self).dissipation is not WrinklingCone.dissipation
+
+    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> Any:
+        if not (self.branches and y):
+            return super().limit_share(x, voltage, y, n)
+        m, width = self._lengths_at(x, np.square(voltage), y, n)
+        own = self.state_of_lengths(m, width, voltage, n).limit_share
+        return np.fmax(own, self.viscous.limit_share(m, width, y, n))
 
     def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         return Film.voltage_force(self, x, squared, y, n, xp)
@@ -484,28 +543,31 @@ class WrinklingCone(TautCone):
 
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         """Of the film at its own lengths: no stress is negative; NaN once it has pulled in."""
-        m, width = self.lengths(x, np.square(voltage), n)
+        m, width = self._lengths_at(x, np.square(voltage), y, n)
         kind = np.where(np.isnan(m), len(STATES) if self.goes_on else -1, _place(x, m, width))
-        return self.state_of_lengths(m, width, voltage, n)._replace(kind=kind)
+        own = (0.0, 0.0) if not (self.branches and y) else self.viscous.stresses(m, width, y, n)
+        return self.state_of_lengths(m, width, voltage, n, own)._replace(kind=kind)
 
-    def state_of_lengths(self, m: Any, width: Any, voltage: Any, n: Numbers) -> FilmState:
-        """Of a ring of those squared lengths, over the mounted ones."""
+    def state_of_lengths(
+        self, m: Any, width: Any, voltage: Any, n: Numbers, more: tuple[Any, Any] = (0.0, 0.0)
+    ) -> FilmState:
+        """Of a ring of those squared lengths, over the mounted ones; ``more`` are stresses besides the law's."""
         squared = np.square(voltage)
         l1, l2 = np.sqrt(n["A"] * m), np.sqrt(n["B"] * width)
         l3 = 1.0 / (l1 * l2)
         strain = l1 * l1 + l2 * l2 + l3 * l3 - 3.0
         response, field = self.law.response(strain, n), squared * (m * width)
 
-        def stress(stretch: Any) -> Any:
-            tension = (stretch * stretch - l3 * l3) * response - field
+        def stress(stretch: Any, own: Any) -> Any:
+            tension = (stretch * stretch - l3 * l3) * response - field + own
             return np.where(np.isnan(tension), np.nan, np.maximum(tension, 0.0))[()]
 
         return FilmState(
             meridional_stretch=l1,
             hoop_stretch=l2,
             thickness_stretch=l3,
-            meridional_stress=stress(l1),
-            hoop_stress=stress(l2),
+            meridional_stress=stress(l1, more[0]),
+            hoop_stress=stress(l2, more[1]),
             true_field=np.abs(voltage) * np.sqrt(m * width),
             limit_share=strain / self.law.strain_limit(n),
         )

@@ -1,0 +1,207 @@
+"""A wrinkling film that creeps: the states of tension of `gelcone.physics.film.wrinkling` with Maxwell branches.
+
+The energy is psi = W(A m + B n + G/(m n) - 3) + branches - V m n/2 at the states of the branches, and the film takes
+its minimum over m >= q and n >= 1, followed in time. With the true stresses s1 = 2 m psi_m and s2 = 2 n psi_n, sums of
+law, branches and field,
+
+    taut              s1, s2 >= 0 at m = q, n = 1
+    hoop-slack        m = q, and n > 1 so that s2 = 0
+    meridional slack  n = 1, and m > q so that s1 = 0
+    crumpled          s1 = s2 = 0: both lengths are found together, for the branches flow at them
+
+The stresses say which border comes first, unlike in the elastic film: a film that has crept while it was wrinkled stays
+slack longer, and its meridian may be slack before its hoops. psi_nn > 0, so that the width is unique.
+
+The minimum ends where the Hessian of psi by (ln m, ln n) at the held states is singular (crumpled; meridional slack:
+its first entry), and a hoop-slack film localises where 2 (h11 - h12^2/h22) - s1 < 0 with h_ij = d s_i/d ln(m, n): the
+instant at which the runaway is faster than creep. Towards the end of a minimum its length grows like the root of the
+time that is left, so that the run ends where the Hessian is `NEARLY` singular, less than 1e-6 before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gelcone.physics.component import Numbers
+from gelcone.physics.film.film import Border
+from gelcone.physics.implicit import known, root, traced
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    from gelcone.physics.film.wrinkling import WrinklingCone
+
+NEARLY = 3e-4
+"""The Hessian over the modulus, and over its square in two dimensions, at which a minimum counts as ended."""
+MOST_STEPS = 200
+SAME = 1e-15
+FARTHEST = 0.5
+"""Longest step of Newton's method, of a squared length over itself."""
+
+
+class Tension(NamedTuple):
+    """At lengths m and n: ``along`` = K s1 and ``across`` = K s2 with the ``compliance`` K of the law; the ``strain``,
+    A m, B n, r = G/(m n), and ``field`` = K V m n."""
+
+    along: Any
+    across: Any
+    compliance: Any
+    strain: Any
+    meridian: Any
+    hoop: Any
+    r: Any
+    field: Any
+
+
+class Creeping:
+    """The formulas of a wrinkling ``film`` whose branches have states."""
+
+    def __init__(self, film: WrinklingCone) -> None:
+        self.film = film
+
+    # --- stresses ----------------------------------------------------------------------------------------------------
+
+    def tension(self, m: Any, squared: Any, width: Any, y: list[Any], n: Numbers, xp: Any = np) -> Tension:
+        """The stresses at the lengths m and n = ``width``."""
+        area = m * width
+        meridian, hoop, r = n["A"] * m, n["B"] * width, n["G"] / area
+        strain = (meridian + hoop) + (r - 3.0)
+        compliance = self.film.law.compliance(strain, n, xp)
+        t1, t2 = self.film.viscous.stresses(m, width, y, n)
+        field = compliance * (squared * area)
+        along, across = meridian - r + compliance * t1, hoop - r + compliance * t2
+        return Tension(along - field, across - field, compliance, strain, meridian, hoop, r, field)
+
+    def slopes(self, at: Tension, m: Any, width: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any, Any]:
+        """K h11, K h12 and K h22."""
+        bend = self.film.law.stiffening(at.strain, n, xp) / at.compliance
+        a, b, k = at.meridian - at.r, at.hoop - at.r, at.compliance
+        v11, v12, v22 = self.film.viscous.slopes(m, width, y, n)
+        return (
+            at.meridian + at.r + bend * (a * a) - at.field + k * v11,
+            at.r + bend * (a * b) - at.field + k * v12,
+            at.hoop + at.r + bend * (b * b) - at.field + k * v22,
+        )
+
+    # --- lengths -----------------------------------------------------------------------------------------------------
+
+    def lengths(self, q: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> tuple[Any, Any, Any, Any]:
+        """m and n, and 1 where the meridian and where the width are held, else 0."""
+        if not traced(xp):
+            m, width = self.solved(q, squared, y, n)
+            return m, width, np.where(m > q, 0.0, 1.0), np.where(width > 1.0, 0.0, 1.0)
+        held, narrow = 0.5 + 0.5 * n["meridian_held"], 0.5 + 0.5 * n["width_held"]
+        film = getattr(n["crumpled"], "value", "")
+        name = f"{film}, {xp.node(squared).index}, {known(held)}, {known(narrow)}"
+
+        def width_at(m: Any, squared: Any, y: Sequence[Any]) -> Any:
+            if known(narrow) == 1.0:
+                return 1.0
+
+            def residual(width: Any, m: Any, squared: Any, *others: Any) -> Any:
+                *y, xp = others
+                slack = self.tension(m, squared, width, y, n, xp).across
+                return slack if known(narrow) == 0.0 else narrow * (width - 1.0) + (1.0 - narrow) * slack
+
+            return root(xp, f"crept width, {name}", residual, (m, squared, *y), lambda *at: 1.0)
+
+        def residual(m: Any, q: Any, squared: Any, *others: Any) -> Any:
+            *y, xp = others
+            slack = self.tension(m, squared, width_at(m, squared, y), y, n, xp).along
+            return slack if known(held) == 0.0 else held * (m - q) + (1.0 - held) * slack
+
+        m = q
+        if known(held) != 1.0:
+            m = root(xp, f"crept length, {name}", residual, (q, squared, *y), lambda q, *at: q)
+        return m, width_at(m, squared, y), held, narrow
+
+    def solved(self, q: Any, squared: Any, y: list[Any], n: Numbers) -> tuple[Array, Array]:
+        """m and n of the minimum that is followed from the held film, of arrays; NaN where there is none.
+
+        Newton's method, in whose form the residuals rise and bend down, comes to the minimum from below.
+        """
+        q, squared, *y = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (q, squared, *y)))
+        m, width = q.copy(), np.ones(q.shape)
+        with np.errstate(all="ignore"):
+            for _ in range(MOST_STEPS):
+                at = self.tension(m, squared, width, y, n)
+                h11, h12, h22 = self.slopes(at, m, width, y, n)
+                stiff = self.film.law.stiffening(at.strain, n) / at.compliance
+                a, b, s1, s2 = stiff * (at.meridian - at.r), stiff * (at.hoop - at.r), at.along, at.across
+                free1, free2 = (m > q) | (s1 < 0.0), (width > 1.0) | (s2 < 0.0)
+                j11, j12 = h11 - s1 - a * s1, h12 - b * s1
+                j21, j22 = h12 - s2 - a * s2, h22 - s2 - b * s2
+                det = j11 * j22 - j12 * j21
+                both1, both2 = (j12 * s2 - j22 * s1) / det, (j21 * s1 - j11 * s2) / det
+                step1 = np.where(free1, np.where(free2, both1, -s1 / j11), 0.0)
+                step2 = np.where(free2, np.where(free1, both2, -s2 / j22), 0.0)
+                lost = (free1 & free2 & ~((det > 0.0) & (j11 > 0.0))) | (free1 & ~free2 & ~(j11 > 0.0))
+                step1, step2 = np.where(lost, np.nan, step1), np.where(lost, np.nan, step2)
+                before = m, width
+                m = np.maximum(m + m * np.clip(step1, -FARTHEST, FARTHEST), q)
+                width = np.maximum(width + width * np.clip(step2, -FARTHEST, FARTHEST), 1.0)
+                change = np.fmax(np.abs(m - before[0]) / m, np.abs(width - before[1]) / width)
+                if not np.any(change > SAME):
+                    break
+        gone = np.isnan(m) | np.isnan(width)
+        return np.where(gone, np.nan, m), np.where(gone, np.nan, width)
+
+    # --- what a film gives -------------------------------------------------------------------------------------------
+
+    def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> tuple[Any, Any]:
+        """x s1/q where the meridian is held, else 0; and s1/q, for the slope follows by differentiation."""
+        q = 1.0 + x * x
+        _, width, held, _ = self.lengths(q, squared, y, n, xp)
+        if known(held) == 0.0:
+            return 0.0 * x, 0.0 * x
+        own = self.tension(q, squared, width, y, n, xp)
+        pull = held * (own.along / (own.compliance * q))
+        return x * pull, pull
+
+    def at_lengths(self, of: Any, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        """A formula ``of(m, n, y, numbers)`` of the branches at the lengths of the film."""
+        m, width, _, _ = self.lengths(1.0 + x * x, squared, y, n, xp)
+        return of(m, width, y, n)
+
+    # --- borders -----------------------------------------------------------------------------------------------------
+
+    @property
+    def borders(self) -> tuple[Border, ...]:
+        """``meridian_held`` and ``width_held`` tell the states apart; the last border ends the film."""
+        return (
+            Border(self._width_border, "width_held", divides=True),
+            Border(self._meridian_border, "meridian_held", divides=True),
+            Border(self._end_border, seldom=True),
+        )
+
+    def _width_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        m, width, _, narrow = self.lengths(1.0 + x * x, squared, y, n, xp)
+        side = n["width_held"]
+        if known(narrow) == 0.0:
+            return -side * (width - 1.0)
+        tight = side * narrow * self.tension(m, squared, 1.0, y, n, xp).across
+        return tight - side * (1.0 - narrow) * (width - 1.0)
+
+    def _meridian_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        q = 1.0 + x * x
+        m, width, held, _ = self.lengths(q, squared, y, n, xp)
+        side = n["meridian_held"]
+        if known(held) == 0.0:
+            return -side * (m - q)
+        tight = side * held * self.tension(q, squared, width, y, n, xp).along
+        return tight - side * (1.0 - held) * (m - q)
+
+    def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        m, width, held, narrow = self.lengths(1.0 + x * x, squared, y, n, xp)
+        if known(held) == known(narrow) == 1.0 or (self.film.pull_in == "minimum" and known(held) == 1.0):
+            return 1.0 + 0.0 * x
+        at = self.tension(m, squared, width, y, n, xp)
+        h11, h12, h22 = self.slopes(at, m, width, y, n, xp)
+        determinant = h11 * h22 - h12 * h12
+        localising = 1.0 if self.film.pull_in == "minimum" else 2.0 * determinant - at.along * h22
+        with_force = narrow + (1.0 - narrow) * localising
+        stiff = 1.0 + self.film.viscous.modulus(n)
+        slack = narrow * (h11 - NEARLY * stiff) + (1.0 - narrow) * (determinant - NEARLY * stiff * stiff)
+        return held * with_force + (1.0 - held) * slack
