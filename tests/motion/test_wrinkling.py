@@ -219,7 +219,7 @@ def test_the_way_to_pull_in_is_part_of_models_and_devices():
     assert find_device("biased-pump").replace(pull_in="minimum").to_model().film.pull_in == "minimum"
     with pytest.raises(InputError, match="did you mean 'snap'"):
         find_device("biased-pump").replace(pull_in="snp")
-    with pytest.raises(InputError, match="give film = 'wrinkling'"):
+    with pytest.raises(InputError, match="take the film wrinkling"):
         ConeModel(pull_in="snap")
 
 

@@ -21,17 +21,15 @@ time that is left, so that the run ends where the Hessian is `NEARLY` singular, 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Border
+from gelcone.physics.film.taut import TautCone
 from gelcone.physics.implicit import known, root, traced
 from gelcone.quantity import Array
-
-if TYPE_CHECKING:
-    from gelcone.physics.film.wrinkling import WrinklingCone
 
 NEARLY = 3e-4
 """The Hessian over the modulus, and over its square in two dimensions, at which a minimum counts as ended."""
@@ -56,10 +54,10 @@ class Tension(NamedTuple):
 
 
 class Creeping:
-    """The formulas of a wrinkling ``film`` whose branches have states."""
+    """The formulas of a wrinkling ``film`` whose branches have states; ``localises``: localisation ends it, too."""
 
-    def __init__(self, film: WrinklingCone) -> None:
-        self.film = film
+    def __init__(self, film: TautCone, localises: bool) -> None:
+        self.film, self.localises = film, localises
 
     # --- stresses ----------------------------------------------------------------------------------------------------
 
@@ -195,12 +193,12 @@ class Creeping:
 
     def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         m, width, held, narrow = self.lengths(1.0 + x * x, squared, y, n, xp)
-        if known(held) == known(narrow) == 1.0 or (self.film.pull_in == "minimum" and known(held) == 1.0):
+        if known(held) == known(narrow) == 1.0 or (known(held) == 1.0 and not self.localises):
             return 1.0 + 0.0 * x
         at = self.tension(m, squared, width, y, n, xp)
         h11, h12, h22 = self.slopes(at, m, width, y, n, xp)
         determinant = h11 * h22 - h12 * h12
-        localising = 1.0 if self.film.pull_in == "minimum" else 2.0 * determinant - at.along * h22
+        localising = 2.0 * determinant - at.along * h22 if self.localises else 1.0
         with_force = narrow + (1.0 - narrow) * localising
         stiff = 1.0 + self.film.viscous.modulus(n)
         slack = narrow * (h11 - NEARLY * stiff) + (1.0 - narrow) * (determinant - NEARLY * stiff * stiff)

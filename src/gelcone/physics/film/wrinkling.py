@@ -138,7 +138,7 @@ class WrinklingCone(TautCone):
     @cached_property
     def creeping(self) -> Creeping:
         """The formulas of a film with branches, away from statics."""
-        return Creeping(self)
+        return Creeping(self, localises=self.pull_in != "minimum")
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         """Beside those of the taut cone: ``hump``, the t of the first maximum of Vb; ``valley``, that of the minimum
@@ -528,7 +528,7 @@ class WrinklingCone(TautCone):
     def dissipates(self) -> bool:
         return self.branches > 0 or type(self).dissipation is not WrinklingCone.dissipation
 
-    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> Any:
+    def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
         if not (self.branches and y):
             return super().limit_share(x, voltage, y, n)
         m, width = self._lengths_at(x, np.square(voltage), y, n)
