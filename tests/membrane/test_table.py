@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gelcone import disk_cache
+from gelcone import InputError, disk_cache
 from gelcone.membrane import force, made
 from gelcone.membrane.columns import columns, longest, lowest_localisation
 from gelcone.membrane.elements import Elements
@@ -134,3 +134,8 @@ def test_a_table_is_made_once_and_depends_on_its_film(monkeypatch, tmp_path):
 def test_usual_films_are_known_well_enough_to_be_made(film):
     """Where kinks of the force lie close together next to slackness, the fit does not swing between its states."""
     assert numbers(*film)["film_error"] < 0.13
+
+
+def test_a_film_that_localises_nowhere_is_refused_in_words():
+    with pytest.raises(InputError, match="no voltage is found at which this film localises"):
+        table(Gel(LAWS["neo-hookean"], {}, 1e-4, 1e-4), 4.0 / 15.0)

@@ -63,6 +63,7 @@ NEXT = 1e-3
 MARGIN, ELEMENT_ERROR = 3.5, 2e-4
 """The stated error over the largest found at the other heights, since others lie between; and that of the elements."""
 TOO_CLOSE = "stretch_limit: is too close to the pre-stretch for the membrane; raise it, or take film = wrinkling"
+NO_LENGTH = "film = membrane: no voltage is found at which this film localises; take film = wrinkling"
 LARGEST_ERROR = 0.15
 """Of a film that is still made."""
 
@@ -266,6 +267,8 @@ def _tops(film: _Film, piece: str, x: Array) -> tuple[Array, Array]:
     if not np.isfinite(length).any():
         length = longest(gel, V, LOWEST_GRID)
     known = np.isfinite(length)
+    if not known.any():
+        raise InputError(NO_LENGTH)
     expected = np.interp(-own, -length[known], V[known], left=lowest, right=V[known][-1])
     return 1.3 * expected, expected
 
