@@ -105,6 +105,12 @@ def test_numbers_stand_in_their_order_with_three_digits_and_their_units(shelf):
     assert texts["power"].endswith(" mW")
     flat = numbers(look.kind(shelf.subject(SETTINGS["soft"])))["mean height"]
     assert (flat["text"], flat["value"]) == ("0 mm", 0.0)  # and not the 1e-17 of rounding
+    low = shelf.subject(Setting(device="soft-film", values={"voltage_amplitude": "50 V"}))
+    rest = look.kind(low)
+    at_rest = numbers(rest) | numbers(look.electrical(low, rest.run))
+    for name, text in (("stroke", "0 mm"), ("mean height", "0 mm"), ("power", "0 mW")):
+        assert (at_rest[name]["text"], at_rest[name]["value"]) == (text, 0.0)
+    assert "lag" not in at_rest
 
 
 def test_a_motion_that_ends_has_no_numbers(shelf):

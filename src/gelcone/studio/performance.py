@@ -21,7 +21,8 @@ DIGITS = 3
 MOST_SAMPLES = 2000
 """Samples of a settled motion from which current, power and field are taken."""
 ROUNDING = 1e-9
-"""A mean height or a harmonic of less than this share of the stroke is rounding."""
+"""A length of less than this share of b - a, a mean height or harmonic of less than this share of the stroke, and a
+power of less than this share of what goes back and forth are rounding."""
 QUANTITIES: Mapping[str, str] = {
     "stroke": "length",
     "mean height": "length",
@@ -47,14 +48,14 @@ def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> d
     x = run.states[:, 1:, 0]
     ringed = np.pad(x, ((0, 0), (1, 1)), mode="wrap")  # of an orbit that closes, the first sample follows the last one
     found = {"stroke": float(highest(ringed)[0] + highest(-ringed)[0]), "mean height": float(x.mean())}
-    if abs(found["mean height"]) < ROUNDING * found["stroke"]:
-        found["mean height"] = 0.0
+    for name, value in found.items():
+        found[name] = 0.0 if abs(value) <= ROUNDING * max(found["stroke"], 1.0) else value
     if regime is Regime.PERIODIC:
         # two forcing periods are a whole number of the drive's
         whole = np.concatenate([x, x], axis=1) if turns % 2 else x
         own = harmonics_of(members, whole, x.shape[1] // turns)[0]
         k = int(np.argmax(np.abs(own)))
-        if abs(own[k]) > ROUNDING * found["stroke"]:
+        if abs(own[k]) > ROUNDING * max(found["stroke"], 1.0):
             found |= {"harmonic": HARMONICS[k], "lag": -float(np.degrees(np.angle(own[k]))) % 360.0}
     if "dielectric_strength" in members.values:
         times, states = _thinned(run)
@@ -75,7 +76,8 @@ def electrical(members: Members, run: Trajectories) -> dict[str, float]:
     powers = dict(zip(system.causes, system.powers(times, z, n), strict=True))
     given = sum(v * i for v, i in zip(members.voltages(times, states), currents, strict=True))
     power = np.broadcast_to(powers.get("source", given), times.shape)
-    found = {"current": float(max(np.abs(i).max() for i in currents)), "power": float(power.mean())}
+    mean = 0.0 if abs(power.mean()) <= ROUNDING * np.abs(given).max() else float(power.mean())
+    found = {"current": float(max(np.abs(i).max() for i in currents)), "power": mean}
     return {name: value for name, value in found.items() if np.isfinite(value)}
 
 
