@@ -142,7 +142,7 @@ class SeriesResistor(Circuit):
 
 
 class VoltageBehindResistor(SeriesResistor):
-    """The same without leakage, with the film's voltage as state: C v' = i - v C'."""
+    """The same with the film's voltage as state: C v' = i - v C' - leak."""
 
     name = "voltage behind resistor"
     states = (State("voltage_on_film", "voltage on the film", "voltage"),)
@@ -151,10 +151,13 @@ class VoltageBehindResistor(SeriesResistor):
         return y[0]
 
     def rates(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> list[Any]:
-        return [port.voltage_rate(y[0], (port.command - y[0]) * n["conductance"])]
+        through = (port.command - y[0]) * n["conductance"]
+        return [port.voltage_rate(y[0], through - n["leak"] * port.charge(y[0]))]
 
     def powers(self, port: Port, current: Any, y: list[Any], n: Any, xp: Any = np) -> dict[str, Any]:
-        return {"source": port.command * current, "resistor": (port.command - y[0]) * current, "leak": 0.0}
+        through = (port.command - y[0]) * n["conductance"]
+        lost = (port.command - y[0]) * through
+        return {"source": port.command * through, "resistor": lost, "leak": y[0] * port.charge(y[0]) * n["leak"]}
 
 
 class QuickResistor(Circuit):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -14,7 +15,7 @@ from gelcone.devices.scales import carried_mass
 from gelcone.devices.units import FieldError
 from gelcone.physics.bias import Bias, Together
 from gelcone.physics.film.film import Film
-from gelcone.physics.film.taut import GelFilm
+from gelcone.physics.film.taut import GelFilm, TautCone
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import find_bias
 from gelcone.physics.statics import rest_displacements, switched_off
@@ -77,6 +78,8 @@ def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False
         if (value := device.get(field)) is not None
     }
     own = component_of("film", film)
+    if isinstance(own, TautCone) and own.branches:
+        film = dataclasses.replace(own, rested="raised")  # a device has crept where it waits
     if "radius_ratio" in own.parameters:
         numbers["radius_ratio"] = device.disc_radius / device.film_radius
     gel = isinstance(own, GelFilm)

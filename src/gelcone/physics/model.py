@@ -30,7 +30,7 @@ from gelcone.physics.records import FILMS, bias_record, find_bias, find_film
 from gelcone.physics.system import DAMPING, STRENGTH, ConeSystem
 from gelcone.quantity import Quantity
 
-OF_FILM = ("pull_in", "branches", "flow", "flow_exponent")
+OF_FILM = ("pull_in", "branches", "flow", "flow_exponent", "rested")
 """Choices that some films take."""
 KINDS = ("law", "prestretch_mode", "film", *OF_FILM, "bias", "waveform", "circuit", "second_film", "second_drive")
 """What a model takes besides numbers: the names of its components, and what one pre-stretch means."""
@@ -69,6 +69,8 @@ class ConeModel(Ensemble):
         shear modulus, ``relaxation_time_k`` and ``viscous_limit_k`` belong to each. Default: as many as have a number.
     flow : the branches' rule, ``"log"`` (default) or ``"linear"``; ``flow_exponent``, odd, and ``flow_stress`` make
         the logarithmic one faster under stress; see `gelcone.physics.film.branches`.
+    rested : where the branches have relaxed before a run: ``"flat"`` (default), on the film as mounted, or
+        ``"raised"``, where the run starts.
     bias : a `Bias`: what acts on the disc besides the film. ``"spring"`` (default), the linear spring; ``"beam"``,
         a buckled beam; ``"weight"``; ``"force"``, a constant force; or several, as in ``"spring+weight"``.
     waveform : a `Waveform`. Default ``"sine"``.
@@ -96,6 +98,7 @@ class ConeModel(Ensemble):
         branches: int | None = None,
         flow: str | None = None,
         flow_exponent: int | None = None,
+        rested: str | None = None,
         bias: Any = "spring",
         waveform: Any = "sine",
         circuit: Any = "ideal",
@@ -104,7 +107,7 @@ class ConeModel(Ensemble):
         **parameters: Any,
     ) -> None:
         parts = {"bias": bias, "waveform": waveform, "circuit": circuit}
-        own = {"pull_in": pull_in, "branches": branches, "flow": flow, "flow_exponent": flow_exponent}
+        own = {"pull_in": pull_in, "branches": branches, "flow": flow, "flow_exponent": flow_exponent, "rested": rested}
         system = _system(_film(film, law, prestretch_mode, own, parameters), second_film, second_drive, **parts)
         values = system.complete(_known(system, parameters))
         self.__dict__.update(system=system, values=values, shape=_shape(values))
@@ -254,7 +257,9 @@ def _films(first: Film, given: Any, drive: str | None) -> tuple[PlacedFilm, ...]
     if isinstance(film, GelFilm) and isinstance(first, GelFilm):
         film = with_fields(film, law=first.law, prestretch_mode=first.prestretch_mode)  # type: ignore[type-var]
     if isinstance(film, TautCone) and isinstance(first, TautCone) and first.branches:
-        film = with_fields(film, **{name: getattr(first, name) for name in ("branches", "flow", "flow_exponent")})
+        film = with_fields(
+            film, **{name: getattr(first, name) for name in ("branches", "flow", "flow_exponent", "rested")}
+        )
     if isinstance(film, WrinklingCone) and isinstance(first, WrinklingCone):
         film = with_fields(film, pull_in=first.pull_in)
     return PlacedFilm(first), PlacedFilm(film, "same" if drive is None else drive)

@@ -8,15 +8,18 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gelcone.codes import FilmPullIn, Outcome
+from gelcone.devices.device import find_device
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
 from gelcone.motion.linear import linear_response, small_signal_response, state_space
 from gelcone.motion.lyapunov import lyapunov
 from gelcone.motion.response import simulate
+from gelcone.motion.settle import start_states
 from gelcone.physics.film.branches import Branches
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
-from tests.toys import SeriesResistor
+from gelcone.physics.statics import rest_displacement
+from tests.toys import SeriesResistor, VoltageBehindResistor
 
 CERTIFIED = json.loads((Path(__file__).parents[2] / "reference" / "viscous.json").read_text())
 TAUT = [case for case in CERTIFIED["cases"] if case["kind"] == "film" and not case["film"]["wrinkles"]]
@@ -292,6 +295,29 @@ def test_what_branches_cannot_be_is_refused(given, message):
     assert Branches(0, "log", 1, True).states == ()
 
 
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+@pytest.mark.parametrize("flow", ["log", "linear"])
+def test_a_film_that_has_rested_where_it_starts_stays_there(film, flow):
+    """The rest of a device: relaxed branches do not flow, and the disc does not move; one mounted flat creeps."""
+    given = {"viscous_modulus_1": 0.8, "relaxation_time_1": 2.0, "flow": flow, "film": film}
+    model = ConeModel(rest_height=0.6, prestretch=1.2, voltage=0.0, **given)
+    place = rest_displacement(model)
+    moved = integrate(model, (place, 0.0), [3.0]).states[0, 0, 0] - place
+    held = integrate(model.replace(rested="raised"), (place, 0.0), [3.0]).states[0, 0, 0] - place
+    assert abs(held) < 1e-12 < 1e-4 < abs(moved)
+
+
+def test_a_device_creeps_in_si_units_and_has_rested_where_it_waits():
+    film = {"component": "taut", "branches": 2, "viscous_modulus_1": 0.5, "relaxation_time_1": "0.6 s"}
+    device = find_device("biased-pump").replace(film=film)
+    model = device.to_model()
+    assert model.relaxation_time_1 == pytest.approx(0.6 / device.scales.time, rel=1e-12)
+    assert (model.film.branches, model.film.rested) == (2, "raised")
+    assert "it creeps: 2 Maxwell branches, logarithmic flow" in model.film.describe()
+    x = device.initial_state()[0]
+    assert start_states(model, (x, 0.0))[0, 2] == pytest.approx(1.0 / (1.0 + x * x))
+
+
 # --- a film that wrinkles ---------------------------------------------------------------------------------------------
 
 WRINKLING = [case for case in CERTIFIED["cases"] if case["kind"] == "film" and case["film"]["wrinkles"]]
@@ -377,3 +403,17 @@ def test_exponents_of_a_wrinkling_film_add_up_to_the_mean_trace():
     found = lyapunov(model_of(case).replace(film="wrinkling"), case["start"], budget=2000.0, tolerance=1e-10)
     assert abs(float(found["sum_residual"])) < 1e-8
     assert found["lyapunov"].size == 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["", "viscous "])
+def test_a_wrinkling_film_that_leaks_behind_a_resistance_is_the_certified_one(name):
+    (case,) = (c for c in CERTIFIED["cases"] if c["name"] == f"wrinkling {name}film behind a series resistance")
+    circuit = {"series_resistance": case["circuit"]["rho"], "leakage_time": case["circuit"].get("leak_time", np.inf)}
+    model = model_of(case).replace(film="wrinkling", circuit=VoltageBehindResistor(), **circuit)
+    rows = case["rows"]
+    run = simulate(model, case["start"], times=[row["tau"] for row in rows])
+    for of, key in {"displacement": "x", "velocity": "u", "drive_voltage": "film_voltage"}.items():
+        np.testing.assert_allclose(run[of], [row[key] for row in rows], atol=1e-10)
+    for of, key in {"supplied_energy": "source", "resistor_dissipation": "resistor_dissipation"}.items():
+        np.testing.assert_allclose(run[of], [row[key] for row in rows], atol=1e-9)

@@ -40,6 +40,8 @@ from gelcone.quantity import Quantity
 MOST_BRANCHES = 3
 FLOWS = ("log", "linear")
 """Flow rules: logarithmic and linear."""
+RESTED = ("flat", "raised")
+"""Where branches have rested before a run: on the mounted, flat film, or where the run starts, without voltage."""
 FLOW_STRESS = Quantity(
     "s0", "stress at which the branches flow as fast as with the exponent 1, over mu", 1.0, positive=True
 )
@@ -116,6 +118,20 @@ class Branches:
             for name in along
             if not (self.flow == "linear" and self.taut and name == "hoop")
         )
+
+    @property
+    def words(self) -> str:
+        """What a line about the film adds: how it creeps; empty without branches."""
+        several = f"{self.count} Maxwell branch{'es' if self.count > 1 else ''}"
+        rule = "linear" if self.flow == "linear" else "logarithmic"
+        return f"; it creeps: {several}, {rule} flow" if self.count else ""
+
+    def relaxed(self, m: Any, width: Any) -> list[Any]:
+        """The states at which nothing flows at the lengths m and n = ``width``."""
+        own = [1.0 / m, 1.0 / width]
+        if self.flow == "linear":
+            own = [1.0 / m, m * width] if self.taut else [*own, m * width]
+        return own * self.count
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         """The numbers that the formulas take."""

@@ -22,7 +22,7 @@ import numpy as np
 
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.component import Numbers, State
-from gelcone.physics.film.branches import Branches
+from gelcone.physics.film.branches import RESTED, Branches
 from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.quantity import Quantity
@@ -113,7 +113,8 @@ class TautCone(GelFilm):
     would have pulled in.
 
     ``branches`` Maxwell branches of the ``flow`` rule ``"log"`` or ``"linear"`` relax parallel to the law, with the
-    odd ``flow_exponent`` (`gelcone.physics.film.branches`); statics are those of the relaxed film.
+    odd ``flow_exponent`` (`gelcone.physics.film.branches`); statics are those of the relaxed film. ``rested``: where
+    the branches have relaxed before a run, on the film as mounted (``"flat"``) or at its start (``"raised"``).
     """
 
     law: StrainEnergyLaw = LAWS["gent"]
@@ -121,6 +122,7 @@ class TautCone(GelFilm):
     branches: int = 0
     flow: str = "log"
     flow_exponent: int = 1
+    rested: str = "flat"
 
     name = "taut"
     linear_charge = True
@@ -129,6 +131,8 @@ class TautCone(GelFilm):
     def __post_init__(self) -> None:
         check_prestretch_mode(self.prestretch_mode)
         Branches(self.branches, self.flow, self.flow_exponent, taut=True)
+        if self.rested not in RESTED:
+            raise unknown_name("rested", str(self.rested), RESTED)
 
     @cached_property
     def viscous(self) -> Branches:
@@ -139,6 +143,11 @@ class TautCone(GelFilm):
     def states(self) -> tuple[State, ...]:  # type: ignore[override]
         """The states of the branches."""
         return self.viscous.states
+
+    def starts(self, x: Any, n: Numbers) -> list[Any]:
+        if not self.branches or self.rested == "flat":
+            return super().starts(x, n)
+        return self.viscous.relaxed(1.0 + np.square(x), 1.0)
 
     @property
     def dissipates(self) -> bool:
@@ -246,7 +255,7 @@ class TautCone(GelFilm):
         return 1.0 + x * x
 
     def describe(self) -> str:
-        return "taut film: a homogeneous cone that bears compression"
+        return "taut film: a homogeneous cone that bears compression" + self.viscous.words
 
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
         own = super().limit_share(x, voltage, y, n)

@@ -113,6 +113,7 @@ class WrinklingCone(TautCone):
     branches: int = 0
     flow: str = "log"
     flow_exponent: int = 1
+    rested: str = "flat"
     pull_in: str = "first"
 
     name = "wrinkling"
@@ -134,6 +135,11 @@ class WrinklingCone(TautCone):
     def viscous(self) -> Branches:
         """The Maxwell branches."""
         return Branches(self.branches, self.flow, self.flow_exponent, taut=False)
+
+    def starts(self, x: Any, n: Numbers) -> list[Any]:
+        if not self.branches or self.rested == "flat":
+            return super().starts(x, n)
+        return self.viscous.relaxed(*self.lengths(x, 0.0, n))
 
     @cached_property
     def creeping(self) -> Creeping:
@@ -573,7 +579,7 @@ class WrinklingCone(TautCone):
         )
 
     def describe(self) -> str:
-        ends = _STUDIES[self.pull_in]
+        ends = _STUDIES[self.pull_in] + self.viscous.words
         return f"wrinkling film: a homogeneous cone without compression; pull-in voltages are upper bounds{ends}"
 
     # --- statics -----------------------------------------------------------------------------------------------------
