@@ -120,6 +120,50 @@ def test_an_axis_of_a_basin_that_is_not_given_takes_its_default():
     np.testing.assert_allclose(ends, np.array([-2.0, 2.0]) * device.scales.velocity)
 
 
+CREEPING = ["viscous_modulus_1=0.5", "relaxation_time_1=3"]
+
+
+def test_an_initial_state_names_any_state():
+    def initial(text, **more):
+        return read_subject(None, settings=CREEPING, initial=text, **more).beginning
+
+    assert initial("0.5,0.1") == (0.5, 0.1)
+    assert initial("0.5,0.1,0.9,1.2") == (0.5, 0.1, 0.9, 1.2)
+    assert initial("viscous_hoop_1=1.2, displacement=0.5") == (0.5, 0.0, 1.0, 1.2)
+    assert initial("displacement=0.5, velocity=0.1") == (0.5, 0.1)
+    device = find_device("biased-pump").replace(
+        film={"component": "taut", "branches": 1, "relaxation_time_1": "0.6 s"}, release_height="6 mm"
+    )
+    stated = read_subject(device, initial="displacement=5 mm,viscous_hoop_1=1.2")
+    x = 5e-3 / device.scales.length
+    np.testing.assert_allclose(stated.start, [5e-3, 0.0, 1.0 / (1.0 + x * x), 1.2])
+    np.testing.assert_allclose(stated.initial, [x, 0.0, 1.0 / (1.0 + x * x), 1.2])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("charge=3", "'charge' is not a component of the initial state; known: displacement, velocity, viscous_mer"),
+        ("1,0,3", "must be a displacement and a velocity, or all states"),
+        ("displacement=1,displacement=2", "--initial displacement: is given twice"),
+        ("displacement=1 mm", "must be a number"),
+        ("1,viscous_hoop_1=2", "'1' is not a component of the initial state"),
+    ],
+)
+def test_an_initial_state_that_cannot_be_is_refused(text, message):
+    with pytest.raises(InputError, match=message):
+        read_subject(None, settings=CREEPING, initial=text)
+
+
+def test_a_basin_varies_two_of_the_states():
+    system = read_subject(None, settings=CREEPING).model.system
+    assert list(read_states(["viscous_hoop_1=0.8,1.2"], None, system)) == ["displacement", "viscous_hoop_1"]
+    two = read_states(["viscous_hoop_1=0.8,1.2", "viscous_meridional_1=1,2"], None, system)
+    assert list(two) == ["viscous_meridional_1", "viscous_hoop_1"]
+    with pytest.raises(InputError, match="vary two of them"):
+        read_states([f"{name}=0,1" for name in ("displacement", "velocity", "viscous_hoop_1")], None, system)
+
+
 @pytest.mark.parametrize(
     ("text", "quantity", "unit"),
     [("20 ms", "time", 0.02), ("1 s,2 s", "time", [1.0, 2.0]), ("0 V:1 kV:3", "voltage", [0.0, 500.0, 1000.0]),

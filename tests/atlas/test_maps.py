@@ -155,6 +155,19 @@ def test_a_double_well_has_two_mirror_attractors_with_equal_shares():
     np.testing.assert_allclose(np.sort(found["attractor_highest"]), [-0.98583, 0.98583], atol=1e-4)
 
 
+def test_a_basin_over_a_state_of_a_component_starts_there():
+    """Two wells: a film that has crept far decides in which the disc ends."""
+    model = ConeModel(damping_ratio=0.2, voltage=0.0, voltage_bias=1.5, viscous_modulus_1=1.5, relaxation_time_1=30.0)
+    over = {"displacement": [-0.9, 0.3], "viscous_meridional_1": [0.2, 1.0]}
+    found = basin(model, over, **QUICK)
+    for i, x in enumerate(over["displacement"]):
+        for k, p in enumerate(over["viscous_meridional_1"]):
+            alone = regime(model, (x, 0.0, p, 1.0), **QUICK)
+            assert found["highest"].values[i, k] == alone["highest"].item()
+            assert found["lyapunov"].values[i, k, 0] == alone["lyapunov"].values[0]
+    assert found["viscous_meridional_1"].attrs["long_name"].startswith("initial Maxwell branch 1")
+
+
 def test_results_read_back_as_they_were(tmp_path):
     diagram = bifurcation(FAST, "voltage", [0.2, 0.3], sweeps=(), **QUICK)
     dataset.save(diagram, tmp_path / "diagram.nc")

@@ -18,7 +18,7 @@ from gelcone.analyses.answer import (
     result_json,
 )
 from gelcone.analyses.branches import followed_lines
-from gelcone.analyses.request import STATES, example, read_states
+from gelcone.analyses.request import example, read_states
 from gelcone.errors import InputError
 from gelcone.words import (
     attractor_in_words,
@@ -265,14 +265,18 @@ def basin_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any
     """The arguments of `gelcone.basin`."""
     subject.without_initial("a basin starts from a grid of states; give --over displacement=... and velocity=...")
     others = {name: value for name, value in given.items() if name != "over"}
-    return {"over": read_states(given.get("over", ()), subject.device), **others}
+    return {"over": read_states(given.get("over", ()), subject.device, subject.model.system), **others}
 
 
 def basin_words(shown: xr.Dataset, subject: Subject) -> str:
     """Basins of attraction as text."""
     count = shown.sizes["attractor_number"]
     named = [attractor_in_words(shown.isel(attractor_number=n)).replace("\n", ", ") for n in range(count)]
-    lines = [*heading(subject), f"initial {grid_text(shown, STATES)}", *outcome_lines(shown)]
+    lines = [
+        *heading(subject),
+        f"initial {grid_text(shown, [str(dim) for dim in shown['attractor'].dims])}",
+        *outcome_lines(shown),
+    ]
     lines.append(f"{count} attractor(s):")
     lines += shortened([f"  {n}: {text}" for n, text in enumerate(named)])
     nowhere = float((shown["attractor"] < 0).mean())

@@ -46,7 +46,7 @@ class Subject:
     model : the dimensionless model, of the device if there is one.
     device : the device; None without one.
     initial : the initial state, dimensionless.
-    start : the same with a device, in m and m/s, where it was stated; None for the device's own.
+    start : the same with a device, in SI, where it was stated; None for the device's own.
     starts : whether the initial state was stated rather than taken by default.
     given : the names that ``--set`` gave.
     """
@@ -54,7 +54,7 @@ class Subject:
     model: ConeModel
     device: Device | None = None
     initial: Any = DEFAULT_INITIAL
-    start: tuple[float, float] | None = None
+    start: tuple[float, ...] | None = None
     starts: bool = False
     given: frozenset[str] = frozenset()
 
@@ -64,7 +64,7 @@ class Subject:
         return self.model if self.device is None else self.device
 
     @property
-    def beginning(self) -> tuple[float, float] | None:
+    def beginning(self) -> tuple[float, ...] | None:
         """The initial state of a plan."""
         return self.initial if self.device is None else self.start
 
@@ -156,8 +156,8 @@ def read_subject(
         model, start = chosen.model.replace(**values), chosen.initial
     if film is not None:
         model = model.replace(film=film, **of_film)
-    stated = None if initial is None else read_initial(initial, None)
-    return Subject(model, None, stated or start, None, initial is not None, frozenset(given))
+    begin = start if initial is None else read_initial(initial, None, model)
+    return Subject(model, None, begin, None, initial is not None, frozenset(given))
 
 
 def _of_device(device: str | Device, given: dict[str, str], film: str | None, initial: str | None) -> Subject:
@@ -171,14 +171,16 @@ def _of_device(device: str | Device, given: dict[str, str], film: str | None, in
     changes = {setting: read_field(f"--set {setting}", text, setting, fields) for setting, text in texts.items()}
     if changes:
         found = found.replace(**changes)
-    start = None if initial is None else read_initial(initial, found)
-    scales = found.scales
+    model = found.to_model()
+    start = None if initial is None else read_initial(initial, found, model)
     if start is None:
         state = found.initial_state()
     else:
-        state = np.stack(np.broadcast_arrays(start[0] / scales.length, start[1] / scales.velocity), axis=-1)
-        state = state if state.ndim > 1 else (float(state[0]), float(state[1]))
-    return Subject(found.to_model(), found, state, start, initial is not None, frozenset(given))
+        from gelcone.devices.points import dimensionless_state
+
+        state = dimensionless_state(found, start)
+        state = state if state.ndim > 1 else tuple(map(float, state))
+    return Subject(model, found, state, start, initial is not None, frozenset(given))
 
 
 def _only_of_model(values: Iterable[str]) -> None:
@@ -374,17 +376,52 @@ def read_measures(option: str, text: str, quantity: str, device: Device | None, 
     return read_numbers(option, text, measure_reader(quantity, device, in_si=in_si))
 
 
-def read_initial(text: str, device: Device | None) -> tuple[float, float]:
-    """A displacement and a velocity, dimensionless or - with a device - with units, in m and m/s."""
-    parts = [part.strip() for part in text.split(",")]
-    if len(parts) != 2:
+def read_initial(text: str, device: Device | None, model: ConeModel) -> tuple[float, ...]:
+    """A displacement and a velocity, or all states, dimensionless or - with a device - with units, in SI; or some of
+    the states by name, ``displacement=0.5,charge=0.2``, of which the others start by default."""
+    parts, states = [part.strip() for part in text.split(",")], model.system.states
+    names = [state.name for state in states]
+    named = [part.partition("=")[::2] for part in parts] if "=" in text else []
+    if not named and len(parts) not in (2, len(names)):
         form = "1,0" if device is None else '"5 mm,0 m/s"'
-        raise InputError(f"--initial {text!r}: must be a displacement and a velocity, for example --initial {form}")
-    x, u = (
-        measure_reader(quantity, device, in_si=True)("--initial", part)
-        for quantity, part in zip(STATES.values(), parts, strict=True)
-    )
-    return x, u
+        more = f", or all states ({', '.join(names)}), or some by name=value" if len(names) > 2 else ""
+        raise InputError(
+            f"--initial {text!r}: must be a displacement and a velocity{more}, for example --initial {form}"
+        )
+    given = [(name.strip(), value.strip()) for name, value in named] or list(zip(names, parts, strict=False))
+    found: dict[str, float] = {}
+    for name, part in given:
+        if name not in names:
+            raise unknown_name("component of the initial state", name, names)
+        if name in found:
+            raise InputError(f"--initial {name}: is given twice; give it once")
+        found[name] = _read_component(name, part, states[names.index(name)].quantity, device)
+    if len(found) == 2 and found.keys() == STATES.keys():
+        return found["displacement"], found["velocity"]
+    return _completed(found, device, model)
+
+
+def _read_component(name: str, part: str, quantity: str, device: Device | None) -> float:
+    from gelcone.devices.scales import MEASURES
+
+    pure = quantity not in MEASURES
+    return measure_reader(quantity, None if pure else device, in_si=True)(f"--initial {name}", part)
+
+
+def _completed(found: Mapping[str, float], device: Device | None, model: ConeModel) -> tuple[float, ...]:
+    """All states of a single actuator, those that are not ``found`` at their start; of a device in SI."""
+    if model.shape:
+        raise InputError("--initial: states by name are those of one actuator; sweep a parameter with --over")
+    sizes = np.ones(len(model.system.states))
+    own = DEFAULT_INITIAL
+    if device is not None:
+        from gelcone.devices.scales import MEASURES
+
+        known = [device.scales.size(s.quantity) if s.quantity in MEASURES else 1.0 for s in model.system.states]
+        sizes, own = np.array(known, dtype=float), device.initial_state()
+    disc = [found[name] / sizes[k] if name in found else own[k] for k, name in enumerate(STATES)]
+    start = model.members().start_states(disc)[0] * sizes
+    return tuple(found.get(s.name, float(value)) for s, value in zip(model.system.states, start, strict=True))
 
 
 # --- swept values -----------------------------------------------------------------------------------------------------
@@ -448,16 +485,21 @@ def _plain(option: str, text: str) -> float:
     return float(text)
 
 
-def read_states(over: Iterable[str], device: Device | None) -> dict[str, Array]:
-    """Initial displacements and velocities, with a device in m and m/s; one that is not given takes its default."""
+def read_states(over: Iterable[str], device: Device | None, system: ConeSystem | None = None) -> dict[str, Array]:
+    """The values of two initial states, with a device in m and m/s: displacement and velocity by default, without a
+    device any of the states of a ``system``."""
+    known = list(STATES) if system is None or device is not None else [state.name for state in system.states]
     given: dict[str, str] = {}
     for name, text in _pairs(over, f"name=from:to:count, for example {example(device, 'displacement')}"):
-        if name not in STATES:
-            raise unknown_name("component of the initial state", name, STATES)
+        if name not in known:
+            raise unknown_name("component of the initial state", name, known)
         if name in given:
             raise InputError(f"--over {name}: is given twice; give it once")
         given[name] = text
-    return {name: _states(name, given.get(name), device) for name in STATES}
+    if len(given) > 2:
+        raise InputError(f"--over: {', '.join(given)} are {len(given)} states; vary two of them")
+    names = [*given, *(name for name in STATES if name not in given)][:2]
+    return {name: _states(name, given.get(name), device) for name in known if name in names}
 
 
 def _states(name: str, text: str | None, device: Device | None) -> Array:
@@ -465,7 +507,8 @@ def _states(name: str, text: str | None, device: Device | None) -> Array:
         scale = 1.0 if device is None else float(getattr(device.scales, STATES[name]))
         return scale * np.linspace(*DEFAULT_STATES)
     option = f"--over {name}"
-    return increasing(option, np.atleast_1d(read_measures(option, text, STATES[name], device, in_si=True)))
+    quantity = STATES.get(name, "1")
+    return increasing(option, np.atleast_1d(read_measures(option, text, quantity, device, in_si=True)))
 
 
 def _pairs(over: Iterable[str], form: str) -> Iterable[tuple[str, str]]:

@@ -41,9 +41,10 @@ class Plan:
     ----------
     model : a single model, or a single `Device`; what is swept replaces its own.
     over : swept name -> values, the first varying slowest. Names are the model's parameters or the device's fields
-        (``"film_thickness"``, ``"material.shear_modulus"``), ``displacement`` and ``velocity``. Values of a device are
-        in SI, or texts with units.
-    initial : displacement and velocity at time 0 where they are not swept; of a device in m and m/s. Default: (1, 0);
+        (``"film_thickness"``, ``"material.shear_modulus"``), ``displacement`` and ``velocity``, and of a model also the
+        initial values of other states, by their names. Values of a device are in SI, or texts with units.
+    initial : displacement and velocity, or all states of a model, at time 0 where they are not swept; of a device
+        displacement and velocity in m and m/s. Default: (1, 0);
         of a device its own rest or release, see `Device.initial_state`.
     draws : name -> values, as many of each: draws of uncertain parameters. Each is made at every point of the grid, as
         a last axis ``draw``. Default none.
@@ -83,6 +84,11 @@ class Plan:
     def cone(self) -> ConeModel:
         """The model without what is swept."""
         return self.model.to_model() if isinstance(self.model, Device) else self.model
+
+    @property
+    def _own_states(self) -> list[str]:
+        """The names of the states that the components of a model add."""
+        return [] if self.device is not None else [state.name for state in self.cone.system.states[len(STATES) :]]
 
     def _options(self) -> dict[str, Any]:
         """The options, of a device those in SI scaled to the model."""
@@ -128,11 +134,13 @@ class Plan:
         """Values of a name that can be swept or drawn, within their bounds."""
         if self.device is not None:
             return read_swept(self.device, name, values)
-        known = [*self.cone.system.parameters, *STATES]
+        known = [*self.cone.system.parameters, *STATES, *self._own_states]
         if name not in known:
             raise unknown_name(f"parameter that can be {how}", name, known)
         if name in STATES:
             return STATES[name].check(name, values)
+        if name in self._own_states:
+            return Quantity(name, "initial state", 0.0).check(name, values)
         checked = self.cone.system.parameters[name].check(name, values)
         self.cone.replace(**{name: checked})
         return checked
@@ -165,7 +173,7 @@ class Plan:
         return swept | {name: values[places["draw"]] for name, values in self.draws.items()}
 
     def at(self, values: Mapping[str, Array]) -> tuple[ConeModel, Array]:
-        """Models and initial states, shape (cells, 2), at given values of the swept names."""
+        """Models and initial states, shape (cells, 2) or (cells, N), at given values of the swept names."""
         count = len(next(iter(values.values())))
         if self.device is not None:
             return device_at(self.device, values, self.initial)
@@ -173,10 +181,17 @@ class Plan:
         for column, name in enumerate(STATES):
             if name in values:
                 states[:, column] = values[name]
-        parameters = {name: v for name, v in values.items() if name not in STATES}
+        own = [*STATES, *self._own_states]
+        parameters = {name: v for name, v in values.items() if name not in own}
         model = self.cone.replace(**parameters) if parameters else self.cone
         if not model.shape:
             model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
+        if swept := [name for name in self._own_states if name in values]:
+            whole = model.members().start_states(states[:, :2])
+            whole[:, : states.shape[1]] = states
+            for name in swept:
+                whole[:, own.index(name)] = values[name]
+            states = whole
         return model, states
 
 
@@ -184,6 +199,9 @@ def about(plan: Plan, name: str) -> dict[str, str]:
     """The attributes of a swept coordinate: what it is, its unit, and how it turns into SI units."""
     if plan.device is not None:
         return field_attributes(plan.device, name)
+    own = {state.name: state.meaning for state in plan.cone.system.states[len(STATES) :]}
+    if name in own:
+        return attributes(f"initial {own[name]}", "parameter")
     meaning = STATES[name].meaning if name in STATES else plan.cone.system.parameters[name].meaning
     quantity = {"displacement": "length", "velocity": "velocity"}.get(name, "parameter")
     return attributes(meaning, quantity)

@@ -45,7 +45,7 @@ def subject_parameters() -> list[click.Parameter]:
         click.Option(
             ["--initial"],
             metavar="X,U",
-            help="Initial displacement and velocity (of a device '5 mm,0 m/s').",
+            help="Initial displacement and velocity (of a device '5 mm,0 m/s'), all states, or some by name=value.",
         ),
         click.Option(
             ["--film"],

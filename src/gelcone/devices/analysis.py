@@ -12,7 +12,7 @@ from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 import numpy as np
 
 from gelcone.devices.device import Device
-from gelcone.devices.points import read_state
+from gelcone.devices.points import dimensionless_state, read_state
 from gelcone.devices.scales import MEASURES, Scales
 from gelcone.devices.si import in_device_words, to_si
 from gelcone.devices.units import FieldError, parse_many
@@ -175,8 +175,7 @@ def state_of(device: Device, initial: Any = None) -> Any:
         return state
     if isinstance(initial, np.ndarray) and initial.ndim > 1:
         return initial / np.stack(np.broadcast_arrays(device.scales.length, device.scales.velocity), axis=-1)
-    x, u = read_state(initial)
-    return np.stack(np.broadcast_arrays(x / device.scales.length, u / device.scales.velocity), axis=-1)
+    return dimensionless_state(device, read_state(initial, device))
 
 
 def at_rest(device: Device, state: Any) -> str:

@@ -9,8 +9,10 @@ import numpy as np
 
 from gelcone.devices.device import Device
 from gelcone.devices.record import Field, unknown_field
+from gelcone.devices.scales import MEASURES
 from gelcone.devices.units import parse
 from gelcone.errors import InputError
+from gelcone.physics.component import State
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -46,12 +48,38 @@ def swept_field(device: Device, name: str) -> Field:
     raise unknown_field("device", name, fields)
 
 
-def read_state(initial: Sequence[Any]) -> tuple[float, float]:
-    """A displacement and a velocity in m and m/s, from numbers or texts with units."""
-    if isinstance(initial, str) or np.shape(initial) != (2,):
-        raise InputError(f"initial = {initial!r}: must be a displacement and a velocity, such as ('5 mm', '0 m/s')")
-    x, u = initial
-    return parse("initial displacement", x, "m"), parse("initial velocity", u, "m/s")
+def read_state(initial: Sequence[Any], device: Device | None = None) -> tuple[float, ...]:
+    """A displacement and a velocity in m and m/s, from numbers or texts with units; or all states that the components
+    of a ``device`` have, in SI."""
+    states = () if device is None else own_states(device)
+    if isinstance(initial, str) or np.shape(initial) not in ((2,), (2 + len(states),)):
+        more = (
+            f", or all of them: {', '.join(['displacement', 'velocity', *(s.name for s in states)])}" if states else ""
+        )
+        raise InputError(
+            f"initial = {initial!r}: must be a displacement and a velocity, such as ('5 mm', '0 m/s'){more}"
+        )
+    x, u, *others = initial
+    own = [parse(f"initial {s.name}", value, unit_of(s)) for s, value in zip(states, others, strict=False)]
+    return parse("initial displacement", x, "m"), parse("initial velocity", u, "m/s"), *own
+
+
+def own_states(device: Device) -> tuple[State, ...]:
+    """The states that the components of a device add to displacement and velocity."""
+    parts = (device.film, device.bias, device.circuit)
+    return device.to_model().system.states[2:] if any(getattr(part, "states", ()) for part in parts) else ()
+
+
+def unit_of(state: State) -> str:
+    """The SI unit of a state; 1 of a pure number."""
+    return MEASURES[state.quantity].unit if state.quantity in MEASURES else "1"
+
+
+def dimensionless_state(device: Device, state: Sequence[Any]) -> Array:
+    """States in SI over their scales: (N,), or (members, N) of several devices."""
+    quantities = [*STATES.values(), *(s.quantity for s in own_states(device))][: len(state)]
+    sizes = [device.scales.size(q) if q in MEASURES else 1.0 for q in quantities]
+    return np.stack(np.broadcast_arrays(*(value / size for value, size in zip(state, sizes, strict=True))), axis=-1)
 
 
 def at(device: Device, values: Mapping[str, Array]) -> Device:

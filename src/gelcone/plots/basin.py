@@ -37,7 +37,7 @@ OTHERS = "#FFFFFF"
 
 def basin_figure(cells: xr.Dataset) -> Figure:
     """The attractor of each initial state, with its regime, period, extent and share of the grid."""
-    cells = cells.transpose("displacement", "velocity", ...)
+    cells = cells.transpose(*_axes(cells), ...)
     handles = legend(cells)
 
     def draw(figure: Figure) -> None:
@@ -48,11 +48,18 @@ def basin_figure(cells: xr.Dataset) -> Figure:
     return styled(6.2, max(3.4, 0.6 + 0.36 * len(handles)), draw, cells)
 
 
+def _axes(cells: xr.Dataset) -> tuple[str, str]:
+    """The states that are varied, the displacement first and before others the velocity."""
+    order = {"displacement": -2, "velocity": -1}
+    x, y = sorted(map(str, cells["attractor"].dims), key=lambda name: order.get(name, 0))
+    return x, y
+
+
 def attractor_map(cells: xr.Dataset, axes: Axes) -> None:
     """Cells in the colour of their attractor; those without one in the colour of their regime, failed ones hatched."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
-    x, y = "displacement", "velocity"
+    x, y = _axes(cells)
     regime, failed, flagged = marks(cells)
     borders = edges(cells[x]), edges(cells[y])
     regime_cells(axes, *borders, regime)
@@ -103,4 +110,4 @@ def legend(cells: xr.Dataset) -> list[Artist]:
     regime, failed, flagged = marks(cells)
     unsettled = np.where(regime == Regime.TRANSIENT, regime, -1)
     handles += cell_legend(unsettled, failed, flagged & (regime != Regime.TRANSIENT), cells["outcome"])
-    return handles + invalid_legend(invalid_cells(cells, "velocity", "displacement"), failed)
+    return handles + invalid_legend(invalid_cells(cells, *_axes(cells)[::-1]), failed)
