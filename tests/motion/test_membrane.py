@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 
 from gelcone import ConeModel, Outcome, regime, simulate, static
-from gelcone.motion.flow import integrate
 
 MEMBRANE = {"film": "membrane", "stretch_limit": 50.0, "damping_ratio": 0.05, "drive_frequency": 0.4}
 LOADS = {
     "spring": {"bias": "spring", "spring_stiffness": 0.8, "rest_height": 0.5},
-    "beam": {"bias": "beam", "beam_stiffness": -0.4, "beam_cubic": 1.2, "beam_height": 0.3},
-    "weight": {"bias": "spring+weight", "spring_stiffness": 0.8, "rest_height": 0.6, "weight": 0.1},
     "double": {"second_film": "membrane", "second_flat_height": 1.1, "spring_stiffness": 0.0},
     "opposite": {
         "second_film": "membrane", "second_flat_height": 1.1, "second_drive": "opposite", "spring_stiffness": 0.2,
@@ -28,7 +25,7 @@ def model(load: str, **more) -> ConeModel:
     return ConeModel(**MEMBRANE | {"voltage": 0.25} | LOADS[load] | more)
 
 
-@pytest.mark.parametrize("load", LOADS)
+@pytest.mark.parametrize("load", ["spring", "double", "opposite", "all"])
 def test_energy_balances_over_a_long_run(load):
     """What film, field and bias take is what the disc and its damping give, to 1e-10 of the energy moved."""
     run = simulate(model(load), (0.45, 0.0), periods=1000 if load in ("spring", "double") else 100)
@@ -42,10 +39,10 @@ def test_two_equal_films_move_as_their_mirror_image():
     """x and d - x with u and -u are the same motion of films that are equal and have one voltage."""
     times = np.linspace(0.0, 60.0, 301)
     double = model("double", voltage=0.3)
-    below, above = (integrate(double, start, times).states[0] for start in ((0.3, 0.1), (0.8, -0.1)))
-    np.testing.assert_allclose(1.1 - below[:, 0], above[:, 0], atol=1e-10)
-    np.testing.assert_allclose(-below[:, 1], above[:, 1], atol=1e-10)
-    assert np.ptp(below[:, 0]) > 0.2
+    below, above = (simulate(double, start, times=times) for start in ((0.3, 0.1), (0.8, -0.1)))
+    np.testing.assert_allclose(1.1 - below["displacement"], above["displacement"], atol=1e-10)
+    np.testing.assert_allclose(-below["velocity"], above["velocity"], atol=1e-10)
+    assert np.ptp(below["displacement"]) > 0.2
 
 
 def test_flat_together_they_pull_twice_as_much_as_one():
@@ -65,12 +62,12 @@ def test_a_double_cone_rests_in_its_middle_and_is_pulled_to_the_film_without_a_v
     assert stable.min() > 0.56  # the first film weakens, and the second one pulls the disc up to its own plane
 
 
-@pytest.mark.parametrize("load", ["double", "beam"])
+@pytest.mark.parametrize("load", ["double", "spring"])
 def test_equal_bits_on_other_threads(load):
     several = model(load, voltage=np.linspace(0.05, 0.35, 7))
     times = np.linspace(0.0, 40.0, 41)
-    one, three = (integrate(several, (0.45, 0.0), times, threads=count) for count in (1, 3))
-    np.testing.assert_array_equal(one.states, three.states)
+    one, three = (simulate(several, (0.45, 0.0), times=times, threads=count) for count in (1, 3))
+    assert one.identical(three)
 
 
 def test_the_kind_of_motion_of_a_double_cone_is_found():
