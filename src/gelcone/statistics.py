@@ -9,6 +9,8 @@ import numpy.typing as npt
 
 from gelcone.quantity import Array
 
+CONFIDENCE = 0.95
+"""Probability with which an interval that an analysis states holds the truth."""
 Z = 1.959963984540054
 """Standard errors on either side that hold 95 % of a normal distribution."""
 

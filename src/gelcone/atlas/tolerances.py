@@ -13,13 +13,13 @@ from gelcone.atlas.uncertain import share_interval
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.quantity import Array
+from gelcone.statistics import CONFIDENCE
 
 if TYPE_CHECKING:
     import xarray as xr
 
 RISKS = ("pull-in", "breakdown", "chaos")
 QUANTILES = (0.05, 0.5, 0.95)
-CONFIDENCE = 0.95
 RESAMPLES = 400
 """Bootstrapped samples behind the ends of Sobol indices (Archer et al., J. Stat. Comput. Simul. 58 (1997) 99)."""
 UNDECIDED = (Outcome.STEP_LIMIT, Outcome.ERROR)

@@ -155,14 +155,11 @@ def _converted(
     if "long_name" in attrs:
         attrs["long_name"] = in_words(attrs["long_name"])
     if quantity == "state":
-        more = variable.shape[-1] - len(STATE)
         import xarray as xr
 
-        parts = [variable.isel({variable.dims[-1]: i}) * scales.shown(STATE[i]) for i in range(len(STATE))]
-        parts += [variable.isel({variable.dims[-1]: i}) for i in range(len(STATE), variable.shape[-1])]
-        scaled = xr.concat(parts, dim=variable.dims[-1], coords="minimal", compat="override").transpose(
-            ..., variable.dims[-1]
-        )
+        along, more = variable.dims[-1], variable.shape[-1] - len(STATE)
+        factors = [xr.DataArray(scales.shown(one)) for one in STATE] + [xr.DataArray(1.0)] * more
+        scaled = (variable * xr.concat(xr.broadcast(*factors), dim=along)).transpose(..., along)
         unit = ", ".join([MEASURES[one].shown for one in STATE] + ["1"] * more)
     else:
         number = numbers_of(device).get(name) if quantity == "parameter" else None
@@ -192,24 +189,16 @@ def in_device_words(message: str, device: Device) -> str:
             return f"{field} = {number}"
         return f"{field} = {_size(scales, quantity, number, fields[field].unit)}"
 
-    def place(found: re.Match[str]) -> str:
-        return f"{found[1]}{_size(scales, 'length', found[2], 'm')}"
-
-    def reach(found: re.Match[str]) -> str:
-        first, last, farthest = (_size(scales, "length", found[k], "m") for k in (1, 2, 3))
-        return f"displacements from {first} to {last}: none is reached; stay within {farthest}"
-
-    def time(found: re.Match[str]) -> str:
-        return f"{found[1]}{_size(scales, 'time', found[2], 's')}"
-
-    def voltage(found: re.Match[str]) -> str:
-        return f"voltages = {_size(scales, 'voltage', found[1], 'V')}"
-
     # a name that may be a word of a sentence counts only with its value
     names = "|".join(name if "_" in name else f"{re.escape(name)}(?= = )" for name in (*numbers, "damping_ratio"))
-    named = re.compile(rf"(?<![\w.'-])(?P<name>{names})(?![\w'])(?: = {_NUMBER})?")
-    said_so_far = _TIME.sub(time, _PLACE.sub(place, _REACH.sub(reach, named.sub(said, message))))
-    return _DEFAULT.sub("", _VOLTAGES.sub(voltage, said_so_far))
+    message = re.sub(rf"(?<![\w.'-])(?P<name>{names})(?![\w'])(?: = (?P<number>{_NUMBER}))?", said, message)
+    for pattern, quantity, unit in _SIZES:
+
+        def sized(found: re.Match[str], quantity: str = quantity, unit: str = unit) -> str:
+            return re.sub(_NUMBER, lambda number: _size(scales, quantity, number[0], unit), found[0])
+
+        message = re.sub(pattern, sized, message)
+    return _DEFAULT.sub("", message)
 
 
 def _size(scales: Scales, quantity: str, number: str, unit: str) -> str:
@@ -217,16 +206,16 @@ def _size(scales: Scales, quantity: str, number: str, unit: str) -> str:
     return format_si(float(number) * float(np.ravel(scales.size(quantity))[0]), unit)
 
 
-_PLAIN = r"([-+]?\d[\d.]*(?:e[-+]?\d+)?)"
-_NUMBER = r"(?P<number>[-+]?\d[\d.]*(?:e[-+]?\d+)?)"
-_TIME = re.compile(
-    r"((?:transient|patience|budget|window) = |times: |comes after |time of at most )([-+]?\d[\d.]*(?:e[-+]?\d+)?)"
+_NUMBER = r"[-+]?\d[\d.]*(?:e[-+]?\d+)?"
+_SIZES = (
+    (rf"displacements from {_NUMBER} to {_NUMBER}: none is reached; stay within {_NUMBER}", "length", "m"),
+    (rf"initial displacement {_NUMBER}", "length", "m"),
+    (rf"((transient|patience|budget|window) = |times: |comes after |time of at most ){_NUMBER}", "time", "s"),
+    (rf"(?<!\w)voltages = {_NUMBER}", "voltage", "V"),
 )
-_VOLTAGES = re.compile(r"(?<![\w])voltages = ([-+]?\d[\d.]*(?:e[-+]?\d+)?)")
+"""Numbers in messages that are not those of a parameter, with their quantity and unit."""
 _DEFAULT = re.compile(r"; its default is \S+$")
 """The default of a parameter is dimensionless, and none of the device's."""
-_REACH = re.compile(rf"displacements from {_PLAIN} to {_PLAIN}: none is reached; stay within {_PLAIN}")
-_PLACE = re.compile(r"(initial displacement )([-+]?\d[\d.]*(?:e[-+]?\d+)?)")
 
 
 def in_words(long_name: str) -> str:

@@ -25,12 +25,9 @@ from gelcone.physics.balance import (
     PullIn,
     StaticBalance,
     rest_of,
-    root_on_segment,
-    same_squared,
 )
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
-from gelcone.physics.pair import PairBalance
 from gelcone.physics.statics import balances_of, each, every_balance
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array, Lengths, VoltageArray, Voltages
@@ -104,7 +101,7 @@ def static(
     force = np.where(whole, np.stack([balance.force(x, squared) for balance in balances]), np.nan)
     stiffness = np.where(whole, np.stack([balance.slope(x, squared) for balance in balances]), np.nan)
     count = np.array([[len(at) for at in row] for row in found])
-    folds = each(_real_folds, balances)
+    folds = each(lambda balance: balance.folds(), balances)
     rests = each(rest_of, balances, [None] * len(balances))
     pull_in, delivered = _pull_in_variables(balances, rests), _ramp_variables(balances, rests, levels)
     rows = [np.array(at, dtype=float).reshape(-1, 3) for row in found for at in row]
@@ -186,18 +183,11 @@ def pitchfork_voltage(model: Ensemble) -> VoltageArray:
 
 
 def _pitchfork_voltages(balances: list[StaticBalance]) -> Array:
-    squared = np.array(each(_pitchfork, balances))
+    squared = np.array(each(lambda balance: balance.pitchfork(), balances))
     highest = np.array([balance.highest_squared for balance in balances])
     with np.errstate(invalid="ignore"):
         exists = (squared >= -ROUNDING) & (squared < highest)
         return np.where(exists, np.sqrt(np.maximum(squared, 0.0)), np.nan)
-
-
-def _pitchfork(balance: StaticBalance) -> float:
-    """The v^2 at which the flat film loses its stability; NaN where it is not an equilibrium."""
-    if isinstance(balance, PairBalance):
-        return balance.pitchfork()
-    return float(balance.squared(0.0)) if balance.flat else math.nan
 
 
 @for_devices
@@ -208,7 +198,7 @@ def fold_voltages(model: Ensemble) -> xr.Dataset:
     voltage, NaN-padded. Displacements up to the stretch limit are searched, at most 1000.
     """
     balances = balances_of(model)
-    folds = each(_real_folds, balances)
+    folds = each(lambda balance: balance.folds(), balances)
     return _label(model, balances, _fold_variables(folds), title="folds of the equilibria")
 
 
@@ -398,14 +388,6 @@ def _padded(rows: Sequence[Array]) -> Array:
     return np.stack([np.concatenate([row, np.full(longest - len(row), np.nan)]) for row in rows])
 
 
-def _real_folds(balance: StaticBalance) -> list[tuple[float, float]]:
-    """(voltage, displacement) of the folds at a real voltage, in that order."""
-    if isinstance(balance, PairBalance):
-        return balance.folds()
-    folds = [x for side in (-1, 1) for _, x in balance.segments[side][:-1] if balance.excess(x) < 0.0]
-    return sorted((math.sqrt(w), x) for x in folds if (w := float(balance.squared(x))) >= 0.0)
-
-
 def _fold_variables(folds: list[list[tuple[float, float]]]) -> dict[str, dataset.Variable]:
     rows = [np.array(own).reshape(-1, 2) for own in folds]
     voltage, place = (_padded([row[:, k] for row in rows]) for k in range(2))
@@ -452,12 +434,12 @@ def _branch_limit(
 ) -> float:
     """Highest voltage to which the branches are traced: past all that happens and all that was asked for."""
     events = [float(v) for v in pull_in if np.isfinite(v)] + [v for own in folds for v, _ in own]
-    events += [math.sqrt(w) for balance in balances if balance.flat and (w := _pitchfork(balance)) > 0.0]
+    events += [math.sqrt(w) for balance in balances if balance.flat and (w := balance.pitchfork()) > 0.0]
     return max(1.2 * float(levels.max()), 1.5 * max(events, default=0.0), 1e-3)
 
 
 def _branches(balances: list[StaticBalance], highest: float) -> dict[str, dataset.Variable]:
-    traced = [_trace(balance, highest) for balance in balances]
+    traced = [_with_gaps(balance.curves(highest)) for balance in balances]
     place, voltage, slope = (_padded([t[k] for t in traced]) for k in range(3))
     dims = ("branch_point",)
     return {
@@ -467,46 +449,7 @@ def _branches(balances: list[StaticBalance], highest: float) -> dict[str, datase
     }
 
 
-def _trace(balance: StaticBalance, highest: float) -> tuple[Array, Array, Array]:
-    """Displacement, voltage and slope along all equilibria up to a voltage, one piece after the other."""
+def _with_gaps(curves: list[Array]) -> Array:
+    """Rows of curves, one behind the other, parted by NaN."""
     gap = np.full((3, 1), np.nan)
-    pieces = [gap]
-    if isinstance(balance, PairBalance):
-        for x, voltage in balance.curves(highest):
-            pieces += [np.stack([x, voltage, np.broadcast_to(balance.slope(x, voltage * voltage), x.shape)]), gap]
-        return tuple(np.concatenate(pieces, axis=1))
-    for segment in balance.segments[-1] + balance.segments[1]:
-        begin, end = (_traced_end(balance, segment, k, highest) for k in (0, 1))
-        if begin is not None and end is not None:
-            pieces += [_piece(balance, segment, _closer_to_ends(begin, end)), gap]
-    if balance.flat:
-        pitchfork = float(balance.squared(0.0))
-        lost = math.sqrt(min(max(pitchfork, 0.0), balance.highest_squared))
-        voltage = np.unique([0.0, lost, min(highest, math.sqrt(balance.highest_squared))])
-        slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, pitchfork - voltage**2)
-        pieces += [np.stack([0.0 * voltage, voltage, slope]), gap]
-    place, voltage, slope = np.concatenate(pieces, axis=1)
-    return place, voltage, slope
-
-
-def _traced_end(balance: StaticBalance, segment: tuple[float, float], k: int, highest: float) -> float | None:
-    """One end of a segment drawn in to where 0 <= w <= highest^2; None if that leaves nothing of it."""
-    w = float(balance.squared(segment[k]))
-    bound = min(max(w, 0.0), highest * highest)
-    return segment[k] if same_squared(w, bound) else root_on_segment(balance, bound, segment)
-
-
-def _piece(balance: StaticBalance, segment: tuple[float, float], x: Array) -> Array:
-    """Rows displacement, voltage and slope x dw/dx; the slope is exactly 0 in a fold or pitchfork."""
-    events = [end for end in segment if abs(end) < balance.highest]
-    slope = np.where(np.isin(x, events), 0.0, balance.turning(x) / np.where(x == 0.0, 1.0, x))
-    squared = balance.squared(x)
-    rows = np.stack([x, np.sqrt(np.maximum(squared, 0.0)), slope])
-    return np.where(balance.excess(x) < 0.0, rows, np.nan)
-
-
-def _closer_to_ends(begin: float, end: float) -> Array:
-    """Displacements from end to end, closer together where the voltage may change fast."""
-    fine = np.geomspace(1e-4, 0.02, 20)
-    shares = np.concatenate([[0.0], fine, np.linspace(0.02, 0.98, 120)[1:-1], 1.0 - fine[::-1], [1.0]])
-    return begin * (1.0 - shares) + end * shares
+    return np.concatenate([gap, *(piece for curve in curves for piece in (curve, gap))], axis=1)

@@ -31,6 +31,7 @@ MOST_CELLS = 4000
 MOST_AT_ONCE = 250
 """States that are computed together."""
 ROUNDING = 1e-9
+"""An excess of the hoop this small is none."""
 SLACK = KINDS.index("slack")
 
 

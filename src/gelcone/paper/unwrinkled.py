@@ -22,14 +22,13 @@ from typing import Any
 import numpy as np
 
 from gelcone.codes import Outcome
+from gelcone.physics.balance import NEAR_PULL_IN
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Film
 
 Polynomial = tuple[float, ...]
 """Coefficients, that of the constant first."""
 BISECTIONS = 60
-NEAR_PULL_IN = 1.0 - 1e-9
-"""Share of the V at which the film pulls in up to which its slope, infinite there, is taken."""
 
 
 @dataclass(frozen=True, kw_only=True)

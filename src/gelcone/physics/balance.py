@@ -201,6 +201,20 @@ class StaticBalance:
         """Displacement and losses of stability passed at each v^2."""
         return along_ramp(self, rest, squared)
 
+    def pitchfork(self) -> float:
+        """The v^2 at which the flat film loses its stability; NaN where it is not an equilibrium."""
+        return float(self.squared(0.0)) if self.flat else math.nan
+
+    def folds(self) -> list[tuple[float, float]]:
+        """(voltage, displacement) of the folds at a real voltage, in that order."""
+        folds = [x for side in (-1, 1) for _, x in self.segments[side][:-1] if self.excess(x) < 0.0]
+        return sorted((math.sqrt(w), x) for x in folds if (w := float(self.squared(x))) >= 0.0)
+
+    def curves(self, highest: float) -> list[Array]:
+        """Displacement, voltage and slope, (3, points), along each curve of equilibria up to a voltage, with folds and
+        pitchforks among the points."""
+        return curves_of(self, highest)
+
     def excess(self, x: Any) -> Any:
         """w(x) over the V at which the film pulls in, less 1: positive where there is no equilibrium."""
         if not self.film_fails:
@@ -405,3 +419,45 @@ def along_ramp(balance: StaticBalance, rest: float, squared: Array) -> tuple[Arr
         nearest = np.where(same_squared(leg.high, squared[here]), leg.segment[1], leg.begin)
         place[here] = np.where(np.isnan(x), nearest, x)
     return place, losses
+
+
+# --- curves of equilibria -----------------------------------------------------------------------------------------
+
+
+def curves_of(balance: StaticBalance, highest: float) -> list[Array]:
+    """See `StaticBalance.curves`."""
+    found = []
+    for segment in balance.segments[-1] + balance.segments[1]:
+        begin, end = (_traced_end(balance, segment, k, highest) for k in (0, 1))
+        if begin is not None and end is not None:
+            found.append(_piece(balance, segment, _closer_to_ends(begin, end)))
+    if balance.flat:
+        pitchfork = float(balance.squared(0.0))
+        lost = math.sqrt(min(max(pitchfork, 0.0), balance.highest_squared))
+        voltage = np.unique([0.0, lost, min(highest, math.sqrt(balance.highest_squared))])
+        slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, pitchfork - voltage**2)
+        found.append(np.stack([0.0 * voltage, voltage, slope]))
+    return found
+
+
+def _traced_end(balance: StaticBalance, segment: tuple[float, float], k: int, highest: float) -> float | None:
+    """One end of a segment drawn in to where 0 <= w <= highest^2; None if that leaves nothing of it."""
+    w = float(balance.squared(segment[k]))
+    bound = min(max(w, 0.0), highest * highest)
+    return segment[k] if same_squared(w, bound) else root_on_segment(balance, bound, segment)
+
+
+def _piece(balance: StaticBalance, segment: tuple[float, float], x: Array) -> Array:
+    """Rows displacement, voltage and slope x dw/dx; the slope is exactly 0 in a fold or pitchfork."""
+    events = [end for end in segment if abs(end) < balance.highest]
+    slope = np.where(np.isin(x, events), 0.0, balance.turning(x) / np.where(x == 0.0, 1.0, x))
+    squared = balance.squared(x)
+    rows = np.stack([x, np.sqrt(np.maximum(squared, 0.0)), slope])
+    return np.where(balance.excess(x) < 0.0, rows, np.nan)
+
+
+def _closer_to_ends(begin: float, end: float) -> Array:
+    """Displacements from end to end, closer together where the voltage may change fast."""
+    fine = np.geomspace(1e-4, 0.02, 20)
+    shares = np.concatenate([[0.0], fine, np.linspace(0.02, 0.98, 120)[1:-1], 1.0 - fine[::-1], [1.0]])
+    return begin * (1.0 - shares) + end * shares

@@ -271,9 +271,9 @@ class PairBalance(StaticBalance):
             found.append((int(i), place, level, PullIn.FOLD if fold else PullIn.PITCHFORK))
         return found
 
-    def curves(self, highest: float) -> list[tuple[Array, Array]]:
-        """Displacements and voltages of all curves up to a voltage, with folds and pitchforks among their points."""
-        return [self._with_losses(*curve) for curve in self._followed(highest)]
+    def curves(self, highest: float) -> list[Array]:
+        found = [self._with_losses(*curve) for curve in self._followed(highest)]
+        return [np.stack([x, v, np.broadcast_to(self.slope(x, v * v), x.shape)]) for x, v in found]
 
     def _followed(self, highest: float) -> list[tuple[Array, Array]]:
         known: list[tuple[Array, Array]] = []

@@ -21,7 +21,7 @@ from gelcone.motion.equilibrium import static
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.section import section_cells
-from gelcone.motion.settle import start_states
+from gelcone.motion.settle import LONGEST_TIME, start_states
 from gelcone.motion.spectrum import spectrum_cells
 from gelcone.motion.validity import broken_by_film
 from gelcone.physics.film.film import FilmState
@@ -39,8 +39,6 @@ from gelcone.words import evidence_in_words
 if TYPE_CHECKING:
     import xarray as xr
 
-LONGEST_TIME = 1e12
-"""Of all periods of a run, in time units of the model."""
 MOST_SAMPLES = 200_000
 """Samples of a run on the screen; one that needs more is shown up to where they suffice."""
 PERIODS = 20

@@ -21,6 +21,7 @@ from gelcone.motion.attractor.cycle import REST_TOLERANCE, SMALLEST_SIZE, Cycles
 from gelcone.motion.attractor.search import AWAY, Search, Starts, doublings
 from gelcone.motion.tangents import FLOOR
 from gelcone.quantity import Array
+from gelcone.statistics import CONFIDENCE
 
 STARTS = 16
 """Starts followed side by side, the motion's own among them."""
@@ -30,7 +31,6 @@ SETTLING = np.log(1.0 / AWAY)
 """A motion comes within `AWAY` of a cycle in this number over its rate of attraction, and from there returns."""
 FATES = 3
 """Attractors that are distinguished, at most, among those that nearby starts end on."""
-CONFIDENCE = 0.95
 EARLY, MISSED = 0.25, 3.0
 """Chaos that coexists with an attractor loses starts to it at first only: none have ended in the last three quarters
 of the time in which at least three would have at the pace of the first."""

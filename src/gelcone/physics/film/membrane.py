@@ -25,7 +25,7 @@ import numpy as np
 
 from gelcone.codes import FilmPullIn, Outcome
 from gelcone.membrane import force as formulas
-from gelcone.membrane.gel import Gel
+from gelcone.membrane.gel import MOST_STRETCHED, Gel
 from gelcone.membrane.made import numbers_of
 from gelcone.membrane.table import FLAT, NEVER
 from gelcone.membrane.table import names as table_names
@@ -34,7 +34,7 @@ from gelcone.physics.component import Numbers
 from gelcone.physics.film import membrane_charge
 from gelcone.physics.film.film import Border, FilmState
 from gelcone.physics.film.taut import RADIUS_RATIO, GelFilm, check_prestretch_mode
-from gelcone.physics.film.wrinkling import MOST_STRETCHED, STEEP, WrinklingCone
+from gelcone.physics.film.wrinkling import STEEP, WrinklingCone
 from gelcone.physics.implicit import known, root, traced
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.quantity import Array, Quantity

@@ -38,6 +38,8 @@ import numpy as np
 
 from gelcone.codes import FilmPullIn
 from gelcone.errors import InputError, unknown_name
+from gelcone.membrane.gel import MOST_STRETCHED
+from gelcone.membrane.table import NEVER
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.branches import Branches
@@ -59,10 +61,6 @@ UNREACHED = 1e6
 """The V up to which a film that never pulls in is looked at; what `STEEP` makes of a push is above it."""
 ROUNDING = 1e-12
 """Lengths that exceed those of the taut film by less are its own."""
-NEVER = 1e30
-"""A squared voltage that is never reached."""
-MOST_STRETCHED = 1e4
-"""Largest squared stretch at which the hump of a law without stretch limit is looked for."""
 GRID = 2000
 GOLDEN, GOLDEN_STEPS = 0.6180339887498949, 40
 
