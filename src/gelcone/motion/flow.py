@@ -91,6 +91,8 @@ def integrate(
         raise InputError("times: must increase and not be before the start; sort them and leave out doubles")
     with np.errstate(over="ignore", invalid="ignore"):
         outside = ~(members.strain(states0[:, 0]) < members.strain_limit())
+        if not members.system.planar:
+            outside |= members.system.overstretched(list(states0.T), members.numbers())
     outcome = np.where(outside, Outcome.OUTSIDE, Outcome.OK).astype(np.int8)
     outcome[np.isnan(states0).any(axis=1) | np.isinf(states0[:, 1:]).any(axis=1)] = Outcome.NOT_FINITE
     result = Trajectories.blank(sample_times, members.system, keep, outcome)

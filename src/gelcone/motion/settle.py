@@ -107,8 +107,13 @@ def start_states(model: Ensemble, initial: npt.ArrayLike) -> Array:
     if not np.isfinite(states).all():
         raise InputError(f"initial = {states[~np.isfinite(states).all(axis=1)][0].tolist()}: must be finite")
     states = complete(members, states)
-    if not inside(members, states[:, 0]).any():
+    if not (held := inside(members, states[:, 0])).any():
         raise _refused_start(members, states)
+    if (held & members.system.overstretched(list(states.T), members.numbers())).all():
+        raise InputError(
+            f"initial displacement {states[0, 0]:g}: stretches a Maxwell branch beyond its viscous_limit; start lower, "
+            "raise the limit, or give the states of the branch"
+        )
     return states
 
 

@@ -177,6 +177,10 @@ class PlacedFilm(Component):
         """The power that it loses."""
         return self.film.dissipation(self.place(x, n), self._turned(velocity), squared, y, self.own(n), xp)
 
+    def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
+        """Whether the states of the film are beyond a limit of theirs."""
+        return self.film.overstretched(self.place(x, n), y, self.own(n))
+
     def strain(self, x: Any, n: Numbers) -> Any:
         """The measure of strain of the film."""
         return self.film.strain(self.place(x, n), self.own(n))

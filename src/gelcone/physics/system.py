@@ -430,6 +430,11 @@ class ConeSystem:
         endless = reduce(np.logical_and, map(np.isinf, limits))
         return np.where(endless, reduce(np.maximum, strains), reduce(np.maximum, shares))[()]
 
+    def overstretched(self, z: Sequence[Any], n: Numbers) -> Any:
+        """Whether the own states of a film are beyond a limit of theirs."""
+        found = [film.overstretched(z[0], self.states_of(z, "film", k), n) for k, film in enumerate(self.films)]
+        return reduce(np.logical_or, found)
+
     def strain_limit(self, n: Numbers) -> Any:
         """The limit that `strain` cannot reach."""
         limits = [film.strain_limit(n) for film in self.films]

@@ -253,6 +253,19 @@ def test_the_limit_of_a_branch_counts():
     assert film.limit_share(x, 0.0, y, n) > film.limit_share(x, 0.0, [], n)
 
 
+def test_a_start_beyond_the_limit_of_a_branch_is_refused():
+    model = ConeModel(viscous_modulus_1=0.5, viscous_limit_1=0.9, stretch_limit=9.0)
+    with pytest.raises(
+        InputError, match=r"initial displacement 1\.5: stretches a Maxwell branch beyond its viscous_limit"
+    ):
+        simulate(model, (1.5, 0.0), periods=1)
+    both = integrate(model, [1.5, 0.0, 1.0, 1.0], [1.0]).outcome[0], integrate(model, (0.6, 0.0), [1.0]).outcome[0]
+    assert both == (Outcome.OUTSIDE, Outcome.OK)
+    assert integrate(model, [1.5, 0.0, 0.4, 1.0], [1.0]).outcome[0] == Outcome.OK
+    mixed = model.replace(viscous_limit_1=[0.9, 9.0])
+    assert simulate(mixed, (1.5, 0.0), periods=1)["outcome"].values.tolist() == [Outcome.OUTSIDE, Outcome.OK]
+
+
 def test_both_films_of_a_double_cone_creep():
     model = ConeModel(
         viscous_modulus_1=0.5, relaxation_time_1=3.0, second_film="taut", second_flat_height=0.4, voltage=0.2

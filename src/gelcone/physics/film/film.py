@@ -123,6 +123,10 @@ class Film(Component):
         """Default infinity."""
         return np.asarray(np.inf)
 
+    def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
+        """Whether its own states are beyond a limit of theirs at x. Default no."""
+        return np.zeros(np.shape(x), dtype=bool)
+
     def reach(self, n: Numbers) -> tuple[float, float]:
         """The smallest and largest |x| with a state, of one actuator; NaN if none. Default 0 and infinity."""
         return 0.0, np.inf

@@ -149,6 +149,11 @@ class TautCone(GelFilm):
             return super().starts(x, n)
         return self.viscous.relaxed(1.0 + np.square(x), 1.0)
 
+    def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
+        if not (self.branches and y):
+            return super().overstretched(x, y, n)
+        return self.viscous.limit_share(1.0 + np.square(x), 1.0, y, n) >= 1.0
+
     @property
     def dissipates(self) -> bool:
         return self.branches > 0 or type(self).dissipation is not TautCone.dissipation
