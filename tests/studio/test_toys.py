@@ -18,6 +18,10 @@ DEVICES = {
     "circuit": ('circuit = "tests.toys:FilteredVoltage"', {"circuit.filter_time": "Drive"}),
     "states": ('bias = "tests.toys:TurningBias"', {"bias.wheel_growth": "Body", "bias.wheel_turning": "Body"}),
     "film": ('film = {component = "tests.toys:PowerFilm", exponent = 1.4}', {"film.film_modulus": "Gel"}),
+    "creeping film": (
+        'film = {component = "taut", branches = 1, relaxation_time_1 = "0.6 s"}',
+        {"film.viscous_modulus_1": "Gel", "film.relaxation_time_1": "Gel"},
+    ),
 }
 """What is added to a device, and the groups of the controls that this brings."""
 
