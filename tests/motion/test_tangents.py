@@ -155,7 +155,7 @@ def three_states(monkeypatch):
     system = SimpleNamespace(mirror=np.array([-1.0, -1.0, 1.0]), planar=False)
 
     def members(count):
-        own = {"rate": 3.0, "forcing_period": 2.0}
+        own = {"rate": 3.0, "fastest": 3.0, "forcing_period": 2.0}
         own = {name: np.full(count, value) for name, value in own.items()}
         return SimpleNamespace(system=system, size=count, shape=(count,), take=lambda rows: members(len(rows)), **own)
 
