@@ -1,5 +1,5 @@
-"""Names in texts, such as the class of a component or the file of a film: all of them may be followed or, while `only`
-holds, those that ship and those of a list alone.
+"""Names in texts, such as the class of a component or the file of a device: all of them may be followed or, while
+`only` holds, those that ship and those of a list alone.
 
 A file that a user names may say ``module:Class``, and reading it imports that module. Text from elsewhere, such as a
 page of the studio or a link that opens it, is read under `only`: there nothing is imported and no file is opened whose

@@ -96,7 +96,7 @@ def import_skfem() -> Any:
     try:
         import skfem
     except ImportError as error:
-        raise MissingDependency(f"the continuum film needs scikit-fem ({error}); pip install 'gelcone[fem]'") from None
+        raise MissingDependency(f"the finite elements need scikit-fem ({error}); pip install 'gelcone[fem]'") from None
     return skfem
 
 

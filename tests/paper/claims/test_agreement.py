@@ -101,7 +101,7 @@ def test_the_film_must_hold_at_nearly_all_displacements(lost, verdict):
 
 
 def test_without_scikit_fem_it_cannot_be_told():
-    missing = xr.Dataset(attrs={MISSING: "the continuum film needs scikit-fem; pip install 'gelcone[fem]'"})
+    missing = xr.Dataset(attrs={MISSING: "the finite elements need scikit-fem; pip install 'gelcone[fem]'"})
     found = agreement({"continuum": missing, "corrected": missing})
     assert judge(found) is Verdict.UNDECIDABLE
     assert "gelcone[fem]" in found.why
