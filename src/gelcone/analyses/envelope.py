@@ -79,10 +79,7 @@ def _limits_table(shown: xr.Dataset) -> Iterator[str]:
 def _pull_in_words(shown: xr.Dataset) -> str:
     if shown.attrs["pull_in_of"] == "cone":
         return "pull-in is that of the model's film; a membrane, which a wrinkling cone stands for, pulls in earlier"
-    return (
-        "pull-in here is not the cone's, an upper bound, but that of the film as a membrane, its force known to "
-        f"{shown.attrs['pull_in_error']:.1%}"
-    )
+    return f"pull-in is that of the film as a membrane, its force known to {shown.attrs['pull_in_error']:.1%}"
 
 
 def _static_reading(shown: xr.Dataset, name: str, voltage: float) -> str:
