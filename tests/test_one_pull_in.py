@@ -1,0 +1,79 @@
+"""One question about pull-in has one answer, whichever command is asked.
+
+On a slow ramp to a constant voltage, and when the drive is switched on from rest at its own frequency.
+"""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.codes import Outcome
+from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE
+from gelcone.motion.envelope import STATIC_LIMITS
+from gelcone.studio.performance import pull_in
+
+pytestmark = pytest.mark.slow
+
+SHIPPED = ("biased-pump", "soft-film", "weight-cone", "beam-cone", "snap-cone", "paper-table1", "double-cone")
+OTHERS = {
+    "a stiff pump": ("biased-pump", {"material": "PVC-DBA 4:1"}),
+    "an even pump": ("biased-pump", {"meridional_prestretch": 1.2, "hoop_prestretch": 1.2}),
+    "a thick soft film": ("soft-film", {"film_thickness": "0.2 mm", "voltage_amplitude": "900 V"}),
+}
+
+
+def device_of(name):
+    shipped, changes = OTHERS.get(name, (name, {}))
+    films = {"film": "membrane"} | ({"second_film": "membrane"} if shipped == "double-cone" else {})
+    return gelcone.find_device(shipped).replace(films | changes)
+
+
+def voltage(dataset, name):
+    """A voltage in V."""
+    found = dataset[name]
+    assert found.attrs["units"] == "V"
+    return float(found)
+
+
+@pytest.mark.parametrize("name", [*SHIPPED, *OTHERS])
+def test_pull_in_on_a_slow_ramp_is_one_voltage(name):
+    device = device_of(name)
+    if device.second_drive == "opposite":  # its offset rises with the drive in an envelope: another question
+        device = device.replace(second_drive="same")
+    expected = voltage(gelcone.limits(device), "pull_in_voltage")
+    assert 100.0 < expected < 2e4
+    assert voltage(gelcone.static(device), "pull_in_voltage") == pytest.approx(expected, rel=1e-9)
+    swept = gelcone.sweep(gelcone.Plan(device, {"frequency": [5.0, 7.0]}), "limits")["pull_in_voltage"]
+    assert swept.values == pytest.approx(expected, rel=1e-9)
+    model = device.to_model()
+    assert device.scales.voltage * pull_in(model) == pytest.approx(expected, rel=1e-9)
+    drive = device.voltage_amplitude, device.frequency
+    found = gelcone.envelope(device, peaks=[0.1 * drive[0], 0.2 * drive[0]], frequencies=[drive[1], 1.1 * drive[1]])
+    of_envelope = float(found["static_limit_voltage"][STATIC_LIMITS.index("pull-in")])
+    assert of_envelope == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", [*SHIPPED, *OTHERS])
+def test_pull_in_of_a_drive_that_is_switched_on_from_rest_is_one_voltage(name):
+    """Operating limits and envelope name the same interval; below it all commands run on, above it all pull in."""
+    device = device_of(name)
+    alone = gelcone.operating_limits(device)
+    high = voltage(alone, "driven_pull_in_voltage")
+    if not np.isfinite(high):
+        pytest.skip("does not pull in up to twice its own peak voltage")
+    own = device.frequency
+    found = gelcone.envelope(device, frequencies=[own, 1.1 * own])
+    row = DRIVEN_LIMITS.index("pull-in")
+    low, of_envelope = (float(found[end][row, 0]) for end in ("limit_low", "limit_high"))
+    assert of_envelope == high
+    assert high - low <= voltage(alone, "driven_error_voltage") * (1.0 + 1e-9)
+    scale = device.scales.voltage
+    model = device.to_model()
+    share = np.array([low, high * 1.0001]) / scale / float(model.peak_voltage)
+    both = model.replace(voltage=float(model.voltage) * share, voltage_bias=float(model.voltage_bias) * share)
+    start = (float(found["rest_displacement"]) / 1e3 / device.scales.length + NUDGE, 0.0)
+    expected = [Outcome.OK, Outcome.PULLED_IN]
+    assert gelcone.regime(both, start)["outcome"].values.tolist() == expected
+    assert gelcone.settled(both, start)["outcome"].values.tolist() == expected
+    periods = 200
+    assert gelcone.simulate(both, start, periods=periods)["outcome"].values.tolist() == expected
