@@ -593,12 +593,13 @@ def test_a_connection_that_the_server_has_closed_meanwhile_counts_as_gone(server
 def test_a_setting_that_takes_long_to_read_holds_up_nobody(server, monkeypatch, kind, content):
     begun, go_on = threading.Event(), threading.Event()
 
-    def subject(shelf, setting):
+    def read(shelf, setting):
         begun.set()
         go_on.wait(20)
         raise InputError("frequency: was read")
 
-    monkeypatch.setattr(Shelf, "subject", subject)
+    for name in ("subject", "check"):
+        monkeypatch.setattr(Shelf, name, read)
     with server.page() as one, server.page() as other:
         ask(one, kind, 5, setting=PUMP, **content)
         assert begun.wait(20)

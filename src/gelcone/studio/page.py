@@ -191,8 +191,9 @@ class Page:
             return {"controls": as_json(self.shelf.controls(request["setting"]))}
 
         def compute() -> tuple[Subject, look.Parts, dict[str, Any]]:
-            run = partial(look.response, periods=request["periods"])
-            subject, parts, request["stands"] = self.shelf.at_once(request["setting"], run, patient=request["made"])
+            subject, parts, request["stands"] = self.shelf.at_once(
+                request["setting"], lambda own: look.response(own, request["periods"]), patient=request["made"]
+            )
             about = look.about(subject) | {"membrane": profiles.names(subject.model), "stands": request["stands"]}
             return subject, parts, {"about": about}
 
