@@ -566,6 +566,10 @@ def test_every_number_makes_an_ensemble_of_single_devices(device, name):
     law = {"material.law": "yeoh"} if "yeoh" in name else {}
     owner = {"beam_rate": "-20 N/m"} if name.startswith("beam_") else {}
     owner |= {"second_film": "taut", "second_drive": "constant"} if name.startswith("second_") else {}
+    if name.startswith(("material.viscous", "material.relaxation")):
+        for k in (1, 2, 3):
+            owner |= {f"material.viscous_modulus_{k}": "9 kPa", f"material.relaxation_time_{k}": "0.3 s"}
+            owner |= {f"material.viscous_stretch_limit_{k}": 60.0}
     # The rest of a wrinkling film takes longer to find than that of a taut one: two fields of the film have it.
     film = {"film": "wrinkling" if name in ("hoop_prestretch", "material.shear_modulus") else "taut"}
     start = device.replace({"initial_height": "8 mm", "dielectric_strength": "20 kV/mm", **film, **law, **owner})
@@ -662,7 +666,8 @@ def test_a_first_file_explains_every_field_and_is_the_device_it_starts_from(tmp_
     # what is commented out is right too: a gel of one's own, without what another law or another form takes
     head, table = text.split("# [material]")
     lines = [line.removeprefix("# ") for line in table.splitlines() if re.match(r"# \w+ = ", line)]
-    own_gel = "\n".join(line for line in lines if not line.startswith(("young_modulus", "yeoh")))
+    others = ("young_modulus", "yeoh", "viscous", "relaxation", "flow")
+    own_gel = "\n".join(line for line in lines if not line.startswith(others))
     path.write_text(f"{head.replace('material =', '# material =')}[material]\n{own_gel}\n", encoding="utf-8")
     assert Device.from_toml(path).material.replace(name=start.material.name).shear_modulus == own.material.shear_modulus
 

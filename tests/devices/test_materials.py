@@ -2,9 +2,11 @@
 
 import math
 
+import numpy as np
 import pytest
 
 import gelcone
+from gelcone.devices.device import find_device
 from gelcone.devices.materials import Material, find_material, load_materials
 from gelcone.errors import InputError
 from gelcone.physics.laws import LAWS
@@ -153,3 +155,55 @@ def test_members_of_an_ensemble_bear_the_names_of_their_gels(tmp_path):
     assert gelcone.load(tmp_path / "settled.nc")["material"].values.tolist() == gels
     changed = gelcone.settled(device.replace({"material.shear_modulus": ["10 kPa", "20 kPa"]}))
     assert [name for name, _ in members_of(changed)][1].startswith("material.shear_modulus 20 kPa")
+
+
+# --- gels that creep --------------------------------------------------------------------------------------------------
+
+VHB = {
+    "shear_modulus": "15.36 kPa",
+    "relative_permittivity": 4.8,
+    "stretch_limit": 110.0,
+    "flow": "linear",
+    "viscous_modulus_1": "26.06 kPa",
+    "relaxation_time_1": "0.6074 s",
+    "viscous_modulus_2": "26.53 kPa",
+    "relaxation_time_2": "6.56 s",
+    "viscous_modulus_3": "10.83 kPa",
+    "relaxation_time_3": "61.25 s",
+}
+"""VHB 4910 of Wang et al. (2016) in Stewart and Anand's code."""
+
+
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+def test_a_material_carries_its_branches_in_si(film):
+    device = find_device("biased-pump").replace(material=Material(**VHB), film=film)
+    model = device.to_model()
+    assert (model.film.branches, model.film.flow, model.film.rested) == (3, "linear", "raised")
+    moduli = [model.viscous_modulus_1, model.viscous_modulus_2, model.viscous_modulus_3]
+    np.testing.assert_allclose(moduli, [1.697, 1.727, 0.705], atol=5e-4)
+    assert model.relaxation_time_2 == pytest.approx(6.56 / device.scales.time, rel=1e-12)
+    swept = device.replace({"material.relaxation_time_1": [0.1, 1.0]}).to_model()
+    np.testing.assert_allclose(swept.relaxation_time_1, np.array([0.1, 1.0]) / device.scales.time)
+    again = type(device).from_text(device.to_toml())
+    assert again.to_model().system == model.system
+    assert again.to_model().values == model.values
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"viscous_modulus_1": "9 kPa"}, "relaxation_time_1: is missing; viscous_modulus_1 is given"),
+        ({"viscous_modulus_2": "9 kPa", "relaxation_time_2": "1 s"}, "viscous_modulus_2: there is no branch 1"),
+        ({"flow": "exp"}, "flow = 'exp': must be one of log, linear"),
+        (VHB | {"viscous_stretch_limit_1": 50.0}, "the linear flow has none"),
+        ({"relaxation_time_1": "1 kPa", "viscous_modulus_1": "9 kPa"}, "relaxation_time_1"),
+    ],
+)
+def test_branches_of_a_material_that_cannot_be_are_refused(given, message):
+    with pytest.raises(InputError, match=message):
+        Material(**{"shear_modulus": "15 kPa", "relative_permittivity": 4.8, **given})
+
+
+def test_a_film_that_does_not_creep_is_refused_with_a_remedy():
+    with pytest.raises(InputError, match="the film 'membrane' does not creep; set film = wrinkling or taut"):
+        find_device("biased-pump").replace(material=Material(**VHB), film="membrane").to_model()

@@ -34,6 +34,9 @@ OTHERS = {
     "second_meridional_prestretch": DOUBLE.replace(second_meridional_prestretch=1.1, second_hoop_prestretch=1.3),
     "second_voltage": DOUBLE.replace(second_drive="constant", second_voltage="0.5 kV"),
 }
+BRANCHES = {f"material.{name}_{k}": value * k for k in (1, 2, 3) for name, value in
+            {"viscous_modulus": 9e3, "relaxation_time": 0.3, "viscous_stretch_limit": 60.0}.items()}  # fmt: skip
+OTHERS |= dict.fromkeys(BRANCHES, PUMP.replace(BRANCHES))
 OTHERS["material.yeoh_c3"] = OTHERS["material.yeoh_c2"]
 OTHERS["second_hoop_prestretch"] = OTHERS["second_meridional_prestretch"]
 OTHERS |= dict.fromkeys(("beam_rate", "beam_cubic_rate", "beam_height"), BEAM)

@@ -78,8 +78,14 @@ def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False
         if (value := device.get(field)) is not None
     }
     own = component_of("film", film)
-    if isinstance(own, TautCone) and own.branches:
-        film = dataclasses.replace(own, rested="raised")  # a device has crept where it waits
+    if (count := device.material.branches) and not isinstance(own, TautCone):
+        raise FieldError(
+            "material.viscous_modulus_1",
+            f"material.viscous_modulus_1: the film {own.name!r} does not creep; set film = wrinkling or taut",
+        )
+    if isinstance(own, TautCone) and (count or own.branches):
+        gel_s = {"branches": count, "flow": device.material.flow or "log"} if count else {}
+        own = film = dataclasses.replace(own, rested="raised", **gel_s)  # a device has crept where it waits
     if "radius_ratio" in own.parameters:
         numbers["radius_ratio"] = device.disc_radius / device.film_radius
     gel = isinstance(own, GelFilm)

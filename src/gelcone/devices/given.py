@@ -72,4 +72,14 @@ class MaterialValues(TypedDict, total=False):
     yeoh_c2: Number
     yeoh_c3: Number
     dielectric_strength: Number
+    viscous_modulus_1: Number
+    relaxation_time_1: Number
+    viscous_stretch_limit_1: Number
+    viscous_modulus_2: Number
+    relaxation_time_2: Number
+    viscous_stretch_limit_2: Number
+    viscous_modulus_3: Number
+    relaxation_time_3: Number
+    viscous_stretch_limit_3: Number
+    flow: Text
     sources: Any

@@ -16,6 +16,7 @@ from gelcone.devices.parts import component_of, field_of, own_fields, part_recor
 from gelcone.devices.record import Field, Record, plain
 from gelcone.devices.units import FieldError
 from gelcone.errors import unknown_name
+from gelcone.physics.film.branches import FLOWS, MOST_BRANCHES
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 
 _CHANGED = ", changed"
@@ -38,6 +39,9 @@ class Material(Record):
         the material: ``stretch_limit`` (Gent's J, the largest I1 - 3; infinity is neo-Hookean; default 50), ``yeoh_c2``
         and ``yeoh_c3`` (Yeoh's C20/C10 and C30/C10; default 0).
     dielectric_strength : true field that the film stands, V/m, positive; None (default) = unknown.
+    viscous_modulus_1, relaxation_time_1, viscous_stretch_limit_1, and with 2 and 3 : Maxwell branches of a gel that
+        creeps, Pa, s and largest I1 - 3 (default infinity); the shear modulus then is the long-term one. Default none.
+    flow : the flow rule with which the branches were fitted, "log" (default) or "linear".
     sources : field name -> where its number comes from. Default none stated.
 
     Raises
@@ -71,6 +75,13 @@ class Material(Record):
         "true electric field that the film stands", "V/m", default=None, unset="unknown (no verdict on breakdown)",
         typical=(1e6, 2e8), near=("breakdown", "breakdown_field", "breakdown_strength"), above=0.0,
     )  # fmt: skip
+    flow: Any = Field(
+        "flow rule of the Maxwell branches: log or linear",
+        default=None,
+        unset="log",
+        near=("flow_rule",),
+        example="log",
+    )
     sources: Any = Field("where each number comes from", default=(), unset="not stated")
 
     def __init__(self, /, **given: Unpack[MaterialValues]) -> None:
@@ -102,6 +113,7 @@ class Material(Record):
                 "shear_modulus",
                 "shear_modulus: is missing; give the shear modulus in Pa (or young_modulus, three times as much)",
             )
+        yield from self._branch_misfits()
         law = self.strain_energy_law
         for name in sorted(_LAW_FIELDS.keys() - law.parameters.keys()):
             if own[name] is not None:
@@ -114,6 +126,27 @@ class Material(Record):
                 f"relative_permittivity_range = {plain(span)}: must be [lowest, highest] around relative_permittivity "
                 f"= {self.relative_permittivity:g}; correct one of the two",
             )
+
+    def _branch_misfits(self) -> Iterator[FieldError]:
+        for k in range(1, MOST_BRANCHES + 1):
+            own = [f"viscous_modulus_{k}", f"relaxation_time_{k}", f"viscous_stretch_limit_{k}"]
+            given = [name for name in own if getattr(self, name) is not None]
+            missing = [name for name in own[:2] if name not in given]
+            if given and missing:
+                yield FieldError(missing[0], f"{missing[0]}: is missing; {given[0]} is given, so give it too")
+            elif given and k > 1 and getattr(self, f"viscous_modulus_{k - 1}") is None:
+                yield FieldError(given[0], f"{given[0]}: there is no branch {k - 1}; number them from 1")
+        if self.flow is not None and self.flow not in FLOWS:
+            yield FieldError("flow", f"flow = {self.flow!r}: must be one of {', '.join(FLOWS)}")
+        if self.flow == "linear" and self.viscous_stretch_limit_1 is not None:
+            yield FieldError(
+                "viscous_stretch_limit_1", "viscous_stretch_limit_1: the linear flow has none; leave it out"
+            )
+
+    @property
+    def branches(self) -> int:
+        """The number of Maxwell branches."""
+        return sum(getattr(self, f"viscous_modulus_{k}") is not None for k in range(1, MOST_BRANCHES + 1))
 
     def plain(self, name: str, value: Any) -> Any:
         return part_record(name, value) if name == "law" else plain(value)
@@ -155,10 +188,29 @@ _LAW_FIELDS = {
     for law in LAWS.values()
     for name, quantity in law.parameters.items()
 }
+_BRANCH_FIELDS = {
+    name: field
+    for k in range(1, MOST_BRANCHES + 1)
+    for name, field in {
+        f"viscous_modulus_{k}": Field(
+            f"modulus of Maxwell branch {k}", "Pa", default=None, unset="none: the gel is elastic", typical=(1e2, 1e6),
+            above=0.0, near=("viscous_modulus", "maxwell_modulus"),
+        ),
+        f"relaxation_time_{k}": Field(
+            f"relaxation time of Maxwell branch {k}", "s", default=None, unset="none", typical=(1e-3, 1e4), above=0.0,
+            near=("relaxation_time", "tau"),
+        ),
+        f"viscous_stretch_limit_{k}": Field(
+            f"stretch limit of Maxwell branch {k}: largest I1 - 3", "1", default=None, unset="inf", above=0.0,
+            infinite=True, example=50.0,
+        ),
+    }.items()
+}  # fmt: skip
+_AFTER = {"law": _LAW_FIELDS, "dielectric_strength": _BRANCH_FIELDS}
 Material.fields = {
     own: field
     for name, declared in Material.fields.items()
-    for own, field in ({name: declared} | (_LAW_FIELDS if name == "law" else {})).items()
+    for own, field in ({name: declared} | _AFTER.get(name, {})).items()
 }
 Material.sign()
 
@@ -181,7 +233,7 @@ def side_by_side(gels: Sequence[Material]) -> Material:
     numbers.pop("relative_permittivity_range")
     known = {name: values for name, values in numbers.items() if all(value is not None for value in values)}
     spread: dict[str, Any] = {n: v[0] if len(set(map(float, v))) == 1 else np.array(v) for n, v in known.items()}
-    return Material(name=SEPARATOR.join(gel.name for gel in gels), law=gels[0].law, **spread)
+    return Material(name=SEPARATOR.join(gel.name for gel in gels), law=gels[0].law, flow=gels[0].flow, **spread)
 
 
 @functools.cache

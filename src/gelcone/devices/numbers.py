@@ -43,6 +43,10 @@ def numbers_of(device: DeviceFields) -> dict[str, Number]:
     """
     law = device.material.strain_energy_law.parameters
     found = {**SHIPPED, **{name: Number(GEL + name, quantity.scale) for name, quantity in law.items()}}
+    for k in range(1, device.material.branches + 1):
+        found[f"viscous_modulus_{k}"] = Number(f"{GEL}viscous_modulus_{k}", "stress")
+        found[f"relaxation_time_{k}"] = Number(f"{GEL}relaxation_time_{k}", "time")
+        found[f"viscous_limit_{k}"] = Number(f"{GEL}viscous_stretch_limit_{k}", "1")
     for part in PARTS:
         value = getattr(device, part)
         if isinstance(value, Component):

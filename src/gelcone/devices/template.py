@@ -82,7 +82,7 @@ def first_file(name: str, device: Record, gel: Material) -> str:
     ]
     own = {"name": "my gel", "stretch_limit": 50.0, "dielectric_strength": 2e7}
     for field_name, field in Material.fields.items():
-        if field.unit or field_name in ("name", "law"):
+        if field.unit or field_name in ("name", "law", "flow"):
             value = own.get(field_name, getattr(gel, field_name))
             lines += _explained(field_name, value, field, out=True)
     return "\n".join(lines).rstrip() + "\n"
