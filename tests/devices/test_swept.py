@@ -10,7 +10,6 @@ import xarray as xr
 
 import gelcone
 from gelcone.atlas.record import coordinates
-from gelcone.devices.analysis import arguments_for
 from gelcone.devices.fields import SWEPT_FIELDS
 from gelcone.devices.numbers import numbers_of
 from gelcone.devices.points import device_at
@@ -100,9 +99,8 @@ def test_a_swept_start_is_in_metres_whatever_else_is_swept(initial):
 
 
 def test_the_ratio_of_the_radii_is_the_devices():
-    found = arguments_for(gelcone.envelope, PUMP, {})
-    assert found["radius_ratio"] == pytest.approx(14 / 30, rel=1e-15)
-    assert arguments_for(gelcone.envelope, PUMP, {"radius_ratio": 0.3})["radius_ratio"] == 0.3
+    for film in ("taut", "wrinkling", "membrane"):
+        assert PUMP.replace(film=film).to_model().radius_ratio == pytest.approx(14 / 30, rel=1e-15)
 
 
 # --- twins ------------------------------------------------------------------------------------------------------------

@@ -278,7 +278,7 @@ WRINKLING = ConeModel(
 def test_pull_in_is_that_of_the_membrane_where_there_is_one(monkeypatch, level):
     """Of a membrane that pulls in at one voltage at all displacements; the cone's comes far later."""
     curve = Curve((0.0, 2.0), (level, level), 0.01)
-    monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model, ratio: curve)
+    monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model: curve)
     found = envelope(WRINKLING, peaks=np.linspace(0.1, 0.5, 5), frequencies=[0.1, 0.2])
     assert (found.attrs["pull_in_of"], found.attrs["pull_in_error"]) == ("membrane", 0.01)
     static = float(found["static_limit_voltage"][STATIC_LIMITS.index("pull-in")])
@@ -291,7 +291,7 @@ def test_pull_in_is_that_of_the_membrane_where_there_is_one(monkeypatch, level):
 
 
 def test_without_a_membrane_pull_in_is_that_of_the_cone(monkeypatch):
-    monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model, ratio: None)
+    monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model: None)
     found = envelope(WRINKLING, peaks=np.linspace(0.1, 0.5, 5), frequencies=[0.1, 0.2])
     assert (found.attrs["pull_in_of"], found.attrs["pull_in_error"]) == ("cone", 0.0)
     assert float(found["static_limit_voltage"][STATIC_LIMITS.index("pull-in")]) > 0.5
@@ -441,7 +441,7 @@ def test_a_pair_is_the_same_whatever_is_examined_with_it():
 
 def test_nothing_is_examined_far_above_pull_in_and_kicks_are_tried_at_default_frequencies(monkeypatch):
     curve = Curve((0.0, 2.0), (0.3, 0.3), 0.01)
-    monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model, ratio: curve)
+    monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model: curve)
     found = envelope(WRINKLING, peaks=np.linspace(0.05, 1.0, 20))
     assert np.isnan(found["regime"].values[:, found["driven_peak"] > 0.4]).all()
     assert np.isfinite(found["regime"].values[:, 0]).all()

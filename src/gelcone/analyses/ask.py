@@ -115,10 +115,6 @@ def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
     arguments: dict[str, Any] = reader(subject, given) if reader else dict(given)
     if analysis.axes:
         arguments |= subject.axes(arguments.pop("over", ()), analysis)
-    if "radius_ratio" in analysis.options and subject.device is not None:
-        from gelcone.devices.analysis import radius_ratio_of
-
-        arguments.setdefault("radius_ratio", radius_ratio_of(subject.device))
     if "initial" in analysis.signature.parameters:
         arguments["initial"] = subject.beginning if analysis.planned else subject.initial
         warn_at_rest(subject)

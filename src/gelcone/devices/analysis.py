@@ -153,17 +153,9 @@ def arguments_for(function: Callable[..., Any], device: Device, given: Mapping[s
     """The dimensionless arguments of an analysis for a device, from those given in SI."""
     check_workers(function.__name__, given)
     arguments = dimensionless({name: annotation_of(function, name)[1] for name in given}, given, device.scales)
-    taken = inspect.signature(function).parameters
-    if "radius_ratio" in taken and given.get("radius_ratio") is None:
-        arguments["radius_ratio"] = radius_ratio_of(device)
-    if "initial" in taken:
+    if "initial" in inspect.signature(function).parameters:
         arguments["initial"] = state_of(device, given.get("initial"))
     return arguments
-
-
-def radius_ratio_of(device: Device) -> float:
-    """The disc's radius over the film's, of the first of several devices."""
-    return float(np.ravel(device.disc_radius / device.film_radius)[0])
 
 
 def state_of(device: Device, initial: Any = None) -> Any:

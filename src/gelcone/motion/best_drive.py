@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.codes import Regime
-from gelcone.devices.analysis import analysis, dimensionless, plain, radius_ratio_of
+from gelcone.devices.analysis import analysis, dimensionless, plain
 from gelcone.devices.device import Device
 from gelcone.devices.si import device_attributes
 from gelcone.errors import InputError, unknown_name
@@ -74,7 +74,6 @@ def drive(
     lowest: Frequency | None = None,
     highest: Frequency | None = None,
     margin: float = 0.2,
-    radius_ratio: float | None = None,
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -89,7 +88,6 @@ def drive(
     highest : highest drive frequency. Default three times the natural frequency.
     margin : share of the lowest limit that the voltage stays below it; half of it is left where the frequency is off by
         one per cent. Default 0.2.
-    radius_ratio : as in `envelope`.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -118,8 +116,7 @@ def drive(
     ends = {"lowest": lowest, "highest": highest}
     if device is not None:
         ends = dimensionless(dict.fromkeys(ends, "frequency"), ends, device.scales)
-        radius_ratio = radius_ratio_of(device) if radius_ratio is None else radius_ratio
-    options = {"margin": margin, "radius_ratio": radius_ratio, "threads": threads}
+    options = {"margin": margin, "threads": threads}
     wide = plain(envelope)(cone, frequencies=_range(**ends), **options, progress=weighted(progress, 0.65))
     zeta = float(cone.damping_ratio)
     first = _best(largest, zeta, margin, wide)
@@ -168,7 +165,7 @@ def drive(
             "field": (("field",), np.array(names), "field of the device, or parameter of the model", "code"),
         },
         outcome=np.zeros(()),
-        options={"largest": largest, **ends, "margin": margin, "radius_ratio": radius_ratio},
+        options={"largest": largest, **ends, "margin": margin},
         title="best drive",
     )
     about = {} if device is None else device_attributes(device)

@@ -61,7 +61,6 @@ def envelope(
     frequencies: Frequencies | None = None,
     margin: float = MARGIN,
     limits_from: str = "rest",
-    radius_ratio: float | None = None,
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -79,8 +78,6 @@ def envelope(
     limits_from : what the limits hold for: ``"rest"`` (default), the motion that is switched on from rest, with its
         transient over at least 12 drive periods and 4 decay times; ``"settled"``, the motion that is settled while the
         voltage rises slowly; or ``"both"``.
-    radius_ratio : the disc's radius over the film's, for the pull-in of the film as a membrane; default 0.2 for a
-        model, a device has its own.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -129,7 +126,7 @@ def envelope(
     if not 0.0 <= margin < 1.0:
         raise InputError(f"margin = {margin:g}: must be at least 0 and below 1")
     own_peak = peak_of(model)
-    plane = plane_of(model, radius_ratio, threads, limits_from)
+    plane = plane_of(model, threads, limits_from)
     own_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
     volts = peaks_of(model) if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
@@ -187,7 +184,7 @@ def envelope(
             "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
             "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
         },
-        options={"margin": margin, "limits_from": limits_from, "radius_ratio": radius_ratio},
+        options={"margin": margin, "limits_from": limits_from},
         title="operating envelope",
     ).assign_attrs(
         pull_in_of=pull_in_of(plane),
@@ -195,9 +192,9 @@ def envelope(
     )
 
 
-def plane_of(model: ConeModel, radius_ratio: float | None, threads: int | None, limits_from: str = "rest") -> Plane:
+def plane_of(model: ConeModel, threads: int | None, limits_from: str = "rest") -> Plane:
     """The driven plane of an envelope, with the pull-in of the film as a membrane; `InputError` as `envelope`."""
-    return Plane.of(model, threads, membrane_pull_in(model, radius_ratio), limits_from)
+    return Plane.of(model, threads, membrane_pull_in(model), limits_from)
 
 
 def peaks_of(model: ConeModel) -> Array:

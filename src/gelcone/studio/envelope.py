@@ -38,10 +38,7 @@ EXPECTED = 1.8
 
 @lru_cache(maxsize=4)
 def _plane(path: Path | None, time: int, text: str | None, options: str) -> Plane:
-    subject = subject_of(path, time, text, options)
-    device = subject.device
-    ratio = None if device is None else float(device.disc_radius / device.film_radius)
-    return plane_of(subject.model, ratio, threads=1)
+    return plane_of(subject_of(path, time, text, options).model, threads=1)
 
 
 class Axes(NamedTuple):

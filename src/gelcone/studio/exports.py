@@ -140,7 +140,6 @@ def lines(setting: Setting, wanted: Wanted, device: str) -> str:
         values = f".replace({dict(setting.values)!r})" if setting.values else ""
         text += [f"device = gelcone.find_device({device!r}){values}", "model = device.to_model()"]
         arguments["initial"] = "device.initial_state()"
-        arguments["radius_ratio"] = "device.disc_radius / device.film_radius"
         saved = "gelcone.to_si(result, device)"
     else:
         own = {n: v for n, v in setting.values.items() if n not in ("displacement", "velocity")}

@@ -54,18 +54,19 @@ class PullInCurve:
         return np.sqrt(np.where(np.isnan(squared), np.inf, squared))
 
 
-def membrane_pull_in(model: ConeModel, radius_ratio: float | None = None) -> PullInCurve | None:
+def membrane_pull_in(model: ConeModel) -> PullInCurve | None:
     """The curve of one actuator; None where it does not apply: for another film than the wrinkling cone, or with a
-    second one, and for a film of which there is no table. ``radius_ratio`` is a/b, default 0.2.
+    second one, and for a film of which there is no table. A model without a ``radius_ratio`` has one of 0.2.
 
-    Raises `InputError` for a ratio outside 0 to 1.
+    Raises `InputError` for a ratio of 1 or more.
     """
-    film, ratio = model.film, DEFAULT_RADIUS_RATIO if radius_ratio is None else float(radius_ratio)
-    if not 0.0 < ratio < 1.0:
-        raise InputError(f"radius_ratio = {ratio:g}: must lie between 0 and 1; the disc is smaller than its ring")
+    film = model.film
     if not isinstance(film, WrinklingCone) or film.pull_in != "first" or len(model.system.films) > 1 or model.shape:
         return None
     numbers, law = model.own_numbers, film.law.numbers(model.values)
+    ratio = float(model.values.get("radius_ratio", DEFAULT_RADIUS_RATIO))
+    if not ratio < 1.0:
+        raise InputError(f"radius_ratio = {ratio:g}: must lie between 0 and 1; the disc is smaller than its ring")
     squares = float(numbers["A"]), float(numbers["B"])
     return curve_of(film.law, tuple((name, float(value)) for name, value in law.items()), *squares, ratio)
 
