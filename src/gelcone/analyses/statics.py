@@ -40,7 +40,10 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
     if int(member["outcome"]):
         return []
     length = unit_of(member["displacement"])
-    lines = []
+    lines, elsewhere = (
+        [],
+        "beyond pull-in" if member["pull_in_voltage"].notnull() else "no slow ramp from 0 leads there",
+    )
     for i in range(member.sizes["constant_voltage"]):
         one = member.isel(constant_voltage=i)
         known = [one.isel(equilibrium=k) for k in range(int(one["equilibria"]))]
@@ -49,7 +52,7 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
         named = [f"{words} {measured(one[name])}" for words, name in yields.items() if np.isfinite(one[name])]
         lines.append(
             f"  {measured(one['constant_voltage'])}: rests at {', '.join(places) or 'nothing'}; "
-            f"{', '.join(named) or 'beyond pull-in'}"
+            f"{', '.join(named) or elsewhere}"
         )
     return ["constant voltage:", *shortened(lines), *strength_in_words(member)]
 
