@@ -318,9 +318,9 @@ def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_whe
     with server.page() as page:
         ask(page, "look", 1, side="a", setting=PUMP, panels=["statics"])
         names = {own["name"] for _ in range(2) for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]}
-        assert names == {"current", "power", "pull-in of the cone"}
-        marks = answer(page, "statics", 60.0)[0]["words"]["marks"]
         subject = server.studio.shelf.subject(Setting(**PUMP))
+        assert names == {"current", "power", f"pull-in of the {look.film_of(subject.model)}"}
+        marks = answer(page, "statics", 60.0)[0]["words"]["marks"]
         assert look.margins(subject).words["numbers"][0]["value"] == pytest.approx(marks["pull_in"], rel=1e-9)
         # of another drive they are known, and come before it rests
         ask(page, "look", 2, side="a", setting={**PUMP, "values": {"frequency": "9 Hz"}}, panels=["statics"])
@@ -413,13 +413,13 @@ def test_a_membrane_comes_in_the_place_of_its_cone(monkeypatch, tmp_path):
 def test_another_rest_is_looked_for_once_the_hand_rests_and_shown(server, monkeypatch):
     monkeypatch.setattr(statics, "_rests", {})
     with server.page() as page:
-        snap = {"device": "snap-cone"}
-        ask(page, "look", 1, side="a", setting={**snap, "values": {"initial_height": "2 mm"}})
+        snap = {"film": "wrinkling"}
+        ask(page, "look", 1, side="a", setting={"device": "snap-cone", "values": {**snap, "initial_height": "2 mm"}})
         while "pull-in of the cone" not in [
             own["name"] for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]
         ]:
             pass
-        ask(page, "look", 2, side="a", setting={**snap, "values": {"initial_height": "-2 mm"}})
+        ask(page, "look", 2, side="a", setting={"device": "snap-cone", "values": {**snap, "initial_height": "-2 mm"}})
         first = answer(page, "response")[1]["x"][0]
         assert first > 0.0
         head, arrays = answer(page, "response", 60.0)
@@ -430,11 +430,12 @@ def test_another_rest_is_looked_for_once_the_hand_rests_and_shown(server, monkey
 def test_the_membrane_of_another_geometry_is_computed_once_the_hand_rests(server, monkeypatch):
     monkeypatch.setattr("gelcone.physics.film.pull_in.numbers_of", lambda *given: pytest.fail("under the hand"))
     with server.page() as page:
-        ask(page, "look", 1, side="a", setting={**PUMP, "values": {"disc_radius": "8.123 mm"}})
+        values = {"film": "wrinkling", "disc_radius": "8.123 mm"}
+        ask(page, "look", 1, side="a", setting={**PUMP, "values": values})
         first = answer(page, "kind")[0]
         again = answer(page, "kind", 60.0)[0]  # with what the membrane adds to the evidence
         assert (first["id"], again["id"]) == (1, 1)
-        ask(page, "look", 2, side="a", setting={**PUMP, "values": {"disc_radius": "8.123 mm", "frequency": "9 Hz"}})
+        ask(page, "look", 2, side="a", setting={**PUMP, "values": values | {"frequency": "9 Hz"}})
         assert answer(page, "kind")[0]["id"] == 2  # its membrane is known
 
 
