@@ -49,10 +49,10 @@ def subject_parameters() -> list[click.Parameter]:
         ),
         click.Option(
             ["--film"],
-            metavar="taut|wrinkling|membrane",
-            help="The film as a homogeneous cone: taut bears compression (the paper's; default without a device), "
-            "wrinkling wrinkles instead (default of devices); or membrane, the membrane that wrinkles (for the "
-            "device's a/b, or --set radius_ratio=..., default 0.2).",
+            metavar="membrane|wrinkling|taut",
+            help="membrane, the membrane that wrinkles (default of devices; of the device's a/b, or --set "
+            "radius_ratio=..., default 0.2); for study a homogeneous cone: wrinkling, or taut, which bears compression "
+            "(the paper's; default without a device).",
         ),
     ]
 

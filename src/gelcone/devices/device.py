@@ -39,8 +39,8 @@ class Device(DeviceFields):
     prestretch, prestretch_mode, meridional_prestretch, hoop_prestretch : as in `ConeModel`.
     pull_in : where a wrinkling film pulls in: ``"first"`` (default) ends the run; for study ``"minimum"``,
         ``"memoryless"`` and ``"snap"``, see `gelcone.physics.film.wrinkling.WrinklingCone`.
-    film : ``"wrinkling"`` (default), a homogeneous cone without compression; ``"taut"``, one that bears it;
-        ``"membrane"``, the membrane that wrinkles; or one of one's own.
+    film : ``"membrane"`` (default), the membrane that wrinkles; for study ``"wrinkling"``, a homogeneous cone without
+        compression, or ``"taut"``, one that bears it; or one of one's own.
     spring_rate : stiffness k of the spring, N/m, at least 0.
     initial_height : height h0 of the disc at which the spring is free, m. Default 0.
     beam_rate, beam_cubic_rate, beam_height : a buckled beam on the disc, of the force beam_rate d + beam_cubic_rate d^3
@@ -59,8 +59,8 @@ class Device(DeviceFields):
     waveform : ``"sine"`` (default), or ``"triangle"``, up and down at a constant rate in phase with the sine.
     release_height : the disc is held there and let go at t = 0, m. Default: it starts from rest, see `initial_state`.
     release_velocity : its velocity at t = 0, m/s. Default 0.
-    second_film : ``"taut"`` or ``"wrinkling"``, on the other side of the disc: a double cone. Of the first film's
-        material, thickness and ``prestretch_mode``. Default none.
+    second_film : ``"membrane"``, ``"wrinkling"`` or ``"taut"``, on the other side of the disc: a double cone. Of the
+        first film's material, thickness and ``prestretch_mode``. Default none.
     second_flat_height : height of the disc at which the second film is flat, m. Default 0.
     second_prestretch, second_meridional_prestretch, second_hoop_prestretch : default the first film's.
     second_drive : ``"same"`` (default), ``"opposite"`` or ``"constant"``, as in `ConeModel`; ``second_voltage``, V, is

@@ -87,7 +87,7 @@ class DeviceFields(Record):
         near=("circumferential_prestretch",), above=0.0,
     )  # fmt: skip
     film: Any = Field(
-        "wrinkling or taut (homogeneous cones), membrane, or one's own as module:Class", default="wrinkling",
+        "membrane; for study wrinkling or taut (homogeneous cones); or one's own as module:Class", default="membrane",
         near=("film_model",),
     )  # fmt: skip
     pull_in: Any = Field(
@@ -184,8 +184,8 @@ class DeviceFields(Record):
     )  # fmt: skip
 
     second_film: Any = Field(
-        "film on the other side of the disc, for a double cone: taut or wrinkling", default=None,
-        unset="none: a single cone", near=("antagonist", "other_film", "double_cone"), example="wrinkling",
+        "film on the other side of the disc, for a double cone: membrane, wrinkling or taut", default=None,
+        unset="none: a single cone", near=("antagonist", "other_film", "double_cone"), example="membrane",
     )  # fmt: skip
     second_flat_height: Any = Field(
         "height of the disc at which the second film is flat", "m", default=None, unset="0", typical=(1e-3, 0.1),
