@@ -14,4 +14,4 @@ for name, own in (("opposite", device), ("alone", alone)):
 
 assert shares["opposite"] < 1e-9
 assert shares["alone"] > 0.2
-assert abs(strokes["opposite"] - 3.05) < 0.02
+assert abs(strokes["opposite"] - 2.63) < 0.02

@@ -32,7 +32,7 @@ import pytest
         ),
         (
             ["static", "biased-pump", "--displacements", "500 mm,600 mm"],
-            "displacements from 500 mm to 600 mm: none is reached; stay within 141.2 mm",
+            "displacements from 500 mm to 600 mm: none is reached; stay within 66 mm",
         ),
         (
             [

@@ -137,8 +137,8 @@ def test_every_device_that_ships_runs_in_si_units(run, name):
     assert units.pop("initial") == "mm, m/s"
     ends = {f"pull_in_{name}": unit for name, unit in (("time", "ms"), ("displacement", "mm"), ("voltage", "V"))}
     own = {"time": "ms", "displacement": "mm", "velocity": "m/s", "drive_voltage": "V"}
-    assert units == own | (ends if device.film == "wrinkling" else {})
-    assert (found["film_state"] is not None) == (device.film == "wrinkling")
+    assert units == own | (ends if device.film == "membrane" else {})
+    assert (found["film_state"] is not None) == (device.film == "membrane")
     alone = gelcone.simulate(device.to_model(), device.initial_state(), periods=3)
     np.testing.assert_allclose(found["displacement"], 1e3 * device.scales.length * alone["displacement"])
     assert found["time"][-1] == pytest.approx(3e3 / device.frequency)

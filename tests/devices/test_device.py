@@ -144,13 +144,15 @@ def test_a_spring_free_at_zero_leaves_the_disc_flat(device):
     assert device.replace(spring_rate=0.0).initial_state() == (0.0, 0.0)
 
 
-@pytest.mark.parametrize("height", ["20 mm", "-20 mm", "400 mm"])
 @pytest.mark.parametrize(
-    "film", [{}, {"hoop_prestretch": 1.4}, {"prestretch": 1.3, "prestretch_mode": "equibiaxial"}], ids=str
+    ("height", "film"), [("20 mm", "membrane"), ("-20 mm", "membrane"), ("20 mm", "wrinkling"), ("400 mm", "wrinkling")]
+)
+@pytest.mark.parametrize(
+    "stretches", [{}, {"hoop_prestretch": 1.4}, {"prestretch": 1.3, "prestretch_mode": "equibiaxial"}], ids=str
 )
 @pytest.mark.parametrize("law", ["gent", "neo-hookean", "yeoh"])
-def test_rest_is_a_stable_equilibrium_short_of_the_initial_height(device, height, film, law):
-    raised = device.replace({"initial_height": height, "material.law": law, **film})
+def test_rest_is_a_stable_equilibrium_short_of_the_initial_height(device, height, film, stretches, law):
+    raised = device.replace({"initial_height": height, "material.law": law, "film": film, **stretches})
     model = raised.to_model()
     x, _ = raised.initial_state()
     assert 0.0 < x / model.rest_height < 1.0
@@ -173,7 +175,7 @@ def test_the_limit_height_named_in_the_message_is_the_stretch_limit(device):
     with pytest.raises(InputError, match=r"release_height = 1 m: must be less than 285\.6 mm, where the film reaches"):
         device.replace(release_height=1.0)
     device.replace(release_height=0.2855)
-    model = device.to_model()
+    model = device.replace(film="wrinkling").to_model()
     assert model.strain(0.2855 / 0.04) < 50.0 < model.strain(0.2857 / 0.04)
 
 
@@ -400,7 +402,7 @@ def test_table1_device():
 def test_the_biased_pump_rests_out_of_plane():
     device = find_device("biased-pump")
     x, _ = device.initial_state()
-    assert x * device.scales.length == pytest.approx(0.0126, abs=1e-4)
+    assert x * device.scales.length == pytest.approx(0.0132, abs=1e-4)
     assert device.to_model().voltage_bias > 0.0
 
 
@@ -517,6 +519,7 @@ def test_a_spring_lowered_by_a_weight_rests_m_g_over_k_lower(device):
 
 
 def test_the_second_film_pulls_like_the_first_from_its_own_plane(device):
+    device = device.replace(film="taut")
     both = device.replace(second_film="taut", second_flat_height="16 mm", spring_rate=0.0)
     one = device.replace(spring_rate=0.0)
     assert newtons(both, 0.006, 300.0) == pytest.approx(newtons(one, 0.006, 300.0) - newtons(one, 0.010, 300.0))

@@ -126,7 +126,7 @@ def test_gels_side_by_side_are_those_of_each(command_line):
         one = gelcone.static(pump.replace(material=name))
         assert float(both["pull_in_voltage"][k]) == pytest.approx(float(one["pull_in_voltage"]), rel=1e-9)
     code, out, err = command_line("static", "biased-pump", "--set", f"material={', '.join(names)}")
-    assert (code, err) == (0, "")
+    assert code == 0, err
     assert [line for line in out.splitlines() if line.startswith("material ")] == [
         f"material {name}:" for name in names
     ]

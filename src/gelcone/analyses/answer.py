@@ -254,6 +254,8 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     lines = [name, *(line.replace("\0", " ") for line in wrapped)]
     system = subject.model.system
     about, *seconds = (film.film.describe() for film in system.films)
+    if not swept and "film_error" in system.numbers:
+        about += f"; its force is known to {np.max(subject.model.own_numbers['film_error']):.1%}"
     films = [about, *(f"second {second}" for second in seconds if second and second != about)]
     return [*lines, *(f"  {film}" for film in films if film)]
 

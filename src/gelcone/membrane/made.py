@@ -15,8 +15,8 @@ from gelcone.membrane.gel import Array, Gel
 from gelcone.membrane.table import names, table
 
 KIND = "membranes"
-MOST = 4096
-"""Tables held in memory."""
+DIGITS, MOST = 13, 4096
+"""Of what tables are made for; and tables held in memory."""
 
 
 def numbers_of(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: Any) -> dict[str, Array]:
@@ -27,12 +27,17 @@ def numbers_of(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: 
     """
     given = np.broadcast_arrays(ratio, A, B, *law_numbers.values())
     shape = given[0].shape
-    rows = np.stack([np.asarray(value, dtype=float).ravel() for value in given], axis=1)
+    rows = np.stack([_rounded(value) for value in given], axis=1)
     if np.any(rows[:, 0] >= 1.0):
         raise InputError(f"radius_ratio = {rows[:, 0].max():g}: must be below 1; the disc is smaller than its ring")
     each, place = np.unique(rows, axis=0, return_inverse=True)
     made = np.array([_made(law, tuple(law_numbers), tuple(map(float, row))) for row in each])
     return {name: made[place.ravel(), k].reshape(shape)[()] for k, name in enumerate(names())}
+
+
+def _rounded(values: Any) -> Array:
+    """To `DIGITS`: devices that differ in rounding alone, such as in their units, share a table."""
+    return np.array([float(f"{value:.{DIGITS}g}") for value in np.ravel(np.asarray(values, dtype=float))])
 
 
 @lru_cache(maxsize=MOST)

@@ -64,7 +64,7 @@ MARGIN, ELEMENT_ERROR = 3.5, 2e-4
 """The stated error over the largest found at the other heights, since others lie between; and that of the elements."""
 TOO_CLOSE = "stretch_limit: is too close to the pre-stretch for the membrane; raise it, or take film = wrinkling"
 NO_LENGTH = "film = membrane: no voltage is found at which this film localises; take film = wrinkling"
-LARGEST_ERROR = 0.15
+LARGEST_ERROR = 1.5
 """Of a film that is still made."""
 
 
@@ -149,8 +149,8 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     error = ELEMENT_ERROR + MARGIN * max(film.errors)
     if not error <= LARGEST_ERROR:
         raise InputError(
-            f"film = membrane: the force of this film (a/b = {ratio:g}) is known to {min(error, 9.99):.0%} only, which "
-            f"must be {LARGEST_ERROR:.0%} at most; take film = wrinkling"
+            f"film = membrane: the force of this film (a/b = {ratio:g}) cannot be fitted to its states; take film = "
+            "wrinkling, or other pre-stretches"
         )
     return film.numbers | {"film_error": error}
 
