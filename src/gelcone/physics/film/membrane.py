@@ -226,8 +226,8 @@ class MembraneFilm(GelFilm):
 
     def outside(self, x: float, n: Numbers) -> str:
         return (
-            f"initial displacement {x:g}: must be less than {self.reach(n)[1]:g} times film_radius - disc_radius either "
-            "way, beyond which the membrane is not computed; start lower, or take film = wrinkling"
+            f"initial displacement {x:g}: must be less than {self.reach(n)[1]:g} times film_radius - disc_radius "
+            "either way, beyond which the membrane is not computed; start lower, or take film = wrinkling"
         )
 
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
