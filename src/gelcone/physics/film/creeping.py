@@ -34,7 +34,8 @@ from gelcone.quantity import Array
 NEARLY = 3e-4
 """The Hessian over the modulus, and over its square in two dimensions, at which a minimum counts as ended."""
 MOST_STEPS = 200
-SAME = 1e-15
+ENOUGH = 1e-9
+"""Newton's method squares its error: a correction by this share of a length leaves none that doubles hold."""
 FARTHEST = 0.5
 """Longest step of Newton's method, of a squared length over itself."""
 
@@ -121,7 +122,7 @@ class Creeping:
         Newton's method, in whose form the residuals rise and bend down, comes to the minimum from below.
         """
         q, squared, *y = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (q, squared, *y)))
-        m, width = q.copy(), np.ones(q.shape)
+        m, width, moving = q.copy(), np.ones(q.shape), np.ones(q.shape, dtype=bool)
         with np.errstate(all="ignore"):
             for _ in range(MOST_STEPS):
                 at = self.tension(m, squared, width, y, n)
@@ -137,11 +138,12 @@ class Creeping:
                 step2 = np.where(free2, np.where(free1, both2, -s2 / j22), 0.0)
                 lost = (free1 & free2 & ~((det > 0.0) & (j11 > 0.0))) | (free1 & ~free2 & ~(j11 > 0.0))
                 step1, step2 = np.where(lost, np.nan, step1), np.where(lost, np.nan, step2)
+                step1, step2 = (np.where(moving, np.clip(s, -FARTHEST, FARTHEST), 0.0) for s in (step1, step2))
                 before = m, width
-                m = np.maximum(m + m * np.clip(step1, -FARTHEST, FARTHEST), q)
-                width = np.maximum(width + width * np.clip(step2, -FARTHEST, FARTHEST), 1.0)
+                m, width = np.maximum(m + m * step1, q), np.maximum(width + width * step2, 1.0)
                 change = np.fmax(np.abs(m - before[0]) / m, np.abs(width - before[1]) / width)
-                if not np.any(change > SAME):
+                moving = moving & (change > ENOUGH)
+                if not moving.any():
                     break
         gone = np.isnan(m) | np.isnan(width)
         return np.where(gone, np.nan, m), np.where(gone, np.nan, width)
