@@ -1,4 +1,4 @@
-"""The disk cache: compiled code, membranes and pull-in curves, under keys that name all that they depend on."""
+"""The disk cache: compiled code and membranes, under keys that name all that they depend on."""
 
 from __future__ import annotations
 

@@ -37,6 +37,7 @@ def test_numbers_of_members_are_held_by_blocks_with_their_bits():
         assert rows.take([2, 1])[name].tobytes() == np.broadcast_to(value, 3)[[2, 1]].tobytes()
         assert rows.trailing(2)[name].shape == (3, 1, 1)
     other = rows | {"each": np.array([7.0, 8.0, 9.0])}
+    assert other.missing(["each", "other"]) == ["other"]
     matrix = np.empty((3, 3))
     other.fill(["each", "sign", "all"], matrix)
     np.testing.assert_array_equal(matrix, [[7.0, 8.0, 9.0], [0.0, -0.0, 0.0], [0.3] * 3])

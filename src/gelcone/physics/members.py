@@ -192,6 +192,10 @@ class Rows(Mapping[str, Array]):
         shared, *own = self._blocks[0], *(block[:, index] for block in self._blocks[1:])
         return Rows(self._places, np.broadcast_to(shared[:, :1], (len(shared), own[0].shape[1])), *own)
 
+    def missing(self, names: Sequence[str]) -> list[str]:
+        """Those of some names that are not there."""
+        return [name for name in names if name not in self._places]
+
     def fill(self, names: Sequence[str], matrix: Array) -> None:
         """Write those of some names into a ``matrix`` (names, members)."""
         which, rows = np.array([self._places[name] for name in names], dtype=np.intp).reshape(-1, 2).T

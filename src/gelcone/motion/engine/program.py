@@ -444,8 +444,7 @@ class _Compiled:
         members, samples = times.shape
         plan, states = self.plan, self.layout.states
         own = numbers if isinstance(numbers, Rows) else Rows.of(numbers, (members,))
-        missing = [name for name in plan.numbers if name not in own]
-        if missing:
+        if missing := own.missing(plan.numbers):
             raise ValueError(f"numbers: {', '.join(missing)} missing")
         width = plan.width
         padded = -(-max(members, 1) // width) * width
