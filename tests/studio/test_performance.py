@@ -106,7 +106,7 @@ def test_numbers_stand_in_their_order_with_three_digits_and_their_units(shelf):
     assert texts["stroke"].endswith(" mm")
     assert texts["current"].endswith(" uA")
     assert texts["lag"].endswith("°")
-    assert texts["power"].endswith(" mW")
+    assert texts["power"].endswith((" mW", " uW"))
     flat = numbers(look.kind(shelf.subject(SETTINGS["soft"])))["mean height"]
     assert (flat["text"], flat["value"]) == ("0 mm", 0.0)  # and not the 1e-17 of rounding
     low = shelf.subject(Setting(device="soft-film", values={"voltage_amplitude": "50 V"}))

@@ -43,7 +43,7 @@ MEMBRANE = {"film": "membrane", "meridional_prestretch": "1.14"}
 
 
 @pytest.mark.parametrize(
-    ("device", "values"), [("biased-pump", MEMBRANE), ("biased-pump", {}), ("double-cone", MEMBRANE)]
+    ("device", "values"), [("biased-pump", MEMBRANE), ("biased-pump", {"film": "wrinkling"}), ("double-cone", MEMBRANE)]
 )
 def test_a_cone_stands_for_a_membrane_that_is_not_made(shelf, device, values, tmp_path, monkeypatch):
     monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
