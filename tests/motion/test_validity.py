@@ -139,7 +139,7 @@ def test_the_dielectric_strength_travels_with_a_device():
     device = gelcone.find_device("biased-pump").replace(film="taut")
     model = device.to_model()
     assert float(model.dielectric_strength) == pytest.approx(device.breakdown_field(), rel=1e-14)
-    twice = gelcone.static(model, [2.0 * float(model.voltage_bias + model.voltage)])
+    twice = gelcone.static(model, [3.0 * float(model.voltage_bias + model.voltage)])
     assert np.nanmax(twice["validity_breakdown"]) == 1.0
     assert float(gelcone.simulate(model, device.initial_state(), periods=2).validity_breakdown) == 0.0
     assert gelcone.model_of(twice).dielectric_strength == model.dielectric_strength

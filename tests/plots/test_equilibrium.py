@@ -168,6 +168,6 @@ def test_displacements_that_are_given_show_what_a_load_feels():
         assert (rest, float(result["blocked_force"][k])) in points
         assert (rest + float(result["stroke"][k]), 0.0) in points
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert labels[2] == "2000 V: 0.0732 N, 3.53 mm, 0.295 mJ"
+    assert labels[2] == "2000 V: 0.059 N, 2.88 mm, 0.19 mJ"
     assert "work of a cycle" in labels
     assert gelcone.plot(gelcone.static(device)).axes[0].get_ylabel() == "force that holds the disc (N)"
