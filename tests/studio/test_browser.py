@@ -8,6 +8,7 @@ import browser
 import pytest
 
 import gelcone.studio.page
+from gelcone.devices.units import parse
 from gelcone.studio import look
 from gelcone.studio.server import Studio
 from gelcone.studio.setting import Shelf
@@ -240,11 +241,13 @@ def test_the_disc_is_taken_and_let_go_as_a_start_and_the_gauge_moves_the_voltage
     page.send("Input.dispatchMouseEvent", type="mouseMoved", x=gauge, y=top + 0.6 * height, button="left", buttons=1)
     page.mouse("mouseReleased", gauge, top + 0.6 * height)
     page.wait("location.hash.includes('voltage_amplitude=') && location.hash.includes('voltage_offset=')")
+    pump = gelcone.find_device("biased-pump")
     amplitude, offset = (
-        page.js(f"document.querySelector('[data-name={name}] input').value")
+        float(parse(name, page.js(f"document.querySelector('[data-name={name}] input').value"), "V"))
         for name in ("voltage_amplitude", "voltage_offset")
     )
-    assert float(amplitude.split()[0]) / 1e3 / float(offset.split()[0]) == pytest.approx(0.8, rel=0.01)
+    assert amplitude < pump.voltage_amplitude
+    assert amplitude / offset == pytest.approx(pump.voltage_amplitude / pump.voltage_offset, rel=0.01)
 
 
 def test_the_address_holds_the_state_and_the_history_goes_back(page):
@@ -280,7 +283,7 @@ def test_two_settings_side_by_side(page):
     page.wait("document.querySelectorAll('.badge').length === 2")
     page.wait("Math.max(...studio.looks.a.x) - Math.max(...studio.looks.b.x) > 1")
     page.click("#side-a")
-    page.wait("document.querySelector('[data-name=voltage_amplitude] input').value === '800 V'")
+    page.wait("document.querySelector('[data-name=voltage_amplitude] input').value === '600 V'")
     page.click("#compare")
     page.wait("document.querySelectorAll('.badge').length === 1")
 
@@ -516,6 +519,7 @@ def test_an_address_that_cannot_be_shown_falls_back_with_a_sentence(served, chro
 
 
 def test_a_wrong_entry_is_no_step_of_the_history_and_not_in_the_link(page):
+    page.send("Page.resetNavigationHistory")  # a browser keeps 50 steps
     steps = page.js("history.length")
     type_in(page, "frequency", "-3 Hz")
     page.wait("!document.querySelector('[data-name=frequency] .error').hidden")
