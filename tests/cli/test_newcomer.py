@@ -112,7 +112,7 @@ def test_help_explains_subjects_and_commands(command_line, topic):
     [
         (["--set", "voltage=500"], "'voltage' is not a device field; did you mean 'voltage_amplitude'?"),
         (["--times", "20,40"], "--times 20: has no unit; with a device give one, such as '5 ms'"),
-        (["--initial", "1,0"], "--initial 1: has no unit"),
+        (["--initial", "1,0"], "--initial displacement 1: has no unit"),
         (["--set", "film_thickness=0.2"], "Warning: film_thickness = 200 mm is outside the usual range"),
         (["--set", "initial_height=0"], "Warning: the disc starts at rest in the middle of the flat film"),
     ],

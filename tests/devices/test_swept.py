@@ -139,7 +139,7 @@ CALLS = {
     "stroke_and_blocked_force": lambda d: gelcone.stroke_and_blocked_force(d, [0.4 * d.scales.voltage]),
     "section": lambda d: gelcone.section(d, repeats=3, discard=5),
     "extrema": lambda d: gelcone.extrema(d, repeats=3, discard=5),
-    "spectrum": gelcone.spectrum,
+    "spectrum": lambda d: gelcone.spectrum(d, discard=20),
     "lyapunov": lambda d: gelcone.lyapunov(d, budget=500.0 * d.scales.time, window=50.0 * d.scales.time),
     "frequency": lambda d: gelcone.frequency(d, np.array([1.2, 1.6]) * d.scales.frequency),
     "operating_limits": gelcone.operating_limits,
@@ -152,6 +152,7 @@ OPTIONS = {
     "stroke_and_blocked_force": {"voltages": [0.4]},
     "lyapunov": {"budget": 500.0, "window": 50.0},
     "frequency": {"frequencies": np.array([1.2, 1.6])},
+    "spectrum": {"discard": 20},  # while the free motion is more than rounding
 }
 STATELESS = ("operating_limits", "static", "stroke_and_blocked_force", "frequency")
 ROUNDING = ("energy_residual", "line_prominence", "return_distance", "folded")

@@ -81,7 +81,7 @@ def test_a_disc_as_large_as_the_film_is_refused(ratio):
 
 
 def test_curves_that_are_not_known_are_left_out_where_a_hand_waits_and_named(monkeypatch):
-    model = gelcone.find_device("biased-pump").to_model()
+    model = gelcone.find_device("biased-pump").replace(film="wrinkling").to_model()
     members, x = model.members(), np.array([[0.2, 0.6]])
     film, voltage = members.system.films[0], np.array([[0.1, 0.2]])
     expected = pull_in.over_pull_in(film, members.values, x, voltage)
