@@ -34,7 +34,8 @@ class Outcome(IntEnum):
 
 _MEANINGS = {
     Outcome.OK: "ok",
-    Outcome.OUTSIDE: "starts beyond the stretch limit; start lower or raise stretch_limit",
+    Outcome.OUTSIDE: "starts beyond the stretch limit, or its membrane cannot be computed; start lower, raise "
+    "stretch_limit, or take film = wrinkling",
     Outcome.STRETCH_LIMIT: "came closer to the stretch limit than double precision resolves; raise stretch_limit, "
     "lower the voltage or start with less energy",
     Outcome.STEP_LIMIT: f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too stiff",

@@ -435,3 +435,13 @@ def test_the_table_of_a_window_leaves_out_what_lies_on_lines():
     assert 6 < len(kept) < 30
     assert np.abs(np.interp(x, x[kept], peak[kept]) - peak).max() <= 0.04
     assert envelope._kept_rows(x[:12], flat[:12]) == list(range(12))
+
+
+def test_the_heading_says_how_well_each_membrane_is_known():
+    device = gelcone.find_device("double-cone").replace(second_hoop_prestretch=1.2, second_meridional_prestretch=1.2)
+    lines = answer.heading(Subject(device.to_model(), device))
+    errors = [numbers(line)[-1] for line in lines if "membrane film" in line]
+    own = device.to_model().own_numbers
+    wanted = [100.0 * float(np.max(own[name])) for name in ("film_error", "second_film_error")]
+    assert errors == pytest.approx(wanted, abs=0.051)
+    assert errors[0] > 0.0

@@ -10,6 +10,7 @@ import xarray as xr
 
 import gelcone
 from gelcone.atlas.record import coordinates
+from gelcone.codes import Outcome
 from gelcone.devices.fields import SWEPT_FIELDS
 from gelcone.devices.numbers import numbers_of
 from gelcone.devices.points import device_at
@@ -229,3 +230,15 @@ def test_a_branch_of_a_device_is_that_of_its_model_times_its_scales():
     for name in names:
         scale = scale_of(name, plain[name].attrs, scales)
         np.testing.assert_allclose(shown[name].values[:, 0], plain[name].values[:, 0] * scale, rtol=1e-6)
+
+
+def test_one_device_without_a_membrane_leaves_the_others_their_answers():
+    """Alone it is refused, with the reason; in a sweep its outcome says so."""
+    pump = gelcone.find_device("biased-pump")
+    swept = gelcone.Plan(pump, {"hoop_prestretch": [pump.hoop_prestretch, 2.6]})
+    for name in ("limits", "settled"):
+        assert gelcone.sweep(swept, name)["outcome"].values.tolist() == [Outcome.OK, Outcome.OUTSIDE]
+    assert "membrane cannot be computed" in Outcome.OUTSIDE.meaning
+    for changes in ({"hoop_prestretch": 2.6}, {"hoop_prestretch": 2.6, "release_height": "5 mm"}):
+        with pytest.raises(gelcone.InputError, match="is too close to the pre-stretch for the membrane"):
+            gelcone.settled(pump.replace(changes))

@@ -127,6 +127,33 @@ def test_a_table_is_made_once_and_depends_on_its_film(monkeypatch, tmp_path):
     made._made.cache_clear()
 
 
+def test_one_film_without_a_table_leaves_the_others_theirs(monkeypatch, tmp_path):
+    """Alone it is refused, in the words that the cache keeps; among others its numbers are NaN."""
+    calls = []
+
+    def refusing(gel, ratio):
+        calls.append(ratio)
+        if ratio > 0.5:
+            raise InputError("too wide a disc")
+        return dict.fromkeys(names(), ratio)
+
+    monkeypatch.setenv(disk_cache.VARIABLE, str(tmp_path))
+    monkeypatch.setattr(made, "table", refusing)
+    made._made.cache_clear()
+    law = LAW.numbers({"stretch_limit": 50.0})
+    several = made.numbers_of(LAW, law, np.array([0.3, 0.6, 0.4]), 1.0, 1.0)
+    np.testing.assert_array_equal(several["film_error"], [0.3, np.nan, 0.4])
+    np.testing.assert_array_equal(several["cut_squared"], [0.3, np.nan, 0.4])
+    assert np.isnan(made.numbers_of(LAW, law, np.array([0.6, 0.6]), 1.0, 1.0)["film_error"])
+    made._made.cache_clear()
+    with pytest.raises(InputError, match="too wide a disc"):
+        made.numbers_of(LAW, law, 0.6, 1.0, 1.0)
+    assert made.refusal(LAW, law, 0.6, 1.0, 1.0) == "too wide a disc"
+    assert made.refusal(LAW, law, 0.3, 1.0, 1.0) == ""
+    assert len(calls) == 3
+    made._made.cache_clear()
+
+
 @pytest.mark.parametrize(
     "film",
     [(0.2, 1.2, 1.2, 50), (0.519, 1.257, 1.257, 25.2), (0.267, 1.1, 1.4, 50), (0.2, 1.0, 1.2, 50), (0.2, 1.2, 1.2, 20)],

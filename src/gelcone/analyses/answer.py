@@ -253,9 +253,11 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     wrapped = textwrap.wrap(unbroken, WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
     lines = [name, *(line.replace("\0", " ") for line in wrapped)]
     system = subject.model.system
-    about, *seconds = (film.film.describe() for film in system.films)
-    if not swept and "film_error" in system.numbers:
-        about += f"; its force is known to {np.max(subject.model.own_numbers['film_error']):.1%}"
+    abouts = [film.film.describe() for film in system.films]
+    for k, film in enumerate(system.films):
+        if not swept and (error := film.prefix + "film_error") in system.numbers:
+            abouts[k] += f"; its force is known to {np.max(subject.model.own_numbers[error]):.1%}"
+    about, *seconds = abouts
     films = [about, *(f"second {second}" for second in seconds if second and second != about)]
     return [*lines, *(f"  {film}" for film in films if film)]
 

@@ -18,7 +18,7 @@ from gelcone.physics.film.film import Film
 from gelcone.physics.film.taut import GelFilm, TautCone
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import find_bias
-from gelcone.physics.statics import rest_displacements, switched_off
+from gelcone.physics.statics import balances_of, rest_displacements, switched_off
 
 
 def model_of_device(device: DeviceFields) -> ConeModel:
@@ -48,8 +48,10 @@ def initial_state(device: DeviceFields) -> Any:
     if device.release_height is not None:
         x = device.release_height / s.length
     else:
-        x = rest_displacements(_model(device))
+        model = _model(device)
+        x = rest_displacements(model)
         if np.isnan(x).all():
+            balances_of(switched_off(model))  # says why no height at all is possible
             raise FieldError(
                 "initial_height",
                 "initial_height: no stable rest position was found without voltage; give a release_height",

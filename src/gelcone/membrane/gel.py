@@ -85,10 +85,11 @@ class Gel:
 
     def width(self, l1: Array, l2: Array, V: Array) -> Array:
         """The squared width of rings, natural where their hoop is slack."""
-        m = l1 * l1
+        m, n = l1 * l1, l2 * l2
         slack = self.hoop(l1, l2, V) < 0.0
-        natural = self.natural(m, V, np.maximum(l2 * l2, np.sqrt(self.G / (self.B * m))))
-        return np.where(slack, natural, l2 * l2)
+        if not slack.any():
+            return n
+        return np.where(slack, self.natural(m, V, np.maximum(n, np.sqrt(self.G / (self.B * m)))), n)
 
     def hoop(self, l1: Array, l2: Array, V: Array) -> Array:
         """K times the hoop stress of an unwrinkled ring: negative where it wrinkles."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -19,36 +20,57 @@ DIGITS, MOST = 13, 4096
 """Of what tables are made for; and tables held in memory."""
 
 
-def numbers_of(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: Any) -> dict[str, Array]:
-    """The numbers of the tables of films, each an array of the shape that the arguments broadcast to.
+def numbers_of(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: Any) -> dict[str, Any]:
+    """The numbers of the tables of films, each an array of the shape that the arguments broadcast to, or one number
+    where all share a film. NaN for those among several of which there is no table.
 
     ``law`` is the strain-energy law, ``law_numbers`` are its numbers by name, ``ratio`` is a/b, A and B are the squared
-    pre-stretches. Raises `InputError` for a ratio that is not below 1, and for films of which there is no table.
+    pre-stretches. Raises `InputError` for a ratio that is not below 1, and for a single film without a table.
     """
     given = np.broadcast_arrays(ratio, A, B, *law_numbers.values())
     shape = given[0].shape
-    rows = np.stack([_rounded(value) for value in given], axis=1)
+    rows = np.stack([rounded(value) for value in given], axis=1)
     if np.any(rows[:, 0] >= 1.0):
         raise InputError(f"radius_ratio = {rows[:, 0].max():g}: must be below 1; the disc is smaller than its ring")
     each, place = np.unique(rows, axis=0, return_inverse=True)
-    made = np.array([_made(law, tuple(law_numbers), tuple(map(float, row))) for row in each])
-    return {name: made[place.ravel(), k].reshape(shape)[()] for k, name in enumerate(names())}
+    tables = [_made(law, tuple(law_numbers), tuple(map(float, row))) for row in each]
+    if not shape and isinstance(tables[0], str):
+        raise InputError(tables[0])
+    none = (math.nan,) * len(names())
+    made = [none if isinstance(table, str) else table for table in tables]
+    if len(made) == 1:
+        return dict(zip(names(), made[0], strict=True))
+    matrix = np.array(made)
+    return {name: matrix[place.ravel(), k].reshape(shape) for k, name in enumerate(names())}
 
 
-def _rounded(values: Any) -> Array:
+def refusal(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: Any) -> str:
+    """Why there is no table of one film, in words; empty where there is one."""
+    row = np.concatenate([rounded(value) for value in (ratio, A, B, *law_numbers.values())])
+    found = _made(law, tuple(law_numbers), tuple(row.tolist()))
+    return found if isinstance(found, str) else ""
+
+
+def rounded(values: Any) -> Array:
     """To `DIGITS`: devices that differ in rounding alone, such as in their units, share a table."""
     return np.array([float(f"{value:.{DIGITS}g}") for value in np.ravel(np.asarray(values, dtype=float))])
 
 
 @lru_cache(maxsize=MOST)
-def _made(law: Any, law_names: tuple[str, ...], row: tuple[float, ...]) -> tuple[float, ...]:
-    """The numbers of one table, in the order of their names."""
+def _made(law: Any, law_names: tuple[str, ...], row: tuple[float, ...]) -> tuple[float, ...] | str:
+    """The numbers of one table, in the order of their names; or in words why there is none."""
     ratio, A, B, *own = row
 
     def make() -> bytes:
-        with np.errstate(all="ignore"):
-            found = table(Gel(law, dict(zip(law_names, own, strict=True)), A, B), ratio)
+        try:
+            with np.errstate(all="ignore"):
+                found = table(Gel(law, dict(zip(law_names, own, strict=True)), A, B), ratio)
+        except InputError as refusal:  # found out in seconds, too
+            return str(refusal).encode()
         return np.array([found[name] for name in names()]).tobytes()
 
     parts = (type(law), law, law_names, row)
-    return tuple(np.frombuffer(disk_cache.made(KIND, parts, make, (Path(__file__).parent, type(law)))).tolist())
+    content = disk_cache.made(KIND, parts, make, (Path(__file__).parent, type(law)))
+    if len(content) != np.dtype(float).itemsize * len(names()):
+        return content.decode()
+    return tuple(np.frombuffer(content).tolist())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.polynomial import chebyshev, polynomial
@@ -155,7 +155,8 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     return film.numbers | {"film_error": error}
 
 
-def names() -> list[str]:
+@cache
+def names() -> tuple[str, ...]:
     """Of all numbers of a table, sorted."""
     own = ["cut_squared", "begin_squared", "reach_squared", "slack_limit", "flat_voltage"]
     own += ["lowest_pull_in", "star_place", "end_begin", "end_scale", "end_offset", "film_error"]
@@ -163,7 +164,7 @@ def names() -> list[str]:
     for piece in force.PIECES:
         for what in force.shapes(piece):
             own += list(force.names(piece, what).ravel())
-    return sorted(own)
+    return tuple(sorted(own))
 
 
 def _reach(film: Elements) -> float:

@@ -120,7 +120,7 @@ def jacobian(values: Sequence[Node], by: Sequence[Node]) -> list[list[Node]]:
 def evaluated(nodes: Sequence[Node], leaves: Mapping[int, Any]) -> list[Any]:
     """Values of ``nodes`` by NumPy, given those of states, numbers, switches and time by the index of their node."""
     values: dict[int, Any] = dict(leaves)
-    for node in ordered(nodes):
+    for node in nodes[0].graph.in_order(nodes) if nodes else ():
         if node.index in values:
             continue
         if node.operation in ("constant", "array"):

@@ -165,13 +165,15 @@ class Rows(Mapping[str, Array]):
     @classmethod
     def of(cls, numbers: Mapping[str, Any], shape: tuple[int, ...]) -> Rows:
         """Numbers or arrays of a shape (members,), or one that spreads to it."""
-        matrix = np.array([spread(value, shape) for value in numbers.values()]).reshape(-1, *shape)
+        alike = {name: value for name, value in numbers.items() if isinstance(value, float)}
+        others = [name for name in numbers if name not in alike]
+        matrix = np.array([spread(numbers[name], shape) for name in others]).reshape(-1, *shape)
+        alike |= zip(others, matrix[:, 0].tolist(), strict=True)
         bits = matrix.view(np.int64)
         alone = np.flatnonzero((bits != bits[:, :1]).any(axis=1))
-        places = {name: (0, k) for k, name in enumerate(numbers)}
-        names = list(numbers)
-        places |= {names[row]: (1, k) for k, row in enumerate(alone)}
-        return cls(places, np.broadcast_to(matrix[:, :1].copy(), matrix.shape), matrix[alone])
+        places = {name: (0, k) for k, name in enumerate(numbers)} | {others[row]: (1, k) for k, row in enumerate(alone)}
+        shared = np.array([alike[name] for name in numbers]).reshape(-1, *(1 for _ in shape))
+        return cls(places, np.broadcast_to(shared, (len(alike), *shape)), matrix[alone])
 
     def __getitem__(self, name: str) -> Array:
         block, row = self._places[name]

@@ -88,6 +88,7 @@ class Graph:
         self._known: dict[tuple[Any, ...], Node] = {}
         self.equations: dict[int, Node] = {}
         self.guesses: dict[int, Node] = {}
+        self._orders: dict[tuple[int, ...], list[Node]] = {}
         self.time = self._leaf("time", 0)
 
     # --- leaves --------------------------------------------------------------------------------------------------
@@ -228,6 +229,13 @@ class Graph:
     def cos(self, value: Any) -> Node:
         """The cosine of an angle in radians."""
         return self._make("cos", self.node(value))
+
+    def in_order(self, roots: Sequence[Node]) -> list[Node]:
+        """`ordered`, kept for those that are evaluated again and again."""
+        key = tuple(root.index for root in roots)
+        if key not in self._orders:
+            self._orders[key] = ordered(roots)
+        return self._orders[key]
 
     # --- nodes that exist once -----------------------------------------------------------------------------------
 

@@ -26,7 +26,7 @@ import numpy as np
 from gelcone.codes import FilmPullIn, Outcome
 from gelcone.membrane import force as formulas
 from gelcone.membrane.gel import MOST_STRETCHED, Gel
-from gelcone.membrane.made import numbers_of
+from gelcone.membrane.made import numbers_of, refusal
 from gelcone.membrane.table import FLAT, NEVER
 from gelcone.membrane.table import names as table_names
 from gelcone.physics.bracket import RESOLVED, rise
@@ -85,15 +85,22 @@ class MembraneFilm(GelFilm):
         law = self.law.numbers(parameters)
         own = self._ring.numbers(parameters)
         table = numbers_of(self.law, law, parameters["radius_ratio"], own["A"], own["B"])
-        one = np.ones(np.shape(table["film_error"]))
-        charges = membrane_charge.numbers_of(self._area_of, own | table, self.law)
-        even = np.where(own["A"] >= own["B"], 1.0, 0.0) * one
-        return own | table | charges | dict.fromkeys(SWITCHES, one) | {"even_slack": even}
+        charges = membrane_charge.numbers_of(self._area_of, own, table, self.law)
+        even = np.where(own["A"] >= own["B"], 1.0, 0.0)
+        more = {"radius_ratio": parameters["radius_ratio"], "even_slack": even}
+        return own | table | charges | dict.fromkeys(SWITCHES, 1.0) | more
 
     @property
     def number_names(self) -> tuple[str, ...]:
         """Without a table, which takes seconds."""
-        names = (*self._ring.number_names, *table_names(), *membrane_charge.names(), *SWITCHES, "even_slack")
+        names = (
+            *self._ring.number_names,
+            *table_names(),
+            *membrane_charge.names(),
+            *SWITCHES,
+            "radius_ratio",
+            "even_slack",
+        )
         return tuple(dict.fromkeys(names))
 
     def _area_of(self, n: Numbers) -> membrane_charge.Area:
@@ -225,10 +232,18 @@ class MembraneFilm(GelFilm):
         return 0.0, float(np.sqrt(n["reach_squared"]))
 
     def outside(self, x: float, n: Numbers) -> str:
-        return (
+        return self.refusal(n) or (
             f"initial displacement {x:g}: must be less than {self.reach(n)[1]:g} times film_radius - disc_radius "
             "either way, beyond which the membrane is not computed; start lower, or take film = wrinkling"
         )
+
+    def unreachable(self, n: Numbers) -> str:
+        return self.refusal(n) or super().unreachable(n)
+
+    def refusal(self, n: Numbers) -> str:
+        """Why there is no table of this film, in words; empty where there is one."""
+        law = {name: n[name] for name in self.law.number_names}
+        return refusal(self.law, law, n["radius_ratio"], n["A"], n["B"])
 
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
         """That of the innermost ring, and of the height."""

@@ -42,9 +42,10 @@ Area = Callable[[Array, Array], Array]
 """Capacitance over s and V."""
 
 
-def names() -> list[str]:
+@cache
+def names() -> tuple[str, ...]:
     """Names of all coefficients, piece by piece."""
-    return [name for piece in formulas.PIECES for part in PARTS for name in _names(piece, part).ravel()]
+    return tuple(name for piece in formulas.PIECES for part in PARTS for name in _names(piece, part).ravel())
 
 
 @cache
@@ -76,15 +77,21 @@ def _value(piece: str, part: str, q: Any, power: Sequence[Any], n: Numbers) -> A
     return found
 
 
-def numbers_of(area: Callable[[Numbers], Area], numbers: Mapping[str, Any], law: object) -> dict[str, Array]:
-    """The coefficients of films with the ``numbers`` of their tables, each an array of their shape.
+def numbers_of(
+    area: Callable[[Numbers], Area], own: Mapping[str, Any], of_table: Mapping[str, Any], law: object
+) -> dict[str, Any]:
+    """The coefficients of films, each an array of the shape of those ``of_table``.
 
-    ``area`` gives the capacitance of one film with its numbers, ``law`` is the strain-energy law.
+    ``area`` gives the capacitance of one film with its numbers, of which ``own`` are those of its gel; ``law`` is the
+    strain-energy law.
     """
-    shape = np.shape(numbers["film_error"])
-    rows = np.stack([np.broadcast_to(value, shape).ravel() for value in numbers.values()], axis=-1)
-    found = np.array([_made(area, tuple(numbers), row.tobytes(), law) for row in rows])
-    return {name: found[:, k].reshape(shape)[()] for k, name in enumerate(names())}
+    shape = np.shape(of_table["film_error"])
+    gel = [made.rounded(np.broadcast_to(value, shape) if shape else np.ravel(value)[0]) for value in own.values()]
+    rows = np.stack([*gel, *(np.ravel(value) for value in of_table.values())], axis=-1)
+    each = np.array([_made(area, (*own, *of_table), row.tobytes(), law) for row in rows])
+    if not shape:
+        return dict(zip(names(), each[0].tolist(), strict=True))
+    return {name: each[:, k].reshape(shape) for k, name in enumerate(names())}
 
 
 @lru_cache(maxsize=made.MOST)
@@ -103,7 +110,7 @@ def _made(area: Callable[[Numbers], Area], table_names: tuple[str, ...], row: by
 def _fitted(piece: str, area: Area, n: Numbers) -> Array:
     """The coefficients of a piece by least squares of the relative error; zeros for one that the film lacks."""
     rows = [degree + 1 for part in PARTS.values() for degree in part]
-    if not n[f"{piece}_scale"]:
+    if not abs(n[f"{piece}_scale"]) > 0.0:
         return np.zeros(sum(one * other for one, other in zip(rows[::2], rows[1::2], strict=True)))
     s, V, weight = _places(piece, n)
     own = formulas.pull(piece, s, V, n)
