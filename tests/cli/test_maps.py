@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gelcone.analyses.grids import read_sweeps
+from gelcone.codes import Outcome
 from gelcone.dataset import load
 from gelcone.devices.device import find_device
 from gelcone.motion.lyapunov import lyapunov
@@ -210,7 +211,7 @@ def test_exponents_in_text_say_their_error_and_their_time(gelcone):
 
 def test_failed_cells_are_told_with_the_remedy(gelcone):
     _, text, _ = gelcone("map", *MODEL, *GRID, *QUICK)
-    assert "3 of 9 run(s) failed: starts beyond the stretch limit; start lower or raise stretch_limit" in text
+    assert f"3 of 9 run(s) failed: {Outcome.OUTSIDE.meaning}" in text
     assert "left the domain 3" in text
 
 
