@@ -231,7 +231,7 @@ class Graph:
         return self._make("cos", self.node(value))
 
     def in_order(self, roots: Sequence[Node]) -> list[Node]:
-        """`ordered`, kept for those that are evaluated again and again."""
+        """`ordered`, held for those that are evaluated again and again."""
         key = tuple(root.index for root in roots)
         if key not in self._orders:
             self._orders[key] = ordered(roots)
