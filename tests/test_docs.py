@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 import click
@@ -66,6 +67,10 @@ def prepared(tmp_path_factory):
     pump = gelcone.find_device("biased-pump")
     for name in ("mine.toml", "my-device.toml"):
         gelcone.save(pump, folder / name)
+    for path in (ROOT / "docs" / "measured" / "vhb").glob("*.*"):
+        shutil.copy(path, folder / path.name)
+    (folder / "tension.csv").write_text("stretch,stress (kPa)\n1,0\n1.1,5\n1.2,9\n1.3,12\n")
+    (folder / "relaxation.csv").write_text("time (s),stretch,stress (kPa)\n1,2,9\n2,2,8\n3,2,7\n4,2,7\n")
     (folder / "results").mkdir()
     gelcone.save(gelcone.simulate(pump, times=[0.0, 1e-3]), folder / "results" / "simulate.nc")
     grid = gelcone.Plan(gelcone.ConeModel(), {"voltage": [0.5, 1.0], "drive_frequency": [0.1, 0.2]})
@@ -90,6 +95,7 @@ def dry(monkeypatch, prepared):
         "gelcone.cli.grids.export",
         "gelcone.paper.run.run",
         "gelcone.cli.studio.start",
+        "gelcone.lab.material.fit_material",
     ):
         monkeypatch.setattr(place, begin)
     for place in ("cli.command", "cli.grids"):  # results of a name may be there

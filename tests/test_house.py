@@ -32,6 +32,7 @@ FLOORS = [
     ["continuum"],
     ["motion"],
     ["atlas"],
+    ["lab"],
     ["words", "glossary"],
     ["plots"],
     ["analyses"],

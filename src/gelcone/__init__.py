@@ -11,6 +11,7 @@ A device in SI units, how it moves, and a picture of that:
 
 Devices and gels
     Device, Device.from_toml, find_device, Material, load_materials
+    read_tests, fit_material, fitted_material, fitted_text   a gel from tests on coupons
 Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     simulate, section, extrema, spectrum    one run: how it moves
     regime, lyapunov, settled               the kind of motion, with the evidence
@@ -137,6 +138,11 @@ if TYPE_CHECKING:
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
     from gelcone.interchange import export as export
+    from gelcone.lab.material import fit_material as fit_material
+    from gelcone.lab.material import fitted_material as fitted_material
+    from gelcone.lab.material import fitted_text as fitted_text
+    from gelcone.lab.measured import Measured as Measured
+    from gelcone.lab.measured import read_tests as read_tests
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages
     from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
     from gelcone.motion.equilibrium import pull_in_voltage as pull_in_voltage

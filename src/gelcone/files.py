@@ -18,12 +18,24 @@ PROBE = 2**16
 
 
 def read_text(path: Path, remedy: str) -> str:
-    """Read the text of a regular file of at most `LARGEST_TEXT` bytes of UTF-8, with or without a byte-order mark.
+    """Read the text of a file as `read_bytes` does, of UTF-8, with or without a byte-order mark.
+
+    Raises `InputError` as there, and for a file that is not UTF-8.
+    """
+    data = read_bytes(path, remedy)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{_shown(path)}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+
+
+def read_bytes(path: Path, remedy: str) -> bytes:
+    """Read a regular file of at most `LARGEST_TEXT` bytes.
 
     Raises `InputError`, which ends in ``remedy``, for what cannot be read, for a folder, a device or a pipe, which are
     not opened, and for a file that is larger.
     """
-    shown = str(path) if str(path).isprintable() else repr(str(path))
+    shown = _shown(path)
     try:
         mode = path.stat().st_mode
         if stat.S_ISDIR(mode):
@@ -41,10 +53,11 @@ def read_text(path: Path, remedy: str) -> str:
         raise InputError(f"{shown}: cannot be read ({reason}); {remedy}") from None
     if len(data) > LARGEST_TEXT:
         raise InputError(f"{shown}: is larger than {LARGEST_TEXT // 2**20} MB; {remedy}")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{shown}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+    return data
+
+
+def _shown(path: Path) -> str:
+    return str(path) if str(path).isprintable() else repr(str(path))
 
 
 def _open_regular(path: str, flags: int) -> int:

@@ -1,5 +1,7 @@
 """`gelcone.plot` draws every kind of result: each registered figure on a small real one, with its numbers in it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -30,6 +32,12 @@ def compared():
     return compare(RAISED, displacements=[0.1, 0.3], voltages=[0.0, 0.2], elements=20)
 
 
+def fitted():
+    folder = Path(__file__).parents[2] / "docs" / "measured" / "vhb"
+    tests = gelcone.read_tests(*(folder / f"vhb-{name}.csv" for name in ("quasi-static", "relaxation", "dielectric")))
+    return gelcone.fit_material(tests, laws=["gent"], branches=[0, 1], draws=0)
+
+
 RESULTS = {
     "bifurcation diagram": lambda: gelcone.bifurcation(MODEL, "voltage", [0.5, 1.0], bisections=0, **QUICK),
     "extrema": lambda: gelcone.extrema(MOVING, repeats=5, discard=20),
@@ -47,6 +55,7 @@ RESULTS = {
     "operating envelope": lambda: gelcone.envelope(RAISED, peaks=[0.3, 0.6], frequencies=[0.3, 0.5]),
     "instability tongues of rest": lambda: gelcone.tongues(MODEL, [0.3, 0.4, 0.5], [0.0, 1.0, 2.0]),
     "Lyapunov exponents": lambda: gelcone.lyapunov(MODEL, **QUICK),
+    "material fit": fitted,
     "parameter map": lambda: gelcone.map(MODEL, {"voltage": [0.5, 1.0], "prestretch": [0.9, 1.0]}, **QUICK),
     "Poincare section": lambda: gelcone.section(MODEL, repeats=5, discard=5),
     "regime of motion": lambda: gelcone.regime(MODEL, **QUICK),
@@ -75,6 +84,7 @@ SHOWS = {
     "extrema": lambda r: r["displacement"],
     "branches": lambda r: r["lyapunov"],
     "locus": lambda r: r["voltage"],
+    "material fit": lambda r: r["predicted"],
     "basins of attraction": lambda r: r["attractor"],
     "film": lambda r: xr.concat([r["true_field"], r["hoop_stretch"], r["capacitance"]], "one"),
     "frequency response": lambda r: r["stroke"],

@@ -27,13 +27,18 @@ def device_text(device: Record, gel: Material) -> str:
     if load_materials().get(gel.name) == gel:
         return "\n".join([*lines, ""])
     lines = [line for line in lines if not line.startswith("material =")]
-    lines += ["", "[material]", *(line for line in _set_lines(gel))]
+    return "\n".join([*lines, "", material_text(gel), ""])
+
+
+def material_text(gel: Material, comments: Mapping[str, str] | None = None) -> str:
+    """The table ``[material]`` of a device file, with ``comments`` on fields in place of their meaning."""
+    lines = ["[material]", *_set_lines(gel, comments or {})]
     if gel.sources:
         lines += ["", "[material.sources]", *(f"{name} = {_value(text, '')}" for name, text in gel.sources.items())]
-    return "\n".join([*lines, ""])
+    return "\n".join(lines)
 
 
-def _set_lines(record: Record) -> Iterator[str]:
+def _set_lines(record: Record, comments: Mapping[str, str] | None = None) -> Iterator[str]:
     """``name = value  # meaning`` of every field that is set; a component's numbers stand in its table."""
     for name, value in record:
         if value is None or name == "sources" or "." in name:
@@ -45,7 +50,7 @@ def _set_lines(record: Record) -> Iterator[str]:
             value = _table(record, name, record.plain(name, value))
         elif not field.required and not field.unit and value == field.default:
             continue
-        yield _line(name, value, field)
+        yield _line(name, value, (comments or {}).get(name, field.meaning), field.unit)
 
 
 def _table(record: Record, name: str, plain: Any) -> Any:
@@ -118,9 +123,9 @@ def default_text(field: Field) -> str:
     return str(field.default) if not field.unit else format_si(field.default, field.unit)
 
 
-def _line(name: str, value: Any, field: Field) -> str:
-    text = f"{name} = {_value(value, field.unit)}"
-    return f"{text:{COMMENT_COLUMN}s} # {field.meaning}"
+def _line(name: str, value: Any, comment: str, unit: str) -> str:
+    text = f"{name} = {_value(value, unit)}"
+    return f"{text:{COMMENT_COLUMN}s} # {comment}"
 
 
 def _value(value: Any, unit: str) -> str:

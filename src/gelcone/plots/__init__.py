@@ -31,6 +31,7 @@ FIGURES = MappingProxyType(
         "instability tongues of rest": "floquet.tongues_figure",
         "Lyapunov exponents": "lyapunov.lyapunov_figure",
         "locus": "locus.locus_figure",
+        "material fit": "coupons.coupon_figure",
         "operating envelope": "envelope.envelope_figure",
         "parameter map": "sweep.any_figure",
         "Poincare section": "section.section_figure",

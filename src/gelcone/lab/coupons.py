@@ -1,0 +1,483 @@
+"""Tests on coupons of a film material, from measured tables: what was done to the film, and what stress followed."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gelcone.devices.units import DIMENSIONS, format_si
+from gelcone.errors import InputError, unknown_name
+from gelcone.lab.reading import Column, Table
+from gelcone.quantity import Array
+
+MODES = ("uniaxial", "equi-biaxial", "pure shear")
+KINDS = ("quasi-static", "loading", "cyclic", "relaxation", "creep")
+WIDTHS = ("free", "held")
+USES = ("fit", "check", "leave out")
+LOADING_RATE = 0.005
+"""Strain rate, 1/s, at which a coupon is stretched to a hold whose loading was not recorded: slow, as stresses that a
+step would leave are not seen at its begin."""
+FEWEST_ROWS, MOST_SAMPLES = 4, 400
+"""Samples of a test: at least, and at most, to which longer ones are thinned."""
+HELD = 1e-3
+"""A stretch that varies by less, relative to it, is held."""
+NEAR_ONE = 0.03
+"""A test that begins within this of stretch 1 begins unstretched."""
+SAME_TEMPERATURE = 5.0
+"""Kelvin within which tests are fitted together."""
+SOFTEST, STIFFEST = 2e3, 1e9
+"""Stress over stretch above which, and below which, a number without a unit is taken as pascals."""
+KILO = 20.0
+"""Voltages that all lie below it are probably kilovolts."""
+
+ROLES: Mapping[str, tuple[str, ...]] = {
+    "id": ("id", "test", "test id", "specimen", "sample", "run", "number", "nr", "no"),
+    "label": ("description", "label", "name", "title"),
+    "temperature": ("temp", "temperature"),
+    "voltage": ("voltage", "volt", "u", "hv"),
+    "rate": ("vel", "rate", "strain rate", "stretch rate", "velocity"),
+    "stretch": ("stretch", "lambda", "lam", "stretch ratio", "\N{GREEK SMALL LETTER LAMDA}"),
+    "strain": ("strain", "engineering strain", "nominal strain"),
+    "stress": ("stress", "nominal stress", "engineering stress"),
+    "force": ("force", "f", "load"),
+    "extension": ("extension", "elongation"),
+    "time": ("time", "t"),
+    "frequency": ("freq", "frequency"),
+    "permittivity": ("dielec", "permittivity", "relative permittivity", "dielectric constant", "eps r", "epsilon r"),
+}
+"""What a column may hold, and the names by which it is known."""
+_UNITS = {"voltage": "V", "stress": "Pa", "force": "N", "extension": "m", "time": "s", "frequency": "Hz"}
+_SPELT = {"sec": "s", "min": "min", "h": "h", "mm/mm": "", "-": "", "1": "", "none": ""}
+_RATES = {"1/s": 1.0, "s-1": 1.0, "s^-1": 1.0, "/s": 1.0, "%/s": 1e-2, "1/min": 1 / 60.0}
+_TIMES = {"min": 60.0, "h": 3600.0}
+
+
+@dataclass(frozen=True)
+class Coupon:
+    """A test on a coupon.
+
+    Attributes
+    ----------
+    name : the file and what distinguishes the test in it.
+    file : the file alone.
+    mode, kind : one of `MODES` and of `KINDS`.
+    time, stretch, stress : of every sample, (n,): s, the stretch along the coupon and the nominal stress in Pa. Times
+        count from when the rested, unstretched film begins to be stretched; NaN in a quasi-static test.
+    history : times and stretches of the corners of what was done to the film, (k,) each, samples among them; empty in
+        a quasi-static test.
+    voltage : across the thickness, V. ``thickness`` : of the unstretched film, m; NaN if not stated.
+    width : whether the width is ``free`` to contract, or ``held``.
+    temperature : K; NaN if not stated.
+    use : ``fit``; ``check``: predicted and not fitted; or ``leave out``.
+    notes : what was interpreted, and why a test is not fitted.
+    """
+
+    name: str
+    file: str
+    mode: str
+    kind: str
+    time: Array
+    stretch: Array
+    stress: Array
+    history: tuple[Array, Array]
+    voltage: float = 0.0
+    thickness: float = np.nan
+    width: str = "free"
+    temperature: float = np.nan
+    use: str = "fit"
+    notes: tuple[str, ...] = ()
+
+    def with_use(self, use: str, why: str) -> Coupon:
+        """The test with another use, and the reason among its notes."""
+        return dataclasses.replace(self, use=use, notes=(*self.notes, why))
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """A measured relative ``permittivity`` over ``frequency`` in Hz, (n,) each, at a ``temperature`` in K."""
+
+    name: str
+    file: str
+    frequency: Array
+    permittivity: Array
+    temperature: float
+    notes: tuple[str, ...] = ()
+
+
+# --- columns and their units ------------------------------------------------------------------------------------------
+
+
+def roles_of(table: Table, named: Mapping[str, str]) -> dict[str, tuple[Column, str | None]]:
+    """Map what a column holds to the column and its unit, by its name or as ``named``: role -> ``"NAME, UNIT"``.
+
+    Raises `InputError` for a name that is not a column.
+    """
+    found: dict[str, tuple[Column, str | None]] = {}
+    for role, text in named.items():
+        before, comma, after = text.rpartition(",")
+        own, named_unit = (before.strip(), after.strip()) if comma else (text.strip(), "")
+        if own not in table.columns:
+            raise InputError(f"{table.file}: {role} = {text!r}: {unknown_name('column', own, table.columns)}")
+        found[role] = table.columns[own], named_unit or table.columns[own].unit
+    taken = {column.name for column, _ in found.values()}
+    for name, column in table.columns.items():
+        known = _role(name)
+        if name not in taken and known is not None:
+            if known in found and known not in named:
+                raise InputError(
+                    f"{table.file}: columns {found[known][0].name!r} and {name!r} both look like {known}; name one in "
+                    f'tests.toml: {known} = "{name}"'
+                )
+            found.setdefault(known, (column, column.unit))
+    return found
+
+
+def _role(name: str) -> str | None:
+    plain = re.sub(r"[\s_\-]+", " ", name.strip().lower())
+    return next((role for role, known in ROLES.items() if plain in known), None)
+
+
+def in_si(table: Table, role: str, column: Column, unit: str | None, notes: list[str]) -> Array:
+    """The numbers of a column in SI units; `InputError` for words, or a unit that is missing or another quantity's."""
+    if column.values is None:
+        raise InputError(f"{table.file}: column {column.name!r} holds words, and {role} is a number; rename the column")
+    values, own = column.values, None if unit is None else _SPELT.get(unit.strip().lower(), unit.strip())
+    if role in ("stretch", "permittivity"):
+        if own not in (None, ""):
+            raise InputError(f"{table.file}: column {column.name!r}: {role} has no unit; {unit!r} is one")
+        return values
+    if role == "strain":
+        return values * (1e-2 if own == "%" else 1.0)
+    if role == "temperature":
+        return _kelvin(table, column, own, notes)
+    if role == "rate":
+        if own is None:
+            notes.append(f"column {column.name!r} has no unit: taken as 1/s")
+        elif own not in _RATES:
+            raise InputError(f"{table.file}: column {column.name!r}: {unit!r} is not a strain rate; write it in 1/s")
+        return values * _RATES.get(own or "1/s", 1.0)
+    if own is None:
+        return _without_unit(table, role, column, notes)
+    if role == "time" and own in _TIMES:
+        return values * _TIMES[own]
+    powers = DIMENSIONS[_UNITS[role]].powers
+    if own not in powers:
+        known = ", ".join(name for name in powers if name.isascii())
+        raise InputError(
+            f"{table.file}, line 1: column {column.name!r}: {unit!r} is not a unit of {DIMENSIONS[_UNITS[role]].name}; "
+            f"write one of {known}"
+        )
+    return values * 10.0 ** powers[own]
+
+
+def _kelvin(table: Table, column: Column, unit: str | None, notes: list[str]) -> Array:
+    assert column.values is not None
+    values = column.values
+    if unit is None:
+        unit = "K" if np.nanmedian(values) > 150.0 else "degC"
+        notes.append(f"column {column.name!r} has no unit: taken as {unit}")
+    if unit not in ("K", "degC", "\N{DEGREE SIGN}C", "C", "celsius"):
+        raise InputError(f"{table.file}: column {column.name!r}: {unit!r} is not K or degC; write one of them")
+    return values if unit == "K" else values + 273.15
+
+
+def _without_unit(table: Table, role: str, column: Column, notes: list[str]) -> Array:
+    """Numbers without a unit: times and stresses are in SI where they are plausible, all others are refused."""
+    values, unit = column.values, _UNITS[role]
+    assert values is not None
+    if role == "voltage":
+        sizes = np.abs(values[np.isfinite(values) & (values != 0.0)])
+        if sizes.size and sizes.max() < KILO:
+            raise InputError(
+                f"{table.file}: {sizes.size} of {sizes.size} voltages are below {KILO:g} V: kilovolts? write the unit"
+            )
+    elif role not in ("time", "stress", "frequency"):
+        short = {"force": "mN", "extension": "mm"}[role]
+        raise InputError(
+            f'{table.file}, line 1: column "{column.name}" has no unit; write "{column.name} ({unit})", or name it in '
+            f'tests.toml: {role} = "{column.name}, {short}"'
+        )
+    notes.append(f"column {column.name!r} has no unit: taken as {unit}")
+    return values
+
+
+# --- tests of a table -------------------------------------------------------------------------------------------------
+
+
+def spectra_of(table: Table, named: Mapping[str, str]) -> list[Spectrum]:
+    """The permittivity spectra of a table; none where it has no columns of frequency and permittivity."""
+    roles = roles_of(table, named)
+    if not {"frequency", "permittivity"} <= roles.keys():
+        return []
+    notes: list[str] = []
+    wanted = ("frequency", "permittivity", "temperature")
+    numbers = {role: in_si(table, role, *roles[role], notes) for role in wanted if role in roles}
+    found = []
+    for name, rows in _groups(table, roles):
+        keep = rows[np.isfinite(numbers["frequency"][rows]) & np.isfinite(numbers["permittivity"][rows])]
+        order = keep[np.argsort(numbers["frequency"][keep])]
+        temperature = numbers.get("temperature", np.full(len(table.lines), np.nan))[rows]
+        eps = numbers["permittivity"][order]
+        if order.size and (eps < 1.0).any():
+            raise InputError(
+                f"{table.file}: a relative permittivity of {eps.min():.3g} is below 1; give it over that of vacuum"
+            )
+        found.append(
+            Spectrum(
+                name,
+                table.file,
+                numbers["frequency"][order],
+                eps,
+                _one(temperature, np.arange(rows.size), np.nan),
+                (*table.notes, *notes),
+            )
+        )
+    return found
+
+
+def coupons_of(table: Table, settings: Mapping[str, Any]) -> list[Coupon]:
+    """The coupon tests of a table, split by its ids, with their notes.
+
+    ``settings`` are those of tests.toml (`gelcone.lab.measured.KEYS`): mode, width, thickness, rate, loading_rate,
+    temperature, voltage, use, gauge_length, specimen_width, hold_from, creep, columns.
+    """
+    roles = roles_of(table, settings.get("columns", {}))
+    notes = list(table.notes)
+    used = {column.name for column, _ in roles.values()}
+    notes += [f"column {name!r} is not used" for name in table.columns if name not in used]
+    numbers = {role: in_si(table, role, *roles[role], notes) for role in roles if role not in ("id", "label")}
+    numbers |= _derived(table, numbers, settings)
+    for role in ("stretch", "stress"):
+        if role not in numbers:
+            known = ", ".join(table.columns)
+            raise InputError(
+                f"{table.file}: no column is a {role} (columns: {known}); name it in tests.toml: "
+                f'{role} = "COLUMN{", kPa" if role == "stress" else ""}"'
+            )
+    if roles.get("stress") and roles["stress"][1] is None:
+        _check_pascals(table, numbers)
+    return _without_repeats([
+        _coupon(table, name, rows, numbers, settings, notes) for name, rows in _groups(table, roles)
+    ])  # fmt: skip
+
+
+def _derived(table: Table, numbers: Mapping[str, Array], settings: Mapping[str, Any]) -> dict[str, Array]:
+    """Stretch from strain or extension, and stress from force, where they are not given."""
+    found = {}
+    if "stretch" not in numbers and "strain" in numbers:
+        found["stretch"] = 1.0 + numbers["strain"]
+    elif "stretch" not in numbers and "extension" in numbers:
+        found["stretch"] = 1.0 + numbers["extension"] / _needed(table, settings, "gauge_length", "extension")
+    if "stress" not in numbers and "force" in numbers:
+        width = _needed(table, settings, "specimen_width", "force")
+        found["stress"] = numbers["force"] / (width * _needed(table, settings, "thickness", "force"))
+    return found
+
+
+def _needed(table: Table, settings: Mapping[str, Any], name: str, column: str) -> float:
+    if settings.get(name) is None:
+        raise InputError(f'{table.file}: has a {column}, which needs {name}; add {name} = "20 mm" in tests.toml')
+    return float(settings[name])
+
+
+def _check_pascals(table: Table, numbers: Mapping[str, Array]) -> None:
+    """Refuse stresses without a unit that would be those of no elastomer if they were pascals."""
+    strain = np.abs(numbers["stretch"] - 1.0)
+    far = strain > 0.1
+    if not far.any():
+        return
+    modulus = float(np.nanmax(np.abs(numbers["stress"][far]) / np.minimum(strain[far], 2.0)))
+    if not SOFTEST < modulus < STIFFEST:
+        most = float(np.nanmax(np.abs(numbers["stress"])))
+        raise InputError(f"{table.file}: the largest stress is {most:.4g}: is it in kPa or MPa? write the unit")
+
+
+def _groups(table: Table, roles: Mapping[str, tuple[Column, str | None]]) -> Iterator[tuple[str, Any]]:
+    """The name of each test of a table and the numbers of its rows."""
+    own = roles.get("id") or roles.get("label")
+    stem = table.file.rsplit(".", 1)[0]
+    if own is None:
+        yield stem, np.arange(len(table.lines))
+        return
+    words = own[0].words
+    for word in dict.fromkeys(words):
+        yield f"{stem} {word[:40]}", np.flatnonzero(np.array([one == word for one in words]))
+
+
+def _one(values: Array | None, rows: Any, default: float) -> float:
+    if values is None:
+        return default
+    own = values[rows]
+    return float(np.nanmedian(own)) if np.isfinite(own).any() else default
+
+
+def _coupon(
+    table: Table, name: str, rows: Any, numbers: Mapping[str, Array], settings: Mapping[str, Any], notes: list[str]
+) -> Coupon:
+    """One test of a table."""
+    own = list(notes)
+    whole = np.isfinite(numbers["stretch"][rows]) & np.isfinite(numbers["stress"][rows])
+    if not whole.all():
+        own.append(f"{int((~whole).sum())} rows without stretch or stress left out")
+    rows = rows[whole]
+    line = table.lines[int(rows[0])] if rows.size else 1
+    if rows.size < FEWEST_ROWS:
+        raise InputError(f"{table.file}, line {line}: test {name!r} has {rows.size} rows; give at least {FEWEST_ROWS}")
+    if rows.size > MOST_SAMPLES:
+        own.append(f"thinned from {rows.size} to {MOST_SAMPLES} samples")
+        rows = rows[np.linspace(0, rows.size - 1, MOST_SAMPLES).round().astype(int)]
+    stretch, stress = numbers["stretch"][rows], numbers["stress"][rows]
+    if (stretch <= 0.0).any() or (stretch > 50.0).any():
+        odd = int(rows[np.argmax((stretch <= 0.0) | (stretch > 50.0))])
+        raise InputError(
+            f"{table.file}, line {table.lines[odd]}: stretch {numbers['stretch'][odd]:.4g}: must be over 0 and at most "
+            "50; is it a strain, or a strain in %? name the column strain (%)"
+        )
+    voltage = abs(_one(numbers.get("voltage"), rows, float(settings.get("voltage") or 0.0)))
+    rate = _one(numbers.get("rate"), rows, float(settings.get("rate") or np.nan))
+    coupon = Coupon(
+        name=name,
+        file=table.file,
+        mode=settings.get("mode", MODES[0]),
+        kind="quasi-static",
+        time=np.full(rows.size, np.nan),
+        stretch=stretch,
+        stress=stress,
+        history=(np.empty(0), np.empty(0)),
+        voltage=voltage,
+        thickness=float(settings.get("thickness") or np.nan),
+        width=settings.get("width", WIDTHS[0]),
+        temperature=_one(numbers.get("temperature"), rows, float(settings.get("temperature") or np.nan)),
+        use=settings.get("use") or ("check" if voltage > 0.0 else "fit"),
+    )
+    if "time" in numbers:
+        return _timed(table, coupon, numbers["time"][rows], rows, settings, own)
+    if np.isfinite(rate):
+        if not rate > 0.0:
+            raise InputError(f"{table.file}, line {line}: strain rate {rate:g}: must be greater than 0")
+        return _at_rate(coupon, rate, own)
+    if settings.get("kind", "quasi-static") != "quasi-static":
+        raise InputError(f'{table.file}: has neither time nor rate; add rate = "0.1 1/s" in tests.toml')
+    own.append("has neither time nor rate: taken as quasi-static, with all branches relaxed")
+    return dataclasses.replace(coupon, notes=(*own, *_oddities(coupon)))
+
+
+def _at_rate(coupon: Coupon, rate: float, notes: list[str]) -> Coupon:
+    """A test at a constant rate, whose time follows from the stretch."""
+    path = np.concatenate([[1.0], coupon.stretch])
+    times = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path))) / rate])
+    turns = np.diff(coupon.stretch)
+    kind = "cyclic" if (turns < -HELD).any() and (turns > HELD).any() else "loading"
+    made = dataclasses.replace(coupon, kind=kind, time=times[1:], history=(times, path))
+    return dataclasses.replace(made, notes=(*notes, *_oddities(made)))
+
+
+def _timed(
+    table: Table, coupon: Coupon, time: Array, rows: Any, settings: Mapping[str, Any], notes: list[str]
+) -> Coupon:
+    """A test with a clock of its own: what was done to the film before its first sample is added."""
+    if not np.isfinite(time).all() or (np.diff(time) <= 0.0).any():
+        odd = int(rows[np.argmax(~np.isfinite(time) | np.concatenate([[False], np.diff(time) <= 0.0]))])
+        raise InputError(
+            f"{table.file}, line {table.lines[odd]}: the time does not increase; one test a file, or give ids"
+        )
+    rate = float(settings.get("loading_rate") or settings.get("rate") or LOADING_RATE)
+    first = float(coupon.stretch[0])
+    held = np.ptp(coupon.stretch) < HELD * first
+    begin = float(time[0])
+    if held:
+        begin = _start_of_hold(time, settings, notes)
+        if not settings.get("loading_rate"):
+            notes.append(f"its loading is not recorded: taken as {rate:g} 1/s (loading_rate in tests.toml)")
+    lead = abs(first - 1.0) / rate
+    ramp = [(0.0, 1.0), (lead, first)] if lead > 0.0 else [(0.0, 1.0)]
+    own = time - begin + lead
+    inside = own > lead if held else np.arange(own.size) >= (1 if lead > 0.0 or first == 1.0 else 0)
+    times = np.concatenate([[t for t, _ in ramp], own[inside]])
+    path = np.concatenate([[s for _, s in ramp], coupon.stretch[inside]])
+    turns = np.diff(coupon.stretch)
+    back = (turns < -HELD).any() and (turns > HELD).any()
+    kind = "creep" if settings.get("kind") == "creep" else "relaxation" if held else "cyclic" if back else "loading"
+    made = dataclasses.replace(coupon, kind=kind, time=np.maximum(own, 0.0), history=(times, path))
+    return dataclasses.replace(made, notes=(*notes, *_oddities(made)))
+
+
+def _start_of_hold(time: Array, settings: Mapping[str, Any], notes: list[str]) -> float:
+    """When a hold begins on the clock of the file."""
+    if settings.get("hold_from") is not None:
+        start = float(settings["hold_from"])
+        if start > time[0]:
+            raise InputError(
+                f"hold_from = {start:g} s: is after the first sample, at {time[0]:g} s; give an earlier one"
+            )
+        return start
+    steps = np.diff(time)
+    if time[0] > 0.0 and steps.size and np.ptp(steps) < 1e-3 * steps[0] and abs(time[0] - steps[0]) < 1e-3 * steps[0]:
+        notes.append(
+            f"its clock starts at {time[0]:g} s, one step: the hold is taken to begin with the first sample (hold_from "
+            "in tests.toml)"
+        )
+        return float(time[0])
+    return min(0.0, float(time[0]))
+
+
+def _oddities(coupon: Coupon) -> Iterator[str]:
+    """Notes about where a test begins and ends."""
+    first, last = float(coupon.stretch[0]), float(coupon.stretch[-1])
+    if first < 1.0 - 1e-6:
+        yield f"starts at stretch {first:.4g}, below 1: taken as it is"
+    if coupon.stress[0] < 0.0:
+        yield f"starts with a stress of {format_si(float(coupon.stress[0]), 'Pa', 3)}, below 0: taken as it is"
+    most = float(np.max(coupon.stress))
+    if coupon.voltage > 0.0 and abs(coupon.stress[0]) < 1e-3 * most:
+        yield "has no stress at its first stretch under voltage: a slack film, of which no compression is predicted"
+    if coupon.kind == "cyclic" and last > 1.0 + NEAR_ONE and coupon.stress[-1] < 0.15 * most:
+        yield f"its unloading is cut at stretch {last:.4g}, where the stress has come to 0"
+
+
+def _without_repeats(tests: list[Coupon]) -> list[Coupon]:
+    """The tests, of which one that repeats the first rows of another is left out and says so."""
+    found: list[Coupon] = []
+    for test in tests:
+        longer = next((other for other in tests if other is not test and _repeats(test, other)), None)
+        if longer is not None and (len(longer.stress) > len(test.stress) or longer in found):
+            why = f"repeats the first {len(test.stress)} rows of {longer.name}: left out"
+            test = test.with_use("leave out", why)
+        found.append(test)
+    return found
+
+
+def _repeats(test: Coupon, other: Coupon) -> bool:
+    n = len(test.stress)
+    same = (test.mode, test.kind, test.voltage) == (other.mode, other.kind, other.voltage)
+    return (
+        same
+        and n <= len(other.stress)
+        and np.array_equal(test.stretch, other.stretch[:n])
+        and np.array_equal(test.stress, other.stress[:n])
+    )
+
+
+def same_temperature(tests: Sequence[Coupon]) -> tuple[float, list[Coupon]]:
+    """The temperature at which most samples to be fitted were measured, NaN if none is known, and the tests: those at
+    another are left out and say so."""
+    known = [test for test in tests if test.use == "fit" and np.isfinite(test.temperature)]
+    if not known:
+        return np.nan, list(tests)
+    near = {
+        test.temperature: sum(abs(other.temperature - test.temperature) <= SAME_TEMPERATURE for other in known)
+        for test in known
+    }
+    chosen = max(near, key=lambda t: (near[t], -abs(t - 293.15)))
+    found = []
+    for test in tests:
+        if test.use == "fit" and abs(test.temperature - chosen) > SAME_TEMPERATURE:
+            why = f"at {test.temperature - 273.15:.3g} degC, not at {chosen - 273.15:.3g} degC as most: left out"
+            test = test.with_use("leave out", why)
+        found.append(test)
+    return chosen, found

@@ -1,0 +1,152 @@
+"""The list of measured files, tests.toml: which file holds which tests, and what its columns do not state."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from gelcone.devices.units import FieldError, parse
+from gelcone.errors import InputError, unknown_name
+from gelcone.files import read_text
+from gelcone.lab.coupons import KINDS, MODES, ROLES, USES, WIDTHS, Coupon, Spectrum, coupons_of, spectra_of
+from gelcone.lab.reading import read_table
+
+MOST_FILES = 200
+REMEDY = 'give a list of tests: a table [[test]] for each file, with file = "tension.csv"'
+_CHOICES = {"mode": MODES, "kind": KINDS, "width": WIDTHS, "use": USES}
+_NUMBERS = {
+    "thickness": "m",
+    "gauge_length": "m",
+    "specimen_width": "m",
+    "voltage": "V",
+    "hold_from": "s",
+}
+_RATES = ("rate", "loading_rate")
+KEYS = ("file", "only", "temperature", *_CHOICES, *_NUMBERS, *_RATES, *ROLES)
+"""What a table [[test]] may state; a role (`gelcone.lab.coupons.ROLES`) names its column: ``stress = "F/A, kPa"``."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Measured ``coupons`` and permittivity ``spectra``, and the ``files`` that they come from."""
+
+    coupons: tuple[Coupon, ...]
+    spectra: tuple[Spectrum, ...]
+    files: tuple[str, ...]
+
+
+def read_tests(*paths: str | Path) -> Measured:
+    """Read measured tests on coupons.
+
+    Parameters
+    ----------
+    paths : lists of tests (tests.toml), or measured tables (CSV) whose headers say enough. A list has a table
+        ``[[test]]`` for each file; ``file`` lies in the folder of the list.
+
+    Returns
+    -------
+    `Measured`: every test with notes about all that was interpreted.
+
+    Raises
+    ------
+    InputError : for what cannot be read with certainty, in one line that names file, line and remedy.
+    """
+    coupons: list[Coupon] = []
+    spectra: list[Spectrum] = []
+    files: list[str] = []
+    for path in map(Path, paths):
+        for table_path, settings in _listed(path):
+            table = read_table(table_path)
+            found = spectra_of(table, settings["columns"])
+            own = [] if found else coupons_of(table, settings)
+            coupons += _only(table.file, own, settings.get("only"))
+            spectra += found
+            files.append(table.file)
+    if len(set(files)) < len(files):
+        twice = next(name for k, name in enumerate(files) if name in files[:k])
+        raise InputError(f"{twice}: is listed twice; list it once, with only = [...] for some of its tests")
+    if not files:
+        raise InputError(f"no measured file is given; {REMEDY}")
+    return Measured(tuple(coupons), tuple(spectra), tuple(files))
+
+
+def _listed(path: Path) -> Iterable[tuple[Path, dict[str, Any]]]:
+    """The files of a list and their settings; a measured table stands for itself."""
+    if path.suffix.lower() != ".toml":
+        return [(path, {"columns": {}})]
+    try:
+        content = tomllib.loads(read_text(path, REMEDY))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
+    listed = content.pop("test", None)
+    if content or not isinstance(listed, list) or not listed or not all(isinstance(one, dict) for one in listed):
+        raise InputError(f"{path}: {f'{next(iter(content))!r} is not known; ' if content else ''}{REMEDY}")
+    if len(listed) > MOST_FILES:
+        raise InputError(f"{path}: lists {len(listed)} files; give at most {MOST_FILES}")
+    return [_read_entry(path, k, entry) for k, entry in enumerate(listed, start=1)]
+
+
+def _read_entry(path: Path, number: int, entry: Mapping[str, Any]) -> tuple[Path, dict[str, Any]]:
+    """The file of a table [[test]], and its settings in SI."""
+    where = f"{path}, test {number}"
+    for key in entry:
+        if key not in KEYS:
+            raise InputError(f"{where}: {unknown_name('setting of a test', key, KEYS)}")
+    name = entry.get("file")
+    if not isinstance(name, str) or not name.strip() or "\x00" in name:
+        raise InputError(f"{where}: file is missing; {REMEDY}")
+    if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts or "\\" in name or ":" in name:
+        raise InputError(f"{where}: file = {name!r}: must lie in the folder of the list; put it there")
+    columns = {key: value for key, value in entry.items() if key in ROLES and not _begins_a_number(value)}
+    for key, value in columns.items():
+        if not isinstance(value, str) or not value.strip():
+            raise InputError(f'{where}: {key} = {value!r}: must name a column, such as {key} = "F, mN"')
+    others = {key: value for key, value in entry.items() if key != "file" and key not in columns}
+    return path.parent / name, {key: _setting(where, key, value) for key, value in others.items()} | {
+        "columns": columns
+    }
+
+
+def _begins_a_number(value: Any) -> bool:
+    return value[:1] in "+-.0123456789" if isinstance(value, str) and value else isinstance(value, int | float)
+
+
+def _setting(where: str, key: str, value: Any) -> Any:
+    """A setting, checked, numbers in SI."""
+    try:
+        if key in _CHOICES:
+            if value not in _CHOICES[key]:
+                raise unknown_name(key, str(value)[:60], _CHOICES[key])
+            return value
+        if key in _NUMBERS:
+            bounds: dict[str, Any] = {"least": 0.0} if key in ("voltage", "hold_from") else {"above": 0.0}
+            return parse(key, value, _NUMBERS[key], **bounds)
+        if key in _RATES:
+            text = value.removesuffix("1/s").removesuffix("/s").strip() if isinstance(value, str) else value
+            return parse(key, text, "1", above=0.0)
+        if key == "temperature" and (text := str(value).strip()).endswith(("degC", "K")):
+            number = parse(key, text.removesuffix("degC").removesuffix("K").strip(), "1")
+            return number + (273.15 if text.endswith("degC") else 0.0)
+    except (FieldError, InputError) as error:
+        raise InputError(f"{where}: {error}") from None
+    if key == "only":
+        if isinstance(value, list) and value and all(isinstance(one, int | str) for one in value):
+            return [str(one) for one in value]
+        raise InputError(f"{where}: only = {value!r}: must be a list of ids, such as [101, 102]")
+    if key == "temperature":
+        raise InputError(f"{where}: temperature = {value!r}: has no unit; write '20 degC' or '293 K'")
+    raise InputError(f'{where}: {key} = {value!r}: must name a column, such as {key} = "COLUMN, kPa"')
+
+
+def _only(file: str, tests: list[Coupon], ids: list[str] | None) -> list[Coupon]:
+    """The tests of the ids that are asked for; all by default."""
+    if ids is None:
+        return tests
+    own = {test.name.rsplit(" ", 1)[-1]: test for test in tests}
+    for one in ids:
+        if one not in own:
+            raise InputError(f"{file}: {unknown_name('test of the file', one, own)}")
+    return [own[one] for one in ids]

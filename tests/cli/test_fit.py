@@ -1,0 +1,86 @@
+"""`gelcone fit`: measured files in, a material, a figure and words out."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+import gelcone
+from gelcone.devices.device import Device
+from tests.answers import result
+
+VHB = Path(__file__).parents[2] / "docs" / "measured" / "vhb"
+QUICK = ("--laws", "yeoh,gent", "--branches", "1,2", "--draws", "4")
+
+
+@pytest.fixture
+def vhb(command_line, tmp_path):
+    """The command line in a folder with tests on VHB."""
+    for path in VHB.iterdir():
+        shutil.copy(path, tmp_path / path.name)
+    return command_line
+
+
+def test_a_fit_from_files_to_a_device(vhb, tmp_path, undrawn):
+    code, out, err = vhb("fit", "material.toml", "--data", "tests.toml", *QUICK, "--out", "fitted")
+    assert code == 0, err
+    assert out.startswith("VHB 4905: yeoh with 2 Maxwell branches, logarithmic flow\n  fitted to 13 tests at 20 degC\n")
+    for line in (
+        "mean error of tests left out, %, by number of branches:",
+        "  yeoh           10.67    5.19",
+        "chosen: yeoh, 2: the fewest branches within 3 % of the best (a device takes up to 3)",
+        "  vhb-cyclic-0kV 702: at 50 degC, not at 20 degC as most: left out",
+        "  vhb-quasi-static 202: repeats the first 24 rows of vhb-quasi-static 201: left out",
+        "wrote fitted/material.toml",
+    ):
+        assert line in out.splitlines(), line
+    table = (tmp_path / "fitted" / "material.toml").read_text(encoding="utf-8")
+    pump = [line for line in gelcone.find_device("biased-pump").to_toml().splitlines() if "material =" not in line]
+    device = Device.from_text("\n".join([*pump, 'film = "taut"', table]))
+    assert device.material == gelcone.fitted_material(gelcone.load(tmp_path / "fitted" / "fit.nc"))
+    assert vhb("fit", "material.toml", "--data", "tests.toml", *QUICK, "--out", "fitted")[0] == 2
+
+
+def test_the_guide_shows_what_is_printed(vhb):
+    page = (VHB.parents[1] / "lab.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```text\n(VHB.*?)```", page, flags=re.DOTALL)
+    code, out, err = vhb("fit", "material.toml", "--data", "tests.toml", "--draws", "2")
+    assert code == 0, err
+    printed = iter(out.splitlines())
+    for line in block.splitlines():
+        assert any(own.startswith(line.removesuffix(" ...")) for own in printed), line
+
+
+def test_files_without_a_list_and_the_answer_as_json(vhb):
+    data = [f"vhb-{name}.csv" for name in ("loading-20C", "relaxation", "dielectric")]
+    code, out, err = vhb("fit", *(word for name in data for word in ("--data", name)), *QUICK, "--json")
+    assert code == 0, err
+    found = result(out)
+    assert found["command"] == "fit"
+    assert found["chosen_law"] == "yeoh"
+    assert found["material"]["law"] == "yeoh"
+    assert found["files"] == data
+    assert len(found["test_name"]) == 11
+    assert "stretch" not in found
+
+
+@pytest.mark.parametrize(
+    ("typed", "message"),
+    [
+        (["--data", "none.csv"], "none.csv: there is no such file; give a CSV file with a header"),
+        ([], "--data is missing; give tests.toml or a measured CSV file"),
+        (["none.toml", "--data", "tests.toml"], "none.toml: there is no such file"),
+        (["bad.toml", "--data", "tests.toml"], "'modulus' is not a material field; did you mean"),
+        (["--data", "tests.toml", "--laws", "mooney"], "'mooney' is not a law; known: gent, neo-hookean, yeoh"),
+        (["--data", "tests.toml", "--branches", "two"], "--branches = 'two': must be whole numbers, such as 1,2,3"),
+        (["--data", "tests.toml", "--flow", "fast"], "'fast' is not a flow; known: log, linear"),
+        (["--data", "vhb-quasi-static.csv"], "relative_permittivity: is missing; give it in the material's file"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(typed, message, vhb, tmp_path):
+    (tmp_path / "bad.toml").write_text("[material]\nmodulus = 1\n")
+    code, out, err = vhb("fit", *typed)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1

@@ -1,0 +1,265 @@
+"""Measured tables in all their quirks, and files that nobody should trust: one clear line each."""
+
+import os
+import random
+
+import numpy as np
+import pytest
+
+from gelcone.errors import InputError
+from gelcone.lab.coupons import coupons_of, roles_of
+from gelcone.lab.measured import read_tests
+from gelcone.lab.reading import read_table
+
+PLAIN = "stretch,stress (kPa)\n1.0,0.0\n1.1,5.0\n1.2,9.0\n1.3,12.5\n"
+SAME = {
+    "semicolons and decimal commas": "stretch;stress (kPa)\n1,0;0,0\n1,1;5,0\n1,2;9,0\n1,3;12,5\n",
+    "tabs": "stretch\tstress (kPa)\n1.0\t0.0\n1.1\t5.0\n1.2\t9.0\n1.3\t12.5\n",
+    "spaces": "stretch stress_kPa\n1.0 0.0\n1.1  5.0\n1.2 9.0\n1.3 12.5\n".replace("_kPa", "[kPa]"),
+    "a unit in brackets": PLAIN.replace("(kPa)", "[kPa]"),
+    "a unit after a slash": PLAIN.replace("(kPa)", "/ kPa"),
+    "units in the second row": "stretch,stress\n-,kPa\n1.0,0.0\n1.1,5.0\n1.2,9.0\n1.3,12.5\n",
+    "a byte-order mark": "\ufeff" + PLAIN,
+    "Windows lines": PLAIN.replace("\n", "\r\n"),
+    "old Mac lines": PLAIN.replace("\n", "\r"),
+    "comments and empty lines": "# made by a rig\n\n" + PLAIN.replace("1.1,", "\n% a pause\n1.1,"),
+    "strain in %": "strain (%),stress (kPa)\n0,0\n10,5\n20,9\n30,12.5\n",
+    "megapascals": "stretch,stress (MPa)\n1.0,0\n1.1,0.005\n1.2,0.009\n1.3,0.0125\n",
+    "a column of words": "stretch,remark,stress (kPa)\n1.0,a,0.0\n1.1,,5.0\n1.2,b,9.0\n1.3,c,12.5\n",
+    "words with commas": 'name,stretch,stress (kPa)\n"a, b",1.0,0\n"a, b",1.1,5\n"a, b",1.2,9\n"a, b",1.3,12.5\n',
+    "a trailing separator": PLAIN.replace("\n", ",\n"),
+    "a cut-off last line": PLAIN + "1.4\n",
+    "a missing cell": PLAIN + "1.4,\n",
+}
+
+
+def written(folder, text, name="test.csv", encoding="utf-8"):
+    path = folder / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode(encoding))
+    return path
+
+
+@pytest.mark.parametrize("quirk", SAME)
+def test_the_same_numbers_in_every_dress(quirk, tmp_path):
+    table = read_table(written(tmp_path, SAME[quirk]))
+    (test,) = coupons_of(table, {"columns": {}})
+    assert ("column 'remark' is not used" in test.notes) == (quirk == "a column of words")
+    np.testing.assert_allclose(test.stretch, [1.0, 1.1, 1.2, 1.3])
+    np.testing.assert_allclose(test.stress, [0.0, 5e3, 9e3, 12.5e3])
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "latin-1"])
+def test_encodings(encoding, tmp_path):
+    text = PLAIN.replace("stretch", "id,stretch").replace("\n1", "\n20\N{DEGREE SIGN}C,1")
+    table = read_table(written(tmp_path, text, encoding=encoding))
+    assert table.columns["id"].words[0] == "20\N{DEGREE SIGN}C"
+    assert any("Latin-1" in note for note in table.notes) == (encoding == "latin-1")
+
+
+def test_what_was_interpreted_is_named(tmp_path):
+    text = SAME["semicolons and decimal commas"].replace("stretch", "id;stretch").replace("\n1", "\n\ufffd;1")
+    table = read_table(written(tmp_path, text + "\ufffd;1,4\n"))
+    assert table.notes == (
+        "letters were lost when it was exported (they read \ufffd), numbers were not",
+        "cells are separated by semicolons",
+        "line 6, the last, is cut off (2 cells of 3) and left out",
+        "decimals are written with commas",
+    )
+
+
+REFUSED = {
+    "force without a unit": (
+        "lam,F\n1,0\n1.1,5\n1.2,9\n1.3,12\n",
+        'test.csv, line 1: column "F" has no unit; write "F (N)", or name it in tests.toml: force = "F, mN"',
+    ),
+    "commas for everything": (
+        "stretch,stress (kPa)\n1,0,0,0\n1,1,5,0\n",
+        "test.csv: decimal comma and comma separator cannot be told apart in line 2; export with semicolons",
+    ),
+    "kilopascals without a unit": (
+        "stretch,stress\n1,0\n1.1,5\n1.2,9\n1.3,12.5\n",
+        "test.csv: the largest stress is 12.5: is it in kPa or MPa? write the unit",
+    ),
+    "kilovolts without a unit": (
+        "stretch,stress (kPa),voltage\n1,0,6\n1.1,5,6\n1.2,9,6\n1.3,12.5,6\n",
+        "test.csv: 4 of 4 voltages are below 20 V: kilovolts? write the unit",
+    ),
+    "a foreign unit": (PLAIN.replace("kPa", "psi"), "'psi' is not a unit of pressure; write one of Pa, kPa, MPa"),
+    "marks between thousands": (
+        "stretch;stress (Pa)\n1,0;0\n1,1;5.000,1\n1,2;9000\n1,3;12500\n",
+        "line 3: column 'stress' holds '5.000,1'; give one number a cell",
+    ),
+    "points and commas": (
+        "stretch;stress (Pa)\n1,0;0.5\n1,1;5000,1\n1,2;9000\n1,3;12500\n",
+        "line 2: column 'stress' has decimal points and decimal commas (0.5)",
+    ),
+    "too many cells": (PLAIN + "1.4,15,3\n", "line 6: has 3 cells for 2 columns"),
+    "too few cells": (PLAIN.replace("1.1,5.0", "1.1"), "line 3: has 1 cells for 2 columns; complete it"),
+    "no header": ("1,0\n1.1,5\n", "line 1: is a row of numbers, not a header"),
+    "no rows": ("stretch,stress (kPa)\n", "has a header and no numbers"),
+    "nothing": ("", "is empty"),
+    "only separators": (",,,\n;;;\n", "is empty"),
+    "two columns of one name": ("a,a\n1,2\n3,4\n", "has two columns 'a'"),
+    "a column without a name": ("stretch,,stress (kPa)\n1,2,3\n", "column 2 has no name"),
+    "two columns for one thing": (
+        "stretch,lambda,stress (kPa)\n1,1,0\n1,1,0\n1,1,0\n1,1,0\n",
+        "columns 'stretch' and 'lambda' both look like stretch",
+    ),
+    "no stress": ("stretch,temp\n1,2\n1,2\n1,2\n1,2\n", "no column is a stress (columns: stretch, temp)"),
+    "three rows": ("stretch,stress (kPa)\n1,0\n1.1,5\n1.2,9\n", "has 3 rows; give at least 4"),
+    "strain as stretch": (
+        "stretch,stress (kPa)\n0,0\n0.1,5\n0.2,9\n0.3,12\n",
+        "line 2: stretch 0: must be over 0 and at most 50; is it a strain",
+    ),
+    "percent as stretch": ("stretch,stress (kPa)\n1,0\n110,5\n120,9\n130,12\n", "line 3: stretch 110: must be over 0"),
+    "time that runs back": (
+        "time (s),stretch,stress (kPa)\n0,1,0\n2,1.1,5\n1,1.2,9\n3,1.3,12\n",
+        "line 4: the time does not increase",
+    ),
+    "a temperature in Fahrenheit": (
+        "stretch,stress (kPa),temp (F)\n1,0,70\n1.1,5,70\n1.2,9,70\n1.3,12,70\n",
+        "'F' is not K or degC",
+    ),
+    "a negative rate": (
+        "stretch,stress (kPa),rate (1/s)\n1,0,-1\n1.1,5,-1\n1.2,9,-1\n1.3,12,-1\n",
+        "strain rate -1: must be greater than 0",
+    ),
+    "a rate in mm/s": ("stretch,stress (kPa),rate (mm/s)\n1,0,1\n1.1,5,1\n1.2,9,1\n1.3,12,1\n", "is not a strain rate"),
+    "infinity": (PLAIN + "1.4,1e999\n", "column 'stress' holds '1e999'"),
+    "a huge exponent": (PLAIN + "1.4,1e300\n1.5,1e308e5\n", "column 'stress' holds '1e308e5'"),
+    "words for numbers": ("stretch,stress (kPa)\na,b\nc,d\ne,f\ng,h\n", "holds words"),
+    "a quote that is not closed": ('stretch,stress (kPa)\n"1,0\n1.1,5\n', "close every quote"),
+    "binary": (bytes(range(256)) * 40, "is not text"),
+    "zeros": (b"\x00" * 5000, "is not text"),
+    "half of UTF-16": (b"\xff\xfe" + "stretch".encode("utf-16-le") + b"1", "is not UTF-16 text"),
+    "too many columns": (",".join(f"c{k}" for k in range(100)) + "\n1\n", "has 100 columns; give at most 64"),
+    "a permittivity below 1": ("freq (Hz),dielec\n1,4.7\n10,0.3\n", "a relative permittivity of 0.3 is below 1"),
+    "extension without a length": (
+        "extension (mm),stress (kPa)\n0,0\n1,5\n2,9\n3,12\n",
+        'has a extension, which needs gauge_length; add gauge_length = "20 mm" in tests.toml',
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+def test_a_file_that_is_not_certain_is_refused_in_one_line(kind, tmp_path):
+    text, message = REFUSED[kind]
+    with pytest.raises(InputError) as error:
+        read_tests(written(tmp_path, text))
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("data.tdms", "data.tdms: TDMS is not read; export CSV (TDMS has a viewer that does) with units in the header"),
+        ("data.xlsx", "Excel files are not read; save the sheet as CSV (UTF-8) with units in the header"),
+        ("data.mat", "MATLAB files are not read; export CSV (writetable) with units in the header"),
+        ("data.uff", "UFF is not read"),
+        ("no-such.csv", "there is no such file"),
+        (".", "is a folder"),
+    ],
+)
+def test_files_that_are_no_tables(name, message, tmp_path):
+    with pytest.raises(InputError) as error:
+        read_tests(tmp_path / name)
+    assert message in str(error.value)
+
+
+def test_what_cannot_be_read_to_an_end_is_not_opened(tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(InputError, match="is not a regular file"):
+        read_tests(tmp_path / "pipe.csv")
+    large = tmp_path / "large.csv"
+    with large.open("wb") as file:
+        file.truncate(2**24 + 1)
+    with pytest.raises(InputError, match="is larger than 16 MB"):
+        read_tests(large)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_damaged_files_are_read_or_refused_in_one_line(seed, tmp_path):
+    """Cells and bytes of a good file changed at random."""
+    rng = random.Random(seed)
+    text = rng.choice([*SAME.values(), *(t for t, _ in REFUSED.values() if isinstance(t, str))]).encode()
+    data = bytearray(text)
+    for _ in range(rng.randint(1, 6)):
+        at = rng.randrange(len(data) + 1)
+        piece = rng.choice(
+            [b",", b";", b"\n", b"\t", b'"', b"\x00", b"\xff", b"-", b"e", b"9" * 400, b"(", b"nan", b"%"]
+        )
+        data[at : at + rng.randint(0, 3)] = piece
+    said = ""
+    try:
+        read_tests(written(tmp_path, bytes(data)))
+    except InputError as error:
+        said = str(error)
+    assert "\n" not in said
+    assert len(said) < 400
+
+
+# --- lists of tests ---------------------------------------------------------------------------------------------------
+
+LISTS = {
+    "broken": ("[[test]\n", "broken TOML"),
+    "nothing": ("", "give a list of tests: a table [[test]] for each file"),
+    "an unknown table": ("[[tests]]\nfile = 'test.csv'\n", "'tests' is not known"),
+    "an unknown setting": (
+        "[[test]]\nfile = 'test.csv'\nthicknes = '1 mm'\n",
+        "'thicknes' is not a setting of a test; did you mean 'thickness'?",
+    ),
+    "no file": ("[[test]]\nmode = 'uniaxial'\n", "list.toml, test 1: file is missing"),
+    "a file elsewhere": ("[[test]]\nfile = '../secret.csv'\n", "must lie in the folder of the list; put it there"),
+    "a file at the root": ("[[test]]\nfile = '/etc/passwd'\n", "must lie in the folder of the list; put it there"),
+    "a Windows path": ("[[test]]\nfile = 'C:\\\\secret.csv'\n", "must lie in the folder of the list; put it there"),
+    "a file that is not there": ("[[test]]\nfile = 'other.csv'\n", "there is no such file"),
+    "an unknown mode": ("[[test]]\nfile = 'test.csv'\nmode = 'biaxial'\n", "'biaxial' is not a mode; did you mean"),
+    "a thickness without a unit": ("[[test]]\nfile = 'test.csv'\nthickness = '1'\n", "thickness = '1': has no unit"),
+    "no thickness at all": ("[[test]]\nfile = 'test.csv'\nthickness = 0.0\n", "must be greater than 0 m"),
+    "a temperature without a unit": ("[[test]]\nfile = 'test.csv'\ntemperature = 20\n", "write '20 degC' or '293 K'"),
+    "a test that is not there": ("[[test]]\nfile = 'test.csv'\nonly = [7]\n", "'7' is not a test of the file"),
+    "only what": ("[[test]]\nfile = 'test.csv'\nonly = 7\n", "must be a list of ids, such as [101, 102]"),
+    "a column that is not there": ("[[test]]\nfile = 'test.csv'\nstress = 'F, kPa'\n", "'F' is not a column"),
+    "a column that is a number": ("[[test]]\nfile = 'test.csv'\nstress = 7\n", "must name a column"),
+    "twice the same": ("[[test]]\nfile = 'test.csv'\n[[test]]\nfile = 'test.csv'\n", "test.csv: is listed twice"),
+}
+
+
+@pytest.mark.parametrize("kind", LISTS)
+def test_a_list_that_is_wrong_is_refused_in_one_line(kind, tmp_path):
+    written(tmp_path, PLAIN)
+    text, message = LISTS[kind]
+    with pytest.raises(InputError) as error:
+        read_tests(written(tmp_path, text, "list.toml"))
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_list_says_what_a_header_does_not(tmp_path):
+    written(tmp_path, "L,F\n0,0\n2,0.1\n4,0.18\n6,0.25\n", "tension.csv")
+    text = """
+        [[test]]
+        file = "tension.csv"
+        force = "F, N"
+        extension = "L, mm"
+        gauge_length = "20 mm"
+        specimen_width = "10 mm"
+        thickness = "1 mm"
+        rate = "0.1 1/s"
+        temperature = "22 degC"
+        mode = "pure shear"
+        use = "check"
+    """
+    (test,) = read_tests(written(tmp_path, text, "list.toml")).coupons
+    np.testing.assert_allclose(test.stretch, [1.0, 1.1, 1.2, 1.3])
+    np.testing.assert_allclose(test.stress, [0.0, 1e4, 1.8e4, 2.5e4])
+    np.testing.assert_allclose(test.time, [0.0, 1.0, 2.0, 3.0])
+    assert (test.mode, test.kind, test.use) == ("pure shear", "loading", "check")
+    assert test.temperature == pytest.approx(295.15)
+
+
+def test_a_column_is_known_by_many_names(tmp_path):
+    for name in ("lambda", "Stretch Ratio", "STRETCH", "stretch_ratio"):
+        table = read_table(written(tmp_path, PLAIN.replace("stretch", name)))
+        assert roles_of(table, {})["stretch"][0].name == name
