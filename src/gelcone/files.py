@@ -18,18 +18,18 @@ PROBE = 2**16
 
 
 def read_text(path: Path, remedy: str) -> str:
-    """Read the text of a file as `read_bytes` does, of UTF-8, with or without a byte-order mark.
+    """Read the text of a file as `read_data` does, of UTF-8, with or without a byte-order mark.
 
     Raises `InputError` as there, and for a file that is not UTF-8.
     """
-    data = read_bytes(path, remedy)
+    data = read_data(path, remedy)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{_shown(path)}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
 
 
-def read_bytes(path: Path, remedy: str) -> bytes:
+def read_data(path: Path, remedy: str) -> bytes:
     """Read a regular file of at most `LARGEST_TEXT` bytes.
 
     Raises `InputError`, which ends in ``remedy``, for what cannot be read, for a folder, a device or a pipe, which are

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from gelcone.errors import InputError
-from gelcone.files import read_bytes
+from gelcone.files import read_data
 from gelcone.quantity import Array
 
 MOST_COLUMNS = 64
@@ -97,7 +97,7 @@ def read_table(path: Path) -> Table:
 
 def _decoded(path: Path) -> tuple[str, list[str]]:
     """The text of a file, and notes about its encoding."""
-    data, notes = read_bytes(path, REMEDY), []
+    data, notes = read_data(path, REMEDY), []
     encoding = "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig"
     try:
         text = data.decode(encoding)
