@@ -12,6 +12,7 @@ from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import Starts, transient_of
+from gelcone.motion.electrical import apparent_power
 from gelcone.motion.equilibrium import Ramp, drive_ramp
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
@@ -275,18 +276,16 @@ def _yields(members: Members, run: Trajectories, samples: int) -> dict[str, Arra
     assert run.work is not None
     x, n = run.states[..., 0], members.numbers(trailing=1)
     voltages = members.voltages(run.times, run.states)
-    voltage = voltages[0]
     # each of a period's samples twice, in ten periods: currents take long, and period 2 shows all its phases, too
     some = slice(0, 10 * samples, 5)
     with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
         z = list(np.moveaxis(run.states[:, some], -1, 0))
-        current = members.system.currents(run.times[:, some], z, n)[0]
-        apparent = [np.sqrt(np.mean(values * values, axis=1)) for values in (voltage[:, some], current)]
-        field = members.film_states(run.states, voltages)[0].true_field.max(axis=1)
+        apparent = apparent_power([v[:, some] for v in voltages], members.system.currents(run.times[:, some], z, n))
+        field = np.max([film.true_field.max(axis=1) for film in members.film_states(run.states, voltages)], axis=0)
     return {
         "stroke": highest(x) + highest(-x),
         "power": dissipated_energy(members.system, run.work)[:, -1] / run.times[:, -1],
-        "apparent_power": apparent[0] * apparent[1],
+        "apparent_power": apparent,
         "field": field,
     }
 

@@ -15,6 +15,7 @@ from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import Cycles, sampled
 from gelcone.motion.attractor.search import search
+from gelcone.motion.electrical import MEANINGS, electrical
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import linear_response
 from gelcone.motion.settle import check_budgets, start_states
@@ -42,7 +43,8 @@ class Swing:
     """Settled motions, arrays over the same dims: ``lowest`` and ``highest`` displacement, the ``period`` of the cycle
     in forcing periods (0: none), whether that is ``resting`` (of period 1), the ``outcome``, (..., harmonics) the
     complex ``harmonics`` - displacement is the sum of the imaginary parts of harmonic times exp(i k omega t) -, (...,
-    N) the ``final`` states at phase 0, and the ``validity`` (`gelcone.motion.validity.validity`).
+    N) the ``final`` states at phase 0, the ``mean`` displacement, the ``validity``
+    (`gelcone.motion.validity.validity`), and what the source gives, (..., `gelcone.motion.electrical.MEANINGS`).
     """
 
     lowest: Array
@@ -52,7 +54,9 @@ class Swing:
     outcome: npt.NDArray[np.int8]
     harmonics: npt.NDArray[np.complex128]
     final: Array
+    mean: Array
     validity: Array
+    source: Array
 
     @classmethod
     def blank(cls, *shape: int, states: int = 2) -> Swing:
@@ -65,7 +69,9 @@ class Swing:
             outcome=np.zeros(shape, dtype=np.int8),
             harmonics=np.full((*shape, len(HARMONICS)), np.nan + 0j),
             final=np.full((*shape, states), np.nan),
+            mean=np.full(shape, np.nan),
             validity=unknown(*shape),
+            source=np.full((*shape, len(MEANINGS)), np.nan),
         )
 
     def take(self, rows: Any) -> Swing:
@@ -127,12 +133,14 @@ def settled(
 
     Returns
     -------
-    Dataset over the ensemble's dims with ``lowest``, ``highest`` and ``stroke`` (between them) of the displacement;
-    ``period`` in forcing periods as in `regime`: 1 where the motion follows the forcing, more for subharmonics, 0 where
-    the disc is ``resting``, and where none up to 64 was found (chaos, or not settled); over ``harmonic``, multiples of
-    the drive frequency, ``harmonic_amplitude`` and ``harmonic_phase`` in degrees ahead of sin(harmonic omega t), where
-    the voltage is sin(omega t), NaN where there is no such motion; ``linear_stroke`` by linear theory (NaN without an
-    equilibrium); ``validity_*`` as in `regime`; and ``outcome``, that of a member without damping being an error.
+    Dataset over the ensemble's dims with ``lowest``, ``highest``, ``mean`` and ``stroke`` (between the first two) of
+    the displacement; ``period`` in forcing periods as in `regime`: 1 where the motion follows the forcing, more for
+    subharmonics, 0 where the disc is ``resting``, and where none up to 64 was found (chaos, or not settled); over
+    ``harmonic``, multiples of the drive frequency, ``harmonic_amplitude`` and ``harmonic_phase`` in degrees ahead of
+    sin(harmonic omega t), where the voltage is sin(omega t), NaN where there is no such motion; ``linear_stroke`` by
+    linear theory (NaN without an equilibrium); the largest ``current`` into a film, the mean ``power`` that the source
+    gives, the ``apparent_power`` (rms voltage times rms current) and the largest true ``field``; ``validity_*`` as in
+    `regime`; and ``outcome``, that of a member without damping being an error.
 
     Raises
     ------
@@ -185,11 +193,13 @@ def settled_cells(
             "stroke": ((), 2.0 * found.amplitude, "stroke of the settled motion, peak to peak", "length"),
             "lowest": ((), found.lowest, "lowest displacement", "length"),
             "highest": ((), found.highest, "highest displacement", "length"),
+            "mean": ((), found.mean, "mean displacement", "length"),
             "period": ((), found.forcing_periods, "period in forcing periods, 0 if none", "count"),
             "resting": ((), found.resting.astype(np.int8), "1 if the disc is at rest", "code"),
             "harmonic_amplitude": (("harmonic",), np.abs(found.harmonics), "amplitudes of harmonics 1 to 4", "length"),
             "harmonic_phase": (("harmonic",), found.phases, "their phases ahead of the voltage's", "angle"),
             "linear_stroke": ((), linear, "stroke by linear theory", dataset.absent("length")),
+            **{name: ((), found.source[:, k], *about) for k, (name, about) in enumerate(MEANINGS.items())},
             **validity_variables(found.validity, found.outcome, members.system),
         },
         found.outcome,
@@ -207,8 +217,8 @@ def swing(
     """The motions of a flattened ensemble from ``states`` (members, N) at phase 0.
 
     Those on cycles of known ``period`` (members,) over whole turns and drive periods, those of period 0 over `REPEATS`
-    forcing periods. ``only_extent`` leaves out harmonics and validity, which takes the film's own lengths at each
-    sample; they stay NaN.
+    forcing periods. ``only_extent`` leaves out harmonics, validity and what the source gives, which take the film's own
+    lengths at each sample; they stay NaN.
     """
     found = Swing.blank(members.size, states=states.shape[1])
     found.period[:] = 0 if period is None else period
@@ -222,8 +232,11 @@ def swing(
         # on a cycle the first sample follows the last one
         ringed = np.pad(x, ((0, 0), (1, 1)), mode="wrap") if own else x
         found.lowest[rows], found.highest[rows] = -highest(-ringed), highest(ringed)
-        found.outcome[rows], found.final[rows] = run.outcome, run.path[:, -1]
+        found.outcome[rows], found.final[rows], found.mean[rows] = run.outcome, run.path[:, -1], x.mean(axis=1)
         if not only_extent:
+            spacing = (run.times.shape[1] - 1) // x.shape[1]
+            of_source = electrical(part, run.times[:, spacing::spacing], run.path)
+            found.source[rows] = np.stack([of_source[name] for name in MEANINGS], axis=-1)
             found.harmonics[rows] = harmonics_of(part, x, SAMPLES)
             found.validity[rows] = run.validity(part, turn=own > 0)
     return found

@@ -281,7 +281,7 @@ def kind(subject: Subject) -> Settled:
 
 def electrical(subject: Subject, run: Trajectories) -> Parts:
     """Current and power along the run of `Settled`."""
-    numbers = performance.electrical(subject.model.members(), run)
+    numbers = performance.of_source(subject.model.members(), run)
     return Parts({}, {"numbers": performance.in_words(numbers, subject)})
 
 

@@ -11,6 +11,7 @@ from gelcone.analyses.request import Subject
 from gelcone.codes import Regime
 from gelcone.devices.scales import MEASURES
 from gelcone.devices.units import format_si
+from gelcone.motion.electrical import electrical
 from gelcone.motion.equilibrium import jump_voltages
 from gelcone.motion.job import Trajectories
 from gelcone.motion.settled import HARMONICS, harmonics_of, highest
@@ -21,8 +22,8 @@ DIGITS = 3
 MOST_SAMPLES = 2000
 """Samples of a settled motion from which current, power and field are taken."""
 ROUNDING = 1e-9
-"""A length of less than this share of b - a, a mean height or harmonic of less than this share of the stroke, and a
-power of less than this share of what goes back and forth are rounding."""
+"""A length of less than this share of b - a, and a mean height or harmonic of less than this share of the stroke, are
+rounding."""
 QUANTITIES: Mapping[str, str] = {
     "stroke": "length",
     "mean height": "length",
@@ -66,19 +67,12 @@ def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> d
     return found
 
 
-def electrical(members: Members, run: Trajectories) -> dict[str, float]:
-    """The peak ``current`` into a film and the mean ``power`` that the source puts in, along a run as in `motion`.
+def of_source(members: Members, run: Trajectories) -> dict[str, float]:
+    """The peak ``current`` into a film and the mean ``power`` that the source gives, along a run as in `motion`.
 
     Left out where a film does not know its charge."""
-    times, states = _thinned(run)
-    z, n, system = list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1), members.system
-    currents = system.currents(times, z, n)
-    powers = dict(zip(system.causes, system.powers(times, z, n), strict=True))
-    given = sum(v * i for v, i in zip(members.voltages(times, states), currents, strict=True))
-    power = np.broadcast_to(powers.get("source", given), times.shape)
-    mean = 0.0 if abs(power.mean()) <= ROUNDING * np.abs(given).max() else float(power.mean())
-    found = {"current": float(max(np.abs(i).max() for i in currents)), "power": mean}
-    return {name: value for name, value in found.items() if np.isfinite(value)}
+    found = electrical(members, *_thinned(run))
+    return {name: float(found[name][0]) for name in ("current", "power") if np.isfinite(found[name][0])}
 
 
 def _thinned(run: Trajectories) -> tuple[Any, Any]:

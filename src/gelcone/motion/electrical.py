@@ -1,0 +1,48 @@
+"""What a settled motion asks of its source: current and power, from even samples over whole periods."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.physics.members import Members
+from gelcone.quantity import Array
+
+ROUNDING = 1e-9
+"""A power of less than this share of what goes back and forth is rounding."""
+MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
+    "current": ("largest current into a film", "current"),
+    "power": ("mean power that the source gives", "power"),
+    "apparent_power": ("apparent power: rms voltage times rms current, of all films", "apparent power"),
+    "field": ("largest true field in a film", "field"),
+}
+"""What `electrical` finds, and the quantity of each."""
+
+
+def electrical(members: Members, times: Array, states: Array) -> dict[str, Array]:
+    """The numbers of `MEANINGS`, (members,) each, of motions at ``times`` (members, samples) in ``states`` (members,
+    samples, N): even samples over whole periods of drive and motion, one end of which is left out.
+
+    NaN where a motion ended before, and the first three where a film does not know its charge.
+    """
+    z, n, system = list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1), members.system
+    with np.errstate(all="ignore"):  # of a motion that has ended
+        voltages, currents = members.voltages(times, states), system.currents(times, z, n)
+        given = np.asarray(sum(v * i for v, i in zip(voltages, currents, strict=True)))
+        powers = dict(zip(system.causes, system.powers(times, z, n), strict=True))
+        mean = np.broadcast_to(powers.get("source", given), times.shape).mean(axis=1)
+        fields = [np.broadcast_to(film.true_field, times.shape) for film in members.film_states(states, voltages)]
+    return {
+        "current": np.max([np.abs(own).max(axis=1) for own in currents], axis=0),
+        "power": np.where(np.abs(mean) <= ROUNDING * np.abs(given).max(axis=1), 0.0, mean),
+        "apparent_power": apparent_power(voltages, currents),
+        "field": np.max([own.max(axis=1) for own in fields], axis=0),
+    }
+
+
+def apparent_power(voltages: Sequence[Array], currents: Sequence[Array]) -> Array:
+    """Rms voltage times rms current, summed over the films, (members,); of even samples (members, samples) each."""
+    rms = [[np.sqrt(np.mean(own * own, axis=1)) for own in pair] for pair in zip(voltages, currents, strict=True)]
+    return np.asarray(sum(voltage * current for voltage, current in rms))

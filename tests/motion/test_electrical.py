@@ -1,0 +1,76 @@
+"""What the source gives: against the balance of the run, against formulas, and the same from every command."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.analyses.request import Subject
+from gelcone.codes import Regime
+from gelcone.motion.electrical import electrical
+from gelcone.motion.flow import integrate
+from gelcone.presets import find_preset
+from gelcone.studio import look
+
+PUMP = gelcone.find_device("biased-pump").replace(film="wrinkling")
+DOUBLE = gelcone.find_device("double-cone").replace(film="taut", second_film="taut")
+
+
+@pytest.mark.parametrize("device", [PUMP, DOUBLE], ids=["one film", "two films"])
+def test_the_settled_power_is_that_of_the_energy_balance_of_a_run(device):
+    """Mean of voltage times current over whole periods: the energies of `simulate` over the last ten of them."""
+    found = gelcone.settled(device)
+    assert int(found["period"]) >= 1
+    period = 1.0 / float(device.frequency)
+    run = gelcone.simulate(device, periods=400, times=np.linspace(0.0, 400.0 * period, 401))
+    supplied = run["supplied_energy"].values[-1] - run["supplied_energy"].values[-11]
+    assert run["supplied_energy"].attrs["units"] == "mJ"
+    assert found["power"].attrs["units"] == "mW"
+    assert float(found["power"]) == pytest.approx(supplied / (10.0 * period), rel=1e-5)
+
+
+def test_a_disc_held_by_a_stiff_spring_takes_the_current_of_a_capacitor():
+    """C v' and rms of both; no power, for nothing moves or is lost."""
+    model = find_preset("base").model.replace(spring_stiffness=1e8, rest_height=0.5, damping_ratio=0.5)
+    members = model.replace(voltage=0.3, drive_frequency=0.7).members()
+    period = float(members.drive_period[0])
+    times = period * np.arange(1, 257)[None] / 256
+    states = np.tile([0.5, 0.0], (1, 256, 1))
+    found = electrical(members, times, states)
+    capacitance = 1.0 + 0.5**2
+    assert found["current"][0] == pytest.approx(capacitance * 0.3 * 0.7, rel=1e-12)
+    assert found["apparent_power"][0] == pytest.approx(capacitance * 0.3**2 * 0.7 / 2.0, rel=1e-12)
+    assert found["power"][0] == 0.0
+    states[:, 100:] = np.nan
+    assert all(np.isnan(values[0]) for values in electrical(members, times, states).values())
+
+
+def test_the_page_envelope_and_settled_give_one_power_and_one_field():
+    found = gelcone.settled(PUMP)
+    subject = Subject(PUMP.to_model(), PUMP, PUMP.initial_state())
+    kind = look.kind(subject)
+    assert kind.words["regime"] == Regime.PERIODIC
+    shown = {row["name"]: row["value"] for row in look.electrical(subject, kind.run).words["numbers"]}
+    assert shown["power"] == pytest.approx(float(found["power"]), rel=1e-4)
+    assert shown["current"] == pytest.approx(float(found["current"]), rel=1e-2)
+    own = PUMP.voltage_offset + PUMP.voltage_amplitude, PUMP.frequency
+    plane = gelcone.envelope(PUMP, peaks=[0.5 * own[0], own[0]], frequencies=[own[1], 1.1 * own[1]])
+    at = plane.sel(drive_frequency=own[1], method="nearest").sel(driven_peak=own[0], method="nearest")
+    for name, share in (("power", 1e-4), ("apparent_power", 1e-4), ("field", 1e-3)):
+        assert at[f"driven_{name}"].attrs["units"] == found[name].attrs["units"]
+        assert float(at[f"driven_{name}"]) == pytest.approx(float(found[name]), rel=share)
+
+
+def test_two_films_each_take_their_apparent_power():
+    """Equal films in the middle: twice that of one, which sees the same voltage."""
+    model = DOUBLE.to_model()
+    both = model.members()
+    times = float(both.drive_period[0]) * np.arange(1, 129)[None] / 128
+    run = integrate(both, [[0.1, 0.0]], times)
+    found = electrical(both, run.times, run.states)
+    z = list(np.moveaxis(run.states, -1, 0))
+    n = both.numbers(trailing=1)
+    expected = sum(
+        np.sqrt(np.mean(v**2) * np.mean(i**2))
+        for v, i in zip(both.voltages(run.times, run.states), both.system.currents(run.times, z, n), strict=True)
+    )
+    assert found["apparent_power"][0] == pytest.approx(expected, rel=1e-12)
