@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import gelcone
 from gelcone import dataset
 from gelcone.atlas.bifurcation import bifurcation, thresholds_of
-from gelcone.atlas.maps import basin, map
+from gelcone.atlas.maps import ALSO, basin, map
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import compute, sweep
 from gelcone.codes import Regime
@@ -48,6 +49,24 @@ def test_a_map_is_its_cells_one_by_one():
         cell = plane.sel(voltage=voltage, damping_ratio=damping)
         for name in ("regime", "period", "lyapunov", "standard_error", "highest", "doubtful"):
             np.testing.assert_array_equal(cell[name].values, alone[name].values, name)
+
+
+def test_a_map_may_hold_the_power_and_the_margin_of_each_cell():
+    """Those of the settled motion and of the limits of the cell's own device, also where it cannot start."""
+    device = gelcone.find_device("biased-pump").replace(film="wrinkling")
+    over = {"voltage_amplitude": [200.0, 400.0], "material.stretch_limit": [0.01, 50.0]}
+    power, margin = (map(device, over, also=also)[also] for also in ALSO)
+    assert (power.attrs["units"], margin.attrs["units"]) == ("mW", "1")
+    assert np.isnan(power.sel({"material.stretch_limit": 0.01})).all()
+    assert np.isnan(margin.sel({"material.stretch_limit": 0.01})).all()
+    for amplitude in (200.0, 400.0):
+        own = device.replace(voltage_amplitude=amplitude)
+        at = {"voltage_amplitude": amplitude, "material.stretch_limit": 50.0}
+        assert float(power.sel(at)) == pytest.approx(float(gelcone.settled(own)["power"]), rel=1e-9)
+        limit = float(gelcone.limits(own)["pull_in_voltage"])
+        assert float(margin.sel(at)) == pytest.approx(1.0 - (700.0 + amplitude) / limit, rel=1e-9)
+    with pytest.raises(InputError, match="'size' is not a quantity of a map"):
+        map(device, over, also="size")
 
 
 def test_cells_outside_the_stretch_limit_do_not_stop_the_map():

@@ -285,3 +285,11 @@ def test_sweeps():
     assert read_sweeps("up,down") == ["up", "down"]
     assert read_sweeps(" down ") == ["down"]
     assert read_sweeps("none") == []
+
+
+def test_a_map_is_coloured_by_what_it_is_asked_for(gelcone, tmp_path):
+    model = ("--preset", "base", "--over", "voltage=0.3,0.6", "--over", "prestretch=1,1.2", "--budget", "500")
+    for colour in ("power", "margin"):
+        _, text, _ = gelcone("map", *model, "--colour", colour, "--out", str(tmp_path / colour))
+        assert f"wrote {tmp_path / colour / 'map.png'}" in text
+        assert np.isfinite(load(tmp_path / colour / "map.nc")[colour]).all()

@@ -15,8 +15,12 @@ from gelcone.atlas.sweep import sweep
 from gelcone.codes import Regime
 from gelcone.devices.analysis import analysis, plain
 from gelcone.devices.device import Device
+from gelcone.errors import unknown_name
+from gelcone.motion.equilibrium import jump_voltages
 from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.settle import inside
 from gelcone.physics.model import ConeModel
+from gelcone.progress import weighted
 from gelcone.quantity import Time
 
 if TYPE_CHECKING:
@@ -27,6 +31,8 @@ SAME_ATTRACTOR = 1e-3
 
 
 TITLE = "parameter map"
+ALSO = ("power", "margin")
+"""What a map may hold besides the regimes."""
 
 
 @analysis(
@@ -52,6 +58,7 @@ def map(
     budget: Time = 20_000.0,
     tolerance: float = DEFAULT_TOLERANCE,
     coarsest: int | None = None,
+    also: str | None = None,
     store: str | Path | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -68,6 +75,9 @@ def map(
     transient, patience, budget, tolerance : as in `regime`.
     coarsest : points along each axis that are computed at least; the map is refined where it changes between them.
         Default: every cell is computed.
+    also : another number of every cell: ``"power"``, the mean power that the source gives the settled motion, or
+        ``"margin"``, by which share the peak voltage is below the constant voltage at which the disc jumps or the film
+        pulls in. Default none.
     store : folder that keeps what is computed while the map runs. Default none.
     threads : number of threads of this process. Default one process a core for 1,024 cells or more, else one thread a
         core. Does not change a bit of the result.
@@ -76,17 +86,40 @@ def map(
     Returns
     -------
     Dataset over the swept names with the variables of `regime` but the section, ``status`` and ``source`` as in
-    `gelcone.sweep`. A cell that fails carries its ``outcome`` and the regime ``left the domain``; the others are not
-    affected by it.
+    `gelcone.sweep`, and what was asked for ``also``. A cell that fails carries its ``outcome`` and the regime ``left
+    the domain``; the others are not affected by it.
 
     Raises
     ------
-    InputError : for unknown names, too few or unsorted values, budgets that are not positive, no cell inside its limit.
+    InputError : for unknown names, too few or unsorted values, budgets that are not positive, no cell inside its limit,
+        and an unknown name ``also``.
     """
     options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
+    if also is not None and also not in ALSO:
+        raise unknown_name("quantity of a map", also, ALSO)
     plan = Plan(model, over, initial, options=options)
-    result = plain(sweep)(plan, coarsest=coarsest, store=store, threads=threads, progress=progress)
-    return result.assign_attrs(title=TITLE)
+    report = progress if also != "power" else weighted(progress, 0.5)
+    result = plain(sweep)(plan, coarsest=coarsest, store=store, threads=threads, progress=report)
+    return with_quantity(result, plan, also, threads=threads, progress=report).assign_attrs(title=TITLE)
+
+
+def with_quantity(result: xr.Dataset, plan: Plan, also: str | None, **options: Any) -> xr.Dataset:
+    """The map of a ``plan`` with what is asked for ``also``, see `map`; ``options`` are those of `gelcone.sweep`."""
+    if also is None or also in result:
+        return result
+    if also == "power":
+        found = plain(sweep)(Plan(plan.model, plan.over, plan.initial), "settled", **options)
+        return result.assign(power=found["power"])
+    model, _ = plan.at(plan.grid)
+    members = model.members()
+    there, margin = inside(members, 0.0), np.full(members.size, np.nan)
+    if there.any():
+        part = members.take(there)
+        margin[there] = 1.0 - part.peak_voltage / jump_voltages(part)[0]
+    return result.assign(margin=(tuple(plan.over), margin.reshape(plan.shape), dataset.attributes(*_MARGIN)))
+
+
+_MARGIN = ("by which share the peak voltage is below the constant one of pull-in", "share")
 
 
 @analysis(

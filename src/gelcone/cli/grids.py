@@ -14,7 +14,7 @@ from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import answer_to, answers_of, read_options
 from gelcone.analyses.draws import read_draws
 from gelcone.analyses.request import DEFAULT_INITIAL, Subject
-from gelcone.atlas.maps import TITLE
+from gelcone.atlas.maps import ALSO, TITLE, with_quantity
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import show, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep
@@ -117,7 +117,8 @@ def map_command() -> click.Command:
             type=click.Choice(COLOURS),
             default="exponent",
             show_default=True,
-            help="What the picture next to the regimes shows.",
+            help="What the picture next to the regimes shows: the largest exponent, the stroke, the power of the "
+            "source, or the margin to pull-in at a constant voltage.",
         ),
         *option_parameters(option for name, option in find_analysis("regime").options.items() if name != "threads"),
         *run_parameters(),
@@ -148,7 +149,8 @@ def run_map(
             raise InputError(f"--over: a map takes two parameters, not {len(swept)}; {remedy}")
         plan = _plan(find_analysis("regime"), subject, swept, {}, _given(typed))
         wanted = Sweep(subject, plan, "regime", None if uniform else coarsest, ())
-    return run(MAP, wanted, kept, resume is not None, workers, output | {"draw": partial(plot, colour=colour)})
+    drawn = output | {"draw": partial(plot, colour=colour)}
+    return run(MAP, wanted, kept, resume is not None, workers, drawn, also=colour if colour in ALSO else None)
 
 
 def sweep_command() -> click.Command:
@@ -221,7 +223,13 @@ def run_sweep(
 
 
 def run(
-    command: Analysis, wanted: Sweep, store: Path | None, resume: bool, workers: Workers | None, output: dict[str, Any]
+    command: Analysis,
+    wanted: Sweep,
+    store: Path | None,
+    resume: bool,
+    workers: Workers | None,
+    output: dict[str, Any],
+    also: str | None = None,
 ) -> int:
     """Runs a sweep and delivers its result."""
     subject, plan, analysis, coarsest, keep = wanted
@@ -239,8 +247,8 @@ def run(
             workers=workers,
             watch=watch,
         )
-    if command is MAP:
-        result = result.assign_attrs(title=TITLE)
+        if command is MAP:
+            result = with_quantity(result, plan, also, workers=workers, watch=watch).assign_attrs(title=TITLE)
     return deliver(answers_of(command), result, subject, **output)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.atlas.maps import ALSO
 from gelcone.codes import Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.plots.regime import (
@@ -31,19 +32,21 @@ if TYPE_CHECKING:
 
 Lines = Mapping[str, tuple[Any, Any]]
 """Label -> values of the first and of the second parameter along a line."""
-COLOURS = ("exponent", "stroke")
+COLOURS = ("exponent", "stroke", *ALSO)
 """What the left one of a map's two pictures shows."""
 LINE_STYLES = ("-", "--", "-.", ":")
 
 
 def map_figure(cells: xr.Dataset, lines: Lines | None = None, colour: str = "exponent") -> Figure:
-    """Largest exponent, or the stroke, and regime over two parameters, the first one along x.
+    """Largest exponent, or another number, and regime over two parameters, the first one along x.
 
-    ``lines`` are drawn over both, for example where rest loses its stability; ``colour`` is ``"exponent"`` or
-    ``"stroke"``.
+    ``lines`` are drawn over both, for example where rest loses its stability; ``colour`` is ``"exponent"``,
+    ``"stroke"``, or what the map was asked for ``also``: ``"power"`` or ``"margin"``.
     """
     if colour not in COLOURS:
         raise unknown_name("colour", colour, COLOURS)
+    if colour in ALSO and colour not in cells:
+        raise InputError(f"colour = {colour}: the map does not hold it; compute it with also = {colour!r}")
     from matplotlib.patches import Patch
 
     axes_names(cells)
@@ -51,7 +54,10 @@ def map_figure(cells: xr.Dataset, lines: Lines | None = None, colour: str = "exp
     def draw(figure: Figure) -> None:
         left, right = figure.subplots(1, 2, sharex=True, sharey=True)
         if colour == "stroke":
-            stroke_map(cells, left)
+            stroke = (cells["highest"] - cells["lowest"]).assign_attrs(cells["highest"].attrs)
+            number_map(cells, stroke, "stroke, peak to peak", left)
+        elif colour in ALSO:
+            number_map(cells, cells[colour], _TITLES[colour], left)
         else:
             exponent_bar(exponent_map(cells, left), left, figure)
         regime_map(cells, right)
@@ -110,19 +116,29 @@ def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
     return mesh
 
 
-def stroke_map(cells: xr.Dataset, axes: Axes) -> None:
-    """Stroke, peak to peak, of the motion that was reached; failed cells hatched."""
+_TITLES = {"power": "mean power of the source", "margin": "margin to pull-in at constant voltage"}
+
+
+def number_map(cells: xr.Dataset, values: xr.DataArray, title: str, axes: Axes) -> None:
+    """A number that each cell has, failed cells hatched: where some are negative from red to blue, else from zero on,
+    a power by its square root, for it grows with the square of a stroke."""
+    from matplotlib.colors import Normalize, PowerNorm
+
     x, y = axes_names(cells)
-    stroke = (cells["highest"] - cells["lowest"]).transpose(y, x).values
+    number = values.transpose(y, x).values
     borders = edges(cells[x]), edges(cells[y])
-    mesh = axes.pcolormesh(*borders, stroke, cmap="viridis", vmin=0.0, rasterized=True)
+    most = np.abs(number[np.isfinite(number)]).max(initial=0.0)
+    signed = bool((number < 0.0).any())
+    root = values.attrs.get("quantity") == "power" and not signed
+    norm = PowerNorm(0.5, 0.0, most) if root else Normalize(-most if signed else 0.0, most)
+    mesh = axes.pcolormesh(*borders, number, cmap="RdBu" if signed else "viridis", norm=norm, rasterized=True)
     _, failed, flagged = marks(cells)
     mark_invalid(axes, *borders, invalid_cells(cells, y, x))
     mark_failed(axes, *borders, failed)
     mark_flagged(axes, *borders, flagged)
     axes.figure.colorbar(mesh, ax=axes, pad=0.02)
     label_axes(axes, cells)
-    axes.set_title(axis_label(cells["highest"], "stroke, peak to peak"), loc="left")
+    axes.set_title(axis_label(values, title), loc="left")
 
 
 def signed_root(values: Any) -> Any:
