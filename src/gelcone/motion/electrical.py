@@ -1,4 +1,4 @@
-"""What a settled motion asks of its source: current and power, from even samples over whole periods."""
+"""Current and power that a settled motion takes from its source, from even samples over whole periods."""
 
 from __future__ import annotations
 
