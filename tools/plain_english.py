@@ -30,6 +30,7 @@ OBEYING = (
     "statistics.py",
     "atlas",
     "lab/coupons.py",
+    "lab/datasheet.py",
     "lab/material.py",
     "lab/material_fit.py",
     "lab/measured.py",

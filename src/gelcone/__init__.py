@@ -17,6 +17,7 @@ Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     regime, lyapunov, settled               the kind of motion, with the evidence
     static, limits, pull_in_voltage, fold_voltages, pitchfork_voltage, stroke_and_blocked_force
     film                                    the membrane from disc to rim at any height and voltage
+    datasheet                               the numbers of an actuator on a page
     drive, frequency, envelope, operating_limits   stroke over frequency; where it is safe to drive
     tongues, onset_voltage, floquet_multipliers, small_signal_response, state_space
     bifurcation, map, basin                 over one parameter, two, or initial states
@@ -82,6 +83,9 @@ if TYPE_CHECKING:
     from gelcone.motion.envelope import operating_limits as operating_limits
 
     """Peak voltages at which film slack, chaos, pull-in and so on begin."""
+    from gelcone.lab.datasheet import datasheet as datasheet
+
+    """The data sheet on one page: force, stroke, work, coupling, bandwidth, power, limits."""
     from gelcone.motion.floquet import tongues as tongues
 
     """Where the drive makes rest unstable: onset voltage and tongues."""

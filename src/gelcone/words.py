@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.codes import Outcome, Regime
+from gelcone.devices.scales import MEASURES
+from gelcone.devices.units import DIMENSIONS, format_si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,6 +95,74 @@ def shortened(lines: list[str], count: int | None = None) -> list[str]:
     """At most `MOST_LINES` lines, and how many more there are of ``count`` in all (default: of the lines)."""
     more = (len(lines) if count is None else count) - MOST_LINES
     return lines if more <= 0 else [*lines[:MOST_LINES], f"  and {more} more (all with --json or --out)"]
+
+
+# --- data sheets ------------------------------------------------------------------------------------------------------
+
+SHEET_ROWS = {
+    "blocked_force": "blocked force",
+    "stroke": "free stroke",
+    "stiffness_at_rest": "stiffness under voltage",
+    "stroke_work": "work of a stroke",
+    "load_work": "  of it on a constant load",
+    "volume_work": "  over film volume",
+    "mass_work": "  over moving mass",
+    "volume_power": "power over film volume",
+    "mass_power": "power over moving mass",
+    "coupling": "coupling factor, squared",
+    "capacitance": "capacitance",
+    "field_energy": "energy of the field",
+    "natural_frequency": "natural frequency",
+    "half_width": "  half width at half power",
+    "bandwidth": "bandwidth, to half power",
+    "rise_time": "rise time of a small step",
+}
+"""Numbers of a data sheet over constant voltages, and what they are called there."""
+SHEET_DRIVE = {
+    "drive_stroke": "stroke of the drive",
+    "peak_current": "peak current",
+    "apparent_power": "apparent power",
+    "mean_power": "mean power",
+}
+
+
+def sheet_rows(sheet: xr.Dataset) -> list[tuple[str, list[str]]]:
+    """The rows of a data sheet over its voltages above 0: name and values with units."""
+    shown = sheet.isel(constant_voltage=sheet["constant_voltage"].values > 0.0)
+    count = shown.sizes["constant_voltage"]
+    rows = {"constant_voltage": "constant voltage", **SHEET_ROWS}
+    return [(words, [sized(shown[name][k]) for k in range(count)]) for name, words in rows.items()]
+
+
+def sized(variable: xr.DataArray) -> str:
+    """A single number with the unit in which it reads well."""
+    measure = MEASURES.get(str(variable.attrs.get("quantity")))
+    value = float(variable)
+    if measure is None or measure.unit not in DIMENSIONS or unit_of(variable) != f" {measure.shown}":
+        return measured(variable)
+    return format_si(value / measure.per_unit, measure.unit) if math.isfinite(value) else missing(value, variable)
+
+
+def sheet_single(sheet: xr.Dataset) -> list[tuple[str, str]]:
+    """The single numbers of a data sheet: the rest, and the settled motion under the drive."""
+    rest = sheet["stiffness_at_rest"].isel(constant_voltage=0)
+    found = [("rest height", sized(sheet["rest_displacement"])), ("stiffness at rest", sized(rest))]
+    if sheet["apparent_power"].notnull():
+        found += [(words, sized(sheet[name])) for name, words in SHEET_DRIVE.items()]
+    return found
+
+
+def sheet_limits(sheet: xr.Dataset) -> list[str]:
+    """The first limit of the drive, the voltage below all limits, and pull-in."""
+    lines = [f"pull-in under constant voltage: {sized(sheet['pull_in_voltage'])}"]
+    if "first_limit_voltage" in sheet:
+        first = str(sheet.attrs["first_limit"]).removeprefix("driven ")
+        way = "of the drive" if str(sheet.attrs["first_limit"]).startswith("driven ") else "on a slow ramp"
+        lines.append(f"first limit: {first} {way}, at a peak of {sized(sheet['first_limit_voltage'])}")
+        lines.append(f"below every limit: peaks up to {sized(sheet['safe_peak_voltage'])}")
+        if sheet["dielectric_breakdown_voltage"].isnull():
+            lines.append("dielectric strength: unknown, breakdown is not accounted for")
+    return lines
 
 
 # --- motions ----------------------------------------------------------------------------------------------------------

@@ -45,6 +45,7 @@ COMMANDS = {
     "frequency": [
         *(("--preset", "spring", "--set", f"voltage={v}", "--over", "drive_frequency=0.3:0.9:7") for v in (0.1, 0.4)),
     ],
+    "datasheet": [("--preset", "spring", "--set", "voltage=0.1", "--voltages", "0.2,0.3")],
     "drive": [("--preset", "spring", "--lowest", "0.3", "--highest", "0.6")],
     "envelope": [
         ("--preset", "spring", "--over", "drive_frequency=0.3:0.6:2", "--over", "voltage=0.1:0.9:3"),

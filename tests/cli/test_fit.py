@@ -84,3 +84,14 @@ def test_what_is_wrong_is_said_in_one_line(typed, message, vhb, tmp_path):
     assert (code, out) == (2, "")
     assert message in err
     assert err.count("\n") == 1
+
+
+def test_a_data_sheet_is_a_page(command_line, tmp_path):
+    code, out, err = command_line("datasheet", "biased-pump", "--film", "taut", "--out", "sheet")
+    assert code == 0, err
+    assert (tmp_path / "sheet" / "datasheet.pdf").read_bytes().startswith(b"%PDF")
+    assert (tmp_path / "sheet" / "datasheet.png").stat().st_size > 50_000
+    for start in ("constant voltage", "blocked force", "coupling factor, squared", "rise time", "first limit: "):
+        assert any(line.startswith(start) for line in out.splitlines()), start
+    assert out.endswith("wrote sheet/datasheet.png\nwrote sheet/datasheet.pdf\n")
+    assert command_line("datasheet", "biased-pump", "--film", "taut", "--out", "sheet")[0] == 2

@@ -37,6 +37,10 @@ def device():
         ("charge", "uC", lambda s: 1e6 * s.energy / s.voltage),
         ("capacitance", "nF", lambda s: 1e9 * s.energy / s.voltage**2),
         ("thickness", "mm", lambda s: 1e3 * s.voltage / s.field),
+        ("energy density", "J/m^3", lambda s: s.stress),
+        ("power density", "W/m^3", lambda s: s.stress / s.time),
+        ("specific energy", "mJ/kg", lambda s: 1e3 * (s.length / s.time) ** 2),
+        ("specific power", "mW/kg", lambda s: 1e3 * s.length**2 / s.time**3),
     ],
 )
 def test_a_quantity_has_its_unit_and_scale(device, quantity, unit, scale):
@@ -45,7 +49,7 @@ def test_a_quantity_has_its_unit_and_scale(device, quantity, unit, scale):
 
 
 def test_every_quantity_that_is_read_in_si_is_tested():
-    assert len(MEASURES) == 19
+    assert len(MEASURES) == 23
 
 
 def test_variables_and_coordinates_are_scaled_up_and_others_left_alone(device):

@@ -49,6 +49,7 @@ RESULTS = {
         find_preset("base").model, "doubling", {"voltage": (0.93, 1.02), "drive_frequency": (0.098, 0.102)}, checks=2
     ),
     "basins of attraction": lambda: gelcone.basin(MODEL, {"displacement": [0.0, 1.0], "velocity": [0.0, 1.0]}, **QUICK),
+    "data sheet": lambda: gelcone.datasheet(RAISED.replace(voltage=0.2), [0.3]),
     "film": lambda: gelcone.film(MEMBRANE, [0.3, 0.5], [0.2, 0.5]),
     "frequency response": lambda: gelcone.frequency(RAISED, [0.2, 0.3]),
     "cone and continuum": compared,
@@ -80,6 +81,7 @@ def drawn_numbers(figure):
 
 SHOWS = {
     "best drive": lambda r: r["window_peak"],
+    "data sheet": lambda r: r["ramp_stroke"],
     "bifurcation diagram": lambda r: r["section"].isel(state=0),
     "extrema": lambda r: r["displacement"],
     "branches": lambda r: r["lyapunov"],

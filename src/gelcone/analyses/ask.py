@@ -58,6 +58,7 @@ TITLES: Mapping[str, str] = {
     "frequency response": "frequency",
     "operating envelope": "envelope",
     "best drive": "drive",
+    "data sheet": "datasheet",
 }
 """Title of a result, up to a colon -> the analysis that gave it."""
 

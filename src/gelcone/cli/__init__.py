@@ -23,6 +23,7 @@ OWN_COMMANDS = {
 }
 """Commands that are not an analysis: the line in the list of commands, and who makes them."""
 SPECIAL = {
+    "datasheet": "lab:datasheet_command",
     "locus": "branches:locus_command",
     "map": "grids:map_command",
     "sweep": "grids:sweep_command",

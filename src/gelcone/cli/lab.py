@@ -1,19 +1,24 @@
-"""`gelcone fit`: measured data in, a fitted material out."""
+"""`gelcone fit`: measured data in, a fitted material out; and `gelcone datasheet`."""
 
 from __future__ import annotations
 
 import tomllib
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from gelcone.analyses.answer import bare_answer
+from gelcone.cli.command import command_of, run
 from gelcone.cli.options import PLACE, output_parameters
 from gelcone.cli.output import print_json, progress_bar
 from gelcone.errors import InputError
 from gelcone.files import check_writable, read_text, write_together
+from gelcone.register.analyses import find_analysis
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FILES = ("material.toml", "fit.nc", "fit.png")
 REMEDY = "give a TOML file with a table [material]"
@@ -115,3 +120,30 @@ def _counts(text: str | None) -> list[int] | None:
         return [int(word) for word in text.split(",")]
     except ValueError:
         raise InputError(f"--branches = {text[:60]!r}: must be whole numbers, such as 1,2,3") from None
+
+
+def datasheet_command() -> click.Command:
+    """`gelcone datasheet`: its figure is a page, which is written as PDF, too."""
+    command = command_of(find_analysis("datasheet"))
+    command.callback = run_datasheet
+    return command
+
+
+def run_datasheet(*, out: Path | None, force: bool, **typed: Any) -> int:
+    """Reads what was typed, computes the sheet and delivers it, with --out also as PDF."""
+    from gelcone.plots import plot, style
+
+    pages: list[Figure] = []
+
+    def draw(result: Any) -> Figure:
+        pages.append(plot(result))
+        return pages[-1]
+
+    page = None if out is None else out / "datasheet.pdf"
+    check_writable([] if page is None else [page], force=force)
+    code = run(find_analysis("datasheet"), out=out, force=force, draw=draw, **typed)
+    if page is not None:
+        style.save_figure(pages[-1], page, force=force)
+        if not typed["as_json"]:
+            click.echo(f"wrote {page}")
+    return code

@@ -45,6 +45,10 @@ MEASURES: Mapping[str, Measure] = {
     "stress": Measure("Pa", "kPa", 1e-3),
     "frequency": Measure("Hz", "Hz", 1.0),
     "rate": Measure("1/s", "1/s", 1.0),
+    "energy density": Measure("J/m^3", "J/m^3", 1.0),
+    "power density": Measure("W/m^3", "W/m^3", 1.0),
+    "specific energy": Measure("J/kg", "mJ/kg", 1e3),
+    "specific power": Measure("W/kg", "mW/kg", 1e3),
 }
 """Quantities with a scale: of variables, of parameters and of options."""
 
@@ -82,24 +86,8 @@ class Scales:
 
     def size(self, quantity: str) -> Any:
         """The SI value of one dimensionless unit of a quantity of `MEASURES`."""
-        match quantity:
-            case "stiffness":
-                return self.force / self.length
-            case "cubic stiffness":
-                return self.force / self.length**3
-            case "apparent power":
-                return self.power
-            case "resistance":
-                return self.voltage / self.current
-            case "charge":
-                return self.current * self.time
-            case "capacitance":
-                return self.current * self.time / self.voltage
-            case "thickness":
-                return self.voltage / self.field
-            case "rate":
-                return 1.0 / self.time
-        return getattr(self, quantity)
+        derived = _DERIVED.get(quantity)
+        return getattr(self, quantity) if derived is None else derived(self)
 
     def shown(self, quantity: str) -> Any:
         """One dimensionless unit of a quantity in the unit that results are read in."""
@@ -138,6 +126,22 @@ class Scales:
             stress=mu,
             frequency=rate / (2.0 * np.pi),
         )
+
+
+_DERIVED: Mapping[str, Callable[[Scales], Any]] = {
+    "stiffness": lambda s: s.force / s.length,
+    "cubic stiffness": lambda s: s.force / s.length**3,
+    "apparent power": lambda s: s.power,
+    "resistance": lambda s: s.voltage / s.current,
+    "charge": lambda s: s.current * s.time,
+    "capacitance": lambda s: s.current * s.time / s.voltage,
+    "thickness": lambda s: s.voltage / s.field,
+    "rate": lambda s: 1.0 / s.time,
+    "energy density": lambda s: s.stress,
+    "power density": lambda s: s.stress / s.time,
+    "specific energy": lambda s: s.velocity**2,
+    "specific power": lambda s: s.velocity**2 / s.time,
+}
 
 
 def carried_mass(get: Callable[[str], Any]) -> Any:

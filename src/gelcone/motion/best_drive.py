@@ -130,7 +130,7 @@ def drive(
     limit, bound = _limit(wide, near, omega)
     held = _held(wide, near, omega, peak)
     curve = _edge(wide, near, largest, zeta)
-    motion = _motion(chosen, threads)
+    motion = settled_periods(chosen, threads)
     variables: dict[str, dataset.Variable] = {
         "drive_frequency": ((), omega, "frequency of the best drive", "frequency"),
         "peak_voltage": ((), peak, "its peak voltage", "voltage"),
@@ -309,7 +309,7 @@ def _edge(wide: xr.Dataset, near: xr.Dataset, largest: str, damping_ratio: float
     return table[:, 0], table[:, 1], table[:, 2]
 
 
-def _motion(chosen: ConeModel, threads: int | None) -> xr.Dataset:
+def settled_periods(chosen: ConeModel, threads: int | None) -> xr.Dataset:
     """Two drive periods of the settled motion."""
     start = (rest_displacement(chosen) + NUDGE, 0.0)
     points = plain(regime)(chosen, start, threads=threads)["section"].values

@@ -312,16 +312,19 @@ def each_work(balances: list[StaticBalance], rests: list[float], place: Array, l
 
     A load takes it up in a cycle that pushes it out under the voltage and takes it back without one.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(WORK_NODES)
-    panels = (0.5 + 0.5 * nodes + np.arange(WORK_PANELS)[:, None]).ravel() / WORK_PANELS
-    shares = np.tile(0.5 * weights / WORK_PANELS, WORK_PANELS)
     work = np.full(place.shape, np.nan)
     for member, (balance, rest) in enumerate(zip(balances, rests, strict=True)):
         for k in np.flatnonzero(np.isfinite(place[member])):
-            x = rest + (place[member, k] - rest) * panels
-            added = balance.voltage_force(x, np.full(x.shape, levels[k] ** 2))
-            work[member, k] = (place[member, k] - rest) * float(added @ shares)
+            x, weights = on_the_way(rest, place[member, k])
+            work[member, k] = float(balance.voltage_force(x, np.full(x.shape, levels[k] ** 2)) @ weights)
     return work
+
+
+def on_the_way(begin: float, end: float) -> tuple[Array, Array]:
+    """Displacements between two, and the weights with which forces there add up to their work."""
+    nodes, weights = np.polynomial.legendre.leggauss(WORK_NODES)
+    panels = (0.5 + 0.5 * nodes + np.arange(WORK_PANELS)[:, None]).ravel() / WORK_PANELS
+    return begin + (end - begin) * panels, (end - begin) * np.tile(0.5 * weights / WORK_PANELS, WORK_PANELS)
 
 
 def _label(

@@ -26,6 +26,7 @@ FIGURES = MappingProxyType(
         "basins of attraction": "basin.basin_figure",
         "best drive": "drive.drive_figure",
         "branches": "branches.branches_figure",
+        "data sheet": "datasheet.datasheet_figure",
         "film": "profile.profile_figure",
         "frequency response": "frequency.frequency_figure",
         "instability tongues of rest": "floquet.tongues_figure",

@@ -1,0 +1,346 @@
+"""The numbers of an actuator that a customer asks for, each from the analysis that it belongs to."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.codes import Outcome
+from gelcone.devices.analysis import analysis, plain
+from gelcone.errors import InputError
+from gelcone.motion.best_drive import settled_periods
+from gelcone.motion.driven import DRIVEN_LIMITS
+from gelcone.motion.envelope import STATIC_LIMITS, operating_limits
+from gelcone.motion.equilibrium import on_the_way, own_levels, static, stroke_and_blocked_force
+from gelcone.motion.linear import StateSpace, state_space
+from gelcone.motion.natural import natural_frequency
+from gelcone.physics.balance import StaticBalance
+from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import every_balance
+from gelcone.progress import Progress, weighted
+from gelcone.quantity import Array, Voltages
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+RAMP = 41
+"""Voltages of the ramp over which stroke and blocked force are drawn."""
+PLACES, AROUND = 121, 0.3
+"""Displacements at which the force is given, and how far around the longest stroke, over it."""
+FREQUENCIES, LOWEST, HIGHEST = 201, 0.02, 4.0
+"""Frequencies of the small-signal response, and from where to where, over the highest natural frequency."""
+STEP = 1e-5
+"""Change of a voltage, over it, between which the slope of the charge is taken."""
+HALF_POWER = np.sqrt(0.5)
+STEPS = 4000
+"""Samples of the step response, over a time in which all of its modes have settled or 200 slow periods."""
+
+
+@analysis(
+    answers="datasheet",
+    single=True,
+    file_only=(
+        "displacement", "force", "stiffness", "branch_voltage", "branch_displacement", "branch_slope", "equilibrium",
+        "ramp_voltage", "ramp_stroke", "ramp_blocked_force", "gain", "drive_frequency",
+    ),
+    examples=("biased-pump --out results", 'biased-pump --voltages "0.5 kV,1 kV,1.5 kV" --film wrinkling --json'),
+)  # fmt: skip
+def datasheet(
+    model: ConeModel,
+    voltages: Voltages | None = None,
+    *,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """The sheet of an actuator: force, stroke, stiffness, work, coupling, bandwidth, power and limits.
+
+    Parameters
+    ----------
+    model : a single actuator; its drive decides power, current and the limits.
+    voltages : constant voltages v of the statics and of the small-signal numbers. Default the peak of the drive and,
+        where it has one, its offset.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Returns
+    -------
+    Dataset of `gelcone.static` at 0 and the voltages, and over ``constant_voltage``: ``stiffness_at_rest``, the slope
+    of the force where the disc rests under the voltage; ``stroke_work``, of a stroke from a stop at rest on a load that
+    follows the force, and ``load_work``, the largest on a constant load; ``volume_work`` and ``mass_work``, the work of
+    a stroke over the film's volume and over all that moves, and
+    ``volume_power`` and ``mass_power``, these times the natural frequency; ``capacitance`` and ``field_energy``
+    (unknown of two films);
+    ``coupling``, the share of the electrical energy of a small slow cycle that comes out as work, (g^2/K)/(dQ/dv +
+    g^2/K) with the blocked force's slope g over the voltage, the stiffness K and the slope dQ/dv of the charge of the
+    held film; ``natural_frequency``, ``half_width`` of its resonance, ``bandwidth``, to which the small-signal response
+    stays above half power, and ``rise_time``, from 10 to 90 % of a small step. Of the drive: ``drive_stroke``,
+    ``peak_current``, ``apparent_power``, ``mean_power``. Limits as in `gelcone.operating_limits`; the attribute
+    ``first_limit`` names the lowest, ``first_limit_voltage``.
+
+    Raises
+    ------
+    InputError : for an ensemble, or voltages out of bounds.
+    """
+    if model.shape:
+        raise InputError(f"datasheet: takes one actuator, not an ensemble of shape {model.shape}; choose a member")
+    levels = own_levels(model) if voltages is None else np.unique(np.asarray(voltages, dtype=float))
+    levels = np.unique([0.0, *np.atleast_1d(levels)])
+    ramp, displacements = _ramp(model, float(levels[-1]))
+    found = plain(static)(model, levels, displacements, progress=weighted(progress, 0.3)).assign(ramp)
+    found = found.assign(_static_numbers(model, found))
+    found = found.assign(_dynamic_numbers(model, found))
+    if progress is not None:
+        progress(0.3)
+    found = _with_limits(found.assign(_drive(model, threads)), model, threads)
+    if progress is not None:
+        progress(0.4)
+    options = {"voltages": None if voltages is None else levels[1:].tolist()}
+    return found.assign_attrs(title="data sheet", options=json.dumps(options))
+
+
+_LEVELS = ("constant_voltage",)
+_BEYOND = "beyond pull-in"
+
+
+def _of(quantity: str) -> dict[str, str]:
+    return dataset.absent(quantity, nan=_BEYOND, infinite=_BEYOND)
+
+
+def _static_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
+    """Stiffness, work, charge and coupling where a slow ramp to each voltage ends."""
+    (balance,) = every_balance(model)
+    rest, volts = float(found["rest_displacement"]), found["constant_voltage"].values
+    x = rest + found["stroke"].values
+    x = np.where(np.isfinite(x), x, np.nan)
+    squared = volts**2
+    capacitance, slope, gain = _electric(model, x, volts)
+    with np.errstate(all="ignore"):
+        stiffness = np.where(np.isfinite(x), model.stiffness(x, volts), np.nan)
+        moved = gain**2 / stiffness
+        coupling = moved / (slope + moved)
+    work, load = np.array([_works(balance, rest, at, v2) for at, v2 in zip(x, squared, strict=True)]).T
+    natural = natural_frequency(model, volts, x) / (2.0 * np.pi)
+    return dataset.columns(_LEVELS, {
+        "stiffness_at_rest": (stiffness, "slope of the force where it rests under the voltage", _of("stiffness")),
+        "stroke_work": (work, "work of a stroke from a stop at rest", _of("energy")),
+        "load_work": (load, "largest work of it on a constant load", _of("energy")),
+        "volume_work": (work, "work of a stroke over the film's volume", _of("energy density")),
+        "mass_work": (work, "work of a stroke over the mass that moves", _of("specific energy")),
+        "volume_power": (work * natural, "that at the natural frequency", _of("power density")),
+        "mass_power": (work * natural, "work over mass at the natural frequency", _of("specific power")),
+        "capacitance": (capacitance, "charge over voltage", _charge("capacitance")),
+        "field_energy": (0.5 * capacitance * squared, "energy of the field", _charge("energy")),
+        "coupling": (coupling, "electromechanical coupling factor, squared", _charge("share")),
+    })  # fmt: skip
+
+
+def _charge(quantity: str) -> dict[str, str]:
+    return dataset.absent(quantity, nan="beyond pull-in, or of two films")
+
+
+def _electric(model: ConeModel, x: Array, volts: Array) -> tuple[Any, Any, Any]:
+    """Capacitance, slope of the charge over the voltage of the held film, and of the force; unknown of two films."""
+    film, n = model.system.film, model.numbers()
+    if len(model.system.films) > 1:
+        return (np.full(volts.size, np.nan),) * 3
+    with np.errstate(all="ignore"):
+        here, above, below = (
+            film.capacitance(x, (share * volts) ** 2, [], n) for share in (1.0, 1.0 + STEP, 1.0 - STEP)
+        )
+        slope = here if film.linear_charge else 0.5 * ((1.0 + STEP) * above - (1.0 - STEP) * below) / STEP
+        return here, slope, 2.0 * volts * film.voltage_gain(x, volts**2, n)
+
+
+def _works(balance: StaticBalance, rest: float, reached: float, squared: float) -> tuple[float, float]:
+    """Work of a stroke from a stop at rest: on a load that follows the force all the way, and the largest on a constant
+    load, which the disc lifts to where the force equals it."""
+    from scipy.optimize import minimize_scalar
+
+    if not np.isfinite(reached):
+        return np.nan, np.nan
+    x, weights = on_the_way(rest, reached)
+    whole = float(-balance.force(x, np.full(x.shape, squared)) @ weights)
+
+    def lost(at: float) -> float:
+        return float(balance.force(at, squared)) * (at - rest)
+
+    ends = sorted((rest, reached))
+    best = minimize_scalar(lost, bounds=ends, method="bounded", options={"xatol": 1e-9 * max(map(abs, ends))})
+    return whole, max(-float(best.fun), 0.0)
+
+
+# --- small signals ----------------------------------------------------------------------------------------------------
+
+
+class _Small(NamedTuple):
+    """Numbers of a small-signal model: ``half_width``, ``bandwidth``, ``rise_time``, and the ``gain`` over its static
+    one at frequencies."""
+
+    half_width: float
+    bandwidth: float
+    rise_time: float
+    gain: Array
+
+
+def _dynamic_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
+    """Natural frequency, width, bandwidth and rise time about each voltage that moves the disc."""
+    volts = found["constant_voltage"].values
+    x = float(found["rest_displacement"]) + found["stroke"].values
+    natural = np.asarray(natural_frequency(model, volts, np.where(np.isfinite(x), x, np.nan)))
+    known = natural[np.isfinite(natural)]
+    omega = np.linspace(LOWEST, HIGHEST, FREQUENCIES) * (known.max() if known.size else 1.0)
+    rows = [
+        _small(model, v, omega) if v > 0.0 and np.isfinite(w) else None for v, w in zip(volts, natural, strict=True)
+    ]
+    blank = _Small(np.nan, np.nan, np.nan, np.full(omega.size, np.nan))
+    every = [blank if row is None else row for row in rows]
+    frequency = {"units": "1", "quantity": "frequency", dataset.NAN: "not applicable", dataset.INFINITE: "none"}
+    columns = dataset.columns(_LEVELS, {
+        "natural_frequency": (natural, "natural frequency", _of("frequency")),
+        "half_width": ([row.half_width for row in every], "half width of the resonance at half power", frequency),
+        "bandwidth": ([row.bandwidth for row in every], "frequency to which it stays above half power", frequency),
+        "rise_time": ([row.rise_time for row in every], "time from 10 to 90 % of a small step", _absent_time()),
+    })  # fmt: skip
+    curves = {"gain": (np.stack([row.gain for row in every]), "small-signal stroke over the static one", "share")}
+    axis = {"drive_frequency": (omega, "drive frequency", "frequency")}
+    return {
+        **columns,
+        **dataset.columns((*_LEVELS, "drive_frequency"), curves),
+        **dataset.columns("drive_frequency", axis),
+    }
+
+
+def _absent_time() -> dict[str, str]:
+    return dataset.absent("time", infinite="none")
+
+
+def _small(model: ConeModel, voltage: float, omega: Array) -> _Small:
+    """The small-signal numbers about a constant voltage."""
+    space = state_space(model.replace(voltage_bias=float(voltage)))
+    values = np.linalg.eigvals(space.A)
+    swinging = values[np.abs(values.imag) > 1e-9 * np.abs(values)]
+    width = float(-swinging.real[np.argmax(np.abs(swinging.imag))]) if swinging.size else np.nan
+    still = _transfer(space, np.zeros(1))[0]
+    gain = np.abs(_transfer(space, omega) / still) if still else np.full(omega.size, np.nan)
+    return _Small(width, _edge(space, still, values), _rise_time(space, values), gain)
+
+
+def _transfer(space: StateSpace, omega: Array) -> Array:
+    """The first output over the first input at angular frequencies."""
+    size = np.eye(len(space.A))
+    return np.array([(space.C[:1] @ np.linalg.solve(1j * w * size - space.A, space.B[:, :1]))[0, 0] for w in omega])
+
+
+def _edge(space: StateSpace, still: complex, values: Any) -> float:
+    """The lowest frequency at which the response falls below half the static power."""
+    from scipy.optimize import brentq
+
+    if not still:
+        return np.nan
+
+    def above(log_omega: float) -> float:
+        return float(np.abs(_transfer(space, np.exp([log_omega]))[0] / still) - HALF_POWER)
+
+    sizes = np.abs(values[np.abs(values) > 0.0])
+    grid = np.linspace(np.log(1e-3 * sizes.min()), np.log(1e2 * sizes.max()), 2000)
+    heights = np.array([above(at) for at in grid])
+    below = np.flatnonzero(heights < 0.0)
+    if not below.size or below[0] == 0:
+        return np.inf if not below.size else float(np.exp(grid[0]))
+    return float(np.exp(brentq(above, grid[below[0] - 1], grid[below[0]])))
+
+
+def _rise_time(space: StateSpace, values: Any) -> float:
+    """The time from 10 to 90 % of the final displacement after a small step of the voltage."""
+    from scipy.linalg import expm
+
+    if not (values.real < 0.0).all():
+        return np.nan
+    end = np.linalg.solve(space.A, -space.B[:, 0])
+    goal = float(space.C[0] @ end)
+    if goal == 0.0:
+        return np.nan
+    longest = min(20.0 / -values.real.max(), 2000.0 / np.abs(values).min())
+    fastest = np.abs(values.imag).max() or np.abs(values).min()
+    step = min(longest / STEPS, 0.02 / fastest)
+    turn, state, heights = expm(step * space.A), -end, [0.0]
+    for _ in range(int(min(longest / step, 400_000))):
+        state = turn @ state
+        heights.append(float(space.C[0] @ (state + end)) / goal)
+        if heights[-1] >= 0.9:
+            break
+    if heights[-1] < 0.9:
+        return np.inf
+    times = step * np.arange(len(heights))
+    return float(np.interp(0.9, heights[-2:], times[-2:]) - _crossing(times, np.array(heights), 0.1))
+
+
+def _crossing(times: Array, heights: Array, level: float) -> float:
+    first = int(np.argmax(heights >= level))
+    return float(np.interp(level, heights[first - 1 : first + 1], times[first - 1 : first + 1]))
+
+
+# --- ramp, drive and limits -------------------------------------------------------------------------------------------
+
+
+def _ramp(model: ConeModel, highest: float) -> tuple[dict[str, object], Array | None]:
+    """Stroke and blocked force on a slow ramp from 0, and displacements from somewhat below the rest to beyond the
+    longest stroke; None where it does not move."""
+    levels = np.linspace(0.0, highest, RAMP)
+    found = plain(stroke_and_blocked_force)(model, levels)
+    stroke, rest = found["stroke"].values, float(found["rest_displacement"])
+    variables = dataset.columns("ramp_voltage", {
+        "ramp_voltage": (levels, "constant voltage", "voltage"),
+        "ramp_stroke": (stroke, "displacement from the rest without voltage", _of("length")),
+        "ramp_blocked_force": (found["blocked_force"].values, "force on a stop at the rest position", _of("force")),
+    })  # fmt: skip
+    longest = float(np.max(stroke, initial=0.0, where=np.isfinite(stroke)))
+    around = rest + longest * np.linspace(-AROUND, 1.0 + AROUND, PLACES)
+    return variables, around if longest > 0.0 and np.isfinite(rest) else None
+
+
+def _drive(model: ConeModel, threads: int | None) -> dict[str, object]:
+    """Stroke, current and power of the settled motion under the actuator's own drive."""
+    values = dict.fromkeys(("stroke", "current", "apparent", "power"), np.nan)
+    if float(model.voltage) > 0.0:
+        run = settled_periods(model, threads)
+        if int(run["outcome"]) == Outcome.OK:
+            volts, current, x = (run[name].values for name in ("drive_voltage", "current", "displacement"))
+            lost = run["dissipated_energy"].values
+            values = {
+                "stroke": np.ptp(x),
+                "current": np.abs(current).max(),
+                "apparent": np.sqrt(np.mean(volts[:-1] ** 2) * np.mean(current[:-1] ** 2)),
+                "power": (lost[-1] - lost[0]) / float(run["time"][-1] - run["time"][0]),
+            }
+    none = {dataset.NAN: "not driven, or not settled"}
+    return dataset.columns((), {
+        "drive_stroke": (values["stroke"], "stroke of the drive, peak to peak", dataset.absent("length") | none),
+        "peak_current": (values["current"], "largest current of the drive", dataset.absent("current") | none),
+        "apparent_power": (
+            values["apparent"], "root mean square voltage times current", dataset.absent("apparent power") | none
+        ),
+        "mean_power": (values["power"], "mean power that the drive supplies", dataset.absent("power") | none),
+    })  # fmt: skip
+
+
+def _with_limits(found: xr.Dataset, model: ConeModel, threads: int | None) -> xr.Dataset:
+    """The sheet with the limits of the drive, and the name and voltage of the lowest."""
+    if not (float(model.voltage) > 0.0 or abs(float(model.voltage_bias)) > 0.0):
+        return found.assign_attrs(first_limit="not asked: the device has no drive")
+    limits = plain(operating_limits)(model, threads=threads)
+    names = [name for name in map(str, limits.data_vars) if name.endswith("_voltage")]
+    listed = {name: limits[name] for name in names}
+    shown = [*STATIC_LIMITS, *(f"driven {name}" for name in DRIVEN_LIMITS)]
+    peaks = {name: float(limits[f"{name.replace(' ', '_').replace('-', '_')}_voltage"]) for name in shown}
+    known = {name: peak for name, peak in peaks.items() if np.isfinite(peak)}
+    first = min(known, key=lambda name: known[name]) if known else "none up to twice the drive"
+    voltage = dataset.columns((), {
+        "first_limit_voltage": (
+            known.get(first, np.inf), "peak voltage of the drive at the first limit", dataset.absent("voltage")
+        )
+    })  # fmt: skip
+    return found.assign(listed).assign(voltage).assign_attrs(first_limit=first)

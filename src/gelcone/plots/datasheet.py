@@ -1,0 +1,142 @@
+"""The data sheet on one page: its numbers as a table, and its curves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, SKY, VERMILION, axis_label, log_ticks, styled
+from gelcone.words import sheet_limits, sheet_rows, sheet_single, sized
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDTH, HEIGHT = 7.6, 10.2
+MOST_COLUMNS = 4
+LINE = 0.0365
+"""Height of a row of the table, as a share of its panel."""
+HALF_POWER = np.sqrt(0.5)
+
+
+def datasheet_figure(result: xr.Dataset) -> Figure:
+    """A page: table on top; below force over displacement, stroke and force over voltage, response over frequency, and
+    limits."""
+
+    def draw(figure: Figure) -> None:
+        parts: Any = figure.subfigures(2, 1, height_ratios=[0.93, 1.0])
+        write_table(result, parts[0].subplots())
+        grid = parts[1].subplots(2, 2)
+        over_displacement(result, grid[0, 0])
+        over_voltage(result, grid[0, 1])
+        over_frequency(result, grid[1, 0])
+        limit_bars(result, grid[1, 1])
+
+    return styled(WIDTH, HEIGHT, draw)
+
+
+def write_table(result: xr.Dataset, axes: Axes) -> None:
+    """Name, numbers and first limit."""
+    axes.set_axis_off()
+    axes.set_xlim(-0.04, 1.04)
+    axes.set_ylim(0.0, 1.0)
+    name = result.attrs.get("device", "cone model, dimensionless")
+    axes.text(0.0, 1.0, name, fontsize=14.0, fontweight="bold", va="top")
+    axes.text(1.0, 0.99, "data sheet, computed", fontsize=9.0, color=GREY, va="top", ha="right")
+    axes.axhline(0.935, xmin=0.037, xmax=0.963, color=BLACK, lw=1.0)
+    rows = sheet_rows(result)
+    count = min(len(rows[0][1]), MOST_COLUMNS)
+    chosen = np.unique(np.linspace(0, len(rows[0][1]) - 1, count).round().astype(int))
+    places = 0.42 + 0.58 * (np.arange(count) + 1) / max(count, 2)
+    height = 0.905
+    for k, (words, values) in enumerate(rows):
+        weight = "bold" if k == 0 else "normal"
+        axes.text(0.0, height, words, va="center", fontweight=weight)
+        for place, i in zip(places, chosen, strict=True):
+            axes.text(place, height, values[i], va="center", ha="right", fontweight=weight)
+        height -= LINE
+        axes.axhline(height + 0.5 * LINE, xmin=0.037, xmax=0.963, color=GREY, lw=0.6 if k == 0 else 0.15)
+    height -= 0.4 * LINE
+    single = sheet_single(result)
+    for k, (words, value) in enumerate(single):
+        x = 0.0 if k % 2 == 0 else 0.53
+        axes.text(x, height, words, va="center")
+        axes.text(x + 0.47, height, value, va="center", ha="right")
+        height -= LINE * (k % 2 == 1 or k == len(single) - 1)
+    height -= 0.3 * LINE
+    for line in sheet_limits(result):
+        axes.text(0.0, height, line, va="center", fontsize=8.5)
+        height -= LINE
+
+
+def over_displacement(result: xr.Dataset, axes: Axes) -> None:
+    """Force on a load at each voltage, with blocked force and free stroke, and the work of a stroke."""
+    place, rest = result["displacement"].values, float(result["rest_displacement"])
+    for colour, k in zip(CYCLE, range(result.sizes["constant_voltage"]), strict=False):
+        own = result.isel(constant_voltage=k)
+        axes.plot(place, -own["force"].values, color=colour, label=sized(own["constant_voltage"]))
+        axes.plot(rest, own["blocked_force"], "o", color=colour, ms=4.0, zorder=3)
+        axes.plot(rest + own["stroke"], 0.0, "D", color=colour, ms=4.0, mfc="white", zorder=3)
+    end = rest + float(own["stroke"])
+    inside = (place >= rest) & (place <= end)
+    axes.fill_between(place, 0.0, -own["force"].values, where=inside, color=SKY, alpha=0.3, lw=0)
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    axes.set_xlabel(axis_label(result["displacement"], "height"))
+    axes.set_ylabel(axis_label(result["force"], "force on a load"))
+    axes.legend(fontsize=7.0, loc="lower left")
+    axes.set_title("dot: blocked force, diamond: free stroke", loc="left", fontsize=7.0)
+    axes.margins(x=0)
+
+
+def over_voltage(result: xr.Dataset, axes: Axes) -> None:
+    """Stroke and blocked force on a slow ramp."""
+    volts = result["ramp_voltage"]
+    axes.plot(volts, result["ramp_stroke"], color=BLUE)
+    axes.set_xlabel(axis_label(volts, "constant voltage"))
+    axes.set_ylabel(axis_label(result["ramp_stroke"], "free stroke"), color=BLUE)
+    other = axes.twinx()
+    other.plot(volts, result["ramp_blocked_force"], color=VERMILION, ls="--")
+    other.set_ylabel(axis_label(result["ramp_blocked_force"], "blocked force"), color=VERMILION)
+    other.spines["right"].set_visible(True)
+    axes.margins(x=0)
+
+
+def over_frequency(result: xr.Dataset, axes: Axes) -> None:
+    """The small-signal response about each voltage."""
+    frequency = result["drive_frequency"]
+    shown = [k for k in range(result.sizes["constant_voltage"]) if result["gain"][k].notnull().any()]
+    for colour, k in zip(CYCLE, shown, strict=False):
+        label = sized(result["constant_voltage"][k])
+        axes.plot(frequency, result["gain"][k], color=colour, label=f"about {label}")
+    axes.axhline(HALF_POWER, color=GREY, lw=0.8, ls=":", label="half power")
+    axes.set_yscale("log")
+    log_ticks(axes)
+    axes.set_xlabel(axis_label(frequency, "frequency"))
+    axes.set_ylabel("small stroke over static one")
+    axes.legend(fontsize=6.0)
+
+
+def limit_bars(result: xr.Dataset, axes: Axes) -> None:
+    """Peak voltages at which the use of the drive ends, those that are met."""
+    ends = {
+        str(name).removesuffix("_voltage").replace("_", " "): float(value)
+        for name, value in result.data_vars.items()
+        if str(name).endswith("_voltage") and value.dims == () and str(name) not in NOT_LIMITS
+    }
+    met = {name: value for name, value in ends.items() if np.isfinite(value)}
+    axes.set_title("limits met: peak of the drive", loc="left", fontsize=8.0)
+    if not met:
+        axes.text(0.5, 0.5, "none up to twice the drive", transform=axes.transAxes, ha="center", color=GREY)
+        axes.set_axis_off()
+        return
+    names = sorted(met, key=lambda name: -met[name])
+    colours = [VERMILION if met[name] == min(met.values()) else BLUE for name in names]
+    axes.barh(range(len(names)), [met[name] for name in names], color=colours, height=0.4)
+    axes.set_ylim(-0.6, max(len(names), 4) - 0.4)
+    axes.set_yticks(range(len(names)), [name.replace("driven ", "drive: ") for name in names], fontsize=7.0)
+    axes.set_xlabel(axis_label(result["first_limit_voltage"], "peak voltage"))
+
+
+NOT_LIMITS = ("first_limit_voltage", "safe_peak_voltage", "driven_error_voltage", "pitchfork_voltage")
