@@ -14,7 +14,7 @@ Devices and gels
     read_tests, fit_material, fitted_material, fitted_text   a gel from tests on coupons
 Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     simulate, section, extrema, spectrum    one run: how it moves
-    regime, lyapunov, settled               the kind of motion, with the evidence
+    regime, lyapunov, settled, triptych     the kind of motion, with the evidence
     static, limits, pull_in_voltage, fold_voltages, pitchfork_voltage, stroke_and_blocked_force
     film                                    the membrane from disc to rim at any height and voltage
     datasheet                               the numbers of an actuator on a page
@@ -65,6 +65,9 @@ if TYPE_CHECKING:
     from gelcone.motion.regime import regime as regime
 
     """What kind of motion it is, with the evidence."""
+    from gelcone.motion.triptych import triptych as triptych
+
+    """Up to four motions side by side: over time, phase portrait, section."""
     from gelcone.motion.equilibrium import static as static
 
     """Equilibria under constant voltage, pitchfork, folds, pull-in, stroke."""

@@ -23,6 +23,7 @@ COMMANDS = {
     "spectrum": [(*BASE, "--set", "voltage=1.04,0.97")],
     "lyapunov": [(*AT, "--window", "50"), (*BASE, "--set", "voltage=1.04", "--budget", "600", "--window", "50")],
     "regime": [AT, (*BASE, "--set", "voltage=1.02", "--budget", "600")],
+    "triptych": [(*BASE, "--set", "voltage=0.5,1.04", "--periods", "2", "--budget", "600")],
     "static": [
         ("--set", "spring_stiffness=1.5", "--voltages", "0,1,1.5"),
         (*BASE, "--film", "wrinkling", "--set", "voltage=0.5,0.9", "--set", "rest_height=0.4"),

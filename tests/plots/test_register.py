@@ -39,6 +39,7 @@ def fitted():
 
 
 RESULTS = {
+    "triptych": lambda: gelcone.triptych(MOVING.replace(voltage=[0.2, 0.9]), periods=3, late_periods=2, **QUICK),
     "bifurcation diagram": lambda: gelcone.bifurcation(MODEL, "voltage", [0.5, 1.0], bisections=0, **QUICK),
     "extrema": lambda: gelcone.extrema(MOVING, repeats=5, discard=20),
     "best drive": lambda: gelcone.drive(RAISED, lowest=0.3, highest=0.5),
@@ -80,6 +81,7 @@ def drawn_numbers(figure):
 
 
 SHOWS = {
+    "triptych": lambda r: r["section_velocity"],
     "best drive": lambda r: r["window_peak"],
     "data sheet": lambda r: r["ramp_stroke"],
     "bifurcation diagram": lambda r: r["section"].isel(state=0),

@@ -92,6 +92,9 @@ def regime_words(shown: xr.Dataset, subject: Subject) -> str:
     return "\n".join([*lines, counts_text(shown), *doubt_lines(shown), *validity_in_words(shown), *members])
 
 
+triptych_words = regime_words
+
+
 def _evidence(member: xr.Dataset) -> list[str]:
     """The kind of one motion, the evidence for it, its extent, and the times behind it."""
     lines = evidence_in_words(member)

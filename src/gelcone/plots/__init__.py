@@ -42,6 +42,7 @@ FIGURES = MappingProxyType(
         "statics": "equilibrium.static_figure",
         "sweep": "sweep.any_figure",
         "time response": "response.response_figure",
+        "triptych": "triptych.triptych_figure",
     }
 )
 """Title of a result, up to a colon -> module.function of its figure."""
