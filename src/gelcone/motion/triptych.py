@@ -80,9 +80,7 @@ def triptych(
     check_count("periods", periods, 1)
     check_count("late_periods", late_periods, 1)
     if model.size > MOST:
-        raise InputError(
-            f"triptych: was given {model.size} motions; give at most {MOST}, as --set voltage=0.5,1,2"
-        )
+        raise InputError(f"triptych: was given {model.size} motions; give at most {MOST}, as --set voltage=0.5,1,2")
     states, members = start_states(model, initial), model.members()
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     budgets: dict[str, Any] = {"transient": transient, "patience": patience, "budget": budget}
