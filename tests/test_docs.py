@@ -92,7 +92,7 @@ def dry(monkeypatch, prepared):
     for place in (
         "gelcone.cli.command.plain",
         "gelcone.cli.grids.deliver",
-        "gelcone.cli.grids.export",
+        "gelcone.cli.export.export",
         "gelcone.paper.run.run",
         "gelcone.cli.studio.start",
         "gelcone.lab.material.fit_material",

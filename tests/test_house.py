@@ -36,6 +36,7 @@ FLOORS = [
     ["words", "glossary"],
     ["plots"],
     ["analyses"],
+    ["export"],
     ["paper", "studio"],
     ["cli"],
     ["__main__"],

@@ -20,6 +20,7 @@ from pathlib import Path
 
 SOURCE = Path(__file__).parents[1] / "src" / "gelcone"
 OBEYING = (
+    "export",
     "paper",
     "errors.py",
     "quantity.py",

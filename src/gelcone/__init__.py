@@ -144,7 +144,7 @@ if TYPE_CHECKING:
     from gelcone.devices.si import to_si as to_si
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
-    from gelcone.interchange import export as export
+    from gelcone.export.public import export as export
     from gelcone.lab.material import fit_material as fit_material
     from gelcone.lab.material import fitted_material as fitted_material
     from gelcone.lab.material import fitted_text as fitted_text

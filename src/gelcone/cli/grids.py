@@ -33,7 +33,6 @@ from gelcone.cli.output import deliver, tally_shown
 from gelcone.dataset import load
 from gelcone.devices.analysis import device_words, plain, state_of
 from gelcone.errors import InputError
-from gelcone.interchange import export
 from gelcone.plots import plot
 from gelcone.plots.map import COLOURS
 from gelcone.register.analyses import find_analysis, sweepable
@@ -277,32 +276,6 @@ def run_show(*, place: Path, out: Path | None, force: bool, as_json: bool) -> in
     answers, subject = answer_to(result)
     check_folder(out, answers.command, force)
     return deliver(answers, result, subject, out, force, as_json)
-
-
-def export_command() -> click.Command:
-    """`gelcone export`."""
-    params: list[click.Parameter] = [
-        click.Argument(["place"], type=PLACE, metavar="FILE.nc|STORE"),
-        click.Option(["--to", "kind"], metavar="csv|mat|parquet", default="csv", show_default=True, help="The format."),
-        click.Option(["--out"], type=PLACE, metavar="DIR", help="Folder for the files. [default: that of the result]"),
-        click.Option(["--force"], is_flag=True, help="Overwrite files that exist."),
-    ]
-    text = """A result as tables (CSV, Parquet) or for MATLAB, with the unit of every number.
-
-    Variables over the same dims make a table; a table over dims has them in its name, as in simulate.time.csv.
-
-    \b
-    gelcone export results/simulate.nc --to csv
-    gelcone export map.zarr --to mat --out tables
-    """
-    return click.Command("export", params=params, callback=run_export, help=text)
-
-
-def run_export(*, place: Path, kind: str, out: Path | None, force: bool) -> None:
-    """Reads a result or a store and writes it in another format."""
-    result = show(place) if place.is_dir() else load(place)
-    for path in export(result, (out or place.parent) / f"{place.stem}.{kind.lower()}", force=force):
-        click.echo(f"wrote {path}")
 
 
 def _plan(

@@ -105,13 +105,14 @@ class Scales:
         return value / self.size(quantity)
 
     @classmethod
-    def of(cls, get: Callable[[str], Any]) -> Scales:
-        """The scales by the fields of a device, its material's under dotted names; each a number or an array."""
+    def of(cls, get: Callable[[str], Any], xp: Any = np) -> Scales:
+        """The scales by the fields of a device, its material's under dotted names; each a number, an array or, with the
+        functions of a graph, an expression."""
         a, b, mu = get("disc_radius"), get("film_radius"), get("material.shear_modulus")
         length = b - a
         energy = mu * (np.pi * (b**2 - a**2) * get("film_thickness"))
-        rate = np.sqrt(energy / carried_mass(get)) / length
-        field = np.sqrt(mu / (get("material.relative_permittivity") * VACUUM_PERMITTIVITY))
+        rate = xp.sqrt(energy / carried_mass(get)) / length
+        field = xp.sqrt(mu / (get("material.relative_permittivity") * VACUUM_PERMITTIVITY))
         voltage = get("film_thickness") * field
         return cls(
             length=length,

@@ -206,6 +206,17 @@ def ends(piece: str, u: Any, q: Any, n: Numbers) -> Ends:
     return Ends(*found)
 
 
+def ends_of(piece: str, u: Any, q: Any, n: Numbers) -> Ends:
+    """Report `ends` of the expressions of a program."""
+    power, found = powers(u, LENGTH[0]), []
+    for what in Ends._fields:
+        value: Any = 0.0
+        for column in names(piece, what).T[::-1]:
+            value = value * q + _sum([n[name] for name in column], power)
+        found.append(value)
+    return Ends(*found)
+
+
 def _columns(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> tuple[Any, Any]:
     """The sums over i of c_ij u^i and their derivatives by u, for each j; of numbers all j at once."""
     most = MAIN[piece][0] if what == "main" else shapes(piece)[what][0] - 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -12,14 +12,16 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.job import KEEPS, Backend, Job, Keep, Trajectories
+from gelcone.motion.job import KEEPS, Backend, Job, Keep, Portable, Trajectories
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.system import ConeSystem
+from gelcone.physics.trace import Node
 from gelcone.progress import current_watch
 from gelcone.quantity import Array, spread
 
 if TYPE_CHECKING:
     from gelcone.motion.engine.phase import PhaseProgram
+    from gelcone.motion.engine.portable import Outputs
 
 DEFAULT_TOLERANCE = 1e-15
 
@@ -148,3 +150,17 @@ def _store_start(result: Trajectories, states0: Array, members: npt.NDArray[np.b
 def available_threads() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def portable(system: ConeSystem, outputs: Outputs, tolerance: float) -> Portable:
+    """The program of a system as text for another language; see `Portable`."""
+    from gelcone.motion.engine import portable as engine
+
+    return engine.portable(system, outputs, tolerance)
+
+
+def formulas_text(name: str, leaves: Sequence[str], nodes: Mapping[int, Node]) -> str:
+    """Formulas of numbers as text for another language."""
+    from gelcone.motion.engine import portable as engine
+
+    return engine.formulas_text(name, leaves, nodes)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, Protocol, get_args
+from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -80,6 +81,44 @@ class Job:
     keep: Keep
     tolerance: float
     result: Trajectories
+
+
+class Portable(Protocol):
+    """The program of one member as text in LLVM's language, and what a caller must know of its arrays.
+
+    ``modules`` hold ``prepare``, ``start``, ``advance``, ``serve`` and ``step`` - one in the first module, or with
+    several laws one in each of the others - and ``points`` the functions ``point_K(z, time, numbers, switches, roots,
+    out)`` of each law K, which write the ``outputs``: the rates of the states, what was wanted, and the borders.
+    ``sizes`` names the lengths of arrays and places in them. ``used``: those of the ``numbers`` on which anything
+    depends. ``telling``: the switches whose signs make the number of a law, by their places among ``switches``.
+    ``border_switches``: of each border the place of its switch, -1 where the member ends.
+    """
+
+    modules: tuple[str, ...]
+    points: tuple[str, ...]
+    outputs: tuple[str, ...]
+    sizes: Mapping[str, int]
+    numbers: tuple[str, ...]
+    used: frozenset[str]
+    switches: tuple[str, ...]
+    telling: tuple[int, ...]
+    border_switches: tuple[int, ...]
+
+    def run(
+        self, numbers: Mapping[str, Any], states: Array, length: float, smallest_step: float, most_steps: float
+    ) -> Ended:
+        """Run one member, compiled, from the time 0 over a length."""
+
+
+@dataclass(frozen=True)
+class Ended:
+    """The end of a run of one member: the ``status`` of the integrator, 0 where it arrived, ``time``, ``states`` and
+    ``switches``."""
+
+    status: int
+    time: float
+    states: Array
+    switches: Mapping[str, float]
 
 
 class Backend(Protocol):

@@ -18,7 +18,7 @@ import numpy as np
 
 from gelcone.errors import unknown_name
 from gelcone.physics.component import Component, Numbers, State
-from gelcone.physics.film.film import Border, Film, FilmState
+from gelcone.physics.film.film import Border, Film, FilmState, TracedState
 from gelcone.physics.film.taut import PRESTRETCHES
 from gelcone.quantity import Array, Quantity
 
@@ -212,6 +212,10 @@ class PlacedFilm(Component):
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         """The stretches, stresses and field of the film."""
         return self.film.state(self.place(x, n), voltage, y, self.own(n))
+
+    def traced_state(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> TracedState | None:
+        """The formulas of `state` for a program; None where none are known."""
+        return self.film.traced_state(self.place(x, n), squared, y, self.own(n), xp)
 
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
         """The share of the stretch limit that the film takes."""

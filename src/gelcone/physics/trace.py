@@ -230,6 +230,11 @@ class Graph:
         """The cosine of an angle in radians."""
         return self._make("cos", self.node(value))
 
+    def maximum(self, first: Any, second: Any) -> Node:
+        """The larger one."""
+        difference = self.subtract(first, second)
+        return self.multiply(0.5, self.add(self.add(first, second), self.sqrt(self.multiply(difference, difference))))
+
     def in_order(self, roots: Sequence[Node]) -> list[Node]:
         """`ordered`, held for those that are evaluated again and again."""
         key = tuple(root.index for root in roots)

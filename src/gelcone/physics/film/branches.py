@@ -273,13 +273,13 @@ class Branches:
                 found = found + 0.5 * g * sum(stretch - 1.0 - np.log(stretch) for stretch in every)
         return found
 
-    def limit_share(self, m: Any, width: Any, y: list[Any], n: Numbers) -> Any:
-        """The largest share of its stretch limit that a branch has reached, of arrays."""
+    def limit_share(self, m: Any, width: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        """The largest share of its stretch limit that a branch has reached."""
         found: Any = 0.0
         for k, (_, own) in enumerate(self._each(m, width, y, n) if self.flow == "log" else ()):
             first, second = own.stretches
             share = (first + second + 1.0 / (first * second) - 3.0) * n[f"inverse_viscous_limit_{k + 1}"]
-            found = np.maximum(found, share)
+            found = xp.maximum(found, share)
         return found
 
 

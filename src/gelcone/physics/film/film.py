@@ -38,6 +38,16 @@ class FilmState(NamedTuple):
     kind: Any = -1
 
 
+class TracedState(NamedTuple):
+    """Formulas of a program for what `FilmState` holds: true stresses over mu, the square of the true field over
+    mu/eps, and the share of the stretch limit."""
+
+    meridional_stress: Any
+    hoop_stress: Any
+    field_squared: Any
+    limit_share: Any
+
+
 @dataclass(frozen=True)
 class Border:
     """Where a film's law changes, or where the film ends.
@@ -209,6 +219,10 @@ class Film(Component):
         """What x and the voltage do to the film. Default: unknown."""
         unknown = np.full(np.broadcast_shapes(np.shape(x), np.shape(voltage)), np.nan)
         return FilmState(*[unknown] * (len(FilmState._fields) - 1))
+
+    def traced_state(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> TracedState | None:
+        """The formulas of `state` for a program; None (default) where none are known."""
+        return None
 
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
         """How much of its strain limit the film has reached: 1 at the limit; ``state`` is its state, where known."""

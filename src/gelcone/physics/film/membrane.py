@@ -32,7 +32,7 @@ from gelcone.membrane.table import names as table_names
 from gelcone.physics.bracket import RESOLVED, rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film import membrane_charge
-from gelcone.physics.film.film import Border, FilmState
+from gelcone.physics.film.film import Border, FilmState, TracedState
 from gelcone.physics.film.taut import RADIUS_RATIO, GelFilm, check_prestretch_mode
 from gelcone.physics.film.wrinkling import STEEP, WrinklingCone
 from gelcone.physics.implicit import known, root, traced
@@ -318,20 +318,22 @@ class MembraneFilm(GelFilm):
         """The capacitance of a film without tension in a program: t^2 G with V G = Vb(t), t = 1 where it ``pulls``;
         where the hoop is the stronger that of the flat film, whose rims keep their tension."""
         even = n["even_slack"]
+        t = self._slack_stretch(squared, even if known(pulls) == 0.0 else (1.0 - pulls) * even, n, xp)
+        powers = formulas.powers(squared, FLAT)
+        flat = 1.0 + sum(n[f"flat_area_{i}"] * power for i, power in enumerate(powers[: FLAT + 1]))
+        return even * (t * t * n["G"]) + (1.0 - even) * flat
+
+    def _slack_stretch(self, squared: Any, share: Any, n: Numbers, xp: Any) -> Any:
+        """The t with V G = Vb(t) in a program, or 1 where ``share`` is 0 and not 1."""
 
         def residual(t: Any, squared: Any, xp: Any) -> Any:
             inverse = 1.0 / t
             compliance = self.law.compliance(2.0 * t + inverse * inverse - 3.0, n, xp)
             slack = 1.0 - inverse * inverse * inverse - squared * n["G"] * t * compliance
-            share = even if known(pulls) == 0.0 else (1.0 - pulls) * even
             return (1.0 - share) * (t - 1.0) + share * slack
 
-        places = [xp.node(value).index for value in (squared, pulls, n["G"])]
-        name = f"length of a slack film at {places}"
-        t = root(xp, name, residual, (squared,), lambda squared, xp: 1.0 + 0.0 * squared)
-        powers = formulas.powers(squared, FLAT)
-        flat = 1.0 + sum(n[f"flat_area_{i}"] * power for i, power in enumerate(powers[: FLAT + 1]))
-        return even * (t * t * n["G"]) + (1.0 - even) * flat
+        name = f"length of a slack film at {[xp.node(value).index for value in (squared, share, n['G'])]}"
+        return root(xp, name, residual, (squared,), lambda squared, xp: 1.0 + 0.0 * squared)
 
     def _integrals(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
         """Energy and area."""
@@ -431,6 +433,40 @@ class MembraneFilm(GelFilm):
             some = np.where(own.rim <= 0.0, 0, np.where(own.whole <= 0.0, 1, 2))
         found = FilmState(*(np.where(gone, np.nan, values)[()] for values in state._replace(true_field=field)))
         return found._replace(kind=np.where(gone, -1, np.where(slack, 3, some)))
+
+    def traced_state(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> TracedState | None:
+        """Next to the disc, where its hoop takes the natural width if it is slack; the field is the largest one."""
+        s, pulls, near = x * x, 0.5 + 0.5 * n["pulls"], 0.5 + 0.5 * n["near"]
+        share, disc, largest = s / n["reach_squared"], 1.0, 1.0
+        if known(pulls) != 0.0:
+            for piece, part in {"near": near, "far": 1.0 - near}.items():
+                if known(part) != 0.0:
+                    own = formulas.spot(piece, s, squared, n)
+                    found = formulas.ends_of(piece, own.u, own.q, n)
+                    disc, largest = disc + part * (found.disc - 1.0), largest + part * (found.field - 1.0)
+        width = self._traced_width(disc, squared, pulls, n, xp) if known(pulls) != 0.0 else 1.0
+        if known(pulls) != 1.0:
+            t = self._slack_stretch(squared, 1.0 - pulls, n, xp)
+            disc, width = (pulls * own + (1.0 - pulls) * (t / n[name]) for own, name in ((disc, "A"), (width, "B")))
+            largest = pulls * largest + (1.0 - pulls) * (disc * width)
+        ring = self.traced_ring(disc, width, squared, n, xp)
+        stresses = {name: xp.maximum(getattr(ring, name), 0.0) for name in ("meridional_stress", "hoop_stress")}
+        field = squared * xp.maximum(largest, 1.0) if known(pulls) != 0.0 else ring.field_squared
+        return ring._replace(**stresses, field_squared=field, limit_share=xp.maximum(share, ring.limit_share))
+
+    def _traced_width(self, m: Any, squared: Any, pulls: Any, n: Numbers, xp: Any) -> Any:
+        """The squared width of the ring at the disc in a program: 1, or where that is more the width that its hoop
+        takes without stress, the root of B - r/n = V m K with r = G/(m n)."""
+
+        def residual(width: Any, m: Any, squared: Any, xp: Any) -> Any:
+            thin = n["G"] / (m * width)
+            compliance = self.law.compliance(n["A"] * m + n["B"] * width + thin - 3.0, n, xp)
+            slack = n["B"] - thin / width - squared * m * compliance
+            return slack if known(pulls) == 1.0 else pulls * slack + (1.0 - pulls) * (width - 1.0)
+
+        name = f"width at the disc at {[xp.node(value).index for value in (m, squared, pulls, n['G'])]}"
+        first = lambda m, squared, xp: xp.sqrt(n["G"] / (n["B"] * m))  # noqa: E731
+        return xp.maximum(root(xp, name, residual, (m, squared), first), 1.0)
 
     def describe(self) -> str:
         return "membrane film: wrinkles where it would be compressed, and localises first at its innermost ring"

@@ -23,7 +23,7 @@ import numpy as np
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.component import Numbers, State
 from gelcone.physics.film.branches import RESTED, Branches
-from gelcone.physics.film.film import Film, FilmState
+from gelcone.physics.film.film import Film, FilmState, TracedState
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.quantity import Quantity
 
@@ -96,6 +96,17 @@ class GelFilm(Film):
             true_field=np.abs(voltage) * np.sqrt(q),
             limit_share=invariant / self.law.strain_limit(n),
         )
+
+    def traced_ring(
+        self, m: Any, width: Any, squared: Any, n: Numbers, xp: Any, more: tuple[Any, Any] = (0.0, 0.0)
+    ) -> TracedState:
+        """A ring of the squared lengths m and ``width`` over the mounted ones; ``more`` are stresses besides the
+        law's."""
+        meridian, hoop, thin = n["A"] * m, n["B"] * width, n["G"] / (m * width)
+        strain = meridian + hoop + thin - 3.0
+        response, field = self.law.response(strain, n, xp), squared * (m * width)
+        along, across = (meridian - thin) * response - field + more[0], (hoop - thin) * response - field + more[1]
+        return TracedState(along, across, field, strain / self.law.strain_limit(n))
 
 
 def check_prestretch_mode(mode: str) -> None:
@@ -265,6 +276,13 @@ class TautCone(GelFilm):
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
         own = super().limit_share(x, voltage, y, n)
         return np.maximum(own, self.viscous.limit_share(1.0 + np.square(x), 1.0, y, n)) if self.branches and y else own
+
+    def traced_state(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> TracedState | None:
+        q = 1.0 + x * x
+        found = self.traced_ring(q, 1.0, squared, n, xp, self.viscous.stresses(q, 1.0, y, n))
+        if not self.branches:
+            return found
+        return found._replace(limit_share=xp.maximum(found.limit_share, self.viscous.limit_share(q, 1.0, y, n, xp)))
 
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         found = self.cone_state(1.0 + np.square(x), voltage, n)

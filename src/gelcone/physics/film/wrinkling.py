@@ -44,7 +44,7 @@ from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.branches import Branches
 from gelcone.physics.film.creeping import Creeping
-from gelcone.physics.film.film import Border, Film, FilmState
+from gelcone.physics.film.film import Border, Film, FilmState, TracedState
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.implicit import known, root, traced
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
@@ -551,6 +551,36 @@ class WrinklingCone(TautCone):
         kind = np.where(np.isnan(m), len(STATES) if self.goes_on else -1, _place(x, m, width))
         own = (0.0, 0.0) if not (self.branches and y) else self.viscous.stresses(m, width, y, n)
         return self.state_of_lengths(m, width, voltage, n, own)._replace(kind=kind)
+
+    def traced_state(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> TracedState | None:
+        """The stresses are those at the film's own lengths; its share of the limit is that without voltage."""
+        if self.goes_on:
+            return None
+        xx = x * x
+        m, width = self._traced_lengths(xx, squared, y, n, xp)
+        creeps = self.branches and y
+        found = self.traced_ring(
+            m, width, squared, n, xp, self.viscous.stresses(m, width, y, n) if creeps else (0.0, 0.0)
+        )
+        stresses = [xp.maximum(stress, 0.0) for stress in found[:2]]
+        if creeps:
+            share = xp.maximum(found.limit_share, self.viscous.limit_share(m, width, y, n, xp))
+        else:
+            long = xp.maximum(1.0 + xx, 1.0 / (n["A"] * xp.sqrt(xp.maximum(n["B"], 1.0))))
+            wide = xp.maximum(xp.sqrt(n["G"] / (n["B"] * long)), 1.0)
+            share = self.traced_ring(long, wide, 0.0, n, xp).limit_share
+        return found._replace(meridional_stress=stresses[0], hoop_stress=stresses[1], limit_share=share)
+
+    def _traced_lengths(self, xx: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> tuple[Any, Any]:
+        """`lengths` in a program."""
+        if self.branches and y:
+            return self.creeping.lengths(1.0 + xx, squared, y, n, xp)[:2]
+        own, _, _, pulls = self._at(xx, squared, n, xp)
+        if known(pulls) == 1.0:
+            return 1.0 + xx, 1.0 + own.y
+        m = self._slack_meridian(xx, squared, pulls, n, xp)
+        slack = self._slack_width(m, n)
+        return pulls * (1.0 + xx) + (1.0 - pulls) * m, pulls * (1.0 + own.y) + (1.0 - pulls) * slack
 
     def state_of_lengths(
         self, m: Any, width: Any, voltage: Any, n: Numbers, more: tuple[Any, Any] = (0.0, 0.0)

@@ -1,0 +1,80 @@
+"""`gelcone export`: a device as C sources, or a result as tables or for MATLAB."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from gelcone.analyses.request import read_subject
+from gelcone.atlas.record import show
+from gelcone.cli.options import PLACE
+from gelcone.dataset import load
+from gelcone.devices.files import shipped_devices
+from gelcone.errors import InputError
+from gelcone.export.public import TOLERANCE, export
+
+OF_DEVICES = ("film", "settings", "drive", "tolerance")
+
+
+def export_command() -> click.Command:
+    """`gelcone export`."""
+    params: list[click.Parameter] = [
+        click.Argument(["what"], metavar="DEVICE|FILE.nc|STORE"),
+        click.Option(["--c", "c"], type=PLACE, metavar="FOLDER", help="Write the device as C99 there."),
+        click.Option(["--drive"], metavar="sine", help="Put the device's own sine inside; the input adds to it."),
+        click.Option(
+            ["--tolerance"],
+            type=float,
+            help=f"Relative error of a step.  [default: {TOLERANCE:g}, which leaves about 1e-9 of the stroke]",
+        ),
+        click.Option(["--set", "settings"], multiple=True, metavar="NAME=VALUE", help="Set a field of the device."),
+        click.Option(["--film"], metavar="membrane|wrinkling|taut", help="The film of the device."),
+        click.Option(["--to", "kind"], metavar="csv|mat|parquet", help="The format of a result.  [default: csv]"),
+        click.Option(
+            ["--out"], type=PLACE, metavar="DIR", help="Folder for these files.  [default: that of the result]"
+        ),
+        click.Option(["--force"], is_flag=True, help="Overwrite files that exist."),
+    ]
+    text = """A device for other programs, or a result as tables (CSV, Parquet) or for MATLAB.
+
+    A device becomes C99: the integrator's own compiled loop, line by line, with the same bits. Of a result, variables
+    over the same dims make a table; a table over dims has them in its name, as in simulate.time.csv.
+
+    \b
+    gelcone export biased-pump --c pump
+    gelcone export results/simulate.nc --to csv
+    gelcone export map.zarr --to mat --out tables
+    """
+    return click.Command("export", params=params, callback=run_export, help=text)
+
+
+def run_export(*, what: str, c: Path | None, force: bool, **typed: Any) -> None:
+    """Reads a device, a result or a store, and writes it in another form."""
+    given = {name: value for name, value in typed.items() if value not in (None, ())}
+    paths: list[Path]
+    if c is None:
+        paths = _of_result(Path(what), force, given)
+    else:
+        _only(given, OF_DEVICES, "results")
+        subject = read_subject(what, film=given.pop("film", None), settings=given.pop("settings", ()))
+        assert subject.device is not None
+        paths = export(subject.device, c, force=force, **given)
+    for path in paths:
+        click.echo(f"wrote {path}")
+
+
+def _of_result(place: Path, force: bool, given: dict[str, Any]) -> list[Path]:
+    if place.suffix == ".toml" or (str(place) in shipped_devices() and not place.exists()):
+        raise InputError(f"{place}: is a device; say what it becomes: --c FOLDER")
+    _only(given, ("kind", "out"), "devices")
+    result, kind = show(place) if place.is_dir() else load(place), given.get("kind", "csv")
+    return export(result, given.get("out", place.parent) / f"{place.stem}.{kind.lower()}", force=force)
+
+
+def _only(given: dict[str, Any], known: tuple[str, ...], others: str) -> None:
+    """`InputError` for options of the others."""
+    for name in given.keys() - set(known):
+        flag = {"kind": "to", "settings": "set"}.get(name, name)
+        raise InputError(f"--{flag}: is an option of {others}; leave it out")

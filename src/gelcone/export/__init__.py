@@ -1,0 +1,24 @@
+"""Devices and results for other programs: C, FMUs, tables and MATLAB files.
+
+A device leaves gelcone as the integrator's own compiled loop, translated line by line into C99: the same steps, events
+and ends with the same bits.
+"""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import Any
+
+
+class _Callable(ModuleType):
+    """``gelcone.export(...)`` works also once a module of this folder was imported: Python then puts the folder itself
+    in the place of the public function of the same name."""
+
+    def __call__(self, *arguments: Any, **options: Any) -> Any:
+        from gelcone.export.public import export
+
+        return export(*arguments, **options)
+
+
+sys.modules[__name__].__class__ = _Callable

@@ -1,0 +1,33 @@
+"""The C compiler of this machine, where there is one."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+
+from gelcone.errors import InputError
+
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared")
+
+
+def find_compiler() -> list[str] | None:
+    """The command of the compiler: that of ``CC``, else ``cc``, ``gcc`` or ``clang``; None without one."""
+    named = shlex.split(os.environ.get("CC", ""))
+    for command in [named] if named else [["cc"], ["gcc"], ["clang"]]:
+        if shutil.which(command[0]):
+            return command
+    return None
+
+
+def compile_library(compiler: list[str], source: Path, library: Path) -> None:
+    """Make a shared library of one source; `InputError` with the compiler's first line where it fails."""
+    command = [*compiler, *FLAGS, "-o", str(library), str(source), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        first = (done.stderr.strip().splitlines() or ["no message"])[0]
+        raise InputError(
+            f"{compiler[0]}: does not compile the source ({first}); give another one by CC, or CC= for none"
+        )

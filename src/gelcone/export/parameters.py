@@ -1,0 +1,122 @@
+"""The parameters of an exported device that can be changed without another export, and the numbers that follow.
+
+The film's geometry, pre-stretches and strain-energy law stay what they were: a membrane's force is fitted to them. All
+else reaches the equation of motion through closed formulas, which are traced from those that devices use themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gelcone.devices.device import Device
+from gelcone.devices.fields import DIRECT_PRESTRETCHES, GEL, SECOND_PRESTRETCHES
+from gelcone.devices.numbers import numbers_of
+from gelcone.devices.record import Field
+from gelcone.devices.scales import MEASURES, Scales, carried_mass
+from gelcone.errors import InputError
+from gelcone.physics.component import Component
+from gelcone.physics.film.taut import GelFilm
+from gelcone.physics.model import ConeModel
+from gelcone.physics.placed import PlacedFilm
+from gelcone.physics.trace import Graph, Node, ordered
+
+FIXED = ("disc_radius", "film_radius", "prestretch", *DIRECT_PRESTRETCHES, *SECOND_PRESTRETCHES)
+"""Fields on which the film's numbers depend."""
+STRENGTH, DAMPING = "dielectric_strength", "damping_coefficient"
+SCALES = ("length", "time", "velocity", "force", "voltage", "current", "field", "stress", "charge", "capacitance")
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """``values`` in SI units by field, with their ``fields``; ``nodes``, the numbers of the formulas by name that
+    follow from them, and ``scales``, the SI values of dimensionless units by quantity, "1" among them."""
+
+    values: Mapping[str, float]
+    fields: Mapping[str, Field]
+    nodes: Mapping[str, Node]
+    scales: Mapping[str, Node]
+
+
+def parameters_of(device: Device, model: ConeModel, used: Collection[str], quantities: Collection[str]) -> Parameters:
+    """The parameters on which the numbers ``used`` depend, and the scales of ``quantities`` besides `SCALES`.
+
+    Raises `InputError` for a component of one's own whose numbers cannot be traced.
+    """
+    graph, fields = Graph(), device.swept_fields()
+    strength = device.material.dielectric_strength if device.dielectric_strength is None else device.dielectric_strength
+    known = {name: device.get(name) for name in fields if not _fixed(device, name)}
+    known |= {STRENGTH: 0.0 if strength is None else strength}
+    if known.get(DAMPING) is None:
+        known[DAMPING] = 2.0 * carried_mass(device.get) * model.values["damping_ratio"] / device.scales.time
+    values = {name: float(value) for name, value in known.items() if value is not None and np.isfinite(value)}
+    leaves = {name: graph.number(name) for name in values}
+
+    def get(name: str) -> Any:
+        return leaves.get(name, device.get(name))
+
+    scales = Scales.of(get, graph)
+    wanted = {name: graph.node(scales.size(name)) for name in dict.fromkeys([*SCALES, *quantities]) if name in MEASURES}
+    nodes = {name: node for name, node in _numbers(device, model, scales, get, graph).items() if name in used}
+    reached = {leaf.value for leaf in ordered([*nodes.values(), *wanted.values()]) if leaf.operation == "number"}
+    reached |= {STRENGTH}
+    return Parameters(
+        values={name: value for name, value in values.items() if name in reached},
+        fields={name: fields[name] for name in values if name in reached},
+        nodes=nodes,
+        scales={"1": graph.constant(1.0)} | wanted,
+    )
+
+
+def _fixed(device: Device, name: str) -> bool:
+    """Whether a field is one of those that stay."""
+    law = {GEL + own for own in device.material.law_parameters}
+    return name in FIXED or name in law
+
+
+def _numbers(device: Device, model: ConeModel, scales: Scales, get: Any, graph: Graph) -> dict[str, Node]:
+    """The numbers of the formulas that are not the film's own, as nodes."""
+    values = dict(model.values)
+    for parameter, (field, quantity) in numbers_of(device).items():
+        if parameter in values and device.get(field) is not None:
+            values[parameter] = scales.dimensionless(quantity, get(field))
+    if device.gravity is not None:
+        values["weight"] = carried_mass(get) * get("gravity") / scales.force
+    values["damping_ratio"] = get(DAMPING) * scales.time / (2.0 * carried_mass(get))
+    system = model.system
+    found: dict[str, Any] = {"damping_ratio": values["damping_ratio"]}
+    for part in (system.bias, system.waveform, system.circuit):
+        found |= _traced(part, values)
+    for film in system.films:
+        found |= _of_film(film, values)
+    return {name: graph.node(value) for name, value in found.items() if np.ndim(value) == 0}
+
+
+def _of_film(film: PlacedFilm, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers of a film that have a scale: place and voltage of a second one, and those of branches that creep."""
+    own = film.own(values) if film.drive else values
+    if not isinstance(film.film, GelFilm):
+        return _traced(film, values)
+    found = {name: values[name] for name in ("second_flat_height", "second_voltage") if name in film.parameters}
+    viscous = getattr(film.film, "viscous", None)
+    creeps = {} if viscous is None else viscous.parameters
+    if other := [name for name, q in film.film.parameters.items() if q.scale != "1" and name not in creeps]:
+        raise InputError(
+            f"{film.film.name}: the scale of its parameter {other[0]} may change in C; make it a pure number"
+        )
+    if viscous is not None and viscous.count:
+        found |= {film.prefix + name: value for name, value in viscous.numbers(own).items()}
+    return found
+
+
+def _traced(part: Component, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers of a component, of nodes."""
+    try:
+        return part.numbers(values)
+    except TypeError as error:
+        raise InputError(
+            f"{part.name}: its numbers cannot leave as a formula ({error}); write them with + - * / and ** alone"
+        ) from None

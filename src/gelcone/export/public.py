@@ -1,0 +1,102 @@
+"""The public function `export`: a result or a device in the form that another program reads."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gelcone import interchange
+from gelcone.devices.device import Device
+from gelcone.errors import InputError, unknown_name
+from gelcone.export.reference import test_program
+from gelcone.export.sources import Exported, example, sources
+from gelcone.files import check_writable, write_together
+from gelcone.motion.flow import check_flow
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TOLERANCE = 1e-7
+"""Relative error of a step; the displacement is then right to about 1e-9 of the stroke."""
+DRIVES = ("sine",)
+_RESERVED = """auto break case char class const continue default delete do double else enum explicit extern false float
+for friend function goto if inline instance int long main mutable namespace new operator private protected public
+register restrict return short signed sizeof state static struct switch template this throw true try typedef typename
+union unsigned using virtual void volatile while word"""
+"""Words of C and C++, and of the sources, that name no device."""
+
+
+def export(
+    what: xr.Dataset | Device,
+    path: str | Path,
+    *,
+    drive: str | None = None,
+    tolerance: float = TOLERANCE,
+    force: bool = False,
+) -> list[Path]:
+    """Write a result as tables or for MATLAB, or a device as C sources.
+
+    Parameters
+    ----------
+    what : a Dataset that an analysis returned or `gelcone.load` read, or a `Device` of single numbers.
+    path : of a result a name that ends in ``.csv``, ``.mat`` or ``.parquet``: a table holds the variables of the same
+        dims, and the others go to files with the dims before the ending, as in ``run.time.csv``. Of a device a folder
+        for C: header, source, example, test program and device file, all named after the folder.
+    drive : ``"sine"`` puts the drive of the device inside, and the input voltage is added to it. Default None: the
+        input is the whole voltage.
+    tolerance : relative error of one step of the integrator. Default 1e-7.
+    force : whether files that exist are overwritten. Default no.
+
+    Returns
+    -------
+    The files written. In tables columns are ``name (unit)`` and codes are words; a MATLAB file holds the variables as
+    arrays, and their units, dims and long names in structs.
+
+    Raises
+    ------
+    InputError : for another ending, files that exist, a folder that cannot be written, an ensemble, and devices whose
+        drive or components cannot leave gelcone.
+    MissingDependency : for Parquet without pyarrow.
+    """
+    path = Path(path)
+    if not isinstance(what, Device):
+        if drive is not None:
+            raise InputError(f"drive = {drive!r}: is an option of devices, and this is a result; leave it out")
+        return interchange.export(what, path, force=force)
+    if drive is not None and drive not in DRIVES:
+        raise unknown_name("drive", drive, DRIVES)
+    check_flow(tolerance, None)
+    if path.suffix:
+        raise InputError(f"{path}: a device is written to a folder for C; give a name without an ending")
+    exported = Exported(what, c_name(path.name), drive == "sine", float(tolerance))
+    return _write_c(exported, path, force)
+
+
+def c_name(name: str) -> str:
+    """A name of C that is made of a text; `InputError` where nothing of it may be in one."""
+    found = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
+    if not found:
+        raise InputError(f"{name!r}: holds no letter from a to z and no digit; name the file or folder by some")
+    return f"device_{found}" if found[0].isdigit() or found in _RESERVED.split() else found
+
+
+def _write_c(exported: Exported, folder: Path, force: bool) -> list[Path]:
+    """The sources, an example, a test and the device in a folder."""
+    name = exported.name
+    names = (f"{name}.h", f"{name}.c", "example.c", "test.c", "device.toml")
+    check_writable([folder / own for own in names], force=force)
+    texts = sources(exported) | {
+        "example.c": example(exported),
+        "test.c": test_program(exported),
+        "device.toml": exported.device.to_toml(),
+    }
+    writers: dict[Path, Callable[[Path], Any]] = {folder / own: partial(_write, texts[own]) for own in names}
+    write_together(writers, force=force)
+    return list(writers)
+
+
+def _write(text: str, path: Path) -> None:
+    path.write_text(text, encoding="utf-8")

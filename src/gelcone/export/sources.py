@@ -1,0 +1,398 @@
+"""The C sources of a device: tables of its numbers, the translated loop, and what an instance does with them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.resources import files
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gelcone._version import __version__
+from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, Outcome
+from gelcone.devices.device import Device
+from gelcone.devices.record import LARGEST
+from gelcone.devices.scales import MEASURES
+from gelcone.errors import InputError
+from gelcone.export import c99
+from gelcone.export.driven import INPUTS, PHASE, DrivenSystem, driven
+from gelcone.export.parameters import STRENGTH, Parameters, parameters_of
+from gelcone.motion.flow import formulas_text, portable, smallest_step
+from gelcone.motion.job import Portable
+from gelcone.motion.validity import slack_places
+from gelcone.physics.differentiate import evaluated
+from gelcone.physics.model import ConeModel
+from gelcone.physics.system import ConeSystem
+from gelcone.physics.trace import Node, ordered
+
+RATE = "_rate"
+FLAT_HEIGHT = "second_flat_height"
+
+
+class Variable(NamedTuple):
+    """A variable of an exported device: its name, its kind, its SI unit ("" for a code) and what it is."""
+
+    name: str
+    kind: str
+    unit: str
+    meaning: str
+
+
+INPUT_VARIABLES = (
+    Variable("voltage", "input", "V", "commanded voltage"),
+    Variable("voltage_rate", "input", "V/s", "rate at which the commanded voltage changes until it is set again"),
+    Variable("external_force", "input", "N", "force on the disc, positive away from the film's plane"),
+    Variable("external_force_rate", "input", "N/s", "rate at which that force changes until it is set again"),
+)
+_OUTPUTS = {
+    "film_voltage": ("voltage", "voltage on the {film}"),
+    "charge": ("charge", "charge on the {film}"),
+    "charge_rate": ("current", "current into the {film}; without the jumps of a voltage that jumps"),
+    "capacitance": ("capacitance", "charge of the {film} over its voltage"),
+    "meridional_stress": ("stress", "true meridional stress of the {film}"),
+    "hoop_stress": ("stress", "true hoop stress of the {film}"),
+    "true_field": ("field", "largest true electric field in the {film}"),
+    "limit_share": ("1", "share of its stretch limit that the {film} has reached"),
+}
+"""Outputs of each film: their quantity, and what they are."""
+CODES = (
+    (
+        "outcome",
+        f"how the motion ended: {', '.join(f'{int(o)} {o.label}' for o in Outcome if o.value in (0, 2, 3, 4, 6))}",
+    ),
+    ("film_is_slack", "1 where a film is slack in a direction, else 0"),
+    ("breakdown", "1 where the true field exceeds the dielectric strength, else 0"),
+    ("near_limit", "1 where a film is within 1 % of its stretch limit, else 0"),
+    ("valid", "1 where the model holds, else 0"),
+)
+TITLES = {"charge_rate": "current"}
+"""Names of outputs that are the rate of another."""
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A device in the form in which it leaves gelcone: its program as text, its parameters, and all its variables."""
+
+    device: Device
+    name: str
+    sine: bool
+    tolerance: float
+
+    @cached_property
+    def model(self) -> ConeModel:
+        """The dimensionless model, of one device without corners in its drive."""
+        if self.device.shape:
+            raise InputError(
+                f"an ensemble of shape {self.device.shape} cannot be exported; export one device at a time"
+            )
+        model = self.device.to_model()
+        if self.sine and model.system.waveform.name != "sine":
+            raise InputError(
+                f"--drive sine: the waveform of the device is {model.system.waveform.name}; leave --drive out and give "
+                "the voltage as an input"
+            )
+        return model
+
+    @cached_property
+    def system(self) -> DrivenSystem:
+        """The system under inputs."""
+        return driven(self.model.system, self.sine)
+
+    @cached_property
+    def program(self) -> Portable:
+        """The text of the program."""
+        return portable(self.system, outputs_of(self.system), self.tolerance)
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The parameters that can be changed."""
+        states = [state.quantity for state in self.system.states]
+        return parameters_of(self.device, self.model, self.program.used, states)
+
+    @cached_property
+    def outputs(self) -> dict[str, tuple[int, str, str]]:
+        """Outputs by name: their place among what a point gives, their quantity and what they are."""
+        found = {}
+        for film in self.system.films:
+            for own, (quantity, meaning) in _OUTPUTS.items():
+                if film.prefix + own in self.program.outputs:
+                    place = self.program.outputs.index(film.prefix + own)
+                    found[film.prefix + TITLES.get(own, own)] = (place, quantity, meaning.format(film=film.words[4:]))
+        return found
+
+    @cached_property
+    def kinds(self) -> list[tuple[str, ...]]:
+        """The states of tension of each film; one, "taut", of a film that has none."""
+        return [film.kinds or ("taut",) for film in self.system.films]
+
+    @cached_property
+    def variables(self) -> list[Variable]:
+        """All variables, in the order of their numbers in C."""
+        states = [
+            Variable(
+                s.name,
+                "state",
+                _unit(s.quantity),
+                s.meaning.partition(",")[0] if k else "height of the disc above the film's plane",
+            )
+            for k, s in enumerate(self.system.states)
+        ]
+        rates = [Variable(f"{s.name}{RATE}", "rate", _rate_unit(s.unit), f"rate of change of {s.name}") for s in states]
+        outputs = [Variable(n, "output", _unit(q), meaning) for n, (_, q, meaning) in self.outputs.items()]
+        films = [
+            Variable(f"{film.prefix}film_state", "code", "", ", ".join(f"{k} {kind}" for k, kind in enumerate(kinds)))
+            for film, kinds in zip(self.system.films, self.kinds, strict=True)
+        ]
+        codes = [*films, *(Variable(name, "code", "", meaning) for name, meaning in CODES)]
+        parameters = [
+            Variable(name, "parameter", field.unit, field.meaning) for name, field in self.parameters.fields.items()
+        ]
+        time = [Variable("time", "time", "s", "time since the start")]
+        return [*INPUT_VARIABLES, *states, *rates, *outputs, *codes, *time, *parameters]
+
+    def start(self) -> tuple[np.ndarray[Any, Any], dict[str, float]]:
+        """The states at the start, dimensionless, and the switches there without voltage from outside."""
+        z = np.asarray(self.model.members().start_states(np.array([self.device.initial_state()])), dtype=float)[0]
+        n = self.numbers()
+        switches = self.system.switches(0.0, [np.float64(value) for value in z], n)
+        return z, {name: float(np.ravel(switches[name])[0]) for name in self.program.switches}
+
+    def numbers(self) -> dict[str, float]:
+        """The numbers of the formulas, with the device's own parameters and without inputs: rounded as in C."""
+        own = self.system.numbers_of({name: np.asarray(value, float) for name, value in self.model.values.items()})
+        found = {name: float(np.ravel(value)[0]) for name, value in own.items()}
+        return found | self._evaluated(self.parameters.nodes)
+
+    @cached_property
+    def scale_values(self) -> dict[str, float]:
+        """The SI values of dimensionless units, by quantity."""
+        return self._evaluated(self.parameters.scales)
+
+    def _evaluated(self, nodes: Mapping[str, Node]) -> dict[str, float]:
+        parameters = self.parameters
+        leaves = [node for node in ordered(nodes.values()) if node.operation == "number"]
+        known = {leaf.index: np.float64(parameters.values[leaf.value]) for leaf in leaves}
+        return dict(zip(nodes, map(float, evaluated(list(nodes.values()), known)), strict=True))
+
+
+def outputs_of(system: ConeSystem) -> Any:
+    """Return the formulas of a point: of each film voltage, charge with its rate, capacitance, stresses and field."""
+
+    def outputs(time: Any, z: Any, n: Any, xp: Any) -> dict[str, tuple[Any, int]]:
+        found: dict[str, tuple[Any, int]] = {}
+        for k, (film, voltage) in enumerate(zip(system.films, system.voltages(time, z, n, xp), strict=True)):
+            y, squared, prefix = system.states_of(z, "film", k), voltage * voltage, film.prefix
+            found[f"{prefix}film_voltage"] = voltage, 0
+            if film.film.traced_charge:
+                capacitance = film.capacitance(z[0], squared, y, n, xp)
+                found |= {f"{prefix}charge": (voltage * capacitance, 1), f"{prefix}capacitance": (capacitance, 0)}
+            state = film.traced_state(z[0], squared, y, n, xp)
+            if state is not None:
+                found |= {f"{prefix}{name}": (getattr(state, name), 0) for name in ("meridional_stress", "hoop_stress")}
+                found |= {f"{prefix}true_field": (xp.sqrt(state.field_squared), 0)}
+                found |= {f"{prefix}limit_share": (state.limit_share, 0)}
+        return found
+
+    return outputs
+
+
+def _unit(quantity: str) -> str:
+    return MEASURES[quantity].unit if quantity in MEASURES else "1"
+
+
+def _rate_unit(unit: str) -> str:
+    return {"1": "1/s", "m": "m/s", "m/s": "m/s^2", "C": "A"}.get(unit, f"{unit}/s")
+
+
+# --- the text ---------------------------------------------------------------------------------------------------------
+
+
+def sources(exported: Exported) -> dict[str, str]:
+    """File name -> text of the header and the source."""
+    name, program = exported.name, exported.program
+    lines = [c99.PRELUDE, *_tables(exported), *_translated(exported), _template("core.c"), _template("device.c")]
+    source = f'/* {_title(exported)}, exported by gelcone {__version__}: see {name}.h. */\n#include "{name}.h"\n\n'
+    n = program.sizes
+    sizes = {
+        "PARAMETERS": max(len(exported.parameters.values), 1),
+        "STATES": n["states"],
+        "SWITCHES": max(len(program.switches), 1),
+        "NUMBERS": len(program.numbers) + len(exported.parameters.scales),
+        "OUT": len(program.outputs),
+        "ROOTS": max(n["roots"], 1),
+        "TABLE": max(n["held"], 1),
+        "LANES": n["laws"] * n["rows"],
+        "SCRATCH": n["scratch"],
+        "STORE": n["rows"],
+        "WORDS": n["words"],
+    }
+    header = _template("device.h").replace("DEVICE_TITLE", _title(exported)).replace("GELCONE_VERSION", __version__)
+    header = re.sub(r"SIZE_(\w+)", lambda found: str(sizes[found[1]]), header).replace("VARIABLES\n", _enum(exported))
+    return {f"{name}.h": _named(header, name), f"{name}.c": _named(source + "\n".join(lines), name)}
+
+
+def example(exported: Exported) -> str:
+    """A program that drives the device by its own voltage."""
+    device = exported.device
+    amplitude, offset, frequency = (
+        float(getattr(device, f)) for f in ("voltage_amplitude", "voltage_offset", "frequency")
+    )
+    text = _template("example.c")
+    text = re.sub(
+        r"DRIVE_AT\(((?:[^()]|\([^()]*\))*)\)", rf"{offset!r} + {amplitude!r} * sin(turn * {frequency!r} * (\1))", text
+    )
+    if exported.sine:
+        text = re.sub(r"double before.*?/ step\);\n", "", text, flags=re.S)
+    if "current" not in exported.outputs:
+        text = text.replace("DEVICE_UP_CURRENT", "DEVICE_UP_VELOCITY").replace("current (A)", "velocity (m/s)")
+    return _named(text.replace("EXAMPLE_STEPS", "1000"), exported.name)
+
+
+def filled(template: str, name: str, values: Mapping[str, str]) -> str:
+    """A template with the name of the device and some texts in it."""
+    text = _template(template)
+    for word, value in values.items():
+        text = text.replace(word, value)
+    return _named(text, name)
+
+
+def _template(name: str) -> str:
+    return (files("gelcone.export") / "templates" / name).read_text(encoding="utf-8")
+
+
+def _named(text: str, name: str) -> str:
+    """The text with the name of the device for DEVICE."""
+    return text.replace("DEVICE_H\n", f"{name.upper()}_H\n").replace("DEVICE_UP", name.upper()).replace("DEVICE", name)
+
+
+def _title(exported: Exported) -> str:
+    """The device's name within a comment."""
+    return "".join(c if c.isprintable() and c not in "*/\\?" else " " for c in exported.device.name)
+
+
+def _enum(exported: Exported) -> str:
+    rows = []
+    for k, own in enumerate(exported.variables):
+        fixed = {"input": "input", "state": "state", "parameter": "parameter"}.get(own.kind, "read")
+        unit = f", {own.unit}" if own.unit not in ("", "1") else ""
+        rows.append(f"  DEVICE_UP_{constant(own.name)} = {k}, /* {fixed}{unit}: {own.meaning} */")
+    rows.append(f"  DEVICE_UP_VARIABLES = {len(exported.variables)} /* how many there are */")
+    return "\n".join(rows) + "\n"
+
+
+def constant(name: str) -> str:
+    """The name of a variable within its constant in C."""
+    return re.sub(r"\W", "_", name).upper()
+
+
+def _array(kind: str, name: str, values: Sequence[Any]) -> str:
+    """A table; of one zero where it is empty."""
+    texts = [c99.real_text(float(value)) if kind == "double" else str(int(value)) for value in values] or ["0"]
+    rows = [", ".join(texts[k : k + 8]) for k in range(0, len(texts), 8)]
+    return f"static const {kind} {name}[] = {{\n  " + ",\n  ".join(rows) + "\n};"
+
+
+def _defines(values: Mapping[str, Any]) -> list[str]:
+    return [f"#define {name} {value}" for name, value in values.items()]
+
+
+def _tables(exported: Exported) -> list[str]:
+    """The numbers of the device."""
+    program, parameters, system = exported.program, exported.parameters, exported.system
+    z, switches = exported.start()
+    numbers, scales = exported.numbers(), list(parameters.scales)
+    members, n = exported.model.members(), program.sizes
+    fields = list(parameters.fields.values())
+    names = list(program.numbers)
+    places = dict(zip((*INPUTS, PHASE), ("VOLTAGE", "VOLTAGE_RATE", "FORCE", "FORCE_RATE", "PHASE"), strict=True))
+    out = program.outputs
+    combined = 2 ** len(program.switches)
+    most = max(map(len, exported.kinds))
+    defines: dict[str, Any] = {
+        "N_STATES": n["states"], "N_NUMBERS": len(names), "N_SCALES": len(scales), "N_OUT": len(out),
+        "N_PARAMETERS": len(parameters.values), "N_SWITCHES": len(program.switches), "N_ROOTS": n["roots"],
+        "N_LAWS": n["laws"], "N_TELLING": len(program.telling), "N_BORDERS": len(program.border_switches),
+        "N_FILMS": len(system.films), "N_OUTPUTS": len(exported.outputs), "N_JOB": n["job"],
+        "N_COMBINATIONS": n["combinations"], "N_COMBINED": combined, "N_KINDS": most,
+        "OUT_BORDER": out.index("border_0") if "border_0" in out else 0, "CODE": n["code"], "SERVE": n["serve"],
+        **{name.upper(): place for name, place in n.items() if name.startswith("job_")},
+        **{f"SCALE_{name.upper()}": scales.index(name) for name in ("time", "voltage", "force", "field")},
+        **{f"NUMBER_{where}": names.index(name) for name, where in places.items()},
+        "P_DIELECTRIC_STRENGTH": list(parameters.values).index(STRENGTH),
+        **({"P_FREQUENCY": list(parameters.values).index("frequency")} if exported.sine else {}),
+        "SMALLEST_STEP": repr(float(smallest_step(members)[0])), "FASTEST": repr(float(np.ravel(members.fastest)[0])),
+        "STEPS_PER_CALL": f"{STEPS_PER_CALL}.0", "CALL_SPAN": repr(CALL_SPAN), "LARGEST": repr(LARGEST),
+        **{f"TEXT_{own.name}": f'"{own.meaning}"' for own in Outcome},
+    }  # fmt: skip
+    quantities = [state.quantity for state in system.states]
+    watched = ("meridional_stress", "hoop_stress", "true_field", "limit_share")
+    film_out = [film.prefix + name for film in system.films for name in watched]
+    return [
+        *_defines(defines),
+        _array("double", "NUMBERS", [numbers[name] for name in names]),
+        _array("double", "PARAMETERS", list(parameters.values.values())),
+        _array("double", "LEAST", [_least(field) for field in fields]),
+        _array("int", "EXCLUSIVE", [field.above is not None for field in fields]),
+        _array("double", "START", list(z)),
+        _array("double", "START_SWITCHES", [switches[name] for name in program.switches]),
+        _array("int", "STATE_SCALE", [scales.index(q) if q in scales else scales.index("1") for q in quantities]),
+        _array("int", "OUTPUT_PLACE", [place for place, _, _ in exported.outputs.values()]),
+        _array("int", "OUTPUT_SCALE", [scales.index(quantity) for _, quantity, _ in exported.outputs.values()]),
+        _array("int", "TELLING", program.telling),
+        _array("int", "BORDER_SWITCH", program.border_switches),
+        _array("int", "FILM_OUT", [out.index(name) if name in out else -1 for name in film_out]),
+        _array("int", "HAS_KINDS", [bool(film.kinds) for film in system.films]),
+        _array("int", "KIND", [kind for film in system.films for kind in _kinds(film, program.switches)]),
+        _array("int", "SLACK", [kind in _slack(film) for film in system.films for kind in range(most)]),
+        _array("double", "REACH", [end for film in system.films for end in film.film.reach(film.own(numbers))]),
+        _array("int", "FLAT_HEIGHT", [names.index(FLAT_HEIGHT) if film.drive else -1 for film in system.films]),
+    ]  # fmt: skip
+
+
+def _least(field: Any) -> float:
+    """The least value of a field; a bound of nothing is that of all numbers."""
+    bound = field.above if field.above is not None else field.least
+    return -LARGEST if bound is None else float(bound)
+
+
+def _kinds(film: Any, switches: Sequence[str]) -> list[int]:
+    """The film's state of tension for each combination of signs of the switches."""
+    combined = 2 ** len(switches)
+    if not film.kinds:
+        return [0] * combined
+    return np.argmax(film.times_of_kinds(list(switches), np.eye(combined)), axis=1).tolist()
+
+
+def _slack(film: Any) -> set[int]:
+    return {place for places in slack_places(film).values() for place in places}
+
+
+def _translated(exported: Exported) -> list[str]:
+    """The loop, the formulas at a point and those of the parameters."""
+    program, parameters = exported.program, exported.parameters
+    first, *steps = program.modules
+    names = list(program.numbers)
+    closed = {names.index(name): node for name, node in parameters.nodes.items()}
+    closed |= {len(names) + k: node for k, node in enumerate(parameters.scales.values())}
+    numbers = formulas_text("set_closed_numbers", list(parameters.values), closed)
+    pairs = c99.translate(first, {"start": "start_run", "step": "step_0"})
+    for k, step in enumerate(steps):
+        pairs += c99.translate(step, {"step": f"step_{k}"})
+    for text in (*program.points, numbers):
+        pairs += c99.translate(text, {})
+    bodies = "\n".join(body for _, body in pairs)
+    laws = range(program.sizes["laws"])
+    return [
+        c99.helpers(bodies),
+        "\n".join(head for head, _ in pairs),
+        "",
+        bodies,
+        "typedef void (*step_function)(word *, word *, word *, word *, word *);",
+        "typedef void (*point_function)(word *, double, word *, word *, word *, word *);",
+        f"static const step_function STEPS[] = {{{', '.join(f'step_{k}' for k in laws)}}};",
+        f"static const point_function POINTS[] = {{{', '.join(f'point_{k}' for k in laws)}}};",
+        "",
+    ]

@@ -1,0 +1,143 @@
+"""A program for one member at a time as text: the compiled loop, and formulas at a point, for translation to C.
+
+At width 1 the text has some thirty instructions and calls nothing outside, so that another language runs the same
+operations in the same order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gelcone.motion.engine.code import Function
+from gelcone.motion.engine.interruptions import border_events
+from gelcone.motion.engine.loop import module_text, step_text
+from gelcone.motion.engine.plan import Job, Layout, Plan
+from gelcone.motion.engine.program import ARRIVED, Program
+from gelcone.motion.engine.recurrences import Jet, equations_of, evaluate, held_values
+from gelcone.motion.job import Ended
+from gelcone.physics.system import ConeSystem
+from gelcone.physics.trace import Graph, Node, ordered
+from gelcone.quantity import Array
+
+Outputs = Callable[[Node, Sequence[Node], Mapping[str, Node], Graph], Mapping[str, tuple[Any, int]]]
+"""From time, states and numbers, what is wanted at a point by name, and 1 where its rate of change is wanted, too."""
+
+
+@dataclass
+class Text:
+    """The text of a `gelcone.motion.job.Portable`, and the program that was compiled of it."""
+
+    program: Program
+    modules: tuple[str, ...]
+    points: tuple[str, ...]
+    outputs: tuple[str, ...]
+    sizes: Mapping[str, int]
+    numbers: tuple[str, ...]
+    used: frozenset[str]
+    switches: tuple[str, ...]
+    telling: tuple[int, ...]
+    border_switches: tuple[int, ...]
+
+    def run(
+        self, numbers: Mapping[str, Any], states: Array, length: float, smallest_step: float, most_steps: float
+    ) -> Ended:
+        """Run one member, compiled, from the time 0 over a length."""
+        given = {name: [value] for name, value in numbers.items()}
+        raw = self.program.run(
+            given, states[None], 0.0, [[length]], smallest_step=[smallest_step], most_steps=[most_steps]
+        )
+        arrived = raw.status[0] == ARRIVED
+        switches = {name: float(values[0]) for name, values in raw.switches.items()}
+        states = raw.states[0, 0] if arrived else raw.end_state[0]
+        return Ended(int(raw.status[0]), length if arrived else float(raw.end_time[0]), states, switches)
+
+
+def portable(system: ConeSystem, outputs: Outputs, tolerance: float) -> Text:
+    """Make the text of the program that integrates a system without corners, and of what is wanted at a point."""
+    program = Program(system, "states", tolerance, border_events(system))
+    plan = program._plan(1)
+    layout = Layout(plan)
+    several = len(plan.laws) > 1
+    made = [_point(system, plan, law, outputs) for law in range(len(plan.laws))]
+    held = {node.value for node in ordered(layout.held) if node.operation == "number"}
+    sizes = {
+        "states": layout.states,
+        "laws": len(plan.laws),
+        "rows": layout.rows,
+        "scratch": layout.scratch_rows,
+        "words": layout.words,
+        "held": len(layout.held),
+        "combinations": layout.combinations,
+        "code": layout.code,
+        "serve": layout.serve,
+        "roots": max(roots for _, _, roots, _ in made),
+    }
+    return Text(
+        program=program,
+        modules=(module_text(plan), *(step_text(plan, law) for law in range(len(plan.laws)) if several)),
+        points=tuple(text for text, _, _, _ in made),
+        outputs=made[0][1],
+        sizes=sizes | {f"job_{field.name.lower()}": int(field) for field in Job} | {"job": len(Job)},
+        numbers=plan.numbers,
+        used=frozenset(held.union(*(names for _, _, _, names in made))),
+        switches=tuple(node.value for node in plan.switches),
+        telling=plan.telling,
+        border_switches=tuple(-1 if border.switch is None else border.switch for border in plan.borders),
+    )
+
+
+def _point(system: ConeSystem, plan: Plan, law: int, outputs: Outputs) -> tuple[str, tuple[str, ...], int, set[str]]:
+    """The function of a law at a point, the names of what it writes, how many roots it finds, and its numbers."""
+    graph, switched = Graph(), [node.value for node in plan.switches]
+    z = [graph.state(i) for i in range(len(system.states))]
+    n = {name: graph.switch(name) if name in switched else graph.number(name) for name in plan.numbers}
+    n |= {switched[place]: graph.constant(-1.0 if law >> k & 1 else 1.0) for k, place in enumerate(plan.telling)}
+    rates = [graph.node(rate) for rate in system.rates(graph.time, z, n, graph)]
+    wanted = {name: (graph.node(value), order) for name, (value, order) in outputs(graph.time, z, n, graph).items()}
+    borders = [graph.node(border.value(graph.time, z, n, graph)) for _, border in system.borders]
+    every = [*rates, *(node for node, _ in wanted.values()), *borders]
+    equations = equations_of(every)
+    parts = [node for equation in equations for node in (*equation.slopes, equation.first)]
+    held = held_values([*every, *parts])
+    arguments = ["ptr %z", "double %time", "ptr %numbers", "ptr %switches", "ptr %roots", "ptr %out"]
+    f = Function(f"point_{law}", arguments, "void", 1, external=True)
+    values = _evaluated(f, held, plan.numbers, "%numbers")
+    values |= {graph.switch(name).index: f.load(f.place("%switches", k)) for k, name in enumerate(switched)}
+    more = [*wanted.values(), *((border, 0) for border in borders)]
+    states = [f.load(f.place("%z", k)) for k in range(len(z))]
+    roots = [f.place("%roots", k) for k in range(len(equations))]
+    jet = Jet(f, rates, more, 1, states, "%time", values, equations, roots)
+    found = {f"rate_{k}": row[1] for k, row in enumerate(jet.states)}
+    for (name, (_, order)), row in zip(wanted.items(), jet.borders, strict=False):
+        found |= {name: row[0]} | ({f"{name}_rate": row[1]} if order else {})
+    found |= {f"border_{k}": row[0] for k, row in enumerate(jet.borders[len(wanted) :])}
+    for k, value in enumerate(found.values()):
+        f.store(f.real(0.0) if value is None else value, f.place("%out", k))
+    f.finish()
+    names = {node.value for node in ordered(held) if node.operation == "number"}
+    return f.text(), tuple(found), len(equations), names
+
+
+def formulas_text(name: str, leaves: Sequence[str], nodes: Mapping[int, Node]) -> str:
+    """The function ``name(given, found)`` that writes nodes made of the numbers ``leaves`` to places of ``found``."""
+    f = Function(name, ["ptr %given", "ptr %found"], "void", 1, external=True)
+    values = _evaluated(f, list(nodes.values()), leaves, "%given")
+    for place, node in nodes.items():
+        f.store(values[node.index], f.place("%found", place))
+    f.finish()
+    return f.text()
+
+
+def _evaluated(f: Function, nodes: Sequence[Node], names: Sequence[str], base: str) -> dict[int, str]:
+    """The values of fixed nodes and of what they depend on; numbers lie at ``base`` in the order of their names."""
+    values: dict[int, str] = {}
+    for node in ordered(nodes):
+        if node.fixed:
+            values[node.index] = (
+                f.load(f.place(base, names.index(node.value)))
+                if node.operation == "number"
+                else evaluate(f, node, [values[argument.index] for argument in node.arguments])
+            )
+    return values

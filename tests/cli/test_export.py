@@ -1,0 +1,41 @@
+"""`gelcone export`: devices as C, results as tables."""
+
+import pytest
+
+
+def test_a_device_is_written_as_c(command_line, tmp_path):
+    code, out, _ = command_line("export", "biased-pump", "--c", "pump", "--film", "taut", "--set", "spring_rate=16 N/m")
+    assert code == 0
+    assert [line for line in out.splitlines() if "pump.c" in line]
+    assert "16 N/m" in (tmp_path / "pump" / "device.toml").read_text()
+    code, _, err = command_line("export", "biased-pump", "--c", "pump", "--film", "taut")
+    assert (code, "exists already" in err) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        (("biased-pump",), "--c FOLDER"),
+        (("mine.toml", "--to", "csv"), "--c FOLDER"),
+        (("biased-pump", "--c", "pump", "--to", "csv"), "--to: is an option of results"),
+        (("no-such-device", "--c", "pump"), "no such file"),
+        (("biased-pump", "--c", "pump", "--film", "taut", "--drive", "square"), "is not a drive"),
+        (("biased-pump", "--c", "pump", "--film", "taut", "--tolerance", "2"), "tolerance"),
+        (("biased-pump", "--c", "pump.d"), "without an ending"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line(command_line, tmp_path, typed, words):
+    code, _, err = command_line("export", *typed)
+    assert code == 2
+    assert words in err
+    assert len(err.splitlines()) == 1
+    assert not (tmp_path / "pump").exists()
+
+
+def test_a_result_takes_no_options_of_devices(command_line, undrawn):
+    assert command_line("static", "--preset", "base", "--out", "there")[0] == 0
+    code, _, err = command_line("export", "there/static.nc", "--drive", "sine")
+    assert (code, "option of devices" in err) == (2, True)
+    code, out, _ = command_line("export", "there/static.nc")
+    assert code == 0
+    assert "static.csv" in out

@@ -1,0 +1,361 @@
+"""A device as C: the bits of the integrator, the numbers of simulate, and what happens at the ends."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.errors import InputError
+from gelcone.export.compiler import find_compiler
+from gelcone.export.public import c_name
+from gelcone.export.reference import Reference
+from gelcone.export.sources import Exported
+from gelcone.motion.flow import smallest_step
+from tests.export.instance import STRICT, Instance, compiled, device
+from tests.toys import VoltageBehindResistor
+
+pytestmark = pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler here")
+
+WRINKLING = {
+    "film": "wrinkling",
+    "meridional_prestretch": 1.0,
+    "hoop_prestretch": 1.05,
+    "voltage_amplitude": 700.0,
+    "voltage_offset": 800.0,
+}
+"""The drive slackens the hoops of this pump for a sixth of the time."""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Exported devices and their libraries, each compiled once: (device, options) -> both."""
+    found = {}
+
+    def of(key, *arguments, **options):
+        if key not in found:
+            exported = Exported(*arguments, **options)
+            found[key] = exported, compiled(exported, tmp_path_factory.mktemp(key.replace(" ", "-")))
+        return found[key]
+
+    return of
+
+
+@pytest.fixture
+def pump(made):
+    """An exported taut pump with inputs, and a new instance."""
+    exported, library = made("taut", device(film="taut"), "pump", False, 1e-10)
+    return exported, Instance(exported, library)
+
+
+def raw(library, exported, numbers, z, switches, length):
+    """A run of the C with given numbers: status, states, switches."""
+    own = np.array([numbers[name] for name in exported.program.numbers])
+    z, signs = z.copy(), np.array([*switches.values(), 0.0])
+    given, states, switched = (ctypes.c_void_p(array.ctypes.data) for array in (own, z, signs))
+    return library.raw(given, ctypes.c_double(length), states, switched), z, signs[:-1]
+
+
+def same_bits(exported, library, count, seed):
+    """How many of random runs end with the same states, switches and status, and how many changed their law."""
+    rng, own, (start, _) = np.random.default_rng(seed), exported.numbers(), exported.start()
+    least, volt = float(smallest_step(exported.model.members())[0]), exported.scale_values["voltage"]
+    same = changed = 0
+    for _ in range(count):
+        n = own | {
+            "input_voltage": rng.uniform(0.0, 1900.0) / volt,
+            "input_voltage_rate": 1e-2 * rng.normal(),
+            "input_force": 1e-3 * rng.normal(),
+            "input_force_rate": 1e-5 * rng.normal(),
+            "input_phase": rng.uniform(0.0, 6.0),
+        }
+        z, length = start * np.array([rng.uniform(0.3, 1.5), 1.0, *rng.uniform(0.9, 1.1, start.size - 2)]), 60.0
+        z[1] = 0.3 * rng.normal()
+        found = exported.system.switches(0.0, [np.float64(value) for value in z], n)
+        switches = {name: float(np.ravel(found[name])[0]) for name in exported.program.switches}
+        status, states, signs = raw(library, exported, n, z, switches, length)
+        right = exported.program.run(n | switches, z, length, least, 1e7)
+        equal = status == right.status and states.tobytes() == np.ascontiguousarray(right.states).tobytes()
+        same += equal and signs.tolist() == [right.switches[name] for name in exported.program.switches]
+        changed += signs.tolist() != list(switches.values())
+    return same, changed
+
+
+BEAM = {"film": "taut", "beam_rate": -10.0, "beam_cubic_rate": 4e4, "gravity": 9.81}
+CREEPING = {"film": "wrinkling", "material.viscous_modulus_1": 1e4, "material.relaxation_time_1": 0.1}
+BITS = {
+    "taut": ({"film": "taut"}, False, 1e-10),
+    "wrinkling": (WRINKLING, False, 1e-7),
+    "creeping": (CREEPING, False, 1e-7),
+    "beam and sine": (BEAM, True, 1e-10),
+    "circuit": ({"film": "taut", "circuit": VoltageBehindResistor()}, False, 1e-7),
+}
+
+
+@pytest.mark.parametrize("name", BITS)
+def test_the_c_has_the_bits_of_the_integrator(made, name):
+    changes, sine, tolerance = BITS[name]
+    exported, library = made(name, device().replace(changes), "pump", sine, tolerance)
+    same, changed = same_bits(exported, library, 12, seed=1)
+    assert same == 12
+    assert changed or not exported.program.switches
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["biased-pump", "double-cone"])
+def test_a_membrane_has_the_bits_of_the_integrator(made, name):
+    exported, library = made(f"membrane {name}", device(name), "pump", False, 1e-7)
+    assert same_bits(exported, library, 40, seed=2)[0] == 40
+
+
+def test_a_changed_coefficient_is_noticed(made):
+    exported, library = made("taut", device(film="taut"), "pump", False, 1e-10)
+    other = Exported(device(film="taut", spring_rate=15.000000000000002), "pump", False, 1e-10)
+    z, switches = exported.start()
+    one = raw(library, exported, exported.numbers(), z, switches, 30.0)[1]
+    another = raw(library, exported, other.numbers(), z, switches, 30.0)[1]
+    assert one.tobytes() != another.tobytes()
+
+
+def test_the_numbers_that_follow_from_parameters_are_those_of_the_model(made):
+    """Rounded as in the C exactly, and as in Python to the last digits."""
+    exported, library = made("beam and sine", device(**BEAM), "pump", True, 1e-10)
+    library.closed.restype = ctypes.c_double
+    numbers, model = exported.numbers(), exported.model.numbers()
+    found = [library.closed(k) for k in range(len(exported.program.numbers))]
+    assert found == [numbers[name] for name in exported.program.numbers]
+    for name in exported.parameters.nodes:
+        assert numbers[name] == pytest.approx(float(model[name]), rel=1e-15, abs=0.0)
+
+
+# --- what an instance gives -------------------------------------------------------------------------------------------
+
+OUTPUTS = {
+    "displacement": "displacement", "velocity": "velocity", "current": "current", "film_voltage": "drive_voltage",
+    "meridional_stress": "meridional_stress", "hoop_stress": "hoop_stress", "true_field": "true_field",
+}  # fmt: skip
+SI = {"mm": 1e-3, "mA": 1e-3, "V/um": 1e6, "kPa": 1e3}
+CODES = {"breakdown": "breakdown", "near_limit": "near_limit", "film_state": "film_state"}
+
+
+def compared(exported, library, tolerance):
+    """Outputs under the device's own sine against simulate, as a share of the range of each."""
+    own, step = exported.device, 2e-3
+    times = step * np.arange(1, 151)
+    right = gelcone.simulate(own, times=times, tolerance=exported.tolerance)
+    instance, rows, codes = Instance(exported, library), [], []
+    for _ in times:
+        assert instance.step(step) == 0
+        rows.append([instance[name] for name in OUTPUTS])
+        codes.append([instance[name] for name in CODES])
+    for values, wanted in zip(np.transpose(rows), OUTPUTS.values(), strict=True):
+        known = right[wanted].values * SI.get(right[wanted].attrs["units"], 1.0)
+        assert np.abs(values - known).max() <= tolerance * np.ptp(known), wanted
+    for values, wanted in zip(np.transpose(codes), CODES.values(), strict=True):
+        if wanted in right:
+            np.testing.assert_array_equal(values, right[wanted].values)
+    return right
+
+
+def test_outputs_of_a_taut_film_are_those_of_simulate(made):
+    exported, library = made("sine", device(film="taut"), "pump", True, 1e-15)
+    compared(exported, library, 1e-11)
+
+
+def test_outputs_of_a_film_that_wrinkles_are_those_of_simulate(made):
+    exported, library = made("wrinkling sine", device(**WRINKLING), "pump", True, 1e-15)
+    right = compared(exported, library, 1e-10)
+    assert len(np.unique(right.film_state)) > 1
+
+
+def test_capacitance_is_the_charge_over_the_voltage(pump):
+    _, instance = pump
+    instance.set("voltage", 900.0)
+    assert instance["charge"] == pytest.approx(900.0 * instance["capacitance"], rel=1e-15)
+
+
+def test_an_input_with_a_rate_follows_the_commanded_sine(pump):
+    """With the chord of a sine in each millisecond, the motion is that of the sine to 5e-4 of the stroke."""
+    exported, instance = pump
+    own, step = exported.device, 1e-3
+    times = step * np.arange(0, 401)
+    volts = own.voltage_offset + own.voltage_amplitude * np.sin(2.0 * np.pi * own.frequency * times)
+    found = []
+    for now, after in pairwise(volts):
+        instance.set("voltage", now)
+        instance.set("voltage_rate", (after - now) / step)
+        assert instance.step(step) == 0
+        found.append(instance["displacement"])
+        assert instance["voltage"] == pytest.approx(after, rel=1e-12)
+    right = 1e-3 * gelcone.simulate(own, times=times[1:]).displacement.values
+    assert np.abs(np.array(found) - right).max() < 5e-4 * np.ptp(right)
+
+
+def test_a_force_lifts_the_disc_by_the_force_over_the_stiffness(pump):
+    exported, instance = pump
+    start = instance["displacement"]
+    assert instance.set("damping_coefficient", 1.0) == 0
+    instance.set("external_force", 1e-4)
+    assert instance.step(2.0) == 0
+    model, s = exported.model, exported.device.scales
+    stiffness = float(model.stiffness(start / s.length, 0.0)) * s.force / s.length
+    assert instance["displacement"] - start == pytest.approx(1e-4 / stiffness, rel=2e-3)
+    assert abs(instance["velocity"]) < 1e-9
+
+
+def test_a_changed_parameter_gives_the_motion_of_the_changed_device(pump):
+    _, instance = pump
+    changes = {"moving_mass": 7e-3, "material.shear_modulus": 2.2e4, "film_thickness": 2.3e-4, "initial_height": 0.021}
+    other = device(film="taut").replace(changes)
+    start = instance["displacement"]
+    for name, value in changes.items():
+        assert instance.set(name, value) == 0
+    assert instance["displacement"] == pytest.approx(start, rel=1e-14)
+    instance.set("voltage", 800.0)
+    run = Reference(Exported(other, "pump", False, 1e-10))
+    run.z[0] = start / other.scales.length
+    run.step(0.05, (800.0, 0.0, 0.0, 0.0))
+    assert instance.step(0.05) == 0
+    assert instance["displacement"] == pytest.approx(run.z[0] * other.scales.length, rel=1e-13)
+
+
+def test_a_stored_instance_continues_with_the_same_bits(pump):
+    _, instance = pump
+    instance.set("voltage", 900.0)
+    instance.step(0.013)
+    stored = instance.stored()
+    instance.step(0.02)
+    first = instance.stored()
+    instance.restore(stored)
+    instance.step(0.02)
+    assert instance.stored() == first
+
+
+def test_steps_of_nothing_and_of_ten_seconds(pump):
+    _, instance = pump
+    before = instance["displacement"]
+    assert instance.step(0.0) == 0
+    assert instance["displacement"] == before
+    assert instance.step(10.0) == 0
+    assert instance["displacement"] == pytest.approx(before, abs=1e-9)
+    assert instance["time"] == 10.0
+
+
+def test_what_cannot_be_used_is_refused_and_changes_nothing(pump):
+    _, instance = pump
+    instance.set("voltage", 500.0)
+    before = instance.stored()
+    refused = {"voltage": np.nan, "external_force": np.inf, "moving_mass": 0.0, "film_thickness": -1.0, "current": 1.0}
+    for name, value in (refused | {"damping_coefficient": -1e-9, "time": 1.0, "displacement": np.nan}).items():
+        assert instance.set(name, value) == -1, name
+    for seconds in (-1e-3, np.nan, np.inf):
+        assert instance.step(seconds) == -1
+    assert instance.stored() == before
+    assert "refused" in instance.words(-1)
+
+
+def test_pull_in_ends_where_simulate_says(made):
+    own = device(film="wrinkling", voltage_amplitude=0.0, voltage_offset=2400.0)
+    exported, library = made("ending", own, "pump", False, 1e-15)
+    instance = Instance(exported, library)
+    instance.set("voltage", 2400.0)
+    right = gelcone.simulate(own, times=[0.1])
+    outcomes = [instance.step(1e-3) for _ in range(60)]
+    assert 0 in outcomes
+    assert outcomes[-1] == gelcone.Outcome.PULLED_IN == int(instance["outcome"])
+    assert instance["time"] == pytest.approx(1e-3 * float(right.pull_in_time), rel=1e-9)
+    assert instance["valid"] == 0.0
+    assert "pulled in" in instance.words(outcomes[-1])
+    ended = instance.stored()
+    instance.step(1.0)
+    assert instance["time"] == pytest.approx(1e-3 * float(right.pull_in_time), rel=1e-9)
+    assert len(ended) == len(instance.stored())
+
+
+@pytest.mark.parametrize("volts", [1e20, -1e20, 1e4])
+def test_a_jump_far_across_pull_in_ends_and_does_not_hang(made, volts):
+    exported, library = made("ending", device(film="wrinkling"), "pump", False, 1e-15)
+    instance = Instance(exported, library)
+    instance.set("voltage", volts)
+    assert instance.step(1.0) in (gelcone.Outcome.PULLED_IN, gelcone.Outcome.STRETCH_LIMIT)
+
+
+# --- the folder -------------------------------------------------------------------------------------------------------
+
+
+def test_the_folder_holds_programs_that_run(tmp_path):
+    own = device(film="taut")
+    paths = gelcone.export(own, tmp_path / "My Pump")
+    assert [path.name for path in paths] == ["my_pump.h", "my_pump.c", "example.c", "test.c", "device.toml"]
+    folder = tmp_path / "My Pump"
+    assert gelcone.Device.from_toml(folder / "device.toml") == own
+    printed = {}
+    for name in ("example", "test"):
+        command = [*find_compiler(), *STRICT, "-O1", f"{name}.c", "my_pump.c", "-lm", "-o", name]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        printed[name] = subprocess.run([f"./{name}"], cwd=folder, capture_output=True, text=True, check=True).stdout
+    assert printed["test"] == "20 of 20 steps with the bits of gelcone\n"
+    rows = np.loadtxt(printed["example"].splitlines()[1:], delimiter=",")
+    assert rows.shape == (1000, 4)
+    assert 5e-3 < rows[:, 2].min() < rows[:, 2].max() < 20e-3
+    with pytest.raises(InputError, match="exists already"):
+        gelcone.export(own, folder)
+    gelcone.export(own, folder, force=True)
+
+
+def test_a_test_program_notices_other_numbers(tmp_path):
+    gelcone.export(device(film="taut"), tmp_path / "pump")
+    source = tmp_path / "pump" / "pump.c"
+    text = source.read_text()
+    twice = "static double twice(double a, double b, double c) { return a * b + c; }"
+    first = "typedef pump_word word;"
+    assert first in text
+    source.write_text(text.replace("fma(", "twice(").replace(first, f"{first}\n{twice}"))
+    command = [*find_compiler(), *STRICT, "-O1", "test.c", "pump.c", "-lm", "-o", "test"]
+    subprocess.run(command, cwd=tmp_path / "pump", check=True)
+    assert subprocess.run(["./test"], cwd=tmp_path / "pump", capture_output=True, check=False).returncode == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "right"), [("My Pump!", "my_pump"), ("7up", "device_7up"), ("double", "device_double"), ("ä-b", "b")]
+)
+def test_names_of_c(name, right):
+    assert c_name(name) == right
+
+
+def test_a_name_without_letters_is_refused():
+    with pytest.raises(InputError, match="letter"):
+        c_name("...")
+
+
+def test_a_title_cannot_end_a_comment(tmp_path):
+    own = device().replace(film="taut", name="a */ int main(void) { return 1; } /* ??/ \\")
+    gelcone.export(own, tmp_path / "pump")
+    text = (tmp_path / "pump" / "pump.h").read_text()
+    assert text.splitlines()[0].count("*/") == 0
+    assert "int main(void) { return 1; }" in text.splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "match"),
+    [
+        ({"film_thickness": [1.9e-4, 2e-4]}, {}, "one device at a time"),
+        ({"waveform": "triangle"}, {"drive": "sine"}, "leave --drive out"),
+        ({}, {"drive": "square"}, "is not a drive"),
+        ({}, {"tolerance": 0.0}, "tolerance"),
+    ],
+)
+def test_what_cannot_leave_is_refused_with_the_remedy(tmp_path, changes, options, match):
+    with pytest.raises(InputError, match=match):
+        gelcone.export(device(film="taut", **changes), tmp_path / "pump", **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_result_takes_no_drive(tmp_path):
+    with pytest.raises(InputError, match="is an option of devices"):
+        gelcone.export(gelcone.static(gelcone.ConeModel(), [0.0]), tmp_path / "a.csv", drive="sine")
