@@ -208,6 +208,22 @@ def test_an_ensemble_or_an_initial_state_is_refused_where_it_makes_no_sense():
     read_subject().without_initial("never said")
 
 
+def test_a_range_that_the_material_states_is_drawn_by_its_name():
+    device = read_subject("biased-pump")
+    spread = read_uncertain(
+        ["material.shear_modulus", "material.relative_permittivity", "film_thickness=1e-4:2e-4"], device
+    )
+    low, high = device.device.material.shear_modulus_range
+    assert spread["material.shear_modulus"] == Uniform(low, high)
+    assert spread["material.relative_permittivity"] == Uniform(4.77, 7.3)
+    own = read_subject("biased-pump", settings=["material.shear_modulus=9 kPa"])
+    with pytest.raises(InputError, match=r"states no range of it; give material\.shear_modulus=low:high"):
+        read_uncertain(["material.shear_modulus"], own)
+    for text in ("film_thickness", "material.stretch_limit", "material"):
+        with pytest.raises(InputError, match="must be name=low:high or name=mean~deviation"):
+            read_uncertain([text], device)
+
+
 def test_uncertain_parameters_are_read():
     alone, device = read_subject(settings=["damping_ratio=0.1"]), read_subject("soft-film")
     spread = read_uncertain(["prestretch=1~0.02", "voltage=0.1:0.3"], alone)

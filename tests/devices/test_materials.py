@@ -21,18 +21,48 @@ def test_library_figures(ratio, kilopascal):
     gel = load_materials()[f"PVC-DBA {ratio}"]
     assert gel.name == f"PVC-DBA {ratio}"
     assert gel.shear_modulus == pytest.approx(1e3 * kilopascal / 3, rel=1e-15)
-    assert list(gel.relative_permittivity_range) == [4.8, 7.3]
-    assert gel.relative_permittivity == pytest.approx((4.8 + 7.3) / 2, rel=1e-15)
+    assert list(gel.relative_permittivity_range) == [4.77, 7.3]
+    assert gel.relative_permittivity == 6.05
     assert (gel.law, gel.stretch_limit, gel.dielectric_strength) == ("gent", 50.0, None)
 
 
 def test_every_number_of_the_library_has_its_source():
-    assert len(load_materials()) == 4
-    for gel in load_materials().values():
-        assert set(gel.sources) == {"shear_modulus", "relative_permittivity", "stretch_limit"}
+    gels = {name: gel for name, gel in load_materials().items() if name.startswith("PVC-DBA")}
+    assert len(gels) == 4
+    for gel in gels.values():
+        assert set(gel.sources) == {"shear_modulus", "shear_modulus_range", "relative_permittivity", "stretch_limit"}
         assert "Polymers 2025, 17(19), 2641" in gel.sources["shear_modulus"]
-        assert "midpoint" in gel.sources["relative_permittivity"]
+        assert "4.77 for a gel without the additive" in gel.sources["relative_permittivity"]
         assert "not measured on this gel" in gel.sources["stretch_limit"]
+    for name in ("VHB 4905", "VHB 4910"):
+        gel = find_material(name)
+        numbers = {field for field, value in gel if isinstance(value, float)}
+        assert numbers <= set(gel.sources)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "modulus", "poisson"), [("2:1", 288.8, 0.42), ("6:1", 24.7, 0.39), ("8:1", 11.0, 0.35)]
+)
+def test_the_range_of_the_modulus_is_that_of_its_reasons(ratio, modulus, poisson):
+    """Equi-biaxial stiffness of a compressible gel, and a secant of the nominal stress to 25 % strain."""
+    low, high = find_material(f"PVC-DBA {ratio}").shear_modulus_range
+    assert low == pytest.approx(1e3 * modulus / (6.0 * (1.0 - poisson)), rel=3e-4)
+    secant = (1.25 - 1.25**-2.0) / 0.25  # nominal stress over mu and strain
+    assert high == pytest.approx(1e3 * modulus / secant, rel=2e-3)
+
+
+def test_a_range_lies_around_its_number_and_goes_with_it():
+    gel = find_material("PVC-DBA 6:1")
+    assert gel.replace(shear_modulus="9 kPa").shear_modulus_range is None
+    assert gel.replace(young_modulus="30 kPa").shear_modulus_range is None
+    assert gel.replace(relative_permittivity=4.77).shear_modulus_range is not None
+    with pytest.raises(
+        InputError, match=r"shear_modulus_range = \[1000.0, 2000.0\]: must be \[lowest, highest\] around"
+    ):
+        gel.replace(shear_modulus_range=["1 kPa", "2 kPa"])
+    assert (
+        find_device("biased-pump").replace(material=["PVC-DBA 6:1", "PVC-DBA 8:1"]).material.shear_modulus_range is None
+    )
 
 
 def test_unknown_name_suggests_the_near_one():

@@ -111,6 +111,16 @@ def test_measured_vhb_is_fitted_as_certified(vhb):
     np.testing.assert_allclose([getattr(gel, name) for name in names], known, rtol=0.006)
 
 
+@pytest.mark.parametrize("name", ["VHB 4905", "VHB 4910"])
+def test_the_library_holds_what_is_fitted(vhb, name):
+    own, fitted = gelcone.load_materials()[name], fitted_material(vhb)
+    assert (own.law, own.flow) == (fitted.law, fitted.flow)
+    for field, value in fitted:
+        if isinstance(value, float):
+            assert getattr(own, field) == pytest.approx(value, rel=1e-4), field
+    assert list(own.relative_permittivity_range) == [3.59, 4.73]
+
+
 def test_the_band_of_measured_vhb(vhb):
     assert vhb.attrs["band"] == pytest.approx(0.098, abs=0.001)
     assert 0.90 <= vhb.attrs["band_mean"] <= 0.96

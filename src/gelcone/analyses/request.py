@@ -529,7 +529,8 @@ def increasing(option: str, values: Array) -> Array:
 
 
 def read_uncertain(texts: Iterable[str], subject: Subject) -> dict[str, Distribution]:
-    """``name=low:high`` and ``name=mean~deviation`` as distributions; `InputError` for anything else."""
+    """``name=low:high`` and ``name=mean~deviation`` as distributions, and names alone whose range the material states;
+    `InputError` for anything else."""
     from gelcone.atlas.uncertain import Normal, Uniform
 
     device, system = subject.device, subject.model.system
@@ -537,6 +538,8 @@ def read_uncertain(texts: Iterable[str], subject: Subject) -> dict[str, Distribu
     form = "prestretch=1~0.02" if device is None else '"film_thickness=0.2 mm~0.01 mm"'
     for text in texts:
         name, equals, values = (part.strip() for part in text.partition("="))
+        if not equals and (span := _own_range(name, device)):
+            equals, values = "=", span
         sign = "~" if "~" in values else ":"
         parts = [part.strip() for part in values.split(sign)]
         option = f"--uncertain {name}"
@@ -551,6 +554,21 @@ def read_uncertain(texts: Iterable[str], subject: Subject) -> dict[str, Distribu
         one, other = _two(option, values, parts, name, device)
         spread[name] = Normal(one, other) if sign == "~" else Uniform(one, other)
     return spread
+
+
+def _own_range(name: str, device: Device | None) -> str:
+    """The range that a material states for a number of its own, as ``low:high``; empty where it states none."""
+    from gelcone.devices.materials import RANGED
+
+    field = name.removeprefix("material.")
+    if device is None or field == name or field not in RANGED:
+        return ""
+    span = getattr(device.material, f"{field}_range")
+    if span is None:
+        raise InputError(
+            f"--uncertain {name}: the material {device.material.name!r} states no range of it; give {name}=low:high"
+        )
+    return ":".join(f"{end:.15g}" for end in span)
 
 
 def read_drawn(option: str, name: str, numbers: Array, unit: str, subject: Subject) -> Array:

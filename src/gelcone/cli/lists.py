@@ -54,9 +54,12 @@ def list_materials(*, as_json: bool) -> None:
         print_json(bare_answer("materials", {name: gel.parameters() for name, gel in materials.items()}))
         return
     for name, material in materials.items():
+        span, creeps = material.shear_modulus_range, material.branches
         click.echo(
-            f"{name}: shear modulus {material.shear_modulus / 1e3:.4g} kPa, "
-            f"relative permittivity {material.relative_permittivity:.3g}"
+            f"{name}: shear modulus {material.shear_modulus / 1e3:.4g} kPa"
+            + ("" if span is None else f" ({span[0] / 1e3:.4g} to {span[1] / 1e3:.4g})")
+            + f", relative permittivity {material.relative_permittivity:.3g}"
+            + (f", creeps: {creeps} Maxwell branches" if creeps else "")
         )
     sources = sorted({source for material in materials.values() for source in material.sources.values()})
     click.echo("\n".join(["sources:", *(f"  {source}" for source in sources)]))

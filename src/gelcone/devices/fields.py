@@ -44,7 +44,7 @@ EXCLUDING = (
     *(((name,), DAMPINGS) for name in DAMPINGS),
 )
 """Fields that, when given, drop others."""
-_NOT_MEMBERS = (GEL + "relative_permittivity_range",)
+_NOT_MEMBERS = (GEL + "relative_permittivity_range", GEL + "shear_modulus_range")
 
 
 class DeviceFields(Record):

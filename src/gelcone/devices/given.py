@@ -65,6 +65,7 @@ class MaterialValues(TypedDict, total=False):
     name: Text
     shear_modulus: Number
     young_modulus: Number
+    shear_modulus_range: Number
     relative_permittivity: Number
     relative_permittivity_range: Number
     law: Any

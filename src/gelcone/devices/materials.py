@@ -20,6 +20,8 @@ from gelcone.physics.film.branches import FLOWS, MOST_BRANCHES
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 
 _CHANGED = ", changed"
+RANGED = ("shear_modulus", "relative_permittivity")
+"""Fields of which a material may state the range that measurements leave."""
 
 
 class Material(Record):
@@ -32,6 +34,7 @@ class Material(Record):
     name : what it is called.
     shear_modulus : small-strain shear modulus mu, Pa, positive. Or ``young_modulus`` E, of which mu = E/3
         is taken (incompressible); exactly one of both.
+    shear_modulus_range : lowest and highest modulus that the measurement leaves, around the nominal one. Default None.
     relative_permittivity : at least 1.
     relative_permittivity_range : lowest and highest measured value, around the nominal one. Default None.
     law : its strain-energy law: the name of one in `gelcone.physics.laws.LAWS`, a `StrainEnergyLaw`, ``"module:Class"``
@@ -60,6 +63,13 @@ class Material(Record):
         "Young's modulus, in place of the shear modulus", "Pa", default=None, unset="or give shear_modulus",
         typical=(3e3, 3e6), near=("modulus", "e", "youngs_modulus", "elastic_modulus", "stiffness"), above=0.0,
     )  # fmt: skip
+    shear_modulus_range: Any = Field(
+        "lowest and highest shear modulus that the measurement leaves",
+        "Pa",
+        default=None,
+        unset="not stated",
+        above=0.0,
+    )
     relative_permittivity: Any = Field(
         "relative permittivity", "1", typical=(2.0, 100.0), least=1.0,
         near=("permittivity", "epsilon", "eps", "dielectric_constant"),
@@ -119,13 +129,15 @@ class Material(Record):
             if own[name] is not None:
                 takes = ", ".join(law.parameters) or "no parameters"
                 yield FieldError(name, f"{name}: the {law.name} law does not take it; it takes {takes}")
-        span, nominal = self.relative_permittivity_range, np.asarray(self.relative_permittivity)
-        if span is not None and not (np.shape(span) == (2,) and ((span[0] <= nominal) & (nominal <= span[1])).all()):
-            yield FieldError(
-                "relative_permittivity_range",
-                f"relative_permittivity_range = {plain(span)}: must be [lowest, highest] around relative_permittivity "
-                f"= {self.relative_permittivity:g}; correct one of the two",
-            )
+        for name in RANGED:
+            span, nominal = getattr(self, f"{name}_range"), np.asarray(getattr(self, name))
+            around = np.shape(span) == (2,) and bool(((span[0] <= nominal) & (nominal <= span[1])).all())
+            if span is not None and not around:
+                yield FieldError(
+                    f"{name}_range",
+                    f"{name}_range = {plain(span)}: must be [lowest, highest] around {name} = {plain(nominal)}; "
+                    "correct one of the two",
+                )
 
     def _branch_misfits(self) -> Iterator[FieldError]:
         for k in range(1, MOST_BRANCHES + 1):
@@ -171,8 +183,7 @@ class Material(Record):
         values = {name: value for name, value in self if value is not None}
         changed = {"shear_modulus" if name == "young_modulus" else name for name in changes}
         dropped = set(changed)
-        if "relative_permittivity" in changed:
-            dropped.add("relative_permittivity_range")
+        dropped |= {f"{name}_range" for name in RANGED if name in changed}
         if "law" in changed:
             dropped |= _LAW_FIELDS.keys() | self.strain_energy_law.parameters.keys()
         values = {name: value for name, value in values.items() if name not in dropped}
@@ -230,7 +241,7 @@ def side_by_side(gels: Sequence[Material]) -> Material:
     if len(laws) > 1:
         raise FieldError("material", f"material: the laws {' and '.join(sorted(laws))} differ; run the gels one by one")
     numbers = {name: [getattr(gel, name) for gel in gels] for name, field in gels[0].fields.items() if field.unit}
-    numbers.pop("relative_permittivity_range")
+    numbers = {name: values for name, values in numbers.items() if not name.endswith("_range")}
     known = {name: values for name, values in numbers.items() if all(value is not None for value in values)}
     spread: dict[str, Any] = {n: v[0] if len(set(map(float, v))) == 1 else np.array(v) for n, v in known.items()}
     return Material(name=SEPARATOR.join(gel.name for gel in gels), law=gels[0].law, flow=gels[0].flow, **spread)

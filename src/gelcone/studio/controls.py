@@ -10,14 +10,14 @@ from typing import Any
 from gelcone.analyses.request import Subject
 from gelcone.devices.device import Device
 from gelcone.devices.materials import load_materials
-from gelcone.devices.parts import PARTS
+from gelcone.devices.parts import PARTS, component_of
 from gelcone.devices.record import Field
 from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.physics.bias import BIASES
 from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import Component
 from gelcone.physics.drive import WAVEFORMS
-from gelcone.physics.film.taut import PRESTRETCH_MODES
+from gelcone.physics.film.taut import PRESTRETCH_MODES, TautCone
 from gelcone.physics.laws import LAWS
 from gelcone.physics.records import FILMS, bias_record
 from gelcone.quantity import Quantity
@@ -32,7 +32,7 @@ CHOICES: Mapping[str, Iterable[str]] = {
     "material": load_materials(),
 }
 """What a text may be, by the last part of its name."""
-NOT_SHOWN = ("name", "sources", "relative_permittivity_range", "young_modulus", "material")
+NOT_SHOWN = ("name", "sources", "relative_permittivity_range", "shear_modulus_range", "young_modulus", "material")
 WIDER: Mapping[str, float] = {"voltage": 2.0}
 """Parameters whose interesting values go further than twice their default, and by how much."""
 DRIVE, BODY, GEL, START = "Drive", "Body", "Gel", "Start"
@@ -143,7 +143,9 @@ def _of_device(device: Device) -> list[Control]:
             # a length of 0 has the device's own size for a range
             usual = shown[name] if shown[name] or about.unit != "m" else device.film_radius
             found.append(_of_field(name, about, value, usual, shown[name]))
-    found.append(_choice("material", device.material.name, GEL, CHOICES["material"]))
+    creeps = isinstance(component_of("film", device.film), TautCone)
+    gels = [name for name, gel in load_materials().items() if creeps or not gel.branches]
+    found.append(_choice("material", device.material.name, GEL, gels))
     return _in_groups(found)
 
 
