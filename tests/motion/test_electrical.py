@@ -60,6 +60,14 @@ def test_the_page_envelope_and_settled_give_one_power_and_one_field():
         assert float(at[f"driven_{name}"]) == pytest.approx(float(found[name]), rel=share)
 
 
+def test_the_sheet_gives_the_numbers_of_the_settled_motion():
+    found, sheet = gelcone.settled(PUMP), gelcone.datasheet(PUMP)
+    for name, own in (("stroke", "drive_stroke"), ("current", "peak_current"), ("power", "mean_power")):
+        assert sheet[own].attrs["units"] == found[name].attrs["units"]
+        assert float(sheet[own]) == pytest.approx(float(found[name]), rel=1e-5)
+    assert float(sheet["apparent_power"]) == pytest.approx(float(found["apparent_power"]), rel=1e-5)
+
+
 def test_two_films_each_take_their_apparent_power():
     """Equal films in the middle: twice that of one, which sees the same voltage."""
     model = DOUBLE.to_model()

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gelcone import dataset
-from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, plain
 from gelcone.errors import InputError
-from gelcone.motion.best_drive import settled_periods
 from gelcone.motion.driven import DRIVEN_LIMITS
+from gelcone.motion.electrical import MEANINGS
 from gelcone.motion.envelope import STATIC_LIMITS, operating_limits
 from gelcone.motion.equilibrium import on_the_way, own_levels, static, stroke_and_blocked_force
 from gelcone.motion.linear import StateSpace, state_space
 from gelcone.motion.natural import natural_frequency
+from gelcone.motion.settled import settled
 from gelcone.physics.balance import StaticBalance
 from gelcone.physics.model import ConeModel
-from gelcone.physics.statics import every_balance
+from gelcone.physics.statics import every_balance, rest_displacement
 from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array, Voltages
 
@@ -303,28 +303,22 @@ def _ramp(model: ConeModel, highest: float) -> tuple[dict[str, object], Array | 
 
 
 def _drive(model: ConeModel, threads: int | None) -> dict[str, object]:
-    """Stroke, current and power of the settled motion under the actuator's own drive."""
-    values = dict.fromkeys(("stroke", "current", "apparent", "power"), np.nan)
+    """Stroke, current and power of the settled motion under the actuator's own drive, from rest."""
+    names = {"drive_stroke": "stroke", "peak_current": "current", "apparent_power": "apparent_power"}
+    values = dict.fromkeys((*names, "mean_power"), np.nan)
     if float(model.voltage) > 0.0:
-        run = settled_periods(model, threads)
-        if int(run["outcome"]) == Outcome.OK:
-            volts, current, x = (run[name].values for name in ("drive_voltage", "current", "displacement"))
-            lost = run["dissipated_energy"].values
-            values = {
-                "stroke": np.ptp(x),
-                "current": np.abs(current).max(),
-                "apparent": np.sqrt(np.mean(volts[:-1] ** 2) * np.mean(current[:-1] ** 2)),
-                "power": (lost[-1] - lost[0]) / float(run["time"][-1] - run["time"][0]),
-            }
+        found = plain(settled)(model, (rest_displacement(model), 0.0), threads=threads)
+        values = {name: float(found[own]) for name, own in (names | {"mean_power": "power"}).items()}
     none = {dataset.NAN: "not driven, or not settled"}
-    return dataset.columns((), {
-        "drive_stroke": (values["stroke"], "stroke of the drive, peak to peak", dataset.absent("length") | none),
-        "peak_current": (values["current"], "largest current of the drive", dataset.absent("current") | none),
-        "apparent_power": (
-            values["apparent"], "root mean square voltage times current", dataset.absent("apparent power") | none
-        ),
-        "mean_power": (values["power"], "mean power that the drive supplies", dataset.absent("power") | none),
-    })  # fmt: skip
+    about = {
+        "drive_stroke": ("stroke of the drive, peak to peak", "length"),
+        "peak_current": ("largest current of the drive", "current"),
+        "apparent_power": (MEANINGS["apparent_power"][0], "apparent power"),
+        "mean_power": ("mean power that the drive supplies", "power"),
+    }
+    return dataset.columns(
+        (), {name: (values[name], words, dataset.absent(of) | none) for name, (words, of) in about.items()}
+    )
 
 
 def _with_limits(found: xr.Dataset, model: ConeModel, threads: int | None) -> xr.Dataset:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gelcone import dataset
+from gelcone.motion.response import LOSSES
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -25,18 +26,19 @@ def electrical(members: Members, times: Array, states: Array) -> dict[str, Array
     """The numbers of `MEANINGS`, (members,) each, of motions at ``times`` (members, samples) in ``states`` (members,
     samples, N): even samples over whole periods of drive and motion, one end of which is left out.
 
-    NaN where a motion ended before, and the first three where a film does not know its charge.
+    A motion that repeats stores nothing in the mean: the source gives what is lost, which is known better than voltage
+    times current, most of which goes back and forth. NaN where a motion ended before.
     """
     z, n, system = list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1), members.system
     with np.errstate(all="ignore"):  # of a motion that has ended
         voltages, currents = members.voltages(times, states), system.currents(times, z, n)
-        given = np.asarray(sum(v * i for v, i in zip(voltages, currents, strict=True)))
+        back_and_forth = np.abs(sum(v * i for v, i in zip(voltages, currents, strict=True))).max(axis=1)
         powers = dict(zip(system.causes, system.powers(times, z, n), strict=True))
-        mean = np.broadcast_to(powers.get("source", given), times.shape).mean(axis=1)
+        lost = np.broadcast_to(sum(powers[cause] for cause in LOSSES if cause in powers), times.shape).mean(axis=1)
         fields = [np.broadcast_to(film.true_field, times.shape) for film in members.film_states(states, voltages)]
     return {
         "current": np.max([np.abs(own).max(axis=1) for own in currents], axis=0),
-        "power": np.where(np.abs(mean) <= ROUNDING * np.abs(given).max(axis=1), 0.0, mean),
+        "power": np.where(np.abs(lost) <= ROUNDING * back_and_forth, 0.0, lost),
         "apparent_power": apparent_power(voltages, currents),
         "field": np.max([own.max(axis=1) for own in fields], axis=0),
     }
