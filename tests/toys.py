@@ -146,13 +146,16 @@ class VoltageBehindResistor(SeriesResistor):
 
     name = "voltage behind resistor"
     states = (State("voltage_on_film", "voltage on the film", "voltage"),)
+    carries_voltage = True
 
     def voltage(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> Any:
         return y[0]
 
     def rates(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> list[Any]:
-        through = (port.command - y[0]) * n["conductance"]
-        return [port.voltage_rate(y[0], through - n["leak"] * port.charge(y[0]))]
+        return [port.voltage_rate(y[0], self.charging(port, y, n, xp))]
+
+    def charging(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> Any:
+        return (port.command - y[0]) * n["conductance"] - n["leak"] * port.charge(y[0])
 
     def powers(self, port: Port, current: Any, y: list[Any], n: Any, xp: Any = np) -> dict[str, Any]:
         through = (port.command - y[0]) * n["conductance"]

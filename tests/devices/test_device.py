@@ -569,6 +569,8 @@ def test_every_number_makes_an_ensemble_of_single_devices(device, name):
     law = {"material.law": "yeoh"} if "yeoh" in name else {}
     owner = {"beam_rate": "-20 N/m"} if name.startswith("beam_") else {}
     owner |= {"second_film": "taut", "second_drive": "constant"} if name.startswith("second_") else {}
+    if name in ("slew_rate", "current_limit", "material.resistivity_field"):
+        owner |= {"filter_frequency": 1e3, "series_resistance": 1e6, "material.resistivity": 1e9}
     if name.startswith(("material.viscous", "material.relaxation")):
         for k in (1, 2, 3):
             owner |= {f"material.viscous_modulus_{k}": "9 kPa", f"material.relaxation_time_{k}": "0.3 s"}

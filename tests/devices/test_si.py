@@ -36,6 +36,8 @@ def device():
         ("resistance", "Mohm", lambda s: 1e-6 * s.voltage**2 / s.power),
         ("charge", "uC", lambda s: 1e6 * s.energy / s.voltage),
         ("capacitance", "nF", lambda s: 1e9 * s.energy / s.voltage**2),
+        ("resistivity", "Gohm m", lambda s: 1e-9 * s.time * s.field**2 / s.stress),
+        ("slew rate", "V/ms", lambda s: 1e-3 * s.voltage / s.time),
         ("thickness", "mm", lambda s: 1e3 * s.voltage / s.field),
         ("energy density", "J/m^3", lambda s: s.stress),
         ("power density", "W/m^3", lambda s: s.stress / s.time),
@@ -49,7 +51,7 @@ def test_a_quantity_has_its_unit_and_scale(device, quantity, unit, scale):
 
 
 def test_every_quantity_that_is_read_in_si_is_tested():
-    assert len(MEASURES) == 23
+    assert len(MEASURES) == 25
 
 
 def test_variables_and_coordinates_are_scaled_up_and_others_left_alone(device):

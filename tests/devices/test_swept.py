@@ -34,6 +34,9 @@ OTHERS = {
     "second_meridional_prestretch": DOUBLE.replace(second_meridional_prestretch=1.1, second_hoop_prestretch=1.3),
     "second_voltage": DOUBLE.replace(second_drive="constant", second_voltage="0.5 kV"),
 }
+AMPLIFIER = {"filter_frequency": 1e3, "slew_rate": 1e6, "series_resistance": 1e6, "current_limit": 5e-4}
+LEAK = {"material.resistivity": 1e9, "material.resistivity_field": 1.7e7}
+OTHERS |= dict.fromkeys([*AMPLIFIER, *LEAK], PUMP.replace(AMPLIFIER | LEAK))
 BRANCHES = {f"material.{name}_{k}": value * k for k in (1, 2, 3) for name, value in
             {"viscous_modulus": 9e3, "relaxation_time": 0.3, "viscous_stretch_limit": 60.0}.items()}  # fmt: skip
 OTHERS |= dict.fromkeys(BRANCHES, PUMP.replace(BRANCHES))

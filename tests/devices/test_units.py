@@ -169,10 +169,13 @@ WORTH = {
     **{"m/s^2": 1.0, "m/s2": 1.0, "mm/s^2": 1e-3},
     **{"N/m^3": 1.0, "kN/m^3": 1e3, "MN/m^3": 1e6, "N/mm^3": 1e9, "mN/mm^3": 1e6},
     **{"A": 1.0, "mA": 1e-3, "uA": 1e-6, "nA": 1e-9, "C": 1.0, "mC": 1e-3, "uC": 1e-6, "nC": 1e-9},
-    **{"ohm": 1.0, "kohm": 1e3, "Mohm": 1e6, "Gohm": 1e9},
+    **{f"{k}{ohm}": worth for k, worth in (("", 1.0), ("k", 1e3), ("M", 1e6), ("G", 1e9)) for ohm in ("ohm", "Ohm")},
+    **{"V/s": 1.0, "V/ms": 1e3, "V/us": 1e6, "kV/s": 1e3, "kV/ms": 1e6},
     **{"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "W": 1.0, "mW": 1e-3, "uW": 1e-6},
 }
 """What a unit is worth in SI units, by its prefixes."""
+OHMS = [unit for unit in WORTH if unit.lower().endswith("ohm")]
+WORTH |= {f"{ohm} {length}": WORTH[ohm] * WORTH[length] for ohm in OHMS for length in ("m", "cm")}
 
 
 @pytest.mark.parametrize(("si", "unit"), [(si, unit) for si, unit in ALL_UNITS if unit])

@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 from gelcone.errors import InputError
 from gelcone.physics import model
 from gelcone.physics.bias import BIASES
+from gelcone.physics.circuit import ELECTRICS, NEEDS
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import PARAMETERS, ConeModel
 
@@ -534,7 +535,7 @@ def test_the_defaults_are_those_of_the_table():
     expected |= {"stretch_limit": 50.0, "prestretch_mode": "radial", "law": "gent"}
     expected |= {"film": "taut", "bias": "spring", "waveform": "sine", "circuit": "ideal"}
     others = [name for kind in (LAWS, BIASES) for part in kind.values() for name in part.parameters]
-    others += [name for name in PARAMETERS if name.startswith("second_")] + ["radius_ratio"]
+    others += [name for name in PARAMETERS if name.startswith("second_")] + ["radius_ratio", *ELECTRICS]
     own = {*LAWS["gent"].parameters, *BIASES["spring"].parameters}
     assert parameters == {name: value for name, value in expected.items() if name in own or name not in others}
 
@@ -553,7 +554,8 @@ def test_every_parameter_name_is_known_once_and_accepts_its_default():
         bias = next((bias.name for bias in BIASES.values() if name in bias.parameters), "spring")
         film = "membrane" if name.endswith("radius_ratio") else "taut"
         second = {"second_film": film, "second_drive": "constant"} if name.startswith("second_") else {"film": film}
-        m = ConeModel.from_parameters({name: quantity.default, "law": law, "bias": bias} | second)
+        owner = {NEEDS[name]: 1.0} if name in NEEDS else {}
+        m = ConeModel.from_parameters({name: quantity.default, "law": law, "bias": bias} | second | owner)
         assert m.parameters()[name] == quantity.default
 
 

@@ -36,6 +36,7 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
     if (shown["outcome"].values == Outcome.OK).any():
         late = x.isel({x.dims[-1]: slice(x.shape[-1] // 2, None)})
         lines.append(f"displacement {_span(x, 4)}; in the second half {_span(late, 4)}")
+        lines += _source_lines(shown, subject)
         wrinkles = film_state_json(shown) is not None
         lines.append("share of the time outside the model's validity (mean over members):")
         for name, variable in shown.items():
@@ -48,6 +49,25 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
                 text = f"{100 * share:5.1f} %" if share == share else _UNKNOWN.get(str(name), "unknown")
                 lines.append(f"  {FAILINGS[str(name).removeprefix('validity_')]:22s} {text}")
     return "\n".join(lines)
+
+
+def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
+    """What a single amplifier delivers, and what of it is lost; none for the ideal source."""
+    if shown["outcome"].ndim or subject.model.system.circuit.name == "ideal":
+        return []
+    peaks, rms = (
+        ", ".join(measured(shown[name], 4) for name in names)
+        for names in (("peak_current", "peak_slew_rate"), ("rms_voltage", "rms_current", "apparent_power"))
+    )
+    lost = [name for name in ("damper", "film", "resistor", "leak") if f"{name}_dissipation" in shown]
+    split = ", ".join(f"{name} {measured(shown[f'{name}_dissipation'].isel(time=-1), 4)}" for name in lost)
+    found = [f"amplifier: up to {peaks}; rms in the second half {rms}"]
+    for name in ("slew_limited", "current_limited"):
+        if name in shown:
+            found.append(f"  {name.replace('_', ' ')} for {100.0 * float(shown[name]):.3g} % of the time")
+    return (
+        [*found, f"  supplied {measured(shown['supplied_energy'].isel(time=-1), 4)}, lost: {split}"] if lost else found
+    )
 
 
 def _film_lines(shown: xr.Dataset) -> list[str]:

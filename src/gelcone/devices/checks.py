@@ -8,7 +8,7 @@ from dataclasses import astuple
 import numpy as np
 
 from gelcone.devices.cone import cone_of_device, undamped_cone
-from gelcone.devices.fields import BELONGING, DAMPINGS, DeviceFields
+from gelcone.devices.fields import BELONGING, DAMPINGS, ELECTRIC, DeviceFields
 from gelcone.devices.units import FieldError, format_si
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
@@ -48,6 +48,7 @@ def _own_misfits(device: DeviceFields) -> Iterator[FieldError]:
             for name in names:
                 if getattr(device, name) is not None:
                     yield FieldError(name, f"{name}: there is no {owner}; give {owner}, or leave {name} out")
+    yield from _circuit_misfits(device)
     if device.second_voltage is not None and device.second_film is not None and device.second_drive != "constant":
         yield FieldError("second_voltage", 'second_voltage: is taken where second_drive is "constant" alone; give that')
     given = [name for name in DAMPINGS if getattr(device, name) is not None]
@@ -70,6 +71,15 @@ def _own_misfits(device: DeviceFields) -> Iterator[FieldError]:
         yield FieldError(
             "film_thickness", "the sizes, mass and shear modulus give no finite time and energy; check their units"
         )
+
+
+def _circuit_misfits(device: DeviceFields) -> Iterator[FieldError]:
+    if device.circuit in (None, "ideal"):
+        return
+    kind = device.circuit if isinstance(device.circuit, str) else device.circuit.name
+    for name in ELECTRIC:
+        if device.get(name) is not None:
+            yield FieldError(name, f"{name}: the circuit {kind!r} does not take it; leave out one of the two")
 
 
 def _usable_scales(device: DeviceFields) -> bool:

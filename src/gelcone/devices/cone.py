@@ -95,6 +95,8 @@ def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False
         numbers |= {"law": device.material.law, "prestretch_mode": device.prestretch_mode}
     else:
         numbers = {name: value for name, value in numbers.items() if name not in device.material.law_parameters}
+    if device.filter_frequency is not None:
+        numbers["filter_time"] = device.scales.frequency / device.filter_frequency
     if device.second_film is not None:
         numbers |= {"second_film": device.second_film, "second_drive": device.second_drive or "same"}
     return ConeModel(

@@ -57,6 +57,10 @@ class Device(DeviceFields):
     voltage_offset : its constant part, V. Default 0.
     frequency : f, Hz, positive.
     waveform : ``"sine"`` (default), or ``"triangle"``, up and down at a constant rate in phase with the sine.
+    filter_frequency : of the amplifier's low-pass filter, Hz; ``slew_rate``, V/s, its fastest change behind it. Default
+        none: the amplifier gives what is commanded.
+    series_resistance : of amplifier, leads and electrodes, ohm; ``current_limit``, A, of the amplifier behind it.
+    circuit : ``"charge"`` where the drive commands the charge, or one of one's own. Default none.
     release_height : the disc is held there and let go at t = 0, m. Default: it starts from rest, see `initial_state`.
     release_velocity : its velocity at t = 0, m/s. Default 0.
     second_film : ``"membrane"``, ``"wrinkling"`` or ``"taut"``, on the other side of the disc: a double cone. Of the

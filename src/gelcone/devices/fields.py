@@ -23,6 +23,8 @@ DRIVE_NUMBERS = ("voltage_amplitude", "voltage_offset", "frequency")
 """Fields that are single numbers of the drive: neither the rest nor the scales depend on them."""
 GEL = "material."
 """Before the names of the material's fields."""
+ELECTRIC = ("filter_frequency", "slew_rate", "series_resistance", "current_limit", f"{GEL}resistivity")
+"""Fields of the amplifier that ships, and of a gel that leaks."""
 SECOND_PRESTRETCHES = tuple(f"second_{name}" for name in ("prestretch", *DIRECT_PRESTRETCHES))
 CHOICES: tuple[tuple[str, str, Collection[str]], ...] = (
     ("prestretch_mode", "pre-stretch mode", PRESTRETCH_MODES),
@@ -33,6 +35,8 @@ CHOICES: tuple[tuple[str, str, Collection[str]], ...] = (
 """Fields of which a few texts are allowed: what it is, and which."""
 BELONGING = (
     ("beam_rate", ("beam_cubic_rate", "beam_height")),
+    ("series_resistance", ("current_limit",)),
+    ("filter_frequency", ("slew_rate",)),
     ("second_film", ("second_flat_height", *SECOND_PRESTRETCHES, "second_drive", "second_voltage")),
 )
 """Fields that mean nothing without another."""
@@ -165,9 +169,27 @@ class DeviceFields(Record):
         "shape of the alternating part: sine or triangle, or one's own as module:Class", default="sine",
         near=("shape", "drive"),
     )  # fmt: skip
+    filter_frequency: Any = Field(
+        "frequency above which the amplifier no longer follows (-3 dB)", "Hz", default=None, unset="none: it follows",
+        typical=(10.0, 1e5), above=0.0,
+        near=("bandwidth", "cutoff", "cutoff_frequency", "corner_frequency", "amplifier"),
+    )  # fmt: skip
+    slew_rate: Any = Field(
+        "fastest change of the amplifier's voltage", "V/s", default=None, unset="no limit", typical=(1e4, 7e8),
+        above=0.0, near=("slew", "rise_rate"),
+    )  # fmt: skip
+    series_resistance: Any = Field(
+        "resistance of amplifier, leads and electrodes before the film", "ohm", default=None, unset="0",
+        typical=(1e3, 1e8), least=0.0, example=1e6,
+        near=("resistance", "resistor", "source_resistance", "electrode_resistance", "r"),
+    )  # fmt: skip
+    current_limit: Any = Field(
+        "largest current of the amplifier", "A", default=None, unset="no limit", typical=(1e-4, 0.04), above=0.0,
+        near=("current", "maximum_current", "compliance"),
+    )  # fmt: skip
     circuit: Any = Field(
-        "circuit of one's own between the drive and the film, as module:Class", default=None, unset="none",
-        near=("source", "amplifier", "resistor"), example="ideal",
+        "charge: the drive commands the charge, by the voltage that it gives the flat film; or a circuit of one's own, "
+        "as module:Class", default=None, unset="none", near=("source",), example="ideal",
     )  # fmt: skip
     bias: Any = Field(
         "bias of one's own, as module:Class, that acts besides spring, beam, weight and force", default=None,

@@ -46,6 +46,10 @@ class DeviceValues(TypedDict, total=False):
     voltage_offset: Number
     frequency: Number
     waveform: Any
+    filter_frequency: Number
+    slew_rate: Number
+    series_resistance: Number
+    current_limit: Number
     circuit: Any
     bias: Any
     release_height: Number
@@ -83,4 +87,6 @@ class MaterialValues(TypedDict, total=False):
     relaxation_time_3: Number
     viscous_stretch_limit_3: Number
     flow: Text
+    resistivity: Number
+    resistivity_field: Number
     sources: Any

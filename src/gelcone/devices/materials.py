@@ -45,6 +45,8 @@ class Material(Record):
     viscous_modulus_1, relaxation_time_1, viscous_stretch_limit_1, and with 2 and 3 : Maxwell branches of a gel that
         creeps, Pa, s and largest I1 - 3 (default infinity); the shear modulus then is the long-term one. Default none.
     flow : the flow rule with which the branches were fitted, "log" (default) or "linear".
+    resistivity : of the gel, ohm m, positive; ``resistivity_field``, V/m, the true field E_b from which it leaks more,
+        E_b sinh(E/E_b) over the resistivity. Default none: nothing leaks.
     sources : field name -> where its number comes from. Default none stated.
 
     Raises
@@ -92,6 +94,15 @@ class Material(Record):
         near=("flow_rule",),
         example="log",
     )
+    resistivity: Any = Field(
+        "resistivity of the gel, through which charge leaks", "ohm m", default=None, unset="inf: nothing leaks",
+        typical=(1e7, 1e14), above=0.0, infinite=True, example=1e9,
+        near=("conductivity", "leakage", "volume_resistivity"),
+    )  # fmt: skip
+    resistivity_field: Any = Field(
+        "true field E_b of ionic hopping: the film leaks E_b sinh(E/E_b) over its resistivity", "V/m", default=None,
+        unset="ohmic", typical=(1e6, 1e8), above=0.0, near=("leakage_field", "hopping_field"), example=1.7e7,
+    )  # fmt: skip
     sources: Any = Field("where each number comes from", default=(), unset="not stated")
 
     def __init__(self, /, **given: Unpack[MaterialValues]) -> None:
@@ -124,6 +135,10 @@ class Material(Record):
                 "shear_modulus: is missing; give the shear modulus in Pa (or young_modulus, three times as much)",
             )
         yield from self._branch_misfits()
+        if self.resistivity is None and self.resistivity_field is not None:
+            yield FieldError(
+                "resistivity_field", "resistivity_field: there is no resistivity; give it, or leave it out"
+            )
         law = self.strain_energy_law
         for name in sorted(_LAW_FIELDS.keys() - law.parameters.keys()):
             if own[name] is not None:

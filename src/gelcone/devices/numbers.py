@@ -28,10 +28,14 @@ _FIELDS = {
     "beam_stiffness": "beam_rate",
     "beam_cubic": "beam_cubic_rate",
     "push": "constant_force",
+    "leakage_time": f"{GEL}resistivity",
+    "leakage_field": f"{GEL}resistivity_field",
 }
-_SAME = ("beam_height", "second_flat_height", "second_voltage", *PRESTRETCHES, *SECOND_PRESTRETCHES)
+_QUANTITIES = {"leakage_time": "resistivity"}
+_ELECTRIC = ("slew_rate", "series_resistance", "current_limit")
+_SAME = (*_ELECTRIC, "beam_height", "second_flat_height", "second_voltage", *PRESTRETCHES, *SECOND_PRESTRETCHES)
 SHIPPED: Mapping[str, Number] = {
-    name: Number(_FIELDS.get(name, name), PARAMETERS[name].scale) for name in (*_FIELDS, *_SAME)
+    name: Number(_FIELDS.get(name, name), _QUANTITIES.get(name, PARAMETERS[name].scale)) for name in (*_FIELDS, *_SAME)
 }
 """Parameters of the model that every device gives."""
 

@@ -117,7 +117,7 @@ def own_fields(name: str, value: Any) -> dict[str, Field]:
     if not isinstance(value, Component):
         return {}
     law = getattr(value, "law", None)
-    others = PARAMETERS.keys() if name != "law" else set()
+    others = PARAMETERS.keys() if name not in ("law", "circuit") else set()  # circuits share no numbers with others
     others = others | (law.parameters.keys() if isinstance(law, StrainEnergyLaw) else set())
     return {own: field_of(own, quantity) for own, quantity in value.parameters.items() if own not in others}
 

@@ -64,6 +64,9 @@ def _dimension(name: str, example: str, powers: Mapping[str, int], shown: tuple[
     return Dimension(name, spelt, example, shown or tuple(powers))
 
 
+_PREFIXES = {"": 0, "k": 3, "M": 6, "G": 9}
+_OHMS = {f"{prefix}{ohm}": power for prefix, power in _PREFIXES.items() for ohm in ("ohm", "Ohm")}
+
 # SI unit -> dimension. ``shown`` lists the units that `format_si` chooses from, where that is not all of them.
 DIMENSIONS: dict[str, Dimension] = {
     "1": _dimension("pure number", "1.2", {"": 0}),
@@ -98,7 +101,19 @@ DIMENSIONS: dict[str, Dimension] = {
         ("V/m", "kV/m", "MV/m"),
     ),
     "A": _dimension("current", "2 mA", {"A": 0, "mA": -3, "uA": -6, "nA": -9}),
-    "ohm": _dimension("resistance", "5 Mohm", {"ohm": 0, "kohm": 3, "Mohm": 6, "Gohm": 9}),
+    "ohm": _dimension("resistance", "5 Mohm", _OHMS, ("ohm", "kohm", "Mohm", "Gohm")),
+    "ohm m": _dimension(
+        "resistivity",
+        "1 Gohm m",
+        {f"{ohm} m": power for ohm, power in _OHMS.items()} | {f"{ohm} cm": power - 2 for ohm, power in _OHMS.items()},
+        ("ohm m", "kohm m", "Mohm m", "Gohm m"),
+    ),
+    "V/s": _dimension(
+        "slew rate",
+        "10 V/us",
+        {"V/s": 0, "V/ms": 3, "V/us": 6, "kV/s": 3, "kV/ms": 6},
+        ("V/s", "V/ms", "V/us"),
+    ),
     "C": _dimension("charge", "2 uC", {"C": 0, "mC": -3, "uC": -6, "nC": -9}),
     "J": _dimension("energy", "2 mJ", {"J": 0, "mJ": -3, "uJ": -6}),
     "W": _dimension("power", "3 mW", {"W": 0, "mW": -3, "uW": -6}),

@@ -280,7 +280,8 @@ def _yields(members: Members, run: Trajectories, samples: int) -> dict[str, Arra
     some = slice(0, 10 * samples, 5)
     with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
         z = list(np.moveaxis(run.states[:, some], -1, 0))
-        apparent = apparent_power([v[:, some] for v in voltages], members.system.currents(run.times[:, some], z, n))
+        currents = members.system.currents(run.times[:, some], z, n)
+        apparent = apparent_power(members, run.times[:, some], run.states[:, some], currents)
         field = np.max([film.true_field.max(axis=1) for film in members.film_states(run.states, voltages)], axis=0)
     return {
         "stroke": highest(x) + highest(-x),

@@ -16,7 +16,7 @@ ROUNDING = 1e-9
 MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
     "current": ("largest current into a film", "current"),
     "power": ("mean power that the source gives", "power"),
-    "apparent_power": ("apparent power: rms voltage times rms current, of all films", "apparent power"),
+    "apparent_power": ("apparent power: rms voltage times rms current of the sources", "apparent power"),
     "field": ("largest true field in a film", "field"),
 }
 """What `electrical` finds, and the quantity of each."""
@@ -39,12 +39,19 @@ def electrical(members: Members, times: Array, states: Array) -> dict[str, Array
     return {
         "current": np.max([np.abs(own).max(axis=1) for own in currents], axis=0),
         "power": np.where(np.abs(lost) <= ROUNDING * back_and_forth, 0.0, lost),
-        "apparent_power": apparent_power(voltages, currents),
+        "apparent_power": apparent_power(members, times, states, currents),
         "field": np.max([own.max(axis=1) for own in fields], axis=0),
     }
 
 
-def apparent_power(voltages: Sequence[Array], currents: Sequence[Array]) -> Array:
-    """Rms voltage times rms current, summed over the films, (members,); of even samples (members, samples) each."""
-    rms = [[np.sqrt(np.mean(own * own, axis=1)) for own in pair] for pair in zip(voltages, currents, strict=True)]
-    return np.asarray(sum(voltage * current for voltage, current in rms))
+def apparent_power(members: Members, times: Array, states: Array, currents: Sequence[Array]) -> Array:
+    """Rms voltage times rms current of each source, summed over the sources, (members,); of even samples (members,
+    samples) with the ``currents`` into the films."""
+    z, n, system = list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1), members.system
+    voltages, found = system.source_voltages(times, z, n), []
+    for line in system.lines:
+        current = sum((currents[k] for k in line.films[1:]), currents[line.films[0]])
+        pair = np.broadcast_to(voltages[line.films[0]], times.shape), np.broadcast_to(current, times.shape)
+        voltage, current = (np.sqrt(np.mean(own * own, axis=1)) for own in pair)
+        found.append(voltage * current)
+    return np.asarray(sum(found))

@@ -36,6 +36,8 @@ ROUNDING = 1e-13
 NEWTON_STEPS = 20
 MOST_TURNS, SAME_VOLTAGE = 12, 1e-13
 """Turns in which films and circuits find the voltages at which they rest together, and the change that ends them."""
+BIAS, SQUARE = "constant command", "squared voltage on film"
+"""Among the numbers of a search for rest: the command, and the voltages squared."""
 RAMP = 33
 """Steps in which the voltages on both films of a double cone rise together."""
 
@@ -100,12 +102,12 @@ def _rest_under(model: ConeModel, place: float, voltage: float) -> list[Any]:
     z: list[Any] = [np.float64(place), np.float64(0.0), *map(np.float64, system.starts(np.float64(place), n))]
     n = {**n, **system.switches_under(voltage, z, n)}
 
-    def rates(every: list[Any], xp: Any) -> list[Any]:
+    def rates(every: list[Any], n: Mapping[str, Any], xp: Any) -> list[Any]:
         return list(system.rates_under(voltage, every, n, xp)[1:])
 
     others = [0, *range(2, len(z))]
-    settled = _at_rest(z, others[1:], lambda every, xp: rates(every, xp)[1:])
-    return settled if system.planar else _at_rest(settled, others, rates)
+    settled = _at_rest(z, others[1:], lambda every, n, xp: rates(every, n, xp)[1:], n)
+    return settled if system.planar else _at_rest(settled, others, rates, n)
 
 
 def _scales(states: tuple[State, ...], device: Device | None) -> tuple[Array, float, float]:
@@ -214,32 +216,40 @@ def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
         for k, film in enumerate(system.films):
             n |= film.switches(at.place, squares[k], system.states_of(z, "film", k), n) if film.borders else {}
         own = [i for i in system.mechanical if i > 1]
-        z = _at_rest(z, own, lambda every, xp: system.rates_held(squares, every, n, xp)[2:])
+        z = _at_rest(z, own, partial(_held_rates, system, len(squares)), n | _named(squares))
         for line in system.lines:
             places = [i for i in range(2, len(z)) if i in system.places_of(line)]
-            z = _at_rest(z, places, partial(_circuit_rates, system, line, bias, n))
+            z = _at_rest(z, places, partial(_circuit_rates, system, line), {**n, BIAS: bias})
     return replace(at, z=z, n=n)
 
 
-def _circuit_rates(system: ConeSystem, line: Line, bias: Any, n: Any, z: list[Any], xp: Any) -> list[Any]:
+def _named(squares: Sequence[Any]) -> dict[str, Any]:
+    """The squared voltages on the films among numbers."""
+    return {f"{SQUARE} {k}": squared for k, squared in enumerate(squares)}
+
+
+def _held_rates(system: ConeSystem, films: int, z: list[Any], n: Mapping[str, Any], xp: Any) -> list[Any]:
+    """Rates of change of the films' and the bias's states under constant squared voltages."""
+    return system.rates_held([n[f"{SQUARE} {k}"] for k in range(films)], z, n, xp)[2:]
+
+
+def _circuit_rates(system: ConeSystem, line: Line, z: list[Any], n: Mapping[str, Any], xp: Any) -> list[Any]:
     """Rates of change of the states of a line's circuit at a constant command."""
-    return system.electric(line, bias, 0.0, z, n, xp)[1:]
+    return system.electric(line, n[BIAS], 0.0, z, n, xp)[1:]
 
 
-def _at_rest(z: list[Any], places: list[int], rates: Callable[[list[Any], Any], list[Any]]) -> list[Any]:
-    """The states with those at ``places`` where their ``rates`` of all states vanish, by Newton's method."""
+def _at_rest(
+    z: list[Any],
+    places: list[int],
+    rates: Callable[[list[Any], Mapping[str, Any], Any], list[Any]],
+    n: Mapping[str, Any],
+) -> list[Any]:
+    """The states with those at ``places`` where their ``rates`` of all states and numbers ``n`` vanish, by Newton's
+    method."""
     z = list(z)
     for _ in range(NEWTON_STEPS if places else 0):
-
-        def own(y: list[Any], xp: Any) -> list[Any]:
-            every = list(z)
-            for i, value in zip(places, y, strict=True):
-                every[i] = value
-            return rates(every, xp)
-
-        at = [z[i] for i in places]
-        slopes, now = _stacked(gradients(own, at), z[0].shape), _stacked([own(at, np)], z[0].shape)[..., 0, :]
-        change = _solved(slopes, now)
+        slopes, now = _stacked(gradients(rates, z, n), z[0].shape)[..., places], _stacked([rates(z, n, np)], z[0].shape)
+        change = _solved(slopes, now[..., 0, :])
         for k, i in enumerate(places):
             z[i] = z[i] - change[..., k]
         if not np.nanmax(np.abs(change), initial=0.0) > SAME_VOLTAGE:
@@ -284,7 +294,7 @@ def _electric_slopes(system: ConeSystem, line: Line, at: _OperatingPoint) -> lis
     """Derivatives of a line's voltage and of the rates of its circuit's states, by the command, its rate and all
     states."""
     bias = np.broadcast_to(at.n["voltage_bias"], at.place.shape)
-    return gradients(lambda v, xp: system.electric(line, v[0], v[1], v[2:], at.n, xp), [bias, 0.0 * bias, *at.z])
+    return gradients(lambda v, n, xp: system.electric(line, v[0], v[1], v[2:], n, xp), [bias, 0.0 * bias, *at.z], at.n)
 
 
 def _equilibria(members: Members, mean_squares: Sequence[Array]) -> tuple[Array, Array]:
@@ -336,7 +346,7 @@ def _response(
     shape, count, places = multiples.shape[:2], len(system.states), system.mechanical
     z, squares = list(at.z), at.mean_squares
     with np.errstate(all="ignore"):
-        held = gradients(lambda v, xp: system.rates_held(v[count:], v[:count], at.n, xp), [*z, *squares])
+        held = gradients(lambda v, n, xp: system.rates_held(v[count:], v[:count], n, xp), [*z, *squares], at.n)
         slopes = np.zeros((*shape, count, count))
         by = _stacked(held, shape)
         slopes[..., places, :] = by[..., :count]

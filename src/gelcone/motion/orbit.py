@@ -127,7 +127,7 @@ class Shooting:
         place = np.tile(np.arange(segments, dtype=float), kind.repeats)
         start, end = place * (phase / segments), (place + 1.0) * (phase / segments)
         self._rerun = program.again(start, end)
-        self._program, self._starts = program, start
+        self._program, self._starts, self._ends = program, start, end
         self._place = {name: k for k, name in enumerate(program.numbers)}
         self._own = np.array([self._place[name] for name in self._numbers])
         self._row = np.zeros(len(self._place))
@@ -219,6 +219,11 @@ class Shooting:
         result, arrived = self._rerun.run(self._row, self._states, smallest, switches)
         tangents = result[:, size : size * (1 + size)].reshape(n, size, size).transpose(0, 2, 1)
         slopes = result[:, size * (1 + size) :].reshape(n, len(steps), size).transpose(0, 2, 1)
+        if self.system.charged:
+            numbers = dict(zip(self._program.numbers, self._row.tolist(), strict=True))
+            states, phases = (nodes, result[:, :size]), (self._starts, self._ends)
+            with np.errstate(all="ignore"):  # of a motion that leaves the domain
+                tangents, slopes = self._program.of_states(phases, states, tangents, slopes, numbers)
         slopes = slopes / (steps[0] if len(steps) == 1 else np.array(steps))
         return Pass(result[:, :size], tangents, slopes, bool(arrived.all()))
 

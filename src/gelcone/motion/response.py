@@ -13,6 +13,7 @@ from gelcone import dataset
 from gelcone.codes import FilmPullIn
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
+from gelcone.motion.delivery import delivered
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.settle import LONGEST_TIME, start_states
@@ -80,6 +81,9 @@ def simulate(
     ``validity_*`` are the shares of the run's time during which they do, between the times at which they begin and
     cease, and ``validity_error`` how well these are known; NaN for the breakdown when the strength is unknown.
     ``validity_pulled_in`` is 1 of a run that ended so.
+    ``rms_voltage``, ``rms_current`` and their product ``apparent_power`` are those of the source in the second half of
+    the run, ``peak_current`` and ``peak_slew_rate`` its largest ones: what an amplifier must deliver; ``slew_limited``
+    and ``current_limited`` the shares of the time at its limits, where it has some.
     In a double cone energies, powers and what fails are those of both films together; the second film's own voltage,
     current, stretches, stresses and field have ``second_`` before their names.
     With a wrinkling film ``film_state_*`` are the shares of the time that it spent in each of its states, between the
@@ -135,7 +139,8 @@ def simulate(
             for n, v in kinds.items()
         }
         | valid
-        | states,
+        | states
+        | delivered(members, *_to_the_end(run, np.arange(sampled.shape[1]))),
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
         # times that were asked for stand in the result as its coordinate

@@ -1,21 +1,31 @@
-"""Circuits between the commanded voltage and the film: the ideal source, or one with states and borders of its own."""
+"""Circuits between the commanded voltage and the film: the ideal source, an amplifier with its limits, charge control.
+
+The `Amplifier` commands y through a low-pass filter, drives the film through a series resistance, and the film leaks:
+
+    y' = clip((v_s - y)/t_f, +-S),    i = clip((y - v)/rho, +-i_max),    (C v)' = i - C f(v)/tau_e,
+
+with f = v, or E_b sinh(E/E_b)/sqrt(C) of the true field E = v sqrt(C) where ions hop (Mott and Gurney, Electronic
+Processes in Ionic Crystals (1940)). The film's voltage is the state, so that any film will do whose charge is known
+while a motion is computed: C v' = i - leak - v C'.
+"""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial, reduce
 from typing import Any
 
 import numpy as np
 
-from gelcone.errors import InputError
-from gelcone.physics.component import Component, Numbers
+from gelcone.errors import InputError, unknown_name
+from gelcone.physics.component import Component, Numbers, State
 from gelcone.physics.differentiate import derivatives, gradients
 from gelcone.physics.film.film import Border
 from gelcone.physics.implicit import root, traced
 from gelcone.physics.placed import PlacedFilm
+from gelcone.quantity import Quantity
 
 LOSSES = ("resistor", "leak")
 """Where a circuit may lose power: behind the source, and through the film."""
@@ -42,9 +52,13 @@ class Port:
         """Rate of the commanded voltage."""
         return self.rate_of_command()
 
+    def capacitances(self, voltage: Any) -> list[Any]:
+        """The capacitance of each film at a voltage."""
+        return [film.capacitance(self.displacement, voltage * voltage, y, self.n, self.xp) for film, y in self.films]
+
     def capacitance(self, voltage: Any) -> Any:
         """The films' capacitance at a voltage."""
-        parts = [film.capacitance(self.displacement, voltage * voltage, y, self.n, self.xp) for film, y in self.films]
+        parts = self.capacitances(voltage)
         return sum(parts[1:], parts[0])
 
     def charge(self, voltage: Any) -> Any:
@@ -101,13 +115,15 @@ class Circuit(Component):
 
     A new one supplies `voltage`, and `rates` for the ``states`` that it adds; `gain` where it is linear and its gain is
     not 1. A state may be the film's charge, whose rate is the current (`Port.voltage` gives the voltage), or its
-    voltage, whose rate is `Port.voltage_rate`. Where its law changes, as at a limit, it lists ``borders``: the value of
+    voltage, whose rate is `Port.voltage_rate` of what `charging` gives; then it is the last one, and
+    ``carries_voltage`` is True. Where its law changes, as at a limit, it lists ``borders``: the value of
     each is ``value(port, y, n, xp)``, and its switch, one of the circuit's `numbers`, has the sign of the side (see
     `Border`). A circuit with states or borders has the period of the voltage itself, since these follow the voltage's
     sign.
     """
 
     borders: tuple[Border, ...] = ()
+    carries_voltage: bool = False
 
     @abstractmethod
     def voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
@@ -116,6 +132,10 @@ class Circuit(Component):
     def rates(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the circuit's states."""
         return []
+
+    def charging(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        """Rate of the films' charge, of a circuit that carries their voltage."""
+        raise NotImplementedError
 
     def switches(self, port: Port, y: list[Any], n: Numbers) -> dict[str, Any]:
         """The switches of its borders at the start of a motion, 1 or -1: default the sign of each border's value."""
@@ -129,10 +149,32 @@ class Circuit(Component):
         """Complex ratio of the film's voltage to the commanded one at an angular frequency (0: a constant voltage)."""
         return 1.0 + 0.0j
 
+    @property
+    def losses(self) -> tuple[str, ...]:
+        """Those of `LOSSES` that it has. Default: all where it has `powers` of its own."""
+        return () if type(self).powers is Circuit.powers else LOSSES
+
+    @property
+    def held(self) -> Circuit:
+        """The circuit of a film at a constant voltage of its own. Default: the ideal source."""
+        return CIRCUITS["ideal"]
+
     def powers(self, port: Port, current: Any, y: list[Any], n: Numbers, xp: Any = np) -> Mapping[str, Any]:
         """Power of the ``source``, and what of it is lost where (`LOSSES`), while ``current`` charges the films.
         Default: a source that has the film's voltage, and no losses."""
         return {"source": self.voltage(port, y, n, xp) * current}
+
+    def source_voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        """Voltage at the output of the source, before what lies between it and the film. Default: the film's."""
+        return self.voltage(port, y, n, xp)
+
+    def leaks(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        """Current that leaks through each film. Default: none."""
+        return [0.0] * len(port.films)
+
+    def saturations(self, port: Port, y: list[Any], n: Numbers) -> Mapping[str, Any]:
+        """By the name of each limit the excess over it that the circuit does not allow. Default: no limits."""
+        return {}
 
     def check(self) -> None:
         """`InputError` for borders that cannot be followed."""
@@ -149,4 +191,212 @@ class IdealSource(Circuit):
         return port.command
 
 
-CIRCUITS: dict[str, Circuit] = {circuit.name: circuit for circuit in (IdealSource(),)}
+ELECTRICS: Mapping[str, Quantity] = {
+    "filter_time": Quantity("tf", "time constant of the amplifier", 0.1, positive=True, scale="time"),
+    "slew_rate": Quantity("S", "fastest change of the amplifier's voltage", 1.0, positive=True, scale="slew rate"),
+    "series_resistance": Quantity(
+        "rho", "resistance between amplifier and film times C0 Omega0", 0.03, positive=True, scale="resistance"
+    ),
+    "current_limit": Quantity(
+        "im", "largest current of the amplifier over C0 Phi0 Omega0", 1.0, positive=True, scale="current"
+    ),
+    "leakage_time": Quantity(
+        "te", "charge relaxation time of the gel, permittivity times resistivity", 30.0, positive=True, infinite=True,
+        scale="time",
+    ),
+    "leakage_field": Quantity(
+        "Ee", "true field over sqrt(mu/eps) above which a film leaks more than its resistivity says", 1.0,
+        positive=True, scale="field",
+    ),
+}  # fmt: skip
+"""The parameters of an `Amplifier`, of which each has some."""
+NEEDS = {"slew_rate": "filter_time", "current_limit": "series_resistance", "leakage_field": "leakage_time"}
+"""Parameters that need another."""
+ABSENT = {"filter_time": 0.0, "series_resistance": 0.0}
+"""Values that stand for none; of the others infinity does."""
+
+
+@dataclass(frozen=True)
+class Amplifier(Circuit):
+    """An amplifier with a filter and a slew rate, a resistance and a current limit behind it, and a film that leaks.
+
+    Parameters
+    ----------
+    takes : names of `ELECTRICS` that it has. Default the series resistance alone.
+    """
+
+    takes: tuple[str, ...] = ("series_resistance",)
+
+    name = "amplifier"
+
+    def __post_init__(self) -> None:
+        for name in self.takes:
+            if name not in ELECTRICS:
+                raise unknown_name("parameter of an amplifier", str(name), ELECTRICS)
+            if (owner := NEEDS.get(name)) and owner not in self.takes:
+                raise InputError(f"{name}: there is no {owner}; give {owner}, or leave {name} out")
+        object.__setattr__(self, "takes", tuple(name for name in ELECTRICS if name in self.takes))
+
+    @property
+    def parameters(self) -> Mapping[str, Quantity]:
+        return {name: ELECTRICS[name] for name in self.takes}
+
+    @cached_property
+    def states(self) -> tuple[State, ...]:  # type: ignore[override]
+        own = {
+            "filter_time": State("amplifier_voltage", "voltage of the amplifier", "voltage"),
+            "series_resistance": State("film_voltage", "voltage on the film", "voltage"),
+        }
+        return tuple(state for name, state in own.items() if name in self.takes)
+
+    @property
+    def _limits(self) -> dict[str, tuple[str, str]]:
+        """The limits that it has, and the switches of either side of each."""
+        return {
+            name: (f"{name}_above", f"{name}_below") for name in ("slew_rate", "current_limit") if name in self.takes
+        }
+
+    def numbers(self, parameters: Numbers) -> dict[str, Any]:
+        own = super().numbers(parameters)
+        switches = [name for pair in self._limits.values() for name in pair]
+        return own | {name: np.ones(np.shape(own[name.rpartition("_")[0]])) for name in switches}
+
+    def time_constant(self, n: Numbers) -> Any:
+        own = [np.asarray(n[name], dtype=float) for name in ABSENT if name in self.takes]
+        return reduce(np.maximum, own, np.asarray(0.0))
+
+    def gain(self, frequency: Any, n: Numbers) -> Any:
+        """That of the flat film for small voltages."""
+        s = 1j * np.asarray(frequency)
+        leak = 1.0 / np.asarray(n["leakage_time"]) if "leakage_time" in self.takes else 0.0
+        behind = 1.0 + n["series_resistance"] * (s + leak) if "series_resistance" in self.takes else 1.0
+        return 1.0 / (behind * (1.0 + s * n["filter_time"] if "filter_time" in self.takes else 1.0))
+
+    # --- voltages and currents ---------------------------------------------------------------------------------------
+
+    def source_voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        return y[0] if "filter_time" in self.takes else port.command
+
+    def voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        return y[-1] if self.carries_voltage else self.source_voltage(port, y, n, xp)
+
+    def rates(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        found = []
+        if "filter_time" in self.takes:
+            found.append(self._clipped("slew_rate", self._wanted("slew_rate", port, y, n), n))
+        if self.carries_voltage:
+            found.append(port.voltage_rate(y[-1], self.charging(port, y, n, xp)))
+        return found
+
+    @property
+    def carries_voltage(self) -> bool:  # type: ignore[override]
+        return "series_resistance" in self.takes
+
+    def charging(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        return self._through(port, y, n) - sum(self.leaks(port, y, n, xp))
+
+    def _wanted(self, limit: str, port: Port, y: list[Any], n: Numbers) -> Any:
+        """The rate of the amplifier's voltage, or the current behind it, without their limits."""
+        if limit == "slew_rate":
+            return (port.command - y[0]) / n["filter_time"]
+        return (self.source_voltage(port, y, n) - y[-1]) / n["series_resistance"]
+
+    def _through(self, port: Port, y: list[Any], n: Numbers) -> Any:
+        """Current through the resistance."""
+        return self._clipped("current_limit", self._wanted("current_limit", port, y, n), n)
+
+    def _clipped(self, limit: str, value: Any, n: Numbers) -> Any:
+        """A value within the sides of its limit that the switches say."""
+        if limit not in self.takes:
+            return value
+        above, below = (0.5 - 0.5 * n[name] for name in self._limits[limit])
+        return (1.0 - above - below) * value + (above - below) * n[limit]
+
+    def leaks(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        if "leakage_time" not in self.takes:
+            return super().leaks(port, y, n, xp)
+        v, rate = self.voltage(port, y, n, xp), 1.0 / n["leakage_time"]
+        if "leakage_field" not in self.takes:
+            return [rate * (area * v) for area in port.capacitances(v)]
+        found = []
+        for area in port.capacitances(v):
+            root = xp.sqrt(area)
+            share = root * v / n["leakage_field"]
+            found.append((rate * n["leakage_field"]) * (root * (0.5 * (xp.exp(share) - xp.exp(-share)))))
+        return found
+
+    # --- limits ------------------------------------------------------------------------------------------------------
+
+    @property
+    def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
+        return tuple(
+            Border(partial(self._border, limit, switch, side), switch)
+            for limit, switches in self._limits.items()
+            for switch, side in zip(switches, (1.0, -1.0), strict=True)
+        )
+
+    def _border(self, limit: str, switch: str, side: float, port: Port, y: list[Any], n: Numbers, xp: Any) -> Any:
+        scale = n["filter_time" if limit == "slew_rate" else "series_resistance"]
+        return n[switch] * (scale * (n[limit] - side * self._wanted(limit, port, y, n)))
+
+    def saturations(self, port: Port, y: list[Any], n: Numbers) -> Mapping[str, Any]:
+        return {limit: np.abs(self._wanted(limit, port, y, n)) - n[limit] for limit in self._limits}
+
+    # --- powers ------------------------------------------------------------------------------------------------------
+
+    @property
+    def losses(self) -> tuple[str, ...]:
+        own = {"resistor": "series_resistance", "leak": "leakage_time"}
+        return tuple(loss for loss, name in own.items() if name in self.takes)
+
+    @property
+    def held(self) -> Circuit:
+        leaks = tuple(name for name in ("leakage_time", "leakage_field") if name in self.takes)
+        return Amplifier(leaks) if leaks else super().held
+
+    def powers(self, port: Port, current: Any, y: list[Any], n: Numbers, xp: Any = np) -> Mapping[str, Any]:
+        source, v, leak = (
+            self.source_voltage(port, y, n, xp),
+            self.voltage(port, y, n, xp),
+            sum(self.leaks(port, y, n, xp)),
+        )
+        through = self._through(port, y, n) if self.carries_voltage else current + leak
+        lost = {"resistor": (source - v) * through, "leak": v * leak}
+        return {"source": source * through} | {loss: lost[loss] for loss in self.losses}
+
+
+class ChargeControl(Circuit):
+    """The charge on the film is commanded, by the voltage that it gives the flat film."""
+
+    name = "charge"
+
+    def voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        return port.voltage(port.command)
+
+
+CIRCUITS: dict[str, Circuit] = {circuit.name: circuit for circuit in (IdealSource(), Amplifier(), ChargeControl())}
+
+
+def with_electrics(given: Any, parameters: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
+    """A circuit that ships with the `ELECTRICS` among the ``parameters`` of a model, and the parameters without those
+    whose values stand for none; any other circuit as it is."""
+    named = given if isinstance(given, str) else given.get("component") if isinstance(given, Mapping) else given.name
+    if named not in ("ideal", "amplifier") or not isinstance(given, str | Mapping | IdealSource | Amplifier):
+        return given, dict(parameters)
+    taken = (
+        given.takes if isinstance(given, Amplifier) else given.get("takes", ()) if isinstance(given, Mapping) else ()
+    )
+    stated = {name for name in ELECTRICS if parameters.get(name) is not None}
+    absent = {name for name in stated if _absent(name, parameters[name])}
+    takes = tuple(name for name in {**dict.fromkeys(taken), **dict.fromkeys(stated)} if name not in absent)
+    rest = {name: value for name, value in parameters.items() if name not in ELECTRICS or name in takes}
+    if not takes and given == "amplifier" and not absent:
+        takes = Amplifier().takes
+    return (Amplifier(takes) if takes else CIRCUITS["ideal"]), rest
+
+
+def _absent(name: str, value: Any) -> bool:
+    """Whether a value stands for none."""
+    return isinstance(value, int | float | np.ndarray | list | tuple) and np.all(
+        np.asarray(value) == ABSENT.get(name, np.inf)
+    )

@@ -158,13 +158,19 @@ def newton(residual: Callable[[Any], Any], slope: Callable[[Any], Any], first: A
     return y[()]
 
 
-def gradients(function: Callable[[list[Any], Any], Sequence[Any]], at: Sequence[Any]) -> list[list[Any]]:
+def gradients(
+    function: Callable[..., Sequence[Any]], at: Sequence[Any], n: Mapping[str, Any] | None = None
+) -> list[list[Any]]:
     """Partial derivatives [i][j] of the i-th value of ``function(variables, xp)`` by the j-th variable at numbers or
-    arrays ``at``. The function is traced: its switches say on which side of borders it is."""
+    arrays ``at``. The function is traced: its switches say on which side of borders it is. With numbers ``n``, which
+    may be arrays, it is ``function(variables, n, xp)``."""
     graph = Graph()
     leaves = [graph.state(i) for i in range(len(at))]
-    slopes = jacobian([graph.node(value) for value in function(list(leaves), graph)], leaves)
+    numbers = {name: graph.switch(name) for name in n or ()}
+    found = function(list(leaves), graph) if n is None else function(list(leaves), numbers, graph)
+    slopes = jacobian([graph.node(value) for value in found], leaves)
     values = {leaf.index: np.asarray(value)[()] for leaf, value in zip(leaves, at, strict=True)}
+    values |= {leaf.index: (n or {})[name] for name, leaf in numbers.items()}
     with np.errstate(all="ignore"):
         flat = evaluated([slope for row in slopes for slope in row], values)
     return [flat[i * len(at) : (i + 1) * len(at)] for i in range(len(slopes))]

@@ -16,7 +16,7 @@ import numpy as np
 
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.bias import BIASES
-from gelcone.physics.circuit import CIRCUITS, Circuit
+from gelcone.physics.circuit import CIRCUITS, ELECTRICS, Circuit, with_electrics
 from gelcone.physics.component import Component, find_component
 from gelcone.physics.drive import WAVEFORMS, Waveform
 from gelcone.physics.film.branches import branches_of
@@ -74,7 +74,9 @@ class ConeModel(Ensemble):
     bias : a `Bias`: what acts on the disc besides the film. ``"spring"`` (default), the linear spring; ``"beam"``,
         a buckled beam; ``"weight"``; ``"force"``, a constant force; or several, as in ``"spring+weight"``.
     waveform : a `Waveform`. Default ``"sine"``.
-    circuit : a `Circuit` between the commanded and the film's voltage. Default ``"ideal"``.
+    circuit : a `Circuit` between the commanded and the film's voltage. Default ``"ideal"``, or ``"amplifier"`` where
+        one of its numbers is given: ``filter_time`` and ``slew_rate``; ``series_resistance`` and ``current_limit``
+        behind it; ``leakage_time`` and ``leakage_field`` of the film. ``"charge"``: the charge is commanded.
     second_film : a `Film` on the other side of the disc, by itself or by its name, of the first film's law and
         ``prestretch_mode``: the antagonistic double cone. Its parameters are named as the first film's with ``second_``
         before them, and are the first film's where they are not given; ``second_flat_height`` is the height of the
@@ -107,6 +109,7 @@ class ConeModel(Ensemble):
         **parameters: Any,
     ) -> None:
         parts = {"bias": bias, "waveform": waveform, "circuit": circuit}
+        parts["circuit"], parameters = with_electrics(circuit, parameters)
         own = {"pull_in": pull_in, "branches": branches, "flow": flow, "flow_exponent": flow_exponent, "rested": rested}
         system = _system(_film(film, law, prestretch_mode, own, parameters), second_film, second_drive, **parts)
         values = system.complete(_known(system, parameters))
@@ -354,7 +357,7 @@ def _shipped_parameters() -> dict[str, Quantity]:
     seconds = [PlacedFilm(TautCone(law), drive) for law in LAWS.values() for drive in DRIVES]
     parts |= {name: q for second in seconds for name, q in second.parameters.items()}
     first = [*DAMPING, "spring_stiffness", "voltage", "voltage_bias", "drive_frequency", "rest_height", *PRESTRETCHES]
-    return {name: (DAMPING | parts)[name] for name in first} | parts | STRENGTH
+    return {name: (DAMPING | parts)[name] for name in first} | parts | dict(ELECTRICS) | STRENGTH
 
 
 PARAMETERS = _shipped_parameters()

@@ -15,7 +15,7 @@ import numpy as np
 
 from gelcone.errors import InputError
 from gelcone.physics.bias import Bias
-from gelcone.physics.circuit import CIRCUITS, LOSSES, Circuit, Port
+from gelcone.physics.circuit import CIRCUITS, Circuit, Port
 from gelcone.physics.component import Component, Numbers, State, uncached
 from gelcone.physics.differentiate import derivatives, directional, evaluated, jacobian
 from gelcone.physics.drive import Waveform
@@ -92,7 +92,7 @@ class ConeSystem:
         """The circuits and what they drive; films of the same voltage share one."""
         shared = tuple(k for k, film in enumerate(self.films) if film.drive in (None, "same"))
         own = [(k, film.drive) for k, film in enumerate(self.films) if film.drive not in (None, "same")]
-        circuits = {"opposite": self.circuit, "constant": _IDEAL}
+        circuits = {"opposite": self.circuit, "constant": self.circuit.held}
         more = (Line(circuits[str(drive)], (k,), drive, PREFIX) for k, drive in own)
         return (Line(self.circuit, shared, None, ""), *more)
 
@@ -219,11 +219,35 @@ class ConeSystem:
             change = self.waveform.voltage_rate(tau, n)
             signs = {"opposite": -1.0, "constant": 0.0}
             return [signs[str(f.drive)] * change if str(f.drive) in signs else change for f in self.films]
-        leaves, nodes = _voltage_rates_of(self)
+        leaves, nodes = _voltage_rates_of(self, False)
         return self._values(leaves, nodes, tau, z, n)
 
     def currents(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
-        """Rates of change of the films' charges along a motion, of numbers or arrays."""
+        """Currents into the films along a motion, of numbers or arrays: the rates of their charges, and their leaks."""
+        leaks = self._moment(tau, z, n, np).leaks()
+        return [
+            rate + leak if np.any(leak) else rate for rate, leak in zip(self._chargings(tau, z, n), leaks, strict=True)
+        ]
+
+    def source_voltages(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        """Voltage of the source that drives each film."""
+        moment = self._moment(tau, z, n, xp)
+        return [moment.source_voltage(self.line_of(k)) for k in range(len(self.films))]
+
+    def source_rates(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
+        """Rates of change of these voltages."""
+        if all(line.circuit == _IDEAL for line in self.lines):
+            return self.voltage_rates(tau, z, n)
+        leaves, nodes = _voltage_rates_of(self, True)
+        return self._values(leaves, nodes, tau, z, n)
+
+    def saturations(self, line: Line, tau: Any, z: Sequence[Any], n: Numbers) -> Mapping[str, Any]:
+        """By the limits of a line's circuit the excess over each that it does not allow."""
+        moment = self._moment(tau, z, n, np)
+        return line.circuit.saturations(moment.port(line), self.states_of(z, "line", line.prefix), line.own(moment.n))
+
+    def _chargings(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
+        """Rates of change of the films' charges."""
         leaves, nodes = _currents_of(self)
         found = iter(self._values(leaves, nodes, tau, z, n))
         moving = zip(self.films, self.voltages(tau, z, n), self.voltage_rates(tau, z, n), strict=True)
@@ -268,13 +292,47 @@ class ConeSystem:
         """Rates of change, and their Jacobian [i][j]: the rate of state i by state j.
 
         With two states the Jacobian shares the film's division with the rates; with more the rates are differentiated.
+        In a graph it is that of deviations which have the film's charge in place of a voltage (see `charged`).
         """
         rates, slope = self._moment(tau, z, n, xp).rates_and_slope()
         if self.planar:
             return rates, [[0.0, 1.0], [slope, -2.0 * n["damping_ratio"]]]
-        if traced(xp):
-            return rates, jacobian([xp.node(rate) for rate in rates], z)
-        return rates, [row[1:] for row in self.slopes(tau, z, n)]
+        if not traced(xp):
+            return rates, [row[1:] for row in self.slopes(tau, z, n)]
+        own, charges = self.deviating(tau, z, n, xp)
+        slopes = jacobian(own, z)
+        for place, charge in charges.items():
+            by = [derivatives([charge], leaf)[0] for leaf in z]
+            for row in slopes:
+                share = row[place] / by[place]
+                row[:] = [share if j == place else slope - share * by[j] for j, slope in enumerate(row)]
+        return rates, slopes
+
+    @cached_property
+    def charged(self) -> dict[int, Line]:
+        """The circuits of which a state is the voltage on their films, by its place.
+
+        Where a film's law changes, so does the rate of its voltage, but not that of its charge: deviations jump in the
+        one and are continuous in the other, which programs carry in its place.
+        """
+        return {self.places_of(line)[-1]: line for line in self.lines if line.circuit.carries_voltage}
+
+    def deviating(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Graph) -> tuple[list[Node], dict[int, Node]]:
+        """Rates of change in a graph, of charges in place of `charged` voltages; and these charges, by their places."""
+        moment = self._moment(tau, z, n, xp)
+        rates, charges = [xp.node(rate) for rate in moment.rates_and_slope()[0]], {}
+        for place, line in self.charged.items():
+            rates[place] = xp.node(moment.charging(line))
+            charges[place] = xp.node(moment.port(line).charge(z[place]))
+        return rates, charges
+
+    def charges_by(self, tau: Any, z: Sequence[Any], n: Numbers, names: Sequence[str] = ()) -> dict[int, list[Any]]:
+        """Derivatives of the charges of `charged` circuits by all states, or by numbers of some ``names``."""
+        found = {}
+        for place in self.charged:
+            leaves, slopes = _charge_slopes_of(self, place, tuple(names))
+            found[place] = self._values(leaves, slopes, tau, z, n)
+        return found
 
     def slopes(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[list[Any]]:
         """Derivatives [i][j] of the rate of state i, by time (j = 0) or by state j - 1, of numbers or arrays."""
@@ -341,12 +399,12 @@ class ConeSystem:
         the voltage: the current of a crumpled film grows beyond all bounds as it pulls in, and the first law does not.
         """
         lossy = any(film.film.dissipates for film in self.films)
-        circuit = type(self.circuit).powers is not Circuit.powers
+        losses = self.circuit.losses
         simple = all(film.film.linear_charge for film in self.films)
         own = ["film"] if lossy else []
-        if not all(film.film.traced_charge for film in self.films) or not (simple or lossy or circuit):
+        if not all(film.film.traced_charge for film in self.films) or not (simple or lossy or losses):
             return ("motion", "damper", *own)
-        return ("motion", "damper", "source", *own, *(LOSSES if circuit else ()))
+        return ("motion", "damper", "source", *own, *losses)
 
     def powers(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[Any, ...]:
         """The power by each of its `causes`; of functions of neither arrays nor a graph, the first two."""
@@ -504,6 +562,17 @@ class _Moment:
             self._voltages[line.prefix] = line.circuit.voltage(self.port(line), *self._own(line), self.xp)
         return self._voltages[line.prefix]
 
+    def source_voltage(self, line: Line) -> Any:
+        """Voltage of a line's source."""
+        return line.circuit.source_voltage(self.port(line), *self._own(line), self.xp)
+
+    def leaks(self) -> list[Any]:
+        """Current that leaks through each film."""
+        found = {}
+        for line in self.system.lines:
+            found |= dict(zip(line.films, line.circuit.leaks(self.port(line), *self._own(line), self.xp), strict=True))
+        return [found[k] for k in range(len(self.system.films))]
+
     def squared(self, film: int) -> Any:
         """Squared voltage on a film."""
         if self._squares is not None:
@@ -514,6 +583,10 @@ class _Moment:
     def circuit_rates(self, line: Line) -> list[Any]:
         """Rates of change of the states of a line's circuit."""
         return line.circuit.rates(self.port(line), *self._own(line), self.xp)
+
+    def charging(self, line: Line) -> Any:
+        """Rate of the charge on a line's films, of a circuit whose state is their voltage."""
+        return line.circuit.charging(self.port(line), *self._own(line), self.xp)
 
     def rates_and_slope(self, circuits: bool = True) -> tuple[list[Any], Any]:
         """Rates of change of all states, or without those of ``circuits``, and the derivative of the acceleration by
@@ -606,6 +679,14 @@ def _slopes_of(system: ConeSystem) -> tuple[dict[str, Node], list[list[Node]]]:
 
 
 @lru_cache(maxsize=64)
+def _charge_slopes_of(system: ConeSystem, place: int, names: tuple[str, ...]) -> tuple[dict[str, Node], list[Node]]:
+    """The leaves of a graph, and in it the derivatives of a charge that `ConeSystem.charges_by` gives."""
+    graph, leaves, time, z, n = _leaves(system)
+    charge = system.deviating(time, z, n, graph)[1][place]
+    return leaves, [derivatives([charge], leaf)[0] for leaf in ([n[name] for name in names] or z)]
+
+
+@lru_cache(maxsize=64)
 def _powers_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
     """The leaves of a graph, and in it the powers that only a graph gives."""
     graph, leaves, time, z, n = _leaves(system)
@@ -613,11 +694,12 @@ def _powers_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
 
 
 @lru_cache(maxsize=64)
-def _voltage_rates_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
-    """The leaves of a graph, and in it the rates of the films' voltages."""
+def _voltage_rates_of(system: ConeSystem, of_sources: bool) -> tuple[dict[str, Node], list[Node]]:
+    """The leaves of a graph, and in it the rates of the voltages of films, or of sources."""
     graph, leaves, time, z, n = _leaves(system)
     rates = system.rates(time, z, n, graph)
-    return leaves, [_total(system, graph.node(v), time, z, rates) for v in system.voltages(time, z, n, graph)]
+    voltages = (system.source_voltages if of_sources else system.voltages)(time, z, n, graph)
+    return leaves, [_total(system, graph.node(v), time, z, rates) for v in voltages]
 
 
 @lru_cache(maxsize=64)

@@ -19,7 +19,7 @@ from gelcone.physics.film.branches import Branches
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import rest_displacement
-from tests.toys import SeriesResistor, VoltageBehindResistor
+from tests.toys import SeriesResistor
 
 CERTIFIED = json.loads((Path(__file__).parents[2] / "reference" / "viscous.json").read_text())
 TAUT = [case for case in CERTIFIED["cases"] if case["kind"] == "film" and not case["film"]["wrinkles"]]
@@ -416,17 +416,3 @@ def test_exponents_of_a_wrinkling_film_add_up_to_the_mean_trace():
     found = lyapunov(model_of(case).replace(film="wrinkling"), case["start"], budget=2000.0, tolerance=1e-10)
     assert abs(float(found["sum_residual"])) < 1e-8
     assert found["lyapunov"].size == 4
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["", "viscous "])
-def test_a_wrinkling_film_that_leaks_behind_a_resistance_is_the_certified_one(name):
-    (case,) = (c for c in CERTIFIED["cases"] if c["name"] == f"wrinkling {name}film behind a series resistance")
-    circuit = {"series_resistance": case["circuit"]["rho"], "leakage_time": case["circuit"].get("leak_time", np.inf)}
-    model = model_of(case).replace(film="wrinkling", circuit=VoltageBehindResistor(), **circuit)
-    rows = case["rows"]
-    run = simulate(model, case["start"], times=[row["tau"] for row in rows])
-    for of, key in {"displacement": "x", "velocity": "u", "drive_voltage": "film_voltage"}.items():
-        np.testing.assert_allclose(run[of], [row[key] for row in rows], atol=1e-10)
-    for of, key in {"supplied_energy": "source", "resistor_dissipation": "resistor_dissipation"}.items():
-        np.testing.assert_allclose(run[of], [row[key] for row in rows], atol=1e-9)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, FilmPullIn, Outcome
+from gelcone.motion.engine.charges import voltage_turns
 from gelcone.motion.engine.interruptions import border_events, corner_numbers, corner_times, switches_at
 from gelcone.motion.engine.program import ARRIVED, NOT_FINITE, TERMINAL_EVENT, TOO_MANY_STEPS, Program, Raw
 from gelcone.motion.job import Job, Keep, Trajectories
@@ -86,6 +87,8 @@ def _store(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw, smal
         beyond = members.strain(raw.states[..., 0]) >= members.strain_limit(trailing=1)
     inside = ~(np.logical_or.accumulate(beyond, axis=1) if beyond.any() else beyond)
     result = job.result
+    if members.system.charged and raw.tangents is not None:
+        _of_voltages(job, run, members, raw)
     for kept, values in (
         (result.states, raw.states),
         (result.tangents, raw.tangents),
@@ -98,6 +101,18 @@ def _store(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw, smal
     result.end_times[run], result.end_states[run] = raw.end_time, raw.end_state
     result.outcome[run] = _outcomes(job, members, raw, smallest_step, ~inside[:, -1])
     _store_films(result, run, members.system, raw)
+
+
+def _of_voltages(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw) -> None:
+    """Turn the tangent maps of charges, which programs carry, into those of the voltages that are the states."""
+    assert raw.tangents is not None
+    assert raw.divergence is not None
+    states = np.concatenate([job.states0[run][:, None], raw.states], axis=1)
+    times = np.concatenate([job.start[run][:, None], job.times[run]], axis=1)
+    with np.errstate(all="ignore"):
+        turns, scale = voltage_turns(members.system, times, states, members.numbers(trailing=1))
+        raw.tangents[:] = np.linalg.solve(turns[:, 1:], raw.tangents @ turns[:, :-1])
+        raw.divergence[:] += scale[:, :-1] - scale[:, 1:]
 
 
 def _store_films(result: Trajectories, run: npt.NDArray[np.intp], system: ConeSystem, raw: Raw) -> None:

@@ -17,7 +17,8 @@ OwnNumbers = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 
 def border_events(system: ConeSystem, own: OwnNumbers = lambda numbers: numbers) -> list[Event]:
     """The borders of films and circuits as events of a program, in the order of the system's."""
-    return [_event(border, own) for _, border in system.borders]
+    smooth = not system.charged
+    return [_event(border, own, smooth) for _, border in system.borders]
 
 
 def corner_numbers(system: ConeSystem) -> dict[str, Any]:
@@ -40,8 +41,9 @@ def switches_at(system: ConeSystem, times: Array, states: Array, numbers: Mappin
     return {name: spread(value, times.shape) for name, value in found.items()}
 
 
-def _event(border: Border, own: OwnNumbers) -> Event:
-    """A border as an event. The rates are continuous there, so that tangent maps are, too."""
+def _event(border: Border, own: OwnNumbers, smooth: bool) -> Event:
+    """A border as an event. The rates are continuous there, so that tangent maps are, too; but for the voltage behind
+    a resistance, with which the rates are not ``smooth``: deviations then are those of its charge."""
 
     def value(time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> Any:
         return border.value(time, state, own(n), xp)
@@ -51,7 +53,7 @@ def _event(border: Border, own: OwnNumbers) -> Event:
         direction=-1,
         switch=border.switch,
         inside=True,
-        smooth=not border.jumps,
+        smooth=smooth and not border.jumps,
         seldom=border.seldom,
         divides=border.divides,
     )

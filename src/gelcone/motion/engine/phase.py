@@ -12,6 +12,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
+
+from gelcone.motion.engine.charges import voltage_turns
 from gelcone.motion.engine.interruptions import border_events, corner_numbers, corner_times, switches_at
 from gelcone.motion.engine.program import Program, Rerun
 from gelcone.physics.differentiate import derivatives
@@ -81,13 +84,27 @@ class PhaseSystem:
         rates, slopes = self.system.flow(phase, state, by_phase(own), xp)
         return [rate * slowness for rate in rates], [[slope * slowness for slope in row] for row in slopes]
 
+    def forced(self, phase: Node, state: Sequence[Node], n: Mapping[str, Node], xp: Graph, name: str) -> list[Node]:
+        """Derivatives of the rates of change of deviations by a number, at held deviations."""
+        own = self.own(n)
+        slowness = 1.0 / own["drive_frequency"]
+        rates, charges = self.system.deviating(phase, state, by_phase(own), xp)
+        rates = [xp.node(rate * slowness) for rate in rates]
+        found = derivatives(rates, n[name])
+        for place, charge in charges.items():
+            (by,), (of_number,) = derivatives([charge], state[place]), derivatives([charge], n[name])
+            slopes = derivatives(rates, state[place])
+            found = [rate - slope * (of_number / by) for rate, slope in zip(found, slopes, strict=True)]
+        return found
+
 
 @dataclass(frozen=True)
 class Sensitivities:
     """A system whose states are those of ``system``, followed by their derivatives with respect to the numbers ``by``.
 
     The derivative s = d state / d number obeys s' = J s + d rates / d number, with J the Jacobian, and starts from the
-    derivative of the initial state (zero where that does not depend on the number). It runs on a graph only, as
+    derivative of the initial state (zero where that does not depend on the number). Behind a resistance it is that of
+    the film's charge in place of its voltage. It runs on a graph only, as
     ``keep="states"``.
 
     Parameters
@@ -120,7 +137,7 @@ class Sensitivities:
 
         first: dict[str, list[Node]] = {}
         for name, block in zip(self.by, blocks, strict=True):
-            own = derivatives(rates, n[name])
+            own = self.system.forced(time, state[:size], n, xp, name)
             first[name] = [
                 sum((slope * s for slope, s in zip(row, block, strict=True)), own_rate)
                 for row, own_rate in zip(slopes, own, strict=True)
@@ -141,7 +158,7 @@ class PhaseProgram:
         events = border_events(system, lambda numbers: by_phase(phase.own(numbers)))
         corners = corner_numbers(system)
         self._program = Program(carried, "states", tolerance, events, **corners)
-        self._system = system
+        self._system, self._moved = system, moved
         self.numbers = phase.numbers
         switches = [event.switch for event in events if event.switch is not None]
         self.switches = tuple(dict.fromkeys([*switches, *corners.values()]))
@@ -151,6 +168,23 @@ class PhaseProgram:
         waveform with corners has there."""
         found = switches_at(self._system, phases, states, by_phase(numbers))
         return {name: found[name] for name in self.switches}
+
+    def of_states(
+        self, phases: Sequence[Array], states: Sequence[Array], tangents: Array, slopes: Array, n: Mapping[str, float]
+    ) -> tuple[Array, Array]:
+        """Tangent maps (members, N, N) and derivatives by the shares (members, N, P) of states, from those of the
+        deviations that the program carries (`ConeSystem.charged`) between two phases, each (members,)."""
+        own = by_phase({name: n[name] for name in self._system.numbers})
+        begin, end = (voltage_turns(self._system, at, z, own)[0] for at, z in zip(phases, states, strict=True))
+        moved = []
+        for at, z in zip(phases, states, strict=True):
+            jump = np.zeros(slopes.shape)
+            for k, names in enumerate(self._moved):
+                for place, by in self._system.charges_by(at, list(z.T), own, names).items():
+                    jump[:, place, k] = sum(n[f"{name} by {k}"] * one for name, one in zip(names, by, strict=True))
+            moved.append(jump)
+        slopes = slopes + tangents @ moved[0] - moved[1]
+        return np.linalg.solve(end, tangents @ begin), np.linalg.solve(end, slopes)
 
     def _corners(self, start: Array, end: Array) -> Array | None:
         return corner_times(self._system, start, end, {"drive_frequency": 1.0})

@@ -1,0 +1,285 @@
+"""The amplifier that ships, and films that leak: certified motions, powers, exponents; tangents; limits; SI fields."""
+
+import numpy as np
+import pytest
+
+from gelcone.devices.device import Device, find_device
+from gelcone.errors import InputError
+from gelcone.motion.flow import integrate
+from gelcone.motion.linear import linear_response, small_signal_response
+from gelcone.motion.lyapunov import lyapunov
+from gelcone.motion.orbit import Kind, Shooting
+from gelcone.motion.response import simulate
+from gelcone.motion.settled import settled
+from gelcone.physics.circuit import Amplifier, IdealSource
+from gelcone.physics.model import ConeModel
+from tests.physics.film.test_branches import CERTIFIED, model_of
+
+NAMES = {"rho": "series_resistance", "leak_time": "leakage_time", "leak_field": "leakage_field"}
+CASES = [case for case in CERTIFIED["cases"] if case["kind"] == "circuit" and "chi" not in case["circuit"]]
+WRINKLED = {
+    "film": "wrinkling",
+    "series_resistance": 0.5,
+    "voltage": 0.6,
+    "drive_frequency": 0.4,
+    "rest_height": 0.5,
+    "damping_ratio": 0.02,
+    "spring_stiffness": 0.9,
+}
+"""Crosses the borders of three states of tension in each period."""
+
+
+def of_case(case):
+    """The model of a certified case, with its circuit."""
+    circuit = case["circuit"]
+    given = {NAMES.get(name, name): value for name, value in circuit.items() if name not in ("kind", "limit")}
+    if "limit" in circuit:
+        given["slew_rate" if circuit["kind"] == "filter" else "current_limit"] = circuit["limit"]
+    if circuit["kind"] == "charge":
+        given["circuit"] = "charge"
+    return model_of(case).replace(**given, **{"film": "wrinkling"} if case["film"]["wrinkles"] else {})
+
+
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=[pytest.mark.slow] * ("viscous" in case["name"])) for case in CASES],
+    ids=[case["name"] for case in CASES],
+)
+def test_motions_and_works_are_the_certified_ones(case):
+    rows = case["rows"]
+    run = simulate(of_case(case), case["start"], times=[row["tau"] for row in rows])
+    for name, of in {"displacement": "x", "velocity": "u", "drive_voltage": "film_voltage"}.items():
+        np.testing.assert_allclose(run[name], [row[of] for row in rows], atol=1e-12)
+    works = [name for name in rows[0] if name.endswith("_dissipation") and name in run]
+    for name, of in ({"supplied_energy": "source"} | {work: work for work in works}).items():
+        np.testing.assert_allclose(run[name], [row[of] for row in rows], atol=2e-12)
+    np.testing.assert_allclose(
+        run["dissipated_energy"],
+        [sum(v for k, v in row.items() if k.endswith("_dissipation")) for row in rows],
+        atol=2e-12,
+    )
+    assert float(abs(run["energy_residual"]).max()) < 1e-12
+
+
+@pytest.mark.parametrize("which", ["current_limit", "slew_rate"])
+def test_times_at_a_limit_are_those_between_the_certified_borders(which):
+    (case,) = (
+        c for c in CASES if "limit" in c["circuit"] and (which == "slew_rate") == (c["circuit"]["kind"] == "filter")
+    )
+    end, borders = case["rows"][-1]["tau"], np.array([b[0] for b in case["borders"]])
+    inside = borders[borders < end]
+    edges = np.concatenate([[0.0], inside, [end]])
+    states = ["unsaturated", *(b[1] for b in case["borders"][: inside.size])]
+    at = sum(length for length, state in zip(np.diff(edges), states, strict=True) if state != "unsaturated")
+    run = simulate(of_case(case), case["start"], times=[end])
+    assert float(run["slew_limited" if which == "slew_rate" else "current_limited"]) == pytest.approx(
+        at / end,
+        abs=2e-4,  # between samples states are cubics, which do not know of the limit
+    )
+    peak = {"current_limit": "peak_current", "slew_rate": "peak_slew_rate"}[which]
+    assert float(run[peak]) == pytest.approx(case["circuit"]["limit"], rel=1e-12)
+
+
+def test_exponents_behind_a_resistance_are_the_certified_ones():
+    case = CERTIFIED["exponents"][1]
+    model = of_case(case | {"branches": [branch | {"c": 1.0} for branch in case["branches"]]})
+    found = lyapunov(model, case["start"])
+    np.testing.assert_allclose(found["lyapunov"], case["exponents"], atol=1e-9)
+    assert abs(float(found["sum_residual"])) < 1e-12
+
+
+def test_transfer_functions_are_the_certified_ones():
+    found = CERTIFIED["transfer"][1]
+    case, rows = found["case"], found["rows"]
+    given = {f"viscous_modulus_{k}": modulus for k, (modulus, _) in enumerate(case["br"], 1)}
+    given |= {f"relaxation_time_{k}": time for k, (_, time) in enumerate(case["br"], 1)}
+    model = ConeModel(
+        meridional_prestretch=case["lm"],
+        hoop_prestretch=case["lh"],
+        stretch_limit=case["J"],
+        damping_ratio=case["zeta"],
+        spring_stiffness=case["kappa"],
+        rest_height=case["x0"],
+        series_resistance=case["circ"]["rho"],
+        leakage_time=case["circ"]["leak_time"],
+        voltage_bias=case["v0"],
+        voltage=1e-4,
+        **given,
+    )
+    omega = np.array([row["omega"] for row in rows])
+    gain = np.array([complex(*row["gain"]) for row in rows])
+    small = small_signal_response(model, omega)
+    np.testing.assert_allclose(small["gain"] * np.exp(1j * np.radians(small["phase"])), gain, atol=1e-11)
+    np.testing.assert_allclose(linear_response(model, omega).harmonics[0] / 1e-4, gain, rtol=1e-7)
+
+
+# --- tangents ---------------------------------------------------------------------------------------------------------
+
+
+def test_tangents_cross_the_borders_of_a_film_behind_a_resistance():
+    """Where the film begins to wrinkle the rate of its voltage jumps; deviations are those of differences all the same,
+    and their determinant is that of the mean trace."""
+    model, times, start, step = ConeModel(**WRINKLED), np.array([3.0, 12.0]), np.array([1.0, 0.0, 0.0]), 1e-5
+    run = integrate(model, start, times, keep="tangents")
+    assert (run.film_times[0, 0, [0, 1, 3]] > 1.0).all()
+    product = run.tangents[0, 1] @ run.tangents[0, 0]
+    moved = [integrate(model, start + sign * step * row, times).states[0, -1] for row in np.eye(3) for sign in (1, -1)]
+    difference = np.stack(
+        [(up - down) / (2.0 * step) for up, down in zip(moved[::2], moved[1::2], strict=True)], axis=1
+    )
+    np.testing.assert_allclose(product, difference, atol=1e-7)
+    assert run.divergence[0].sum() == pytest.approx(np.linalg.slogdet(product)[1], abs=1e-9)
+
+
+def test_shooting_crosses_them_too():
+    members = ConeModel(**WRINKLED).members()
+    shooting = Shooting(members, ("voltage", "prestretch"), Kind(1), 4, 2.0 * np.pi)
+    nodes, values, step = np.tile([1.0, 0.0, 0.1], (4, 1)), np.array([0.6, 1.0]), 1e-6
+    found = shooting.run(nodes, values)
+    tangents, slopes = found.tangents.copy(), found.slopes.copy()
+    for k, row in enumerate(step * np.eye(2)):
+        ahead, behind = (shooting.run(nodes, values + sign * row).ends.copy() for sign in (1.0, -1.0))
+        np.testing.assert_allclose(slopes[..., k], (ahead - behind) / (2.0 * step), atol=1e-8)
+    for k, row in enumerate(step * np.eye(3)):
+        ahead, behind = (shooting.run(nodes + sign * row, values).ends.copy() for sign in (1.0, -1.0))
+        np.testing.assert_allclose(tangents[..., k], (ahead - behind) / (2.0 * step), atol=1e-8)
+
+
+# --- no circuit -------------------------------------------------------------------------------------------------------
+
+
+def test_numbers_that_stand_for_none_give_the_ideal_source():
+    plain = ConeModel()
+    none = {"series_resistance": 0.0, "filter_time": 0, "leakage_time": np.inf, "leakage_field": np.inf}
+    assert ConeModel(**none).system is plain.system
+    one = plain.replace(series_resistance=0.2, leakage_time=9.0)
+    assert one.system.circuit == Amplifier(("series_resistance", "leakage_time"))
+    assert one.replace(series_resistance=0.0, leakage_time=np.inf).system is plain.system
+    assert one.replace(circuit="ideal").parameters() == plain.parameters()
+    again = ConeModel.from_parameters(one.parameters())
+    assert again.system is one.system
+    assert again.parameters() == one.parameters()
+    assert ConeModel(circuit="amplifier").series_resistance == 0.03
+    assert ConeModel(circuit="amplifier", filter_time=0.2).system.circuit.takes == ("filter_time",)
+    assert isinstance(plain.system.circuit, IdealSource)
+
+
+def test_a_small_resistance_comes_to_the_ideal_source():
+    drive = {"voltage": 0.4, "drive_frequency": 0.6, "rest_height": 0.5}
+    ideal = integrate(ConeModel(**drive), (0.6, 0.0), [20.0]).states[0, 0, 0]
+    errors = []
+    for rho in (0.02, 0.01):
+        model = ConeModel(**drive, series_resistance=rho)
+        errors.append(abs(integrate(model, (0.6, 0.0), [20.0]).states[0, 0, 0] - ideal))
+    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.05)
+
+
+def test_a_film_that_leaks_on_an_ideal_source_moves_as_one_that_does_not():
+    drive = {"voltage": 0.4, "voltage_bias": 0.2, "drive_frequency": 0.6, "rest_height": 0.5}
+    leaky, dry = (simulate(ConeModel(**drive, **more), (0.6, 0.0)) for more in ({"leakage_time": 7.0}, {}))
+    assert (leaky["displacement"].values == dry["displacement"].values).all()
+    leak = leaky["drive_voltage"] * (1.0 + leaky["displacement"] ** 2) / 7.0
+    np.testing.assert_allclose(leaky["current"] - dry["current"], leak, atol=1e-13)
+    power = float((leaky["drive_voltage"] * leak).integrate("time"))
+    assert float(leaky["leak_dissipation"][-1]) == pytest.approx(power, rel=1e-3)
+    assert float(abs(leaky["energy_residual"]).max()) < 1e-13
+
+
+def test_both_films_of_a_double_cone_leak():
+    given = {"voltage": 0.3, "voltage_bias": 0.4, "second_film": "taut", "series_resistance": 0.4, "leakage_time": 9.0}
+    for drive in ("same", "opposite", "constant"):
+        more = {"second_voltage": 0.5} if drive == "constant" else {}
+        run = simulate(ConeModel(**given, second_drive=drive, **more), (0.3, 0.0), periods=2)
+        assert float(abs(run["energy_residual"]).max()) < 1e-13
+        assert float(run["second_current"].mean()) != 0.0
+        assert ("second_peak_current" in run) == (drive != "same")
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"current_limit": 0.3}, "current_limit: there is no series_resistance; give series_resistance, or leave"),
+        ({"slew_rate": 0.3}, "slew_rate: there is no filter_time"),
+        ({"leakage_field": 0.3}, "leakage_field: there is no leakage_time"),
+        ({"series_resistance": [0.0, 0.1]}, "series_resistance = 0: must be greater than 0"),
+        ({"series_resistance": -1.0}, "series_resistance = -1: must be greater than 0"),
+        ({"series_resistance": 1.0, "current_limit": [np.inf, 1.0]}, "current_limit = inf: must be finite"),
+        ({"series_resistance": np.nan}, "series_resistance = nan: must be a number"),
+        ({"circuit": "charge", "series_resistance": 1.0}, "series_resistance"),
+        ({"circuit": {"component": "amplifier", "takes": ["voltage"]}}, "'voltage' is not a parameter of an amplifier"),
+    ],
+)
+def test_what_an_amplifier_cannot_be_is_refused(given, message):
+    with pytest.raises(InputError, match=message):
+        ConeModel(**given)
+
+
+# --- devices ----------------------------------------------------------------------------------------------------------
+
+FIELDS = {
+    "filter_frequency": "1 kHz",
+    "slew_rate": "10 V/us",
+    "series_resistance": "1 MOhm",
+    "current_limit": "0.5 mA",
+    "material.resistivity": "1 GOhm m",
+    "material.resistivity_field": "17 MV/m",
+}
+
+
+def test_a_device_has_an_amplifier_in_si_units():
+    device = find_device("biased-pump").replace(FIELDS, film="wrinkling")
+    model, scales = device.to_model(), device.scales
+    capacitance, permittivity = scales.size("capacitance"), 6.05 * 8.8541878188e-12
+    assert model.series_resistance == pytest.approx(1e6 * capacitance / scales.time, rel=1e-12)
+    assert model.filter_time == pytest.approx(1.0 / (2.0 * np.pi * 1e3) / scales.time, rel=1e-12)
+    assert model.slew_rate == pytest.approx(1e7 * scales.time / scales.voltage, rel=1e-12)
+    assert model.current_limit == pytest.approx(5e-4 / (capacitance * scales.voltage / scales.time), rel=1e-12)
+    assert model.leakage_time == pytest.approx(permittivity * 1e9 / scales.time, rel=1e-9)
+    assert model.leakage_field == pytest.approx(17e6 / scales.field, rel=1e-12)
+    assert Device.from_text(device.to_toml()) == device
+    run = simulate(device, periods=5)
+    assert float(run["peak_current"]) <= 0.5
+    assert run["peak_current"].units == "mA"
+    assert run["peak_slew_rate"].units == "V/ms"
+    swept = simulate(device.replace(series_resistance=["1 MOhm", "3 MOhm"]), periods=5)
+    assert float(swept["peak_current"][0]) == float(run["peak_current"])
+
+
+def test_a_device_without_electric_fields_is_as_it_was():
+    device = find_device("biased-pump")
+    assert device.replace(series_resistance=0.0).to_model().parameters() == device.to_model().parameters()
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"current_limit": "1 mA"}, "current_limit: there is no series_resistance"),
+        ({"slew_rate": "1 V/us"}, "slew_rate: there is no filter_frequency"),
+        ({"material.resistivity_field": "17 MV/m"}, "resistivity_field: there is no resistivity"),
+        ({"series_resistance": "1 kV"}, "kV is a unit of voltage, not of resistance"),
+        ({"series_resistance": "-1 MOhm"}, "series_resistance = '-1 MOhm': must be at least 0 ohm"),
+        ({"circuit": "charge", "series_resistance": "1 MOhm"}, "series_resistance: the circuit 'charge' does not take"),
+        ({"bandwidth": "1 kHz"}, "did you mean 'filter_frequency'"),
+    ],
+)
+def test_wrong_fields_are_refused_in_a_line(changes, message):
+    with pytest.raises(InputError, match=message) as raised:
+        find_device("biased-pump").replace(changes)
+    assert len(str(raised.value).splitlines()) == 1
+
+
+def test_the_membrane_behind_a_resistance_balances_to_the_fit_of_its_charge():
+    """Its charge in a program is a fit: the balance is what that leaves, and the leak is that of the same charge."""
+    run = simulate(find_device("biased-pump").replace(series_resistance="1 MOhm"), periods=10)
+    assert 0.0 < float(abs(run["energy_residual"]).max()) < 1e-3 * float(run["supplied_energy"][-1])
+
+
+def test_settled_motion_and_linear_theory_of_a_device_with_an_amplifier():
+    device = find_device("biased-pump").replace(FIELDS, film="wrinkling", voltage_amplitude="10 V")
+    found = settled(device)
+    assert float(found["stroke"]) == pytest.approx(float(found["linear_stroke"]), rel=0.01)
+    ideal = find_device("biased-pump").replace(film="wrinkling", voltage_amplitude="10 V")
+    assert float(found["stroke"]) < 0.995 * float(settled(ideal)["stroke"])
