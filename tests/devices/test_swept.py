@@ -127,6 +127,7 @@ def twin_of(device):
         if quantity != "1" and device.get(field) is not None:
             changes[field] = device.get(field) * ratio[quantity]
     more = {"release_height": "length", "release_velocity": "velocity", "dielectric_strength": "field"}
+    more["filter_frequency"] = "frequency"
     changes |= {name: device.get(name) * ratio[q] for name, q in more.items() if device.get(name) is not None}
     if device.gravity is not None:
         changes["gravity"] = device.gravity * ratio["force"] / 0.6

@@ -9,6 +9,7 @@ from typing import Any
 
 from gelcone.analyses.request import Subject
 from gelcone.devices.device import Device
+from gelcone.devices.fields import ELECTRIC
 from gelcone.devices.materials import load_materials
 from gelcone.devices.parts import PARTS, component_of
 from gelcone.devices.record import Field
@@ -197,7 +198,7 @@ def _display_unit(value: float, unit: str) -> str:
 
 def _group(name: str) -> str:
     first, last = name.partition(".")[0], leaf(name)
-    if first in ("waveform", "circuit") or last.startswith(("voltage", "frequency")):
+    if first in ("waveform", "circuit", *ELECTRIC) or last.startswith(("voltage", "frequency")):
         return DRIVE
     if first in ("material", "film") or "stretch" in last or last == "dielectric_strength":
         return GEL
