@@ -54,7 +54,7 @@ def _limited(members: Members, line: Line, times: Array, states: Array) -> dict[
     """The shares of the time of a run at the limits of a line's amplifier, between the times at which it meets them."""
 
     def excess(some: Members, at: Array, z: Array) -> dict[str, Array]:
-        return some.system.saturations(line, at, list(np.moveaxis(z, -1, 0)), some.numbers(at.ndim - 1))
+        return dict(some.system.saturations(line, at, list(np.moveaxis(z, -1, 0)), some.numbers(at.ndim - 1)))
 
     known = excess(members, times, states)
     if not known:

@@ -397,6 +397,5 @@ def with_electrics(given: Any, parameters: Mapping[str, Any]) -> tuple[Any, dict
 
 def _absent(name: str, value: Any) -> bool:
     """Whether a value stands for none."""
-    return isinstance(value, int | float | np.ndarray | list | tuple) and np.all(
-        np.asarray(value) == ABSENT.get(name, np.inf)
-    )
+    numbers = isinstance(value, int | float | np.ndarray | list | tuple)
+    return numbers and bool(np.all(np.asarray(value) == ABSENT.get(name, np.inf)))

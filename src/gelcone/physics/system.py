@@ -568,7 +568,7 @@ class _Moment:
 
     def leaks(self) -> list[Any]:
         """Current that leaks through each film."""
-        found = {}
+        found: dict[int, Any] = {}
         for line in self.system.lines:
             found |= dict(zip(line.films, line.circuit.leaks(self.port(line), *self._own(line), self.xp), strict=True))
         return [found[k] for k in range(len(self.system.films))]

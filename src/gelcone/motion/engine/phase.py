@@ -184,7 +184,7 @@ class PhaseProgram:
                     jump[:, place, k] = sum(n[f"{name} by {k}"] * one for name, one in zip(names, by, strict=True))
             moved.append(jump)
         slopes = slopes + tangents @ moved[0] - moved[1]
-        return np.linalg.solve(end, tangents @ begin), np.linalg.solve(end, slopes)
+        return np.asarray(np.linalg.solve(end, tangents @ begin)), np.asarray(np.linalg.solve(end, slopes))
 
     def _corners(self, start: Array, end: Array) -> Array | None:
         return corner_times(self._system, start, end, {"drive_frequency": 1.0})
