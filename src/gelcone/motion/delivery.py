@@ -1,4 +1,4 @@
-"""What the source of a run delivers: voltage, current and power that an amplifier must be built for."""
+"""Deliveries of the source of a run: voltage, current and power that an amplifier must be built for."""
 
 from __future__ import annotations
 

@@ -243,6 +243,7 @@ class Amplifier(Circuit):
 
     @cached_property
     def states(self) -> tuple[State, ...]:  # type: ignore[override]
+        """The voltages of amplifier and film, where a filter or a resistance makes them states."""
         own = {
             "filter_time": State("amplifier_voltage", "voltage of the amplifier", "voltage"),
             "series_resistance": State("film_voltage", "voltage on the film", "voltage"),
@@ -266,7 +267,7 @@ class Amplifier(Circuit):
         return reduce(np.maximum, own, np.asarray(0.0))
 
     def gain(self, frequency: Any, n: Numbers) -> Any:
-        """That of the flat film for small voltages."""
+        """Complex ratio of the flat film's voltage to the commanded one, for small voltages."""
         s = 1j * np.asarray(frequency)
         leak = 1.0 / np.asarray(n["leakage_time"]) if "leakage_time" in self.takes else 0.0
         behind = 1.0 + n["series_resistance"] * (s + leak) if "series_resistance" in self.takes else 1.0
@@ -290,6 +291,7 @@ class Amplifier(Circuit):
 
     @property
     def carries_voltage(self) -> bool:  # type: ignore[override]
+        """Whether the last state is the film's voltage: behind a resistance."""
         return "series_resistance" in self.takes
 
     def charging(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
@@ -329,6 +331,7 @@ class Amplifier(Circuit):
 
     @property
     def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
+        """Where the slew rate and the current limit are met, on either side."""
         return tuple(
             Border(partial(self._border, limit, switch, side), switch)
             for limit, switches in self._limits.items()
