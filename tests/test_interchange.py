@@ -54,5 +54,5 @@ def test_what_is_there_is_kept_and_other_formats_are_refused(run, tmp_path):
     assert len(gelcone.export(run, tmp_path / "run.csv", force=True)) == 3
     with pytest.raises(gelcone.InputError, match="'xls' is not a format of other programs; known: csv, mat, parquet"):
         gelcone.export(run, tmp_path / "run.xls")
-    with pytest.raises(gelcone.InputError, match="a device is written"):
+    with pytest.raises(gelcone.InputError, match="a device is written to"):
         gelcone.export(PUMP, tmp_path / "pump.csv")

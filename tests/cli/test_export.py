@@ -1,5 +1,7 @@
 """`gelcone export`: devices as C, results as tables."""
 
+import zipfile
+
 import pytest
 
 
@@ -12,6 +14,14 @@ def test_a_device_is_written_as_c(command_line, tmp_path):
     assert (code, "exists already" in err) == (2, True)
 
 
+def test_a_device_is_written_as_an_fmu(command_line, tmp_path):
+    typed = ("export", "biased-pump", "--fmu", "pump.fmu", "--film", "taut", "--fmi", "3", "--drive", "sine")
+    assert command_line(*typed)[0] == 0
+    text = zipfile.ZipFile(tmp_path / "pump.fmu").read("modelDescription.xml").decode()
+    assert 'fmiVersion="3.0"' in text
+    assert 'name="frequency"' in text
+
+
 @pytest.mark.parametrize(
     ("typed", "words"),
     [
@@ -22,6 +32,9 @@ def test_a_device_is_written_as_c(command_line, tmp_path):
         (("biased-pump", "--c", "pump", "--film", "taut", "--drive", "square"), "is not a drive"),
         (("biased-pump", "--c", "pump", "--film", "taut", "--tolerance", "2"), "tolerance"),
         (("biased-pump", "--c", "pump.d"), "without an ending"),
+        (("biased-pump", "--c", "pump", "--fmu", "pump.fmu"), "give one of them"),
+        (("biased-pump", "--fmu", "pump.zip"), "must end in .fmu"),
+        (("biased-pump", "--fmu", "pump.fmu", "--film", "taut", "--fmi", "4"), "must be 2 or 3"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(command_line, tmp_path, typed, words):

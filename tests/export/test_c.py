@@ -287,9 +287,10 @@ def test_a_jump_far_across_pull_in_ends_and_does_not_hang(made, volts):
 # --- the folder -------------------------------------------------------------------------------------------------------
 
 
-def test_the_folder_holds_programs_that_run(tmp_path):
+@pytest.mark.parametrize("drive", [None, "sine"])
+def test_the_folder_holds_programs_that_run(tmp_path, drive):
     own = device(film="taut")
-    paths = gelcone.export(own, tmp_path / "My Pump")
+    paths = gelcone.export(own, tmp_path / "My Pump", drive=drive)
     assert [path.name for path in paths] == ["my_pump.h", "my_pump.c", "example.c", "test.c", "device.toml"]
     folder = tmp_path / "My Pump"
     assert gelcone.Device.from_toml(folder / "device.toml") == own

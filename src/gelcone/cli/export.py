@@ -13,9 +13,9 @@ from gelcone.cli.options import PLACE
 from gelcone.dataset import load
 from gelcone.devices.files import shipped_devices
 from gelcone.errors import InputError
-from gelcone.export.public import TOLERANCE, export
+from gelcone.export.public import FMU, TOLERANCE, export
 
-OF_DEVICES = ("film", "settings", "drive", "tolerance")
+OF_DEVICES = ("film", "settings", "drive", "tolerance", "fmi")
 
 
 def export_command() -> click.Command:
@@ -23,6 +23,8 @@ def export_command() -> click.Command:
     params: list[click.Parameter] = [
         click.Argument(["what"], metavar="DEVICE|FILE.nc|STORE"),
         click.Option(["--c", "c"], type=PLACE, metavar="FOLDER", help="Write the device as C99 there."),
+        click.Option(["--fmu"], type=PLACE, metavar="FILE.fmu", help="Write the device as an FMU."),
+        click.Option(["--fmi"], type=int, help="Version of the FMU's standard, 2 or 3.  [default: 2]"),
         click.Option(["--drive"], metavar="sine", help="Put the device's own sine inside; the input adds to it."),
         click.Option(
             ["--tolerance"],
@@ -39,10 +41,11 @@ def export_command() -> click.Command:
     ]
     text = """A device for other programs, or a result as tables (CSV, Parquet) or for MATLAB.
 
-    A device becomes C99: the integrator's own compiled loop, line by line, with the same bits. Of a result, variables
-    over the same dims make a table; a table over dims has them in its name, as in simulate.time.csv.
+    A device becomes C99, alone or in an FMU: the integrator's own compiled loop, line by line, with the same bits. Of a
+    result, variables over the same dims make a table; a table over dims has them in its name, as in simulate.time.csv.
 
     \b
+    gelcone export biased-pump --fmu pump.fmu
     gelcone export biased-pump --c pump
     gelcone export results/simulate.nc --to csv
     gelcone export map.zarr --to mat --out tables
@@ -50,24 +53,36 @@ def export_command() -> click.Command:
     return click.Command("export", params=params, callback=run_export, help=text)
 
 
-def run_export(*, what: str, c: Path | None, force: bool, **typed: Any) -> None:
+def run_export(*, what: str, c: Path | None, fmu: Path | None, force: bool, **typed: Any) -> None:
     """Reads a device, a result or a store, and writes it in another form."""
     given = {name: value for name, value in typed.items() if value not in (None, ())}
     paths: list[Path]
-    if c is None:
+    place = _one_of(c, fmu)
+    if place is None:
         paths = _of_result(Path(what), force, given)
     else:
         _only(given, OF_DEVICES, "results")
         subject = read_subject(what, film=given.pop("film", None), settings=given.pop("settings", ()))
         assert subject.device is not None
-        paths = export(subject.device, c, force=force, **given)
+        paths = export(subject.device, place, force=force, **given)
     for path in paths:
         click.echo(f"wrote {path}")
 
 
+def _one_of(c: Path | None, fmu: Path | None) -> Path | None:
+    """The place of a device; None for a result."""
+    if c is not None and fmu is not None:
+        raise InputError("--c and --fmu: give one of them")
+    if c is not None and c.suffix:
+        raise InputError(f"--c {c}: is a folder, without an ending")
+    if fmu is not None and fmu.suffix != FMU:
+        raise InputError(f"--fmu {fmu}: must end in {FMU}")
+    return fmu if c is None else c
+
+
 def _of_result(place: Path, force: bool, given: dict[str, Any]) -> list[Path]:
     if place.suffix == ".toml" or (str(place) in shipped_devices() and not place.exists()):
-        raise InputError(f"{place}: is a device; say what it becomes: --c FOLDER")
+        raise InputError(f"{place}: is a device; say what it becomes: --fmu FILE.fmu or --c FOLDER")
     _only(given, ("kind", "out"), "devices")
     result, kind = show(place) if place.is_dir() else load(place), given.get("kind", "csv")
     return export(result, given.get("out", place.parent) / f"{place.stem}.{kind.lower()}", force=force)

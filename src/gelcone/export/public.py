@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from gelcone import interchange
 from gelcone.devices.device import Device
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import DoubtfulInput, InputError, unknown_name
+from gelcone.export.fmu import VERSIONS, write_fmu
 from gelcone.export.reference import test_program
 from gelcone.export.sources import Exported, example, sources
 from gelcone.files import check_writable, write_together
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-7
 """Relative error of a step; the displacement is then right to about 1e-9 of the stroke."""
+FMU = ".fmu"
 DRIVES = ("sine",)
 _RESERVED = """auto break case char class const continue default delete do double else enum explicit extern false float
 for friend function goto if inline instance int long main mutable namespace new operator private protected public
@@ -33,18 +36,21 @@ def export(
     what: xr.Dataset | Device,
     path: str | Path,
     *,
+    fmi: int = 2,
     drive: str | None = None,
     tolerance: float = TOLERANCE,
     force: bool = False,
 ) -> list[Path]:
-    """Write a result as tables or for MATLAB, or a device as C sources.
+    """Write a result as tables or for MATLAB, or a device as C sources or as an FMU.
 
     Parameters
     ----------
     what : a Dataset that an analysis returned or `gelcone.load` read, or a `Device` of single numbers.
     path : of a result a name that ends in ``.csv``, ``.mat`` or ``.parquet``: a table holds the variables of the same
-        dims, and the others go to files with the dims before the ending, as in ``run.time.csv``. Of a device a folder
-        for C: header, source, example, test program and device file, all named after the folder.
+        dims, and the others go to files with the dims before the ending, as in ``run.time.csv``. Of a device a name
+        that ends in ``.fmu``, or a folder for C: header, source, example, test program and device file. The model has
+        the name of the file or folder.
+    fmi : version of the FMU's standard, 2 or 3. Default 2.
     drive : ``"sine"`` puts the drive of the device inside, and the input voltage is added to it. Default None: the
         input is the whole voltage.
     tolerance : relative error of one step of the integrator. Default 1e-7.
@@ -69,9 +75,16 @@ def export(
     if drive is not None and drive not in DRIVES:
         raise unknown_name("drive", drive, DRIVES)
     check_flow(tolerance, None)
-    if path.suffix:
-        raise InputError(f"{path}: a device is written to a folder for C; give a name without an ending")
-    exported = Exported(what, c_name(path.name), drive == "sine", float(tolerance))
+    if fmi not in VERSIONS:
+        raise InputError(f"fmi = {fmi!r}: must be 2 or 3, the version of the standard")
+    if path.suffix not in ("", FMU):
+        raise InputError(f"{path}: a device is written to NAME{FMU}, or to a folder for C without an ending")
+    exported = Exported(what, c_name(path.stem if path.suffix else path.name), drive == "sine", float(tolerance))
+    if path.suffix == FMU:
+        check_writable([path], force=force)
+        if not write_fmu(exported, path, fmi, force):
+            warnings.warn(f"{path}: holds sources only, for there is no C compiler here", DoubtfulInput, stacklevel=2)
+        return [path]
     return _write_c(exported, path, force)
 
 

@@ -245,7 +245,7 @@ def example(exported: Exported) -> str:
         r"DRIVE_AT\(((?:[^()]|\([^()]*\))*)\)", rf"{offset!r} + {amplitude!r} * sin(turn * {frequency!r} * (\1))", text
     )
     if exported.sine:
-        text = re.sub(r"double before.*?/ step\);\n", "", text, flags=re.S)
+        text = re.sub(r" +double before.*?/ step\);\n", "", text, flags=re.S).replace(", turn = 6.283185307179586", "")
     if "current" not in exported.outputs:
         text = text.replace("DEVICE_UP_CURRENT", "DEVICE_UP_VELOCITY").replace("current (A)", "velocity (m/s)")
     return _named(text.replace("EXAMPLE_STEPS", "1000"), exported.name)
@@ -270,7 +270,12 @@ def _named(text: str, name: str) -> str:
 
 def _title(exported: Exported) -> str:
     """The device's name within a comment."""
-    return "".join(c if c.isprintable() and c not in "*/\\?" else " " for c in exported.device.name)
+    return _in_comment(exported.device.name)
+
+
+def _in_comment(text: str) -> str:
+    """A text that cannot end the comment in which it stands."""
+    return "".join(c if c.isprintable() and c not in "*/\\?" else " " for c in text)
 
 
 def _enum(exported: Exported) -> str:
@@ -278,7 +283,7 @@ def _enum(exported: Exported) -> str:
     for k, own in enumerate(exported.variables):
         fixed = {"input": "input", "state": "state", "parameter": "parameter"}.get(own.kind, "read")
         unit = f", {own.unit}" if own.unit not in ("", "1") else ""
-        rows.append(f"  DEVICE_UP_{constant(own.name)} = {k}, /* {fixed}{unit}: {own.meaning} */")
+        rows.append(f"  DEVICE_UP_{constant(own.name)} = {k}, /* {fixed}{unit}: {_in_comment(own.meaning)} */")
     rows.append(f"  DEVICE_UP_VARIABLES = {len(exported.variables)} /* how many there are */")
     return "\n".join(rows) + "\n"
 

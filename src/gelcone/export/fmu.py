@@ -1,0 +1,235 @@
+"""A device as an FMU: C sources, a description of its variables, and the library for this machine, in one zip file."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import tempfile
+import zipfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from gelcone._version import __version__
+from gelcone.export.compiler import compile_library, find_compiler
+from gelcone.export.sources import RATE, Exported, Variable, filled, sources
+from gelcone.files import write_whole
+
+VERSIONS = (2, 3)
+BASES = ("kg", "m", "s", "A")
+UNITS: Mapping[str, tuple[int, int, int, int]] = {
+    "1": (0, 0, 0, 0), "m": (0, 1, 0, 0), "kg": (1, 0, 0, 0), "s": (0, 0, 1, 0), "Hz": (0, 0, -1, 0),
+    "V": (1, 2, -3, -1), "Pa": (1, -1, -2, 0), "N": (1, 1, -2, 0), "m/s": (0, 1, -1, 0), "m/s^2": (0, 1, -2, 0),
+    "N/m^3": (1, -2, -2, 0), "N/m": (1, 0, -2, 0), "N s/m": (1, 0, -1, 0), "V/m": (1, 1, -3, -1), "A": (0, 0, 0, 1),
+    "F": (-1, -2, 4, 2), "C": (0, 0, 1, 1), "ohm": (1, 2, -3, -2), "J": (1, 2, -2, 0), "W": (1, 2, -3, 0),
+    "V/s": (1, 2, -4, -1), "N/s": (1, 1, -3, 0), "1/s": (0, 0, -1, 0), "A/s": (0, 0, -1, 1),
+}  # fmt: skip
+"""Exponents of kg, m, s and A in each unit."""
+_SYSTEMS = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib"), "Windows": ("win", ".dll")}
+_MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
+_DATE = (1980, 1, 1, 0, 0, 0)
+
+
+def write_fmu(exported: Exported, path: Path, fmi: int, force: bool) -> bool:
+    """Write the file, whole or not at all; whether a library for this machine is inside."""
+    compiler, place = find_compiler(), _library_place(exported.name, fmi)
+    compiled = compiler is not None and place is not None
+
+    def write(temporary: Path) -> None:
+        contents = {name: text.encode() for name, text in _contents(exported, fmi).items()}
+        if compiler is not None and place is not None:
+            contents[place] = _compiled(compiler, contents, fmi)
+        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, data in sorted(contents.items()):
+                entry = zipfile.ZipInfo(name, _DATE)
+                entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+                archive.writestr(entry, data)
+
+    write_whole(path, write, force=force)
+    return compiled
+
+
+def _contents(exported: Exported, fmi: int) -> dict[str, str]:
+    """The texts of the file, by name."""
+    own = sources(exported)
+    token = "{" + hashlib.sha256("".join(own.values()).encode()).hexdigest()[:32] + "}"
+    shared = filled("fmu.c", exported.name, {"TOKEN": f'"{token}"'})
+    found = {f"sources/{name}": text for name, text in own.items()}
+    found |= {"sources/fmu.c": shared, f"sources/fmi{fmi}.c": filled(f"fmi{fmi}.c", exported.name, {})}
+    found["resources/device.toml"] = exported.device.to_toml()
+    found["modelDescription.xml"] = description(exported, fmi, token)
+    if fmi == 3:
+        found["sources/buildDescription.xml"] = (
+            '<?xml version="1.0" encoding="UTF-8"?>\n<fmiBuildDescription fmiVersion="3.0">\n'
+            f'  <BuildConfiguration modelIdentifier="{exported.name}">\n    <SourceFileSet language="C99">'
+            '<SourceFile name="fmi3.c"/></SourceFileSet>\n  </BuildConfiguration>\n</fmiBuildDescription>\n'
+        )
+    return found
+
+
+def _library_place(name: str, fmi: int) -> str | None:
+    """The name of the library of this machine in the file; None where the standard has none."""
+    system, machine = platform.system(), _MACHINES.get(platform.machine().lower())
+    if system not in _SYSTEMS or machine is None:
+        return None
+    own, ending = _SYSTEMS[system]
+    if fmi == 2:
+        return f"binaries/{own}64/{name}{ending}" if machine == "x86_64" or own == "darwin" else None
+    return f"binaries/{machine}-{'windows' if own == 'win' else own}/{name}{ending}"
+
+
+def _compiled(compiler: list[str], contents: Mapping[str, bytes], fmi: int) -> bytes:
+    """The library of the sources."""
+    with tempfile.TemporaryDirectory(prefix="gelcone-") as folder:
+        for name, data in contents.items():
+            if name.startswith("sources/"):
+                Path(folder, Path(name).name).write_bytes(data)
+        library = Path(folder, "library")
+        compile_library(compiler, Path(folder, f"fmi{fmi}.c"), library)
+        return library.read_bytes()
+
+
+# --- the description --------------------------------------------------------------------------------------------------
+
+
+def description(exported: Exported, fmi: int, token: str) -> str:
+    """The text of modelDescription.xml."""
+    listed = [(k, own) for k, own in enumerate(exported.variables) if own.kind != "time"]
+    head = _element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": f"{fmi}.0",
+            "modelName": exported.name,
+            ("guid" if fmi == 2 else "instantiationToken"): token,
+            "description": "".join(c for c in exported.device.name if c.isprintable()),
+            "generationTool": f"gelcone {__version__}",
+            "variableNamingConvention": "structured",
+        }
+        | ({"numberOfEventIndicators": len(exported.program.border_switches)} if fmi == 2 else {}),
+        closed=False,
+    )
+    kinds = _kinds_of_fmu(exported, fmi)
+    used = {own.unit for _, own in listed} | {"s"}
+    units = _lines(_unit(unit) for unit in UNITS if unit in used)
+    rows = _rows2(exported, listed) if fmi == 2 else _rows3(exported, listed)
+    structure = _structure2(listed) if fmi == 2 else _structure3(exported, listed)
+    experiment = {"startTime": "0", "stopTime": "1", "tolerance": f"{exported.tolerance:g}", "stepSize": "0.001"}
+    return (
+        f'<?xml version="1.0" encoding="UTF-8"?>\n{head}\n{kinds}  <UnitDefinitions>\n{units}  </UnitDefinitions>\n'
+        '  <LogCategories><Category name="logStatusError"/></LogCategories>\n'
+        f"  {_element('DefaultExperiment', experiment)}\n"
+        f"  <ModelVariables>\n{_lines(rows)}  </ModelVariables>\n  <ModelStructure>\n{_lines(structure)}"
+        "  </ModelStructure>\n</fmiModelDescription>\n"
+    )
+
+
+def _element(name: str, attributes: Mapping[str, object], inside: str = "", *, closed: bool = True) -> str:
+    own = "".join(f" {key}={quoteattr(str(value))}" for key, value in attributes.items() if value is not None)
+    if not closed:
+        return f"<{name}{own}>"
+    return f"<{name}{own}>{inside}</{name}>" if inside else f"<{name}{own}/>"
+
+
+def _unit(unit: str) -> str:
+    powers = {base: power for base, power in zip(BASES, UNITS[unit], strict=True) if power}
+    return _element("Unit", {"name": unit}, _element("BaseUnit", powers))
+
+
+def _lines(rows: Iterable[str]) -> str:
+    return "".join(f"    {row}\n" for row in rows)
+
+
+def _kinds_of_fmu(exported: Exported, fmi: int) -> str:
+    state = "FMUstate" if fmi == 2 else "FMUState"
+    both = {"modelIdentifier": exported.name, f"canGetAndSet{state}": "true", f"canSerialize{state}": "true"}
+    if fmi == 2:
+        both |= {"canNotUseMemoryManagementFunctions": "true"}
+    inside = '<SourceFiles><File name="fmi2.c"/></SourceFiles>' if fmi == 2 else ""
+    steps = {"canHandleVariableCommunicationStepSize": "true"}
+    if fmi == 2:
+        steps |= {"canInterpolateInputs": "true"}
+    exchange, stepped = _element("ModelExchange", both, inside), _element("CoSimulation", both | steps, inside)
+    return f"  {exchange}\n  {stepped}\n"
+
+
+def _name(own: Variable) -> str:
+    """The name in an FMU: rates are der(...)."""
+    return f"der({own.name.removesuffix(RATE)})" if own.kind == "rate" else own.name
+
+
+def _starts(exported: Exported) -> dict[str, float]:
+    z = exported.start()[0]
+    scales = exported.scale_values
+    states = zip(exported.system.states, z, strict=True)
+    return {s.name: float(value * scales.get(s.quantity, 1.0)) for s, value in states} | dict(
+        exported.parameters.values
+    )
+
+
+def _attributes(own: Variable, place: int) -> dict[str, object]:
+    """What a variable has in both versions."""
+    causality = {"input": "input", "rate": "local", "parameter": "parameter"}.get(own.kind, "output")
+    variability = {"parameter": "tunable", "code": "discrete"}.get(own.kind, "continuous")
+    initial = {"input": None, "state": "exact", "parameter": "exact"}.get(own.kind, "calculated")
+    return {
+        "name": _name(own), "valueReference": place, "description": own.meaning, "causality": causality,
+        "variability": variability, "initial": initial,
+    }  # fmt: skip
+
+
+def _is_flag(own: Variable) -> bool:
+    return own.kind == "code" and not own.name.endswith("film_state") and own.name != "outcome"
+
+
+def _rows2(exported: Exported, listed: list[tuple[int, Variable]]) -> list[str]:
+    starts, places = _starts(exported), {own.name: row for row, (_, own) in enumerate(listed, start=1)}
+    found = []
+    for place, own in listed:
+        kind = "Boolean" if _is_flag(own) else "Integer" if own.kind == "code" else "Real"
+        start = 0.0 if own.kind == "input" else starts.get(own.name)
+        of = places[own.name.removesuffix(RATE)] if own.kind == "rate" else None
+        inside = {"unit": own.unit or None, "start": None if start is None else repr(start), "derivative": of}
+        found.append(_element("ScalarVariable", _attributes(own, place), _element(kind, inside)))
+    return found
+
+
+def _structure2(listed: list[tuple[int, Variable]]) -> list[str]:
+    rows = [(row, own) for row, (_, own) in enumerate(listed, start=1)]
+    outputs = [row for row, own in rows if own.kind in ("state", "output", "code")]
+    rates = [row for row, own in rows if own.kind == "rate"]
+    unknown = sorted([*rates, *(row for row, own in rows if own.kind in ("output", "code"))])
+
+    def each(name: str, numbers: Iterable[int]) -> str:
+        return _element(name, {}, "".join(_element("Unknown", {"index": number}) for number in numbers))
+
+    return [each("Outputs", outputs), each("Derivatives", rates), each("InitialUnknowns", unknown)]
+
+
+def _rows3(exported: Exported, listed: list[tuple[int, Variable]]) -> list[str]:
+    starts, places = _starts(exported), {own.name: place for place, own in listed}
+    count = len(exported.variables)
+    time = {"name": "time", "valueReference": count - len(exported.parameters.values) - 1, "causality": "independent"}
+    found = [_element("Float64", time | {"variability": "continuous", "unit": "s"})]
+    for place, own in listed:
+        kind = "Boolean" if _is_flag(own) else "Int32" if own.kind == "code" else "Float64"
+        start = 0.0 if own.kind == "input" else starts.get(own.name)
+        of = places[own.name.removesuffix(RATE)] if own.kind == "rate" else None
+        more = {"unit": own.unit or None, "derivative": of, "start": None if start is None else repr(start)}
+        found.append(_element(kind, _attributes(own, place) | more))
+    for k in range(len(exported.program.border_switches)):
+        own = Variable(f"border_{k}", "local", "", "positive on the side of the border on which the motion is")
+        attributes = _attributes(own, count + k) | {"causality": "local", "variability": "continuous"}
+        found.append(_element("Float64", attributes))
+    return found
+
+
+def _structure3(exported: Exported, listed: list[tuple[int, Variable]]) -> list[str]:
+    outputs = [place for place, own in listed if own.kind in ("state", "output", "code")]
+    rates = [place for place, own in listed if own.kind == "rate"]
+    unknown = sorted([*rates, *(place for place, own in listed if own.kind in ("output", "code"))])
+    count = len(exported.variables)
+    borders = range(count, count + len(exported.program.border_switches))
+    groups = {
+        "Output": outputs, "ContinuousStateDerivative": rates, "InitialUnknown": unknown, "EventIndicator": borders,
+    }  # fmt: skip
+    return [_element(name, {"valueReference": place}) for name, places in groups.items() for place in places]
