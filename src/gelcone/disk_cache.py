@@ -15,6 +15,8 @@ from pathlib import Path
 
 VARIABLE = "GELCONE_CACHE"
 """Environment variable that names another cache folder; empty for none."""
+MEMBRANES = "membranes"
+"""The kind of the tables of membranes, which take seconds to make."""
 MOST_BYTES = 64 * 2**20
 """Bound of each kind of entry; those used longest ago are removed first."""
 _MAGIC = b"gelcone cache 2\n"
@@ -58,6 +60,19 @@ def unmade_refused() -> Iterator[None]:
         _thread.refuses = before
 
 
+_listeners: list[Callable[[str], None]] = []
+
+
+@contextmanager
+def heard(listener: Callable[[str], None]) -> Iterator[None]:
+    """Within, ``listener`` is called with the kind of each content that the cache does not hold, before it is made."""
+    _listeners.append(listener)
+    try:
+        yield
+    finally:
+        _listeners.remove(listener)
+
+
 def made(kind: str, parts: object, make: Callable[[], bytes], sources: Sources) -> bytes:
     """The content that ``make`` gives, or gave for equal ``parts`` while all sources were as they are now.
 
@@ -69,6 +84,8 @@ def made(kind: str, parts: object, make: Callable[[], bytes], sources: Sources) 
     if content is None:
         if key and folder(kind) is not None and getattr(_thread, "refuses", False):
             raise Unmade(kind)
+        for listener in tuple(_listeners):
+            listener(kind)
         content = make()
         write(kind, key, content)
     return content

@@ -3,11 +3,13 @@
 import io
 import re
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import gelcone
+from gelcone import disk_cache
 from gelcone.atlas.record import Tally
 from gelcone.cli import output
 
@@ -46,6 +48,25 @@ def test_a_bar_on_a_terminal_moves_without_news(shown, monkeypatch):
     with getattr(output, shown)("static"):
         time.sleep(0.3)
     assert screen.getvalue().count("static:") >= 3
+
+
+@pytest.mark.parametrize("shown", ["progress_lines", "tally_shown"])
+def test_a_line_says_that_membranes_are_made_and_programs_compiled(shown, monkeypatch, capsys, tmp_path):
+    monkeypatch.setenv(disk_cache.VARIABLE, str(tmp_path))
+    monkeypatch.setattr(output, "LOG_SECONDS", 0.05)
+
+    def slowly():
+        time.sleep(0.12)
+        return b"made"
+
+    with getattr(output, shown)("map") as report:
+        for kind, parts in ((disk_cache.MEMBRANES, 1), (disk_cache.MEMBRANES, 2), ("code", 1)):
+            disk_cache.made(kind, parts, slowly, (Path(__file__),))
+        report(Tally(8, asked=8, computed=2, seconds=1.0) if shown == "tally_shown" else 0.5)
+        time.sleep(0.12)
+        disk_cache.made(disk_cache.MEMBRANES, 1, slowly, (Path(__file__),))
+    names = [line.split(":")[0] for line in capsys.readouterr().err.splitlines()]
+    assert list(dict.fromkeys(names)) == ["map, making membrane 1", "map, making membrane 2", "map, compiling", "map"]
 
 
 @pytest.mark.parametrize("work", ["static", "bifurcation", "simulate"])

@@ -59,6 +59,8 @@ STARTS = (1.0, 0.05, -1.0)
 """Multiples of the initial state from which motions settle that may start branches: those that no sweep meets."""
 SWEEPS_SHARE = 0.6
 """Share of the progress that goes to the sweeps where branches follow."""
+FILLED_SHARE = 0.4
+"""That which goes to the frequencies added where the response bends."""
 
 
 @analysis(
@@ -143,14 +145,16 @@ def frequency(
     both, grids = flat.take(members), grid[members]
     check_budgets(transient=transient, patience=patience)
     search = {"transient": transient, "patience": patience, "tolerance": tolerance, "threads": threads}
-    swept, falls, trail = _sweep(both, grids, states, weighted(counted, 0.75), search)
-    peaks = _peaks(both, trail, falls, weighted(counted, 0.15), search)
-    jumps = _jumps(flat, grid, _by_branch(swept), falls, weighted(counted, 0.1), search)
+    filled = FILLED_SHARE if frequencies is None else 0.0
+    first = weighted(counted, 1.0 - filled)
+    swept, falls, trail = _sweep(both, grids, states, weighted(first, 0.8), search)
+    peaks = _peaks(both, trail, falls, weighted(first, 0.15), search)
+    jumps = _jumps(flat, grid, _by_branch(swept), falls, weighted(first, 0.05), search)
     options = {"initial": np.asarray(initial, dtype=float).tolist(), "nudge": NUDGE} | search
     del options["threads"]
     shared = frequencies is None or np.ndim(frequencies) < 2
     if frequencies is None:
-        grids, swept = _bends_filled(both, grids, swept, states, search)
+        grids, swept = _bends_filled(both, grids, swept, states, weighted(counted, filled), search)
         grid = grids[:1]
     result = _label(model, grid, shared, _by_branch(swept), peaks, options)
     result = result.assign(_jump_variables(jumps, bool(model.shape)))
@@ -207,7 +211,7 @@ def _sweep(
 
 
 def _bends_filled(
-    model: Members, grids: Array, swept: Swing, initial: Array, search: dict[str, Any]
+    model: Members, grids: Array, swept: Swing, initial: Array, progress: Progress, search: dict[str, Any]
 ) -> tuple[Array, Swing]:
     """Frequencies and swings of an actuator's two sweeps with `FILLED` more in each interval next to a bend of either,
     which begin on the motion that the sweep has on the side where it comes from."""
@@ -217,6 +221,8 @@ def _bends_filled(
     bent = (off > BENT * max(amplitude.max(), REST_TOLERANCE)).any(axis=0)
     wanted = np.flatnonzero(np.append(bent, False) | np.insert(bent, 0, False))
     if not wanted.size:
+        if progress is not None:
+            progress(1.0)
         return grids, swept
     places = (np.arange(FILLED) + 1.0) / (FILLED + 1.0)
     inner = np.exp(log[wanted, None] + np.diff(log)[wanted, None] * places)
@@ -226,7 +232,7 @@ def _bends_filled(
     start = swept.final[branch, wanted[interval] + down]
     start = np.where(np.isnan(start), initial[branch], start)
     step = np.where(down[:, None], np.arange(FILLED)[::-1], np.arange(FILLED))
-    walked = walk(model.take(branch), ways, start, None, search).reached
+    walked = walk(model.take(branch), ways, start, progress, search).reached
     found = walked.take((np.arange(branch.size)[:, None], step))
     _look_at_all(model.take(branch), inner[interval], found, search)
     every = np.concatenate([grids[0], inner.ravel()])

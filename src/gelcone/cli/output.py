@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from gelcone import disk_cache
 from gelcone.analyses.answer import answer_json, in_si, plain, write_results
 from gelcone.analyses.ask import Answers
 from gelcone.codes import Outcome
@@ -73,26 +74,59 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
 
     form = "{l_bar}{bar}| {elapsed}<{remaining}"
     bar = tqdm(total=1.0, desc=label, leave=False, bar_format=form, delay=0.5, smoothing=0.0)
-    with bar, ticking(bar.refresh, BAR_SECONDS):
-        yield lambda share: bar.update(share)
+    with bar, preparing(label, bar.set_description_str) as computing, ticking(bar.refresh, BAR_SECONDS):
+
+        def report(share: float) -> None:
+            computing()
+            bar.update(share)
+
+        yield report
 
 
 @contextmanager
 def progress_lines(label: str) -> Iterator[Callable[[float], None]]:
     """Takes shares of the work and reports every `LOG_SECONDS` how far it is, on the error stream."""
-    begun, done = time.monotonic(), 0.0
+    begun, done, now = time.monotonic(), 0.0, label
 
-    def report(share: float) -> None:
-        nonlocal done
-        done += share
+    def name(text: str) -> None:
+        nonlocal now
+        now = text
 
     def say() -> None:
         spent = time.monotonic() - begun
         left = f", {spent * (1.0 / done - 1.0):.0f} s left" if 0.0 < done < 1.0 else ""
-        click.echo(f"{label}: {100.0 * done:.0f} % after {spent:.0f} s{left}", err=True)
+        click.echo(f"{now}: {100.0 * done:.0f} % after {spent:.0f} s{left}", err=True)
 
-    with ticking(say, LOG_SECONDS):
+    with preparing(label, name) as computing, ticking(say, LOG_SECONDS):
+
+        def report(share: float) -> None:
+            nonlocal done
+            computing()
+            done += share
+
         yield report
+
+
+@contextmanager
+def preparing(label: str, name: Callable[[str], object]) -> Iterator[Callable[[], None]]:
+    """Calls ``name`` with the label of a progress line while membranes are made or programs compiled, which takes seconds
+    each and moves no progress. Yields a function that says that something is computed again."""
+    films, making = 0, False
+
+    def hear(kind: str) -> None:
+        nonlocal films, making
+        making = True
+        films += kind == disk_cache.MEMBRANES
+        name(f"{label}, making membrane {films}" if kind == disk_cache.MEMBRANES else f"{label}, compiling")
+
+    def computing() -> None:
+        nonlocal making
+        if making:
+            making = False
+            name(label)
+
+    with disk_cache.heard(hear):
+        yield computing
 
 
 @contextmanager
@@ -122,18 +156,25 @@ def tally_shown(label: str) -> Iterator[Callable[[Tally], None]]:
 
         def say() -> None:
             text = tally_text(known[-1]) if known else f"no cell yet after {time.monotonic() - begun:.0f} s"
-            click.echo(f"{label}: {text}", err=True)
+            click.echo(f"{now[-1]}: {text}", err=True)
 
-        with ticking(say, LOG_SECONDS):
-            yield known.append
+        now = deque([label], maxlen=1)
+        with preparing(label, now.append) as computing, ticking(say, LOG_SECONDS):
+
+            def keep(tally: Tally) -> None:
+                computing()
+                known.append(tally)
+
+            yield keep
         return
     from tqdm import tqdm
 
     form = "{l_bar}{bar}| {n_fmt}/{total_fmt} cells [{elapsed}<{remaining}, {rate_fmt}{postfix}]"
     bar = tqdm(desc=label, leave=False, bar_format=form, unit="cells", delay=0.5, smoothing=0.0)
-    with bar, ticking(bar.refresh, BAR_SECONDS):
+    with bar, preparing(label, bar.set_description_str) as computing, ticking(bar.refresh, BAR_SECONDS):
 
         def show(tally: Tally) -> None:
+            computing()
             bar.total, bar.n, bar.initial = tally.asked, tally.computed, tally.found
             bar.set_postfix_str(_chaotic(tally), refresh=False)
             bar.refresh()

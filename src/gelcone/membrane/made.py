@@ -15,7 +15,7 @@ from gelcone.errors import InputError
 from gelcone.membrane.gel import Array, Gel
 from gelcone.membrane.table import names, table
 
-KIND = "membranes"
+KIND = disk_cache.MEMBRANES
 DIGITS, MOST = 13, 4096
 """Of what tables are made for; and tables held in memory."""
 

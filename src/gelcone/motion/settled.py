@@ -184,7 +184,8 @@ def settled_cells(
             "tolerance": tolerance,
             "threads": threads,
         }
-        found.put(losing, settled_swing(members.take(losing), states[losing], progress=progress, **options))
+        part = members.take(losing)
+        found.put(losing, settled_swing(part, states[losing], source=True, progress=progress, **options))
     if (ran := found.outcome == Outcome.OK).any():
         part = members.take(ran)
         linear[ran] = linear_response(part, part.number("drive_frequency")[:, None]).stroke[:, 0]
@@ -212,13 +213,14 @@ def swing(
     period: npt.NDArray[np.int64] | None = None,
     *,
     only_extent: bool = False,
+    source: bool = False,
     **flow_options: Any,
 ) -> Swing:
     """The motions of a flattened ensemble from ``states`` (members, N) at phase 0.
 
     Those on cycles of known ``period`` (members,) over whole turns and drive periods, those of period 0 over `REPEATS`
-    forcing periods. ``only_extent`` leaves out harmonics, validity and what the source gives, which take the film's own
-    lengths at each sample; they stay NaN.
+    forcing periods. ``only_extent`` leaves out harmonics and validity, which takes the film's own lengths at each
+    sample; they stay NaN. So does what the ``source`` gives, unless it is asked for.
     """
     found = Swing.blank(members.size, states=states.shape[1])
     found.period[:] = 0 if period is None else period
@@ -233,10 +235,11 @@ def swing(
         ringed = np.pad(x, ((0, 0), (1, 1)), mode="wrap") if own else x
         found.lowest[rows], found.highest[rows] = -highest(-ringed), highest(ringed)
         found.outcome[rows], found.final[rows], found.mean[rows] = run.outcome, run.path[:, -1], x.mean(axis=1)
-        if not only_extent:
+        if source:
             spacing = (run.times.shape[1] - 1) // x.shape[1]
             of_source = electrical(part, run.times[:, spacing::spacing], run.path)
             found.source[rows] = np.stack([of_source[name] for name in MEANINGS], axis=-1)
+        if not only_extent:
             found.harmonics[rows] = harmonics_of(part, x, SAMPLES)
             found.validity[rows] = run.validity(part, turn=own > 0)
     return found
@@ -267,18 +270,22 @@ def settled_swing(
     transient: float | None = None,
     patience: float | None = None,
     only_extent: bool = False,
+    source: bool = False,
     progress: Progress = None,
     **flow_options: Any,
 ) -> Swing:
     """The swing of damped members on the attractor that a search finds from ``states`` (members, N), a rest having
-    period 1; where it finds none, after the search. Options as in `settled`; ``only_extent`` as in `swing`."""
+    period 1; where it finds none, after the search. Options as in `settled`; ``only_extent`` and ``source`` as in
+    `swing`."""
     reached = search(members, states, transient=transient, patience=patience, progress=progress, **flow_options)
     found = Swing.blank(members.size, states=states.shape[1])
     found.outcome[:] = reached.outcome
     rows = np.flatnonzero(reached.outcome == Outcome.OK)
     if rows.size:
         part, cycles = members.take(rows), reached.cycles.take(rows)
-        found.put(rows, swing_of(part, cycles, reached.state[rows], only_extent=only_extent, **flow_options))
+        found.put(
+            rows, swing_of(part, cycles, reached.state[rows], only_extent=only_extent, source=source, **flow_options)
+        )
     return found
 
 
