@@ -109,8 +109,8 @@ def progress_lines(label: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def preparing(label: str, name: Callable[[str], object]) -> Iterator[Callable[[], None]]:
-    """Calls ``name`` with the label of a progress line while membranes are made or programs compiled, which takes seconds
-    each and moves no progress. Yields a function that says that something is computed again."""
+    """Calls ``name`` with the label of a progress line while membranes are made or programs compiled, which takes
+    seconds each and moves no progress. Yields a function that says that something is computed again."""
     films, making = 0, False
 
     def hear(kind: str) -> None:
