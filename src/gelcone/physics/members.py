@@ -155,11 +155,16 @@ class Ensemble:
         raise AttributeError(f"{type(self).__name__} has no parameter {name!r}")
 
 
+BLOCK = 2**24
+"""More than the rows of any block."""
+
+
 class Rows(Mapping[str, Array]):
     """Numbers of members by name. Those that all members share are held once, and each is shaped when it is asked for:
-    a film may have a thousand, of which a formula takes few."""
+    a film may have a thousand, of which a formula takes few. A number's place is its block times `BLOCK`, plus its
+    row: one integer, for thousands of places are asked for at once."""
 
-    def __init__(self, places: Mapping[str, tuple[int, int]], *blocks: Array):
+    def __init__(self, places: Mapping[str, int], *blocks: Array):
         self._places, self._blocks = places, blocks
 
     @classmethod
@@ -171,12 +176,12 @@ class Rows(Mapping[str, Array]):
         alike |= zip(others, matrix[:, 0].tolist(), strict=True)
         bits = matrix.view(np.int64)
         alone = np.flatnonzero((bits != bits[:, :1]).any(axis=1))
-        places = {name: (0, k) for k, name in enumerate(numbers)} | {others[row]: (1, k) for k, row in enumerate(alone)}
+        places = {name: k for k, name in enumerate(numbers)} | {others[row]: BLOCK + k for k, row in enumerate(alone)}
         shared = np.array([alike[name] for name in numbers]).reshape(-1, *(1 for _ in shape))
         return cls(places, np.broadcast_to(shared, (len(alike), *shape)), matrix[alone])
 
     def __getitem__(self, name: str) -> Array:
-        block, row = self._places[name]
+        block, row = divmod(self._places[name], BLOCK)
         found: Array = self._blocks[block][row]
         return found
 
@@ -200,7 +205,7 @@ class Rows(Mapping[str, Array]):
 
     def fill(self, names: Sequence[str], matrix: Array) -> None:
         """Write those of some names into a ``matrix`` (names, members)."""
-        which, rows = np.array([self._places[name] for name in names], dtype=np.intp).reshape(-1, 2).T
+        which, rows = np.divmod(np.fromiter(map(self._places.__getitem__, names), np.intp, len(names)), BLOCK)
         for k, block in enumerate(self._blocks):
             matrix[which == k] = block[rows[which == k]]
 
@@ -212,7 +217,7 @@ class Rows(Mapping[str, Array]):
         """Numbers in which arrays of the same shape replace some."""
         if not more:
             return self
-        places = {name: (len(self._blocks), k) for k, name in enumerate(more)}
+        places = {name: BLOCK * len(self._blocks) + k for k, name in enumerate(more)}
         return Rows({**self._places, **places}, *self._blocks, np.array([*more.values()]))
 
 
