@@ -19,7 +19,8 @@ Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     film                                    the membrane from disc to rim at any height and voltage
     datasheet                               the numbers of an actuator on a page
     drive, frequency, envelope, operating_limits   stroke over frequency; where it is safe to drive
-    tongues, onset_voltage, floquet_multipliers, small_signal_response, state_space
+    tongues, onset_voltage, floquet_multipliers, small_signal_response
+    state_space, rates, follow, sense       for control: linear, as a function, feed-forward, self-sensing
     bifurcation, map, basin                 over one parameter, two, or initial states
     Plan, sweep, show, cluster              any analysis over any parameters, in stores, on clusters
     Uniform, Normal, draw, probability, tolerances   uncertain parameters
@@ -150,6 +151,8 @@ if TYPE_CHECKING:
     from gelcone.lab.material import fitted_text as fitted_text
     from gelcone.lab.measured import Measured as Measured
     from gelcone.lab.measured import read_tests as read_tests
+    from gelcone.motion.control import follow as follow
+    from gelcone.motion.control import sense as sense
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages
     from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
     from gelcone.motion.equilibrium import pull_in_voltage as pull_in_voltage
@@ -160,6 +163,7 @@ if TYPE_CHECKING:
     from gelcone.motion.flow import integrate as integrate
     from gelcone.motion.linear import small_signal_response as small_signal_response
     from gelcone.motion.linear import state_space as state_space
+    from gelcone.motion.rates import rates as rates
     from gelcone.physics.balance import PullIn as PullIn
     from gelcone.physics.bias import Bias as Bias
     from gelcone.physics.bias import BuckledBeam as BuckledBeam

@@ -22,6 +22,8 @@ VoltageArray = Annotated[Array, "voltage"]
 Frequency = Annotated[float, "frequency"]
 Frequencies = Annotated[npt.ArrayLike, "frequency"]
 Lengths = Annotated[npt.ArrayLike, "length"]
+Capacitance = Annotated[float, "capacitance"]
+Capacitances = Annotated[npt.ArrayLike, "capacitance"]
 """Numbers of public functions that have a unit with a device, each annotated with its quantity."""
 LARGEST = 1e30
 """Largest size of a parameter: squares and products of some stay far from overflow."""

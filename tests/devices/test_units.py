@@ -168,6 +168,7 @@ WORTH = {
     **{"V/m": 1.0, "kV/m": 1e3, "V/mm": 1e3, "MV/m": 1e6, "kV/mm": 1e6, "V/um": 1e6},
     **{"m/s^2": 1.0, "m/s2": 1.0, "mm/s^2": 1e-3},
     **{"N/m^3": 1.0, "kN/m^3": 1e3, "MN/m^3": 1e6, "N/mm^3": 1e9, "mN/mm^3": 1e6},
+    **{"F": 1.0, "mF": 1e-3, "uF": 1e-6, "nF": 1e-9, "pF": 1e-12},
     **{"A": 1.0, "mA": 1e-3, "uA": 1e-6, "nA": 1e-9, "C": 1.0, "mC": 1e-3, "uC": 1e-6, "nC": 1e-9},
     **{f"{k}{ohm}": worth for k, worth in (("", 1.0), ("k", 1e3), ("M", 1e6), ("G", 1e9)) for ohm in ("ohm", "Ohm")},
     **{"V/s": 1.0, "V/ms": 1e3, "V/us": 1e6, "kV/s": 1e3, "kV/ms": 1e6},

@@ -177,3 +177,78 @@ def test_linear_theory_has_the_circuits_loaded_gain():
     found = linear_response(model, OMEGA).harmonics[0] / 1e-4
     np.testing.assert_allclose(found, 2.0 * x * v / loaded, rtol=1e-7)
     np.testing.assert_allclose(small_signal_response(model, OMEGA)["gain"], np.abs(2.0 * x * v / loaded), rtol=1e-8)
+
+
+# --- electric outputs, force, other voltages --------------------------------------------------------------------------
+
+ELECTRIC = ("displacement", "velocity", "charge", "capacitance")
+FILMS = {
+    "taut": {"film": "taut"},
+    "hoop-slack": {"film": "wrinkling", "meridional_prestretch": 1.0, "hoop_prestretch": 1.05},
+    "membrane": {"film": "membrane"},
+}
+
+
+@pytest.mark.parametrize("kind", FILMS)
+def test_the_rows_of_charge_and_capacitance_are_the_slopes_of_the_film(kind):
+    """Against differences of the film's own capacitance, and by reciprocity dQ/dx = - dF/dv."""
+    device = find_device("biased-pump").replace(FILMS[kind])
+    volts = 1500.0 if kind == "hoop-slack" else 1250.0
+    model = device.replace(voltage_offset=volts).to_model()
+    found = state_space(model, outputs=ELECTRIC)
+    x, v, n = found.place, float(model.voltage_bias), model.numbers()
+    assert kind != "hoop-slack" or int(model.film.state(x, v, [], n).kind) == 1
+
+    def charge(x, v):
+        return v * float(model.film.capacitance(x, v * v, [], n))
+
+    step = 1e-5
+    by_x = (charge(x + step, v) - charge(x - step, v)) / (2.0 * step)
+    by_v = (charge(x, v + step) - charge(x, v - step)) / (2.0 * step)
+    near = 5e-3 if kind == "membrane" else 1e-6  # a program's charge of a membrane is a fit
+    assert found.C[2, 0] == pytest.approx(by_x, rel=near)
+    assert found.D[2, 0] == pytest.approx(by_v, rel=near)
+    assert found.C[2, 0] == pytest.approx(found.B[1, 0], rel=near)
+    scaled = state_space(device, voltage=volts, outputs=ELECTRIC)
+    s = device.scales
+    assert scaled.C[2, 0] == pytest.approx(found.C[2, 0] * s.size("charge") / s.length, rel=1e-9)
+    assert scaled.D[3, 0] == pytest.approx(found.D[3, 0] * s.size("capacitance") / s.voltage, rel=1e-9, abs=1e-25)
+    assert scaled.place == pytest.approx(x * s.length)
+
+
+def test_a_force_moves_the_disc_by_the_compliance():
+    device = find_device("biased-pump").replace(film="taut")
+    found = state_space(device, inputs=("voltage", "force"))
+    static = -found.C @ np.linalg.solve(found.A, found.B) + found.D
+    model, s = device.to_model(), device.scales
+    stiffness = float(model.stiffness(found.place / s.length, model.voltage_bias)) * s.force / s.length
+    assert static[0, 1] == pytest.approx(1.0 / stiffness, rel=1e-9)
+    assert found.inputs == ("voltage", "force")
+
+
+def test_behind_a_resistance_the_current_is_the_rate_of_the_charge():
+    model = BIASED.replace(circuit=SeriesResistor(), series_resistance=0.4)
+    found = state_space(model, outputs=("charge", "current"))
+    for omega in (0.3, 1.1, 4.0):
+        charge, current = found.C @ np.linalg.solve(1j * omega * np.eye(3) - found.A, found.B) + found.D
+        assert current[0] == pytest.approx(1j * omega * charge[0], rel=1e-10)
+
+
+def test_an_ideal_source_makes_the_current_jump():
+    with pytest.raises(InputError, match="take charge"):
+        state_space(BIASED, outputs=("current",))
+
+
+@pytest.mark.parametrize("names", [{"outputs": ("height",)}, {"inputs": ("current",)}])
+def test_unknown_inputs_and_outputs_are_refused(names):
+    with pytest.raises(InputError, match="of a linear model"):
+        state_space(BIASED, **names)
+
+
+def test_python_control_takes_the_names():
+    control = pytest.importorskip("control")
+    found = state_space(BIASED, inputs=("voltage", "force"), outputs=("displacement", "charge"))
+    system = found.to_control()
+    assert isinstance(system, control.StateSpace)
+    assert system.output_labels == ["displacement", "charge"]
+    assert system.input_labels == ["voltage", "force"]

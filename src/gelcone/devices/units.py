@@ -114,6 +114,7 @@ DIMENSIONS: dict[str, Dimension] = {
         {"V/s": 0, "V/ms": 3, "V/us": 6, "kV/s": 3, "kV/ms": 6},
         ("V/s", "V/ms", "V/us"),
     ),
+    "F": _dimension("capacitance", "1 nF", {"F": 0, "mF": -3, "uF": -6, "nF": -9, "pF": -12}),
     "C": _dimension("charge", "2 uC", {"C": 0, "mC": -3, "uC": -6, "nC": -9}),
     "J": _dimension("energy", "2 mJ", {"J": 0, "mJ": -3, "uJ": -6}),
     "W": _dimension("power", "3 mW", {"W": 0, "mW": -3, "uW": -6}),

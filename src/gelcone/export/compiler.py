@@ -10,7 +10,7 @@ from pathlib import Path
 
 from gelcone.errors import InputError
 
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-shared")
+FLAGS = ("-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-shared")
 
 
 def find_compiler() -> list[str] | None:

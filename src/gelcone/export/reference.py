@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from gelcone.codes import CALL_SPAN, STEPS_PER_CALL
-from gelcone.export.driven import INPUTS, PHASE
 from gelcone.export.sources import Exported, filled
 from gelcone.motion.flow import smallest_step
+from gelcone.physics.driven import INPUTS, PHASE
 
 STEPS = 20
 """Steps of the test program, over a period of the device's own drive."""

@@ -18,12 +18,12 @@ from gelcone.devices.record import LARGEST
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
 from gelcone.export import c99
-from gelcone.export.driven import INPUTS, PHASE, DrivenSystem, driven
 from gelcone.export.parameters import STRENGTH, Parameters, parameters_of
 from gelcone.motion.flow import formulas_text, portable, smallest_step
 from gelcone.motion.job import Portable
 from gelcone.motion.validity import slack_places
 from gelcone.physics.differentiate import evaluated
+from gelcone.physics.driven import INPUTS, PHASE, DrivenSystem, driven
 from gelcone.physics.model import ConeModel
 from gelcone.physics.system import ConeSystem
 from gelcone.physics.trace import Node, ordered

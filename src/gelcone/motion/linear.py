@@ -13,7 +13,8 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.devices.analysis import check_model, for_devices
 from gelcone.devices.device import Device
-from gelcone.errors import InputError
+from gelcone.devices.scales import MEASURES
+from gelcone.errors import InputError, MissingDependency, unknown_name
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.physics.balance import rest_of
 from gelcone.physics.circuit import CIRCUITS
@@ -42,18 +43,49 @@ RAMP = 33
 """Steps in which the voltages on both films of a double cone rise together."""
 
 
-class StateSpace(NamedTuple):
-    """x' = A x + B u, y = C x + D u, as SciPy and python-control take it: ``scipy.signal.StateSpace(*it)``,
-    ``control.ss(*it)``.
+OUTPUTS: Mapping[str, str] = {
+    "displacement": "length",
+    "velocity": "velocity",
+    "film_voltage": "voltage",
+    "charge": "charge",
+    "capacitance": "capacitance",
+    "current": "current",
+}
+"""Outputs of a linear model, of which the electric ones are those of the first film, and their quantities."""
+INPUTS: Mapping[str, str] = {"voltage": "voltage", "force": "force"}
+PASSED = 1e-12
+"""Feed-through of the charge, as a share of its largest derivative, below which none is."""
 
-    States: displacement and velocity from the equilibrium; input: voltage from the bias; output: displacement. Units
-    are dimensionless, or metres, seconds and volts for a device.
-    """
+
+class _Matrices(NamedTuple):
+    """The four matrices."""
 
     A: Array
     B: Array
     C: Array
     D: Array
+
+
+class StateSpace(_Matrices):
+    """x' = A x + B u, y = C x + D u, as SciPy and python-control take it: ``scipy.signal.StateSpace(*it)``,
+    ``control.ss(*it)``.
+
+    ``states``, ``inputs`` and ``outputs`` are the names of x, u and y, all counted from the equilibrium; ``place`` is
+    its displacement. Units are dimensionless, or SI for a device.
+    """
+
+    states: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()
+    place: float = np.nan
+
+    def to_control(self) -> Any:
+        """The model as a ``control.StateSpace`` with its names; `MissingDependency` without python-control."""
+        try:
+            import control  # type: ignore[import-not-found, unused-ignore]
+        except ImportError:
+            raise MissingDependency("python-control is not installed: pip install control") from None
+        return control.ss(*self, states=list(self.states), inputs=list(self.inputs), outputs=list(self.outputs))
 
 
 def equilibrium_under_bias(model: ConeModel, bias: float) -> float:
@@ -64,36 +96,108 @@ def equilibrium_under_bias(model: ConeModel, bias: float) -> float:
     return place
 
 
-def state_space(model: ConeModel | Device, device: Device | None = None) -> StateSpace:
-    """The model linearised about its equilibrium under the constant voltage ``voltage_bias``.
+def state_space(
+    model: ConeModel | Device,
+    device: Device | None = None,
+    *,
+    voltage: float | str | None = None,
+    inputs: Sequence[str] = ("voltage",),
+    outputs: Sequence[str] = ("displacement",),
+) -> StateSpace:
+    """The model linearised about its equilibrium under a constant voltage, with the states of films and circuits.
 
     x'' = -2 zeta x' - K x + 2 v0 x0 v (of a taut film), with the stiffness K there; without a bias the
     voltage has no first-order effect and B is zero.
 
     Parameters
     ----------
-    model : a single model, or a device, whose units are then metres, seconds and volts.
-    device : scales the matrices to metres, seconds and volts. Default None: dimensionless.
+    model : a single model, or a device, whose units are then SI.
+    device : scales the matrices to SI. Default None: dimensionless.
+    voltage : the constant voltage; in volts with a device. Default: ``voltage_bias``, of a device ``voltage_offset``.
+    inputs : of ``"voltage"``, commanded, and ``"force"`` on the disc, away from the film's plane.
+    outputs : of ``"displacement"``, ``"velocity"``, ``"film_voltage"``, ``"charge"``, ``"capacitance"`` and, behind a
+        circuit that keeps the charge from jumping, ``"current"``.
 
     Raises
     ------
-    InputError : for an ensemble, or a bias beyond pull-in.
+    InputError : for an ensemble, a voltage beyond pull-in, unknown names, and a current that an ideal source makes
+        jump.
     """
     if isinstance(model, Device):
-        device, model = model, model.to_model()
+        device = model if voltage is None else model.replace_quietly(voltage_offset=voltage)
+        model = device.to_model()
     check_model(model, "state_space")
     if model.shape:
         raise InputError(f"a state-space model is that of a single actuator, not of an ensemble of shape {model.shape}")
+    for kind, given, known in (("input", inputs, INPUTS), ("output", outputs, OUTPUTS)):
+        for name in given:
+            if name not in known:
+                raise unknown_name(f"{kind} of a linear model", name, known)
     system, n = model.system, model.numbers()
-    bias = float(model.voltage_bias)
+    bias = float(model.voltage_bias) if voltage is None or device is not None else float(voltage)
     place = equilibrium_under_bias(model, float(np.abs(bias * system.circuit.gain(0.0, n))))
     at = [*map(float, _rest_under(model, place, bias)), bias]
-    n = {**n, **system.switches_under(bias, [np.float64(value) for value in at[:-1]], n)}
+    switches = system.switches_under(bias, [np.float64(value) for value in at[:-1]], n)
+    n = {**n, **switches}
     slopes = gradients(lambda z, xp: system.rates_under(z[-1], z[:-1], n, xp), at)
-    jacobian, states = np.array(slopes, dtype=float), system.states
-    scales, time, volt = _scales(states, device)
-    A, B = jacobian[:, :-1] * scales[:, None] / (scales * time), jacobian[:, -1:] * scales[:, None] / (time * volt)
-    return StateSpace(A=A, B=B, C=np.eye(1, len(states)), D=np.array([[0.0]]))
+    jacobian, count = np.array(slopes, dtype=float), len(system.states)
+    pushed = np.eye(count)[:, 1:2]
+    B = np.hstack([{"voltage": jacobian[:, -1:], "force": pushed}[name] for name in inputs])
+    C, D = _output_rows(system, at, n, switches, outputs, jacobian[:, :-1], B, inputs)
+    x, time = _scales(system.states, device)
+    u, y = (
+        np.array([1.0 if device is None else float(device.scales.size(known[name])) for name in given])
+        for given, known in ((inputs, INPUTS), (outputs, OUTPUTS))
+    )
+    found = StateSpace(
+        A=jacobian[:, :-1] * x[:, None] / (x * time),
+        B=B * x[:, None] / (time * u),
+        C=C * y[:, None] / x,
+        D=D * y[:, None] / u,
+    )
+    found.states, found.inputs, found.outputs = tuple(s.name for s in system.states), tuple(inputs), tuple(outputs)
+    found.place = at[0] * float(x[0])
+    return found
+
+
+def _output_rows(
+    system: ConeSystem,
+    at: list[float],
+    n: Mapping[str, Any],
+    switches: Mapping[str, Any],
+    outputs: Sequence[str],
+    A: Array,
+    B: Array,
+    inputs: Sequence[str],
+) -> tuple[Array, Array]:
+    """The rows of C and D of the outputs."""
+
+    def values(z: list[Any], xp: Any) -> list[Any]:
+        own = {**n, **{name: xp.constant(float(np.ravel(value)[0])) for name, value in switches.items()}}
+        v = system.electric(system.line_of(0), z[-1], 0.0, z[:-1], own, xp)[0]
+        found = {"displacement": z[0], "velocity": z[1], "film_voltage": v}
+        if wanted & {"charge", "capacitance"}:
+            found["capacitance"] = system.films[0].capacitance(
+                z[0], v * v, system.states_of(z[:-1], "film", 0), own, xp
+            )
+            found["charge"] = v * found["capacitance"]
+        return [xp.node(found[name]) for name in rows]
+
+    rows = ["charge" if name == "current" else name for name in outputs]
+    wanted = set(rows)
+    slopes = np.array(gradients(values, at), dtype=float).reshape(len(rows), -1)
+    C, passed = slopes[:, :-1].copy(), slopes[:, -1:]
+    through = np.hstack([passed if name == "voltage" else 0.0 * passed for name in inputs])
+    D = through.copy()
+    for k, name in enumerate(outputs):
+        if name == "current":
+            if np.abs(passed[k]).max() > PASSED * np.abs(slopes[k]).max():
+                raise InputError(
+                    "current: jumps with the voltage of an ideal source, so that no such model has it; take charge, "
+                    "whose rate it is, or a circuit with a series resistance"
+                )
+            C[k], D[k] = slopes[k, :-1] @ A, slopes[k, :-1] @ B
+    return C, D
 
 
 def _rest_under(model: ConeModel, place: float, voltage: float) -> list[Any]:
@@ -110,13 +214,12 @@ def _rest_under(model: ConeModel, place: float, voltage: float) -> list[Any]:
     return settled if system.planar else _at_rest(settled, others, rates, n)
 
 
-def _scales(states: tuple[State, ...], device: Device | None) -> tuple[Array, float, float]:
-    """SI values of one unit of each state, of time and of voltage; 1 without a device."""
+def _scales(states: tuple[State, ...], device: Device | None) -> tuple[Array, float]:
+    """SI values of one unit of each state and of time; 1 without a device."""
     if device is None:
-        return np.ones(len(states)), 1.0, 1.0
-    scales = device.scales
-    own = [float(getattr(scales, state.quantity, 1.0)) for state in states]
-    return np.array(own), scales.time, scales.voltage
+        return np.ones(len(states)), 1.0
+    own = [float(device.scales.size(state.quantity)) if state.quantity in MEASURES else 1.0 for state in states]
+    return np.array(own), device.scales.time
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,104 @@
+"""The equation of motion of a device as a function for other people's integrators, in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from gelcone.devices.device import Device
+from gelcone.devices.scales import MEASURES
+from gelcone.errors import InputError
+from gelcone.physics.driven import INPUTS, driven
+from gelcone.quantity import Array
+
+Input = float | Callable[[float], float]
+"""A constant, or a function of the time in seconds."""
+
+
+class Rates:
+    """The rates of change ``rates(t, y, voltage=..., force=...)`` of a device's states, in SI units.
+
+    ``y`` has the ``states``: displacement, velocity and what film, bias and circuit add, (N,) or (N, points). The
+    ``start`` is the device's own. The film is in tension, wrinkled or slack as the states say; where it has pulled in
+    the rates are NaN.
+
+    Parameters
+    ----------
+    device : a device of single numbers.
+
+    Raises
+    ------
+    InputError : for an ensemble.
+    """
+
+    def __init__(self, device: Device) -> None:
+        if device.shape:
+            raise InputError(f"rates: takes a single device, not an ensemble of shape {device.shape}")
+        model, scales = device.to_model(), device.scales
+        self._system, self._waveform = driven(model.system, sine=False), model.system.waveform
+        values = {name: np.asarray(value, dtype=float) for name, value in model.values.items()}
+        self._n: dict[str, Any] = self._system.numbers_of(values)
+        self._drive = model.system.waveform.numbers(values)
+        self._scales = scales
+        sizes = [float(scales.size(s.quantity)) if s.quantity in MEASURES else 1.0 for s in self._system.states]
+        self._sizes: Array = np.array(sizes)
+        self.states: tuple[str, ...] = tuple(state.name for state in self._system.states)
+        start = model.members().start_states(np.array([device.initial_state()]))[0]
+        self.start: Array = np.asarray(start, dtype=float) * self._sizes
+
+    def __call__(self, t: float, y: Any, *, voltage: Input | None = None, force: Input = 0.0) -> Array:
+        """Rates of change, in the shape of ``y``.
+
+        Parameters
+        ----------
+        t : time, s.
+        y : states.
+        voltage : commanded voltage, V. Default None: that of the device's own drive.
+        force : force on the disc, N, positive away from the film's plane. Default 0.
+        """
+        z, n = self._at(t, y, voltage, force)
+        with np.errstate(all="ignore"):
+            found = self._system.rates(0.0, list(z), n)
+        return np.stack(np.broadcast_arrays(*found)) * self._column(z) / self._scales.time
+
+    def jacobian(self, t: float, y: Any, *, voltage: Input | None = None, force: Input = 0.0) -> Array:
+        """Derivatives (N, N) of the rates by the states ``y`` (N,), for implicit integrators; see `__call__`."""
+        z, n = self._at(t, y, voltage, force)
+        rows = self._system.slopes(0.0, [np.float64(value) for value in z], n)
+        found = np.array([[float(value) for value in row[1:]] for row in rows])
+        return found * self._sizes[:, None] / (self._sizes * self._scales.time)
+
+    def _column(self, z: Array) -> Array:
+        return self._sizes.reshape((-1,) + (1,) * (z.ndim - 1))
+
+    def _at(self, t: float, y: Any, voltage: Input | None, force: Input) -> tuple[Array, Mapping[str, Any]]:
+        """Dimensionless states and all numbers, the switches among them."""
+        states = np.asarray(y, dtype=float)
+        if states.shape[:1] != (len(self.states),):
+            raise InputError(f"y: must have {len(self.states)} states ({', '.join(self.states)}), not {states.shape}")
+        z, s, tau = states / self._column(states), self._scales, t / self._scales.time
+        if voltage is None:
+            volts, slope = self._waveform.voltage(tau, self._drive), self._waveform.voltage_rate(tau, self._drive)
+        else:
+            volts, slope = (voltage(t) if callable(voltage) else voltage) / s.voltage, 0.0
+        newton = (force(t) if callable(force) else force) / s.force
+        n = self._n | dict(zip(INPUTS, (volts, slope, newton, 0.0), strict=True))
+        return z, n | self._system.switches(0.0, list(z), n)
+
+
+def rates(device: Device) -> Rates:
+    """The equation of motion ``f(t, y, voltage=..., force=...)`` of a device in SI units, with its Jacobian.
+
+    As SciPy takes it: ``solve_ivp(f, (0, 1), f.start, jac=f.jacobian, method="LSODA")``.
+
+    Parameters
+    ----------
+    device : a device of single numbers.
+
+    Raises
+    ------
+    InputError : for an ensemble.
+    """
+    return Rates(device)
