@@ -87,12 +87,21 @@ def same_bits(exported, library, count, seed):
 
 BEAM = {"film": "taut", "beam_rate": -10.0, "beam_cubic_rate": 4e4, "gravity": 9.81}
 CREEPING = {"film": "wrinkling", "material.viscous_modulus_1": 1e4, "material.relaxation_time_1": 0.1}
+AMPLIFIER = {
+    "film": "wrinkling",
+    "filter_frequency": 300.0,
+    "slew_rate": 2e5,
+    "series_resistance": 2e6,
+    "current_limit": 1e-3,
+    "material.resistivity": 1e8,
+}
 BITS = {
     "taut": ({"film": "taut"}, False, 1e-10),
     "wrinkling": (WRINKLING, False, 1e-7),
     "creeping": (CREEPING, False, 1e-7),
     "beam and sine": (BEAM, True, 1e-10),
     "circuit": ({"film": "taut", "circuit": VoltageBehindResistor()}, False, 1e-7),
+    "amplifier": (AMPLIFIER, False, 1e-7),
 }
 
 
@@ -221,6 +230,24 @@ def test_a_changed_parameter_gives_the_motion_of_the_changed_device(pump):
     run.step(0.05, (800.0, 0.0, 0.0, 0.0))
     assert instance.step(0.05) == 0
     assert instance["displacement"] == pytest.approx(run.z[0] * other.scales.length, rel=1e-13)
+
+
+@pytest.mark.parametrize("key", ["amplifier", "creeping"])
+def test_what_is_not_changed_stays_what_it_is_in_si_units(made, key):
+    """Time constants of amplifier and gel while a mass changes the unit of time."""
+    changes, sine, tolerance = BITS[key]
+    exported, library = made(key, device().replace(changes), "pump", sine, tolerance)
+    instance = Instance(exported, library)
+    instance.set("moving_mass", 0.02)
+    other = Exported(device().replace(changes).replace(moving_mass=0.02), "pump", sine, tolerance)
+    instance.set("voltage", 800.0)
+    run = Reference(other)
+    for _ in range(3):
+        run.step(0.02, (800.0, 0.0, 0.0, 0.0))
+        assert instance.step(0.02) == 0
+    for k, state in enumerate(other.system.states):
+        right = run.z[k] * other.scale_values.get(state.quantity, 1.0)
+        assert instance[state.name] == pytest.approx(right, rel=1e-10, abs=1e-15)
 
 
 def test_a_stored_instance_continues_with_the_same_bits(pump):

@@ -11,7 +11,7 @@ import numpy as np
 from gelcone.devices.fields import DeviceFields
 from gelcone.devices.numbers import numbers_of
 from gelcone.devices.parts import component_of
-from gelcone.devices.scales import carried_mass
+from gelcone.devices.scales import Scales, carried_mass
 from gelcone.devices.units import FieldError
 from gelcone.physics.bias import Bias, Together
 from gelcone.physics.film.film import Film
@@ -95,8 +95,7 @@ def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False
         numbers |= {"law": device.material.law, "prestretch_mode": device.prestretch_mode}
     else:
         numbers = {name: value for name, value in numbers.items() if name not in device.material.law_parameters}
-    if device.filter_frequency is not None:
-        numbers["filter_time"] = device.scales.frequency / device.filter_frequency
+    numbers |= following(device, device.get, device.scales)
     if device.second_film is not None:
         numbers |= {"second_film": device.second_film, "second_drive": device.second_drive or "same"}
     return ConeModel(
@@ -110,15 +109,24 @@ def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False
     )
 
 
+def following(device: DeviceFields, get: Callable[[str], Any], scales: Scales) -> dict[str, Any]:
+    """The numbers that follow from several fields of a device, or in a way of their own; of numbers or expressions."""
+    found: dict[str, Any] = {}
+    if device.gravity is not None:
+        found["weight"] = carried_mass(get) * get("gravity") / scales.force
+    if device.filter_frequency is not None:
+        found["filter_time"] = scales.frequency / get("filter_frequency")
+    return found
+
+
 def _loads(device: DeviceFields) -> dict[str, Any]:
-    """The biases of a device, and the numbers that follow from several of its fields or are left out."""
+    """The biases of a device, and the numbers that are left out."""
     kinds, numbers = ["spring"], {}
     if device.beam_rate is not None:
         kinds.append("beam")
         numbers = {"beam_cubic": 0.0, "beam_height": 0.0}
     if device.gravity is not None:
         kinds.append("weight")
-        numbers["weight"] = carried_mass(device.get) * device.gravity / device.scales.force
     if device.constant_force is not None:
         kinds.append("force")
     bias: Any = "+".join(kinds)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from gelcone.devices.cone import following
 from gelcone.devices.device import Device
 from gelcone.devices.fields import DIRECT_PRESTRETCHES, GEL, SECOND_PRESTRETCHES
 from gelcone.devices.numbers import numbers_of
@@ -83,10 +84,15 @@ def _numbers(device: Device, model: ConeModel, scales: Scales, get: Any, graph: 
     for parameter, (field, quantity) in numbers_of(device).items():
         if parameter in values and device.get(field) is not None:
             values[parameter] = scales.dimensionless(quantity, get(field))
-    if device.gravity is not None:
-        values["weight"] = carried_mass(get) * get("gravity") / scales.force
+    values |= following(device, get, scales)
     values["damping_ratio"] = get(DAMPING) * scales.time / (2.0 * carried_mass(get))
     system = model.system
+    for name, own in system.parameters.items():
+        untraced = name in values and not isinstance(values[name], Node) and name != STRENGTH
+        if untraced and own.scale != "1" and not (values[name] == 0.0 or np.isinf(values[name])):
+            raise InputError(
+                f"{name}: cannot be exported, for it is not known how it follows from fields of the device"
+            )
     found: dict[str, Any] = {"damping_ratio": values["damping_ratio"]}
     for part in (system.bias, system.waveform, system.circuit):
         found |= _traced(part, values)

@@ -115,10 +115,10 @@ class Exported:
     @cached_property
     def outputs(self) -> dict[str, tuple[int, str, str]]:
         """Outputs by name: their place among what a point gives, their quantity and what they are."""
-        found = {}
+        found, states = {}, {state.name for state in self.system.states}
         for film in self.system.films:
             for own, (quantity, meaning) in _OUTPUTS.items():
-                if film.prefix + own in self.program.outputs:
+                if film.prefix + own in self.program.outputs and film.prefix + own not in states:
                     place = self.program.outputs.index(film.prefix + own)
                     found[film.prefix + TITLES.get(own, own)] = (place, quantity, meaning.format(film=film.words[4:]))
         return found
