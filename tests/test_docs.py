@@ -67,7 +67,7 @@ def prepared(tmp_path_factory):
     pump = gelcone.find_device("biased-pump")
     for name in ("mine.toml", "my-device.toml"):
         gelcone.save(pump, folder / name)
-    for path in (ROOT / "docs" / "measured" / "vhb").glob("*.*"):
+    for path in (ROOT / "docs" / "measured").glob("*/*.*"):
         shutil.copy(path, folder / path.name)
     (folder / "tension.csv").write_text("stretch,stress (kPa)\n1,0\n1.1,5\n1.2,9\n1.3,12\n")
     (folder / "relaxation.csv").write_text("time (s),stretch,stress (kPa)\n1,2,9\n2,2,8\n3,2,7\n4,2,7\n")
@@ -96,6 +96,8 @@ def dry(monkeypatch, prepared):
         "gelcone.paper.run.run",
         "gelcone.cli.studio.start",
         "gelcone.lab.material.fit_material",
+        "gelcone.lab.device.fit_device",
+        "gelcone.lab.device.plan_device",
     ):
         monkeypatch.setattr(place, begin)
     for place in ("cli.command", "cli.grids"):  # results of a name may be there

@@ -12,6 +12,7 @@ A device in SI units, how it moves, and a picture of that:
 Devices and gels
     Device, Device.from_toml, find_device, Material, load_materials
     read_tests, fit_material, fitted_material, fitted_text   a gel from tests on coupons
+    read_device_tests, plan_device, fit_device, fitted_device   a device from its own measurements
 Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     simulate, section, extrema, spectrum    one run: how it moves
     regime, lyapunov, settled, triptych     the kind of motion, with the evidence
@@ -146,6 +147,10 @@ if TYPE_CHECKING:
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
     from gelcone.export.public import export as export
+    from gelcone.lab.device import fit_device as fit_device
+    from gelcone.lab.device import fitted_device as fitted_device
+    from gelcone.lab.device import plan_device as plan_device
+    from gelcone.lab.device_tests import read_device_tests as read_device_tests
     from gelcone.lab.material import fit_material as fit_material
     from gelcone.lab.material import fitted_material as fitted_material
     from gelcone.lab.material import fitted_text as fitted_text

@@ -95,3 +95,72 @@ def test_a_data_sheet_is_a_page(command_line, tmp_path):
         assert any(line.startswith(start) for line in out.splitlines()), start
     assert out.endswith("wrote sheet/datasheet.png\nwrote sheet/datasheet.pdf\n")
     assert command_line("datasheet", "biased-pump", "--film", "taut", "--out", "sheet")[0] == 2
+
+
+PUMP = VHB.parent / "pump"
+FREE = ("--free", "spring_rate~10%", "--free", "material.shear_modulus~50%", "--free", "damping_coefficient~100%")
+
+
+@pytest.fixture
+def pump(command_line, tmp_path):
+    """The command line in a folder with tests on a pump."""
+    for path in PUMP.iterdir():
+        shutil.copy(path, tmp_path / path.name)
+    return command_line
+
+
+def test_a_plan_says_what_tests_tell(pump):
+    code, out, err = pump("fit", "pump.toml", "--data", "pump-tests.toml", *FREE, "--plan", "--next", "stroke@2.15 kV")
+    assert code == 0, err
+    assert out.startswith("pump as drawn: plan of 77 readings in 4 tests, taut film\n3 of 3 directions of the fields")
+    assert "next for stroke@2.15 kV, what it would leave of the standard deviation:\n" in out
+    again = result(pump("fit", "pump.toml", "--data", "pump-tests.toml", *FREE, "--plan", "--json")[1])
+    assert again["learnt"] == 3
+    assert again["unknown"][0] == "spring_rate"
+
+
+def test_a_fit_that_chi2_refuses_is_marked_and_ends_with_1(pump, tmp_path, undrawn):
+    arguments = (
+        "fit",
+        "pump.toml",
+        "--data",
+        "pump-tests.toml",
+        "--free",
+        "damping_coefficient~100%",
+        "--out",
+        "fitted",
+    )
+    code, out, _ = pump(*arguments)
+    assert code == 1
+    assert "no device of this structure makes these data; the intervals below are not to be relied on" in out
+    assert "each test predicted from the others:" in out
+    fitted = gelcone.find_device(tmp_path / "fitted" / "device.toml")
+    assert fitted == gelcone.fitted_device(gelcone.load(tmp_path / "fitted" / "fit.nc"))
+    assert fitted.damping_coefficient != 0.01
+
+
+@pytest.mark.parametrize(
+    ("typed", "message"),
+    [
+        (["pump.toml", "--data", "pump-tests.toml"], "no field is free; give some with priors"),
+        (["pump.toml", "--data", "force.csv", *FREE], "of a device, --data is a list of tests (tests.toml)"),
+        (
+            ["pump.toml", "--data", "pump-tests.toml", *FREE, "--laws", "yeoh"],
+            "--laws: is an option of the fit of a material",
+        ),
+        (["--data", "force.csv", *FREE], "--free: is an option of the fit of a device"),
+        (
+            ["biased-pump", "--data", "pump-tests.toml", *FREE],
+            "film = membrane: is not fitted yet; give --films wrinkling or taut",
+        ),
+        (
+            ["pump.toml", "--data", "pump-tests.toml", *FREE, "--plan", "--films", "taut,wrinkling"],
+            "a plan is that of one film",
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_device_is_said_in_one_line(typed, message, pump):
+    code, out, err = pump("fit", *typed)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1

@@ -38,6 +38,12 @@ def fitted():
     return gelcone.fit_material(tests, laws=["gent"], branches=[0, 1], draws=0)
 
 
+def of_pump(made):
+    folder = Path(__file__).parents[2] / "docs" / "measured" / "pump"
+    tests = gelcone.read_device_tests(folder / "pump-tests.toml")
+    return made(gelcone.find_device(folder / "pump.toml"), tests, {"spring_rate": 0.1, "damping_coefficient": 1.0})
+
+
 RESULTS = {
     "triptych": lambda: gelcone.triptych(MOVING.replace(voltage=[0.2, 0.9]), periods=3, late_periods=2, **QUICK),
     "bifurcation diagram": lambda: gelcone.bifurcation(MODEL, "voltage", [0.5, 1.0], bisections=0, **QUICK),
@@ -51,6 +57,8 @@ RESULTS = {
     ),
     "basins of attraction": lambda: gelcone.basin(MODEL, {"displacement": [0.0, 1.0], "velocity": [0.0, 1.0]}, **QUICK),
     "data sheet": lambda: gelcone.datasheet(RAISED.replace(voltage=0.2), [0.3]),
+    "device fit": lambda: of_pump(gelcone.fit_device),
+    "device plan": lambda: of_pump(gelcone.plan_device),
     "film": lambda: gelcone.film(MEMBRANE, [0.3, 0.5], [0.2, 0.5]),
     "frequency response": lambda: gelcone.frequency(RAISED, [0.2, 0.3]),
     "cone and continuum": compared,
@@ -84,6 +92,8 @@ SHOWS = {
     "triptych": lambda r: r["section_velocity"],
     "best drive": lambda r: r["window_peak"],
     "data sheet": lambda r: r["ramp_stroke"],
+    "device fit": lambda r: r["predicted"],
+    "device plan": lambda r: r["left"] / r["prior"],
     "bifurcation diagram": lambda r: r["section"].isel(state=0),
     "extrema": lambda r: r["displacement"],
     "branches": lambda r: r["lyapunov"],

@@ -1,11 +1,11 @@
-"""`gelcone fit`: measured data in, a fitted material out; and `gelcone datasheet`."""
+"""`gelcone fit`: measured data in, a fitted material or device out; and `gelcone datasheet`."""
 
 from __future__ import annotations
 
 import tomllib
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -21,22 +21,30 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FILES = ("material.toml", "fit.nc", "fit.png")
+DEVICE_FILES = ("fit.nc", "fit.png", "device.toml")
+PLAN_FILES = ("plan.nc", "plan.png")
 REMEDY = "give a TOML file with a table [material]"
 
 
 def fit_command() -> click.Command:
     """`gelcone fit`."""
-    text = """Fit a material to tests on coupons: law and Maxwell branches, chosen by predicting tests left out.
+    text = """Fit a material to tests on coupons, or a device to its own measurements.
 
-    MATERIAL is a file with what is known without the tests, in a table [material]: name, relative_permittivity,
-    dielectric_strength. The data are CSV files as they were exported, or a list of them, tests.toml.
+    A material is a file with what is known without the tests, in a table [material]: name, relative_permittivity,
+    dielectric_strength. Law and Maxwell branches are chosen by predicting tests left out. The data are CSV files
+    as they were exported, or a list of them, tests.toml.
+
+    Of a device the fields that are --free are fitted, each with the standard deviation of its prior, and with them the
+    gains of the instruments; --plan says before any test what the tests can tell, and what to measure next.
 
     \b
     gelcone fit material.toml --data tests.toml --out fitted
     gelcone fit material.toml --data tension.csv --data relaxation.csv --laws yeoh --branches 1,2
+    gelcone fit pump.toml --data pump-tests.toml --free spring_rate~3% --free material.shear_modulus~50% --plan
+    gelcone fit pump.toml --data pump-tests.toml --free spring_rate~3% --films taut,wrinkling --predict "stroke@1.5 kV"
     """
     params: list[click.Parameter] = [
-        click.Argument(["material"], required=False, metavar="[MATERIAL]"),
+        click.Argument(["subject"], required=False, metavar="[MATERIAL|DEVICE]"),
         click.Option(
             ["--data"], multiple=True, type=PLACE, metavar="FILE",
             help="Measured data: tests.toml, or a CSV file; may be repeated.",
@@ -46,67 +54,146 @@ def fit_command() -> click.Command:
         click.Option(["--flow"], default="log", show_default=True, help="Flow rule of the branches: log or linear."),
         click.Option(["--draws"], type=int, default=60, show_default=True, help="Draws of tests, for intervals."),
         click.Option(["--seed"], type=int, default=0, show_default=True, help="Seed of the draws."),
+        click.Option(
+            ["--free"], multiple=True, metavar="FIELD[~SD]",
+            help="Of a device: a field to fit, and the standard deviation of its prior, 3% or '5 um'; may be repeated.",
+        ),
+        click.Option(["--plan"], is_flag=True, help="Of a device: what the tests can tell, without fitting."),
+        click.Option(["--films"], metavar="NAMES", help="Of a device: films to compare, taut,wrinkling."),
+        click.Option(
+            ["--predict", "--next", "predict"], multiple=True, metavar="WHAT",
+            help="Of a device: 'stroke@1.5 kV', 'blocked force@1 kV', 'natural frequency@1 kV' or pull-in, with its "
+            "standard deviation and the experiments that would lower it most; may be repeated.",
+        ),
         *output_parameters(),
     ]  # fmt: skip
     return click.Command("fit", params=params, callback=run_fit, help=text)
 
 
+OF_MATERIALS = {"laws": None, "branches": None, "flow": "log", "draws": 60, "seed": 0}
+"""Options of a material's fit, and their defaults."""
+OF_DEVICES = {"free": (), "plan": False, "films": None, "predict": ()}
+"""Options of a device's fit."""
+
+
 def run_fit(
-    *, material: str | None, data: tuple[Path, ...], out: Path | None, force: bool, as_json: bool, **options: Any
+    *, subject: str | None, data: tuple[Path, ...], out: Path | None, force: bool, as_json: bool, **options: Any
 ) -> int:
-    """Reads data and material, fits, and prints and writes what was found."""
+    """Reads data and subject, fits, and prints and writes what was found."""
+    if not data:
+        raise InputError("--data is missing; give tests.toml or a measured CSV file")
+    content = _content(subject)
+    of_device = content is None
+    for name, default in (OF_MATERIALS if of_device else OF_DEVICES).items():
+        if options[name] != default:
+            other = "a material" if of_device else "a device"
+            raise InputError(f"--{name}: is an option of the fit of {other}; leave it out")
+    if of_device:
+        assert subject is not None
+        return _fit_device(subject, data, Output(out, force, as_json), {name: options[name] for name in OF_DEVICES})
+    own = {name: options[name] for name in OF_MATERIALS}
+    return _fit_material(subject, content or {}, data, Output(out, force, as_json), own)
+
+
+class Output(NamedTuple):
+    """Where a result goes: the folder of ``--out``, whether files are overwritten, and whether JSON is printed."""
+
+    out: Path | None
+    force: bool
+    as_json: bool
+
+    def places(self, names: tuple[str, ...]) -> list[Path]:
+        """The files of these names; refuses those that exist."""
+        found = [] if self.out is None else [self.out / name for name in names]
+        check_writable(found, force=self.force)
+        return found
+
+    def deliver(self, words: str, as_json: dict[str, Any], places: list[Path], writers: list[Any]) -> None:
+        """Writes the files, and prints text or JSON."""
+        if places:
+            write_together(dict(zip(places, writers, strict=True)), force=self.force)
+        if self.as_json:
+            print_json(bare_answer("fit", as_json))
+            return
+        click.echo("\n".join([words, *(f"wrote {path}" for path in places)]))
+
+
+def _fit_material(
+    subject: str | None, content: dict[str, Any], data: tuple[Path, ...], output: Output, options: dict[str, Any]
+) -> int:
+    """Fits a material to tests on coupons."""
     from gelcone.analyses.material_fit import fit_json, fit_words
-    from gelcone.lab.material import fit_material, fitted_text
+    from gelcone.lab.material import fit_material, fitted_text, known_fields_of
     from gelcone.lab.measured import read_tests
     from gelcone.netcdf import write_netcdf
     from gelcone.plots import plot, style
 
-    if not data:
-        raise InputError("--data is missing; give tests.toml or a measured CSV file")
-    known = _known(material)
+    known = {} if subject is None else known_fields_of(Path(subject), content)
     tests = read_tests(*data)
-    places = [] if out is None else [out / name for name in FILES]
-    check_writable(places, force=force)
+    places = output.places(FILES)
+    options |= {"laws": _words(options["laws"]), "branches": _counts(options["branches"])}
     with progress_bar("fit") as progress:
-        result = fit_material(
-            tests,
-            known,
-            laws=_words(options["laws"]),
-            branches=_counts(options["branches"]),
-            flow=options["flow"],
-            draws=options["draws"],
-            seed=options["seed"],
-            progress=progress,
-        )
+        result = fit_material(tests, known, **options, progress=progress)
+    writers: list[Any] = []
     if places:
-        figure, text = plot(result), fitted_text(result)
-        writers = (
-            lambda to: to.write_text(text, encoding="utf-8"),
+        writers = [
+            partial(_write, fitted_text(result)),
             partial(write_netcdf, result),
-            partial(style.draw_file, figure),
-        )
-        write_together(dict(zip(places, writers, strict=True)), force=force)
-    if as_json:
-        print_json(bare_answer("fit", fit_json(result)))
-        return 0
-    click.echo(fit_words(result))
-    for path in places:
-        click.echo(f"wrote {path}")
+            partial(style.draw_file, plot(result)),
+        ]
+    output.deliver(fit_words(result), fit_json(result), places, writers)
     return 0
 
 
-def _known(material: str | None) -> dict[str, Any]:
-    """The fields of a material's file."""
-    from gelcone.lab.material import known_fields_of
+def _fit_device(subject: str, data: tuple[Path, ...], output: Output, options: dict[str, Any]) -> int:
+    """Plans or fits a device; 1 where chi2 refuses the structure."""
+    from gelcone.analyses.device_fit import device_fit_json, device_fit_words, device_plan_words
+    from gelcone.devices.device import find_device
+    from gelcone.lab.device import fit_device, fitted_device, plan_device, read_free
+    from gelcone.lab.device_tests import read_device_tests
+    from gelcone.netcdf import write_netcdf
+    from gelcone.plots import plot, style
 
-    if material is None:
+    device = find_device(subject)
+    if len(data) > 1:
+        raise InputError("--data: of a device is one list of tests; put all into one tests.toml")
+    tests, free = read_device_tests(data[0]), read_free(options["free"], device)
+    films, plan = _words(options["films"]), options["plan"]
+    places = output.places(PLAN_FILES if plan else DEVICE_FILES)
+    if plan:
+        if films is not None and len(films) > 1:
+            raise InputError("--films: a plan is that of one film; give one")
+        result = plan_device(device, tests, free, predict=options["predict"], film=films[0] if films else None)
+        words = device_plan_words(result, device)
+    else:
+        result = fit_device(device, tests, free, predict=options["predict"], films=films)
+        words = device_fit_words(result, device)
+    writers: list[Any] = []
+    if places:
+        writers = [partial(write_netcdf, result), partial(style.draw_file, plot(result))]
+        writers += [] if plan else [partial(_write, fitted_device(result).to_toml())]
+    output.deliver(words, device_fit_json(result), places, writers)
+    return int(result.attrs.get("refused", 0))
+
+
+def _write(text: str, to: Path) -> None:
+    to.write_text(text, encoding="utf-8")
+
+
+def _content(subject: str | None) -> dict[str, Any] | None:
+    """The content of a material's file; None for a device."""
+    from gelcone.devices.files import shipped_devices
+
+    if subject is None:
         return {}
-    path = Path(material)
+    path = Path(subject)
+    if subject in shipped_devices() and not path.is_file():
+        return None
     try:
         content = tomllib.loads(read_text(path, REMEDY))
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
-    return known_fields_of(path, content)
+    return None if "disc_radius" in content or "film_radius" in content else content
 
 
 def _words(text: str | None) -> list[str] | None:

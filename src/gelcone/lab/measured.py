@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -77,16 +77,32 @@ def _listed(path: Path) -> Iterable[tuple[Path, dict[str, Any]]]:
     """The files of a list and their settings; a measured table stands for itself."""
     if path.suffix.lower() != ".toml":
         return [(path, {"columns": {}})]
+    entries, _ = listed_tables(path)
+    return [_read_entry(path, k, entry) for k, entry in enumerate(entries, start=1)]
+
+
+def listed_tables(path: Path, others: Sequence[str] = ()) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    """The tables ``[[test]]`` of a list, and those of its ``others`` that are there; `InputError` for another file."""
     try:
         content = tomllib.loads(read_text(path, REMEDY))
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
     listed = content.pop("test", None)
+    known = {name: content.pop(name) for name in others if isinstance(content.get(name), dict)}
     if content or not isinstance(listed, list) or not listed or not all(isinstance(one, dict) for one in listed):
         raise InputError(f"{path}: {f'{next(iter(content))!r} is not known; ' if content else ''}{REMEDY}")
     if len(listed) > MOST_FILES:
         raise InputError(f"{path}: lists {len(listed)} files; give at most {MOST_FILES}")
-    return [_read_entry(path, k, entry) for k, entry in enumerate(listed, start=1)]
+    return listed, known
+
+
+def place_of(path: Path, where: str, name: Any) -> Path:
+    """The file that a list names, in the folder of the list; `InputError` for another place."""
+    if not isinstance(name, str) or not name.strip() or "\x00" in name:
+        raise InputError(f"{where}: file is missing; {REMEDY}")
+    if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts or "\\" in name or ":" in name:
+        raise InputError(f"{where}: file = {name!r}: must lie in the folder of the list; put it there")
+    return path.parent / name
 
 
 def _read_entry(path: Path, number: int, entry: Mapping[str, Any]) -> tuple[Path, dict[str, Any]]:
@@ -95,19 +111,13 @@ def _read_entry(path: Path, number: int, entry: Mapping[str, Any]) -> tuple[Path
     for key in entry:
         if key not in KEYS:
             raise InputError(f"{where}: {unknown_name('setting of a test', key, KEYS)}")
-    name = entry.get("file")
-    if not isinstance(name, str) or not name.strip() or "\x00" in name:
-        raise InputError(f"{where}: file is missing; {REMEDY}")
-    if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts or "\\" in name or ":" in name:
-        raise InputError(f"{where}: file = {name!r}: must lie in the folder of the list; put it there")
+    place = place_of(path, where, entry.get("file"))
     columns = {key: value for key, value in entry.items() if key in ROLES and not _begins_a_number(value)}
     for key, value in columns.items():
         if not isinstance(value, str) or not value.strip():
             raise InputError(f'{where}: {key} = {value!r}: must name a column, such as {key} = "F, mN"')
     others = {key: value for key, value in entry.items() if key != "file" and key not in columns}
-    return path.parent / name, {key: _setting(where, key, value) for key, value in others.items()} | {
-        "columns": columns
-    }
+    return place, {key: _setting(where, key, value) for key, value in others.items()} | {"columns": columns}
 
 
 def _begins_a_number(value: Any) -> bool:

@@ -27,6 +27,8 @@ FIGURES = MappingProxyType(
         "best drive": "drive.drive_figure",
         "branches": "branches.branches_figure",
         "data sheet": "datasheet.datasheet_figure",
+        "device fit": "device_fit.device_fit_figure",
+        "device plan": "device_fit.device_plan_figure",
         "film": "profile.profile_figure",
         "frequency response": "frequency.frequency_figure",
         "instability tongues of rest": "floquet.tongues_figure",

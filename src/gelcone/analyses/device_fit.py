@@ -1,0 +1,144 @@
+"""Answers about the plan of a device's tests, and about a device fitted to them."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.analyses.answer import result_json
+from gelcone.devices.units import format_si
+from gelcone.lab.device import PREDICTIONS, UNDECIDED, fitted_device
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.devices.device import Device
+
+MOST_NEXT = 5
+FILE_ONLY = (
+    "reading_test",
+    "reading_name",
+    "reading_along",
+    "reading_axis",
+    "reading_unit",
+    "measured",
+    "noise",
+    "predicted",
+)
+
+
+def device_plan_words(result: xr.Dataset, device: Device) -> str:
+    """The plan as text."""
+    attrs, count = result.attrs, len(json.loads(result.attrs["tests"]))
+    lines = [f"{device.name}: plan of {attrs['readings']} readings in {count} tests, {attrs['film']} film"]
+    lines += _learnt_lines(result)
+    return "\n".join([*lines, *_unknown_lines(result, device), *_prediction_lines(result), *_next_lines(result)])
+
+
+def device_fit_words(result: xr.Dataset, device: Device) -> str:
+    """The fit as text; what is not to be relied on says so first."""
+    attrs = result.attrs
+    lines = [f"{device.name}: fitted to {attrs['readings']} readings, {attrs['film']} film", verdict(result)]
+    lines += [*_film_lines(result), *_unknown_lines(result, device), *_learnt_lines(result)]
+    return "\n".join([*lines, *_left_out_lines(result), *_prediction_lines(result), *_next_lines(result)])
+
+
+def device_fit_json(result: xr.Dataset) -> dict[str, Any]:
+    """The JSON object of a plan or a fit."""
+    found = result_json(result, FILE_ONLY)
+    for name in ("tests", "next"):
+        if name in found:
+            found[name] = json.loads(found[name])
+    if "fitted" in found:
+        found["fitted"] = fitted_device(result).parameters()
+    return found
+
+
+def verdict(result: xr.Dataset) -> str:
+    """What chi2 says of the structure."""
+    attrs = result.attrs
+    size = f"chi2 = {attrs['chi2']:.4g} of {attrs['readings']} points"
+    if attrs["refused"]:
+        other = next(film for film in ("wrinkling", "taut") if film != attrs["film"])
+        return (
+            f"{size}: no device of this structure makes these data; the intervals below are not to be relied on; try "
+            f"--films {other}"
+        )
+    return f"{size} (p = {attrs['p_value']:.2g}): the structure is not refused"
+
+
+def _film_lines(result: xr.Dataset) -> list[str]:
+    if result.sizes["film"] < 2:
+        return []
+    rows = [(float(result["film_objective"][k]), str(film)) for k, film in enumerate(result["film"].values)]
+    lines = ["films compared, chi2 with priors: " + ", ".join(f"{film} {value:.4g}" for value, film in sorted(rows))]
+    (first, best), (second, other) = sorted(rows)[:2]
+    if second - first < UNDECIDED:
+        lines.append(f"these tests cannot tell {best} from {other}")
+    return lines
+
+
+def _unknown_lines(result: xr.Dataset, device: Device) -> list[str]:
+    fields = list(map(str, result["field"].values))
+    lines = [f"{'':32s}{'value':>14s}{'deviation':>11s}{'known to':>10s}{'prior':>8s}{'left of it':>12s}"]
+    for k, name in enumerate(map(str, result["unknown"].values)):
+        prior, left, moved = (float(result[key][k]) for key in ("prior", "left", "deviation"))
+        value = ""
+        if name in fields:
+            value = format_si(float(result["value"][fields.index(name)]), device.swept_fields()[name].unit)
+        known = f"{100.0 * prior:.3g} %" if prior < 10.0 else "none"
+        line = f"  {name:30s}{value:>14s}{100.0 * np.expm1(moved):>+9.1f} %{100.0 * left:>8.2g} %{known:>8s}"
+        line += f"{left / prior:>12.2f}"
+        far = "  more than 2 standard deviations from its prior" if abs(moved) > 2.0 * prior else ""
+        lines.append(line + far)
+    return lines
+
+
+def _learnt_lines(result: xr.Dataset) -> list[str]:
+    count = result.sizes["field"]
+    learnt = result.attrs["learnt"]
+    lines = [f"{learnt} of {count} directions of the fields are learnt from the tests, the others from the priors"]
+    if result.sizes.get("invariant", 0):
+        lines.append("changes that leave every reading as it is (s: any factor):")
+    for row in result["exponent"].values if "exponent" in result else ():
+        parts = [(str(name), share) for name, share in zip(result["field"].values, row, strict=True) if share]
+        lines.append(
+            "  " + ", ".join(f"{name} x s{'' if abs(share - 1.0) < 1e-3 else f'^{share:.3g}'}" for name, share in parts)
+        )
+    return lines
+
+
+def _left_out_lines(result: xr.Dataset) -> list[str]:
+    if "left_out_chi2" not in result:
+        return []
+    lines = ["each test predicted from the others:"]
+    for k, name in enumerate(result["test"].values):
+        chi2, points, p = (float(result[f"left_out_{key}"][k]) for key in ("chi2", "points", "p_value"))
+        lines.append(f"  {name!s:40s} chi2 {chi2:.4g} of {points:.0f}, p = {p:.2g}{': refused' if p < 0.01 else ''}")
+    return lines
+
+
+def _prediction_lines(result: xr.Dataset) -> list[str]:
+    lines = []
+    for k, name in enumerate(map(str, result["prediction"].values) if "prediction" in result.coords else ()):
+        unit = PREDICTIONS[name.partition("@")[0].strip()]
+        value, spread, prior = (float(result[f"predicted_{key}"][k]) for key in ("value", "spread", "prior"))
+        if not np.isfinite(value):
+            lines.append(f"{name}: none")
+            continue
+        lines.append(
+            f"{name}: {format_si(value, unit)} +- {format_si(spread, unit, 3)} ({100.0 * spread / abs(value):.2g} %; "
+            f"from the priors alone {100.0 * prior / abs(value):.2g} %)"
+        )
+    return lines
+
+
+def _next_lines(result: xr.Dataset) -> list[str]:
+    lines = []
+    names = map(str, result["prediction"].values) if "prediction" in result.coords else ()
+    for name, found in zip(names, json.loads(result.attrs.get("next", "[]")), strict=False):
+        lines.append(f"next for {name}, what it would leave of the standard deviation:")
+        lines += [f"  {ratio:.2f}  {words}" for words, ratio in found[:MOST_NEXT]]
+    return lines

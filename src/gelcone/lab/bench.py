@@ -1,0 +1,273 @@
+"""Tests on a device, and what a device predicts of them: statics, and responses at their amplitude.
+
+A response is that of one-harmonic balance: mean, sine and cosine of the displacement that balance the mean, sine and
+cosine of the forces over a period. It holds at the amplitude of the test and across the borders of a film, where a
+linear response jumps. All predictions are made for many variants of a device at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gelcone.devices.device import Device
+from gelcone.errors import InputError
+from gelcone.physics.members import Members
+from gelcone.quantity import Array
+
+PHASES = 16
+"""Phases of a period at which forces are balanced."""
+NEWTON_STEPS = 40
+SAME = 1e-13
+"""A Newton step of this size, over the length b - a, ends the search for a balance."""
+LONGEST_STEP = 0.1
+
+
+class Reading(NamedTuple):
+    """A number that a test measures: its SI unit, and the instrument whose gain multiplies it; empty: none."""
+
+    unit: str
+    instrument: str
+
+
+class Kind(NamedTuple):
+    """A kind of test: what is ``set``, name -> SI unit, one value a row or one for all rows, and what is ``read``."""
+
+    set: Mapping[str, str]
+    read: Mapping[str, Reading]
+
+
+KINDS: Mapping[str, Kind] = {
+    "blocked force": Kind({"height": "m", "voltage": "V"}, {"force": Reading("N", "load cell")}),
+    "stroke over voltage": Kind({"voltage": "V"}, {"stroke": Reading("m", "laser")}),
+    "frequency response": Kind(
+        {"voltage_offset": "V", "voltage_amplitude": "V", "frequency": "Hz"},
+        {"in_phase": Reading("m", "laser"), "quadrature": Reading("m", "laser")},
+    ),
+    "ring-down": Kind({}, {"frequency": Reading("Hz", ""), "decay": Reading("1/s", "")}),
+}
+"""Kinds of tests on a device. A response is in_phase sin + quadrature cos where the voltage is a sine."""
+AMPLIFIER = "amplifier"
+"""The instrument whose gain multiplies all commanded voltages."""
+INSTRUMENTS = ("load cell", "laser", AMPLIFIER)
+
+
+@dataclass(frozen=True)
+class DeviceTest:
+    """A test on a device: its ``kind``, a key of `KINDS`; what was ``set`` and ``read``, (n,) each, in SI; and the
+    standard deviation of the ``noise`` of every reading, (n,) each."""
+
+    name: str
+    kind: str
+    set: Mapping[str, Array]
+    read: Mapping[str, Array]
+    noise: Mapping[str, Array]
+
+    @property
+    def values(self) -> Array:
+        """All readings in a row."""
+        return np.concatenate([self.read[name] for name in KINDS[self.kind].read])
+
+    @property
+    def deviations(self) -> Array:
+        """The noise of all readings in a row."""
+        return np.concatenate([self.noise[name] for name in KINDS[self.kind].read])
+
+    @property
+    def instruments(self) -> list[str]:
+        """The instrument of every reading in a row."""
+        return [own.instrument for name, own in KINDS[self.kind].read.items() for _ in self.read[name]]
+
+
+class Variants:
+    """Variants of a device: fields times factors, all predicted together.
+
+    ``fields`` are names, also dotted ones, of fields with positive values; ``factors`` has the shape (variants,
+    fields). ``gains`` are factors of instruments, (variants,) each. ``near`` is a single variant close to all of these,
+    from whose states the searches start.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        fields: Sequence[str],
+        factors: Array,
+        gains: Mapping[str, Array],
+        near: Variants | None = None,
+    ) -> None:
+        nominal = {name: field_value(device, name) for name in fields}
+        changed: dict[str, Any] = {name: nominal[name] * factors[:, k] for k, name in enumerate(fields)}
+        if not changed:
+            changed = {"moving_mass": np.full(len(factors), float(device.moving_mass))}
+        self.device = device.replace_quietly(changed)
+        members = self.device.to_model().members()
+        if len(members.system.films) > 1 or members.system.circuit.states:
+            raise InputError("fit: takes a device with one film and an ideal source; leave second_film and circuit out")
+        self.members: Members = members
+        self.gains = {name: gains.get(name, np.ones(len(factors)))[:, None] for name in INSTRUMENTS}
+        self.damping = np.broadcast_to(members.values["damping_ratio"], members.shape)[:, None]
+        self.n = members.numbers(trailing=1)
+        self._near = near
+        self._states: dict[Any, Array] = {}
+
+    def scale(self, quantity: str) -> Array:
+        """The SI value of one dimensionless unit, (variants, 1)."""
+        return np.broadcast_to(np.asarray(self.device.scales.size(quantity)), self.members.shape)[:, None]
+
+    def force(self, x: Array, squared: Any, n: Mapping[str, Any] | None = None) -> tuple[Array, Array]:
+        """Static force and its slope, of arrays (variants, ...)."""
+        with np.errstate(all="ignore"):
+            force, slope = self.members.system.static_force(x, squared, self.n if n is None else n)
+        return np.asarray(force), np.asarray(slope)
+
+    def volts(self, commanded: Array) -> Array:
+        """The dimensionless voltage on the film, (variants, rows), of a commanded one in V."""
+        return self.gains[AMPLIFIER] * np.asarray(commanded, dtype=float) / self.scale("voltage")
+
+    @property
+    def rest(self) -> Array:
+        """The rest without voltage, (variants, 1); NaN where none is found near that of the device."""
+        if "rest" not in self._states:
+            start = self._start("rest", self.members.size)
+            if start is None:
+                start = self.device.replace_quietly(release_height=None, release_velocity=0.0).initial_state()
+                start = np.asarray(start, dtype=float).reshape(-1, 2)[:, :1]
+            at = np.array(np.broadcast_to(start, (self.members.size, 1)), dtype=float)
+            self._states["rest"] = self._balanced(at, 0.0)
+        return self._states["rest"]
+
+    def _start(self, key: Any, *shape: int) -> Array | None:
+        """What was found for the variant near these, for all of them; None where there is none."""
+        if self._near is None or key not in self._near._states:
+            return None
+        known = self._near._states[key]
+        return np.array(np.broadcast_to(known, (*shape, *known.shape[1:])), dtype=float)
+
+    def _balanced(self, x: Array, squared: Any) -> Array:
+        """The stable balance near x at a squared voltage, by Newton's method; NaN where none is found."""
+        for _ in range(NEWTON_STEPS):
+            force, slope = self.force(x, squared)
+            with np.errstate(invalid="ignore"):
+                step = np.clip(force / np.where(slope > 0.0, slope, np.nan), -LONGEST_STEP, LONGEST_STEP)
+            x = x - step
+            if not np.nanmax(np.abs(step), initial=0.0) > SAME:
+                break
+        return np.where(np.abs(step) < 1e-9, x, np.nan)
+
+    # --- the kinds of tests -------------------------------------------------------------------------------------------
+
+    def predict(self, test: DeviceTest) -> Array:
+        """Predict the readings of a test by all variants, (variants, readings); NaN where one has no state."""
+        if test.kind == "blocked force":
+            return self.blocked_force(**test.set)
+        if test.kind == "stroke over voltage":
+            return self.stroke(**test.set, key=id(test))
+        return self.response(**test.set, key=id(test)) if test.kind == "frequency response" else self.ring_down()
+
+    def blocked_force(self, height: Array, voltage: Array) -> Array:
+        """Force that holds the disc at heights under voltages."""
+        x = np.asarray(height) / self.scale("length")
+        found = self.force(x, self.volts(voltage) ** 2)[0] * self.scale("force")
+        return found * self.gains["load cell"]
+
+    def stroke(self, voltage: Array, key: Any = None) -> Array:
+        """Stroke from the rest on a slow ramp to voltages, from the lowest to the highest; ``key`` names the states."""
+        volts, count = self.volts(np.abs(voltage)), len(voltage)
+        places = self._start(key, self.members.size)
+        if places is not None:
+            places = self._balanced(places, volts**2)
+        else:
+            x, places = self.rest, np.full((self.members.size, count), np.nan)
+            for k in np.argsort(np.abs(voltage)):
+                x = self._balanced(x, volts[:, k : k + 1] ** 2)
+                places[:, k : k + 1] = x
+        self._states[key] = places
+        return (places - self.rest) * self.scale("length") * self.gains["laser"]
+
+    def ring_down(self) -> Array:
+        """Frequency and decay of small motions about the rest."""
+        rate = 2.0 * np.pi * self.scale("frequency")
+        slope = self.force(self.rest, 0.0)[1]
+        with np.errstate(invalid="ignore"):
+            swing = np.sqrt(slope - self.damping**2)
+        return np.concatenate([rate * swing / (2.0 * np.pi), rate * self.damping], axis=1)
+
+    def response(self, voltage_offset: Array, voltage_amplitude: Array, frequency: Array, key: Any = None) -> Array:
+        """In-phase and quadrature part of the settled motion, by one-harmonic balance; ``key`` names the states."""
+        offset, amplitude = self.volts(voltage_offset), self.volts(voltage_amplitude)
+        offset, amplitude = (np.broadcast_to(one, (self.members.size, len(frequency))) for one in (offset, amplitude))
+        omega = np.asarray(frequency) / self.scale("frequency")
+        start = self._start(key, self.members.size)
+        found = self._balance(
+            offset, amplitude, omega, self._linear(offset, amplitude, omega) if start is None else start
+        )
+        self._states[key] = found
+        size = (self.scale("length") * self.gains["laser"])[..., None]
+        return np.concatenate(list(np.moveaxis((size * found)[..., 1:], -1, 0)), axis=1)
+
+    def _balance(self, offset: Array, amplitude: Array, omega: Array, start: Array) -> Array:
+        """Mean, sine and cosine, (variants, rows, 3), that balance the forces; NaN where Newton's method fails."""
+        phase = 2.0 * np.pi * np.arange(PHASES) / PHASES
+        basis = np.stack([np.ones(PHASES), np.sin(phase), np.cos(phase)])
+        weights = np.stack([np.ones(PHASES), 2.0 * np.sin(phase), 2.0 * np.cos(phase)]) / PHASES
+        squared = ((offset[..., None] + amplitude[..., None] * basis[1]) ** 2).reshape(-1, PHASES)
+        damping = (2.0 * self.damping * omega).ravel()
+        inertia = np.zeros((omega.size, 3, 3))
+        inertia[:, 1, 1] = inertia[:, 2, 2] = -(omega.ravel() ** 2)
+        inertia[:, 1, 2], inertia[:, 2, 1] = -damping, damping
+        variant = np.repeat(np.arange(self.members.size), omega.shape[1])
+        n = {name: np.broadcast_to(value, (self.members.size, 1))[:, 0] for name, value in self.n.items()}
+        c, moving = start.reshape(-1, 3).copy(), np.flatnonzero(np.isfinite(start.reshape(-1, 3)).all(axis=-1))
+        size = np.full(len(c), np.nan)
+        for _ in range(NEWTON_STEPS):
+            own = {name: value[variant[moving], None] for name, value in n.items()}
+            force, slope = self.force(c[moving] @ basis, squared[moving], own)
+            left = force @ weights.T + np.einsum("rij,rj->ri", inertia[moving], c[moving])
+            matrix = np.einsum("ip,rp,jp->rij", weights, slope, basis) + inertia[moving]
+            step = _solved(matrix, left)
+            size[moving] = np.abs(step).max(axis=-1)
+            c[moving] -= step * np.minimum(1.0, LONGEST_STEP / np.maximum(size[moving], 1e-300))[:, None]
+            moving = moving[size[moving] > 1e-12]
+            if not moving.size:
+                break
+        return np.where(size[:, None] < 1e-8, c, np.nan).reshape(start.shape)
+
+    def _linear(self, offset: Array, amplitude: Array, omega: Array) -> Array:
+        """The linear response as a start: rest under the mean square of the voltage, and its first harmonic."""
+        x = np.broadcast_to(self.rest, offset.shape)
+        mean = offset**2 + 0.5 * amplitude**2
+        for share in (0.25, 0.5, 0.75, 1.0):
+            x = self._balanced(x, share * mean)
+        here, slope = self.force(x, mean)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            gain = (here - self.force(x, mean * (1.0 + 1e-6))[0]) / (1e-6 * mean)
+        with np.errstate(invalid="ignore"):
+            motion = gain * 2.0 * offset * amplitude / (slope - omega**2 + 2j * self.damping * omega)
+        return np.stack([x, motion.real, motion.imag], axis=-1)
+
+
+def field_value(device: Device, name: str) -> float:
+    """The positive value of a device's field; `InputError` for a field that cannot be fitted."""
+    fields = device.swept_fields()
+    if name not in fields:
+        from gelcone.errors import unknown_name
+
+        usable = [own for own in fields if np.ndim(device.get(own)) == 0 and (device.get(own) or 0.0) > 0.0]
+        raise unknown_name("field that can be fitted", name, usable)
+    value = device.get(name)
+    if value is None or np.ndim(value) or not (np.isfinite(value) and value > 0.0):
+        shown = "not set" if value is None else f"{np.asarray(value).tolist()}"
+        raise InputError(f"--free {name}: is {shown}; a field that is fitted must have one value greater than 0")
+    return float(value)
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    """Solutions of small linear systems, NaN where one is not finite or singular."""
+    good: Any = np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
+    good &= np.abs(np.linalg.det(np.where(good[..., None, None], matrix, np.eye(matrix.shape[-1])))) > 0.0
+    found = np.full(right.shape, np.nan)
+    found[good] = np.linalg.solve(matrix[good], right[good][..., None])[..., 0]
+    return found

@@ -1,0 +1,363 @@
+"""A device and its tests: the plan and the fit as Datasets."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone._version import __version__
+from gelcone.devices.device import Device
+from gelcone.devices.units import FieldError, parse
+from gelcone.errors import DoubtfulInput, InputError, unknown_name
+from gelcone.lab.bench import KINDS, DeviceTest, Variants, field_value
+from gelcone.lab.device_fit import (
+    STEP,
+    WIDE,
+    FittedDevice,
+    Plan,
+    Problem,
+    fit_problem,
+    left_out,
+    next_experiments,
+    plan_of,
+)
+from gelcone.lab.device_tests import DeviceTests, read_share
+from gelcone.motion.equilibrium import pull_in_voltage
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FILMS = ("taut", "wrinkling")
+REFUSED = 0.01
+"""A chi2 that is larger with less probability than this refuses the structure."""
+UNDECIDED = 4.0
+"""Films whose objectives differ by less cannot be told apart."""
+PREDICTIONS = {"stroke": "m", "blocked force": "N", "natural frequency": "Hz", "pull-in": "V"}
+"""What can be predicted, those before the last at a voltage: ``stroke@1.5 kV``."""
+
+
+class Asked(NamedTuple):
+    """A prediction: its ``kind``, a key of `PREDICTIONS`, at a ``voltage``; ``text`` as it was asked."""
+
+    text: str
+    kind: str
+    voltage: float
+
+
+def read_free(texts: Sequence[str], device: Device) -> dict[str, float]:
+    """Free fields with the relative standard deviation of their priors, from ``FIELD~3%``, ``FIELD~5 um`` or ``FIELD``,
+    which has none."""
+    found: dict[str, float] = {}
+    for text in texts:
+        name, tilde, spread = (part.strip() for part in text.partition("~"))
+        value = field_value(device, name)
+        if name in found:
+            raise InputError(f"--free {name}: is given twice; give it once")
+        if not tilde:
+            warnings.warn(f"--free {name}: has no prior; give one where it was measured, {name}~3%", DoubtfulInput, 2)
+            found[name] = WIDE
+        elif spread.endswith("%"):
+            found[name] = read_share(f"--free {name}", spread)
+        else:
+            unit = device.swept_fields()[name].unit
+            try:
+                found[name] = parse(f"--free {name}", spread, unit, above=0.0) / value
+            except FieldError as error:
+                raise InputError(str(error)) from None
+    return found
+
+
+def read_predictions(texts: Sequence[str]) -> list[Asked]:
+    """Predictions from texts such as ``stroke@1.5 kV`` and ``pull-in``."""
+    found = []
+    for text in texts:
+        kind, at, voltage = (part.strip() for part in text.partition("@"))
+        if kind not in PREDICTIONS:
+            raise unknown_name("prediction", kind[:60], PREDICTIONS)
+        if bool(at) == (kind == "pull-in"):
+            raise InputError(f"--predict {text!r}: {'takes no voltage' if at else f'give a voltage, {kind}@1 kV'}")
+        try:
+            found.append(Asked(text, kind, parse(f"--predict {kind}", voltage, "V", above=0.0) if at else 0.0))
+        except FieldError as error:
+            raise InputError(str(error)) from None
+    return found
+
+
+def plan_device(
+    device: Device,
+    tests: DeviceTests,
+    free: Mapping[str, float],
+    *,
+    predict: Sequence[str] = (),
+    film: str | None = None,
+) -> xr.Dataset:
+    """What tests can tell of the fields of a device, before any of them is made.
+
+    Parameters
+    ----------
+    device : with the nominal values of its fields.
+    tests : as `gelcone.read_device_tests` gives them; readings play no part and may be missing.
+    free : field, also a dotted one -> relative standard deviation of its prior.
+    predict : predictions such as ``"stroke@1.5 kV"``, ``"natural frequency@1 kV"`` and ``"pull-in"``.
+    film : ``"taut"`` or ``"wrinkling"``. Default the device's.
+
+    Returns
+    -------
+    Dataset over ``unknown`` - the fields, then the gains of instruments - with the standard deviation ``left`` by the
+    tests and the ``prior``; the ``singular_value`` of each direction of fields in units of their priors; ``invariant``
+    directions, changes of fields that leave every reading as it is; the predictions with their standard deviations, and
+    what next experiments would leave of these.
+
+    Raises
+    ------
+    InputError : for fields that cannot be fitted, and where the device has no state in the tests.
+    """
+    problem = _problem(device, tests, free, film)
+    plan = plan_of(problem)
+    asked = read_predictions(predict)
+    result = _unknowns(plan.names, plan.priors, plan.left, np.zeros(plan.priors.size))
+    predicted = _predicted(problem, np.zeros(plan.priors.size), plan.covariance, asked)
+    result = _with_plan(result, problem, plan).merge(predicted)
+    about = {"title": f"device plan: {device.name}", "film": str(problem.device.film), **_about(problem)}
+    return result.assign_attrs(predicted.attrs | about)
+
+
+def fit_device(
+    device: Device,
+    tests: DeviceTests,
+    free: Mapping[str, float],
+    *,
+    predict: Sequence[str] = (),
+    films: Sequence[str] | None = None,
+) -> xr.Dataset:
+    """Fit the fields of a device to its own measurements.
+
+    Parameters
+    ----------
+    device, tests, free, predict : as in `plan_device`, with all readings measured.
+    films : films to compare, of ``"taut"`` and ``"wrinkling"``. Default the device's.
+
+    Returns
+    -------
+    Dataset of `plan_device` about the best film at the fitted fields, with the ``deviation`` of each unknown from its
+    nominal value, as a logarithm; all readings with ``predicted`` ones; each test predicted from the others; and the
+    objective of each film. Its attributes hold chi2, its p-value and the fitted device. Where chi2 refuses the
+    structure, ``refused`` is 1, and standard deviations are multiplied by the root of chi2 over the number of readings.
+
+    Raises
+    ------
+    InputError : as `plan_device`; for readings that are missing; where fields without priors cannot be told apart; and
+        where measured voltages lie beyond pull-in.
+    """
+    if not tests.measured:
+        raise InputError("a test has no readings; measure them, or ask for the plan (--plan)")
+    chosen: list[Any] = [None] if films is None else list(dict.fromkeys(films))
+    fitted = [fit_problem(_checked(_problem(device, tests, free, film))) for film in chosen]
+    best = min(fitted, key=lambda one: one.objective)
+    refused = best.p_value < REFUSED
+    wider = float(np.sqrt(best.chi2 / best.problem.values.size)) if refused else 1.0
+    covariance = best.covariance * wider**2
+    plan = plan_of(best.problem, best.logs)
+    result = _unknowns(plan.names, plan.priors, np.sqrt(np.diag(covariance)), best.logs)
+    result = _with_plan(result, best.problem, plan, best.logs)
+    predicted = _predicted(best.problem, best.logs, covariance, read_predictions(predict))
+    result = result.merge(predicted).merge(_readings(best)).merge(_others(best, fitted))
+    return result.assign_attrs(predicted.attrs).assign_attrs(
+        title=f"device fit: {device.name}",
+        film=str(best.problem.device.film),
+        chi2=best.chi2,
+        p_value=best.p_value,
+        refused=int(refused),
+        device=device.name,
+        fitted=best.device.to_toml(),
+        **_about(best.problem),
+    )
+
+
+def fitted_device(result: xr.Dataset) -> Device:
+    """The device of a fit; `InputError` for a Dataset that is not a device fit."""
+    if "fitted" not in result.attrs:
+        raise InputError("fitted_device: was given no device fit; give a result of gelcone.fit_device")
+    return Device.from_text(result.attrs["fitted"])
+
+
+# --- what is asked ----------------------------------------------------------------------------------------------------
+
+
+def _problem(device: Device, tests: DeviceTests, free: Mapping[str, float], film: str | None) -> Problem:
+    if film is not None and film not in FILMS:
+        raise unknown_name("film that can be fitted", str(film), FILMS)
+    own = device if film is None or film == device.film else device.replace_quietly(film=film)
+    return Problem(own, dict(free), tests.tests, dict(tests.gains))
+
+
+def _checked(problem: Problem) -> Problem:
+    """The problem, unless fields without priors change together without changing any reading."""
+    names = list(problem.free)
+    open_ = {name for name, prior in problem.free.items() if prior >= WIDE}
+    for direction in plan_of(problem).directions if open_ else ():
+        moved = {name for name, share in zip(names, direction, strict=True) if share}
+        if moved and moved <= open_:
+            raise InputError(_one_too_many(moved))
+    return problem
+
+
+GEL = {"material.shear_modulus", "material.relative_permittivity"}
+
+
+def _one_too_many(moved: set[str]) -> str:
+    if moved == {*GEL, "film_thickness"}:
+        return (
+            "--free film_thickness: with material.shear_modulus and material.relative_permittivity free and no prior, "
+            "these three are one number too many: mu H and eps/H are all that any test here can tell; give one of them "
+            "a prior (film_thickness~3%)"
+        )
+    first, *others = sorted(moved)
+    together = f"with {', '.join(others)} free and no prior, these change together" if others else "it changes"
+    return f"--free {first}: {together} without changing any reading; give it a prior ({first}~3%)"
+
+
+# --- the result -------------------------------------------------------------------------------------------------------
+
+
+def _about(problem: Problem) -> dict[str, Any]:
+    return {
+        "tests": json.dumps([test.name for test in problem.tests]),
+        "readings": int(problem.values.size),
+        "gelcone_version": __version__,
+    }
+
+
+def _unknowns(names: Sequence[str], priors: Array, left: Array, logs: Array) -> xr.Dataset:
+    import xarray as xr
+
+    import gelcone.accessor  # noqa: F401  (gives Datasets their methods)
+
+    columns = dataset.columns("unknown", {
+        "prior": (priors, "relative standard deviation of the prior", "share"),
+        "left": (left, "relative standard deviation that the tests leave", "share"),
+        "deviation": (logs, "logarithm of the factor on the nominal value", "share"),
+    })  # fmt: skip
+    return xr.Dataset(columns, coords={"unknown": list(names)})
+
+
+def _with_plan(result: xr.Dataset, problem: Problem, plan: Plan, logs: Array | None = None) -> xr.Dataset:
+    """The result with singular values, directions, and the nominal values of the fields."""
+    fields = list(problem.free)
+    found = result.assign_coords(field=fields)
+    nominal = [field_value(problem.device, name) for name in fields]
+    logs = np.zeros(plan.priors.size) if logs is None else logs
+    own = np.array(nominal) * np.exp(logs[: len(fields)])
+    return found.assign(
+        dataset.columns(
+            "field", {"nominal": (nominal, "nominal value in SI", "share"), "value": (own, "value in SI", "share")}
+        )
+        | dataset.columns(
+            "direction", {"singular_value": (plan.singular, "what is learnt along it, over the priors", "share")}
+        )
+        | dataset.columns(
+            ("invariant", "field"), {"exponent": (plan.directions, "change that leaves every reading", "share")}
+        )
+    ).assign_attrs(learnt=plan.learnt)
+
+
+def _predicted(problem: Problem, logs: Array, covariance: Array, asked: Sequence[Asked]) -> xr.Dataset:
+    """Predictions with their standard deviations, and what next experiments would leave of these."""
+    import xarray as xr
+
+    if not asked:
+        return xr.Dataset()
+    count = len(problem.free)
+    around = np.concatenate([np.zeros((1, count)), STEP * np.eye(count)]) + logs[:count]
+    values = np.stack([_values(problem, around, one) for one in asked])
+    slopes = np.concatenate([(values[:, 1:] - values[:, :1]) / STEP, np.zeros((len(asked), logs.size - count))], axis=1)
+    spread = np.sqrt(np.einsum("pi,ij,pj->p", slopes, covariance, slopes))
+    words, ratios = [], []
+    for row in slopes:
+        found = next_experiments(problem, row, logs) if np.isfinite(row).all() else []
+        words.append([one.words for one in found])
+        ratios.append([one.ratio for one in found])
+    prior = np.sqrt((slopes**2) @ problem.priors**2)
+    return xr.Dataset(
+        dataset.columns("prediction", {
+            "predicted_value": (values[:, 0], "prediction in SI", "share"),
+            "predicted_spread": (spread, "standard deviation of the prediction, in SI", "share"),
+            "predicted_prior": (prior, "that of the priors alone", "share"),
+        }),
+        coords={"prediction": [one.text for one in asked]},
+        attrs={"next": json.dumps([list(zip(w, r, strict=True)) for w, r in zip(words, ratios, strict=True)])},
+    )  # fmt: skip
+
+
+def _values(problem: Problem, logs: Array, asked: Asked) -> Array:
+    """A prediction for variants without gains, (variants,)."""
+    variants = Variants(problem.device, list(problem.free), np.exp(logs), {})
+    if asked.kind == "pull-in":
+        volts = pull_in_voltage(variants.device)["pull_in_voltage"].values
+        return np.where(np.isfinite(volts), volts, np.nan)
+    if asked.kind == "stroke":
+        return variants.stroke(np.array([asked.voltage]))[:, 0]
+    squared = variants.volts(np.array([asked.voltage])) ** 2
+    if asked.kind == "blocked force":
+        added = variants.force(variants.rest, 0.0)[0] - variants.force(variants.rest, squared)[0]
+        return (added * variants.scale("force"))[:, 0]
+    reached = variants.rest + variants.stroke(np.array([asked.voltage])) / variants.scale("length")
+    slope = variants.force(reached, squared)[1]
+    with np.errstate(invalid="ignore"):
+        return (np.sqrt(slope) * variants.scale("frequency"))[:, 0]
+
+
+def _readings(best: FittedDevice) -> xr.Dataset:
+    """All readings of the tests, measured and predicted."""
+    import xarray as xr
+
+    tests = best.problem.tests
+    names = [name for test in tests for name in KINDS[test.kind].read for _ in test.read[name]]
+    along = [value for test in tests for _ in KINDS[test.kind].read for value in _along(test)[0]]
+    axes = [_along(test)[1] for test in tests for _ in test.values]
+    units = [own.unit for test in tests for name, own in KINDS[test.kind].read.items() for _ in test.read[name]]
+    own = np.repeat(np.arange(len(tests)), [test.values.size for test in tests])
+    return xr.Dataset(dataset.columns("reading", {
+        "reading_test": (own, "number of its test", "count"),
+        "reading_name": (names, "what is read", "code"),
+        "reading_axis": (axes, "what it is drawn over", "code"),
+        "reading_unit": (units, "its unit", "code"),
+        "reading_along": (along, "voltage, height or frequency of the reading, in SI", "share"),
+        "measured": (best.problem.values, "measured value in SI", "share"),
+        "noise": (best.problem.noise, "standard deviation of its noise", "share"),
+        "predicted": (best.predicted, "value of the fitted device", "share"),
+    }))  # fmt: skip
+
+
+def _along(test: DeviceTest) -> tuple[Array, str]:
+    """What a test is drawn over, with its name: the first of what is set that varies, else the number of the row."""
+    rows = len(next(iter(test.read.values())))
+    for name in ("frequency", "height", "voltage"):
+        if name in test.set and np.ptp(test.set[name]):
+            return test.set[name], f"{name} ({KINDS[test.kind].set[name]})"
+    return np.arange(rows, dtype=float), "row"
+
+
+def _others(best: FittedDevice, fitted: Sequence[FittedDevice]) -> xr.Dataset:
+    """Each test predicted from the others, and the objective of each film."""
+    import xarray as xr
+
+    out = left_out(best)
+    tests = dataset.columns("test", {
+        "left_out_chi2": ([one.chi2 for one in out], "chi2 of a test predicted from the others", "share"),
+        "left_out_points": ([one.points for one in out], "number of its readings", "count"),
+        "left_out_p_value": ([one.p_value for one in out], "probability of a larger one", "share"),
+    }) if out else {}  # fmt: skip
+    films = dataset.columns("film", {
+        "film_objective": ([one.objective for one in fitted], "chi2 with priors and gains", "share"),
+        "film_p_value": ([one.p_value for one in fitted], "probability of a larger chi2", "share"),
+    })  # fmt: skip
+    names = [str(one.problem.device.film) for one in fitted]
+    coords: dict[str, Any] = {"film": names} | ({"test": [one.name for one in out]} if out else {})
+    return xr.Dataset({**tests, **films}, coords=coords)

@@ -1,0 +1,376 @@
+"""A device from its own measurements: what tests determine of its fields, and the fields that fit them.
+
+Fields are fitted by the logarithms of their factors, each with a prior, and with them a gain of each instrument. All
+intervals are those of Gauss and Newton with priors and gains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from gelcone.devices.device import Device
+from gelcone.errors import InputError
+from gelcone.lab.bench import AMPLIFIER, INSTRUMENTS, DeviceTest, Variants, field_value
+from gelcone.physics.film.wrinkling import WrinklingCone
+from gelcone.quantity import Array
+
+STEP = 1e-6
+"""Change of a logarithm over which derivatives are taken."""
+WIDE = 10.0
+"""Standard deviation of the logarithm of a field without a prior: any size."""
+CLIFF = 100.0
+"""Residual, over the noise, where a variant has no equilibrium at a measured voltage."""
+RESPONSES_FIRST = 50.0
+"""Factor on the noise of responses in the first stage of a fit, which a sharp peak would trap."""
+STARTS, SPREAD = 3, 0.7
+"""Starts of a fit where the film can turn slack, and their spread in units of the priors."""
+ROUGH, FINE = 1e-3, 1e-9
+"""Relative tolerances of a fit from each start, and from the best of what they led to."""
+MOST_FREE = 24
+LEARNT = 1.0
+"""A direction, in units of the priors, with a larger singular value is learnt from the tests."""
+EXACT = 1e-5
+"""A direction with a singular value smaller than this share of the largest leaves all tests as they are."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Tests of a ``device``, whose ``free`` fields, name -> relative standard deviation of the prior, are fitted with
+    the ``gains`` of instruments, name -> standard deviation."""
+
+    device: Device
+    free: Mapping[str, float]
+    tests: tuple[DeviceTest, ...]
+    gains: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        if not self.free:
+            raise InputError('no field is free; give some with priors, such as --free "film_thickness~3%"')
+        if len(self.free) > MOST_FREE:
+            raise InputError(f"{len(self.free)} fields are free: give at most {MOST_FREE}")
+        for name in self.free:
+            field_value(self.device, name)
+        if self.device.film not in ("taut", "wrinkling"):
+            raise InputError(f"film = {self.device.film}: is not fitted yet; give --films wrinkling or taut")
+
+    @cached_property
+    def used(self) -> list[str]:
+        """The instruments of the tests: those that read, and the amplifier where there is a voltage."""
+        own = {instrument for test in self.tests for instrument in test.instruments if instrument}
+        volts = any(np.any(values) for test in self.tests for name, values in test.set.items() if "voltage" in name)
+        return [name for name in INSTRUMENTS if name in own or (name == AMPLIFIER and volts)]
+
+    @property
+    def names(self) -> list[str]:
+        """Free fields, then gains."""
+        return [*self.free, *(f"gain of the {name}" for name in self.used)]
+
+    @cached_property
+    def priors(self) -> Array:
+        """Standard deviations of all unknowns."""
+        return np.array([*self.free.values(), *(self.gains[name] for name in self.used)])
+
+    def variants(self, logs: Array, near: Variants | None = None) -> Variants:
+        """Variants of the device at logarithms of factors, (variants, unknowns), searched from the states of one."""
+        factors, count = np.exp(logs), len(self.free)
+        gains = {name: factors[:, count + k] for k, name in enumerate(self.used)}
+        return Variants(self.device, list(self.free), factors[:, :count], gains, near)
+
+    def predict(self, logs: Array, tests: Sequence[DeviceTest] | None = None) -> Array:
+        """All readings of tests, (variants, readings); NaN where a variant has no state."""
+        return self._readings(self.variants(logs), tests)
+
+    def _readings(self, variants: Variants, tests: Sequence[DeviceTest] | None) -> Array:
+        return np.concatenate([variants.predict(test) for test in (self.tests if tests is None else tests)], axis=1)
+
+    def slopes(
+        self, logs: Array, tests: Sequence[DeviceTest] | None = None, central: bool = False
+    ) -> tuple[Array, Array]:
+        """Readings at one set of unknowns, and their derivatives, (readings, unknowns), next to a cliff from the side
+        that has a state; ``central``: of the second order."""
+        near = self.variants(logs[None])
+        (here,) = self._readings(near, tests)
+        rise = (self._readings(self.variants(logs + STEP * np.eye(logs.size), near), tests) - here) / STEP
+        if central or not np.isfinite(rise[:, np.isfinite(here)]).all():
+            fall = (here - self._readings(self.variants(logs - STEP * np.eye(logs.size), near), tests)) / STEP
+            both = np.isfinite(rise) & np.isfinite(fall)
+            rise = np.where(both, 0.5 * (rise + fall), np.where(np.isfinite(rise), rise, fall))
+        return here, np.where(np.isfinite(rise), rise, 0.0).T
+
+    @cached_property
+    def values(self) -> Array:
+        """All readings."""
+        return np.concatenate([test.values for test in self.tests])
+
+    @cached_property
+    def noise(self) -> Array:
+        """The noise of all readings."""
+        return np.concatenate([test.deviations for test in self.tests])
+
+
+# --- the plan ---------------------------------------------------------------------------------------------------------
+
+
+class Plan(NamedTuple):
+    """The information in tests: standard deviations ``left`` of all unknowns, ``singular`` values of the fields in units of
+    their priors, and the ``directions`` of fields that leave all readings as they are, (directions, fields)."""
+
+    names: list[str]
+    priors: Array
+    left: Array
+    covariance: Array
+    singular: Array
+    directions: Array
+
+    @property
+    def learnt(self) -> int:
+        """The number of directions that the tests determine better than the priors."""
+        return int((self.singular > LEARNT).sum())
+
+
+def plan_of(problem: Problem, logs: Array | None = None) -> Plan:
+    """Compute the information of the tests about the free fields, before any is made."""
+    logs = np.zeros(problem.priors.size) if logs is None else logs
+    here, slopes = problem.slopes(logs, central=True)
+    if not np.isfinite(here).any():
+        raise InputError("the device has no state in any of these tests; check voltages and heights")
+    scaled = slopes / problem.noise[:, None] * problem.priors
+    covariance = np.linalg.inv(scaled.T @ scaled + np.eye(problem.priors.size))
+    count = len(problem.free)
+    plain = slopes[:, :count] / problem.noise[:, None]
+    own = np.linalg.svd(scaled[:, :count], compute_uv=False)
+    return Plan(
+        problem.names,
+        problem.priors,
+        problem.priors * np.sqrt(np.diag(covariance)),
+        covariance * np.outer(problem.priors, problem.priors),
+        np.concatenate([own, np.zeros(count - own.size)]),
+        _invariant(plain, list(problem.free)),
+    )
+
+
+SYMMETRIES: tuple[Mapping[str, float], ...] = (
+    {"material.shear_modulus": 1.0, "film_thickness": -1.0, "material.relative_permittivity": -1.0},
+    {"material.shear_modulus": 1.0, "spring_rate": 1.0, "moving_mass": 1.0, "damping_coefficient": 1.0,
+     "material.relative_permittivity": 1.0},
+)  # fmt: skip
+"""Changes of fields, as exponents, that leave all readings as they are: film stiffness mu H and eps/H alone act; and
+without a force or a known mass all stiffnesses, mass, damping and eps/H change together."""
+
+
+def _invariant(slopes: Array, names: Sequence[str]) -> Array:
+    """Directions of fields that leave all readings as they are: the known symmetries, then what else there is."""
+    _, sizes, rows = np.linalg.svd(slopes)
+    sizes = np.concatenate([sizes, np.zeros(len(names) - sizes.size)])
+    still = EXACT * sizes.max(initial=1e-300)
+    known = [
+        np.array([symmetry.get(name, 0.0) for name in names])
+        for symmetry in SYMMETRIES
+        if symmetry.keys() <= set(names)
+    ]
+    known = [own for own in known if np.linalg.norm(slopes @ own) < still * np.linalg.norm(own)]
+    left = rows[sizes < still]
+    if known:
+        basis, _ = np.linalg.qr(np.array(known).T)
+        _, kept, others = np.linalg.svd(left - left @ basis @ basis.T)
+        left = others[: len(kept)][kept > 0.5]
+    return np.concatenate([np.array(known).reshape(-1, len(names)), _simple(left)])
+
+
+def _simple(directions: Array) -> Array:
+    """The same directions with as many zeros as there can be, the largest entry of each 1."""
+    rows = np.array(directions)
+    done: list[int] = []
+    for k in range(len(rows)):
+        free = [j for j in range(rows.shape[1]) if j not in done]
+        pivot = max(free, key=lambda j: abs(rows[k, j]))
+        done.append(pivot)
+        rows[k] /= rows[k, pivot]
+        for other in range(len(rows)):
+            if other != k:
+                rows[other] -= rows[other, pivot] * rows[k]
+    rows[np.abs(rows) < 1e-3] = 0.0
+    return rows
+
+
+class Gain(NamedTuple):
+    """A further measurement, and the standard deviation of a prediction that it leaves, over that without it."""
+
+    words: str
+    ratio: float
+
+
+def next_experiments(problem: Problem, readings: Array, logs: Array | None = None) -> list[Gain]:
+    """What would help a prediction most, the best first: four times the rows of each test, each instrument calibrated
+    to a fifth, each prior halved.
+
+    ``readings`` is the derivative of the prediction by all unknowns.
+    """
+    logs = np.zeros(problem.priors.size) if logs is None else logs
+    _, slopes = problem.slopes(logs)
+    rows = np.cumsum([test.values.size for test in problem.tests])[:-1]
+    parts = [
+        (part / noise[:, None])
+        for part, noise in zip(np.split(slopes, rows), np.split(problem.noise, rows), strict=True)
+    ]
+    weights = 1.0 / problem.priors**2
+
+    def left(information: Array) -> float:
+        return float(np.sqrt(readings @ np.linalg.solve(information, readings)))
+
+    base = sum(part.T @ part for part in parts) + np.diag(weights)
+    now = left(base)
+    found = [
+        Gain(f"four times the rows of: {test.name}", left(base + 3.0 * part.T @ part) / now)
+        for test, part in zip(problem.tests, parts, strict=True)
+    ]
+    for k, name in enumerate(problem.names):
+        gain = k >= len(problem.free)
+        factor = 25.0 if gain else 4.0
+        more = base + np.diag(np.where(np.arange(weights.size) == k, (factor - 1.0) * weights, 0.0))
+        prior = problem.priors[k]
+        words = f"{name} to {prior / 5.0:.2g}" if gain else f"{name} known to {50.0 * prior:.2g} %"
+        found.append(
+            Gain(words.replace(f"to {prior / 5.0:.2g}", f"calibrated to {20.0 * prior:.2g} %"), left(more) / now)
+        )
+    return sorted(found, key=lambda one: one.ratio)
+
+
+# --- the fit ----------------------------------------------------------------------------------------------------------
+
+
+class FittedDevice(NamedTuple):
+    """Unknowns ``logs`` that fit, their ``covariance``, the ``predicted`` readings, ``chi2`` over the readings, and the
+    ``objective`` with priors and gains."""
+
+    problem: Problem
+    logs: Array
+    covariance: Array
+    predicted: Array
+    chi2: float
+    objective: float
+
+    @property
+    def p_value(self) -> float:
+        """The probability of a larger chi2 if the structure is right."""
+        from scipy.stats import chi2
+
+        return float(chi2.sf(self.chi2, self.problem.values.size))
+
+    @property
+    def device(self) -> Device:
+        """The device with its fields as fitted."""
+        own = self.problem
+        factors = np.exp(self.logs)
+        return own.device.replace(
+            {n: field_value(own.device, n) * float(f) for n, f in zip(own.free, factors, strict=False)}
+        )
+
+
+def fit_problem(problem: Problem, start: Array | None = None) -> FittedDevice:
+    """Fit the free fields: responses at first with wide noise, then all; from several starts where the film can turn
+    slack, or from ``start``. Raises `InputError` where the device has no state at measured voltages whatever its fields
+    within the priors."""
+    starts = _starts(problem) if start is None else [start]
+    kinds = [RESPONSES_FIRST if test.kind == "frequency response" else 1.0 for test in problem.tests]
+    wide = problem.noise * np.repeat(kinds, [test.values.size for test in problem.tests])
+    if start is None:
+        starts = [_least(problem, _least(problem, own, wide, ROUGH), problem.noise, ROUGH) for own in starts]
+    best = min(starts, key=lambda own: float(np.sum(_residuals(problem, own, problem.noise) ** 2)))
+    logs = _least(problem, best, problem.noise, FINE)
+    predicted, slopes = problem.slopes(logs)
+    lost = ~np.isfinite(predicted)
+    if lost.any():
+        raise InputError(
+            f"{int(lost.sum())} of {lost.size} measured values lie where no device within the priors has a state, as "
+            "beyond pull-in: is the film or the voltage scale right? nothing was fitted"
+        )
+    scaled = np.concatenate([slopes / problem.noise[:, None], np.diag(1.0 / problem.priors)])
+    return FittedDevice(
+        problem,
+        logs,
+        np.linalg.inv(scaled.T @ scaled),
+        predicted,
+        float(np.sum(((predicted - problem.values) / problem.noise) ** 2)),
+        float(np.sum(_residuals(problem, logs, problem.noise) ** 2)),
+    )
+
+
+def _starts(problem: Problem) -> list[Array]:
+    """The device as it is, and where its film can turn slack others within the priors."""
+    slack = isinstance(problem.device.to_model().system.film, WrinklingCone)
+    rng, count = np.random.default_rng(0), problem.priors.size
+    draws = [np.clip(rng.standard_normal(count), -1.5, 1.5) for _ in range((STARTS - 1) * slack)]
+    return [np.zeros(count), *(SPREAD * draw * _narrow(problem) for draw in draws)]
+
+
+def _narrow(problem: Problem) -> Array:
+    """The priors, no wider than a factor of e."""
+    return np.minimum(problem.priors, 1.0)
+
+
+def _residuals(problem: Problem, logs: Array, noise: Array) -> Array:
+    left = (problem.predict(logs[None])[0] - problem.values) / noise
+    return np.concatenate([np.where(np.isfinite(left), left, CLIFF), logs / problem.priors])
+
+
+def _least(problem: Problem, start: Array, noise: Array, tolerance: float) -> Array:
+    """The unknowns of the least squares from a start, to a relative tolerance of their sum."""
+    from scipy.optimize import least_squares
+
+    unit = _narrow(problem)
+
+    def residuals(z: Array) -> Array:
+        try:
+            return _residuals(problem, z * unit, noise)
+        except InputError:  # a trial step beyond what a device may be
+            return np.full(noise.size + unit.size, CLIFF)
+
+    def jacobian(z: Array) -> Array:
+        slopes = problem.slopes(z * unit)[1] / noise[:, None]
+        return np.concatenate([slopes, np.diag(1.0 / problem.priors)]) * unit
+
+    found = least_squares(
+        residuals, start / unit, jacobian, xtol=tolerance, ftol=tolerance, gtol=tolerance, max_nfev=100
+    )
+    return np.asarray(found.x * unit)
+
+
+class LeftOut(NamedTuple):
+    """A test predicted from the others: chi2 of its readings with what the fit leaves uncertain, and its p-value."""
+
+    name: str
+    chi2: float
+    points: int
+    p_value: float
+
+
+def left_out(fitted: FittedDevice) -> list[LeftOut]:
+    """Each test predicted from a fit to the others, which starts from that to all; empty with a single test."""
+    from scipy.stats import chi2
+
+    problem, found = fitted.problem, []
+    for k, test in enumerate(problem.tests if len(problem.tests) > 1 else ()):
+        others = Problem(problem.device, problem.free, (*problem.tests[:k], *problem.tests[k + 1 :]), problem.gains)
+        begin = fitted.logs[[problem.names.index(name) for name in others.names]]
+        logs, covariance = _with_all_gains(problem, others, fit_problem(others, begin))
+        predicted, slopes = problem.slopes(logs, [test])
+        spread = np.diag(test.deviations**2) + slopes @ covariance @ slopes.T
+        gap = np.where(np.isfinite(predicted), predicted - test.values, CLIFF * test.deviations)
+        size = float(gap @ np.linalg.solve(spread, gap))
+        found.append(LeftOut(test.name, size, gap.size, float(chi2.sf(size, gap.size))))
+    return found
+
+
+def _with_all_gains(problem: Problem, others: Problem, fitted: FittedDevice) -> tuple[Array, Array]:
+    """The unknowns of a fit to fewer tests among those of all: gains that were not in use have their priors."""
+    places = [problem.names.index(name) for name in others.names]
+    logs, covariance = np.zeros(problem.priors.size), np.diag(problem.priors**2)
+    logs[places] = fitted.logs
+    covariance[np.ix_(places, places)] = fitted.covariance
+    return logs, covariance

@@ -1,0 +1,214 @@
+"""Tests on a device from a list, tests.toml: rows of measured files, or numbers in the list itself."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gelcone.devices.units import DIMENSIONS, FieldError, parse
+from gelcone.errors import InputError, unknown_name
+from gelcone.lab.bench import INSTRUMENTS, KINDS, DeviceTest
+from gelcone.lab.coupons import KILO
+from gelcone.lab.measured import listed_tables, place_of
+from gelcone.lab.reading import Table, read_table
+from gelcone.quantity import Array
+
+GAINS: Mapping[str, float] = {"load cell": 0.02, "laser": 0.01, "amplifier": 0.01}
+"""Standard deviation of the gain of each instrument where the list states none."""
+SAMPLE_NOISE = "noise"
+_NEAR = {
+    "height": ("height", "h", "position", "z"),
+    "voltage": ("voltage", "u", "v", "hv"),
+    "force": ("force", "f", "load"),
+    "stroke": ("stroke", "displacement", "d"),
+    "frequency": ("frequency", "freq", "f"),
+    "in_phase": ("in phase", "real", "x"),
+    "quadrature": ("quadrature", "imaginary", "y"),
+    "amplitude": ("amplitude",),
+    "phase": ("phase",),
+    "decay": ("decay",),
+    "voltage_offset": ("offset", "voltage offset"),
+    "voltage_amplitude": ("voltage amplitude",),
+}
+"""Names of columns by what they hold."""
+_EXTRA = {"amplitude": "m", "phase": "deg"}
+"""Readings that stand for in_phase and quadrature."""
+
+
+class DeviceTests(NamedTuple):
+    """Tests on a device, and the standard deviation of the gain of each instrument."""
+
+    tests: tuple[DeviceTest, ...]
+    gains: Mapping[str, float]
+
+    @property
+    def measured(self) -> bool:
+        """Whether all tests have readings, so that they can be fitted."""
+        return all(np.isfinite(test.values).all() for test in self.tests)
+
+
+def read_device_tests(path: str | Path) -> DeviceTests:
+    """Read tests on a device from a list.
+
+    Parameters
+    ----------
+    path : a TOML file with a table ``[[test]]`` for each test: its ``kind``, a key of `gelcone.lab.bench.KINDS`; its
+        ``noise``, one text such as ``"1 mN"`` or a table by reading; and for what is set and read a column of its
+        ``file``, ``"F, mN"``, or the number itself, or a list of numbers. Readings that are left out are planned. A
+        table ``[instruments]`` states the standard deviation of the gain of ``load_cell``, ``laser`` and ``amplifier``.
+
+    Raises
+    ------
+    InputError : for what cannot be read with certainty, in one line that names test and remedy.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".toml":
+        raise InputError(f'{path}: of a device, --data is a list of tests (tests.toml), with kind = "blocked force"')
+    entries, others = listed_tables(path, ("instruments",))
+    gains = dict(GAINS)
+    for name, value in others.get("instruments", {}).items():
+        own = name.replace("_", " ")
+        if own not in INSTRUMENTS:
+            raise InputError(f"{path}: {unknown_name('instrument', own, INSTRUMENTS)}")
+        gains[own] = read_share(f"{path}: instruments.{name}", value)
+    return DeviceTests(tuple(_test(path, k, entry) for k, entry in enumerate(entries, start=1)), gains)
+
+
+def read_share(where: str, value: Any) -> float:
+    """A relative standard deviation, such as ``"2 %"`` or 0.02."""
+    text = str(value).strip()
+    try:
+        number = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
+    except ValueError:
+        number = np.nan
+    if not 0.0 < number < 10.0:
+        raise InputError(f"{where} = {text[:60]!r}: must be a share such as '2 %'")
+    return number
+
+
+def _test(path: Path, number: int, entry: Mapping[str, Any]) -> DeviceTest:
+    """A test of the list."""
+    where = f"{path}, test {number}"
+    kind = str(entry.get("kind"))
+    if kind not in KINDS:
+        raise InputError(f"{where}: {unknown_name('kind of test on a device', kind[:60], KINDS)}")
+    units = _units(kind)
+    known = ("file", "kind", "noise", *units)
+    for key in entry:
+        if key not in known:
+            raise InputError(f"{where}: {unknown_name(f'setting of a {kind} test', key, known)}")
+    table = read_table(place_of(path, where, entry["file"])) if "file" in entry else None
+    numbers = {}
+    for name, unit in units.items():
+        found = _numbers(where, name, unit, entry.get(name), table)
+        if found is not None:
+            numbers[name] = found
+    return _assembled(where, kind, numbers, entry.get("noise"), table)
+
+
+def _units(kind: str) -> dict[str, str]:
+    """What a kind of test may state, and in which unit."""
+    found = dict(KINDS[kind].set) | {name: own.unit for name, own in KINDS[kind].read.items()}
+    return found | (_EXTRA if kind == "frequency response" else {})
+
+
+def _assembled(where: str, kind: str, numbers: dict[str, Array], noise: Any, table: Table | None) -> DeviceTest:
+    """The test of its numbers, all columns of one length."""
+    if "amplitude" in numbers and "phase" in numbers:
+        size, angle = numbers.pop("amplitude"), np.radians(numbers.pop("phase"))
+        numbers |= {"in_phase": size * np.cos(angle), "quadrature": size * np.sin(angle)}
+    own = KINDS[kind]
+    rows = max((len(values) for values in numbers.values()), default=1)
+    for name, unit in own.set.items():
+        if name not in numbers:
+            raise InputError(f'{where}: a {kind} test needs {name}; name a column, or give {name} = "1 {unit}"')
+    for name, values in numbers.items():
+        if len(values) not in (1, rows):
+            raise InputError(f"{where}: {name} has {len(values)} values and others {rows}; give one for each row")
+        numbers[name] = np.broadcast_to(values, rows)
+    missing = np.full(rows, np.nan)
+    read = {name: numbers.get(name, missing) for name in own.read}
+    deviation = {name: np.full(rows, _noise(where, name, reading.unit, noise)) for name, reading in own.read.items()}
+    name = where.rpartition(", ")[2] if table is None else table.file
+    return DeviceTest(f"{kind}, {name}", kind, {name: numbers[name] for name in own.set}, read, deviation)
+
+
+def _noise(where: str, name: str, unit: str, given: Any) -> float:
+    """The standard deviation of a reading."""
+    value = given.get(name) if isinstance(given, Mapping) else given
+    example = {"N": "1 mN", "m": "10 um", "Hz": "0.02 Hz", "1/s": "0.05 1/s"}[unit]
+    if value is None:
+        raise InputError(f'{where}: the noise of {name} is missing; give noise = "{example}", or a table by reading')
+    return _parsed(where, f"noise of {name}", value, unit, above=0.0)
+
+
+def _parsed(where: str, name: str, value: Any, unit: str, **bounds: Any) -> float:
+    """A number with its unit."""
+    text = str(value).strip()
+    try:
+        if unit == "1/s":
+            return parse(name, text.removesuffix("1/s").strip(), "1", **bounds)
+        if unit == "deg":
+            return parse(name, text.removesuffix("deg").strip(), "1", **bounds)
+        return parse(name, value, unit, **bounds)
+    except FieldError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _numbers(where: str, name: str, unit: str, given: Any, table: Table | None) -> Array | None:
+    """Values of what is set or read: from the list itself, or from a column; None where it is not there."""
+    if isinstance(given, list):
+        return np.array([_parsed(where, f"{name}[{k}]", one, unit) for k, one in enumerate(given)])
+    if isinstance(given, int | float) or (isinstance(given, str) and given[:1] in "+-.0123456789"):
+        return np.array([_parsed(where, name, given, unit)])
+    if given is not None and (not isinstance(given, str) or not given.strip()):
+        raise InputError(f'{where}: {name} = {given!r}: must be a number with its unit, or a column, "COLUMN, {unit}"')
+    if table is None:
+        if given is not None:
+            raise InputError(f"{where}: {name} = {given!r}: names a column, but no file is given")
+        return None
+    return _column(where, name, unit, given, table)
+
+
+def _column(where: str, name: str, unit: str, given: str | None, table: Table) -> Array | None:
+    """A column in SI; `InputError` where it has no unit, or another quantity's."""
+    if given is None:
+        spelt = {re.sub(r"[\s_\-]+", " ", own.strip().lower()): own for own in table.columns}
+        own = next((spelt[near] for near in _NEAR[name] if near in spelt), None)
+        stated = None
+    else:
+        before, comma, after = given.rpartition(",")
+        own, stated = (before.strip(), after.strip()) if comma else (given.strip(), None)
+        if own not in table.columns:
+            raise InputError(f"{where}: {name} = {given!r}: {unknown_name('column', own, table.columns)}")
+    if own is None:
+        return None
+    column = table.columns[own]
+    if column.values is None or not np.isfinite(column.values).all():
+        raise InputError(f"{table.file}: column {own!r} has cells without numbers; complete or leave out their rows")
+    written = stated or column.unit
+    if written is None:
+        _refuse_bare(table, name, own, unit, column.values)
+    powers = {unit: 0} if unit in ("1/s", "deg") else DIMENSIONS[unit].powers
+    if written is None or written not in powers:
+        raise InputError(
+            f"{table.file}, line 1: column {own!r}: {written!r} is not a unit of {name}; write it in {unit}"
+        )
+    return np.asarray(column.values * 10.0 ** powers[written])
+
+
+def _refuse_bare(table: Table, name: str, own: str, unit: str, values: Array) -> None:
+    sizes = np.abs(values[values != 0.0])
+    if unit == "V" and sizes.size and sizes.max() < KILO:
+        raise InputError(
+            f"{table.file}: {sizes.size} of {sizes.size} voltages are below {KILO:g} V: kilovolts? write the unit"
+        )
+    short = {"N": "mN", "m": "mm", "V": "V"}.get(unit, unit)
+    raise InputError(
+        f'{table.file}, line 1: column "{own}" has no unit; write "{own} ({unit})", or name it in tests.toml: '
+        f'{name} = "{own}, {short}"'
+    )

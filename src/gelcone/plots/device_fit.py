@@ -1,0 +1,86 @@
+"""Figures of a device and its tests: what they tell, and what was fitted."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLUMNS = 2
+
+
+def device_plan_figure(result: xr.Dataset) -> Figure:
+    """Bars of what each unknown is known to, over its prior."""
+
+    def draw(figure: Figure) -> None:
+        left_bars(result, figure.subplots())
+        figure.suptitle(result.attrs["title"], fontsize=9.0)
+
+    return styled(6.0, 1.2 + 0.22 * result.sizes["unknown"], draw)
+
+
+def device_fit_figure(result: xr.Dataset) -> Figure:
+    """A panel for each test, with measured and predicted readings; and bars of what each unknown is known to."""
+    names = json.loads(result.attrs["tests"])
+    rows = -(-(len(names) + 1) // COLUMNS)
+
+    def draw(figure: Figure) -> None:
+        panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+        for k, (name, axes) in enumerate(zip(names, panels, strict=False)):
+            draw_test(result.isel(reading=np.flatnonzero(result["reading_test"].values == k)), name, axes)
+        left_bars(result, panels[len(names)])
+        for axes in panels[len(names) + 1 :]:
+            axes.set_visible(False)
+        mark = ": refused by chi2, not to be relied on" if result.attrs["refused"] else ""
+        figure.suptitle(f"{result.attrs['title']}, {result.attrs['film']} film{mark}", fontsize=9.0)
+
+    return styled(7.4, 0.6 + 2.3 * rows, draw)
+
+
+def draw_test(own: xr.Dataset, name: str, axes: Axes) -> None:
+    """Measured readings with their noise, and the fitted device as lines."""
+    kinds = list(dict.fromkeys(map(str, own["reading_name"].values)))
+    for colour, kind in zip(CYCLE, kinds, strict=False):
+        one = own.isel(reading=np.flatnonzero(own["reading_name"].values == kind))
+        x = one["reading_along"].values
+        noise, label = one["noise"].values, kind.replace("_", " ")
+        axes.errorbar(x, one["measured"].values, noise, color=colour, fmt=".", ms=4.0, lw=0.6, label=label)
+        for part in _rising(x):
+            axes.plot(x[part], one["predicted"].values[part], color=colour, marker="_" if len(x) == 1 else None)
+    axes.set_title(name, fontsize=8.0)
+    axes.legend(fontsize=7.0)
+    axes.tick_params(labelsize=7.0)
+    units = dict.fromkeys(map(str, own["reading_unit"].values))
+    axes.set_ylabel(", ".join(units), fontsize=7.0)
+    axes.set_xlabel(str(own["reading_axis"].values[0]), fontsize=7.0)
+
+
+def _rising(x: np.ndarray) -> list[slice]:
+    """Pieces of samples along which x rises: a curve for each voltage at which heights were measured."""
+    ends = [0, *(np.flatnonzero(np.diff(x) < 0.0) + 1), len(x)]
+    return [slice(begin, end) for begin, end in itertools.pairwise(ends)]
+
+
+def left_bars(result: xr.Dataset, axes: Axes) -> None:
+    """Standard deviation left by the tests over that of the prior, for each unknown."""
+    names = [str(name).removeprefix("material.") for name in result["unknown"].values]
+    share = (result["left"] / result["prior"]).values
+    places = np.arange(len(names))[::-1]
+    axes.barh(places, share, color=[BLUE if one < 0.5 else GREY for one in share], height=0.6)
+    axes.plot(share, places, ".", color=BLACK, ms=3.0)
+    axes.axvline(1.0, color=BLACK, lw=0.6)
+    axes.set_yticks(places, names, fontsize=6.5)
+    axes.set_xlabel("standard deviation left, over the prior", fontsize=7.0)
+    axes.tick_params(axis="x", labelsize=7.0)
+    for place, moved, prior in zip(places, result["deviation"].values, result["prior"].values, strict=True):
+        if abs(moved) > 2.0 * prior:
+            axes.text(0.02, place, "far from its prior", color=VERMILION, fontsize=6.0, va="center")

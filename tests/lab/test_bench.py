@@ -1,0 +1,89 @@
+"""What a device predicts of its tests, against another program and against the settled motion."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.errors import InputError
+from gelcone.lab.bench import Variants, field_value
+from tests.lab.certified import CERTIFIED, device, made
+
+
+def alone(own):
+    return Variants(own, ["spring_rate"], np.ones((1, 1)), {})
+
+
+@pytest.mark.parametrize("case", CERTIFIED["forward"], ids=lambda case: case["film"])
+def test_statics_and_ring_down_are_the_certified_ones(case):
+    variants = alone(device(case["device"], case["film"]))
+    for test in map(made, case["tests"]):
+        if test.kind != "frequency response":
+            np.testing.assert_allclose(variants.predict(test)[0], test.values, rtol=1e-10)
+
+
+@pytest.mark.parametrize("case", CERTIFIED["responses"], ids=lambda r: f"{r['film']}-{r['voltage_offset_V']:g}")
+def test_responses_are_those_of_the_settled_motion(case):
+    """Within 0.5 % across the border where the film turns slack, where linear theory is up to 17 % off."""
+    variants, frequency = alone(device(case["device"], case["film"])), np.array(case["frequency_Hz"])
+    n = frequency.size
+    volts = [np.full(n, case[f"voltage_{name}_V"]) for name in ("offset", "amplitude")]
+    found = variants.response(*volts, frequency)[0]
+    ratio = np.hypot(found[:n], found[n:]) / np.array(case["settled_amplitude_m"])
+    np.testing.assert_allclose(ratio, 1.0, atol=5e-3)
+    phase = np.degrees(np.arctan2(found[n:], found[:n]))
+    apart = (phase - np.array(case["settled_phase_deg"]) + 180.0) % 360.0 - 180.0
+    assert np.abs(apart).max() < 1.0
+
+
+def test_the_response_is_that_of_settled():
+    own = device(CERTIFIED["responses"][0]["device"], "taut").replace(
+        voltage_offset=1000.0, voltage_amplitude=60.0, frequency=9.0
+    )
+    settled = gelcone.settled(own)
+    found = alone(own).response(np.array([1000.0]), np.array([60.0]), np.array([9.0]))[0]
+    assert 2e3 * np.hypot(*found) == pytest.approx(float(settled["stroke"]), rel=2e-3)
+
+
+def test_variants_are_predicted_together_as_alone():
+    own = device(CERTIFIED["forward"][1]["device"], "wrinkling")
+    factors = np.array([[1.0, 1.0], [1.03, 0.97], [0.98, 1.1]])
+    together = Variants(own, ["spring_rate", "film_thickness"], factors, {"amplifier": np.array([1.0, 1.01, 0.99])})
+    near = Variants(own, ["spring_rate", "film_thickness"], factors[:1], {})
+    for test in map(made, CERTIFIED["forward"][1]["tests"]):
+        near.predict(test)
+    started = Variants(own, ["spring_rate", "film_thickness"], factors[:1] * 1.001, {}, near)
+    for test in map(made, CERTIFIED["forward"][1]["tests"]):
+        found = together.predict(test)
+        for k, row in enumerate(factors):
+            gain = {"amplifier": np.array([[1.0, 1.01, 0.99][k]])}
+            single = Variants(own, ["spring_rate", "film_thickness"], row[None], gain).predict(test)
+            np.testing.assert_allclose(found[k], single[0], rtol=1e-9)
+        fresh = Variants(own, ["spring_rate", "film_thickness"], factors[:1] * 1.001, {}).predict(test)
+        np.testing.assert_allclose(started.predict(test), fresh, rtol=1e-8, atol=1e-12)
+
+
+def test_gains_multiply_what_their_instrument_reads():
+    own = device(CERTIFIED["forward"][0]["device"], "taut")
+    force, stroke, *_ = map(made, CERTIFIED["forward"][0]["tests"])
+    gains = {"load cell": np.array([1.1]), "laser": np.array([0.9]), "amplifier": np.array([1.0])}
+    with_gains, without = Variants(own, ["spring_rate"], np.ones((1, 1)), gains), alone(own)
+    np.testing.assert_allclose(with_gains.predict(force), 1.1 * without.predict(force))
+    np.testing.assert_allclose(with_gains.predict(stroke), 0.9 * without.predict(stroke))
+
+
+def test_beyond_pull_in_there_is_nothing():
+    own = device(CERTIFIED["forward"][1]["device"], "wrinkling")
+    highest = float(gelcone.pull_in_voltage(own)["pull_in_voltage"])
+    found = alone(own).stroke(np.array([0.9, 1.1]) * highest)[0]
+    assert np.isfinite(found[0])
+    assert np.isnan(found[1])
+
+
+def test_fields_that_cannot_be_fitted():
+    own = device(CERTIFIED["forward"][0]["device"], "taut")
+    with pytest.raises(InputError, match="'sprig_rate' is not a field that can be fitted; did you mean 'spring_rate'"):
+        field_value(own, "sprig_rate")
+    with pytest.raises(InputError, match="--free beam_rate: is not set; a field that is fitted must have one value"):
+        field_value(own, "beam_rate")
+    with pytest.raises(InputError, match="takes a device with one film and an ideal source"):
+        alone(own.replace(second_film="taut"))

@@ -1,0 +1,307 @@
+"""Plans and fits of devices: certified fits, symmetries, and what refuses a wrong structure."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.errors import DoubtfulInput, InputError
+from gelcone.lab.bench import Variants
+from gelcone.lab.device import fit_device, fitted_device, plan_device, read_free, read_predictions
+from gelcone.lab.device_fit import Problem, fit_problem, left_out, next_experiments, plan_of
+from gelcone.lab.device_tests import DeviceTests, read_device_tests
+from tests.lab.certified import CERTIFIED, FIELDS, GAINS, TAUT, WRINKLING, problem
+
+PUMP = Path(__file__).parents[2] / "docs" / "measured" / "pump"
+PRIORS = {FIELDS[name]: spread for name, spread in CERTIFIED["device_fits"][TAUT]["priors_relative_sd"].items()}
+
+
+def certified(case, film):
+    own = CERTIFIED["device_fits"][case]["fits"][film]
+    names = [*FIELDS, *GAINS]
+    values = np.array([own["log_deviation_from_nominal"][name] for name in names])
+    return own, values, np.array([own["standard_deviation"][name] for name in names])
+
+
+def check(case, film):
+    fitted = fit_problem(problem(case, film))
+    own, values, spreads = certified(case, film)
+    assert fitted.objective == pytest.approx(own["objective"], abs=1e-3)
+    assert np.abs((fitted.logs - values) / spreads).max() < 0.02
+    np.testing.assert_allclose(np.sqrt(np.diag(fitted.covariance)), spreads, rtol=0.01)
+    assert fitted.p_value == pytest.approx(own["p_value"], rel=0.01)
+    return fitted
+
+
+def test_a_taut_pump_is_fitted_as_certified():
+    fitted = check(TAUT, "taut")
+    assert [one.p_value > 0.01 for one in left_out(fitted)] == [True] * 4
+
+
+def test_a_taut_film_is_refused_where_the_film_wrinkles():
+    fitted = check(WRINKLING, "taut")
+    assert fitted.p_value < 1e-50
+
+
+@pytest.mark.slow
+def test_a_wrinkling_pump_is_fitted_as_certified():
+    fitted = check(WRINKLING, "wrinkling")
+    assert [one.p_value > 0.01 for one in left_out(fitted)] == [True] * 5
+
+
+def test_the_plan_of_all_tests_is_the_certified_one():
+    plan = plan_of(problem(TAUT, "taut", gains=False))
+    own = CERTIFIED["identifiability"]["all"]
+    found = plan.left[: len(FIELDS)] / plan.priors[: len(FIELDS)]
+    np.testing.assert_allclose(found, list(own["sd_over_prior"].values()), atol=0.03)
+    assert plan.learnt == own["informative_directions"] == 6
+
+
+@pytest.mark.parametrize(("name", "which"), [("blocked force at three voltages", [0]), ("stroke over voltage", [1])])
+def test_the_plan_of_single_tests_is_the_certified_one(name, which):
+    whole = problem(TAUT, "taut", gains=False)
+    plan = plan_of(Problem(whole.device, whole.free, tuple(whole.tests[k] for k in which), whole.gains))
+    own = CERTIFIED["identifiability"][name]
+    found = plan.left[: len(FIELDS)] / plan.priors[: len(FIELDS)]
+    np.testing.assert_allclose(found, list(own["sd_over_prior"].values()), atol=0.03)
+    assert plan.learnt == own["informative_directions"]
+
+
+def test_what_the_plan_calls_invariant_changes_no_reading():
+    """Not only to the first order: by a tenth."""
+    whole = problem(TAUT, "taut")
+    plan = plan_of(whole)
+    names = list(whole.free)
+    first = dict(zip(names, plan.directions[0], strict=True))
+    known = {"material.shear_modulus": 1.0, "film_thickness": -1.0, "material.relative_permittivity": -1.0}
+    assert {name: share for name, share in first.items() if share} == known
+    factors = np.exp(0.1 * plan.directions[:1])
+    changed, same = (Variants(whole.device, names, own, {}) for own in (factors, np.ones_like(factors)))
+    for test in whole.tests:
+        np.testing.assert_allclose(changed.predict(test), same.predict(test), rtol=1e-9, atol=1e-12)
+    assert len(plan.directions) == 3
+
+
+def test_without_a_force_or_a_mass_all_stiffnesses_change_together():
+    whole = problem(TAUT, "taut")
+    names = ["material.shear_modulus", "spring_rate", "moving_mass", "damping_coefficient"]
+    names.append("material.relative_permittivity")
+    free = {name: PRIORS[name] for name in names}
+    without = plan_of(Problem(whole.device, free, whole.tests[1:], whole.gains))
+    np.testing.assert_array_equal(without.directions, np.ones((1, 5)))
+    assert len(plan_of(Problem(whole.device, free, whole.tests, whole.gains)).directions) == 0
+
+
+def test_the_next_experiment_is_a_calibration_of_the_amplifier():
+    """A stroke beyond the tests hangs on the voltage; what is promised is what a plan with that calibration finds."""
+    whole = problem(TAUT, "taut")
+    result = plan_device(whole.device, DeviceTests(whole.tests, whole.gains), whole.free, predict=["stroke@2.15 kV"])
+    ranked = json.loads(result.attrs["next"])[0]
+    assert ranked[0][0] == "gain of the amplifier calibrated to 0.2 %"
+    assert ranked[0][1] == pytest.approx(0.32, abs=0.05)
+    better = DeviceTests(whole.tests, {**whole.gains, "amplifier": 0.002})
+    after = plan_device(whole.device, better, whole.free, predict=["stroke@2.15 kV"])
+    ratio = float(after["predicted_spread"][0] / result["predicted_spread"][0])
+    assert ratio == pytest.approx(ranked[0][1], rel=1e-3)
+    assert dict(map(tuple, ranked))["four times the rows of: stroke over voltage"] > 0.95
+
+
+def test_the_promise_of_more_rows_is_kept():
+    whole = problem(TAUT, "taut")
+    row = np.zeros(len(whole.names))
+    row[0] = 1.0
+    promised = dict(next_experiments(whole, row))["four times the rows of: blocked force"]
+    more = Problem(whole.device, whole.free, (*[whole.tests[0]] * 3, *whole.tests), whole.gains)
+    assert plan_of(more).left[0] / plan_of(whole).left[0] == pytest.approx(promised, rel=1e-6)
+
+
+def test_predictions_and_their_spread_are_the_certified_ones():
+    whole = problem(TAUT, "taut")
+    asked = ["stroke@2.15 kV", "natural frequency@1.5 kV"]
+    result = fit_device(whole.device, DeviceTests(whole.tests, whole.gains), whole.free, predict=asked)
+    own = CERTIFIED["device_fits"][TAUT]["fits"]["taut"]["predictions"]
+    expected = [own["stroke at high voltage, m"], own["natural frequency at the middle bias, Hz"]]
+    np.testing.assert_allclose(result["predicted_value"].values, [one["value"] for one in expected], rtol=1e-4)
+    np.testing.assert_allclose(result["predicted_spread"].values, [one["sd"] for one in expected], rtol=0.01)
+    assert (result.attrs["refused"], result.attrs["film"]) == (0, "taut")
+    device = fitted_device(result)
+    assert device.spring_rate == pytest.approx(15.0 * np.exp(0.031655825), rel=1e-5)
+    assert float(gelcone.stroke_and_blocked_force(device, [2150.0])["stroke"][0]) * 1e-3 == pytest.approx(
+        float(result["predicted_value"][0]), rel=1e-9
+    )
+
+
+def test_intervals_cover_on_made_up_pumps():
+    """True deviations of fields and gains within two standard deviations in 90 to 100 % of 12 small fits."""
+    whole = problem(TAUT, "taut")
+    names = ["material.shear_modulus", "material.relative_permittivity", "spring_rate", "damping_coefficient"]
+    free = {name: min(PRIORS[name], 0.3) for name in names}
+    inside = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        own = Problem(whole.device, free, whole.tests, whole.gains)
+        truth = own.priors * rng.standard_normal(own.priors.size)
+        readings = own.predict(truth[None])[0] + own.noise * rng.standard_normal(own.noise.size)
+        fitted = fit_problem(Problem(whole.device, free, with_readings(own.tests, readings), whole.gains))
+        inside.append(np.abs(fitted.logs - truth) / np.sqrt(np.diag(fitted.covariance)) < 1.96)
+    assert 0.88 <= np.mean(inside) <= 1.0
+
+
+def with_readings(tests, values):
+    found, at = [], 0
+    for test in tests:
+        read = {}
+        for name, old in test.read.items():
+            read[name], at = values[at : at + old.size], at + old.size
+        found.append(type(test)(test.name, test.kind, test.set, read, test.noise))
+    return tuple(found)
+
+
+def test_a_voltage_beyond_every_pull_in_is_refused():
+    own = problem(WRINKLING, "wrinkling")
+    stroke = own.tests[1]
+    high = type(stroke)(stroke.name, stroke.kind, {"voltage": 3.0 * stroke.set["voltage"]}, stroke.read, stroke.noise)
+    with pytest.raises(InputError, match="measured values lie where no device within the priors has a state"):
+        fit_problem(Problem(own.device, {"spring_rate": 0.03}, (high,), own.gains), np.zeros(3))
+
+
+# --- files and what is asked ------------------------------------------------------------------------------------------
+
+
+def test_the_example_is_the_certified_case():
+    tests = read_device_tests(PUMP / "pump-tests.toml")
+    for found, own in zip(tests.tests, problem(TAUT, "taut").tests, strict=True):
+        np.testing.assert_allclose(found.values, own.values, rtol=1e-3, atol=1e-9)
+        np.testing.assert_allclose(found.deviations, own.deviations, rtol=1e-3)
+    assert tests.gains == {"load cell": 0.02, "laser": 0.01, "amplifier": 0.01}
+    assert tests.measured
+
+
+def test_amplitude_and_phase_and_planned_points(tmp_path):
+    (tmp_path / "list.toml").write_text(
+        '[[test]]\nkind = "frequency response"\nvoltage_offset = "1 kV"\nvoltage_amplitude = "60 V"\nnoise = "10 um"\n'
+        'frequency = ["8 Hz", "9 Hz"]\namplitude = ["1 mm", "2 mm"]\nphase = ["-30 deg", "90 deg"]\n'
+        '[[test]]\nkind = "stroke over voltage"\nvoltage = ["500 V", "1 kV"]\nnoise = "10 um"\n'
+    )
+    response, planned = read_device_tests(tmp_path / "list.toml").tests
+    np.testing.assert_allclose(response.read["in_phase"], [1e-3 * np.cos(np.pi / 6.0), 0.0], atol=1e-15)
+    np.testing.assert_allclose(response.read["quadrature"], [-0.5e-3, 2e-3])
+    assert np.isnan(planned.values).all()
+    tests = DeviceTests((planned,), {"load cell": 0.02, "laser": 0.01, "amplifier": 0.01})
+    pump = gelcone.find_device(PUMP / "pump.toml")
+    assert np.isfinite(plan_device(pump, tests, {"spring_rate": 0.03})["left"]).all()
+    with pytest.raises(InputError, match="a test has no readings; measure them, or ask for the plan"):
+        fit_device(pump, tests, {"spring_rate": 0.03})
+
+
+LISTS = {
+    "an unknown kind": (
+        'kind = "free force"',
+        "'free force' is not a kind of test on a device; did you mean 'blocked force'",
+    ),
+    "no kind": ('noise = "1 mN"', "is not a kind of test on a device; known: blocked force"),
+    "an unknown setting": ('kind = "ring-down"\nvolt = 1', "'volt' is not a setting of a ring-down test"),
+    "no noise": (
+        'kind = "ring-down"\nfrequency = "1 Hz"\ndecay = "1 1/s"',
+        "the noise of frequency is missing; give noise",
+    ),
+    "no voltage": ('kind = "blocked force"\nheight = "1 mm"\nnoise = "1 mN"', "a blocked force test needs voltage"),
+    "a bare number": ('kind = "stroke over voltage"\nvoltage = "5"\nnoise = "1 um"', "voltage = '5': has no unit"),
+    "a wrong unit": (
+        'kind = "stroke over voltage"\nvoltage = "5 N"\nnoise = "1 um"',
+        "N is a unit of force, not of voltage",
+    ),
+    "negative noise": ('kind = "stroke over voltage"\nvoltage = "5 V"\nnoise = "-1 um"', "must be greater than 0"),
+    "a column without a file": (
+        'kind = "stroke over voltage"\nvoltage = "U, V"\nnoise = "1 um"',
+        "but no file is given",
+    ),
+    "a file elsewhere": ('kind = "stroke over voltage"\nfile = "../x.csv"', "must lie in the folder of the list"),
+    "uneven lists": (
+        'kind = "stroke over voltage"\nvoltage = ["1 V", "2 V"]\nstroke = ["1 mm", "1 mm", "1 mm"]\nnoise = "1 um"',
+        "voltage has 2 values and others 3; give one for each row",
+    ),
+    "a column without a unit": (
+        'kind = "blocked force"\nfile = "f.csv"\nvoltage = "0 V"\nnoise = "1 mN"',
+        'f.csv, line 1: column "F" has no unit; write "F (N)", or name it in tests.toml: force = "F, mN"',
+    ),
+    "kilovolts": (
+        'kind = "blocked force"\nfile = "f.csv"\nvoltage = "U"\nforce = "F, mN"\nnoise = "1 mN"',
+        "2 of 2 voltages are below 20 V: kilovolts? write the unit",
+    ),
+    "a column that is not there": (
+        'kind = "blocked force"\nfile = "f.csv"\nvoltage = "0 V"\nforce = "P, mN"\nnoise = "1 mN"',
+        "'P' is not a column",
+    ),
+    "gaps": (
+        'kind = "blocked force"\nfile = "gap.csv"\nvoltage = "0 V"\nnoise = "1 mN"',
+        "column 'F' has cells without numbers; complete or leave out their rows",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", LISTS)
+def test_a_list_that_is_wrong_is_refused_in_one_line(kind, tmp_path):
+    (tmp_path / "f.csv").write_text("height (mm),U,F\n1,1,2\n2,1.5,3\n")
+    (tmp_path / "gap.csv").write_text("height (mm),F (mN)\n1,2\n2,\n3,4\n")
+    text, message = LISTS[kind]
+    (tmp_path / "list.toml").write_text(f"[[test]]\n{text}\n")
+    with pytest.raises(InputError) as error:
+        read_device_tests(tmp_path / "list.toml")
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_instruments_are_known(tmp_path):
+    ring = '[[test]]\nkind = "ring-down"\nnoise = {frequency = "0.1 Hz", decay = "0.1 1/s"}\n'
+    (tmp_path / "list.toml").write_text(f'{ring}[instruments]\nlaser = "0.5 %"\n')
+    assert read_device_tests(tmp_path / "list.toml").gains["laser"] == 0.005
+    for text, message in (("lazer = 0.1", "'lazer' is not an instrument"), ("laser = '0 %'", "must be a share")):
+        (tmp_path / "list.toml").write_text(f"{ring}[instruments]\n{text}\n")
+        with pytest.raises(InputError, match=message):
+            read_device_tests(tmp_path / "list.toml")
+
+
+def test_priors_are_relative_or_absolute():
+    pump = gelcone.find_device(PUMP / "pump.toml")
+    assert read_free(["spring_rate~3%", "film_thickness~6 um"], pump) == {
+        "spring_rate": 0.03,
+        "film_thickness": pytest.approx(0.03),
+    }
+    with pytest.warns(DoubtfulInput, match="--free spring_rate: has no prior; give one where it was measured"):
+        assert read_free(["spring_rate"], pump)["spring_rate"] == 10.0
+    for text, message in (
+        ("spring_rate~0%", "must be a share such as '2 %'"),
+        ("spring_rate~3 mm", "mm is a unit of length, not of stiffness"),
+        ("nothing~3%", "is not a field that can be fitted"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_free([text], pump)
+    with pytest.raises(InputError, match="--free spring_rate: is given twice"):
+        read_free(["spring_rate~1%", "spring_rate~2%"], pump)
+
+
+def test_predictions_are_read():
+    assert [one.voltage for one in read_predictions(["stroke@1.5 kV", "pull-in"])] == [1500.0, 0.0]
+    for text, message in (
+        ("strok@1 V", "'strok' is not a prediction; did you mean 'stroke'"),
+        ("stroke", "give a voltage, stroke@1 kV"),
+        ("pull-in@1 V", "takes no voltage"),
+        ("stroke@1", "has no unit"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_predictions([text])
+
+
+def test_three_fields_that_change_together_are_one_too_many():
+    whole = problem(TAUT, "taut")
+    names = ["material.shear_modulus", "film_thickness", "material.relative_permittivity"]
+    tests = DeviceTests(whole.tests, whole.gains)
+    with pytest.raises(InputError, match="these three are one number too many: mu H and eps/H are all that any test"):
+        fit_device(whole.device, tests, dict.fromkeys(names, 10.0))
+    with pytest.raises(InputError, match="is not a film that can be fitted; known: taut, wrinkling"):
+        fit_device(whole.device, tests, {"spring_rate": 0.1}, films=["membrane"])
+    with pytest.raises(InputError, match="no field is free; give some with priors"):
+        plan_device(whole.device, tests, {})
