@@ -117,8 +117,8 @@ class Problem:
 
 
 class Plan(NamedTuple):
-    """The information in tests: standard deviations ``left`` of all unknowns, ``singular`` values of the fields in units of
-    their priors, and the ``directions`` of fields that leave all readings as they are, (directions, fields)."""
+    """The information in tests: standard deviations ``left`` of all unknowns, ``singular`` values of the fields in
+    units of their priors, and the ``directions`` of fields that leave all readings as they are, a row each."""
 
     names: list[str]
     priors: Array
@@ -206,7 +206,7 @@ class Gain(NamedTuple):
 
 
 def next_experiments(problem: Problem, readings: Array, logs: Array | None = None) -> list[Gain]:
-    """What would help a prediction most, the best first: four times the rows of each test, each instrument calibrated
+    """Rank what would help a prediction, the best first: four times the rows of each test, each instrument calibrated
     to a fifth, each prior halved.
 
     ``readings`` is the derivative of the prediction by all unknowns.
