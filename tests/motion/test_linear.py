@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
+import gelcone
 from gelcone.devices.device import find_device
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
@@ -252,3 +253,14 @@ def test_python_control_takes_the_names():
     assert isinstance(system, control.StateSpace)
     assert system.output_labels == ["displacement", "charge"]
     assert system.input_labels == ["voltage", "force"]
+
+
+def test_linear_theory_is_that_of_an_amplifier_within_its_limit_also_where_the_drive_reaches_it():
+    """At rest no current flows, and so none is limited."""
+    device = gelcone.find_device("biased-pump").replace(film="wrinkling", series_resistance="1 MOhm")
+    strokes = [
+        float(gelcone.settled(device.replace(current_limit=limit))["linear_stroke"])
+        for limit in ("1 uA", "0.02 mA", "10 mA")
+    ]
+    assert strokes == pytest.approx([strokes[-1]] * 3, rel=1e-12)
+    assert strokes[-1] > 1.0

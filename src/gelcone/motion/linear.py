@@ -314,6 +314,9 @@ def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
     starts = [np.broadcast_to(start, shape) for start in system.starts(at.place, at.n)]
     z = [at.place, np.zeros(shape), *starts]
     bias, n = at.n["voltage_bias"], dict(at.n)
+    for line in system.lines:  # where no current flows: from a film without voltage an amplifier may be at its limit
+        for i in system.places_of(line):
+            z[i] = np.broadcast_to(system.command_of(line, bias, n), shape)
     with np.errstate(all="ignore"):
         n |= system.switches_under(bias, z, n)
         for k, film in enumerate(system.films):
