@@ -10,7 +10,7 @@ A device in SI units, how it moves, and a picture of that:
 >>> figure = response.gelcone.plot()
 
 Devices and gels
-    Device, Device.from_toml, find_device, Material, load_materials
+    Device, Device.from_toml, find_device, Material, load_materials, recorded
     read_tests, fit_material, fitted_material, fitted_text   a gel from tests on coupons
     read_device_tests, plan_device, fit_device, fitted_device   a device from its own measurements
 Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
@@ -142,6 +142,7 @@ if TYPE_CHECKING:
     from gelcone.devices.device import find_device as find_device
     from gelcone.devices.materials import Material as Material
     from gelcone.devices.materials import load_materials as load_materials
+    from gelcone.devices.recorded import recorded as recorded
     from gelcone.devices.si import model_of as model_of
     from gelcone.devices.si import to_si as to_si
     from gelcone.errors import InputError as InputError
@@ -181,6 +182,8 @@ if TYPE_CHECKING:
     from gelcone.physics.circuit import Port as Port
     from gelcone.physics.component import Component as Component
     from gelcone.physics.component import State as State
+    from gelcone.physics.drive import Pieced as Pieced
+    from gelcone.physics.drive import Pieces as Pieces
     from gelcone.physics.drive import Sine as Sine
     from gelcone.physics.drive import Waveform as Waveform
     from gelcone.physics.film.film import Film as Film

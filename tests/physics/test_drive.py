@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from gelcone.physics.drive import VOLTAGE, WAVEFORMS, Sine, Triangle, Waveform
+from gelcone.physics.drive import PIECE, VOLTAGE, WAVEFORMS, Sine, Triangle, Waveform
 from gelcone.quantity import Quantity
 
 SINE = Sine()
@@ -54,7 +54,7 @@ CASES = [
     (OddHarmonics(), {"third": 0.3}),
 ]
 smooth_waveform = pytest.mark.parametrize(
-    ("waveform", "own"), [case for case in CASES if not case[0].corners], ids=lambda value: getattr(value, "name", "")
+    ("waveform", "own"), [case for case in CASES if not case[0].pieced], ids=lambda value: getattr(value, "name", "")
 )
 every_waveform = pytest.mark.parametrize(("waveform", "own"), CASES, ids=[case[0].name for case in CASES])
 
@@ -183,13 +183,14 @@ def test_the_corners_between_two_times_are_all_there_is(start, length, frequency
     waveform, n = Triangle(), Triangle().numbers(numbers(frequency=frequency))
     found = waveform.corners_between(np.array([start]), np.array([start + length]), n)
     inner = found.later[0][np.isfinite(found.later[0])]
-    every = np.array([found.passed[0], *inner])
-    assert found.passed[0] <= start < (found.passed[0] + np.pi / frequency) * (1 + 1e-12) + 1e-12
+    begin = found.passed[0, 0]
+    every = np.array([begin, *inner])
+    assert begin <= start < (begin + np.pi / frequency) * (1 + 1e-12) + 1e-12
     np.testing.assert_allclose(np.diff(every), np.pi / frequency, rtol=1e-9)
     assert (every[-1] + np.pi / frequency) * (1 + 1e-12) + 1e-12 > start + length
     # behind each corner the voltage goes the other way
     slopes = waveform.voltage_rate(every + 0.4 * np.pi / frequency, n)
-    np.testing.assert_array_equal(np.sign(slopes), -found.side[0] * (-1.0) ** np.arange(every.size))
+    np.testing.assert_array_equal(np.sign(slopes), np.sign(found.passed[0, 2]) * (-1.0) ** np.arange(every.size))
     np.testing.assert_allclose(np.abs(waveform.voltage(every, n)), 1.0, rtol=0.0, atol=1e-12 * (1 + 100.0 * frequency))
 
 
@@ -206,5 +207,5 @@ def test_a_waveform_with_corners_takes_them_as_a_program_does():
     n = waveform.numbers(numbers(0.7, 0.2, 2.0))
     tau = np.linspace(0.0, 20.0, 301)
     passed = waveform.corners_between(tau, tau, {**n, "drive_frequency": np.full(301, 2.0)})
-    told = {**n, "side": passed.side, "since": 2.0 * (tau - passed.passed)}
+    told = {**n, **dict(zip(PIECE, passed.passed.T, strict=True)), "since": 2.0 * (tau - passed.passed[:, 0])}
     np.testing.assert_allclose(0.2 + 0.7 * waveform.shape(2.0 * tau, told), waveform.voltage(tau, n), atol=1e-13)

@@ -13,6 +13,7 @@ import click
 from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import answers_of, arguments_of
 from gelcone.cli.options import (
+    drive_parameters,
     option_parameters,
     output_parameters,
     over_parameter,
@@ -36,7 +37,8 @@ def command_of(analysis: Analysis) -> click.Command:
     if analysis.arguments:
         device = click.Argument(["words"], nargs=-1, metavar=" ".join(["[DEVICE]", *analysis.arguments.values()]))
     options = option_parameters(analysis.options.values())
-    params = [device, *subject, *over_parameter(analysis), *options, *output_parameters()]
+    drive = drive_parameters() if analysis.takes in ("model", "device") else []
+    params = [device, *subject, *drive, *over_parameter(analysis), *options, *output_parameters()]
     return click.Command(analysis.command, params=params, callback=partial(run, analysis), help=help_of(analysis))
 
 

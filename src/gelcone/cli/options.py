@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
 
 from gelcone.analyses.request import Subject, read_subject
+from gelcone.errors import InputError
 from gelcone.register.analysis import Analysis, Option
 
 SUBJECT = ("device", "preset", "film", "settings", "initial")
@@ -53,6 +55,26 @@ def subject_parameters() -> list[click.Parameter]:
             help="membrane, the membrane that wrinkles (default of devices; of the device's a/b, or --set "
             "radius_ratio=..., default 0.2); for study a homogeneous cone: wrinkling, or taut, which bears compression "
             "(the paper's; default without a device).",
+        ),
+    ]
+
+
+DRIVE = ("recording", "drive_scale", "drive_repeat", "drive_interpolation")
+
+
+def drive_parameters() -> list[click.Parameter]:
+    """--drive and what goes with it."""
+    return [
+        click.Option(
+            ["--drive", "recording"],
+            type=PLACE,
+            metavar="CSV",
+            help='Drive it by a recorded voltage: a CSV file that begins with the line "time (s), voltage (V)".',
+        ),
+        click.Option(["--drive-scale"], type=float, metavar="FACTOR", help="Factor of its voltages. Default 1."),
+        click.Option(["--drive-repeat"], is_flag=True, default=None, help="Begin it again where it ends."),
+        click.Option(
+            ["--drive-interpolation"], metavar="linear|pchip", help="Between its samples. Default straight lines."
         ),
     ]
 
@@ -120,4 +142,33 @@ def _units(quantity: str) -> str:
 def subject_of(given: dict[str, Any]) -> Subject:
     """Takes the arguments of `subject_parameters` out of ``given`` and reads them."""
     own = {name: given.pop(name) for name in SUBJECT}
-    return read_subject(own.pop("device"), **own)
+    drive = {name: value for name in DRIVE if (value := given.pop(name, None)) is not None}
+    subject = read_subject(own.pop("device"), **own)
+    return _driven(subject, drive) if drive else subject
+
+
+def _driven(subject: Subject, drive: dict[str, Any]) -> Subject:
+    """A subject driven by the recording that was named."""
+    from gelcone.devices.recorded import recorded
+
+    path = drive.pop("recording", None)
+    if path is None:
+        raise InputError(f"--{min(drive).replace('_', '-')}: there is no --drive; name a CSV file")
+    fixed = (
+        "voltage_amplitude",
+        "voltage_offset",
+        "frequency",
+        "waveform",
+        "voltage",
+        "voltage_bias",
+        "drive_frequency",
+    )
+    if taken := sorted(subject.given & set(fixed)):
+        raise InputError(f"--set {taken[0]}: the recording of --drive sets it; leave it out, or give --drive-scale")
+    options = {name.removeprefix("drive_"): value for name, value in drive.items()}
+    found = recorded(subject.target, path, **options)
+    return (
+        replace(subject, model=found)
+        if subject.device is None
+        else replace(subject, model=found.to_model(), device=found)
+    )

@@ -166,7 +166,8 @@ class DeviceFields(Record):
         near=("drive_frequency", "omega", "f", "driving_frequency", "voltage_frequency"),
     )  # fmt: skip
     waveform: Any = Field(
-        "shape of the alternating part: sine or triangle, or one's own as module:Class", default="sine",
+        "shape of the drive: sine, triangle, square, trapezoid, ramp, half_wave, burst, chirp, harmonics, staircase or "
+        "samples, by its name or as a table with its numbers; or one's own as module:Class", default="sine",
         near=("shape", "drive"),
     )  # fmt: skip
     filter_frequency: Any = Field(

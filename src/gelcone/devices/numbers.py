@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from gelcone.devices.fields import GEL, SECOND_PRESTRETCHES, DeviceFields
-from gelcone.devices.parts import PARTS, own_fields
+from gelcone.devices.parts import PARTS, component_of, own_fields
 from gelcone.physics.component import Component
 from gelcone.physics.film.taut import PRESTRETCHES
 from gelcone.physics.model import PARAMETERS
@@ -53,7 +53,7 @@ def numbers_of(device: DeviceFields) -> dict[str, Number]:
         found[f"viscous_limit_{k}"] = Number(f"{GEL}viscous_stretch_limit_{k}", "1")
     for part in PARTS:
         value = getattr(device, part)
-        if isinstance(value, Component):
-            own = own_fields(part, value)
-            found |= {name: Number(f"{part}.{name}", value.parameters[name].scale) for name in own}
+        if isinstance(value, Component) or part == "waveform":
+            own, parameters = own_fields(part, value), component_of(part, value).parameters
+            found |= {name: Number(f"{part}.{name}", parameters[name].scale) for name in own}
     return found

@@ -21,7 +21,7 @@ from gelcone.errors import InputError
 from gelcone.physics.bias import BIASES, Bias, Together
 from gelcone.physics.circuit import CIRCUITS, Circuit
 from gelcone.physics.component import Component, find_component, to_record
-from gelcone.physics.drive import WAVEFORMS, Waveform
+from gelcone.physics.drive import VOLTAGE, WAVEFORMS, Waveform
 from gelcone.physics.film.film import Film
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.model import PARAMETERS
@@ -68,7 +68,7 @@ def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
     members: list[Any] = [*found.parts] if isinstance(found, Together) else [found]
     data = {field.name for part in members if dataclasses.is_dataclass(part) for field in dataclasses.fields(part)}
     numbers = {str(key): value for table in tables for key, value in table.items() if key not in {"component", *data}}
-    if type(shipped.get(found.name)) is type(found) and not data:
+    if found == shipped.get(found.name):
         return found.name, numbers
     if isinstance(given, str) and given in shipped:
         return given, numbers
@@ -114,10 +114,13 @@ def part_record(name: str, value: Any) -> Any:
 
 def own_fields(name: str, value: Any) -> dict[str, Field]:
     """The fields that a component of one's own brings, by the names of its parameters."""
+    if name == "waveform" and value is not None:
+        value = component_of(name, value)
     if not isinstance(value, Component):
         return {}
     law = getattr(value, "law", None)
-    others = PARAMETERS.keys() if name not in ("law", "circuit") else set()  # circuits share no numbers with others
+    shared = {"law": set(), "circuit": set(), "waveform": VOLTAGE.keys()}  # what the device has fields for
+    others = set(shared.get(name, PARAMETERS.keys()))
     others = others | (law.parameters.keys() if isinstance(law, StrainEnergyLaw) else set())
     return {own: field_of(own, quantity) for own, quantity in value.parameters.items() if own not in others}
 

@@ -46,7 +46,9 @@ def _set_lines(record: Record, comments: Mapping[str, str] | None = None) -> Ite
         field = record.fields[name]
         if isinstance(value, Material):
             value = value.name
-        elif not isinstance(value, str) and not field.unit:
+        elif not field.unit and (
+            not isinstance(value, str) or any(n.startswith(f"{name}.") and v is not None for n, v in record)
+        ):
             value = _table(record, name, record.plain(name, value))
         elif not field.required and not field.unit and value == field.default:
             continue

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from gelcone.dataset import Variable
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.dataset import Variable, absent
 from gelcone.motion.dwell import Path, dwell_times
+from gelcone.motion.flow import integrate
 from gelcone.physics.members import Members
 from gelcone.physics.system import Line
 from gelcone.quantity import Array
 
+JUMPS = "the voltage jumps"
 LIMITED = {"slew_rate": ("slew_limited", "slew rate"), "current_limit": ("current_limited", "current limit")}
 """By the limit of an amplifier: the name of the share of time at it, and words for it."""
 
 
-def delivered(members: Members, times: Array, states: Array) -> dict[str, Variable]:
+def delivered(members: Members, times: Array, states: Array, jumped: npt.NDArray[np.bool_]) -> dict[str, Variable]:
     """Root mean squares over the second half of motions at ``times`` and ``states`` (members, samples, N), peaks over
-    all of them, and the shares of the time at the limits of each amplifier; a source of the second film's own is
-    ``second_``."""
+    all of them (infinite where a voltage has ``jumped``, (members,)), and the shares of the time at the limits of each
+    amplifier; a source of the second film's own is ``second_``."""
     system, n, z = members.system, members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
     shape, found = times.shape, dict[str, Variable]()
     with np.errstate(all="ignore"):
@@ -27,12 +32,15 @@ def delivered(members: Members, times: Array, states: Array) -> dict[str, Variab
         first, of = line.films[0], "the second film's source" if line.prefix else "the source"
         current = sum((currents[k] for k in line.films[1:]), currents[first])
         rms = [_root_mean_square(times, np.broadcast_to(one, shape)) for one in (voltages[first], current)]
-        own = {
+        peaks = [_peak(np.broadcast_to(one, shape)) for one in (current, rates[first])]
+        if not line.circuit.states and line.drive != "constant":
+            peaks = [np.where(jumped, np.inf, peak) for peak in peaks]
+        own: dict[str, tuple[Array, str, Any]] = {
             "rms_voltage": (rms[0], f"root mean square voltage of {of} in the second half", "voltage"),
             "rms_current": (rms[1], f"root mean square current of {of} in the second half", "current"),
             "apparent_power": (rms[0] * rms[1], f"root mean square voltage times current of {of}", "apparent power"),
-            "peak_current": (_peak(current), f"largest current of {of}", "current"),
-            "peak_slew_rate": (_peak(np.broadcast_to(rates[first], shape)), f"fastest change of {of}", "slew rate"),
+            "peak_current": (peaks[0], f"largest current of {of}", absent("current", infinite=JUMPS)),
+            "peak_slew_rate": (peaks[1], f"fastest change of {of}", absent("slew rate", infinite=JUMPS)),
         }
         found |= {line.prefix + name: ((), *variable) for name, variable in own.items()}
         found |= _limited(members, line, times, states)
@@ -70,3 +78,55 @@ def _limited(members: Members, line: Line, times: Array, states: Array) -> dict[
         line.prefix + LIMITED[name][0]: ((), own / spans, f"share of the time at the {LIMITED[name][1]}", "share")
         for name, own in zip(known, lasted, strict=True)
     }
+
+
+NEARBY = 1e-12
+"""Share of a repeat before and behind a corner at which a jump of the voltage is taken."""
+JUMP = 1e-9
+"""Share of the peak voltage by which a voltage changes that jumps."""
+
+
+def switched(members: Members, states: Array, times: Array, **flow: Any) -> tuple[Array, Array]:
+    """The work of sources that jump, and what of it is lost, until ``times`` (members, samples) of motions from
+    ``states`` (members, N) at time 0.
+
+    The charge follows at once, and v (Q+ - Q-) less what film and field store is lost in no resistance: C (v+ - v-)^2/2
+    of a film whose capacitance does not change with the voltage. Nothing behind a resistance or a filter.
+    """
+    system, n = members.system, members.own_numbers
+    found = np.zeros((2, *times.shape))
+    lines = [line for line in system.lines if not line.circuit.states and line.drive != "constant"]
+    if not system.waveform.pieced or not lines:
+        return found[0], found[1]
+    corners = system.waveform.corners_between(np.zeros(members.size), times[:, -1], n).later
+    known = np.isfinite(corners)
+    wide, apart = members.numbers(trailing=1), NEARBY * members.drive_period[:, None]
+    at = np.where(known, corners, times[:, -1:])
+    before, after = (system.waveform.voltage(at + sign * apart, wide) for sign in (-1.0, 1.0))
+    last = np.diff(np.where(known, corners, np.inf), axis=1, append=np.inf) > 2.0 * apart  # pieces may have no length
+    jumps = known & last & (np.abs(after - before) > JUMP * np.reshape(members.peak_voltage, (-1, 1)))
+    if not jumps.any():
+        return found[0], found[1]
+    columns = jumps.any(axis=0)
+    corners, jumps = np.where(known, corners, np.inf)[:, columns], jumps[:, columns]
+    before, after = before[:, columns], after[:, columns]
+    every = np.where(np.isfinite(corners), corners, times[:, -1:] * (1.0 + 1e-3 * (1.0 + np.arange(columns.sum()))))
+    z = list(np.moveaxis(integrate(members, states, every, **flow).states, -1, 0))
+    work, lost = np.zeros(corners.shape), np.zeros(corners.shape)
+    for line in lines:
+        pair = [system.command_of(line, voltage, wide) for voltage in (before, after)]
+        for k in line.films:
+            film, y = system.films[k], system.states_of(z, "film", k)
+            charges = [v * film.capacitance(z[0], v * v, y, wide) for v in pair]
+            stored = [
+                film.work(z[0], v * v, y, wide) - 0.5 * v * v + v * charge
+                for v, charge in zip(pair, charges, strict=True)
+            ]
+            own = pair[1] * (charges[1] - charges[0])
+            work, lost = work + own, lost + own - (stored[1] - stored[0])
+    sums = [np.cumsum(np.where(jumps, one, 0.0), axis=1) for one in (work, lost)]
+    for row, passed in enumerate(corners):
+        count = np.searchsorted(passed, times[row], side="right")
+        for k, one in enumerate(sums):
+            found[k][row] = np.append(0.0, one[row])[count]
+    return found[0], found[1]

@@ -91,6 +91,7 @@ class DriveShape:
     @classmethod
     def of(cls, model: ConeModel) -> DriveShape:
         """The shape of a model's drive; `InputError` for one without voltage."""
+        model.system.waveform.check_repeats()
         peak = peak_of(model)
         if peak == 0.0:
             raise InputError("voltage = 0: the envelope scales the device's drive; give it an amplitude or a bias")

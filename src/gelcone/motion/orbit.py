@@ -17,10 +17,12 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
+from gelcone.errors import InputError
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate, phase_program, smallest_step
 from gelcone.motion.job import Trajectories
 from gelcone.motion.tangents import contraction, log_multipliers, solved
+from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -116,6 +118,7 @@ class Shooting:
         self._around = tuple(self._values[name] for name in self.free) if around is None else tuple(around)
         self._numbers = self.system.numbers_of(self._values | self._settings(self._around))
         self._moved = tuple(self._moved_by(k) for k in range(len(self.free)))
+        self._check_moved()
         # most parameters are a number of the formulas and move no other
         self._plain = settings is None and all(
             moved == (name,) and self._numbers[name] == self._values[name]
@@ -136,6 +139,12 @@ class Shooting:
         self._states[:, self.size : self.size * (1 + self.size)] = np.eye(self.size).ravel()
         self._kinds: dict[Kind, Shooting] = {kind: self}
         self._smallest = float(smallest_step(members)[0])
+
+    def _check_moved(self) -> None:
+        """`InputError` for a parameter that shapes the pieces of the drive, whose tables hold no derivatives."""
+        own = set(self.system.waveform.parameters) - set(VOLTAGE) if self.system.waveform.pieced else set()
+        if taken := sorted(own & {name for moved in self._moved for name in moved}):
+            raise InputError(f"{taken[0]}: shapes the drive's pieces; a branch cannot follow it, run it at some values")
 
     @cached_property
     def signs(self) -> Array:
@@ -215,8 +224,11 @@ class Shooting:
         if self._program.switches:
             found = self._program.switches_at(self._starts, nodes, self.numbers_at(values))
             switches = np.stack([found[name] for name in self._program.switches], axis=1)
+        corners = None
+        if self.system.waveform.pieced:
+            corners = self._program.corners(self._starts, self._ends, self.numbers_at(values))
         smallest = self._smallest * self._row[self._place["drive_frequency"]]
-        result, arrived = self._rerun.run(self._row, self._states, smallest, switches)
+        result, arrived = self._rerun.run(self._row, self._states, smallest, switches, corners)
         tangents = result[:, size : size * (1 + size)].reshape(n, size, size).transpose(0, 2, 1)
         slopes = result[:, size * (1 + size) :].reshape(n, len(steps), size).transpose(0, 2, 1)
         if self.system.charged:

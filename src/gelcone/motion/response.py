@@ -13,7 +13,7 @@ from gelcone import dataset
 from gelcone.codes import FilmPullIn
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
-from gelcone.motion.delivery import delivered
+from gelcone.motion.delivery import delivered, switched
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.settle import LONGEST_TIME, start_states
@@ -46,7 +46,7 @@ def simulate(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),
     *,
-    periods: float = 20.0,
+    periods: float | None = None,
     times: Times | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
@@ -58,7 +58,8 @@ def simulate(
     ----------
     model : one actuator or an ensemble.
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
-    periods : length of the run in periods 2 pi/omega of the voltage, when ``times`` is not given. Default 20.
+    periods : length of the run in periods 2 pi/omega of the voltage, when ``times`` is not given. Default 20, or the
+        whole of a drive that does not repeat.
     times : dimensionless sample times, increasing from 0 or later; default even ones, at least 100 a drive period and
         20 an oscillation at the fastest rate (at most 20,000 in all).
     tolerance : relative error of one step. Default 1e-15.
@@ -95,6 +96,8 @@ def simulate(
     InputError : for a run of no length or more than the memory holds, times that do not increase, or an initial state
         of which no member lies inside its stretch limit.
     """
+    if periods is None:
+        periods = 20.0 if model.system.waveform.repeat else 1.0
     _check_positive("periods", periods, "a positive number of drive periods")
     states0 = start_states(model, initial)
     if times is None:
@@ -113,7 +116,8 @@ def simulate(
     run = integrate(model, states0, sampled, keep="work", tolerance=tolerance, threads=threads, progress=progress)
     members = model.members()
     with np.errstate(over="ignore", invalid="ignore"):
-        variables, film_states = _variables(members, run)
+        jumps = switched(members, states0, run.times, tolerance=tolerance, threads=threads)
+        variables, film_states = _variables(members, run, *jumps)
         voltages = members.voltages(run.times, run.states)
         fails = broken(members, run.states, voltages, film_states)
     found = unknown(model.size)
@@ -140,7 +144,7 @@ def simulate(
         }
         | valid
         | states
-        | delivered(members, *_to_the_end(run, np.arange(sampled.shape[1]))),
+        | delivered(members, *_to_the_end(run, np.arange(sampled.shape[1])), jumps[0].any(axis=1)),
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
         # times that were asked for stand in the result as its coordinate
@@ -187,8 +191,9 @@ def even_times(model: ConeModel, spans: npt.ArrayLike) -> Array:
     members = model.members()
     span = np.broadcast_to(spans, model.shape).ravel() if np.ndim(spans) else np.full(1, spans)
     period = np.broadcast_to(members.drive_period, members.shape)
+    detail = members.system.waveform.detail(members.own_numbers)
     spacing = min(
-        float((period / SAMPLES_PER_PERIOD / span).min()),
+        float((period / SAMPLES_PER_PERIOD / detail / span).min()),
         float((2.0 * np.pi / members.rate / SAMPLES_PER_OSCILLATION / span).min()),
     )
     count = int(np.clip(np.ceil(1.0 / spacing), 2, MOST_SAMPLES))
@@ -238,7 +243,10 @@ _MEANINGS = {
     "current": ("current into the film", "current"),
     "damper_dissipation": ("energy dissipated by the damping of the disc since the start", "energy"),
     "film_dissipation": ("energy dissipated in the film since the start", "energy"),
-    "resistor_dissipation": ("energy dissipated in the circuit's resistance since the start", "energy"),
+    "resistor_dissipation": (
+        "energy dissipated in the circuit's resistance, or where a voltage jumps, since the start",
+        "energy",
+    ),
     "leak_dissipation": ("energy dissipated by leakage through the film since the start", "energy"),
     "input_power": ("power of the voltage source", "power"),
     "dissipated_power": ("power dissipated", "power"),
@@ -258,8 +266,11 @@ _OF_SECOND_FILM = {
 }
 
 
-def _variables(members: Members, run: Trajectories) -> tuple[dict[str, Array], list[FilmState]]:
-    """All time series, each (members, samples), and the state of each film."""
+def _variables(
+    members: Members, run: Trajectories, jumped: Array, lost: Array
+) -> tuple[dict[str, Array], list[FilmState]]:
+    """All time series, each (members, samples), and the state of each film; with the work of sources that have
+    ``jumped``, and what of it was ``lost``."""
     assert run.work is not None
     x, u, z = run.states[..., 0], run.states[..., 1], list(np.moveaxis(run.states, -1, 0))
     system, n = members.system, members.numbers(trailing=1)
@@ -280,18 +291,20 @@ def _variables(members: Members, run: Trajectories) -> tuple[dict[str, Array], l
     work = dict(zip(system.causes, np.moveaxis(run.work, -1, 0), strict=True))
     powers = dict(zip(system.causes, system.powers(run.times, z, n), strict=True))
     losses = [cause for cause in LOSSES if cause in work]
-    dissipated = dissipated_energy(system, run.work)
+    dissipated = dissipated_energy(system, run.work) + lost
     if "source" in work:
-        supplied = work["source"]
+        supplied = work["source"] + jumped
         residual = supplied - dissipated - (mechanical + stored - (mechanical + stored)[:, :1])
         power_in = powers["source"]
     else:
         # of a film whose charge no program knows: the first law, which holds where the film keeps its energy
         known = np.nan if any(film.states for film in system.films) else 0.0
-        supplied = work["motion"] + stored - stored[:, :1] + known
-        residual = work["motion"] - dissipated - (mechanical - mechanical[:, :1]) + known
-    if len(losses) > 1:
+        supplied = work["motion"] + stored - stored[:, :1] + lost + known
+        residual = work["motion"] - (dissipated - lost) - (mechanical - mechanical[:, :1]) + known
+    if len(losses) > 1 or lost.any():
         series |= {f"{cause}_dissipation": work[cause] for cause in losses}
+    if lost.any():
+        series["resistor_dissipation"] = lost
     series |= {
         "displacement": x,
         "velocity": u,

@@ -41,6 +41,9 @@ class Cone:
     def rates(self, time: Any, state: Any, n: Any, xp: Any) -> list[Any]:
         return self.flow(time, state, n, xp)[0]
 
+    def forced(self, time: Any, state: Any, n: Any, xp: Any, name: str) -> list[Any]:
+        return derivatives([xp.node(rate) for rate in self.rates(time, state, n, xp)], n[name])
+
     def flow(self, time: Any, state: Any, n: Any, xp: Any) -> tuple[list[Any], list[list[Any]]]:
         x, u = state
         squared, xx, h, h_slope = self._parts(time, state, n, xp)
@@ -90,7 +93,7 @@ class Oscillator:
     """x'' = sign - x."""
 
     states = ("x", "u")
-    numbers = ("sign",)
+    numbers = ("begin", "sign")
 
     def rates(self, time: Any, state: Any, n: Any, xp: Any) -> list[Any]:
         return self.flow(time, state, n, xp)[0]

@@ -337,8 +337,8 @@ def test_a_square_wave_flips_at_its_corners():
         exact.append([x, u])
     for tolerance, bound in ((1e-15, 2e-14), (1e-6, 1e-6)):
         for keep in ("states", "tangents"):
-            raw = Program(system, keep, tolerance, corner_switch="sign").run(
-                {"sign": 1.0}, [[0.2, 0.0]], 0.0, times, corners=corners
+            raw = Program(system, keep, tolerance, pieces=("begin", "sign")).run(
+                {"begin": 0.0, "sign": 1.0}, [[0.2, 0.0]], 0.0, times, corners=corners, terms=([[[1.0], [-1.0]]], 1)
             )
             np.testing.assert_allclose(raw.states[0], exact, rtol=0.0, atol=bound)
 

@@ -53,7 +53,7 @@ class EngineBackend:
             * np.ceil(np.maximum(job.gaps[run].sum(axis=1) * members.fastest / CALL_SPAN, 1.0)),
             threads=threads,
             report=progress,
-            corners=corner_times(system, start, times[:, -1], numbers),
+            **corner_times(system, start, times[:, -1], numbers),
             stopped=None if watch is None else watch.stop.is_set,
         )
         if watch is not None and watch.stop.is_set():

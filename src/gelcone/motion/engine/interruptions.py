@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from gelcone.motion.engine.events import Event
-from gelcone.physics.drive import CORNER, SIDE
+from gelcone.physics.drive import PIECE
 from gelcone.physics.film.film import Border
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array, spread
@@ -23,21 +23,24 @@ def border_events(system: ConeSystem, own: OwnNumbers = lambda numbers: numbers)
 
 def corner_numbers(system: ConeSystem) -> dict[str, Any]:
     """The options of a program whose drive has corners; none where it is smooth."""
-    return {"corner_switch": SIDE, "corner_time": CORNER} if system.waveform.corners else {}
+    return {"pieces": PIECE} if system.waveform.pieced else {}
 
 
-def corner_times(system: ConeSystem, start: Array, end: Array, numbers: Mapping[str, Any]) -> Array | None:
-    """The times between at which the drive is not smooth, (members, corners); None where it is smooth throughout."""
-    return system.waveform.corners_between(start, end, numbers).later if system.waveform.corners else None
+def corner_times(system: ConeSystem, start: Array, end: Array, numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """What a run of a program is given of the corners of the drive between two times; nothing where it is smooth."""
+    if not system.waveform.pieced:
+        return {}
+    found = system.waveform.corners_between(start, end, numbers)
+    return {"corners": found.later, "terms": (found.terms, found.first)}
 
 
 def switches_at(system: ConeSystem, times: Array, states: Array, numbers: Mapping[str, Any]) -> dict[str, Array]:
     """The switches of films, circuits and drive by name, as ``times`` (members,) and ``states`` (members, N) give
     them."""
     found = system.switches(times, list(states.T), numbers)
-    if system.waveform.corners:
+    if system.waveform.pieced:
         there = system.waveform.corners_between(times, times, numbers)
-        found |= {SIDE: there.side, CORNER: there.passed}
+        found |= dict(zip(PIECE, there.passed.T, strict=True))
     return {name: spread(value, times.shape) for name, value in found.items()}
 
 

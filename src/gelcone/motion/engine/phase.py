@@ -161,7 +161,7 @@ class PhaseProgram:
         self._system, self._moved = system, moved
         self.numbers = phase.numbers
         switches = [event.switch for event in events if event.switch is not None]
-        self.switches = tuple(dict.fromkeys([*switches, *corners.values()]))
+        self.switches = tuple(dict.fromkeys([*switches, *corners.get("pieces", ())]))
 
     def switches_at(self, phases: Array, states: Array, numbers: Mapping[str, Any]) -> dict[str, Array]:
         """The switches of the films at ``phases`` (members,) and ``states`` (members, N), 1 or -1, by name; and what a
@@ -186,12 +186,16 @@ class PhaseProgram:
         slopes = slopes + tangents @ moved[0] - moved[1]
         return np.asarray(np.linalg.solve(end, tangents @ begin)), np.asarray(np.linalg.solve(end, slopes))
 
-    def _corners(self, start: Array, end: Array) -> Array | None:
-        return corner_times(self._system, start, end, {"drive_frequency": 1.0})
+    def corners(self, start: Array, end: Array, numbers: Mapping[str, Any]) -> tuple[Array, Array, Array] | None:
+        """The corners between phases, (members,), as `Rerun.run` takes them; None where the drive is smooth."""
+        found = corner_times(self._system, start, end, by_phase(numbers))
+        return (found["corners"], *found["terms"]) if found else None
 
     def again(self, start: Array, end: Array) -> Rerun:
         """Repeat the run from phases ``start`` to ``end`` (members,), to be repeated with other numbers and states."""
-        return Rerun(self._program, start, end, MOST_STEPS, self._corners(start, end))
+        pieces = self._system.waveform.piece_count
+        turns = int(np.ceil((end - start).max() / (2.0 * np.pi))) + 1
+        return Rerun(self._program, start, end, MOST_STEPS, turns * pieces + 1, pieces)
 
 
 @lru_cache(maxsize=MOST_PROGRAMS)

@@ -42,6 +42,9 @@ class Job(IntEnum):
     PADDED = 18
     SLOTS = 19  # members that a thread works on at a time
     NEXT = 20  # the member that the next free slot takes
+    PIECES = 21  # an address: (members, pieces, terms of a piece)
+    FIRST_PIECE = 22  # an address: (members,) int64, the piece that begins at the first corner
+    PIECE_COUNT = 23
 
 
 @dataclass(frozen=True)
@@ -86,8 +89,8 @@ class Plan:
     where the k-th of them is negative.
     ``restarts``: what the states are set to after each sample (None leaves them); steps then end at the samples, else
     samples are read from the Taylor polynomial. ``passengers``: how many of the last states are integrals that nothing
-    depends on, which do not shorten the steps. ``corner_switch``: place of the switch that flips at corners, the last
-    of those whose signs are counted; ``corner_time``: behind it, that of the number that takes the corner's time.
+    depends on, which do not shorten the steps. ``pieces``: how many of the last switches describe the piece of the
+    drive between two corners: its beginning, then its terms, which are loaded at each corner.
     """
 
     laws: tuple[Law, ...]
@@ -99,14 +102,13 @@ class Plan:
     tolerance: float
     restarts: tuple[float | None, ...]
     passengers: int
-    corner_switch: int | None
-    corner_time: int | None
+    pieces: int
     width: int
 
     @property
     def signs(self) -> int:
         """The number of switches whose sign counts."""
-        return len(self.switches) - (self.corner_time is not None)
+        return len(self.switches) - self.pieces
 
     @property
     def wanted(self) -> list[Node]:

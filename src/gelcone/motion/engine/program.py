@@ -136,8 +136,8 @@ class Program:
     keep : ``"states"``; ``"tangents"`` adds the tangent maps between samples, ``"work"`` the integrals of the powers.
     tolerance : relative error of one step, between 0 and 1; see `order_and_label`.
     events : borders at which a member ends or a number changes its sign.
-    corner_switch : name of a number whose sign changes at every corner that `run` is given.
-    corner_time : name of a number that takes the time of each of them.
+    pieces : names of the numbers of a piece of the drive: its beginning, which is the time of the last corner, and its
+        terms, which `run` is given.
     width : lanes; default by the number of members. It does not change a bit of the result.
     machine : what to compile for; default this process's machine. It does not either.
 
@@ -153,8 +153,7 @@ class Program:
         tolerance: float = 1e-15,
         events: Sequence[Event] = (),
         *,
-        corner_switch: str | None = None,
-        corner_time: str | None = None,
+        pieces: Sequence[str] = (),
         width: int | None = None,
         machine: compiler.Machine | None = None,
     ) -> None:
@@ -170,7 +169,8 @@ class Program:
         self._width = width
         self._lock = threading.Lock()
         self._compiled: dict[int, _Compiled] = {}
-        self._traced = _trace(system, keep, events, corner_switch, corner_time)
+        self.piece_terms = max(len(pieces) - 1, 0)
+        self._traced = _trace(system, keep, events, tuple(pieces))
 
     def _plan(self, width: int) -> Plan:
         return Plan(**self._traced, order=self.order, tolerance=self.label, width=width)
@@ -203,6 +203,7 @@ class Program:
         most_steps: npt.ArrayLike = 1e9,
         threads: int = 1,
         corners: npt.ArrayLike | None = None,
+        terms: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
         report: Callable[[float], None] | None = None,
         stopped: Callable[[], bool] | None = None,
     ) -> Raw:
@@ -219,6 +220,8 @@ class Program:
         threads : how many threads work; does not change a bit of the result.
         corners : increasing times, (members, corners), at which steps end; infinite ones and those before the start
             are left out. Default none.
+        terms : the terms of the pieces, (members, pieces, terms), and the piece that begins at the first corner of each
+            member, (members,); behind the last piece comes the first again.
         report : called from this thread, now and then, with the share of the work done since the last call.
         stopped : asked now and then; the run ends early, with what is there, once it returns True.
 
@@ -237,7 +240,7 @@ class Program:
         if not (known and later):
             raise ValueError("times: must be finite, increase, and not be before the start")
         compiled = self._compile(self._width or self._best_width(members, threads))
-        arrays = compiled.job(numbers, states0, first, sample_times, smallest_step, most_steps, corners)
+        arrays = compiled.job(numbers, states0, first, sample_times, smallest_step, most_steps, corners, terms)
         if members and samples:
             _Run(compiled, arrays, threads, report, stopped).work()
         result, count = arrays.result, self.size
@@ -270,11 +273,11 @@ class Rerun:
     program : what is run.
     start, end : times of the initial states and of the one sample, (members,).
     most_steps : number of steps after which a member ends.
-    corners : as in `Program.run`.
+    corners : room for corners, (members, corners), and ``pieces`` of the drive, of which `run` is given the terms.
     """
 
     def __init__(
-        self, program: Program, start: Array, end: Array, most_steps: float, corners: npt.ArrayLike | None = None
+        self, program: Program, start: Array, end: Array, most_steps: float, corners: int = 0, pieces: int = 0
     ) -> None:
         members = start.size
         compiled = program._compile(program._width or program._best_width(members, 1))
@@ -283,7 +286,9 @@ class Rerun:
         states = np.zeros((members, layout.states))
         self.numbers = program.numbers
         self._compiled = compiled
-        self._arrays = arrays = compiled.job(zeros, states, start, end[:, None], 0.0, most_steps, corners)
+        self._arrays = arrays = compiled.job(
+            zeros, states, start, end[:, None], 0.0, most_steps, *_room(program, members, corners, pieces)
+        )
         self._job = arrays.fields(plan.slots)
         self._values = aligned(len(plan.numbers), arrays.padded)
         self._work = _Work(compiled, self._job)
@@ -291,12 +296,18 @@ class Rerun:
         self._members = members
 
     def run(
-        self, numbers: Array, states0: Array, smallest_step: float, switches: Array | None = None
+        self,
+        numbers: Array,
+        states0: Array,
+        smallest_step: float,
+        switches: Array | None = None,
+        corners: tuple[Array, Array, Array] | None = None,
     ) -> tuple[Array, npt.NDArray[np.bool_]]:
         """The states at the end, (members, states), valid until the next run, and which members arrived.
 
         ``numbers`` (names,) or (names, members) in the order of `numbers`; ``states0`` (members, states); ``switches``
-        (members, switches) where events or corners switch numbers, in the order of the events, those of corners last.
+        (members, switches) where events or corners switch numbers, in the order of the events, those of corners last;
+        ``corners`` their times, the terms of the pieces and the piece that begins at the first, as `Program.run` takes.
         """
         compiled, arrays = self._compiled, self._arrays
         if numbers.ndim == 1:
@@ -309,6 +320,11 @@ class Rerun:
         arrays.smallest[:] = smallest_step
         if switches is not None:
             arrays.switches[:] = switches
+        if corners is not None:
+            times, terms, first = corners
+            arrays.corners[:] = np.inf
+            arrays.corners[:, : times.shape[1]] = times
+            arrays.pieces[:], arrays.first_piece[:] = terms, first
         self._job[Job.NEXT] = 0
         self._work.start()
         while self._work.going:
@@ -321,14 +337,12 @@ class Rerun:
         return bool((self._arrays.status >= TERMINAL_EVENT).any())
 
 
-def _trace(
-    system: System, keep: str, events: Sequence[Event], corner_switch: str | None, corner_time: str | None
-) -> dict[str, Any]:
+def _trace(system: System, keep: str, events: Sequence[Event], pieces: tuple[str, ...]) -> dict[str, Any]:
     """The system's formulas as fields of a `Plan`."""
     graph = Graph()
     count = len(system.states)
     state = [graph.state(i) for i in range(count)]
-    names = [event.switch for event in events] + [corner_switch, corner_time]
+    names = [event.switch for event in events] + list(pieces)
     switched = tuple(dict.fromkeys(name for name in names if name is not None))
     for name in switched:
         if name not in system.numbers:
@@ -349,8 +363,7 @@ def _trace(
         "numbers": tuple(system.numbers),
         "restarts": _restarts(keep, count, len(laws[0].rates)),
         "passengers": _passengers(keep, count, len(laws[0].rates)),
-        "corner_switch": None if corner_switch is None else switched.index(corner_switch),
-        "corner_time": None if corner_time is None else switched.index(corner_time),
+        "pieces": len(pieces),
     }
 
 
@@ -439,6 +452,7 @@ class _Compiled:
         smallest_step: npt.ArrayLike,
         most_steps: npt.ArrayLike,
         corners: npt.ArrayLike | None,
+        terms: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
     ) -> _Arrays:
         """The arrays of a run, filled in."""
         members, samples = times.shape
@@ -461,6 +475,8 @@ class _Compiled:
             if restart is not None:
                 initial[:, k] = restart
         first = _each(start, members)
+        pieces, begun = (np.zeros((1, 1, 1)), 0) if terms is None else terms
+        given_terms = np.asarray(pieces, dtype=float)
         return _Arrays(
             table=table,
             states=initial,
@@ -468,6 +484,8 @@ class _Compiled:
             start=first,
             times=times,
             corners=_corner_rows(corners, first),
+            pieces=np.array(np.broadcast_to(given_terms, (members, *given_terms.shape[1:])), order="C"),
+            first_piece=np.broadcast_to(np.asarray(begun, dtype=np.int64), (members,)).copy(),
             smallest=_each(smallest_step, members),
             result=np.full((members, samples, states), np.nan),
             status=np.full(members, -1, dtype=np.int64),
@@ -479,6 +497,13 @@ class _Compiled:
             padded=padded,
             most_steps=_each(most_steps, members),
         )
+
+
+def _room(program: Program, members: int, corners: int, pieces: int) -> tuple[Any, Any]:
+    """Room for corners and the terms of pieces; none where the drive has none."""
+    if not pieces:
+        return None, None
+    return np.full((members, corners), np.inf), (np.zeros((members, pieces, program.piece_terms)), 0)
 
 
 def _each(value: npt.ArrayLike, members: int) -> Array:
@@ -502,7 +527,6 @@ def _content(plan: Plan) -> str:
     """A text that identifies the plan's code."""
     borders = [(border.direction, border.switch, border.sided, border.smooth, border.seldom) for border in plan.borders]
     switches = [node.value for node in plan.switches]
-    corners = (plan.corner_switch, plan.corner_time)
     laws = (len(plan.laws), plan.telling)
     rest = (
         borders,
@@ -512,7 +536,7 @@ def _content(plan: Plan) -> str:
         plan.tolerance.hex(),
         plan.restarts,
         plan.passengers,
-        *corners,
+        plan.pieces,
         *laws,
     )
     return repr((fingerprint(plan.wanted), rest, plan.width))
@@ -536,6 +560,8 @@ class _Arrays:
     start: Array
     times: Array
     corners: Array
+    pieces: Array
+    first_piece: npt.NDArray[np.int64]
     smallest: Array
     most_steps: Array
     result: Array
@@ -556,6 +582,8 @@ class _Arrays:
         job[Job.CORNER_COUNT] = self.corners.shape[1]
         job[Job.PADDED] = self.padded
         job[Job.SLOTS] = slots
+        job[Job.PIECES], job[Job.FIRST_PIECE] = self.pieces.ctypes.data, self.first_piece.ctypes.data
+        job[Job.PIECE_COUNT] = self.pieces.shape[1]
         return job
 
 

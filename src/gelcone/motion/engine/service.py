@@ -297,18 +297,24 @@ def _take_samples(
 
 def _pass_corner(f: Function, lane: _Lane, plan: Plan, layout: Layout, member: Value) -> None:
     """Continues to the next corner when the step ended at one."""
-    passed = lane.get(layout.corner)
-    with f.when(f.compare("oge", lane.get(layout.time), passed)):
-        number = f.whole("add", lane.get_whole(layout.corner_number), "1")
+    with f.repeat() as out:  # pieces may have no length
+        passed = lane.get(layout.corner)
+        f.leave(out, f.compare("ult", lane.get(layout.time), passed))
+        before = lane.get_whole(layout.corner_number)
+        number = f.whole("add", before, "1")
         lane.set_whole(layout.corner_number, number)
         first = lane.times(member, lane.size(Job.CORNER_COUNT))
         lane.set(layout.corner, f.load(lane.array(Job.CORNERS, first, number)))
-        if plan.corner_switch is not None:
-            _count_dwell(lane, plan, layout)
-            row = layout.switches + plan.corner_switch
-            lane.set(row, f.negative(lane.get(row)))
-        if plan.corner_time is not None:
-            lane.set(layout.switches + plan.corner_time, passed)
+        if plan.pieces:
+            row = layout.switches + plan.signs
+            lane.set(row, passed)
+            count = lane.size(Job.PIECE_COUNT)
+            begun = f.load_whole(lane.array(Job.FIRST_PIECE, member))
+            piece = f.whole("urem", f.whole("add", begun, before), count)
+            place = f.whole("add", lane.times(member, count), piece)
+            for k in range(plan.pieces - 1):
+                term = lane.array(Job.PIECES, lane.times(place, plan.pieces - 1), str(k))
+                lane.set(row + 1 + k, f.load(term))
         lane.set_stop(plan, layout, member)
 
 
