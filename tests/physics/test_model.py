@@ -18,6 +18,7 @@ from gelcone.errors import InputError
 from gelcone.physics import model
 from gelcone.physics.bias import BIASES
 from gelcone.physics.circuit import ELECTRICS, NEEDS
+from gelcone.physics.drive import VOLTAGE, WAVEFORMS
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import PARAMETERS, ConeModel
 
@@ -534,9 +535,9 @@ def test_the_defaults_are_those_of_the_table():
     expected = {name: q.default for name, q in PARAMETERS.items() if name not in unused}
     expected |= {"stretch_limit": 50.0, "prestretch_mode": "radial", "law": "gent"}
     expected |= {"film": "taut", "bias": "spring", "waveform": "sine", "circuit": "ideal"}
-    others = [name for kind in (LAWS, BIASES) for part in kind.values() for name in part.parameters]
+    others = [name for kind in (LAWS, BIASES, WAVEFORMS) for part in kind.values() for name in part.parameters]
     others += [name for name in PARAMETERS if name.startswith("second_")] + ["radius_ratio", *ELECTRICS]
-    own = {*LAWS["gent"].parameters, *BIASES["spring"].parameters}
+    own = {*LAWS["gent"].parameters, *VOLTAGE, *BIASES["spring"].parameters}
     assert parameters == {name: value for name, value in expected.items() if name in own or name not in others}
 
 
@@ -552,10 +553,13 @@ def test_every_parameter_name_is_known_once_and_accepts_its_default():
         assert quantity.meaning
         law = next((law.name for law in LAWS.values() if name.removeprefix("second_") in law.parameters), "gent")
         bias = next((bias.name for bias in BIASES.values() if name in bias.parameters), "spring")
+        wave = next((wave.name for wave in WAVEFORMS.values() if name in wave.parameters), "sine")
         film = "membrane" if name.endswith("radius_ratio") else "taut"
         second = {"second_film": film, "second_drive": "constant"} if name.startswith("second_") else {"film": film}
         owner = {NEEDS[name]: 1.0} if name in NEEDS else {}
-        m = ConeModel.from_parameters({name: quantity.default, "law": law, "bias": bias} | second | owner)
+        m = ConeModel.from_parameters(
+            {name: quantity.default, "law": law, "bias": bias, "waveform": wave} | second | owner
+        )
         assert m.parameters()[name] == quantity.default
 
 

@@ -318,6 +318,10 @@ def _known(system: ConeSystem, given: Mapping[str, Any]) -> dict[str, Any]:
                 f"{name}: is a parameter of the bias {owner.name!r}, which this model has not; give bias = "
                 f"'{bias_record(system.bias)}+{owner.name}'"
             )
+        if shape := next((one.name for one in WAVEFORMS.values() if name in one.parameters), None):
+            raise InputError(
+                f"{name}: is a parameter of the waveform {shape!r}, which this model has not; give waveform = '{shape}'"
+            )
         raise unknown_name("model parameter", name, [*known, *KINDS])
     return values
 
