@@ -51,9 +51,6 @@ class Cone:
         rate = n["kappa"] * n["rest"] - 2.0 * n["zeta"] * u + x * g
         return [u, rate], [[0.0, 1.0], [g - 2.0 * xx * h_slope, -2.0 * n["zeta"]]]
 
-    def forced(self, time: Any, state: Any, n: Any, xp: Any, name: str) -> list[Any]:
-        return derivatives([xp.node(rate) for rate in self.rates(time, state, n, xp)], n[name])
-
     def powers(self, time: Any, state: Any, n: Any, xp: Any) -> tuple[Any, Any]:
         x, u = state
         squared, _, _, _ = self._parts(time, state, n, xp)
