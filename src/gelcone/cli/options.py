@@ -166,9 +166,7 @@ def _driven(subject: Subject, drive: dict[str, Any]) -> Subject:
     if taken := sorted(subject.given & set(fixed)):
         raise InputError(f"--set {taken[0]}: the recording of --drive sets it; leave it out, or give --drive-scale")
     options = {name.removeprefix("drive_"): value for name, value in drive.items()}
-    found = recorded(subject.target, path, **options)
-    return (
-        replace(subject, model=found)
-        if subject.device is None
-        else replace(subject, model=found.to_model(), device=found)
-    )
+    if subject.device is None:
+        return replace(subject, model=recorded(subject.model, path, **options))
+    device = recorded(subject.device, path, **options)
+    return replace(subject, model=device.to_model(), device=device)

@@ -144,7 +144,7 @@ def simulate(
         }
         | valid
         | states
-        | delivered(members, *_to_the_end(run, np.arange(sampled.shape[1])), jumps[0].any(axis=1)),
+        | delivered(members, *_to_the_end(run, np.arange(sampled.shape[1])), np.any(jumps[0], axis=-1)),
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
         # times that were asked for stand in the result as its coordinate

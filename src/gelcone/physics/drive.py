@@ -108,6 +108,10 @@ class Waveform(Component):
         """The number of pieces of a repeat; 0 where it is smooth."""
         return 0
 
+    def corners_between(self, start: Array, end: Array, n: Numbers) -> Corners:
+        """The corners of members from the times ``start`` to ``end``, (members,), of a waveform with pieces."""
+        raise NotImplementedError
+
     def detail(self, n: Numbers) -> Any:
         """How many times the voltage may swing in a repeat, for sampling. Default 1."""
         return 1.0
@@ -196,7 +200,7 @@ class Pieced(Waveform):
         return own | dict.fromkeys(PIECE, np.zeros(np.shape(own["drive_frequency"])))
 
     @cached_property
-    def piece_count(self) -> int:  # type: ignore[override]
+    def piece_count(self) -> int:
         """The number of pieces of a repeat."""
         return int(self.table(self.complete({})).begins.shape[-1])
 
@@ -289,7 +293,7 @@ class Pieced(Waveform):
         table = self.table(n)
         lengths = np.diff(table.begins, axis=-1, append=table.begins[..., :1] + 2.0 * np.pi)
         places, weights = np.polynomial.legendre.leggauss(NODES)
-        total = 0.0
+        total: Any = 0.0
         own = {name: np.asarray(value)[..., None] for name, value in n.items()}
         for place, weight in zip(0.5 * (places + 1.0), 0.5 * weights, strict=True):
             s = place * lengths
