@@ -113,7 +113,7 @@ class Waveform(Component):
         raise NotImplementedError
 
     def detail(self, n: Numbers) -> Any:
-        """How many times the voltage may swing in a repeat, for sampling. Default 1."""
+        """Most swings of the voltage in a repeat, for sampling. Default 1."""
         return 1.0
 
     def period(self, n: Numbers) -> Array:

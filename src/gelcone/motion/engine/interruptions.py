@@ -27,7 +27,7 @@ def corner_numbers(system: ConeSystem) -> dict[str, Any]:
 
 
 def corner_times(system: ConeSystem, start: Array, end: Array, numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """What a run of a program is given of the corners of the drive between two times; nothing where it is smooth."""
+    """Give a run of a program the corners of the drive between two times; nothing where it is smooth."""
     if not system.waveform.pieced:
         return {}
     found = system.waveform.corners_between(start, end, numbers)
